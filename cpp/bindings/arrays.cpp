@@ -1,0 +1,71 @@
+#include "arrays.hpp"
+
+#include <cstdint>
+#include <limits>
+
+namespace dynmesh {
+
+py::array to_array(const py::object& object) {
+  if (py::isinstance<py::array>(object)) return py::reinterpret_borrow<py::array>(object);
+  return py::module_::import("numpy").attr("asarray")(object);
+}
+
+std::string dtype_name(const py::array& array) { return py::str(array.dtype()); }
+
+void check_shape(const char* argument, const py::array& array, py::ssize_t axes,
+                 py::ssize_t columns, const char* expected) {
+  if (array.ndim() == axes && (columns == 0 || array.shape(axes - 1) == columns)) return;
+  throw py::value_error(std::string(argument) + ": must have shape " + expected + ", not " +
+                        std::string(py::str(array.attr("shape"))));
+}
+
+void check_floating(const char* argument, const py::array& array) {
+  const auto size = array.itemsize();
+  if (array.dtype().kind() == 'f' && (size == 4 || size == 8)) return;
+  throw py::type_error(std::string(argument) + ": must be float32 or float64, not " +
+                       dtype_name(array));
+}
+
+KnownArgument::KnownArgument(const py::object& object) : array_(to_array(object)) {
+  if (array_.dtype().kind() != 'b') {
+    throw py::type_error("known: must be bool, not " + dtype_name(array_));
+  }
+  check_shape("known", array_, 1, 0, "(k,)");
+}
+
+KnownMask KnownArgument::view() const {
+  return {static_cast<const std::uint8_t*>(array_.data()),
+          static_cast<std::size_t>(array_.shape(0)), array_.strides(0)};
+}
+
+IndicesArgument::IndicesArgument(const char* argument, const py::object& object,
+                                 py::ssize_t columns, const char* expected) {
+  const py::array array = to_array(object);
+  const char kind = array.dtype().kind();
+  // numpy makes float64 of an empty list.
+  if (kind != 'i' && kind != 'u' && array.size() != 0) {
+    throw py::type_error(std::string(argument) + ": must be integers, not " + dtype_name(array));
+  }
+  check_shape(argument, array, columns == 0 ? 1 : 2, columns, expected);
+
+  using Packed = py::array_t<Index, py::array::c_style>;
+  if (py::isinstance<Packed>(array) && viewable<Index>(array)) {
+    array_ = py::reinterpret_borrow<py::array_t<Index>>(array);
+    view_ = {array_.data(), static_cast<std::size_t>(array_.size())};
+    return;
+  }
+  const py::array_t<std::int64_t, py::array::c_style | py::array::forcecast> wide(array);
+  narrowed_.resize(static_cast<std::size_t>(wide.size()));
+  for (std::size_t i = 0; i < narrowed_.size(); ++i) {
+    const std::int64_t value = wide.data()[i];
+    if (value < std::numeric_limits<Index>::min() || value > std::numeric_limits<Index>::max()) {
+      const std::size_t row = columns == 0 ? i : i / static_cast<std::size_t>(columns);
+      throw py::value_error(std::string(argument) + ": row " + std::to_string(row) + " holds " +
+                            std::to_string(value) + ", which is no vertex of any mesh");
+    }
+    narrowed_[i] = static_cast<Index>(value);
+  }
+  view_ = narrowed_;
+}
+
+}  // namespace dynmesh

@@ -1,0 +1,131 @@
+/// numpy arrays as the views of types.hpp. An array of the right kind is viewed where it lies,
+/// strides and all; the view is valid as long as the argument object, so the GIL may be released
+/// while it is in use.
+#pragma once
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+
+#include <cstddef>
+#include <dynmesh/types.hpp>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace dynmesh {
+
+namespace py = pybind11;
+
+/// numpy.asarray; numpy's own errors pass through.
+py::array to_array(const py::object& object);
+
+/// ValueError unless `array` has this many axes and, where `columns` > 0, that last axis.
+void check_shape(const char* argument, const py::array& array, py::ssize_t axes,
+                 py::ssize_t columns, const char* expected);
+
+/// TypeError unless `array` holds float32 or float64.
+void check_floating(const char* argument, const py::array& array);
+
+std::string dtype_name(const py::array& array);
+
+/// Whether element strides can express the array's, and its elements are aligned.
+template <class T>
+bool viewable(const py::array& array) {
+  constexpr auto size = static_cast<py::ssize_t>(sizeof(T));
+  bool in_elements = reinterpret_cast<std::uintptr_t>(array.data()) % alignof(T) == 0;
+  for (py::ssize_t axis = 0; axis < array.ndim(); ++axis) {
+    in_elements = in_elements && array.strides(axis) % size == 0;
+  }
+  return in_elements;
+}
+
+/// The array as `T`, itself where it is that already.
+template <class T>
+py::array_t<T> as_type(const py::array& array) {
+  py::array_t<T> typed = py::array_t<T, py::array::forcecast>(array);
+  if (viewable<T>(typed)) return typed;
+  return py::array_t<T, py::array::c_style | py::array::forcecast>(typed.attr("copy")());
+}
+
+/// Frame `frame` of a (k, 3) or (n, k, 3) array.
+template <class T, class Array>
+Points<T> view_frame(Array& array, T* data, py::ssize_t frame = 0) {
+  constexpr auto size = static_cast<py::ssize_t>(sizeof(T));
+  const py::ssize_t axis = array.ndim() - 2;
+  const py::ssize_t offset = axis > 0 ? frame * array.strides(0) / size : 0;
+  return {data + offset, static_cast<std::size_t>(array.shape(axis)), array.strides(axis) / size,
+          array.strides(axis + 1) / size};
+}
+
+/// (n, 3) floating positions to read.
+template <class Real>
+class PointsArgument {
+ public:
+  PointsArgument(const char* argument, const py::object& object, const char* expected) {
+    const py::array array = to_array(object);
+    check_floating(argument, array);
+    check_shape(argument, array, 2, 3, expected);
+    array_ = as_type<Real>(array);
+  }
+  [[nodiscard]] Points<const Real> view() const { return view_frame(array_, array_.data()); }
+
+ private:
+  py::array_t<Real> array_;
+};
+
+/// (k,) bool.
+class KnownArgument {
+ public:
+  explicit KnownArgument(const py::object& object);
+  [[nodiscard]] KnownMask view() const;
+
+ private:
+  py::array array_;
+};
+
+/// (n,) or (n, columns) integers.
+class IndicesArgument {
+ public:
+  /// `columns` 0 asks for one axis.
+  IndicesArgument(const char* argument, const py::object& object, py::ssize_t columns,
+                  const char* expected);
+  [[nodiscard]] std::span<const Index> view() const { return view_; }
+  [[nodiscard]] Faces faces() const { return {view_.data(), view_.size() / 3}; }
+
+ private:
+  py::array_t<Index> array_;
+  std::vector<Index> narrowed_;
+  std::span<const Index> view_;
+};
+
+/// (k, 3) positions to write: `out` as given, or a fresh array where it is None.
+template <class Real>
+class OutputArgument {
+ public:
+  OutputArgument(const py::object& out, std::size_t rows) {
+    if (out.is_none()) {
+      array_ = py::array_t<Real>({static_cast<py::ssize_t>(rows), py::ssize_t{3}});
+      return;
+    }
+    if (!py::isinstance<py::array>(out)) {
+      throw py::type_error("out: must be a numpy array, not " +
+                           std::string(py::str(py::type::of(out).attr("__name__"))));
+    }
+    const auto array = py::reinterpret_borrow<py::array>(out);
+    if (!py::isinstance<py::array_t<Real>>(array)) {
+      throw py::type_error("out: must be " + std::string(py::str(py::dtype::of<Real>())) +
+                           ", as first_frame was, not " + dtype_name(array));
+    }
+    check_shape("out", array, 2, 3, "(k, 3)");
+    if (!array.writeable()) throw py::value_error("out: is read-only");
+    if (!viewable<Real>(array)) throw py::value_error("out: its elements are not aligned");
+    array_ = py::reinterpret_borrow<py::array_t<Real>>(array);
+  }
+  [[nodiscard]] Points<Real> view() { return view_frame(array_, array_.mutable_data()); }
+  [[nodiscard]] py::object array() const { return array_; }
+
+ private:
+  py::array_t<Real> array_;
+};
+
+}  // namespace dynmesh

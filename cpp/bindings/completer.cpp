@@ -1,0 +1,199 @@
+#include <pybind11/stl.h>
+
+#include <atomic>
+#include <dynmesh/completer.hpp>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <variant>
+
+#include "arrays.hpp"
+#include "bindings.hpp"
+
+namespace dynmesh {
+namespace {
+
+/// One Python class for both precisions. Python may call from any thread while another thread is
+/// inside with the GIL released, which Completer does not allow: such a call is refused.
+class AnyCompleter {
+  template <class Real>
+  void construct(const IndicesArgument& faces, const py::array& first_frame,
+                 const Settings& settings) {
+    const PointsArgument<Real> frame("first_frame", first_frame, "(k, 3)");
+    const py::gil_scoped_release release;
+    completer_ = std::make_unique<Completer<Real>>(faces.faces(), frame.view(), settings);
+  }
+
+  template <class Call>
+  static void released(const Call& call) {
+    const py::gil_scoped_release release;
+    call();
+  }
+
+  template <class Call>
+  auto exclusively(const Call& call) {
+    if (busy_.test_and_set()) {
+      throw std::runtime_error(
+          "this completer is in use by another thread; give each thread its own, or take turns");
+    }
+    struct Leave {
+      std::atomic_flag& busy;
+      ~Leave() { busy.clear(); }
+    } const leave{busy_};
+    return std::visit([&](auto& completer) { return call(*completer); }, completer_);
+  }
+
+  static py::array_t<Index> copy(std::span<const Index> values) {
+    return py::array_t<Index>(static_cast<py::ssize_t>(values.size()), values.data());
+  }
+
+ public:
+  AnyCompleter(const py::object& faces, const py::object& first_frame, const std::string& method,
+               bool revisit, Index extra_iterations, const std::string& unseen,
+               std::optional<double> noise, bool reject_outliers, Index threads) {
+    const Settings settings{.method = method_from_name(method),
+                            .revisit = revisit,
+                            .extra_iterations = extra_iterations,
+                            .unseen = unseen_rule_from_name(unseen),
+                            .noise = noise,
+                            .reject_outliers = reject_outliers,
+                            .threads = threads};
+    const IndicesArgument indices("faces", faces, 3, "(m, 3)");
+    const py::array frame = to_array(first_frame);
+    check_floating("first_frame", frame);
+    if (frame.itemsize() == sizeof(float)) {
+      construct<float>(indices, frame, settings);
+    } else {
+      construct<double>(indices, frame, settings);
+    }
+  }
+
+  py::object push(const py::object& points, const py::object& known, const py::object& out) {
+    return exclusively([&]<class Real>(Completer<Real>& completer) {
+      const PointsArgument<Real> given("points", points, "(k, 3)");
+      OutputArgument<Real> output(out, completer.n_vertices());
+      if (known.is_none()) {
+        released([&] { completer.push(given.view(), output.view()); });
+      } else {
+        const KnownArgument mask(known);
+        released([&] { completer.push(given.view(), mask.view(), output.view()); });
+      }
+      return output.array();
+    });
+  }
+
+  py::object push_sparse(const py::object& indices, const py::object& points,
+                         const py::object& out) {
+    return exclusively([&]<class Real>(Completer<Real>& completer) {
+      const IndicesArgument places("indices", indices, 0, "(n,)");
+      const PointsArgument<Real> given("points", points, "(n, 3)");
+      OutputArgument<Real> output(out, completer.n_vertices());
+      released([&] { completer.push_sparse(places.view(), given.view(), output.view()); });
+      return output.array();
+    });
+  }
+
+  py::object skip(const py::object& out) {
+    return exclusively([&]<class Real>(Completer<Real>& completer) {
+      OutputArgument<Real> output(out, completer.n_vertices());
+      released([&] { completer.skip(output.view()); });
+      return output.array();
+    });
+  }
+
+  void reset(const py::object& frame) {
+    exclusively([&]<class Real>(Completer<Real>& completer) {
+      const PointsArgument<Real> given("frame", frame, "(k, 3)");
+      released([&] { completer.reset(given.view()); });
+    });
+  }
+
+  py::bytes state() {
+    return exclusively([]<class Real>(Completer<Real>& completer) {
+      const auto bytes = completer.state();
+      return py::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    });
+  }
+
+  void restore(const py::bytes& state) {
+    exclusively([&]<class Real>(Completer<Real>& completer) {
+      const auto bytes = static_cast<std::string_view>(state);
+      completer.restore(std::as_bytes(std::span(bytes)));
+    });
+  }
+
+  py::array_t<Index> generation() {
+    return exclusively(
+        []<class Real>(Completer<Real>& completer) { return copy(completer.generation()); });
+  }
+  py::array_t<Index> age() {
+    return exclusively(
+        []<class Real>(Completer<Real>& completer) { return copy(completer.age()); });
+  }
+  FrameReport report() {
+    return exclusively([]<class Real>(Completer<Real>& completer) { return completer.report(); });
+  }
+
+  // What never changes needs no exclusion.
+  [[nodiscard]] TopologyReport topology() const {
+    return std::visit([](const auto& completer) { return completer->topology(); }, completer_);
+  }
+  [[nodiscard]] std::size_t n_vertices() const {
+    return std::visit([](const auto& completer) { return completer->n_vertices(); }, completer_);
+  }
+  [[nodiscard]] py::dtype dtype() const {
+    return std::holds_alternative<std::unique_ptr<Completer<float>>>(completer_)
+               ? py::dtype::of<float>()
+               : py::dtype::of<double>();
+  }
+
+ private:
+  std::variant<std::unique_ptr<Completer<float>>, std::unique_ptr<Completer<double>>> completer_;
+  std::atomic_flag busy_;
+};
+
+}  // namespace
+
+void bind_completer(py::module_& module) {
+  py::class_<FrameReport>(module, "FrameReport")
+      .def_readonly("known", &FrameReport::known)
+      .def_readonly("filled", &FrameReport::filled)
+      .def_readonly("unseen", &FrameReport::unseen)
+      .def_readonly("iterations", &FrameReport::iterations)
+      .def_readonly("seconds", &FrameReport::seconds)
+      .def("__repr__", [](const FrameReport& report) {
+        return py::str("FrameReport(known={}, filled={}, unseen={}, iterations={}, seconds={:.6f})")
+            .format(report.known, report.filled, report.unseen, report.iterations, report.seconds);
+      });
+
+  py::class_<AnyCompleter>(module, "Completer")
+      .def(py::init<const py::object&, const py::object&, const std::string&, bool, Index,
+                    const std::string&, std::optional<double>, bool, Index>(),
+           py::arg("faces"), py::arg("first_frame"), py::kw_only(), py::arg("method") = "motion",
+           py::arg("revisit") = true, py::arg("extra_iterations") = 0, py::arg("unseen") = "follow",
+           py::arg("noise") = py::none(), py::arg("reject_outliers") = false,
+           py::arg("threads") = 1)
+      .def("push", &AnyCompleter::push, py::arg("points"), py::arg("known") = py::none(),
+           py::kw_only(), py::arg("out") = py::none())
+      .def("push_sparse", &AnyCompleter::push_sparse, py::arg("indices"), py::arg("points"),
+           py::kw_only(), py::arg("out") = py::none())
+      .def("skip", &AnyCompleter::skip, py::kw_only(), py::arg("out") = py::none())
+      .def("reset", &AnyCompleter::reset, py::arg("frame"))
+      .def("state", &AnyCompleter::state)
+      .def("restore", &AnyCompleter::restore, py::arg("state"))
+      .def_property_readonly("generation", &AnyCompleter::generation)
+      .def_property_readonly("age", &AnyCompleter::age)
+      .def_property_readonly("report", &AnyCompleter::report)
+      .def_property_readonly("topology", &AnyCompleter::topology)
+      .def_property_readonly("n_vertices", &AnyCompleter::n_vertices)
+      .def_property_readonly("dtype", &AnyCompleter::dtype)
+      .def("__repr__", [](const AnyCompleter& completer) {
+        return py::str("<dynmesh.Completer of {} vertices, {}>")
+            .format(completer.n_vertices(), completer.dtype());
+      });
+}
+
+}  // namespace dynmesh

@@ -1,0 +1,100 @@
+#include <dynmesh/metrics.hpp>
+
+#include "arrays.hpp"
+#include "bindings.hpp"
+
+namespace dynmesh {
+namespace {
+
+/// Reference and completion, (k, 3) each or (n, k, 3) each, as double precision.
+class Pair {
+ public:
+  Pair(const py::object& reference, const py::object& completed)
+      : reference_(load("reference", reference)), completed_(load("completed", completed)) {
+    if (!reference_.attr("shape").equal(completed_.attr("shape"))) {
+      throw py::value_error(
+          "completed: has shape " + std::string(py::str(completed_.attr("shape"))) +
+          ", but the reference has " + std::string(py::str(reference_.attr("shape"))));
+    }
+  }
+
+  [[nodiscard]] bool is_sequence() const { return reference_.ndim() == 3; }
+  [[nodiscard]] py::ssize_t n_frames() const { return is_sequence() ? reference_.shape(0) : 1; }
+  [[nodiscard]] py::ssize_t n_vertices() const { return reference_.shape(reference_.ndim() - 2); }
+  [[nodiscard]] Points<const double> reference(py::ssize_t frame) const {
+    return view_frame(reference_, reference_.data(), frame);
+  }
+  [[nodiscard]] Points<const double> completed(py::ssize_t frame) const {
+    return view_frame(completed_, completed_.data(), frame);
+  }
+
+ private:
+  static py::array_t<double> load(const char* argument, const py::object& object) {
+    const py::array array = to_array(object);
+    check_floating(argument, array);
+    check_shape(argument, array, array.ndim() == 3 ? 3 : 2, 3, "(k, 3) or (n, k, 3)");
+    return as_type<double>(array);
+  }
+
+  py::array_t<double> reference_;
+  py::array_t<double> completed_;
+};
+
+py::object py_nmsve(const py::object& faces, const py::object& reference,
+                    const py::object& completed) {
+  const IndicesArgument indices("faces", faces, 3, "(m, 3)");
+  const Pair pair(reference, completed);
+  py::array_t<double> values(pair.n_frames());
+  double* value = values.mutable_data();
+  {
+    const py::gil_scoped_release release;
+    const Topology topology =
+        build_topology(indices.faces(), static_cast<std::size_t>(pair.n_vertices()));
+    for (py::ssize_t frame = 0; frame < pair.n_frames(); ++frame) {
+      value[frame] = nmsve(topology.cells, pair.reference(frame), pair.completed(frame));
+    }
+  }
+  if (pair.is_sequence()) return values;
+  return py::float_(value[0]);
+}
+
+py::array_t<double> py_vertex_error(const py::object& reference, const py::object& completed) {
+  const Pair pair(reference, completed);
+  const auto k = static_cast<std::size_t>(pair.n_vertices());
+  py::array_t<double> errors = pair.is_sequence()
+                                   ? py::array_t<double>({pair.n_frames(), pair.n_vertices()})
+                                   : py::array_t<double>(pair.n_vertices());
+  double* first = errors.mutable_data();
+  const py::gil_scoped_release release;
+  for (py::ssize_t frame = 0; frame < pair.n_frames(); ++frame) {
+    vertex_error(pair.reference(frame), pair.completed(frame),
+                 std::span(first + static_cast<std::size_t>(frame) * k, k));
+  }
+  return errors;
+}
+
+ErrorSummary py_summary(const py::object& errors) {
+  const py::array array = to_array(errors);
+  check_floating("errors", array);
+  const py::array_t<double, py::array::c_style | py::array::forcecast> packed(array);
+  return summary({packed.data(), static_cast<std::size_t>(packed.size())});
+}
+
+}  // namespace
+
+void bind_metrics(py::module_& module) {
+  py::class_<ErrorSummary>(module, "ErrorSummary")
+      .def_readonly("mean", &ErrorSummary::mean)
+      .def_readonly("rms", &ErrorSummary::rms)
+      .def_readonly("p99", &ErrorSummary::p99)
+      .def_readonly("maximum", &ErrorSummary::maximum)
+      .def("__repr__", [](const ErrorSummary& summary) {
+        return py::str("ErrorSummary(mean={:.6g}, rms={:.6g}, p99={:.6g}, maximum={:.6g})")
+            .format(summary.mean, summary.rms, summary.p99, summary.maximum);
+      });
+  module.def("nmsve", &py_nmsve, py::arg("faces"), py::arg("reference"), py::arg("completed"));
+  module.def("vertex_error", &py_vertex_error, py::arg("reference"), py::arg("completed"));
+  module.def("summary", &py_summary, py::arg("errors"));
+}
+
+}  // namespace dynmesh

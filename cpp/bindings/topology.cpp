@@ -1,0 +1,52 @@
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <dynmesh/topology.hpp>
+
+#include "arrays.hpp"
+#include "bindings.hpp"
+
+namespace dynmesh {
+namespace {
+
+py::tuple cells(const py::object& faces, py::ssize_t n_vertices) {
+  if (n_vertices < 0) {
+    throw py::value_error("n_vertices: must not be negative, but is " + std::to_string(n_vertices));
+  }
+  const IndicesArgument indices("faces", faces, 3, "(m, 3)");
+  Topology topology;
+  {
+    const py::gil_scoped_release release;
+    topology = build_topology(indices.faces(), static_cast<std::size_t>(n_vertices));
+  }
+  const auto to_numpy = [](const std::vector<Index>& values) {
+    return py::array_t<Index>(static_cast<py::ssize_t>(values.size()), values.data());
+  };
+  return py::make_tuple(to_numpy(topology.cells.offsets), to_numpy(topology.cells.neighbours));
+}
+
+std::vector<std::pair<std::size_t, std::string>> refused_faces(const TopologyReport& report) {
+  std::vector<std::pair<std::size_t, std::string>> faces;
+  for (const auto& face : report.refused_faces) faces.emplace_back(face.index, face.reason);
+  return faces;
+}
+
+}  // namespace
+
+void bind_topology(py::module_& module) {
+  module.def("cells", &cells, py::arg("faces"), py::arg("n_vertices"));
+  py::class_<TopologyReport>(module, "TopologyReport")
+      .def_readonly("components", &TopologyReport::components)
+      .def_readonly("isolated_vertices", &TopologyReport::isolated_vertices)
+      .def_readonly("boundary_edges", &TopologyReport::boundary_edges)
+      .def_property_readonly("refused_faces", &refused_faces)
+      .def("__repr__", [](const TopologyReport& report) {
+        return py::str(
+                   "TopologyReport(components={}, isolated_vertices={}, boundary_edges={}, "
+                   "refused_faces=<{}>)")
+            .format(report.components, report.isolated_vertices, report.boundary_edges,
+                    report.refused_faces.size());
+      });
+}
+
+}  // namespace dynmesh

@@ -1,0 +1,101 @@
+/// Completion of a dynamic mesh, one frame at a time.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <dynmesh/estimator.hpp>
+#include <dynmesh/export.hpp>
+#include <dynmesh/generations.hpp>
+#include <dynmesh/settings.hpp>
+#include <dynmesh/topology.hpp>
+#include <dynmesh/types.hpp>
+#include <dynmesh/unseen.hpp>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace dynmesh {
+
+/// What happened to one frame; known + filled + unseen is the number of vertices.
+struct FrameReport {
+  std::size_t known = 0;       ///< anchors
+  std::size_t filled = 0;      ///< satellites, estimated by the method
+  std::size_t unseen = 0;      ///< not tied to an anchor: held, or moved rigidly
+  std::size_t iterations = 0;  ///< of the method
+  double seconds = 0;          ///< wall time of the call
+};
+
+/// Completes the frames of one dynamic mesh in their order, each from itself and the past alone.
+///
+/// All calls that take a frame write the completed frame, anchors exactly as given, to `completed`
+/// and return its report. They allocate nothing. Every one of them throws std::invalid_argument for
+/// bad input (wrong counts, a known position that is not finite, indices out of range or twice),
+/// saying what, where and with which value, and then leaves the completer as it was. `completed`
+/// may be the very view that `points` is; any other overlap of output and input is refused.
+///
+/// One thread at a time per object; different objects are independent.
+template <class Real>
+class DYNMESH_EXPORT Completer {
+ public:
+  /// `faces` is read once. `first_frame` must be complete: at least one vertex, all finite.
+  Completer(Faces faces, Points<const Real> first_frame, const Settings& settings = {});
+  ~Completer();
+  Completer(const Completer&) = delete;
+  Completer& operator=(const Completer&) = delete;
+  Completer(Completer&&) = delete;
+  Completer& operator=(Completer&&) = delete;
+
+  /// `points` and `known` have a row for each vertex; rows that are not known are not read.
+  FrameReport push(Points<const Real> points, KnownMask known, Points<Real> completed);
+
+  /// Rows of `points` with a coordinate that is not finite are missing.
+  FrameReport push(Points<const Real> points, Points<Real> completed);
+
+  /// Vertex `indices[i]` was observed at `points(i)`, and no other was.
+  FrameReport push_sparse(std::span<const Index> indices, Points<const Real> points,
+                          Points<Real> completed);
+
+  /// A frame of which nothing was observed.
+  FrameReport skip(Points<Real> completed);
+
+  /// This complete frame becomes frame 0, as if the completer were new.
+  void reset(Points<const Real> frame);
+
+  /// All that later frames depend on, in a form (little-endian, versioned) that may be stored and
+  /// moved. `restore` takes it up in any completer of the same faces, Real and settings; one that
+  /// does not fit, or is damaged, throws std::invalid_argument.
+  [[nodiscard]] std::vector<std::byte> state() const;
+  void restore(std::span<const std::byte> state);
+
+  [[nodiscard]] std::size_t n_vertices() const { return topology_.cells.size(); }
+  [[nodiscard]] const Settings& settings() const { return settings_; }
+  [[nodiscard]] const TopologyReport& topology() const { return topology_.report; }
+
+  /// (k,) of the last frame: 0 anchor, g satellite, -1 unseen. Valid until the next call.
+  [[nodiscard]] std::span<const Index> generation() const { return generations_.of_vertices(); }
+  /// (k,) frames since the vertex was last observed. Valid until the next call.
+  [[nodiscard]] std::span<const Index> age() const { return age_; }
+  /// Of the last frame; all vertices known before the first.
+  [[nodiscard]] const FrameReport& report() const { return report_; }
+
+ private:
+  void begin(const std::vector<Vector3<Real>>& first_frame);
+  void accept(std::size_t place, std::size_t vertex, const Vector3<Real>& position);
+  FrameReport complete(Points<Real> completed, std::chrono::steady_clock::time_point start);
+
+  Settings settings_;
+  std::vector<Vector3<Real>> first_frame_;
+  Topology topology_;
+  Generations generations_;
+  std::unique_ptr<Estimator<Real>> estimator_;
+  Unseen<Real> unseen_;
+
+  std::vector<Vector3<Real>> previous_;  // the last completed frame, V
+  std::vector<Vector3<Real>> current_;   // the frame in the making
+  std::vector<std::uint8_t> known_;      // its anchors
+  std::vector<Index> age_;
+  FrameReport report_;
+};
+
+}  // namespace dynmesh

@@ -1,0 +1,47 @@
+/// How a completer works. The defaults are the paper's method.
+#pragma once
+
+#include <dynmesh/export.hpp>
+#include <dynmesh/types.hpp>
+#include <dynmesh/unseen.hpp>
+#include <optional>
+#include <string_view>
+
+namespace dynmesh {
+
+enum class Method {
+  motion  ///< the paper's averaged motion vectors: motion.hpp
+};
+
+struct Settings {
+  Method method = Method::motion;
+
+  /// true: every iteration estimates all satellites reached so far. false: each satellite is
+  /// estimated once, when it is reached, and errors feed on themselves from frame to frame.
+  bool revisit = true;
+
+  /// Iterations after the one that reaches the last satellite, 0 to 1 000 000. Ten halve the error
+  /// on many sequences; without `revisit` they change nothing.
+  Index extra_iterations = 0;
+
+  UnseenRule unseen = UnseenRule::follow;
+
+  /// Standard deviation of the anchors' noise, in the unit of the positions. A setting of method
+  /// detail: refused by method motion, which takes anchors exactly.
+  std::optional<double> noise;
+  /// Whether anchors that contradict their neighbours are dropped. As `noise`.
+  bool reject_outliers = false;
+
+  /// Threads that a frame may use. This version knows 1.
+  Index threads = 1;
+};
+
+/// Throws std::invalid_argument that names the setting and its value.
+DYNMESH_EXPORT void check_settings(const Settings& settings);
+
+/// "motion". Throws std::invalid_argument for another name.
+DYNMESH_EXPORT Method method_from_name(std::string_view name);
+/// "hold" or "follow". Throws std::invalid_argument for another name.
+DYNMESH_EXPORT UnseenRule unseen_rule_from_name(std::string_view name);
+
+}  // namespace dynmesh

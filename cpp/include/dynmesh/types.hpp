@@ -1,0 +1,91 @@
+/// How arrays are laid out at the interface. Stated here once; every other header refers to it.
+///
+/// Positions are rows x, y, z of `float` or `double`, one row per vertex, in any unit of length.
+/// Vertex indices are 32-bit and count from 0. The library never keeps a pointer that it was given.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+
+namespace dynmesh {
+
+/// A vertex, half-edge or generation number.
+using Index = std::int32_t;
+
+/// A view of `count` positions in the caller's memory: coordinate c of row i is
+/// `data[i * row_stride + c * column_stride]`. Strides count elements, not bytes, and may be
+/// negative, so interleaved vertex buffers and planar x, y, z arrays are read and written in place.
+/// `Points<const Real>` is read, `Points<Real>` is written.
+template <class Real>
+struct Points {
+  Real* data = nullptr;
+  std::size_t count = 0;
+  std::ptrdiff_t row_stride = 3;
+  std::ptrdiff_t column_stride = 1;
+
+  Points() = default;
+  Points(Real* first, std::size_t rows, std::ptrdiff_t per_row = 3, std::ptrdiff_t per_column = 1)
+      : data(first), count(rows), row_stride(per_row), column_stride(per_column) {}
+
+  /// A writable view can be read.
+  template <class Mutable>
+  requires std::is_same_v<const Mutable, Real> Points(
+      const Points<Mutable>& other)  // NOLINT(google-explicit-constructor)
+      : Points(other.data, other.count, other.row_stride, other.column_stride) {}
+
+  Real& operator()(std::size_t row, std::size_t column) const {
+    return data[static_cast<std::ptrdiff_t>(row) * row_stride +
+                static_cast<std::ptrdiff_t>(column) * column_stride];
+  }
+};
+
+/// A view of `count` bytes, one per vertex: not zero where the position was observed in this frame.
+/// `stride` counts bytes.
+struct KnownMask {
+  const std::uint8_t* data = nullptr;
+  std::size_t count = 0;
+  std::ptrdiff_t stride = 1;
+
+  KnownMask() = default;
+  KnownMask(const std::uint8_t* first, std::size_t rows, std::ptrdiff_t step = 1)
+      : data(first), count(rows), stride(step) {}
+  KnownMask(const bool* first, std::size_t rows, std::ptrdiff_t step = 1)
+      : KnownMask(reinterpret_cast<const std::uint8_t*>(first), rows, step) {}
+
+  bool operator[](std::size_t row) const {
+    return data[static_cast<std::ptrdiff_t>(row) * stride] != 0;
+  }
+};
+
+/// A view of `count` triangles, three vertex indices each, packed.
+struct Faces {
+  const Index* data = nullptr;
+  std::size_t count = 0;
+
+  std::array<Index, 3> operator[](std::size_t face) const {
+    return {data[3 * face], data[3 * face + 1], data[3 * face + 2]};
+  }
+};
+
+/// A position or a motion vector.
+template <class Real>
+struct Vector3 {
+  Real x{};
+  Real y{};
+  Real z{};
+
+  friend Vector3 operator+(const Vector3& a, const Vector3& b) {
+    return {a.x + b.x, a.y + b.y, a.z + b.z};
+  }
+  friend Vector3 operator-(const Vector3& a, const Vector3& b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+  }
+  friend Vector3 operator*(Real factor, const Vector3& a) {
+    return {factor * a.x, factor * a.y, factor * a.z};
+  }
+  friend Real squared_norm(const Vector3& a) { return a.x * a.x + a.y * a.y + a.z * a.z; }
+};
+
+}  // namespace dynmesh

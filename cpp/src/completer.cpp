@@ -1,0 +1,226 @@
+#include <algorithm>
+#include <chrono>
+#include <dynmesh/completer.hpp>
+#include <dynmesh/motion.hpp>
+#include <initializer_list>
+#include <stdexcept>
+#include <string>
+
+#include "geometry.hpp"
+#include "overlap.hpp"
+
+namespace dynmesh {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+template <class Real>
+Vector3<Real> row(const Points<const Real>& points, std::size_t i) {
+  return {points(i, 0), points(i, 1), points(i, 2)};
+}
+
+template <class Real>
+std::string to_text(const Vector3<Real>& v) {
+  return "(" + std::to_string(v.x) + ", " + std::to_string(v.y) + ", " + std::to_string(v.z) + ")";
+}
+
+template <class Real>
+std::vector<Vector3<Real>> complete_frame(const char* argument, Points<const Real> points) {
+  std::vector<Vector3<Real>> frame(points.count);
+  for (std::size_t v = 0; v < points.count; ++v) {
+    frame[v] = row(points, v);
+    if (!is_finite(frame[v])) {
+      throw std::invalid_argument(std::string(argument) + ": vertex " + std::to_string(v) +
+                                  " is at " + to_text(frame[v]) +
+                                  ", but this frame must be complete and finite");
+    }
+  }
+  return frame;
+}
+
+void check_count(const char* argument, std::size_t rows, std::size_t n_vertices) {
+  if (rows != n_vertices) {
+    throw std::invalid_argument(std::string(argument) + ": has " + std::to_string(rows) +
+                                " rows, but the mesh has " + std::to_string(n_vertices) +
+                                " vertices");
+  }
+}
+
+struct NamedExtent {
+  const char* name;
+  Extent extent;
+};
+
+/// The completed frame must not overlap any of `inputs`, unless it is the very same array.
+template <class Real>
+void check_output(const Points<Real>& completed, std::size_t n_vertices,
+                  std::initializer_list<NamedExtent> inputs) {
+  check_count("out", completed.count, n_vertices);
+  const Extent output = Extent::of(completed);
+  if (overlaps_itself(output)) {
+    throw std::invalid_argument("out: the rows of the completed frame overlap one another");
+  }
+  for (const auto& input : inputs) {
+    if (input.extent != output && overlap(input.extent, output)) {
+      throw std::invalid_argument(std::string("out: the completed frame overlaps ") + input.name +
+                                  "; it may be the same array as points, or one apart");
+    }
+  }
+}
+
+template <class Real>
+std::vector<Vector3<Real>> first_frame_of(Points<const Real> points) {
+  if (points.count == 0) throw std::invalid_argument("first_frame: has no vertices");
+  return complete_frame("first_frame", points);
+}
+
+Topology topology_of(Faces faces, std::size_t n_vertices) {
+  if (faces.count == 0) {
+    throw std::invalid_argument("faces: is empty, but completion needs the mesh's connectivity");
+  }
+  return build_topology(faces, n_vertices);
+}
+
+}  // namespace
+
+template <class Real>
+Completer<Real>::Completer(Faces faces, Points<const Real> first_frame, const Settings& settings)
+    : settings_((check_settings(settings), settings)),
+      first_frame_(first_frame_of(first_frame)),
+      topology_(topology_of(faces, first_frame.count)),
+      generations_(first_frame.count),
+      estimator_(std::make_unique<Motion<Real>>(topology_.cells, settings.revisit,
+                                                settings.extra_iterations)),
+      unseen_(topology_, settings.unseen),
+      current_(first_frame.count),
+      known_(first_frame.count),
+      age_(first_frame.count) {
+  begin(first_frame_);
+}
+
+template <class Real>
+Completer<Real>::~Completer() = default;
+
+template <class Real>
+void Completer<Real>::begin(const std::vector<Vector3<Real>>& first_frame) {
+  unseen_.reset(first_frame);
+  estimator_->reset(first_frame);
+  first_frame_ = first_frame;
+  previous_ = first_frame;
+  std::ranges::fill(known_, std::uint8_t{1});
+  generations_.classify(topology_.cells, known_);
+  std::ranges::fill(age_, 0);
+  report_ = {};
+  report_.known = n_vertices();
+}
+
+template <class Real>
+void Completer<Real>::reset(Points<const Real> frame) {
+  check_count("frame", frame.count, n_vertices());
+  begin(complete_frame("frame", frame));
+}
+
+template <class Real>
+FrameReport Completer<Real>::push(Points<const Real> points, KnownMask known,
+                                  Points<Real> completed) {
+  const auto start = Clock::now();
+  check_count("points", points.count, n_vertices());
+  check_count("known", known.count, n_vertices());
+  check_output(completed, n_vertices(),
+               {{"points", Extent::of(points)}, {"known", Extent::of(known)}});
+  for (std::size_t v = 0; v < points.count; ++v) {
+    const bool observed = known[v];
+    known_[v] = observed ? 1 : 0;
+    if (observed) accept(v, v, row(points, v));
+  }
+  return complete(completed, start);
+}
+
+template <class Real>
+FrameReport Completer<Real>::push(Points<const Real> points, Points<Real> completed) {
+  const auto start = Clock::now();
+  check_count("points", points.count, n_vertices());
+  check_output(completed, n_vertices(), {{"points", Extent::of(points)}});
+  for (std::size_t v = 0; v < points.count; ++v) {
+    current_[v] = row(points, v);
+    known_[v] = is_finite(current_[v]) ? 1 : 0;
+  }
+  return complete(completed, start);
+}
+
+template <class Real>
+FrameReport Completer<Real>::push_sparse(std::span<const Index> indices, Points<const Real> points,
+                                         Points<Real> completed) {
+  const auto start = Clock::now();
+  if (indices.size() != points.count) {
+    throw std::invalid_argument("points: has " + std::to_string(points.count) + " rows for " +
+                                std::to_string(indices.size()) + " indices");
+  }
+  check_output(completed, n_vertices(),
+               {{"indices", Extent::of(indices)}, {"points", Extent::of(points)}});
+  std::ranges::fill(known_, std::uint8_t{0});
+  for (std::size_t i = 0; i < indices.size(); ++i) {
+    const Index index = indices[i];
+    if (index < 0 || static_cast<std::size_t>(index) >= n_vertices()) {
+      throw std::invalid_argument("indices: place " + std::to_string(i) + " holds " +
+                                  std::to_string(index) + ", but the mesh has " +
+                                  std::to_string(n_vertices()) + " vertices, counted from 0");
+    }
+    const auto v = static_cast<std::size_t>(index);
+    if (known_[v] != 0) {
+      const auto first = std::ranges::find(indices, index) - indices.begin();
+      throw std::invalid_argument("indices: places " + std::to_string(first) + " and " +
+                                  std::to_string(i) + " both hold vertex " + std::to_string(index));
+    }
+    known_[v] = 1;
+    accept(i, v, row(points, i));
+  }
+  return complete(completed, start);
+}
+
+template <class Real>
+FrameReport Completer<Real>::skip(Points<Real> completed) {
+  const auto start = Clock::now();
+  check_output(completed, n_vertices(), {});
+  std::ranges::fill(known_, std::uint8_t{0});
+  return complete(completed, start);
+}
+
+/// Row `place` of the input holds anchor `vertex`.
+template <class Real>
+void Completer<Real>::accept(std::size_t place, std::size_t vertex, const Vector3<Real>& position) {
+  if (!is_finite(position)) {
+    throw std::invalid_argument("points: row " + std::to_string(place) + " is at " +
+                                to_text(position) + ", but known positions must be finite");
+  }
+  current_[vertex] = position;
+}
+
+/// Algorithm 1 of the paper for one frame, whose anchors stand in known_ and current_. Nothing in
+/// here fails, so the calls above have checked everything before the first change of state.
+template <class Real>
+FrameReport Completer<Real>::complete(Points<Real> completed, Clock::time_point start) {
+  generations_.classify(topology_.cells, known_);  // anchors, satellites, unseen
+  const Index iterations = estimator_->estimate(previous_, current_, generations_);  // eq. (3), (4)
+  unseen_.place(previous_, current_, generations_);
+  estimator_->remember(current_);
+  std::swap(previous_, current_);
+
+  for (std::size_t v = 0; v < n_vertices(); ++v) {
+    age_[v] = known_[v] != 0 ? 0 : age_[v] + 1;
+    completed(v, 0) = previous_[v].x;
+    completed(v, 1) = previous_[v].y;
+    completed(v, 2) = previous_[v].z;
+  }
+  report_.known = generations_.anchors();
+  report_.filled = generations_.satellites().size();
+  report_.unseen = generations_.unseen_vertices();
+  report_.iterations = static_cast<std::size_t>(iterations);
+  report_.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  return report_;
+}
+
+template class Completer<float>;
+template class Completer<double>;
+
+}  // namespace dynmesh

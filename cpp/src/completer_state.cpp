@@ -1,0 +1,166 @@
+/// The stored form of a completer: a header that says what it fits, then the arrays, all
+/// little-endian and packed.
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstring>
+#include <dynmesh/completer.hpp>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+#include "geometry.hpp"
+
+namespace dynmesh {
+namespace {
+
+static_assert(std::endian::native == std::endian::little,
+              "states are stored as they lie in memory");
+
+constexpr std::array<char, 8> magic = {'d', 'y', 'n', 'm', 'e', 's', 'h', '1'};
+
+[[noreturn]] void refuse(const std::string& why) { throw std::invalid_argument("state: " + why); }
+
+/// What must agree between the completer that wrote a state and the one that reads it.
+struct Header {
+  std::array<char, 8> magic;
+  std::uint32_t real_size;
+  std::uint32_t method;
+  std::uint32_t revisit;
+  std::int32_t extra_iterations;
+  std::uint32_t unseen;
+  std::uint32_t reserved;
+  std::uint64_t n_vertices;
+  std::uint64_t cells;  // a hash
+};
+
+static_assert(sizeof(FrameReport) == 40 && sizeof(Vector3<float>) == 12, "stored without padding");
+
+class Writer {
+ public:
+  template <class T>
+  void write(const T* values, std::size_t count) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    const auto* bytes = reinterpret_cast<const std::byte*>(values);
+    bytes_.insert(bytes_.end(), bytes, bytes + count * sizeof(T));
+  }
+  std::vector<std::byte> take() { return std::move(bytes_); }
+
+ private:
+  std::vector<std::byte> bytes_;
+};
+
+class Reader {
+ public:
+  explicit Reader(std::span<const std::byte> bytes) : rest_(bytes) {}
+
+  template <class T>
+  void read(T* values, std::size_t count) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    if (rest_.size() < count * sizeof(T)) refuse("cut off");
+    std::memcpy(values, rest_.data(), count * sizeof(T));
+    rest_ = rest_.subspan(count * sizeof(T));
+  }
+  [[nodiscard]] std::size_t rest() const { return rest_.size(); }
+
+ private:
+  std::span<const std::byte> rest_;
+};
+
+/// FNV-1a over the cells: states move between meshes of equal connectivity only.
+std::uint64_t hash_of(const Cells& cells) {
+  std::uint64_t hash = 14695981039346656037ULL;
+  const auto add = [&](std::span<const Index> values) {
+    for (const Index value : values) {
+      hash = (hash ^ static_cast<std::uint32_t>(value)) * 1099511628211ULL;
+    }
+  };
+  add(cells.offsets);
+  add(cells.neighbours);
+  return hash;
+}
+
+template <class Real>
+Header header_of(const Settings& settings, const Cells& cells) {
+  return {magic,
+          sizeof(Real),
+          static_cast<std::uint32_t>(settings.method),
+          settings.revisit ? 1U : 0U,
+          settings.extra_iterations,
+          static_cast<std::uint32_t>(settings.unseen),
+          0,
+          cells.size(),
+          hash_of(cells)};
+}
+
+void check_header(const Header& found, const Header& expected) {
+  if (found.magic != expected.magic) refuse("not a completer state of this version");
+  if (found.real_size != expected.real_size) {
+    refuse("of " + std::to_string(8 * found.real_size) + "-bit positions, but this completer has " +
+           std::to_string(8 * expected.real_size) + "-bit ones");
+  }
+  if (found.n_vertices != expected.n_vertices) {
+    refuse("of " + std::to_string(found.n_vertices) + " vertices, but this mesh has " +
+           std::to_string(expected.n_vertices));
+  }
+  if (found.cells != expected.cells) refuse("of a mesh with other faces");
+  if (found.method != expected.method || found.revisit != expected.revisit ||
+      found.extra_iterations != expected.extra_iterations || found.unseen != expected.unseen) {
+    refuse("of a completer with other settings");
+  }
+}
+
+}  // namespace
+
+template <class Real>
+std::vector<std::byte> Completer<Real>::state() const {
+  std::vector<std::uint8_t> known(n_vertices());
+  std::ranges::transform(generation(), known.begin(), [](Index g) {
+    return static_cast<std::uint8_t>(g == Generations::anchor);
+  });
+  const Header header = header_of<Real>(settings_, topology_.cells);
+  Writer writer;
+  writer.write(&header, 1);
+  writer.write(&report_, 1);
+  writer.write(first_frame_.data(), n_vertices());
+  writer.write(previous_.data(), n_vertices());
+  writer.write(age_.data(), n_vertices());
+  writer.write(known.data(), n_vertices());
+  return writer.take();
+}
+
+template <class Real>
+void Completer<Real>::restore(std::span<const std::byte> state) {
+  Reader reader(state);
+  Header header{};
+  reader.read(&header, 1);
+  check_header(header, header_of<Real>(settings_, topology_.cells));
+  FrameReport report;
+  std::vector<Vector3<Real>> first_frame(n_vertices());
+  std::vector<Vector3<Real>> previous(n_vertices());
+  std::vector<Index> age(n_vertices());
+  std::vector<std::uint8_t> known(n_vertices());
+  reader.read(&report, 1);
+  reader.read(first_frame.data(), n_vertices());
+  reader.read(previous.data(), n_vertices());
+  reader.read(age.data(), n_vertices());
+  reader.read(known.data(), n_vertices());
+  if (reader.rest() != 0) refuse(std::to_string(reader.rest()) + " bytes too long");
+  if (!std::ranges::all_of(first_frame, is_finite<Real>) ||
+      !std::ranges::all_of(previous, is_finite<Real>) ||
+      !std::ranges::all_of(age, [](Index a) { return a >= 0; })) {
+    refuse("damaged");
+  }
+
+  begin(first_frame);
+  previous_ = previous;
+  age_ = age;
+  generations_.classify(topology_.cells, known);
+  report_ = report;
+}
+
+template class Completer<float>;
+template class Completer<double>;
+
+}  // namespace dynmesh

@@ -1,0 +1,38 @@
+/// What positions and edges are measured by.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <dynmesh/topology.hpp>
+#include <dynmesh/types.hpp>
+#include <span>
+
+namespace dynmesh {
+
+/// Squared lengths are floored at this many squared mean edges.
+inline constexpr double squared_length_floor = 1e-12;
+/// And capped here, where the next square would no longer be a float: only an outlier gets there.
+inline constexpr double squared_length_ceiling = 1e24;
+
+template <class Real>
+bool is_finite(const Vector3<Real>& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+/// h: the mean edge length of `frame`, 1 where that is zero or there is no edge.
+template <class Real>
+Real mean_edge_length(const Cells& cells, std::span<const Vector3<Real>> frame) {
+  double sum = 0;
+  for (std::size_t v = 0; v < cells.size(); ++v) {
+    const auto vertex = static_cast<Index>(v);
+    for (const Index n : cells[vertex]) {
+      const auto edge = frame[static_cast<std::size_t>(n)] - frame[v];
+      sum += std::hypot(static_cast<double>(edge.x), static_cast<double>(edge.y),
+                        static_cast<double>(edge.z));
+    }
+  }
+  const auto mean = static_cast<Real>(sum / static_cast<double>(cells.neighbours.size()));
+  return mean > 0 ? mean : Real{1};
+}
+
+}  // namespace dynmesh

@@ -1,0 +1,44 @@
+#include <dynmesh/settings.hpp>
+#include <stdexcept>
+#include <string>
+
+namespace dynmesh {
+
+void check_settings(const Settings& settings) {
+  constexpr Index most_extra_iterations = 1'000'000;
+  if (settings.extra_iterations < 0 || settings.extra_iterations > most_extra_iterations) {
+    throw std::invalid_argument("extra_iterations: must be from 0 to " +
+                                std::to_string(most_extra_iterations) + ", not " +
+                                std::to_string(settings.extra_iterations));
+  }
+  if (settings.threads != 1) {
+    throw std::invalid_argument("threads: must be 1 in this version, not " +
+                                std::to_string(settings.threads));
+  }
+  if (settings.noise) {
+    throw std::invalid_argument("noise: " + std::to_string(*settings.noise) +
+                                " given, but method motion takes anchors exactly as they are");
+  }
+  if (settings.reject_outliers) {
+    throw std::invalid_argument(
+        "reject_outliers: true given, but method motion takes anchors exactly as they are");
+  }
+}
+
+Method method_from_name(std::string_view name) {
+  if (name == "motion") return Method::motion;
+  if (name == "detail") {
+    throw std::invalid_argument(
+        "method: 'detail' is not available in this version; 'motion' is the one there is");
+  }
+  throw std::invalid_argument("method: must be 'motion', not '" + std::string(name) + "'");
+}
+
+UnseenRule unseen_rule_from_name(std::string_view name) {
+  if (name == "hold") return UnseenRule::hold;
+  if (name == "follow") return UnseenRule::follow;
+  throw std::invalid_argument("unseen: must be 'hold' or 'follow', not '" + std::string(name) +
+                              "'");
+}
+
+}  // namespace dynmesh
