@@ -155,10 +155,82 @@ class AnyCompleter {
   std::atomic_flag busy_;
 };
 
+constexpr const char* completer_doc = R"doc(Completes a dynamic mesh, one frame at a time.
+
+Each frame is completed from itself and the past alone. Calls that take a frame return the completed
+one, (k, 3) of the dtype of `first_frame`: known vertices exactly as given, everything else
+estimated. They release the GIL. Bad input raises ValueError, or TypeError where the kind is wrong,
+with what, where and the value; the completer is then as it was before the call.
+
+Args:
+    faces: (m, 3) integers, triangles. Faces that no half-edge mesh can hold are listed in
+        `topology`; their edges count all the same.
+    first_frame: (k, 3) float32 or float64, complete and finite. Positions of the other dtype that
+        come later are converted.
+    method: "motion", the paper's averaged motion vectors (Arvanitis et al. 2017, section 3).
+    revisit: True: every iteration estimates all satellites reached so far. False: each is estimated
+        once, and errors feed on themselves from frame to frame.
+    extra_iterations: after the one that reaches the last satellite, 0 to 1 000 000; without
+        `revisit` they change nothing.
+    unseen: for vertices that no chain of edges ties to a known one. "follow": their component
+        moves rigidly, as the nearest surface does; "hold": they stay.
+    noise, reject_outliers: settings of another method; refused by "motion".
+    threads: that a frame may use; this version knows 1.
+
+One thread at a time: a call while another thread is inside raises RuntimeError.)doc";
+
+constexpr const char* push_doc = R"doc(Completes the next frame.
+
+Args:
+    points: (k, 3) float32 or float64, any strides. Rows that are not known are ignored.
+    known: (k,) bool, True where the position was observed. None: rows of `points` that are not
+        finite are missing, all others known.
+    out: (k, 3) array of the completer's dtype to write to, instead of a fresh one. It may be
+        `points` itself; it must not overlap the input otherwise.
+
+Returns:
+    `out`, or the fresh array.)doc";
+
+constexpr const char* push_sparse_doc = R"doc(Completes the next frame from what was observed alone.
+
+Args:
+    indices: (n,) integers, the observed vertices, each once, in any order.
+    points: (n, 3) their positions.
+    out: as in `push`.)doc";
+
+constexpr const char* skip_doc = R"doc(Completes a frame of which nothing was observed.
+
+Args:
+    out: as in `push`.)doc";
+
+constexpr const char* reset_doc = R"doc(Makes a complete frame the new frame 0.
+
+Args:
+    frame: (k, 3), complete and finite.)doc";
+
+constexpr const char* state_doc = R"doc(All that later frames depend on, to be stored or sent.
+
+Returns:
+    bytes for `restore`, little-endian)doc";
+
+constexpr const char* restore_doc = R"doc(Continues where `state` was taken, with the same results.
+
+Args:
+    state: from a completer of the same faces, dtype and settings, on any machine.)doc";
+
+constexpr const char* frame_report_doc = R"doc(What happened to one frame.
+
+Attributes:
+    known: vertices that were observed.
+    filled: vertices estimated by the method.
+    unseen: vertices not tied to a known one. known + filled + unseen = k.
+    iterations: of the method.
+    seconds: wall time inside the core.)doc";
+
 }  // namespace
 
 void bind_completer(py::module_& module) {
-  py::class_<FrameReport>(module, "FrameReport")
+  py::class_<FrameReport>(module, "FrameReport", frame_report_doc)
       .def_readonly("known", &FrameReport::known)
       .def_readonly("filled", &FrameReport::filled)
       .def_readonly("unseen", &FrameReport::unseen)
@@ -169,7 +241,7 @@ void bind_completer(py::module_& module) {
             .format(report.known, report.filled, report.unseen, report.iterations, report.seconds);
       });
 
-  py::class_<AnyCompleter>(module, "Completer")
+  py::class_<AnyCompleter>(module, "Completer", completer_doc)
       .def(py::init<const py::object&, const py::object&, const std::string&, bool, Index,
                     const std::string&, std::optional<double>, bool, Index>(),
            py::arg("faces"), py::arg("first_frame"), py::kw_only(), py::arg("method") = "motion",
@@ -177,19 +249,22 @@ void bind_completer(py::module_& module) {
            py::arg("noise") = py::none(), py::arg("reject_outliers") = false,
            py::arg("threads") = 1)
       .def("push", &AnyCompleter::push, py::arg("points"), py::arg("known") = py::none(),
-           py::kw_only(), py::arg("out") = py::none())
+           py::kw_only(), py::arg("out") = py::none(), push_doc)
       .def("push_sparse", &AnyCompleter::push_sparse, py::arg("indices"), py::arg("points"),
-           py::kw_only(), py::arg("out") = py::none())
-      .def("skip", &AnyCompleter::skip, py::kw_only(), py::arg("out") = py::none())
-      .def("reset", &AnyCompleter::reset, py::arg("frame"))
-      .def("state", &AnyCompleter::state)
-      .def("restore", &AnyCompleter::restore, py::arg("state"))
-      .def_property_readonly("generation", &AnyCompleter::generation)
-      .def_property_readonly("age", &AnyCompleter::age)
-      .def_property_readonly("report", &AnyCompleter::report)
-      .def_property_readonly("topology", &AnyCompleter::topology)
-      .def_property_readonly("n_vertices", &AnyCompleter::n_vertices)
-      .def_property_readonly("dtype", &AnyCompleter::dtype)
+           py::kw_only(), py::arg("out") = py::none(), push_sparse_doc)
+      .def("skip", &AnyCompleter::skip, py::kw_only(), py::arg("out") = py::none(), skip_doc)
+      .def("reset", &AnyCompleter::reset, py::arg("frame"), reset_doc)
+      .def("state", &AnyCompleter::state, state_doc)
+      .def("restore", &AnyCompleter::restore, py::arg("state"), restore_doc)
+      .def_property_readonly("generation", &AnyCompleter::generation,
+                             "(k,) int32, of the last frame: 0 anchor, g satellite, -1 unseen.")
+      .def_property_readonly("age", &AnyCompleter::age,
+                             "(k,) int32: frames since the vertex was last observed.")
+      .def_property_readonly("report", &AnyCompleter::report, "FrameReport of the last frame.")
+      .def_property_readonly("topology", &AnyCompleter::topology, "TopologyReport of the mesh.")
+      .def_property_readonly("n_vertices", &AnyCompleter::n_vertices, "k.")
+      .def_property_readonly("dtype", &AnyCompleter::dtype,
+                             "float32 or float64, as first_frame was.")
       .def("__repr__", [](const AnyCompleter& completer) {
         return py::str("<dynmesh.Completer of {} vertices, {}>")
             .format(completer.n_vertices(), completer.dtype());

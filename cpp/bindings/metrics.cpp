@@ -80,6 +80,33 @@ ErrorSummary py_summary(const py::object& errors) {
   return summary({packed.data(), static_cast<std::size_t>(packed.size())});
 }
 
+constexpr const char* nmsve_doc = R"doc(Normalised mean square visual error (paper, eq. 5 and 6).
+
+1/(2k) sum of |v_i - v'_i| + |GL(v_i) - GL(v'_i)| over the vertices, with GL(v_i) = v_i less the
+mean of its neighbours weighted by inverse distance. Linear in the edges.
+
+Args:
+    faces: (m, 3) integers.
+    reference: (k, 3) float32 or float64, finite; or (n, k, 3) for n frames.
+    completed: of the same shape.
+
+Returns:
+    float, in the unit of the positions; (n,) float64 for n frames.)doc";
+
+constexpr const char* vertex_error_doc = R"doc(|v_i - v'_i| of each vertex, the paper's heatmap.
+
+Args:
+    reference: (k, 3) float32 or float64, finite; or (n, k, 3).
+    completed: of the same shape.
+
+Returns:
+    (k,) or (n, k) float64, in the unit of the positions.)doc";
+
+constexpr const char* summary_doc = R"doc(Mean, root mean square, 99th percentile and maximum.
+
+Args:
+    errors: float32 or float64 of any shape, not empty, without NaN.)doc";
+
 }  // namespace
 
 void bind_metrics(py::module_& module) {
@@ -92,9 +119,11 @@ void bind_metrics(py::module_& module) {
         return py::str("ErrorSummary(mean={:.6g}, rms={:.6g}, p99={:.6g}, maximum={:.6g})")
             .format(summary.mean, summary.rms, summary.p99, summary.maximum);
       });
-  module.def("nmsve", &py_nmsve, py::arg("faces"), py::arg("reference"), py::arg("completed"));
-  module.def("vertex_error", &py_vertex_error, py::arg("reference"), py::arg("completed"));
-  module.def("summary", &py_summary, py::arg("errors"));
+  module.def("nmsve", &py_nmsve, py::arg("faces"), py::arg("reference"), py::arg("completed"),
+             nmsve_doc);
+  module.def("vertex_error", &py_vertex_error, py::arg("reference"), py::arg("completed"),
+             vertex_error_doc);
+  module.def("summary", &py_summary, py::arg("errors"), summary_doc);
 }
 
 }  // namespace dynmesh

@@ -31,11 +31,30 @@ std::vector<std::pair<std::size_t, std::string>> refused_faces(const TopologyRep
   return faces;
 }
 
+constexpr const char* cells_doc = R"doc(The one-ring of every vertex.
+
+Args:
+    faces: (m, 3) integers.
+    n_vertices: k.
+
+Returns:
+    offsets (k + 1,) int32 and neighbours int32: the neighbours of vertex i, ascending, are
+    neighbours[offsets[i]:offsets[i + 1]].)doc";
+
+constexpr const char* report_doc = R"doc(What there is to say about a mesh's connectivity.
+
+Attributes:
+    components: connected components; an isolated vertex is one.
+    isolated_vertices: vertices without an edge.
+    boundary_edges: edges with one face, among the faces not refused.
+    refused_faces: (index, reason) of each degenerate, duplicate or non-manifold face; its edges
+        count in the cells all the same.)doc";
+
 }  // namespace
 
 void bind_topology(py::module_& module) {
-  module.def("cells", &cells, py::arg("faces"), py::arg("n_vertices"));
-  py::class_<TopologyReport>(module, "TopologyReport")
+  module.def("cells", &cells, py::arg("faces"), py::arg("n_vertices"), cells_doc);
+  py::class_<TopologyReport>(module, "TopologyReport", report_doc)
       .def_readonly("components", &TopologyReport::components)
       .def_readonly("isolated_vertices", &TopologyReport::isolated_vertices)
       .def_readonly("boundary_edges", &TopologyReport::boundary_edges)

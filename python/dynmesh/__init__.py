@@ -1,1 +1,41 @@
-from ._core import Completer, cells, __version__
+"""dynmesh completes dynamic meshes in real time.
+
+The connectivity is fixed, the first frame is whole, and of every later frame only some vertices
+were observed. dynmesh fills in the rest, frame by frame, from the past alone:
+
+    completer = dynmesh.Completer(faces, first_frame)
+    for points, known in sensor:
+        frame = completer.push(points, known)
+
+The method is that of Arvanitis, Lalos, Moustakas and Fakotakis, "Fast and Effective Dynamic Mesh
+Completion" (WSCG 2017).
+"""
+
+from . import degrade, metrics, synth
+from ._core import Completer, FrameReport, TopologyReport, __version__, cells
+from .files import Frame, Reader, Writer, create, open, read, write
+from .matrices import adjacency, laplacian
+from .sequence import Sequence
+from .streaming import complete
+
+__all__ = [
+    "Completer",
+    "Frame",
+    "FrameReport",
+    "Reader",
+    "Sequence",
+    "TopologyReport",
+    "Writer",
+    "__version__",
+    "adjacency",
+    "cells",
+    "complete",
+    "create",
+    "degrade",
+    "laplacian",
+    "metrics",
+    "open",
+    "read",
+    "synth",
+    "write",
+]

@@ -1,0 +1,13 @@
+"""Libraries that only some calls need."""
+
+from importlib import import_module
+from types import ModuleType
+
+
+def require(module: str, *, extra: str) -> ModuleType:
+    """Imports `module`, or says which extra installs it."""
+    try:
+        return import_module(module)
+    except ImportError as error:
+        package = module.partition(".")[0]
+        raise ImportError(f"this needs {package}: pip install 'dynmesh[{extra}]'") from error

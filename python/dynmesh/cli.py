@@ -1,0 +1,279 @@
+"""The command `dynmesh`: the package for people with a shell and a file."""
+
+import json
+import sys
+from collections.abc import Iterable, Iterator
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any, NoReturn, TypeVar
+
+import numpy as np
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    ProgressColumn,
+    Task,
+    TextColumn,
+    TimeRemainingColumn,
+)
+from rich.table import Table
+from rich.text import Text
+
+from . import degrade as degradation
+from . import evaluation, files
+from . import synth as built_in
+from ._core import Completer, __version__
+from .streaming import Settings, complete_pairs
+
+app = typer.Typer(
+    name="dynmesh",
+    help="Completes dynamic meshes: one connectivity, a whole first frame, holes in the others.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+)
+messages = Console(stderr=True)
+
+T = TypeVar("T")
+
+InputPath = Annotated[Path, typer.Argument(metavar="IN", help="A sequence, .npz.")]
+OutputPath = Annotated[Path, typer.Argument(metavar="OUT", help="The result, .npz.")]
+Seed = Annotated[int, typer.Option(help="Equal seeds give equal results.", min=0)]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace OUT if it exists.")]
+
+
+class BuiltIn(StrEnum):
+    """The built-in sequences."""
+
+    ocean = "ocean"
+    walker = "walker"
+
+
+class Unseen(StrEnum):
+    """What becomes of vertices that no edges tie to a known one."""
+
+    follow = "follow"
+    hold = "hold"
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        print(f"dynmesh {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    _: Annotated[
+        bool,
+        typer.Option(
+            "--version", help="Print the version.", callback=_print_version, is_eager=True
+        ),
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command()
+def info(path: InputPath) -> None:
+    """Say what a sequence holds, and what is odd about its mesh."""
+    with files.open(path) as reader:
+        shares = list(_track(_known_shares(reader), reader.n_frames, "reading"))
+        first = next(iter(reader)).points
+        topology = Completer(reader.faces, first).topology
+        table = Table.grid(padding=(0, 2))
+        table.add_row("frames", str(reader.n_frames))
+        table.add_row("frames per second", "not said" if reader.fps is None else f"{reader.fps:g}")
+        table.add_row("vertices", f"{reader.n_vertices}, {reader.dtype}")
+        table.add_row("faces", str(len(reader.faces)))
+        table.add_row("known after frame 0", _describe_shares(shares[1:]))
+        table.add_row(
+            "bounding-box diagonal", f"{evaluation.bounding_box_diagonal(first):g}, of frame 0"
+        )
+        table.add_row("components", str(topology.components))
+        table.add_row("isolated vertices", str(topology.isolated_vertices))
+        table.add_row("boundary edges", str(topology.boundary_edges))
+        table.add_row("refused faces", str(len(topology.refused_faces)))
+        for index, reason in topology.refused_faces[:10]:
+            table.add_row("", f"face {index}: {reason}")
+        if len(topology.refused_faces) > 10:
+            table.add_row("", f"and {len(topology.refused_faces) - 10} more")
+    Console().print(table)
+
+
+@app.command()
+def synth(
+    name: Annotated[BuiltIn, typer.Argument(help="Which of the built-in sequences.")],
+    output: OutputPath,
+    frames: Annotated[int | None, typer.Option(help="How many frames.", min=1)] = None,
+    seed: Seed = 0,
+    overwrite: Overwrite = False,
+) -> None:
+    """Make a built-in sequence: a simulated ocean, or a figure that walks and does a handstand."""
+    _check_output(output, overwrite)
+    make = {BuiltIn.ocean: built_in.ocean, BuiltIn.walker: built_in.walker}[name]
+    sequence = make(seed=seed) if frames is None else make(frames, seed=seed)
+    files.write(output, sequence)
+    n_frames, n_vertices, _ = sequence.vertices.shape
+    messages.print(f"{output}: {n_frames} frames of {n_vertices} vertices", highlight=False)
+
+
+@app.command()
+def degrade(
+    path: InputPath,
+    output: OutputPath,
+    known: Annotated[
+        float, typer.Option(help="Share of the vertices that stays known, above 0 and below 1.")
+    ],
+    seed: Seed = 0,
+    overwrite: Overwrite = False,
+) -> None:
+    """Take vertices away from every frame but the first, picked at random."""
+    _check_output(output, overwrite)
+    with files.open(path) as reader, files.create_like(reader, output, with_known=True) as writer:
+        masks = degradation.random_known(reader.n_frames, reader.n_vertices, known, seed=seed)
+        frames = _track(reader, reader.n_frames, "degrading")
+        for frame, mask in zip(frames, masks, strict=True):
+            kept = mask if frame.known is None else mask & frame.known
+            # What is not known must not be there to be peeked at.
+            points = np.where(kept[:, None], frame.points, np.asarray(np.nan, reader.dtype))
+            writer.append(points, kept)
+
+
+@app.command()
+def complete(
+    path: InputPath,
+    output: OutputPath,
+    revisit: Annotated[
+        bool, typer.Option(help="Estimate a satellite again at every iteration, or only once.")
+    ] = True,
+    extra_iterations: Annotated[
+        int, typer.Option(help="Iterations after the last satellite is reached.", min=0)
+    ] = 0,
+    unseen: Annotated[
+        Unseen, typer.Option(help="What parts of the mesh without any known vertex do.")
+    ] = Unseen.follow,
+    overwrite: Overwrite = False,
+) -> None:
+    """Fill in the missing vertices of every frame, from that frame and the past alone."""
+    settings: Settings = {
+        "revisit": revisit,
+        "extra_iterations": extra_iterations,
+        "unseen": unseen.value,
+    }
+    _check_output(output, overwrite)
+    seconds = []
+    with files.open(path) as reader, files.create_like(reader, output) as writer:
+        frames = _track(reader, reader.n_frames, "completing")
+        for completed, report in complete_pairs(reader.faces, frames, **settings):
+            writer.append(completed)
+            seconds.append(report.seconds)
+    _say_how_fast(output, seconds[1:])
+
+
+@app.command()
+def evaluate(
+    completed: Annotated[Path, typer.Argument(metavar="COMPLETED", help="What was filled in.")],
+    reference: Annotated[Path, typer.Argument(metavar="REFERENCE", help="The truth.")],
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")] = False,
+) -> None:
+    """Measure the error of a completed sequence.
+
+    All figures are in bounding-box diagonals of the reference's first frame. NMSVE is the paper's
+    normalised mean square visual error; the others are of the distance between a vertex and its
+    true position: mean, root mean square and 99th percentile in the mean frame, and the largest of
+    all. Frame 0 is left out.
+    """
+    with files.open(completed) as ours, files.open(reference) as truth:
+        result = evaluation.evaluate(ours, truth, _track(ours, ours.n_frames, "measuring"))
+    if as_json:
+        print(json.dumps(_as_json(result), indent=2))
+        return
+    table = Table.grid(padding=(0, 2))
+    table.add_row("NMSVE", f"{result.nmsve:.4g}")
+    table.add_row("mean error", f"{result.mean:.4g}")
+    table.add_row("root mean square", f"{result.rms:.4g}")
+    table.add_row("99th percentile", f"{result.p99:.4g}")
+    table.add_row("maximum", f"{result.maximum:.4g}")
+    table.add_row("frames", str(result.frames))
+    table.add_row("unit", f"bounding-box diagonal of frame 0, {result.bounding_box_diagonal:g}")
+    Console().print(table)
+
+
+def main() -> None:
+    """Runs the command line; one line says what went wrong."""
+    try:
+        app()
+    except OSError as error:
+        _fail(f"{error.filename}: {error.strerror}" if error.filename else str(error))
+    except (ValueError, TypeError, ImportError) as error:
+        _fail(str(error))
+
+
+def _fail(why: str) -> NoReturn:
+    messages.print(f"[red]dynmesh:[/red] {escape(why)}", highlight=False, soft_wrap=True)
+    sys.exit(1)
+
+
+def _as_json(result: evaluation.Evaluation) -> dict[str, Any]:
+    summary = {name: getattr(result, name) for name in ("mean", "rms", "p99", "maximum")}
+    return {
+        "nmsve": result.nmsve,
+        "summary": summary,
+        "frames": result.frames,
+        "bounding_box_diagonal": result.bounding_box_diagonal,
+    }
+
+
+def _check_output(path: Path, overwrite: bool) -> None:
+    if path.exists() and not overwrite:
+        raise ValueError(f"{path}: exists already; --overwrite replaces it")
+    if not path.parent.is_dir():
+        raise ValueError(f"{path}: there is no folder {path.parent}")
+
+
+def _say_how_fast(output: Path, seconds: list[float]) -> None:
+    if not seconds:
+        messages.print(f"{output}: frame 0 alone; there was nothing to complete", highlight=False)
+        return
+    middle = float(np.median(seconds))
+    messages.print(
+        f"{output}: {len(seconds)} frames completed in {1e3 * middle:.3g} ms each (median), "
+        f"{1 / middle:.0f} frames per second beside reading and writing",
+        highlight=False,
+        soft_wrap=True,
+    )
+
+
+def _known_shares(reader: files.Reader) -> Iterator[float]:
+    for points, known in reader:
+        observed = np.isfinite(points).all(axis=1)
+        if known is not None:
+            observed &= known
+        yield float(observed.mean())
+
+
+def _describe_shares(shares: list[float]) -> str:
+    if not shares:
+        return "there is no other frame"
+    return f"{100 * np.mean(shares):.1f} % ({100 * min(shares):.1f} to {100 * max(shares):.1f} %)"
+
+
+class _FramesPerSecond(ProgressColumn):
+    def render(self, task: Task) -> Text:
+        return Text(f"{task.speed or 0:.0f} frames/s", style="progress.data.speed")
+
+
+def _track(items: Iterable[T], total: int, what: str) -> Iterator[T]:
+    columns = (
+        TextColumn(what),
+        BarColumn(),
+        MofNCompleteColumn(),
+        _FramesPerSecond(),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=messages) as progress:
+        yield from progress.track(items, total)

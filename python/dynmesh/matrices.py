@@ -1,0 +1,44 @@
+"""Adjacency and Laplacian of a mesh as SciPy sparse matrices (paper, eq. 1 and 2)."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._core import cells
+from ._extras import require
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+
+def adjacency(faces: NDArray[np.integer[Any]], n_vertices: int) -> "csr_array[np.float64]":
+    """R of eq. (1): 1 where two vertices share an edge, 0 elsewhere.
+
+    Args:
+        faces: (m, 3) integers.
+        n_vertices: k.
+
+    Returns:
+        (k, k) float64, symmetric, with sorted rows.
+
+    Raises:
+        ValueError, TypeError: as :func:`dynmesh.cells`.
+        ImportError: SciPy is missing.
+    """
+    sparse = require("scipy.sparse", extra="reproduce")
+    offsets, neighbours = cells(faces, n_vertices)
+    shape = (n_vertices, n_vertices)
+    matrix: csr_array[np.float64] = sparse.csr_array(
+        (np.ones(len(neighbours)), neighbours, offsets), shape=shape
+    )
+    return matrix
+
+
+def laplacian(faces: NDArray[np.integer[Any]], n_vertices: int) -> "csr_array[np.float64]":
+    """L = D - R of eq. (2), the combinatorial Laplacian. As :func:`adjacency`."""
+    sparse = require("scipy.sparse", extra="reproduce")
+    r = adjacency(faces, n_vertices)
+    degree = np.diff(r.indptr).astype(np.float64)
+    matrix: csr_array[np.float64] = sparse.diags_array(degree, format="csr") - r
+    return matrix

@@ -1,0 +1,91 @@
+"""Completion of a whole stream of frames."""
+
+from collections.abc import Iterable, Iterator
+from itertools import repeat, zip_longest
+from typing import Any, Literal, TypedDict, Unpack
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._core import Completer, FrameReport
+from .sequence import Mask, Positions
+
+
+class Settings(TypedDict, total=False):
+    """The settings of :class:`dynmesh.Completer`, which documents them."""
+
+    method: Literal["motion"]
+    revisit: bool
+    extra_iterations: int
+    unseen: Literal["follow", "hold"]
+    noise: float | None
+    reject_outliers: bool
+    threads: int
+
+
+def complete(
+    faces: NDArray[np.integer[Any]],
+    frames: Iterable[Positions],
+    known: Iterable[Mask] | None = None,
+    **settings: Unpack[Settings],
+) -> Iterator[Positions]:
+    """Completes frame after frame, in constant memory.
+
+    Args:
+        faces: (m, 3) integers.
+        frames: (k, 3) positions each; the first must be complete, and is yielded first.
+        known: (k,) bool each, one for every frame; None: rows that are not finite are missing.
+        settings: those of :class:`dynmesh.Completer`.
+
+    Yields:
+        (k, 3) completed frames, each a fresh array of the first frame's dtype.
+
+    Raises:
+        ValueError, TypeError: what :class:`dynmesh.Completer` raises, with the frame's number; no
+            frame at all; frames and masks of different numbers.
+    """
+    for completed, _ in complete_pairs(faces, _pair(frames, known), **settings):
+        yield completed
+
+
+def complete_pairs(
+    faces: NDArray[np.integer[Any]],
+    pairs: Iterable[tuple[Positions, Mask | None]],
+    **settings: Unpack[Settings],
+) -> Iterator[tuple[Positions, FrameReport]]:
+    """As :func:`complete`, of (points, known) and with the report of each frame."""
+    completer: Completer | None = None
+    for number, (points, known) in enumerate(pairs):
+        try:
+            if completer is None:
+                _check_complete(known)
+                completer = Completer(faces, points, **settings)
+                completed: Positions = np.array(points, completer.dtype)
+            else:
+                completed = completer.push(points, known)
+        except (ValueError, TypeError) as error:
+            raise type(error)(f"frame {number}: {error}") from error
+        yield completed, completer.report
+    if completer is None:
+        raise ValueError("frames: is empty, but frame 0 is needed, complete")
+
+
+def _pair(
+    frames: Iterable[Positions], known: Iterable[Mask] | None
+) -> Iterator[tuple[Positions, Mask | None]]:
+    if known is None:
+        yield from zip(frames, repeat(None), strict=False)
+        return
+    missing: Any = object()
+    pairs: Iterator[tuple[Any, Any]] = zip_longest(frames, known, fillvalue=missing)
+    for number, (points, mask) in enumerate(pairs):
+        if points is missing or mask is missing:
+            short, long = ("frames", "known") if points is missing else ("known", "frames")
+            raise ValueError(f"{short}: ends before frame {number}, but {long} goes on")
+        yield points, mask
+
+
+def _check_complete(known: Mask | None) -> None:
+    missing = np.flatnonzero(~np.asarray(known)) if known is not None else []
+    if len(missing):
+        raise ValueError(f"known: vertex {missing[0]} is missing, but frame 0 must be complete")
