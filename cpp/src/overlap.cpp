@@ -19,23 +19,22 @@ Range span_of(const Extent& e) {
               static_cast<std::ptrdiff_t>(e.size)};
 }
 
-/// Whether a column of `a` in some row meets a column of `b` in another row, or, where asked, in
-/// the same row; both of one row pitch. `offset`: byte offset from the column of a to that of b.
+/// Whether a column of `a` meets a column of `b`, both of one row pitch, in different rows or,
+/// where that counts, in the same row. `offset`: bytes from the column of a to that of b in row 0.
 bool columns_meet(const Extent& a, const Extent& b, std::ptrdiff_t offset, bool same_row_counts) {
-  // Rows apart by n shift b by n pitches: they meet where -size_b < offset + n pitch < size_a.
-  const std::ptrdiff_t pitch = std::abs(a.row_pitch);
-  const auto meets = [&](std::ptrdiff_t shifted) {
-    return shifted < static_cast<std::ptrdiff_t>(a.size) &&
-           shifted > -static_cast<std::ptrdiff_t>(b.size);
+  const auto meets = [&](std::ptrdiff_t apart) {
+    return apart < static_cast<std::ptrdiff_t>(a.size) &&
+           apart > -static_cast<std::ptrdiff_t>(b.size);
   };
+  const std::ptrdiff_t pitch = a.row_pitch;
   if (pitch == 0) return meets(offset) && (same_row_counts || a.rows > 1);
+  // Row i of a and row i + n of b are offset + n pitch apart: only n near -offset / pitch matter.
   const std::ptrdiff_t nearest = -offset / pitch;
-  const auto reach = static_cast<std::ptrdiff_t>(std::max(a.size, b.size)) / pitch + 1;
-  const auto most = static_cast<std::ptrdiff_t>(std::max(a.rows, b.rows)) - 1;
-  for (std::ptrdiff_t n = nearest - reach; n <= nearest + reach; ++n) {
-    if (std::abs(n) <= most && (n != 0 || same_row_counts) && meets(offset + n * pitch)) {
-      return true;
-    }
+  const auto reach = static_cast<std::ptrdiff_t>(std::max(a.size, b.size)) / std::abs(pitch) + 1;
+  const std::ptrdiff_t first = std::max(nearest - reach, 1 - static_cast<std::ptrdiff_t>(a.rows));
+  const std::ptrdiff_t last = std::min(nearest + reach, static_cast<std::ptrdiff_t>(b.rows) - 1);
+  for (std::ptrdiff_t n = first; n <= last; ++n) {
+    if ((n != 0 || same_row_counts) && meets(offset + n * pitch)) return true;
   }
   return false;
 }

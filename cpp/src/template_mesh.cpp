@@ -95,8 +95,9 @@ class Collector final : public OpenMesh::IO::BaseImporter {
   throw std::runtime_error(path + ": " + why);
 }
 
-/// What a file says it holds, found without OpenMesh, whose readers drop a vertex of an OBJ that is
-/// not a number and, in text PLY and OFF, turn to zero what comes after one, without a word.
+/// What a file says it holds, found without OpenMesh. Its readers drop a vertex of an OBJ that is
+/// not a number; in text PLY and OFF they turn to zero what comes after one, or after a comment;
+/// and they go on past the end: all without a word.
 struct Declared {
   std::size_t vertices = 0;
   std::size_t faces = 0;
@@ -155,18 +156,21 @@ Declared scan_ply(const std::string& path, std::istream& file) {
   return declared;
 }
 
-Declared scan_off(const std::string& path, std::istream& file) {
+/// Also writes the file without its comments to `text`.
+Declared scan_off(const std::string& path, std::istream& file, std::ostream& text) {
   std::size_t number = 0;
   std::vector<std::size_t> counts;
   for (std::string line; std::getline(file, line);) {
     ++number;
-    std::istringstream tokens(line.substr(0, line.find('#')));
+    line = line.substr(0, line.find('#'));
+    std::istringstream tokens(line);
     for (std::string token; tokens >> token;) {
       if (token == "BINARY") refuse(path, "binary OFF is not read; write it as text, or as PLY");
       if (counts.empty() && token.ends_with("OFF")) continue;
       check_number(path, number, token);
       if (counts.size() < 2) counts.push_back(std::strtoull(token.c_str(), nullptr, 10));
     }
+    text << line << '\n';
   }
   if (counts.size() < 2) refuse(path, "ends before its numbers of vertices and faces");
   return {counts[0], counts[1]};
@@ -178,35 +182,39 @@ std::string lowercase_suffix(const std::string& path) {
   return suffix;
 }
 
-Declared scan(const std::string& path) {
+}  // namespace
+
+TemplateMesh read_template(const std::string& path) {
   const std::string suffix = lowercase_suffix(path);
   if (suffix != ".obj" && suffix != ".ply" && suffix != ".off") {
     refuse(path, "a template is read from .obj, .ply or .off");
   }
   std::ifstream file(path, std::ios::binary);
   if (!file || std::filesystem::is_directory(path)) refuse(path, "cannot be opened");
-  if (suffix == ".obj") return scan_obj(path, file);
-  return suffix == ".ply" ? scan_ply(path, file) : scan_off(path, file);
-}
+  std::stringstream text;
+  const Declared declared = suffix == ".obj"   ? scan_obj(path, file)
+                            : suffix == ".ply" ? scan_ply(path, file)
+                                               : scan_off(path, file, text);
+  file.clear();
+  file.seekg(0);
+  std::istream& input = suffix == ".off" ? static_cast<std::istream&>(text) : file;
 
-}  // namespace
-
-TemplateMesh read_template(const std::string& path) {
-  const Declared declared = scan(path);
   Collector collector;
   OpenMesh::IO::Options options;
   {
     const SilentOpenMesh silent;
-    if (!OpenMesh::IO::IOManager().read(path, collector, options)) {
+    if (!OpenMesh::IO::IOManager().read(input, suffix, collector, options)) {
       refuse(path, "OpenMesh's reader cannot make sense of it");
     }
   }
-  if (collector.n_vertices() != declared.vertices || collector.polygons != declared.faces) {
+  // An OBJ is read to its end; in the others nothing is looked for where nothing is.
+  const bool ran_out = suffix != ".obj" && input.fail();
+  if (ran_out || collector.n_vertices() != declared.vertices ||
+      collector.polygons != declared.faces) {
     refuse(path, "declares " + std::to_string(declared.vertices) + " vertices and " +
-                     std::to_string(declared.faces) + " faces, but " +
-                     std::to_string(collector.n_vertices()) + " and " +
-                     std::to_string(collector.polygons) + " could be read");
+                     std::to_string(declared.faces) + " faces, but not all could be read");
   }
+  if (declared.vertices == 0) refuse(path, "holds no vertices");
   return std::move(collector.mesh);
 }
 

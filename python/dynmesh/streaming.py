@@ -86,6 +86,7 @@ def _pair(
 
 
 def _check_complete(known: Mask | None) -> None:
-    missing = np.flatnonzero(~np.asarray(known)) if known is not None else []
-    if len(missing):
-        raise ValueError(f"known: vertex {missing[0]} is missing, but frame 0 must be complete")
+    if known is None or np.all(known):
+        return
+    vertex = int(np.argmin(known))
+    raise ValueError(f"known: vertex {vertex} is missing, but frame 0 must be complete")

@@ -28,7 +28,7 @@ struct Settings {
 
   /// Standard deviation of the anchors' noise, in the unit of the positions. A setting of method
   /// detail: refused by method motion, which takes anchors exactly.
-  std::optional<double> noise;
+  std::optional<double> noise = std::nullopt;
   /// Whether anchors that contradict their neighbours are dropped. As `noise`.
   bool reject_outliers = false;
 

@@ -1,0 +1,184 @@
+/// dynmesh-complete: fills in the missing vertices of a stream of frames.
+#include <getopt.h>
+
+#include <charconv>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <dynmesh/dynmesh.hpp>
+#include <exception>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "frame_files.hpp"
+
+namespace {
+
+using dynmesh::app::DataError;
+using dynmesh::app::FrameReader;
+using dynmesh::app::FrameWriter;
+using dynmesh::app::UsageError;
+
+constexpr const char* help =
+    R"(Usage: dynmesh-complete --template MESH --input FRAMES --output FRAMES [OPTION]...
+
+Fills in the missing vertices of every frame of a dynamic mesh, from that frame and
+the past alone, one frame in memory at a time.
+
+  --template MESH    the complete frame 0 and the faces: .obj, .ply or .off
+  --input FRAMES     frames 1, 2, ... with the vertices of MESH in the same order;
+                     a vertex with a coordinate that is NaN or infinite is missing
+  --output FRAMES    one completed frame for each input frame
+
+FRAMES is a point cache (.pc2), or raw little-endian float32, x y z for each vertex,
+frame after frame (.raw, .f32, .float32, .bin, .dat or no suffix). "-" is standard
+input or output, raw.
+
+  --unseen RULE      parts of the mesh without any known vertex: "follow" the surface
+                     nearest to them (default), or "hold" still
+  --extra-iterations N   more iterations per frame (default 0); ten often halve the error
+  --once             estimate each vertex only once: the plain reading of the paper
+  --report           one JSON line per frame on standard error: known, filled, unseen,
+                     iterations, seconds
+  --overwrite        replace an output file that exists
+  --help, --version
+
+If the input ends within a frame, all whole frames before it are completed and
+written. Exit code: 0 done; 1 the data or a file is bad; 2 the call is.
+
+Examples:
+  dynmesh-complete --template body.obj --input partial.pc2 --output completed.pc2
+  sensor | dynmesh-complete --template body.ply --input - --output - | renderer
+)";
+
+struct Options {
+  std::optional<std::string> template_path, input, output;
+  dynmesh::Settings settings;
+  bool report = false;
+  bool overwrite = false;
+};
+
+dynmesh::Index parse_count(const char* option, const std::string& text) {
+  dynmesh::Index value = 0;
+  const char* end = text.data() + text.size();
+  const auto [stopped, error] = std::from_chars(text.data(), end, value);
+  if (error != std::errc() || stopped != end) {
+    throw UsageError(std::string(option) + ": '" + text + "' is not a whole number");
+  }
+  return value;
+}
+
+/// Nothing where the answer was printed already.
+std::optional<Options> parse(int argc, char** argv) {
+  enum : int { template_path = 256, input, output, unseen, extra, once, report, overwrite };
+  const option known[] = {{"template", required_argument, nullptr, template_path},
+                          {"input", required_argument, nullptr, input},
+                          {"output", required_argument, nullptr, output},
+                          {"unseen", required_argument, nullptr, unseen},
+                          {"extra-iterations", required_argument, nullptr, extra},
+                          {"once", no_argument, nullptr, once},
+                          {"report", no_argument, nullptr, report},
+                          {"overwrite", no_argument, nullptr, overwrite},
+                          {"help", no_argument, nullptr, 'h'},
+                          {"version", no_argument, nullptr, 'v'},
+                          {nullptr, 0, nullptr, 0}};
+  Options options;
+  try {
+    for (int c = 0; (c = getopt_long(argc, argv, "h", known, nullptr)) != -1;) {
+      switch (c) {
+        case template_path:
+          options.template_path = optarg;
+          break;
+        case input:
+          options.input = optarg;
+          break;
+        case output:
+          options.output = optarg;
+          break;
+        case unseen:
+          options.settings.unseen = dynmesh::unseen_rule_from_name(optarg);
+          break;
+        case extra:
+          options.settings.extra_iterations = parse_count("--extra-iterations", optarg);
+          break;
+        case once:
+          options.settings.revisit = false;
+          break;
+        case report:
+          options.report = true;
+          break;
+        case overwrite:
+          options.overwrite = true;
+          break;
+        case 'h':
+          std::fputs(help, stdout);
+          return {};
+        case 'v':
+          std::puts("dynmesh-complete " DYNMESH_VERSION);
+          return {};
+        default:
+          throw UsageError("see dynmesh-complete --help");  // getopt said what is wrong
+      }
+    }
+    dynmesh::check_settings(options.settings);
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(error.what());
+  }
+  if (optind < argc) throw UsageError(std::string("what is '") + argv[optind] + "'? see --help");
+  if (!options.template_path) throw UsageError("--template is missing; see --help");
+  if (!options.input) throw UsageError("--input is missing; see --help");
+  if (!options.output) throw UsageError("--output is missing; see --help");
+  return options;
+}
+
+void print(const dynmesh::FrameReport& report, std::size_t frame) {
+  std::fprintf(stderr,
+               "{\"frame\": %zu, \"known\": %zu, \"filled\": %zu, \"unseen\": %zu, "
+               "\"iterations\": %zu, \"seconds\": %.9f}\n",
+               frame, report.known, report.filled, report.unseen, report.iterations,
+               report.seconds);
+}
+
+void complete(const Options& options) {
+  (void)dynmesh::app::format_of(*options.input);
+  (void)dynmesh::app::format_of(*options.output);
+  const dynmesh::TemplateMesh mesh = dynmesh::read_template(*options.template_path);
+  dynmesh::Completer<float> completer(mesh.triangles(), mesh.points(), options.settings);
+
+  FrameReader reader(*options.input, completer.n_vertices());
+  FrameWriter writer(*options.output, completer.n_vertices(), reader.timing(), options.overwrite);
+  std::vector<float> frame(3 * completer.n_vertices());
+  const dynmesh::Points<float> points(frame.data(), completer.n_vertices());
+  std::optional<DataError> damage;
+  for (std::size_t number = 1;; ++number) {
+    try {
+      if (!reader.read(frame)) break;
+    } catch (const DataError& error) {
+      damage = error;  // what was completed before it is worth having
+      break;
+    }
+    const auto report = completer.push(points, points);
+    if (options.report) print(report, number);
+    writer.write(frame);
+  }
+  writer.finish();
+  if (damage) throw DataError(*damage);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  // A reader that goes away shows as a failed write, which is reported.
+  std::signal(SIGPIPE, SIG_IGN);
+  try {
+    if (const auto options = parse(argc, argv)) complete(*options);
+    return 0;
+  } catch (const UsageError& error) {
+    std::fprintf(stderr, "dynmesh-complete: %s\n", error.what());
+    return 2;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "dynmesh-complete: %s\n", error.what());
+    return 1;
+  }
+}

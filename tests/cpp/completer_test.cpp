@@ -1,0 +1,272 @@
+#include <doctest/doctest.h>
+
+#include <cstring>
+#include <dynmesh/completer.hpp>
+#include <limits>
+#include <numeric>
+
+#include "meshes.hpp"
+
+namespace dynmesh::testing {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+TEST_CASE_TEMPLATE("anchors come back bit for bit, however the arrays lie", Real, float, double) {
+  const auto mesh = sheet<Real>(8);
+  const std::size_t k = mesh.size();
+  const auto moved = turned(translated<Real>(mesh.vertices, 1, 2, 3), 0.2);
+  const auto known = random_mask(k, 0.4, 3);
+  std::vector<Real> expected(moved.size());
+  {
+    Completer<Real> completer(mesh.faces(), mesh.points());
+    const auto report = completer.push({moved.data(), k}, {known.data(), k}, {expected.data(), k});
+    CHECK(report.known + report.filled == k);
+    CHECK(report.unseen == 0);
+    for (std::size_t v = 0; v < k; ++v) {
+      if (known[v] == 0) continue;
+      CHECK(std::memcmp(&expected[3 * v], &moved[3 * v], 3 * sizeof(Real)) == 0);
+      CHECK(completer.generation()[v] == 0);
+    }
+  }
+  SUBCASE("planar, from the last vertex to the first") {
+    std::vector<Real> planar(3 * k);
+    std::vector<Real> completed(3 * k);
+    std::vector<std::uint8_t> reversed(known.rbegin(), known.rend());
+    for (std::size_t v = 0; v < k; ++v) {
+      for (std::size_t c = 0; c < 3; ++c) planar[c * k + (k - 1 - v)] = moved[3 * v + c];
+    }
+    const auto columns = static_cast<std::ptrdiff_t>(k);
+    Completer<Real> completer(mesh.faces(), mesh.points());
+    completer.push({planar.data() + k - 1, k, -1, columns}, {reversed.data() + k - 1, k, -1},
+                   {completed.data() + k - 1, k, -1, columns});
+    for (std::size_t v = 0; v < k; ++v) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        CHECK(completed[c * k + (k - 1 - v)] == expected[3 * v + c]);
+      }
+    }
+  }
+  SUBCASE("in place, missing rows not finite") {
+    std::vector<Real> frame = moved;
+    for (std::size_t v = 0; v < k; ++v) {
+      if (known[v] == 0) frame[3 * v + v % 3] = std::numeric_limits<Real>::infinity();
+    }
+    Completer<Real> completer(mesh.faces(), mesh.points());
+    completer.push(Points<Real>(frame.data(), k), Points<Real>(frame.data(), k));
+    CHECK(frame == expected);
+  }
+  SUBCASE("sparse, in any order") {
+    std::vector<Index> indices;
+    std::vector<Real> observed;
+    for (std::size_t v = k; v-- > 0;) {
+      if (known[v] == 0) continue;
+      indices.push_back(static_cast<Index>(v));
+      observed.insert(observed.end(), {moved[3 * v], moved[3 * v + 1], moved[3 * v + 2]});
+    }
+    std::vector<Real> completed(3 * k);
+    Completer<Real> completer(mesh.faces(), mesh.points());
+    completer.push_sparse(indices, {observed.data(), indices.size()}, {completed.data(), k});
+    CHECK(completed == expected);
+  }
+  SUBCASE("one interleaved buffer holds points, mask and result") {
+    struct Vertex {
+      Real in[3];
+      Real out[3];
+      std::uint8_t known;
+    };
+    std::vector<Vertex> buffer(k);
+    for (std::size_t v = 0; v < k; ++v) {
+      std::memcpy(buffer[v].in, &moved[3 * v], sizeof buffer[v].in);
+      buffer[v].known = known[v];
+    }
+    constexpr std::ptrdiff_t pitch = sizeof(Vertex) / sizeof(Real);
+    Completer<Real> completer(mesh.faces(), mesh.points());
+    completer.push({buffer[0].in, k, pitch}, {&buffer[0].known, k, sizeof(Vertex)},
+                   {buffer[0].out, k, pitch});
+    for (std::size_t i = 0; i < 3 * k; ++i) CHECK(buffer[i / 3].out[i % 3] == expected[i]);
+  }
+}
+
+TEST_CASE("age counts the frames since a vertex was seen; skip sees none") {
+  const auto mesh = sheet<double>(4);
+  Completer<double> completer(mesh.faces(), mesh.points());
+  std::vector<double> out(mesh.vertices.size());
+  const Points<double> completed(out.data(), mesh.size());
+  CHECK(completer.report().known == mesh.size());
+  completer.skip(completed);
+  CHECK(out == mesh.vertices);
+  CHECK(completer.report().unseen == mesh.size());
+  CHECK(completer.generation()[3] == -1);
+  const auto known = mask(mesh.size(), {3});
+  completer.push(mesh.points(), {known.data(), known.size()}, completed);
+  CHECK(completer.age()[3] == 0);
+  CHECK(completer.age()[4] == 2);
+}
+
+TEST_CASE("a restored state continues with the same bytes") {
+  const auto mesh = join(sheet<double>(6), sheet<double>(3, 9.0));
+  const std::size_t k = mesh.size();
+  const auto push = [&](Completer<double>& completer, int frame) {
+    const auto moved = turned(mesh.vertices, 0.05 * frame);
+    const auto known = random_mask(k, 0.3, static_cast<unsigned>(frame));
+    std::vector<double> out(3 * k);
+    completer.push({moved.data(), k}, {known.data(), k}, {out.data(), k});
+    return out;
+  };
+  Completer<double> original(mesh.faces(), mesh.points());
+  const auto other_start = turned(mesh.vertices, 2.0);
+  original.reset({other_start.data(), k});
+  for (int frame = 1; frame < 4; ++frame) push(original, frame);
+  const auto state = original.state();
+
+  Completer<double> restored(mesh.faces(), mesh.points());
+  restored.restore(state);
+  CHECK(std::ranges::equal(restored.age(), original.age()));
+  CHECK(std::ranges::equal(restored.generation(), original.generation()));
+  CHECK(restored.report().filled == original.report().filled);
+  CHECK(restored.state() == state);
+  for (int frame = 4; frame < 8; ++frame) CHECK(push(restored, frame) == push(original, frame));
+
+  SUBCASE("and what does not fit is refused, with no change") {
+    const auto before = restored.state();
+    const auto refused = [&](std::vector<std::byte> bytes, const std::string& why) {
+      CHECK(message_of([&] { restored.restore(bytes); }).find(why) != std::string::npos);
+      CHECK(restored.state() == before);
+    };
+    refused({}, "cut off");
+    auto bytes = state;
+    bytes.pop_back();
+    refused(bytes, "cut off");
+    bytes = state;
+    bytes.push_back({});
+    refused(bytes, "1 bytes too long");
+    bytes = state;
+    bytes[0] = std::byte{'x'};
+    refused(bytes, "not a completer state");
+    bytes = state;
+    std::memcpy(bytes.data() + bytes.size() / 2 / 8 * 8, &nan, sizeof nan);  // among the positions
+    refused(bytes, "damaged");
+    const auto other = sheet<double>(7);
+    Completer<double> seven(other.faces(), other.points());
+    refused(seven.state(), "of 49 vertices, but this mesh has 45");
+    Completer<double> once(mesh.faces(), mesh.points(), {.revisit = false});
+    refused(once.state(), "other settings");
+    auto faces = mesh.indices;
+    faces[2] = faces[4];
+    Completer<double> rewired(faces_of(faces), mesh.points());
+    refused(rewired.state(), "other faces");
+    std::vector<float> single(mesh.vertices.begin(), mesh.vertices.end());
+    Completer<float> floats(mesh.faces(), {single.data(), k});
+    refused(floats.state(), "32-bit");
+  }
+}
+
+TEST_CASE("bad input is named, and changes nothing") {
+  const auto mesh = sheet<double>(4);
+  const std::size_t k = mesh.size();
+  Completer<double> completer(mesh.faces(), mesh.points());
+  std::vector<double> out(3 * k);
+  const Points<double> completed(out.data(), k);
+  auto moved = turned(mesh.vertices, 0.3);
+  auto known = random_mask(k, 0.5, 1);
+  completer.push({moved.data(), k}, {known.data(), k}, completed);
+  const auto before = completer.state();
+  const auto untouched = out;
+
+  const auto refused = [&](const std::string& expected, const auto& call) {
+    const std::string message = message_of(call);
+    CHECK_MESSAGE(message.find(expected) != std::string::npos, message);
+    CHECK(completer.state() == before);
+    CHECK(out == untouched);
+  };
+  const Points<const double> points(moved.data(), k);
+  const KnownMask mask_view(known.data(), k);
+  refused("points: has 15 rows, but the mesh has 16 vertices", [&] {
+    completer.push({moved.data(), k - 1}, mask_view, completed);
+  });
+  refused("known: has 15 rows", [&] { completer.push(points, {known.data(), k - 1}, completed); });
+  refused("out: has 15 rows", [&] { completer.push(points, mask_view, {out.data(), k - 1}); });
+  refused("out: the rows of the completed frame overlap one another", [&] {
+    completer.skip({out.data(), k, 2});
+  });
+
+  std::vector<double> shared(3 * k + 1);
+  refused("out: the completed frame overlaps points", [&] {
+    completer.push({shared.data(), k}, mask_view, {shared.data() + 1, k});
+  });
+  const std::vector<Index> indices = {5, 3, 5};
+  const std::vector<Index> high = {5, 16};
+  const std::vector<Index> low = {-1};
+  refused("indices: places 0 and 2 both hold vertex 5", [&] {
+    completer.push_sparse(indices, {moved.data(), 3}, completed);
+  });
+  refused("indices: place 1 holds 16, but the mesh has 16 vertices", [&] {
+    completer.push_sparse(high, {moved.data(), 2}, completed);
+  });
+  refused("indices: place 0 holds -1", [&] {
+    completer.push_sparse(low, {moved.data(), 1}, completed);
+  });
+  refused("points: has 2 rows for 1 indices", [&] {
+    completer.push_sparse(low, {moved.data(), 2}, completed);
+  });
+
+  std::vector<double> holed = moved;
+  holed[3 * 7 + 1] = nan;
+  known[7] = 1;
+  refused("points: row 7 is at (", [&] {
+    completer.push({holed.data(), k}, mask_view, completed);
+  });
+  refused("frame: vertex 7 is at (", [&] { completer.reset({holed.data(), k}); });
+  refused("frame: has 3 rows", [&] { completer.reset({holed.data(), 3}); });
+  known[7] = 0;
+  CHECK(completer.push({holed.data(), k}, mask_view, completed).known < k);  // not read
+}
+
+TEST_CASE("a completer is not made of what it cannot work with") {
+  const auto mesh = sheet<double>(3);
+  using C = Completer<double>;
+  const auto message = [&](Faces faces, Points<const double> frame, const Settings& settings) {
+    return message_of([&] { C(faces, frame, settings); });
+  };
+  CHECK(message({}, mesh.points(), {}).starts_with("faces: is empty"));
+  CHECK(message(mesh.faces(), {}, {}) == "first_frame: has no vertices");
+  CHECK(
+      message(mesh.faces(), {mesh.vertices.data(), 4}, {}).starts_with("faces: face 1 refers to"));
+  CHECK(message(mesh.faces(), mesh.points(), {.extra_iterations = -1})
+            .starts_with("extra_iterations: must be from 0 to 1000000, not -1"));
+  CHECK(message(mesh.faces(), mesh.points(), {.noise = 0.5}).starts_with("noise: 0.5"));
+  CHECK(message(mesh.faces(), mesh.points(), {.reject_outliers = true}) != "");
+  CHECK(message(mesh.faces(), mesh.points(), {.threads = 0}) ==
+        "threads: must be 1 in this version, not 0");
+  auto holed = mesh.vertices;
+  holed[4] = nan;
+  CHECK(message(mesh.faces(), {holed.data(), 9}, {}).starts_with("first_frame: vertex 1 is at"));
+  CHECK(message_of([] { method_from_name("detail"); }).find("not available") != std::string::npos);
+  CHECK(message_of([] { method_from_name("magic"); }) == "method: must be 'motion', not 'magic'");
+  CHECK(message_of([] { unseen_rule_from_name("vanish"); }) ==
+        "unseen: must be 'hold' or 'follow', not 'vanish'");
+}
+
+TEST_CASE("very small and very large meshes are completed alike") {
+  const auto mesh = sheet<float>(6);
+  const auto known = random_mask(mesh.size(), 0.3, 2);
+  const auto complete = [&](float scale) {
+    auto vertices = mesh.vertices;
+    auto moved = turned(mesh.vertices, 0.4);
+    for (auto& x : vertices) x *= scale;
+    for (auto& x : moved) x *= scale;
+    Completer<float> completer(mesh.faces(), {vertices.data(), mesh.size()});
+    completer.push({moved.data(), mesh.size()}, {known.data(), known.size()},
+                   {moved.data(), mesh.size()});
+    for (auto& x : moved) x /= scale;
+    return moved;
+  };
+  const auto expected = complete(1);
+  // Powers of two: not even rounding differs.
+  for (const int exponent : {-100, -30, 30, 100}) {
+    CHECK(complete(std::ldexp(1.0F, exponent)) == expected);
+  }
+}
+
+}  // namespace
+}  // namespace dynmesh::testing

@@ -1,0 +1,119 @@
+/// Small meshes and masks for the tests.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <dynmesh/types.hpp>
+#include <initializer_list>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace dynmesh::testing {
+
+template <class Real>
+struct Mesh {
+  std::vector<Real> vertices;
+  std::vector<Index> indices;
+
+  std::size_t size() const { return vertices.size() / 3; }
+  Faces faces() const { return {indices.data(), indices.size() / 3}; }
+  Points<const Real> points() const { return {vertices.data(), size()}; }
+};
+
+inline Faces faces_of(const std::vector<Index>& indices) {
+  return {indices.data(), indices.size() / 3};
+}
+
+/// n by n vertices on a bumpy sheet, two triangles to a square; `offset` along x.
+template <class Real>
+Mesh<Real> sheet(int n, double offset = 0) {
+  Mesh<Real> mesh;
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) {
+      mesh.vertices.push_back(static_cast<Real>(j + offset));
+      mesh.vertices.push_back(static_cast<Real>(i));
+      mesh.vertices.push_back(static_cast<Real>(0.3 * std::sin(1.3 * i + 0.7 * j)));
+    }
+  }
+  for (Index i = 0; i + 1 < n; ++i) {
+    for (Index j = 0; j + 1 < n; ++j) {
+      const Index v = i * n + j;
+      for (const Index corner : {v, v + 1, v + n, v + 1, v + n + 1, v + n}) {
+        mesh.indices.push_back(corner);
+      }
+    }
+  }
+  return mesh;
+}
+
+/// Both meshes as one, unconnected.
+template <class Real>
+Mesh<Real> join(const Mesh<Real>& a, const Mesh<Real>& b) {
+  Mesh<Real> both = a;
+  both.vertices.insert(both.vertices.end(), b.vertices.begin(), b.vertices.end());
+  for (const Index v : b.indices) both.indices.push_back(v + static_cast<Index>(a.size()));
+  return both;
+}
+
+inline std::vector<std::uint8_t> mask(std::size_t k, std::initializer_list<std::size_t> known) {
+  std::vector<std::uint8_t> mask(k, 0);
+  for (const std::size_t v : known) mask[v] = 1;
+  return mask;
+}
+
+inline std::vector<std::uint8_t> random_mask(std::size_t k, double share, unsigned seed) {
+  std::mt19937 random(seed);
+  std::bernoulli_distribution known(share);
+  std::vector<std::uint8_t> mask(k);
+  for (auto& m : mask) m = known(random) ? 1 : 0;
+  return mask;
+}
+
+template <class Real>
+std::vector<Real> translated(const std::vector<Real>& vertices, Real x, Real y, Real z) {
+  std::vector<Real> moved = vertices;
+  for (std::size_t i = 0; i < moved.size(); i += 3) {
+    moved[i] += x;
+    moved[i + 1] += y;
+    moved[i + 2] += z;
+  }
+  return moved;
+}
+
+/// Turned about z.
+template <class Real>
+std::vector<Real> turned(const std::vector<Real>& vertices, double angle) {
+  std::vector<Real> moved = vertices;
+  for (std::size_t i = 0; i < moved.size(); i += 3) {
+    const double x = vertices[i];
+    const double y = vertices[i + 1];
+    moved[i] = static_cast<Real>(std::cos(angle) * x - std::sin(angle) * y);
+    moved[i + 1] = static_cast<Real>(std::sin(angle) * x + std::cos(angle) * y);
+  }
+  return moved;
+}
+
+template <class Real>
+double largest_difference(const std::vector<Real>& a, const std::vector<Real>& b) {
+  double largest = a.size() == b.size() ? 0 : 1e300;
+  for (std::size_t i = 0; i < a.size() && i < b.size(); ++i) {
+    const double difference = std::abs(static_cast<double>(a[i]) - static_cast<double>(b[i]));
+    if (!(difference <= largest)) largest = difference;
+  }
+  return largest;
+}
+
+/// What `call` throws, or "" where it throws no std::exception.
+template <class Call>
+std::string message_of(const Call& call) {
+  try {
+    call();
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace dynmesh::testing

@@ -1,0 +1,112 @@
+#include <doctest/doctest.h>
+
+#include <bit>
+#include <cstring>
+#include <dynmesh/template_mesh.hpp>
+#include <filesystem>
+#include <fstream>
+
+#include "meshes.hpp"
+
+namespace dynmesh::testing {
+namespace {
+
+/// A file that lives as long as the test.
+class TemporaryFile {
+ public:
+  TemporaryFile(const std::string& name, const std::string& content)
+      : path_((std::filesystem::temp_directory_path() / ("dynmesh-test-" + name)).string()) {
+    std::ofstream(path_, std::ios::binary) << content;
+  }
+  ~TemporaryFile() { std::filesystem::remove(path_); }
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+std::string refusal(const std::string& name, const std::string& content) {
+  const TemporaryFile file(name, content);
+  return message_of([&] { read_template(file.path()); });
+}
+
+constexpr const char* triangle_ply =
+    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+    "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+
+TEST_CASE("templates keep every vertex and face in order") {
+  const std::vector<float> vertices = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0.1F, 5, 5, 9, 9, 9};
+  SUBCASE("OBJ, with a polygon, faces no half-edge mesh holds, and other things") {
+    const TemporaryFile file("a.OBJ",
+                             "# a comment\nv 0 0 0\nv 1 0 0 1\nv 0 1 0\nvn 0 0 1\nvt 0 0\n"
+                             "v 0.1 5 5\nv 9 9 9\n"
+                             "f 1 2 3\nf 1/1 2/1 4/1\nf 1//1 2//1 5//1\nf 1 2 3 4\nf -1 -2 -3\n");
+    const TemplateMesh mesh = read_template(file.path());
+    CHECK(mesh.vertices == vertices);
+    CHECK(mesh.faces == std::vector<Index>{0, 1, 2, 0, 1, 3, 0, 1, 4, 0, 1, 2, 0, 2, 3, 4, 3, 2});
+  }
+  SUBCASE("OFF") {
+    const TemporaryFile file(
+        "a.off", "OFF\n5 2 0 # counts\n0 0 0\n1 0 0\n0 1 0\n0.1 5 5\n9 9 9\n3 0 1 2\n3 0 1 3\n");
+    const TemplateMesh mesh = read_template(file.path());
+    CHECK(mesh.vertices == vertices);
+    CHECK(mesh.faces == std::vector<Index>{0, 1, 2, 0, 1, 3});
+  }
+  SUBCASE("PLY, as text and binary") {
+    std::string binary = triangle_ply;
+    binary.replace(binary.find("ascii"), 5, "binary_little_endian");
+    const float corners[] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+    binary.append(reinterpret_cast<const char*>(corners), sizeof corners);
+    const Index face[] = {0, 1, 2};
+    binary.append(1, '\3').append(reinterpret_cast<const char*>(face), sizeof face);
+    for (const std::string& content :
+         {std::string(triangle_ply) + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", binary}) {
+      const TemporaryFile file("a.ply", content);
+      const TemplateMesh mesh = read_template(file.path());
+      CHECK(mesh.vertices == std::vector<float>{0, 0, 0, 1, 0, 0, 0, 1, 0});
+      CHECK(mesh.faces == std::vector<Index>{0, 1, 2});
+    }
+  }
+}
+
+TEST_CASE("text carries single precision through") {
+  std::vector<float> vertices;
+  std::string text;
+  for (std::uint32_t i = 0; i < 300; ++i) {
+    const auto value = std::bit_cast<float>(0x3f000000U + i * 7919U);
+    vertices.push_back(value);
+    char number[32];
+    std::snprintf(number, sizeof number, "%s%.9g", i % 3 == 0 ? "\nv " : " ", value);
+    text += number;
+  }
+  const TemporaryFile file("precise.obj", text + "\nf 1 2 3\n");
+  CHECK(read_template(file.path()).vertices == vertices);
+}
+
+TEST_CASE("what a reader would lose is refused") {
+  CHECK(refusal("nan.obj", "v 0 0 0\nv nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+            .ends_with(
+                "line 2 has 'nan' where a finite number should be; a template must be complete"));
+  CHECK(refusal("short.obj", "v 0 0 0\nv 1 0\nv 0 1 0\nf 1 2 3\n").find("line 2") !=
+        std::string::npos);
+  CHECK(refusal("word.obj", "v 0 0 0\nv 1 0 x\nv 0 1 0\nf 1 2 3\n").find("'x'") !=
+        std::string::npos);
+  CHECK(refusal("nan.ply", std::string(triangle_ply) + "0 0 0\nnan 0 0\n0 1 0\n3 0 1 2\n")
+            .find("line 11 has 'nan'") != std::string::npos);
+  CHECK(refusal("nan.off", "OFF\n3 1 0\n0 0 0\ninf 0 0\n0 1 0\n3 0 1 2\n").find("'inf'") !=
+        std::string::npos);
+  CHECK(refusal("cut.ply", std::string(triangle_ply) + "0 0 0\n1 0 0\n0 1 0\n") != "");
+  CHECK(refusal("cut.off", "OFF\n3 2 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n") != "");
+  CHECK(refusal("empty.obj", "") != "");
+  CHECK(refusal("empty.off", "").find("ends before") != std::string::npos);
+  CHECK(refusal("empty.ply", "") != "");
+  CHECK(refusal("a.stl", "solid\n").find("a template is read from .obj, .ply or .off") !=
+        std::string::npos);
+  CHECK(message_of([] { read_template("no-such-folder/x.obj"); }) ==
+        "no-such-folder/x.obj: cannot be opened");
+}
+
+}  // namespace
+}  // namespace dynmesh::testing

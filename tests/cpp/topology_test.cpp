@@ -1,0 +1,133 @@
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <dynmesh/topology.hpp>
+#include <random>
+#include <set>
+#include <thread>
+#include <utility>
+
+#include "meshes.hpp"
+
+namespace dynmesh::testing {
+namespace {
+
+std::set<std::pair<Index, Index>> edges_of(const Cells& cells) {
+  std::set<std::pair<Index, Index>> edges;
+  for (std::size_t v = 0; v < cells.size(); ++v) {
+    for (const Index n : cells[static_cast<Index>(v)]) edges.emplace(static_cast<Index>(v), n);
+  }
+  return edges;
+}
+
+std::set<std::pair<Index, Index>> edges_of(const std::vector<Index>& faces) {
+  std::set<std::pair<Index, Index>> edges;
+  for (std::size_t f = 0; f < faces.size(); f += 3) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const Index a = faces[f + c];
+      const Index b = faces[f + (c + 1) % 3];
+      if (a == b) continue;
+      edges.emplace(a, b);
+      edges.emplace(b, a);
+    }
+  }
+  return edges;
+}
+
+TEST_CASE("a tetrahedron is closed and everyone knows everyone") {
+  const std::vector<Index> faces = {0, 1, 2, 0, 3, 1, 1, 3, 2, 2, 3, 0};
+  const Topology topology = build_topology(faces_of(faces), 4);
+  CHECK(topology.cells.offsets == std::vector<Index>{0, 3, 6, 9, 12});
+  CHECK(topology.cells.neighbours == std::vector<Index>{1, 2, 3, 0, 2, 3, 0, 1, 3, 0, 1, 2});
+  CHECK(topology.report.boundary_edges == 0);
+  CHECK(topology.report.components == 1);
+  CHECK(topology.report.refused_faces.empty());
+}
+
+TEST_CASE("components and isolated vertices are counted") {
+  const std::vector<Index> faces = {1, 2, 3, 5, 6, 7};
+  const Topology topology = build_topology(faces_of(faces), 9);
+  CHECK(topology.report.components == 5);
+  CHECK(topology.report.isolated_vertices == 3);
+  CHECK(topology.report.boundary_edges == 6);
+  CHECK(topology.component == std::vector<Index>{0, 1, 1, 1, 2, 3, 3, 3, 4});
+}
+
+TEST_CASE("faces that half-edges cannot hold are named, and their edges kept") {
+  SUBCASE("degenerate") {
+    const std::vector<Index> faces = {0, 1, 2, 3, 3, 2, 4, 4, 4};
+    const Topology topology = build_topology(faces_of(faces), 5);
+    REQUIRE(topology.report.refused_faces.size() == 2);
+    CHECK(topology.report.refused_faces[0].index == 1);
+    CHECK(topology.report.refused_faces[0].reason.starts_with("degenerate: vertices 3, 3, 2"));
+    CHECK(edges_of(topology.cells) == edges_of(faces));
+    CHECK(topology.report.isolated_vertices == 1);
+  }
+  SUBCASE("duplicates, in any order of their vertices") {
+    const std::vector<Index> faces = {0, 1, 2, 2, 1, 3, 1, 2, 0, 1, 0, 2};
+    const Topology topology = build_topology(faces_of(faces), 4);
+    REQUIRE(topology.report.refused_faces.size() == 2);
+    CHECK(topology.report.refused_faces[0].index == 2);
+    CHECK(topology.report.refused_faces[1].index == 3);
+    CHECK(topology.report.refused_faces[1].reason == "duplicate of face 0");
+    CHECK(edges_of(topology.cells) == edges_of(faces));
+  }
+  SUBCASE("an edge of three faces") {
+    const std::vector<Index> faces = {0, 1, 2, 1, 0, 3, 0, 1, 4};
+    const Topology topology = build_topology(faces_of(faces), 5);
+    REQUIRE(topology.report.refused_faces.size() == 1);
+    CHECK(topology.report.refused_faces[0].reason ==
+          "edge (0, 1) already has two faces: non-manifold");
+    CHECK(edges_of(topology.cells) == edges_of(faces));
+  }
+  SUBCASE("a flipped neighbour") {
+    const std::vector<Index> faces = {0, 1, 2, 0, 1, 3};
+    const Topology topology = build_topology(faces_of(faces), 4);
+    REQUIRE(topology.report.refused_faces.size() == 1);
+    CHECK(topology.report.refused_faces[0].reason.find("flipped") != std::string::npos);
+    CHECK(edges_of(topology.cells) == edges_of(faces));
+  }
+  SUBCASE("a fin on an enclosed vertex") {
+    const std::vector<Index> faces = {0, 1, 2, 0, 2, 3, 0, 3, 1, 0, 4, 5};
+    const Topology topology = build_topology(faces_of(faces), 6);
+    REQUIRE(topology.report.refused_faces.size() == 1);
+    CHECK(topology.report.refused_faces[0].reason ==
+          "vertex 0 is already enclosed by faces: non-manifold");
+    CHECK(edges_of(topology.cells) == edges_of(faces));
+  }
+}
+
+TEST_CASE("any soup of faces has exactly the edges of its faces") {
+  for (unsigned seed = 0; seed < 200; ++seed) {
+    std::mt19937 random(seed);
+    const int k = std::uniform_int_distribution(1, 12)(random);
+    std::uniform_int_distribution<Index> vertex(0, k - 1);
+    std::vector<Index> faces(3 * std::uniform_int_distribution<std::size_t>(1, 40)(random));
+    for (auto& v : faces) v = vertex(random);
+    const Topology topology = build_topology(faces_of(faces), static_cast<std::size_t>(k));
+    CHECK(edges_of(topology.cells) == edges_of(faces));
+    for (int v = 0; v < k; ++v) CHECK(std::ranges::is_sorted(topology.cells[v]));
+  }
+}
+
+TEST_CASE("indices out of range are refused with place and value") {
+  const std::vector<Index> high = {0, 1, 2, 0, 1, 7};
+  const std::vector<Index> low = {0, 1, -2};
+  CHECK(message_of([&] { build_topology(faces_of(high), 3); }) ==
+        "faces: face 1 refers to vertex 7, but the mesh has 3 vertices, counted from 0");
+  CHECK_THROWS_AS(build_topology(faces_of(low), 3), std::invalid_argument);
+}
+
+TEST_CASE("meshes are built in several threads at once") {
+  const std::vector<Index> faces = {0, 1, 2, 1, 0, 3, 0, 1, 4};  // refused: OpenMesh complains
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 4; ++i) {
+    threads.emplace_back([&] {
+      for (int repeat = 0; repeat < 50; ++repeat) build_topology(faces_of(faces), 5);
+    });
+  }
+  for (auto& thread : threads) thread.join();
+}
+
+}  // namespace
+}  // namespace dynmesh::testing

@@ -1,0 +1,106 @@
+#include <doctest/doctest.h>
+
+#include <dynmesh/completer.hpp>
+
+#include "meshes.hpp"
+
+namespace dynmesh::testing {
+namespace {
+
+/// A sheet of 25 vertices, one of 16 beside it, and a vertex of its own.
+Mesh<double> three_parts() {
+  auto mesh = join(sheet<double>(5), sheet<double>(4, 6.0));
+  mesh.vertices.insert(mesh.vertices.end(), {2.0, 2.0, 1.0});
+  return mesh;
+}
+
+std::vector<double> complete(const Mesh<double>& mesh, const std::vector<double>& moved,
+                             const std::vector<std::uint8_t>& known, UnseenRule rule) {
+  Completer<double> completer(mesh.faces(), mesh.points(), {.unseen = rule});
+  std::vector<double> completed(moved.size());
+  completer.push({moved.data(), mesh.size()}, {known.data(), known.size()},
+                 {completed.data(), mesh.size()});
+  return completed;
+}
+
+TEST_CASE("a part without anchors follows the rigid motion of the nearest surface") {
+  const auto mesh = three_parts();
+  const auto moved = translated(turned(mesh.vertices, 0.7), 3.0, -1.0, 2.0);
+  auto known = std::vector<std::uint8_t>(mesh.size(), 0);
+  std::fill_n(known.begin(), 25, std::uint8_t{1});
+  const auto completed = complete(mesh, moved, known, UnseenRule::follow);
+  CHECK(largest_difference(completed, moved) < 1e-12);
+}
+
+TEST_CASE("hold leaves it where it was") {
+  const auto mesh = three_parts();
+  const auto moved = turned(mesh.vertices, 0.7);
+  auto known = std::vector<std::uint8_t>(mesh.size(), 0);
+  std::fill_n(known.begin(), 25, std::uint8_t{1});
+  const auto completed = complete(mesh, moved, known, UnseenRule::hold);
+  for (std::size_t i = 0; i < 75; ++i) CHECK(completed[i] == moved[i]);
+  for (std::size_t i = 75; i < completed.size(); ++i) CHECK(completed[i] == mesh.vertices[i]);
+}
+
+TEST_CASE("with fewer than four donors all anchors decide") {
+  const auto mesh = three_parts();
+  // Only four vertices of the large sheet are seen: its vertices may be donors, but the single
+  // vertex has one donor only. The motion of the four anchors is rigid and known.
+  const auto moved = turned(mesh.vertices, -0.4);
+  const auto known = mask(mesh.size(), {0, 4, 20, 24});
+  const auto completed = complete(mesh, moved, known, UnseenRule::follow);
+  const std::size_t single = 3 * (mesh.size() - 1);
+  for (std::size_t c = 0; c < 3; ++c) {
+    CHECK(completed[single + c] == doctest::Approx(moved[single + c]));
+  }
+}
+
+TEST_CASE("anchors on a line, or fewer than three, give their mean translation") {
+  Mesh<double> mesh = three_parts();
+  auto moved = turned(mesh.vertices, 1.5);
+  for (const auto& known : {mask(mesh.size(), {0, 1}), mask(mesh.size(), {7})}) {
+    const auto completed = complete(mesh, moved, known, UnseenRule::follow);
+    double mean[3] = {0, 0, 0};
+    double count = 0;
+    for (std::size_t v = 0; v < mesh.size(); ++v) {
+      if (known[v] == 0) continue;
+      ++count;
+      for (std::size_t c = 0; c < 3; ++c) mean[c] += moved[3 * v + c] - mesh.vertices[3 * v + c];
+    }
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::size_t single = 3 * (mesh.size() - 1) + c;
+      CHECK(completed[single] == doctest::Approx(mesh.vertices[single] + mean[c] / count));
+    }
+  }
+}
+
+TEST_CASE("a mirrored neighbour does not mirror what follows it") {
+  const auto mesh = three_parts();
+  auto moved = mesh.vertices;
+  for (std::size_t i = 0; i < moved.size(); i += 3) moved[i] = -moved[i];
+  auto known = std::vector<std::uint8_t>(mesh.size(), 0);
+  std::fill_n(known.begin(), 25, std::uint8_t{1});
+  const auto completed = complete(mesh, moved, known, UnseenRule::follow);
+  const auto volume = [&](const std::vector<double>& v) {  // of a corner of the second sheet
+    const auto edge = [&](std::size_t to, std::size_t c) {
+      return v[3 * (25 + to) + c] - v[75 + c];
+    };
+    double sum = 0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::size_t d = (c + 1) % 3;
+      const std::size_t e = (c + 2) % 3;
+      sum += edge(1, c) * (edge(4, d) * edge(10, e) - edge(4, e) * edge(10, d));
+    }
+    return sum;
+  };
+  CHECK(volume(completed) == doctest::Approx(volume(mesh.vertices)));
+}
+
+TEST_CASE("nothing known: everything stays") {
+  const auto mesh = three_parts();
+  const std::vector<std::uint8_t> known(mesh.size(), 0);
+  CHECK(complete(mesh, mesh.vertices, known, UnseenRule::follow) == mesh.vertices);
+}
+
+}  // namespace
+}  // namespace dynmesh::testing
