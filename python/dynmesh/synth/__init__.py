@@ -1,0 +1,63 @@
+"""Built-in animated meshes: seeded, quick to make, and free of any data to download."""
+
+import numpy as np
+
+from ..sequence import Sequence, check_fps
+from ._choreography import walk
+from ._waves import waves
+
+
+def ocean(frames: int = 1500, *, grid: int = 50, seed: int = 0, fps: float = 30.0) -> Sequence:
+    """Return a choppy sea (Tessendorf 2001) of `grid` by `grid` vertices, z up, in metres.
+
+    Args:
+        frames: number of frames, at least 1.
+        grid: vertices along either side, at least 2; there are 2 (grid - 1)^2 triangles.
+        seed: the waves drawn; the same seed gives the same sea.
+        fps: frames per second; a higher rate samples the same motion more finely.
+
+    Raises:
+        TypeError: an argument is of the wrong kind.
+        ValueError: an argument is out of range.
+    """
+    _check_integer("frames", frames, 1)
+    _check_integer("grid", grid, 2)
+    _check_integer("seed", seed, 0)
+    _check_rate(fps)
+    vertices, faces = waves(frames, grid, seed, fps)
+    return Sequence(vertices, faces, fps=float(fps))
+
+
+def walker(frames: int = 175, *, seed: int = 0, fps: float = 30.0) -> Sequence:
+    """Return a human figure that walks, turns round, does a handstand and stands up again.
+
+    It is a closed surface of genus 0 with 10002 vertices and 20000 triangles, z up, in metres,
+    skinned with dual quaternions (Kavan et al. 2007). The connectivity is the same for all seeds.
+
+    Args:
+        frames: number of frames, at least 1, over which the whole choreography is spread.
+        seed: details of the gait and the build; the same seed gives the same figure.
+        fps: frames per second that the sequence is said to have; the poses do not depend on it.
+
+    Raises:
+        TypeError: an argument is of the wrong kind.
+        ValueError: an argument is out of range.
+    """
+    _check_integer("frames", frames, 1)
+    _check_integer("seed", seed, 0)
+    _check_rate(fps)
+    vertices, faces = walk(frames, seed)
+    return Sequence(vertices, faces, fps=float(fps))
+
+
+def _check_integer(name: str, value: object, least: int) -> None:
+    if isinstance(value, bool) or not isinstance(value, int | np.integer):
+        raise TypeError(f"{name}: must be an integer, not {value!r}")
+    if value < least:
+        raise ValueError(f"{name}: must be at least {least}, not {value!r}")
+
+
+def _check_rate(fps: object) -> None:
+    if isinstance(fps, bool) or not isinstance(fps, int | float | np.integer | np.floating):
+        raise TypeError(f"fps: must be a number, not {fps!r}")
+    check_fps(float(fps))

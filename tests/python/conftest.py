@@ -1,0 +1,42 @@
+"""Where the tests find data and programs."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from meshes import Mesh, sheet
+
+REPOSITORY = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="session")
+def data() -> Path:
+    """The folder of recorded sequences, which are not part of the project."""
+    folder = Path(os.environ.get("DYNMESH_DATA", REPOSITORY.parent / "shared" / "data"))
+    if not folder.is_dir():
+        pytest.skip("the recorded sequences are not here; DYNMESH_DATA names their folder")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def programs() -> Path:
+    """The folder of the compiled programs, as the preset `develop` builds them."""
+    folder = Path(os.environ.get("DYNMESH_PROGRAMS", REPOSITORY / "build" / "develop"))
+    if not (folder / "dynmesh-complete").exists():
+        pytest.skip(
+            "dynmesh-complete is not built: cmake --preset develop; cmake --build --preset develop"
+        )
+    return folder
+
+
+@pytest.fixture
+def mesh() -> Mesh:
+    """A small sheet."""
+    return sheet(7)
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    """The same numbers every time."""
+    return np.random.default_rng(0)

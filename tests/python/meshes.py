@@ -1,0 +1,59 @@
+"""Small meshes for the tests, and hypothesis strategies for random ones."""
+
+from typing import NamedTuple
+
+import numpy as np
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+class Mesh(NamedTuple):
+    """Faces and frame 0."""
+
+    faces: Integers
+    vertices: Array
+
+
+def sheet(n: int, offset: float = 0.0) -> Mesh:
+    """A bumpy grid of n by n vertices, two triangles to a square."""
+    i, j = (a.ravel() for a in np.indices((n, n)))
+    vertices = np.stack([j + offset, i, 0.3 * np.sin(1.3 * i + 0.7 * j)], axis=1)
+    v = np.arange(n * n).reshape(n, n)[:-1, :-1].ravel()
+    squares = [np.stack([v, v + 1, v + n], axis=1), np.stack([v + 1, v + n + 1, v + n], axis=1)]
+    return Mesh(np.concatenate(squares), vertices.astype(np.float64))
+
+
+def join(*meshes: Mesh) -> Mesh:
+    """All of them as one, unconnected."""
+    starts = np.cumsum([0] + [len(m.vertices) for m in meshes])
+    faces = [m.faces + start for m, start in zip(meshes, starts[:-1], strict=True)]
+    return Mesh(np.concatenate(faces), np.concatenate([m.vertices for m in meshes]))
+
+
+def turned(vertices: Array, angle: float) -> Array:
+    """Turned about z."""
+    c, s = np.cos(angle), np.sin(angle)
+    return vertices @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1.0]])
+
+
+@st.composite
+def meshes(draw: st.DrawFn, max_vertices: int = 24) -> Mesh:
+    """Any faces at all, degenerate, duplicate and non-manifold ones among them."""
+    k = draw(st.integers(1, max_vertices))
+    n_faces = draw(st.integers(1, 2 * max_vertices))
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    faces = rng.integers(0, k, (n_faces, 3))
+    if draw(st.booleans()):  # mostly local, so that there are several generations
+        faces = np.minimum(faces[:, :1] + rng.integers(0, 3, (n_faces, 3)), k - 1)
+    return Mesh(faces, rng.normal(size=(k, 3)))
+
+
+@st.composite
+def masks(draw: st.DrawFn, k: int) -> NDArray[np.bool_]:
+    """Any known mask, few known ones as likely as many."""
+    share = draw(st.sampled_from([0.0, 0.05, 0.2, 0.5, 0.9]))
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    return rng.random(k) < share
