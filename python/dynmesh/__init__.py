@@ -13,7 +13,7 @@ Completion" (WSCG 2017).
 
 from . import degrade, metrics, synth
 from ._core import Completer, FrameReport, TopologyReport, __version__, cells
-from .files import Frame, Reader, Writer, create, open, read, write
+from .files import Frame, Reader, Writer, create, create_like, open, read, write
 from .matrices import adjacency, laplacian
 from .sequence import Sequence
 from .streaming import complete
@@ -31,6 +31,7 @@ __all__ = [
     "cells",
     "complete",
     "create",
+    "create_like",
     "degrade",
     "laplacian",
     "metrics",

@@ -43,17 +43,21 @@ class _ArrayStream:
     """The rows of one `.npy` member of an archive, read one after another."""
 
     def __init__(self, archive: zipfile.ZipFile, name: str) -> None:
-        self._file = archive.open(f"{name}.npy")
-        self._whole: NDArray[Any] | None = None
-        version = npy.read_magic(self._file)
-        read_header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
-        self.shape, by_columns, self.dtype = read_header(self._file)
-        if self.dtype.hasobject:
-            raise ValueError(f"{name}: holds Python objects, not numbers")
-        if by_columns:  # no row lies in one piece
-            with archive.open(f"{name}.npy") as file:
-                self._whole = npy.read_array(file)
         self._row = 0
+        self._whole: NDArray[Any] | None = None
+        with contextlib.ExitStack() as stack:
+            self._file = stack.enter_context(archive.open(f"{name}.npy"))
+            version = npy.read_magic(self._file)
+            read_header = (
+                npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+            )
+            self.shape, by_columns, self.dtype = read_header(self._file)
+            if self.dtype.hasobject:
+                raise ValueError(f"{name}: holds Python objects, not numbers")
+            if by_columns:  # no row lies in one piece
+                with archive.open(f"{name}.npy") as file:
+                    self._whole = npy.read_array(file)
+            stack.pop_all()
 
     def read_row(self) -> NDArray[Any]:
         row_shape = self.shape[1:]

@@ -1,0 +1,29 @@
+"""Completes a sequence file frame by frame, and says how it went.
+
+    python complete_file.py partial.npz completed.npz
+
+What `dynmesh complete` does, for those who want to do something to each frame on the way.
+"""
+
+import sys
+
+import dynmesh
+
+
+def main(source: str, target: str) -> None:
+    """Reads, completes and writes one frame at a time."""
+    with dynmesh.open(source) as reader, dynmesh.create_like(reader, target) as writer:
+        frames = iter(reader)
+        first = next(frames).points
+        writer.append(first)
+        completer = dynmesh.Completer(reader.faces, first)
+        for number, (points, known) in enumerate(frames, start=1):
+            writer.append(completer.push(points, known))
+            report = completer.report
+            print(
+                f"frame {number}: {report.known} known, {report.filled + report.unseen} filled in"
+            )
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

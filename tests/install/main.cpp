@@ -1,0 +1,24 @@
+// What the README shows, in both precisions.
+#include <dynmesh/dynmesh.hpp>
+
+#include <cmath>
+#include <cstdio>
+#include <vector>
+
+template <class Real>
+bool completes_a_translation() {
+  const std::vector<dynmesh::Index> faces = {0, 1, 2, 2, 1, 3};
+  std::vector<Real> frame = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0};
+  dynmesh::Completer<Real> completer({faces.data(), 2}, {frame.data(), 4});
+  for (Real& x : frame) x = std::nan("");
+  frame[0] = frame[1] = frame[2] = 5;
+  const dynmesh::Points<Real> points(frame.data(), 4);
+  const dynmesh::FrameReport report = completer.push(points, points);
+  return report.filled == 3 && frame[9] == 6 && frame[10] == 6 && frame[11] == 5;
+}
+
+int main() {
+  const bool good = completes_a_translation<float>() && completes_a_translation<double>();
+  std::printf("dynmesh %s: %s\n", DYNMESH_VERSION, good ? "works" : "FAILS");
+  return good ? 0 : 1;
+}

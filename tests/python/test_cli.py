@@ -1,0 +1,144 @@
+"""The command line, as a user runs it."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import dynmesh
+
+Result = subprocess.CompletedProcess[str]
+
+
+def run(*arguments: str | Path, code: int = 0) -> Result:
+    command = [sys.executable, "-c", "from dynmesh.cli import main; main()", *map(str, arguments)]
+    result = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert result.returncode == code, result.stderr
+    assert "Traceback" not in result.stderr
+    return result
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the steps of the main job."""
+    folder = tmp_path_factory.mktemp("job")
+    run("synth", "ocean", folder / "truth.npz", "--frames", "40", "--seed", "2")
+    run("degrade", folder / "truth.npz", folder / "partial.npz", "--known", "0.3", "--seed", "1")
+    run("complete", folder / "partial.npz", folder / "completed.npz")
+    return folder
+
+
+def test_the_main_job_equals_the_library(folder: Path) -> None:
+    truth = dynmesh.read(folder / "truth.npz")
+    np.testing.assert_array_equal(truth.vertices, dynmesh.synth.ocean(40, seed=2).vertices)
+    partial = dynmesh.read(folder / "partial.npz")
+    assert partial.known is not None
+    masks = list(dynmesh.degrade.random_known(40, 2500, 0.3, seed=1))
+    np.testing.assert_array_equal(partial.known, masks)
+    assert np.isnan(partial.vertices[~partial.known]).all()
+    completed = dynmesh.read(folder / "completed.npz")
+    expected = list(dynmesh.complete(truth.faces, truth.vertices, masks))
+    np.testing.assert_array_equal(completed.vertices, expected)
+    assert completed.known is None
+    assert completed.fps == partial.fps == truth.fps == 30
+
+
+def test_evaluate_measures_in_diagonals_without_frame_0(folder: Path) -> None:
+    truth = dynmesh.read(folder / "truth.npz")
+    completed = dynmesh.read(folder / "completed.npz").vertices
+    diagonal = np.linalg.norm(np.ptp(truth.vertices[0].astype(float), axis=0))
+    result = json.loads(
+        run("evaluate", folder / "completed.npz", folder / "truth.npz", "--json").stdout
+    )
+    nmsve = dynmesh.metrics.nmsve(truth.faces, truth.vertices, completed)
+    assert result["nmsve"] == pytest.approx(nmsve[1:].mean() / diagonal)
+    errors = dynmesh.metrics.vertex_error(truth.vertices, completed)[1:]
+    summary = result["summary"]
+    assert summary["mean"] == pytest.approx(errors.mean() / diagonal)
+    assert summary["rms"] == pytest.approx(np.sqrt((errors**2).mean(axis=1)).mean() / diagonal)
+    assert summary["p99"] == pytest.approx(np.percentile(errors, 99, axis=1).mean() / diagonal)
+    assert summary["maximum"] == pytest.approx(errors.max() / diagonal)
+    assert result["frames"] == 39
+    shown = run("evaluate", folder / "completed.npz", folder / "truth.npz").stdout
+    assert f"{result['nmsve']:.4g}" in shown
+
+
+def test_settings_reach_the_completer(folder: Path, tmp_path: Path) -> None:
+    partial = dynmesh.read(folder / "partial.npz")
+    for options, settings in [
+        (["--no-revisit"], {"revisit": False}),
+        (["--extra-iterations", "4"], {"extra_iterations": 4}),
+        (["--unseen", "hold"], {"unseen": "hold"}),
+    ]:
+        out = tmp_path / "out.npz"
+        run("complete", folder / "partial.npz", out, "--overwrite", *options)
+        expected: Any = list(
+            dynmesh.complete(partial.faces, partial.vertices, partial.known, **settings)  # type: ignore[arg-type]
+        )
+        np.testing.assert_array_equal(dynmesh.read(out).vertices, expected)
+
+
+def test_known_masks_add_up(folder: Path, tmp_path: Path) -> None:
+    run("degrade", folder / "partial.npz", tmp_path / "less.npz", "--known", "0.5", "--seed", "9")
+    first = dynmesh.read(folder / "partial.npz").known
+    second = dynmesh.read(tmp_path / "less.npz").known
+    assert first is not None
+    assert second is not None
+    assert not (second & ~first).any()
+    assert 0.1 < second[1:].mean() < 0.2
+
+
+def test_info_tells_what_a_file_holds(folder: Path) -> None:
+    shown = run("info", folder / "partial.npz").stdout
+    for line in ("2500, float32", "4802", "30.0 %", "196", "30"):
+        assert line in shown
+
+
+def test_help_and_version() -> None:
+    assert run("--version").stdout.strip() == f"dynmesh {dynmesh.__version__}"
+    shown = run("--help").stdout
+    for command in ("info", "synth", "degrade", "complete", "evaluate"):
+        assert command in shown
+        assert "Usage" in run(command, "--help").stdout
+
+
+def test_errors_take_one_line_and_leave_nothing(folder: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out.npz"
+    partial, truth = folder / "partial.npz", folder / "truth.npz"
+    incomplete = tmp_path / "incomplete.npz"
+    sequence = dynmesh.read(partial)
+    dynmesh.write(
+        incomplete,
+        dynmesh.Sequence(sequence.vertices[1:], sequence.faces, sequence.known[1:]),  # type: ignore[index]
+    )
+    single = tmp_path / "single.npz"
+    dynmesh.write(single, dynmesh.Sequence(sequence.vertices[:1], sequence.faces))
+    text = tmp_path / "text.npz"
+    text.write_text("hello")
+    for arguments, message in [
+        (["complete", tmp_path / "none.npz", out], "none.npz: No such file or directory"),
+        (["complete", text, out], "text.npz: is damaged or no .npz archive"),
+        (["complete", incomplete, out], "is missing, but frame 0 must be complete"),
+        (["complete", partial, truth], "truth.npz: exists already; --overwrite replaces it"),
+        (["complete", partial, tmp_path / "no" / "out.npz"], "there is no folder"),
+        (["complete", partial, tmp_path / "out.stl"], "the format '.stl' is not known"),
+        (["degrade", truth, out, "--known", "1.5"], "share: must be above 0 and below 1, not 1.5"),
+        (["degrade", truth, out, "--known", "nan"], "share: must be above 0 and below 1, not nan"),
+        (["evaluate", partial, truth], "partial.npz: frame 1 lacks vertex"),
+        (["evaluate", single, truth], "has 1 frames, but"),
+        (["evaluate", single, single], "has no frame after frame 0 to measure"),
+    ]:
+        error = run(*arguments, code=1).stderr  # type: ignore[arg-type]
+        assert message in error, error
+        assert len(error.strip().splitlines()) <= 2, error  # a progress bar may stand before it
+        assert sorted(path.name for path in tmp_path.iterdir()) == [
+            "incomplete.npz",
+            "single.npz",
+            "text.npz",
+        ]
+    assert run("complete", code=2).stderr
+    assert run("synth", "lake", out, code=2).stderr

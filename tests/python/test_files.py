@@ -1,0 +1,222 @@
+"""Reading and writing sequences."""
+
+import io
+import resource
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from meshes import Mesh
+
+import dynmesh
+
+
+def sequence_of(mesh: Mesh, *, masked: bool = True, dtype: Any = np.float32) -> dynmesh.Sequence:
+    rng = np.random.default_rng(0)
+    vertices = (mesh.vertices + rng.normal(size=(5, 1, 3))).astype(dtype)
+    known = rng.random((5, len(mesh.vertices))) < 0.5 if masked else None
+    return dynmesh.Sequence(vertices, mesh.faces, known, fps=25.0 if masked else None)
+
+
+@pytest.mark.parametrize("masked", [True, False])
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_what_is_written_is_read(tmp_path: Path, mesh: Mesh, dtype: Any, masked: bool) -> None:
+    sequence = sequence_of(mesh, masked=masked, dtype=dtype)
+    dynmesh.write(tmp_path / "a.npz", sequence)
+    again = dynmesh.read(tmp_path / "a.npz")
+    assert again.vertices.dtype == dtype
+    np.testing.assert_array_equal(again.vertices, sequence.vertices)
+    np.testing.assert_array_equal(again.faces, sequence.faces)
+    np.testing.assert_array_equal(again.known, sequence.known)
+    assert again.fps == sequence.fps
+    assert [path.name for path in tmp_path.iterdir()] == ["a.npz"]
+    with np.load(tmp_path / "a.npz") as plain:
+        np.testing.assert_array_equal(plain["vertices"], sequence.vertices)
+
+
+def test_what_numpy_writes_is_read(tmp_path: Path, mesh: Mesh) -> None:
+    sequence = sequence_of(mesh)
+    known = sequence.known
+    assert known is not None
+    np.savez_compressed(
+        tmp_path / "a.npz", vertices=sequence.vertices, faces=mesh.faces, known=known
+    )
+    np.savez(
+        tmp_path / "b.npz",
+        vertices=np.asfortranarray(sequence.vertices.astype(">f4")),
+        faces=mesh.faces.astype(np.uint16),
+        known=np.asfortranarray(known),
+        fps=np.array([25]),
+        more="ignored",
+    )
+    for name in ("a.npz", "b.npz"):
+        again = dynmesh.read(tmp_path / name)
+        np.testing.assert_array_equal(again.vertices, sequence.vertices)
+        np.testing.assert_array_equal(again.known, known)
+        assert again.vertices.dtype == np.float32
+
+
+def test_a_reader_starts_anew_each_time(tmp_path: Path, mesh: Mesh) -> None:
+    sequence = sequence_of(mesh)
+    dynmesh.write(tmp_path / "a.npz", sequence)
+    with dynmesh.open(tmp_path / "a.npz") as reader:
+        assert (reader.n_frames, reader.n_vertices, reader.has_known, reader.fps) == (
+            5,
+            49,
+            True,
+            25,
+        )
+        first, second = iter(reader), iter(reader)
+        next(first)
+        for i in range(5):
+            points, known = next(second)
+            np.testing.assert_array_equal(points, sequence.vertices[i])
+            np.testing.assert_array_equal(known, sequence.known[i])  # type: ignore[index]
+        np.testing.assert_array_equal(next(first).points, sequence.vertices[1])
+
+
+def test_memory_does_not_grow_with_the_frames(tmp_path: Path, mesh: Mesh) -> None:
+    path = tmp_path / "long.npz"
+    frame = np.zeros((250_000, 3))
+    known = np.ones(len(frame), bool)
+
+    def peak() -> int:
+        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss  # kB
+
+    before = peak()
+    shape = {"n_frames": 60, "n_vertices": len(frame)}
+    with dynmesh.create(
+        path, faces=mesh.faces, **shape, dtype=frame.dtype, with_known=True
+    ) as writer:
+        for _ in range(60):
+            writer.append(frame, known)
+    assert path.stat().st_size > 370e6
+    with dynmesh.open(path) as reader:
+        assert sum(bool(f.known is not None and f.known.all()) for f in reader) == 60
+    assert peak() - before < 100_000
+
+
+def test_nothing_unfinished_stands_under_the_name(tmp_path: Path, mesh: Mesh) -> None:
+    sequence = sequence_of(mesh)
+    path = tmp_path / "a.npz"
+    dynmesh.write(path, sequence)
+    before = path.read_bytes()
+
+    def write_some(n: int, error: Exception | None) -> None:
+        with dynmesh.create(
+            path, faces=mesh.faces, n_frames=3, n_vertices=49, dtype=np.dtype(np.float32)
+        ) as writer:
+            for i in range(n):
+                writer.append(sequence.vertices[i])
+            if error:
+                raise error
+
+    with pytest.raises(KeyboardInterrupt):
+        write_some(2, KeyboardInterrupt())  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="only 2 of 3 frames were appended"):
+        write_some(2, None)
+    with pytest.raises(ValueError, match="frame 3: the file was begun for 3 frames"):
+        write_some(4, None)
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
+    write_some(3, None)
+    assert dynmesh.read(path).vertices.shape == (3, 49, 3)
+
+
+def test_frames_that_do_not_fit_are_refused(tmp_path: Path, mesh: Mesh) -> None:
+    def create(**more: Any) -> dynmesh.Writer:
+        shape = {"n_frames": 2, "n_vertices": 49}
+        arguments = {"faces": mesh.faces, "dtype": np.dtype(np.float64), **shape, **more}
+        return dynmesh.create(tmp_path / "a.npz", **arguments)
+
+    with pytest.raises(ValueError, match="frame 0: must be float64 of shape"), create() as writer:
+        writer.append(mesh.vertices[:3])
+    with pytest.raises(ValueError, match="frame 0: must be float64"), create() as writer:
+        writer.append(mesh.vertices.astype(np.float32))
+    with pytest.raises(ValueError, match="a mask comes with every frame"), create() as writer:
+        writer.append(mesh.vertices, np.ones(49, bool))
+    with (
+        pytest.raises(ValueError, match=r"known: must have shape \(49,\)"),
+        create(with_known=True) as writer,
+    ):
+        writer.append(mesh.vertices, np.ones(48, bool))
+    with pytest.raises(ValueError, match="fps: must be positive and finite, not -1"):
+        create(fps=-1)
+    with pytest.raises(TypeError, match="vertices: must be float32 or float64, not int64"):
+        create(dtype=np.dtype(np.int64))
+    with pytest.raises(FileNotFoundError):
+        dynmesh.write(tmp_path / "nowhere" / "a.npz", sequence_of(mesh))
+    assert not list(tmp_path.iterdir())
+
+
+GOOD: dict[str, Any] = {
+    "vertices": np.zeros((2, 4, 3), np.float32),
+    "faces": np.array([[0, 1, 2], [0, 2, 3]]),
+}
+
+
+@pytest.mark.parametrize(
+    ("arrays", "message"),
+    [
+        ({"faces": GOOD["faces"]}, "has no array 'vertices'.*this file holds faces"),
+        ({"vertices": GOOD["vertices"]}, "has no array 'faces'"),
+        (
+            GOOD | {"vertices": np.zeros((4, 3))},
+            r"vertices: must have shape \(n, k, 3\), not \(4, 3\)",
+        ),
+        (
+            GOOD | {"vertices": np.zeros((2, 4, 3), int)},
+            "vertices: must be float32 or float64, not int64",
+        ),
+        (GOOD | {"faces": np.zeros((2, 4), int)}, r"faces: must have shape \(m, 3\), not \(2, 4\)"),
+        (GOOD | {"faces": np.zeros((2, 3))}, "faces: must be integers, not float64"),
+        (GOOD | {"known": np.ones((2, 3), bool)}, r"known: must have shape \(2, 4\)"),
+        (GOOD | {"known": np.ones((2, 4))}, "known: must be bool, not float64"),
+        (GOOD | {"fps": np.nan}, "fps: must be positive and finite, not nan"),
+        (GOOD | {"fps": [24, 25]}, "fps: must be one number"),
+        (GOOD | {"vertices": np.array([None, "x"], object)}, "vertices: holds Python objects"),
+    ],
+)
+def test_files_that_hold_no_sequence_are_refused(
+    tmp_path: Path, arrays: dict[str, Any], message: str
+) -> None:
+    path = tmp_path / "a.npz"
+    np.savez(path, **arrays)
+    with pytest.raises(ValueError, match=message) as caught:
+        dynmesh.read(path)
+    assert str(caught.value).startswith(f"{path}: ")
+
+
+def test_damaged_files_are_refused(tmp_path: Path, mesh: Mesh) -> None:
+    whole = tmp_path / "whole.npz"
+    dynmesh.write(whole, sequence_of(mesh))
+    data = whole.read_bytes()
+    path = tmp_path / "damaged.npz"
+    for damaged in (b"", b"solid", data[: len(data) // 2], data[:400] + b"\1" + data[401:]):
+        path.write_bytes(damaged)
+        with pytest.raises(ValueError, match=r"damaged\.npz: "):
+            dynmesh.read(path)
+
+    buffer = io.BytesIO()
+    np.save(buffer, np.zeros((100, 4, 3)))
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("vertices.npy", buffer.getvalue()[:1000])  # whole, but short of frames
+        buffer = io.BytesIO()
+        np.save(buffer, GOOD["faces"])
+        archive.writestr("faces.npy", buffer.getvalue())
+    with pytest.raises(ValueError, match="ends in the middle of frame 9 of 100"):
+        dynmesh.read(path)
+
+    with pytest.raises(FileNotFoundError):
+        dynmesh.read(tmp_path / "none.npz")
+    with pytest.raises(ValueError, match=r"the format '\.stl' is not known; \.npz is"):
+        dynmesh.open(tmp_path / "a.stl")
+
+
+def test_a_sequence_fits_together(mesh: Mesh) -> None:
+    with pytest.raises(ValueError, match=r"known: must have shape \(1, 49\), as vertices say"):
+        dynmesh.Sequence(mesh.vertices[None], mesh.faces, np.ones(49, bool))
+    with pytest.raises(ValueError, match="fps: must be positive and finite, not 0"):
+        dynmesh.Sequence(mesh.vertices[None], mesh.faces, fps=0)

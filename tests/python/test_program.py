@@ -1,0 +1,249 @@
+"""The program dynmesh-complete and the C++ example, against the library."""
+
+import json
+import os
+import struct
+import subprocess
+import time
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import dynmesh
+
+Floats = NDArray[np.float32]
+HEADER = "<12siiffi"
+
+
+def write_pc2(path: Path, frames: Floats, n_frames: int | None = None) -> None:
+    n = len(frames) if n_frames is None else n_frames
+    header = struct.pack(HEADER, b"POINTCACHE2\0", 1, frames.shape[1], 7.0, 0.5, n)
+    path.write_bytes(header + frames.tobytes())
+
+
+def write_obj(path: Path, faces: Iterable[Iterable[int]], vertices: Floats) -> None:
+    lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in vertices.tolist()]
+    lines += ["f " + " ".join(str(v + 1) for v in face) for face in faces]
+    path.write_text("\n".join(lines) + "\n")
+
+
+def write_ply(path: Path, faces: Floats, vertices: Floats) -> None:
+    header = (
+        f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\n"
+        "property float x\nproperty float y\nproperty float z\n"
+        f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+    rows = np.empty(len(faces), [("n", "u1"), ("v", "<i4", 3)])
+    rows["n"], rows["v"] = 3, faces
+    path.write_bytes(header.encode() + vertices.tobytes() + rows.tobytes())
+
+
+class Job:
+    """A partial sequence in a folder, and what should come of it."""
+
+    def __init__(self, folder: Path, sequence: dynmesh.Sequence, share: float = 0.3) -> None:
+        self.folder = folder
+        n, k, _ = sequence.vertices.shape
+        masks = np.stack(list(dynmesh.degrade.random_known(n, k, share, seed=3)))
+        self.partial: Floats = np.where(masks[..., None], sequence.vertices, np.float32("nan"))[1:]
+        completed = list(dynmesh.complete(sequence.faces, sequence.vertices, masks))
+        self.completed = np.stack(completed)[1:].tobytes()
+        self.template = folder / "template.obj"
+        write_obj(self.template, sequence.faces.tolist(), sequence.vertices[0])
+        write_ply(folder / "template.ply", sequence.faces, sequence.vertices[0])
+        self.raw = folder / "partial.raw"
+        self.raw.write_bytes(self.partial.tobytes())
+        self.pc2 = folder / "partial.pc2"
+        write_pc2(self.pc2, self.partial)
+
+
+@pytest.fixture(scope="module")
+def job(tmp_path_factory: pytest.TempPathFactory) -> Job:
+    return Job(tmp_path_factory.mktemp("program"), dynmesh.synth.ocean(20))
+
+
+@pytest.fixture
+def complete(programs: Path, job: Job) -> Any:
+    def run(
+        input_: str | Path, output: str | Path, *options: str | Path, code: int = 0, **more: Any
+    ) -> subprocess.CompletedProcess[bytes]:
+        command = [programs / "dynmesh-complete", "--input", input_, "--output", output, *options]
+        if "--template" not in options:
+            command += ["--template", job.template]
+        result = subprocess.run(command, capture_output=True, check=False, **more)
+        assert result.returncode == code, result.stderr
+        return result
+
+    return run
+
+
+def test_raw_and_pc2_and_pipes_give_the_same_bytes(complete: Any, job: Job, tmp_path: Path) -> None:
+    complete(job.raw, tmp_path / "a.raw")
+    assert (tmp_path / "a.raw").read_bytes() == job.completed
+    complete(job.raw, tmp_path / "b.f32", "--template", job.folder / "template.ply")
+    assert (tmp_path / "b.f32").read_bytes() == job.completed
+    complete(job.pc2, tmp_path / "a.pc2")
+    cache = (tmp_path / "a.pc2").read_bytes()
+    assert struct.unpack(HEADER, cache[:32]) == (b"POINTCACHE2\0", 1, 2500, 7.0, 0.5, 19)
+    assert cache[32:] == job.completed
+    assert complete("-", "-", input=job.raw.read_bytes()).stdout == job.completed
+    assert complete(job.pc2, "-").stdout == job.completed
+
+
+def test_a_pipe_gets_each_frame_at_once(programs: Path, job: Job) -> None:
+    size = job.partial[0].nbytes
+    command = [
+        programs / "dynmesh-complete",
+        "--template",
+        job.template,
+        "--input",
+        "-",
+        "--output",
+        "-",
+    ]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        for i in range(3):
+            process.stdin.write(job.partial[i].tobytes())
+            process.stdin.flush()
+            assert process.stdout.read(size) == job.completed[i * size : (i + 1) * size]
+        process.stdin.close()
+    assert process.returncode == 0
+
+
+def test_settings_and_report(complete: Any, job: Job, tmp_path: Path) -> None:
+    report = complete(job.raw, tmp_path / "a.raw", "--report").stderr.decode().splitlines()
+    assert len(report) == 19
+    first = json.loads(report[0])
+    assert (first["frame"], first["known"], first["filled"], first["unseen"]) == (1, 750, 1750, 0)
+    assert first["iterations"] >= 2
+    assert first["seconds"] > 0
+    for option in (["--once"], ["--extra-iterations", "5"]):
+        complete(job.raw, tmp_path / "b.raw", "--overwrite", *option)
+        assert (tmp_path / "b.raw").read_bytes() != job.completed
+
+
+def test_whole_frames_before_a_cut_are_written(complete: Any, job: Job, tmp_path: Path) -> None:
+    size = job.partial[0].nbytes
+    (tmp_path / "cut.raw").write_bytes(job.raw.read_bytes()[: 4 * size + 100])
+    error = complete(tmp_path / "cut.raw", tmp_path / "a.raw", code=1).stderr.decode()
+    assert f"frame 5 ends after 100 of {size} bytes; 4 whole frames came before it" in error
+    assert (tmp_path / "a.raw").read_bytes() == job.completed[: 4 * size]
+
+    (tmp_path / "cut.pc2").write_bytes(job.pc2.read_bytes()[: 32 + 4 * size])
+    error = complete(tmp_path / "cut.pc2", tmp_path / "a.pc2", code=1).stderr.decode()
+    assert "frame 5 of 19 ends after 0 of" in error
+    cache = (tmp_path / "a.pc2").read_bytes()
+    assert struct.unpack(HEADER, cache[:32])[5] == 4
+    assert cache[32:] == job.completed[: 4 * size]
+
+
+def test_a_reader_that_goes_away_ends_the_program(programs: Path, job: Job) -> None:
+    command = [
+        programs / "dynmesh-complete",
+        "--template",
+        job.template,
+        "--input",
+        job.raw,
+        "--output",
+        "-",
+    ]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        process.stdout.close()
+        error = process.stderr.read().decode()
+    assert process.returncode == 1
+    assert "standard output: frame 1 cannot be written: Broken pipe" in error
+
+
+def test_errors_and_exit_codes(complete: Any, programs: Path, job: Job, tmp_path: Path) -> None:
+    out = tmp_path / "out.raw"
+    (tmp_path / "empty.pc2").write_bytes(b"")
+    write_pc2(tmp_path / "longer.pc2", job.partial, n_frames=18)
+    write_pc2(tmp_path / "negative.pc2", job.partial, n_frames=-5)
+    write_pc2(tmp_path / "other.pc2", job.partial[:, :7])
+    (tmp_path / "renamed.raw").write_bytes(job.pc2.read_bytes())
+    hole = tmp_path / "hole.obj"
+    hole.write_text("v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n")
+    wild = tmp_path / "wild.obj"
+    wild.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n")
+    for code, input_, options, message in [
+        (1, tmp_path / "none.raw", [], "none.raw: No such file or directory"),
+        (1, tmp_path, [], "Is a directory|is a folder"),
+        (1, tmp_path / "empty.pc2", [], "is no PC2 file"),
+        (1, tmp_path / "longer.pc2", [], "goes on after the 18 whole frames that it declares"),
+        (1, tmp_path / "negative.pc2", [], "declares -5 frames"),
+        (1, tmp_path / "other.pc2", [], "has frames of 7 vertices, but the template has 2500"),
+        (1, tmp_path / "renamed.raw", [], "is a PC2 file by its first bytes; name it .pc2"),
+        (1, job.raw, ["--template", tmp_path / "none.obj"], "none.obj: cannot be opened"),
+        (1, job.raw, ["--template", hole], "line 2 has 'nan'"),
+        (1, job.raw, ["--template", wild], "faces: face 0 refers to vertex 8"),
+        (1, job.raw, ["--template", job.raw], "a template is read from .obj, .ply or .off"),
+        (2, tmp_path / "a.npz", [], "frames are read and written as .pc2, or"),
+        (2, job.raw, ["--unseen", "vanish"], "unseen: must be 'hold' or 'follow', not 'vanish'"),
+        (2, job.raw, ["--extra-iterations", "many"], "'many' is not a whole number"),
+        (2, job.raw, ["--extra-iterations", "-1"], "extra_iterations: must be from 0"),
+        (2, job.raw, ["--speed"], "unrecognized option '--speed'"),
+        (2, job.raw, ["more"], "what is 'more'?"),
+    ]:
+        error = complete(input_, out, *options, code=code).stderr.decode()  # type: ignore[has-type]
+        assert any(part in error for part in message.split("|")), error
+        out.unlink(missing_ok=True)
+    out.write_bytes(b"precious")
+    assert b"exists already; --overwrite replaces it" in complete(job.raw, out, code=2).stderr
+    assert out.read_bytes() == b"precious"
+    assert b"No space left" in complete(job.raw, "/dev/full", code=1).stderr
+    assert not [path for path in tmp_path.iterdir() if path.name.endswith(".part")]
+    for arguments in ([], ["--template", job.template], ["--input", job.raw]):
+        command = [programs / "dynmesh-complete", *arguments]
+        assert subprocess.run(command, capture_output=True, check=False).returncode == 2
+
+
+def test_help_and_version(programs: Path) -> None:
+    def run(option: str) -> str:
+        command = [programs / "dynmesh-complete", option]
+        return subprocess.run(command, capture_output=True, check=True, text=True).stdout
+
+    assert run("--version").strip() == f"dynmesh-complete {dynmesh.__version__}"
+    assert "--template" in run("--help")
+
+
+def test_the_capture_loop_completes_or_drops_every_frame(
+    programs: Path, job: Job, tmp_path: Path
+) -> None:
+    loop = programs / "examples" / "cpp" / "capture_loop"
+    out = tmp_path / "out.raw"
+
+    def run(*options: str) -> str:
+        command = [loop, job.template, job.raw, out, *options]
+        return subprocess.run(command, capture_output=True, check=True, text=True).stdout
+
+    assert run("--every-frame").startswith("19 frames completed, 0 dropped")
+    assert out.read_bytes() == job.completed
+    start = time.monotonic()
+    completed, dropped = (int(part.split()[0]) for part in run().split(";")[0].split(", "))
+    assert completed + dropped == 19
+    assert time.monotonic() - start > 19 / 60
+    assert out.stat().st_size == completed * job.partial[0].nbytes
+    assert subprocess.run([loop], capture_output=True, check=False).returncode == 2
+
+
+@pytest.mark.parametrize("name", ["crane", "ocean_sim_50x50"])
+def test_recorded_sequences_are_the_same_bytes_through_all_doors(
+    complete: Any, data: Path, programs: Path, tmp_path: Path, name: str
+) -> None:
+    job = Job(tmp_path, dynmesh.read(data / f"{name}.npz"))
+    complete(job.raw, tmp_path / "a.raw", "--template", job.template)
+    assert (tmp_path / "a.raw").read_bytes() == job.completed
+    complete(job.pc2, tmp_path / "a.pc2", "--template", job.template)
+    assert (tmp_path / "a.pc2").read_bytes()[32:] == job.completed
+    loop = programs / "examples" / "cpp" / "capture_loop"
+    command = [loop, job.template, job.raw, tmp_path / "b.raw", "--every-frame"]
+    subprocess.run([*map(os.fspath, command)], check=True)
+    assert (tmp_path / "b.raw").read_bytes() == job.completed
