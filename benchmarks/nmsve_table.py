@@ -25,7 +25,7 @@ def mean_nmsve(sequence: dynmesh.Sequence, share: float, seed: int, *, revisit: 
     """The mean over the frames after the first, in bounding-box diagonals."""
     truth = sequence.vertices[:FRAMES].astype(np.float64)
     truth = truth / bounding_box_diagonal(truth[0])
-    masks = dynmesh.degrade.random_known(*truth.shape[:2], share, seed=seed)
+    masks = dynmesh.degrade.random_known(len(truth), truth.shape[1], share, seed=seed)
     completed = np.stack(list(dynmesh.complete(sequence.faces, truth, masks, revisit=revisit)))
     return float(dynmesh.metrics.nmsve(sequence.faces, truth[1:], completed[1:]).mean())
 

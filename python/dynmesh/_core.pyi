@@ -1,4 +1,4 @@
-from typing import Any, Literal
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,9 +7,9 @@ from .sequence import Mask, Positions
 
 __version__: str
 
-Integers = NDArray[np.integer[Any]]
+_Integers: TypeAlias = NDArray[np.integer[Any]]
 
-def cells(faces: Integers, n_vertices: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]: ...
+def cells(faces: _Integers, n_vertices: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]: ...
 
 class TopologyReport:
     @property
@@ -36,7 +36,7 @@ class FrameReport:
 class Completer:
     def __init__(
         self,
-        faces: Integers,
+        faces: _Integers,
         first_frame: Positions,
         *,
         method: Literal["motion"] = "motion",
@@ -51,7 +51,7 @@ class Completer:
         self, points: Positions, known: Mask | None = None, *, out: Positions | None = None
     ) -> Positions: ...
     def push_sparse(
-        self, indices: Integers, points: Positions, *, out: Positions | None = None
+        self, indices: _Integers, points: Positions, *, out: Positions | None = None
     ) -> Positions: ...
     def skip(self, *, out: Positions | None = None) -> Positions: ...
     def reset(self, frame: Positions) -> None: ...
@@ -80,6 +80,6 @@ class ErrorSummary:
     @property
     def maximum(self) -> float: ...
 
-def nmsve(faces: Integers, reference: Positions, completed: Positions) -> Any: ...
+def nmsve(faces: _Integers, reference: Positions, completed: Positions) -> Any: ...
 def vertex_error(reference: Positions, completed: Positions) -> NDArray[np.float64]: ...
 def summary(errors: NDArray[np.floating[Any]]) -> ErrorSummary: ...

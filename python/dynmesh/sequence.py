@@ -7,8 +7,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-Positions: TypeAlias = NDArray[np.float32] | NDArray[np.float64]
-"""Positions x, y, z in any unit of length, on the last axis."""
+Positions: TypeAlias = NDArray[np.floating[Any]]
+"""float32 or float64, x, y, z on the last axis, in any unit of length."""
 
 Mask: TypeAlias = NDArray[np.bool_]
 """True where a position was observed in its frame."""

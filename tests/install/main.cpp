@@ -1,8 +1,7 @@
 // What the README shows, in both precisions.
-#include <dynmesh/dynmesh.hpp>
-
 #include <cmath>
 #include <cstdio>
+#include <dynmesh/dynmesh.hpp>
 #include <vector>
 
 template <class Real>

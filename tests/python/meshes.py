@@ -1,12 +1,12 @@
 """Small meshes for the tests, and hypothesis strategies for random ones."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+Array = NDArray[Any]
 Integers = NDArray[np.int64]
 
 
@@ -36,7 +36,7 @@ def join(*meshes: Mesh) -> Mesh:
 def turned(vertices: Array, angle: float) -> Array:
     """Turned about z."""
     c, s = np.cos(angle), np.sin(angle)
-    return vertices @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1.0]])
+    return np.asarray(vertices @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1.0]]))
 
 
 @st.composite

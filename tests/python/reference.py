@@ -1,9 +1,11 @@
 """A literal transcription of the method in numpy: slow, plain, and the measure of the real one."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+Array = NDArray[Any]
 Edges = tuple[NDArray[np.int64], NDArray[np.int64]]
 
 
@@ -76,11 +78,10 @@ def rigid_motion(before: Array, after: Array, what: Array) -> Array:
     from_mean, to_mean = before.mean(axis=0), after.mean(axis=0)
     spread = np.linalg.svd(before - from_mean, compute_uv=False)
     if len(before) < 3 or spread[1] <= 1e-5 * spread[0]:
-        return what + (to_mean - from_mean)
+        return np.asarray(what + (to_mean - from_mean))
     u, _, vt = np.linalg.svd((after - to_mean).T @ (before - from_mean))
     rotation = u @ np.diag([1, 1, np.sign(np.linalg.det(u @ vt))]) @ vt
-    moved: Array = (what - from_mean) @ rotation.T + to_mean
-    return moved
+    return np.asarray((what - from_mean) @ rotation.T + to_mean)
 
 
 def components(edges: Edges, k: int) -> NDArray[np.int64]:
@@ -138,8 +139,7 @@ def nmsve(edges: Edges, reference: Array, completed: Array) -> float:
             1 / max(float(np.linalg.norm(frame[v] - frame[n])), 1e-6 * h) for n in neighbours[v]
         ]
         mean = sum(w * frame[n] for w, n in zip(inverse, neighbours[v], strict=True)) / sum(inverse)
-        difference: Array = frame[v] - mean
-        return difference
+        return np.asarray(frame[v] - mean)
 
     total = 0.0
     for v in range(len(reference)):

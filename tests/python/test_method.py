@@ -31,7 +31,7 @@ def test_recorded_sequences_equal_the_transcription(data: Path, name: str, share
     h = reference.mean_edge(edges, truth[0])
     completer = dynmesh.Completer(sequence.faces, truth[0])
     completed, expected = truth.copy(), truth.copy()
-    masks = dynmesh.degrade.random_known(*truth.shape[:2], share, seed=7)
+    masks = dynmesh.degrade.random_known(len(truth), truth.shape[1], share, seed=7)
     for n, known in enumerate(masks):
         if n > 0:
             completer.push(truth[n], known, out=completed[n])

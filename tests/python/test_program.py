@@ -1,7 +1,6 @@
 """The program dynmesh-complete and the C++ example, against the library."""
 
 import json
-import os
 import struct
 import subprocess
 import time
@@ -31,7 +30,7 @@ def write_obj(path: Path, faces: Iterable[Iterable[int]], vertices: Floats) -> N
     path.write_text("\n".join(lines) + "\n")
 
 
-def write_ply(path: Path, faces: Floats, vertices: Floats) -> None:
+def write_ply(path: Path, faces: NDArray[Any], vertices: Floats) -> None:
     header = (
         f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\n"
         "property float x\nproperty float y\nproperty float z\n"
@@ -71,7 +70,14 @@ def complete(programs: Path, job: Job) -> Any:
     def run(
         input_: str | Path, output: str | Path, *options: str | Path, code: int = 0, **more: Any
     ) -> subprocess.CompletedProcess[bytes]:
-        command = [programs / "dynmesh-complete", "--input", input_, "--output", output, *options]
+        command: list[str | Path] = [
+            programs / "dynmesh-complete",
+            "--input",
+            input_,
+            "--output",
+            output,
+            *options,
+        ]
         if "--template" not in options:
             command += ["--template", job.template]
         result = subprocess.run(command, capture_output=True, check=False, **more)
@@ -96,7 +102,7 @@ def test_raw_and_pc2_and_pipes_give_the_same_bytes(complete: Any, job: Job, tmp_
 
 def test_a_pipe_gets_each_frame_at_once(programs: Path, job: Job) -> None:
     size = job.partial[0].nbytes
-    command = [
+    command: list[str | Path] = [
         programs / "dynmesh-complete",
         "--template",
         job.template,
@@ -144,7 +150,7 @@ def test_whole_frames_before_a_cut_are_written(complete: Any, job: Job, tmp_path
 
 
 def test_a_reader_that_goes_away_ends_the_program(programs: Path, job: Job) -> None:
-    command = [
+    command: list[str | Path] = [
         programs / "dynmesh-complete",
         "--template",
         job.template,
@@ -173,7 +179,7 @@ def test_errors_and_exit_codes(complete: Any, programs: Path, job: Job, tmp_path
     hole.write_text("v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n")
     wild = tmp_path / "wild.obj"
     wild.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n")
-    for code, input_, options, message in [
+    cases: list[tuple[int, Path, list[str | Path], str]] = [
         (1, tmp_path / "none.raw", [], "none.raw: No such file or directory"),
         (1, tmp_path, [], "Is a directory|is a folder"),
         (1, tmp_path / "empty.pc2", [], "is no PC2 file"),
@@ -191,8 +197,9 @@ def test_errors_and_exit_codes(complete: Any, programs: Path, job: Job, tmp_path
         (2, job.raw, ["--extra-iterations", "-1"], "extra_iterations: must be from 0"),
         (2, job.raw, ["--speed"], "unrecognized option '--speed'"),
         (2, job.raw, ["more"], "what is 'more'?"),
-    ]:
-        error = complete(input_, out, *options, code=code).stderr.decode()  # type: ignore[has-type]
+    ]
+    for code, input_, options, message in cases:
+        error = complete(input_, out, *options, code=code).stderr.decode()
         assert any(part in error for part in message.split("|")), error
         out.unlink(missing_ok=True)
     out.write_bytes(b"precious")
@@ -200,15 +207,15 @@ def test_errors_and_exit_codes(complete: Any, programs: Path, job: Job, tmp_path
     assert out.read_bytes() == b"precious"
     assert b"No space left" in complete(job.raw, "/dev/full", code=1).stderr
     assert not [path for path in tmp_path.iterdir() if path.name.endswith(".part")]
-    for arguments in ([], ["--template", job.template], ["--input", job.raw]):
-        command = [programs / "dynmesh-complete", *arguments]
+    for some in (["--template", str(job.template)], ["--input", str(job.raw)], []):
+        command = [str(programs / "dynmesh-complete"), *some]
         assert subprocess.run(command, capture_output=True, check=False).returncode == 2
 
 
 def test_help_and_version(programs: Path) -> None:
     def run(option: str) -> str:
-        command = [programs / "dynmesh-complete", option]
-        return subprocess.run(command, capture_output=True, check=True, text=True).stdout
+        command: list[str | Path] = [programs / "dynmesh-complete", option]
+        return str(subprocess.run(command, capture_output=True, check=True, text=True).stdout)
 
     assert run("--version").strip() == f"dynmesh-complete {dynmesh.__version__}"
     assert "--template" in run("--help")
@@ -221,8 +228,8 @@ def test_the_capture_loop_completes_or_drops_every_frame(
     out = tmp_path / "out.raw"
 
     def run(*options: str) -> str:
-        command = [loop, job.template, job.raw, out, *options]
-        return subprocess.run(command, capture_output=True, check=True, text=True).stdout
+        command: list[str | Path] = [loop, job.template, job.raw, out, *options]
+        return str(subprocess.run(command, capture_output=True, check=True, text=True).stdout)
 
     assert run("--every-frame").startswith("19 frames completed, 0 dropped")
     assert out.read_bytes() == job.completed
@@ -244,6 +251,6 @@ def test_recorded_sequences_are_the_same_bytes_through_all_doors(
     complete(job.pc2, tmp_path / "a.pc2", "--template", job.template)
     assert (tmp_path / "a.pc2").read_bytes()[32:] == job.completed
     loop = programs / "examples" / "cpp" / "capture_loop"
-    command = [loop, job.template, job.raw, tmp_path / "b.raw", "--every-frame"]
-    subprocess.run([*map(os.fspath, command)], check=True)
+    command: list[str | Path] = [loop, job.template, job.raw, tmp_path / "b.raw", "--every-frame"]
+    subprocess.run(command, check=True)
     assert (tmp_path / "b.raw").read_bytes() == job.completed
