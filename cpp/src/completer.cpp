@@ -1,10 +1,14 @@
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <cmath>
+#include <cstdio>
 #include <dynmesh/completer.hpp>
 #include <dynmesh/motion.hpp>
 #include <initializer_list>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 
 #include "geometry.hpp"
 #include "overlap.hpp"
@@ -21,7 +25,32 @@ Vector3<Real> row(const Points<const Real>& points, std::size_t i) {
 
 template <class Real>
 std::string to_text(const Vector3<Real>& v) {
-  return "(" + std::to_string(v.x) + ", " + std::to_string(v.y) + ", " + std::to_string(v.z) + ")";
+  std::array<char, 96> text{};
+  std::snprintf(text.data(), text.size(), "(%.9g, %.9g, %.9g)", static_cast<double>(v.x),
+                static_cast<double>(v.y), static_cast<double>(v.z));
+  return text.data();
+}
+
+/// Larger coordinates are refused: times the largest weights of eq. (4) they would run out of Real,
+/// and a position that is not finite would spread over the mesh and stay.
+template <class Real>
+constexpr Real largest_coordinate = std::is_same_v<Real, float> ? Real(1e18) : Real(1e200);
+
+template <class Real>
+bool is_in_range(const Vector3<Real>& v) {
+  return std::abs(v.x) <= largest_coordinate<Real> && std::abs(v.y) <= largest_coordinate<Real> &&
+         std::abs(v.z) <= largest_coordinate<Real>;
+}
+
+/// `place`: which row or vertex of the argument is at `v`.
+template <class Real>
+void check_position(const char* argument, const char* place, std::size_t number,
+                    const Vector3<Real>& v, const char* rule) {
+  if (is_in_range(v)) return;
+  std::string message = std::string(argument) + ": " + place + " " + std::to_string(number) +
+                        " is at " + to_text(v) + ", but " + rule;
+  if (is_finite(v)) message += " and below 1e" + std::string(sizeof(Real) == 4 ? "18" : "200");
+  throw std::invalid_argument(message);
 }
 
 template <class Real>
@@ -29,20 +58,19 @@ std::vector<Vector3<Real>> complete_frame(const char* argument, Points<const Rea
   std::vector<Vector3<Real>> frame(points.count);
   for (std::size_t v = 0; v < points.count; ++v) {
     frame[v] = row(points, v);
-    if (!is_finite(frame[v])) {
-      throw std::invalid_argument(std::string(argument) + ": vertex " + std::to_string(v) +
-                                  " is at " + to_text(frame[v]) +
-                                  ", but this frame must be complete and finite");
-    }
+    check_position(argument, "vertex", v, frame[v], "this frame must be complete and finite");
   }
   return frame;
 }
 
-void check_count(const char* argument, std::size_t rows, std::size_t n_vertices) {
+void check_rows(const char* argument, const void* data, std::size_t rows, std::size_t n_vertices) {
   if (rows != n_vertices) {
     throw std::invalid_argument(std::string(argument) + ": has " + std::to_string(rows) +
                                 " rows, but the mesh has " + std::to_string(n_vertices) +
                                 " vertices");
+  }
+  if (rows > 0 && data == nullptr) {
+    throw std::invalid_argument(std::string(argument) + ": is a null pointer");
   }
 }
 
@@ -55,7 +83,7 @@ struct NamedExtent {
 template <class Real>
 void check_output(const Points<Real>& completed, std::size_t n_vertices,
                   std::initializer_list<NamedExtent> inputs) {
-  check_count("out", completed.count, n_vertices);
+  check_rows("out", completed.data, completed.count, n_vertices);
   const Extent output = Extent::of(completed);
   if (overlaps_itself(output)) {
     throw std::invalid_argument("out: the rows of the completed frame overlap one another");
@@ -71,6 +99,7 @@ void check_output(const Points<Real>& completed, std::size_t n_vertices,
 template <class Real>
 std::vector<Vector3<Real>> first_frame_of(Points<const Real> points) {
   if (points.count == 0) throw std::invalid_argument("first_frame: has no vertices");
+  check_rows("first_frame", points.data, points.count, points.count);
   return complete_frame("first_frame", points);
 }
 
@@ -78,6 +107,7 @@ Topology topology_of(Faces faces, std::size_t n_vertices) {
   if (faces.count == 0) {
     throw std::invalid_argument("faces: is empty, but completion needs the mesh's connectivity");
   }
+  check_rows("faces", faces.data, faces.count, faces.count);
   return build_topology(faces, n_vertices);
 }
 
@@ -116,7 +146,7 @@ void Completer<Real>::begin(const std::vector<Vector3<Real>>& first_frame) {
 
 template <class Real>
 void Completer<Real>::reset(Points<const Real> frame) {
-  check_count("frame", frame.count, n_vertices());
+  check_rows("frame", frame.data, frame.count, n_vertices());
   begin(complete_frame("frame", frame));
 }
 
@@ -124,8 +154,8 @@ template <class Real>
 FrameReport Completer<Real>::push(Points<const Real> points, KnownMask known,
                                   Points<Real> completed) {
   const auto start = Clock::now();
-  check_count("points", points.count, n_vertices());
-  check_count("known", known.count, n_vertices());
+  check_rows("points", points.data, points.count, n_vertices());
+  check_rows("known", known.data, known.count, n_vertices());
   check_output(completed, n_vertices(),
                {{"points", Extent::of(points)}, {"known", Extent::of(known)}});
   for (std::size_t v = 0; v < points.count; ++v) {
@@ -139,11 +169,13 @@ FrameReport Completer<Real>::push(Points<const Real> points, KnownMask known,
 template <class Real>
 FrameReport Completer<Real>::push(Points<const Real> points, Points<Real> completed) {
   const auto start = Clock::now();
-  check_count("points", points.count, n_vertices());
+  check_rows("points", points.data, points.count, n_vertices());
   check_output(completed, n_vertices(), {{"points", Extent::of(points)}});
   for (std::size_t v = 0; v < points.count; ++v) {
-    current_[v] = row(points, v);
-    known_[v] = is_finite(current_[v]) ? 1 : 0;
+    const Vector3<Real> position = row(points, v);
+    const bool observed = is_finite(position);
+    known_[v] = observed ? 1 : 0;
+    if (observed) accept(v, v, position);
   }
   return complete(completed, start);
 }
@@ -156,6 +188,7 @@ FrameReport Completer<Real>::push_sparse(std::span<const Index> indices, Points<
     throw std::invalid_argument("points: has " + std::to_string(points.count) + " rows for " +
                                 std::to_string(indices.size()) + " indices");
   }
+  check_rows("points", points.data, points.count, points.count);
   check_output(completed, n_vertices(),
                {{"indices", Extent::of(indices)}, {"points", Extent::of(points)}});
   std::ranges::fill(known_, std::uint8_t{0});
@@ -189,10 +222,7 @@ FrameReport Completer<Real>::skip(Points<Real> completed) {
 /// Row `place` of the input holds anchor `vertex`.
 template <class Real>
 void Completer<Real>::accept(std::size_t place, std::size_t vertex, const Vector3<Real>& position) {
-  if (!is_finite(position)) {
-    throw std::invalid_argument("points: row " + std::to_string(place) + " is at " +
-                                to_text(position) + ", but known positions must be finite");
-  }
+  check_position("points", "row", place, position, "known positions must be finite");
   current_[vertex] = position;
 }
 

@@ -30,9 +30,10 @@ struct FrameReport {
 ///
 /// All calls that take a frame write the completed frame, anchors exactly as given, to `completed`
 /// and return its report. They allocate nothing. Every one of them throws std::invalid_argument for
-/// bad input (wrong counts, a known position that is not finite, indices out of range or twice),
-/// saying what, where and with which value, and then leaves the completer as it was. `completed`
-/// may be the very view that `points` is; any other overlap of output and input is refused.
+/// bad input (wrong counts, null pointers, a known position that is not finite or has a coordinate
+/// beyond 1e18 for float and 1e200 for double, indices out of range or twice), saying what, where
+/// and with which value, and then leaves the completer as it was. `completed` may be the very view
+/// that `points` is; any other overlap of output and input is refused.
 ///
 /// One thread at a time per object; different objects are independent.
 template <class Real>
