@@ -1,6 +1,7 @@
 /// dynmesh-complete: fills in the missing vertices of a stream of frames.
 #include <getopt.h>
 
+#include <array>
 #include <charconv>
 #include <csignal>
 #include <cstdio>
@@ -72,20 +73,20 @@ dynmesh::Index parse_count(const char* option, const std::string& text) {
 /// Nothing where the answer was printed already.
 std::optional<Options> parse(int argc, char** argv) {
   enum : int { template_path = 256, input, output, unseen, extra, once, report, overwrite };
-  const option known[] = {{"template", required_argument, nullptr, template_path},
-                          {"input", required_argument, nullptr, input},
-                          {"output", required_argument, nullptr, output},
-                          {"unseen", required_argument, nullptr, unseen},
-                          {"extra-iterations", required_argument, nullptr, extra},
-                          {"once", no_argument, nullptr, once},
-                          {"report", no_argument, nullptr, report},
-                          {"overwrite", no_argument, nullptr, overwrite},
-                          {"help", no_argument, nullptr, 'h'},
-                          {"version", no_argument, nullptr, 'v'},
-                          {nullptr, 0, nullptr, 0}};
+  constexpr std::array known = {option{"template", required_argument, nullptr, template_path},
+                                option{"input", required_argument, nullptr, input},
+                                option{"output", required_argument, nullptr, output},
+                                option{"unseen", required_argument, nullptr, unseen},
+                                option{"extra-iterations", required_argument, nullptr, extra},
+                                option{"once", no_argument, nullptr, once},
+                                option{"report", no_argument, nullptr, report},
+                                option{"overwrite", no_argument, nullptr, overwrite},
+                                option{"help", no_argument, nullptr, 'h'},
+                                option{"version", no_argument, nullptr, 'v'},
+                                option{nullptr, 0, nullptr, 0}};
   Options options;
   try {
-    for (int c = 0; (c = getopt_long(argc, argv, "h", known, nullptr)) != -1;) {
+    for (int c = 0; (c = getopt_long(argc, argv, "h", known.data(), nullptr)) != -1;) {
       switch (c) {
         case template_path:
           options.template_path = optarg;

@@ -75,7 +75,7 @@ void check_rows(const char* argument, const void* data, std::size_t rows, std::s
 }
 
 struct NamedExtent {
-  const char* name;
+  const char* name = "";
   Extent extent;
 };
 

@@ -53,7 +53,7 @@ class ComponentTree {
     return {static_cast<double>(p.x), static_cast<double>(p.y), static_cast<double>(p.z)};
   }
 
-  Node enclose(std::size_t begin, std::size_t end) const {
+  [[nodiscard]] Node enclose(std::size_t begin, std::size_t end) const {
     const Index first = order_[begin];
     Node node{begin, end,          0,           0, component_[static_cast<std::size_t>(first)],
               first, point(first), point(first)};

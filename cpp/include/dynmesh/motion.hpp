@@ -48,10 +48,10 @@ class DYNMESH_EXPORT Motion final : public Estimator<Real> {
     Real s;             ///< s_ij
   };
 
-  Real inverse_squared_distance(const Vector3<Real>& a, const Vector3<Real>& b) const;
+  [[nodiscard]] Real inverse_squared_distance(const Vector3<Real>& a, const Vector3<Real>& b) const;
   void gather(Frame previous, std::span<const Vector3<Real>> points,
               const Generations& generations);
-  Weighted weighted_sum(std::size_t row, Index iteration) const;
+  [[nodiscard]] Weighted weighted_sum(std::size_t row, Index iteration) const;
 
   const Cells& cells_;
   bool revisit_;
