@@ -11,7 +11,7 @@ The method is that of Arvanitis, Lalos, Moustakas and Fakotakis, "Fast and Effec
 Completion" (WSCG 2017).
 """
 
-from . import degrade, metrics, synth
+from . import baselines, degrade, metrics, synth
 from ._core import Completer, FrameReport, TopologyReport, __version__, cells
 from .files import Frame, Reader, Writer, create, create_like, open, read, write
 from .matrices import adjacency, laplacian
@@ -28,6 +28,7 @@ __all__ = [
     "Writer",
     "__version__",
     "adjacency",
+    "baselines",
     "cells",
     "complete",
     "create",

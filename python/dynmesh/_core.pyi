@@ -83,3 +83,23 @@ class ErrorSummary:
 def nmsve(faces: _Integers, reference: Positions, completed: Positions) -> Any: ...
 def vertex_error(reference: Positions, completed: Positions) -> NDArray[np.float64]: ...
 def summary(errors: NDArray[np.floating[Any]]) -> ErrorSummary: ...
+
+class LeastSquaresMesh:
+    def __init__(self, faces: _Integers, n_vertices: int) -> None: ...
+    def complete(
+        self, points: Positions, known: Mask, *, previous: Positions | None = None
+    ) -> NDArray[np.float64]: ...
+
+class LaplacianInterpolation:
+    def __init__(
+        self,
+        faces: _Integers,
+        n_vertices: int,
+        *,
+        objective: Literal["least_squares", "harmonic"] = "least_squares",
+        weights: Literal["uniform", "inverse_distance"] = "uniform",
+        reference: Positions | None = None,
+    ) -> None: ...
+    def complete(
+        self, points: Positions, known: Mask, *, previous: Positions | None = None
+    ) -> NDArray[np.float64]: ...

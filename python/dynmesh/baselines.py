@@ -1,0 +1,70 @@
+"""The methods that the paper compares itself with: each frame by itself (section 4).
+
+The classes keep what frames of one mesh share; the functions are for a single frame.
+"""
+
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._core import LaplacianInterpolation, LeastSquaresMesh
+from .sequence import Mask, Positions
+
+__all__ = [
+    "LaplacianInterpolation",
+    "LeastSquaresMesh",
+    "laplacian_interpolation",
+    "least_squares_mesh",
+]
+
+
+def least_squares_mesh(
+    faces: NDArray[np.integer[Any]],
+    points: Positions,
+    known: Mask,
+    *,
+    previous: Positions | None = None,
+) -> NDArray[np.float64]:
+    """Completes a frame as :class:`LeastSquaresMesh` does; known vertices move.
+
+    Args:
+        faces: (m, 3) integers.
+        points: (k, 3); rows that are not known are ignored.
+        known: (k,) bool, at least one vertex of each component.
+        previous: (k, 3), a whole frame: work on motion from it instead of on positions.
+
+    Raises:
+        ValueError, TypeError: bad input; among it a component without a known vertex.
+    """
+    return LeastSquaresMesh(faces, len(points)).complete(points, known, previous=previous)
+
+
+def laplacian_interpolation(
+    faces: NDArray[np.integer[Any]],
+    points: Positions,
+    known: Mask,
+    *,
+    objective: Literal["least_squares", "harmonic"] = "least_squares",
+    weights: Literal["uniform", "inverse_distance"] = "uniform",
+    reference: Positions | None = None,
+    previous: Positions | None = None,
+) -> NDArray[np.float64]:
+    """Completes a frame as :class:`LaplacianInterpolation` does; known vertices stay.
+
+    Args:
+        faces: (m, 3) integers.
+        points: (k, 3); rows that are not known are ignored.
+        known: (k,) bool, at least one vertex of each component.
+        objective: "harmonic": (L x)_i = 0 at the unknown vertices; "least_squares": min |L x|.
+        weights: "uniform", or "inverse_distance" as measured on `reference`.
+        reference: (k, 3), for "inverse_distance" only.
+        previous: (k, 3), a whole frame: work on motion from it instead of on positions.
+
+    Raises:
+        ValueError, TypeError: bad input; among it a component without a known vertex.
+    """
+    system = LaplacianInterpolation(
+        faces, len(points), objective=objective, weights=weights, reference=reference
+    )
+    return system.complete(points, known, previous=previous)
