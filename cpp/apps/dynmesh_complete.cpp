@@ -1,6 +1,7 @@
 /// dynmesh-complete: fills in the missing vertices of a stream of frames.
 #include <getopt.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <csignal>
@@ -8,8 +9,10 @@
 #include <cstring>
 #include <dynmesh/dynmesh.hpp>
 #include <exception>
+#include <filesystem>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "frame_files.hpp"
@@ -39,19 +42,29 @@ input or output, raw.
   --unseen RULE      parts of the mesh without any known vertex: "follow" the surface
                      nearest to them (default), or "hold" still
   --extra-iterations N   more iterations per frame (default 0); ten often halve the error
-  --once             estimate each vertex only once: the plain reading of the paper
+  --no-revisit       estimate each vertex only once: another reading of the paper
   --report           one JSON line per frame on standard error: known, filled, unseen,
                      iterations, seconds
   --overwrite        replace an output file that exists
   --help, --version
 
-If the input ends within a frame, all whole frames before it are completed and
-written. Exit code: 0 done; 1 the data or a file is bad; 2 the call is.
+If the input ends within a frame, or an interrupt (Ctrl-C) ends the program, all
+whole frames before that are completed and written. Exit code: 0 done; 1 the data
+or a file is bad; 2 the call is; 130 or 143 interrupted.
 
 Examples:
   dynmesh-complete --template body.obj --input partial.pc2 --output completed.pc2
   sensor | dynmesh-complete --template body.ply --input - --output - | renderer
 )";
+
+volatile std::sig_atomic_t caught_signal = 0;
+
+/// Reading and writing stop at the next frame, so that what was completed is not lost.
+void stop_on(int signal) {
+  struct sigaction action {};
+  action.sa_handler = [](int number) { caught_signal = number; };
+  sigaction(signal, &action, nullptr);  // no SA_RESTART: a read that waits comes back
+}
 
 struct Options {
   std::optional<std::string> template_path, input, output;
@@ -70,15 +83,22 @@ dynmesh::Index parse_count(const char* option, const std::string& text) {
   return value;
 }
 
+/// The library's "extra_iterations: ..." as "--extra-iterations: ...".
+std::string as_option(std::string message) {
+  std::replace(message.begin(), message.begin() + static_cast<std::ptrdiff_t>(message.find(':')),
+               '_', '-');
+  return "--" + message;
+}
+
 /// Nothing where the answer was printed already.
 std::optional<Options> parse(int argc, char** argv) {
-  enum : int { template_path = 256, input, output, unseen, extra, once, report, overwrite };
+  enum : int { template_path = 256, input, output, unseen, extra, no_revisit, report, overwrite };
   constexpr std::array known = {option{"template", required_argument, nullptr, template_path},
                                 option{"input", required_argument, nullptr, input},
                                 option{"output", required_argument, nullptr, output},
                                 option{"unseen", required_argument, nullptr, unseen},
                                 option{"extra-iterations", required_argument, nullptr, extra},
-                                option{"once", no_argument, nullptr, once},
+                                option{"no-revisit", no_argument, nullptr, no_revisit},
                                 option{"report", no_argument, nullptr, report},
                                 option{"overwrite", no_argument, nullptr, overwrite},
                                 option{"help", no_argument, nullptr, 'h'},
@@ -103,7 +123,7 @@ std::optional<Options> parse(int argc, char** argv) {
         case extra:
           options.settings.extra_iterations = parse_count("--extra-iterations", optarg);
           break;
-        case once:
+        case no_revisit:
           options.settings.revisit = false;
           break;
         case report:
@@ -124,7 +144,7 @@ std::optional<Options> parse(int argc, char** argv) {
     }
     dynmesh::check_settings(options.settings);
   } catch (const std::invalid_argument& error) {
-    throw UsageError(error.what());
+    throw UsageError(as_option(error.what()));
   }
   if (optind < argc) throw UsageError(std::string("what is '") + argv[optind] + "'? see --help");
   if (!options.template_path) throw UsageError("--template is missing; see --help");
@@ -147,6 +167,10 @@ void complete(const Options& options) {
   const dynmesh::TemplateMesh mesh = dynmesh::read_template(*options.template_path);
   dynmesh::Completer<float> completer(mesh.triangles(), mesh.points(), options.settings);
 
+  std::error_code missing;
+  if (std::filesystem::equivalent(*options.input, *options.output, missing)) {
+    throw UsageError(*options.output + ": is the input; completing it in place would lose it");
+  }
   FrameReader reader(*options.input, completer.n_vertices());
   FrameWriter writer(*options.output, completer.n_vertices(), reader.timing(), options.overwrite);
   std::vector<float> frame(3 * completer.n_vertices());
@@ -154,7 +178,7 @@ void complete(const Options& options) {
   std::optional<DataError> damage;
   for (std::size_t number = 1;; ++number) {
     try {
-      if (!reader.read(frame)) break;
+      if (caught_signal != 0 || !reader.read(frame)) break;
     } catch (const DataError& error) {
       damage = error;  // what was completed before it is worth having
       break;
@@ -163,6 +187,7 @@ void complete(const Options& options) {
     if (options.report) print(report, number);
     writer.write(frame);
   }
+  if (damage && writer.n_frames() == 0) throw DataError(*damage);  // an older file stays
   writer.finish();
   if (damage) throw DataError(*damage);
 }
@@ -172,8 +197,14 @@ void complete(const Options& options) {
 int main(int argc, char** argv) {
   // A reader that goes away shows as a failed write, which is reported.
   std::signal(SIGPIPE, SIG_IGN);
+  stop_on(SIGINT);
+  stop_on(SIGTERM);
   try {
     if (const auto options = parse(argc, argv)) complete(*options);
+    if (caught_signal != 0) {
+      std::fprintf(stderr, "dynmesh-complete: interrupted; the frames so far are written\n");
+      return 128 + caught_signal;
+    }
     return 0;
   } catch (const UsageError& error) {
     std::fprintf(stderr, "dynmesh-complete: %s\n", error.what());

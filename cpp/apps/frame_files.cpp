@@ -67,7 +67,7 @@ void FrameReader::read_header(std::size_t n_vertices) {
   Pc2Header header;
   if (std::fread(&header, sizeof header, 1, file_.get()) != 1 ||
       header.signature != pc2_signature || header.version != 1) {
-    throw DataError(path_ + ": is no PC2 file: it does not begin as version 1 of one does");
+    throw DataError(path_ + ": is no PC2 file; one begins with POINTCACHE2 and version 1");
   }
   if (header.n_vertices < 0 || static_cast<std::size_t>(header.n_vertices) != n_vertices) {
     throw DataError(path_ + ": has frames of " + std::to_string(header.n_vertices) +
@@ -83,7 +83,9 @@ void FrameReader::read_header(std::size_t n_vertices) {
 /// Reads up to one frame and returns the number of bytes got.
 std::size_t FrameReader::fill(std::span<float> frame) {
   const std::size_t got = std::fread(frame.data(), 1, frame.size_bytes(), file_.get());
-  if (std::ferror(file_.get()) != 0) throw DataError(path_ + ": " + system_message());
+  if (std::ferror(file_.get()) != 0 && errno != EINTR) {
+    throw DataError(path_ + ": " + system_message());
+  }
   return got;
 }
 
@@ -97,12 +99,15 @@ bool FrameReader::read(std::span<float> frame) {
   if (got == frame.size_bytes()) {
     if (n_read_ == 0 && format_ == FrameFormat::raw &&
         std::memcmp(frame.data(), pc2_signature.data(), std::min(got, pc2_signature.size())) == 0) {
-      throw DataError(path_ + ": is a PC2 file by its first bytes; name it .pc2");
+      throw DataError(
+          path_ +
+          ": is a PC2 file by its first bytes, not raw frames; a file named .pc2 is read as one");
     }
     ++n_read_;
     return true;
   }
-  if (got == 0 && !n_frames_) return false;
+  const bool interrupted = std::ferror(file_.get()) != 0;
+  if (interrupted || (got == 0 && !n_frames_)) return false;
   throw DataError(path_ + ": frame " + std::to_string(n_read_ + 1) +
                   (n_frames_ ? " of " + std::to_string(*n_frames_) : std::string()) +
                   " ends after " + std::to_string(got) + " of " +
@@ -128,12 +133,13 @@ FrameWriter::FrameWriter(const std::string& path, std::size_t n_vertices, Timing
     file_ = open_file(path, "wb");
     return;
   }
-  if (exists && !overwrite) throw UsageError(path + ": exists already; --overwrite replaces it");
+  if (exists && !overwrite) throw DataError(path + ": exists already; --overwrite replaces it");
   partial_ = path;
   partial_ += ".";
   partial_ += std::to_string(getpid());
   partial_ += ".part";
-  file_ = open_file(partial_.string(), "wb");
+  file_.reset(std::fopen(partial_.c_str(), "wb"));
+  if (!file_) throw DataError(path + ": " + system_message());
   if (format_ == FrameFormat::pc2) write_header();
 }
 

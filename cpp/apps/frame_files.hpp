@@ -49,8 +49,8 @@ class FrameReader {
   /// "-" is standard input.
   FrameReader(const std::string& path, std::size_t n_vertices);
 
-  /// Fills (n_vertices, 3) and returns true, or false at the end. A frame that is cut off throws,
-  /// and so does what follows the last frame of a PC2 file.
+  /// Fills (n_vertices, 3) and returns true, or false at the end or when a signal came. A frame
+  /// that is cut off throws, and so does what follows the last frame of a PC2 file.
   bool read(std::span<float> frame);
 
   [[nodiscard]] const Timing& timing() const { return timing_; }
@@ -71,7 +71,7 @@ class FrameReader {
 class FrameWriter {
  public:
   /// "-" is standard output. A regular file is written under a temporary name until `finish`; an
-  /// existing one is a UsageError unless `overwrite`.
+  /// existing one throws unless `overwrite`.
   FrameWriter(const std::string& path, std::size_t n_vertices, Timing timing, bool overwrite);
   ~FrameWriter();
   FrameWriter(const FrameWriter&) = delete;
@@ -84,6 +84,8 @@ class FrameWriter {
 
   /// Completes the header and gives the file its name.
   void finish();
+
+  [[nodiscard]] std::size_t n_frames() const { return n_frames_; }
 
  private:
   void write_header();

@@ -5,9 +5,19 @@
 
 namespace dynmesh {
 
-py::array to_array(const py::object& object) {
-  if (py::isinstance<py::array>(object)) return py::reinterpret_borrow<py::array>(object);
+py::array to_array(const char* argument, const py::object& object) {
+  if (py::isinstance<py::array>(object)) {
+    if (py::hasattr(object, "mask")) {
+      throw py::type_error(std::string(argument) +
+                           ": is a masked array; say what is known by `known`, or by NaN");
+    }
+    return py::reinterpret_borrow<py::array>(object);
+  }
   return py::module_::import("numpy").attr("asarray")(object);
+}
+
+std::string type_name(py::handle object) {
+  return py::str(py::type::handle_of(object).attr("__name__"));
 }
 
 std::string dtype_name(const py::array& array) { return py::str(array.dtype()); }
@@ -26,7 +36,7 @@ void check_floating(const char* argument, const py::array& array) {
                        dtype_name(array));
 }
 
-KnownArgument::KnownArgument(const py::object& object) : array_(to_array(object)) {
+KnownArgument::KnownArgument(const py::object& object) : array_(to_array("known", object)) {
   if (array_.dtype().kind() != 'b') {
     throw py::type_error("known: must be bool, not " + dtype_name(array_));
   }
@@ -40,7 +50,7 @@ KnownMask KnownArgument::view() const {
 
 IndicesArgument::IndicesArgument(const char* argument, const py::object& object,
                                  py::ssize_t columns, const char* expected) {
-  const py::array array = to_array(object);
+  const py::array array = to_array(argument, object);
   const char kind = array.dtype().kind();
   // numpy makes float64 of an empty list.
   if (kind != 'i' && kind != 'u' && array.size() != 0) {

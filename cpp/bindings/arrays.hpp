@@ -16,8 +16,9 @@ namespace dynmesh {
 
 namespace py = pybind11;
 
-/// numpy.asarray; numpy's own errors pass through.
-py::array to_array(const py::object& object);
+/// numpy.asarray; numpy's own errors pass through. TypeError for a masked array, whose mask would
+/// be lost.
+py::array to_array(const char* argument, const py::object& object);
 
 /// ValueError unless `array` has this many axes and, where `columns` > 0, that last axis.
 void check_shape(const char* argument, const py::array& array, py::ssize_t axes,
@@ -27,6 +28,7 @@ void check_shape(const char* argument, const py::array& array, py::ssize_t axes,
 void check_floating(const char* argument, const py::array& array);
 
 std::string dtype_name(const py::array& array);
+std::string type_name(py::handle object);
 
 /// Whether element strides can express the array's, and its elements are aligned.
 template <class T>
@@ -62,7 +64,7 @@ template <class Real>
 class PointsArgument {
  public:
   PointsArgument(const char* argument, const py::object& object, const char* expected) {
-    const py::array array = to_array(object);
+    const py::array array = to_array(argument, object);
     check_floating(argument, array);
     check_shape(argument, array, 2, 3, expected);
     array_ = as_type<Real>(array);
@@ -108,8 +110,7 @@ class OutputArgument {
       return;
     }
     if (!py::isinstance<py::array>(out)) {
-      throw py::type_error("out: must be a numpy array, not " +
-                           std::string(py::str(py::type::of(out).attr("__name__"))));
+      throw py::type_error("out: must be a numpy array, not " + type_name(out));
     }
     const auto array = py::reinterpret_borrow<py::array>(out);
     if (!py::isinstance<py::array_t<Real>>(array)) {

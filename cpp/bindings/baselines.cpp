@@ -41,7 +41,9 @@ py::object complete(Baseline& baseline, const py::object& points, const py::obje
   return output.array();
 }
 
-constexpr const char* complete_doc = R"doc(Completes one frame, by itself.
+constexpr const char* complete_doc = R"doc(complete(points, known, *, previous=None)
+
+Completes one frame, by itself.
 
 Args:
     points: (k, 3) float32 or float64; rows that are not known are ignored.
@@ -52,7 +54,9 @@ Returns:
     (k, 3) float64.)doc";
 
 constexpr const char* mesh_doc =
-    R"doc(Least-squares meshes (Sorkine and Cohen-Or 2004): known vertices move.
+    R"doc(LeastSquaresMesh(faces, n_vertices)
+
+Least-squares meshes (Sorkine and Cohen-Or 2004): known vertices move.
 
 Minimises |L x|^2 + sum over the known vertices of |x_i - given_i|^2, L the combinatorial Laplacian.
 One thread at a time.
@@ -62,7 +66,10 @@ Args:
     n_vertices: k.)doc";
 
 constexpr const char* interpolation_doc =
-    R"doc(Laplacian interpolation (Oostendorp et al. 1989): known vertices stay.
+    R"doc(LaplacianInterpolation(faces, n_vertices, *, objective="least_squares", weights="uniform",
+                       reference=None)
+
+Laplacian interpolation (Oostendorp et al. 1989): known vertices stay.
 
 One thread at a time.
 

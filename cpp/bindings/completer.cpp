@@ -1,9 +1,6 @@
-#include <pybind11/stl.h>
-
 #include <atomic>
 #include <dynmesh/completer.hpp>
 #include <memory>
-#include <optional>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
@@ -15,6 +12,59 @@
 
 namespace dynmesh {
 namespace {
+
+/// The keyword arguments of a completer, each checked by name: pybind11's own message would list
+/// every argument's type and say neither which is wrong nor why.
+Settings settings_of(const py::kwargs& keywords) {
+  Settings settings;
+  for (const auto& [key, value] : keywords) {
+    const auto name = key.cast<std::string>();
+    const py::handle given = value;
+    const auto expect = [&](bool fits, const char* kind) {
+      if (!fits) throw py::type_error(name + ": must be " + kind + ", not " + type_name(given));
+    };
+    const auto text = [&] {
+      expect(py::isinstance<py::str>(given), "a string");
+      return given.cast<std::string>();
+    };
+    const auto truth = [&] {
+      expect(py::isinstance<py::bool_>(given), "True or False");
+      return given.cast<bool>();
+    };
+    const auto count = [&] {
+      expect(PyIndex_Check(given.ptr()) != 0 && !py::isinstance<py::bool_>(given), "an integer");
+      int overflow = 0;
+      const auto number = py::reinterpret_steal<py::object>(PyNumber_Index(given.ptr()));
+      const long long wide = PyLong_AsLongLongAndOverflow(number.ptr(), &overflow);
+      if (overflow != 0 || wide != static_cast<Index>(wide)) {
+        throw py::value_error(name + ": is out of range, " + std::string(py::str(number)));
+      }
+      return static_cast<Index>(wide);
+    };
+    if (name == "method") {
+      settings.method = method_from_name(text());
+    } else if (name == "revisit") {
+      settings.revisit = truth();
+    } else if (name == "extra_iterations") {
+      settings.extra_iterations = count();
+    } else if (name == "unseen") {
+      settings.unseen = unseen_rule_from_name(text());
+    } else if (name == "noise") {
+      const bool is_number = PyFloat_Check(given.ptr()) != 0 || PyLong_Check(given.ptr()) != 0;
+      expect(given.is_none() || is_number, "a number or None");
+      if (!given.is_none()) settings.noise = given.cast<double>();
+    } else if (name == "reject_outliers") {
+      settings.reject_outliers = truth();
+    } else if (name == "threads") {
+      settings.threads = count();
+    } else {
+      throw py::type_error(name +
+                           ": is no setting; there are method, revisit, extra_iterations, unseen, "
+                           "noise, reject_outliers and threads");
+    }
+  }
+  return settings;
+}
 
 /// One Python class for both precisions. Python may call from any thread while another thread is
 /// inside with the GIL released, which Completer does not allow: such a call is refused.
@@ -51,18 +101,10 @@ class AnyCompleter {
   }
 
  public:
-  AnyCompleter(const py::object& faces, const py::object& first_frame, const std::string& method,
-               bool revisit, Index extra_iterations, const std::string& unseen,
-               std::optional<double> noise, bool reject_outliers, Index threads) {
-    const Settings settings{.method = method_from_name(method),
-                            .revisit = revisit,
-                            .extra_iterations = extra_iterations,
-                            .unseen = unseen_rule_from_name(unseen),
-                            .noise = noise,
-                            .reject_outliers = reject_outliers,
-                            .threads = threads};
+  AnyCompleter(const py::object& faces, const py::object& first_frame, const py::kwargs& keywords) {
+    const Settings settings = settings_of(keywords);
     const IndicesArgument indices("faces", faces, 3, "(m, 3)");
-    const py::array frame = to_array(first_frame);
+    const py::array frame = to_array("first_frame", first_frame);
     check_floating("first_frame", frame);
     if (frame.itemsize() == sizeof(float)) {
       construct<float>(indices, frame, settings);
@@ -118,10 +160,17 @@ class AnyCompleter {
     });
   }
 
-  void restore(const py::bytes& state) {
+  void restore(const py::object& state) {
     exclusively([&]<class Real>(Completer<Real>& completer) {
-      const auto bytes = static_cast<std::string_view>(state);
-      completer.restore(std::as_bytes(std::span(bytes)));
+      if (PyObject_CheckBuffer(state.ptr()) == 0) {
+        throw py::type_error("state: must be bytes, not " + type_name(state));
+      }
+      const py::buffer_info buffer = py::reinterpret_borrow<py::buffer>(state).request();
+      if (buffer.itemsize != 1 || buffer.ndim != 1 || buffer.strides[0] != 1) {
+        throw py::type_error("state: must be bytes, in one piece");
+      }
+      completer.restore(
+          {static_cast<const std::byte*>(buffer.ptr), static_cast<std::size_t>(buffer.size)});
     });
   }
 
@@ -155,7 +204,15 @@ class AnyCompleter {
   std::atomic_flag busy_;
 };
 
-constexpr const char* completer_doc = R"doc(Completes a dynamic mesh, one frame at a time.
+constexpr const char* completer_doc =
+    R"doc(Completer(faces, first_frame, *, method="motion", revisit=True, extra_iterations=0,
+          unseen="follow", noise=None, reject_outliers=False, threads=1)
+
+Completes a dynamic mesh, one frame at a time.
+
+    completer = dynmesh.Completer(faces, first_frame)
+    for points, known in sensor:
+        frame = completer.push(points, known)
 
 Each frame is completed from itself and the past alone. Calls that take a frame return the completed
 one, (k, 3) of the dtype of `first_frame`: known vertices exactly as given, everything else
@@ -179,7 +236,9 @@ Args:
 
 One thread at a time: a call while another thread is inside raises RuntimeError.)doc";
 
-constexpr const char* push_doc = R"doc(Completes the next frame.
+constexpr const char* push_doc = R"doc(push(points, known=None, *, out=None)
+
+Completes the next frame.
 
 Args:
     points: (k, 3) float32 or float64, any strides. Rows that are not known are ignored.
@@ -191,32 +250,42 @@ Args:
 Returns:
     `out`, or the fresh array.)doc";
 
-constexpr const char* push_sparse_doc = R"doc(Completes the next frame from what was observed alone.
+constexpr const char* push_sparse_doc = R"doc(push_sparse(indices, points, *, out=None)
+
+Completes the next frame from what was observed alone.
 
 Args:
     indices: (n,) integers, the observed vertices, each once, in any order.
     points: (n, 3) their positions.
     out: as in `push`.)doc";
 
-constexpr const char* skip_doc = R"doc(Completes a frame of which nothing was observed.
+constexpr const char* skip_doc = R"doc(skip(*, out=None)
+
+Completes a frame of which nothing was observed.
 
 Args:
     out: as in `push`.)doc";
 
-constexpr const char* reset_doc = R"doc(Makes a complete frame the new frame 0.
+constexpr const char* reset_doc = R"doc(reset(frame)
+
+Makes a complete frame the new frame 0.
 
 Args:
     frame: (k, 3), complete and finite.)doc";
 
-constexpr const char* state_doc = R"doc(All that later frames depend on, to be stored or sent.
+constexpr const char* state_doc = R"doc(state()
+
+All that later frames depend on, to be stored or sent.
 
 Returns:
     bytes for `restore`, little-endian)doc";
 
-constexpr const char* restore_doc = R"doc(Continues where `state` was taken, with the same results.
+constexpr const char* restore_doc = R"doc(restore(state)
+
+Continues where `state` was taken, with the same results.
 
 Args:
-    state: from a completer of the same faces, dtype and settings, on any machine.)doc";
+    state: bytes, from a completer of the same faces, dtype and settings, on any machine.)doc";
 
 constexpr const char* frame_report_doc = R"doc(What happened to one frame.
 
@@ -242,12 +311,8 @@ void bind_completer(py::module_& module) {
       });
 
   py::class_<AnyCompleter>(module, "Completer", completer_doc)
-      .def(py::init<const py::object&, const py::object&, const std::string&, bool, Index,
-                    const std::string&, std::optional<double>, bool, Index>(),
-           py::arg("faces"), py::arg("first_frame"), py::kw_only(), py::arg("method") = "motion",
-           py::arg("revisit") = true, py::arg("extra_iterations") = 0, py::arg("unseen") = "follow",
-           py::arg("noise") = py::none(), py::arg("reject_outliers") = false,
-           py::arg("threads") = 1)
+      .def(py::init<const py::object&, const py::object&, const py::kwargs&>(), py::arg("faces"),
+           py::arg("first_frame"))
       .def("push", &AnyCompleter::push, py::arg("points"), py::arg("known") = py::none(),
            py::kw_only(), py::arg("out") = py::none(), push_doc)
       .def("push_sparse", &AnyCompleter::push_sparse, py::arg("indices"), py::arg("points"),

@@ -30,7 +30,7 @@ class Pair {
 
  private:
   static py::array_t<double> load(const char* argument, const py::object& object) {
-    const py::array array = to_array(object);
+    const py::array array = to_array(argument, object);
     check_floating(argument, array);
     check_shape(argument, array, array.ndim() == 3 ? 3 : 2, 3, "(k, 3) or (n, k, 3)");
     return as_type<double>(array);
@@ -74,13 +74,15 @@ py::array_t<double> py_vertex_error(const py::object& reference, const py::objec
 }
 
 ErrorSummary py_summary(const py::object& errors) {
-  const py::array array = to_array(errors);
+  const py::array array = to_array("errors", errors);
   check_floating("errors", array);
   const py::array_t<double, py::array::c_style | py::array::forcecast> packed(array);
   return summary({packed.data(), static_cast<std::size_t>(packed.size())});
 }
 
-constexpr const char* nmsve_doc = R"doc(Normalised mean square visual error (paper, eq. 5 and 6).
+constexpr const char* nmsve_doc = R"doc(nmsve(faces, reference, completed)
+
+Normalised mean square visual error (paper, eq. 5 and 6).
 
 1/(2k) sum of |v_i - v'_i| + |GL(v_i) - GL(v'_i)| over the vertices, with GL(v_i) = v_i less the
 mean of its neighbours weighted by inverse distance. Linear in the edges.
@@ -93,7 +95,9 @@ Args:
 Returns:
     float, in the unit of the positions; (n,) float64 for n frames.)doc";
 
-constexpr const char* vertex_error_doc = R"doc(|v_i - v'_i| of each vertex, the paper's heatmap.
+constexpr const char* vertex_error_doc = R"doc(vertex_error(reference, completed)
+
+|v_i - v'_i| of each vertex, the paper's heatmap.
 
 Args:
     reference: (k, 3) float32 or float64, finite; or (n, k, 3).
@@ -102,7 +106,9 @@ Args:
 Returns:
     (k,) or (n, k) float64, in the unit of the positions.)doc";
 
-constexpr const char* summary_doc = R"doc(Mean, root mean square, 99th percentile and maximum.
+constexpr const char* summary_doc = R"doc(summary(errors)
+
+Mean, root mean square, 99th percentile and maximum.
 
 Args:
     errors: float32 or float64 of any shape, not empty, without NaN.)doc";
@@ -110,7 +116,8 @@ Args:
 }  // namespace
 
 void bind_metrics(py::module_& module) {
-  py::class_<ErrorSummary>(module, "ErrorSummary")
+  py::class_<ErrorSummary>(module, "ErrorSummary",
+                           "Of per-vertex errors, in their unit: mean, rms, p99, maximum.")
       .def_readonly("mean", &ErrorSummary::mean)
       .def_readonly("rms", &ErrorSummary::rms)
       .def_readonly("p99", &ErrorSummary::p99)

@@ -3,7 +3,11 @@
 
 #include "bindings.hpp"
 
+namespace py = pybind11;
+
 PYBIND11_MODULE(_core, module) {
+  py::options options;
+  options.disable_function_signatures();  // the docstrings begin with better ones
   module.attr("__version__") = DYNMESH_VERSION;
   dynmesh::bind_topology(module);
   dynmesh::bind_completer(module);

@@ -31,7 +31,9 @@ std::vector<std::pair<std::size_t, std::string>> refused_faces(const TopologyRep
   return faces;
 }
 
-constexpr const char* cells_doc = R"doc(The one-ring of every vertex.
+constexpr const char* cells_doc = R"doc(cells(faces, n_vertices)
+
+The one-ring of every vertex.
 
 Args:
     faces: (m, 3) integers.

@@ -117,11 +117,11 @@ template <class Real>
 Completer<Real>::Completer(Faces faces, Points<const Real> first_frame, const Settings& settings)
     : settings_((check_settings(settings), settings)),
       first_frame_(first_frame_of(first_frame)),
-      topology_(topology_of(faces, first_frame.count)),
+      topology_(std::make_unique<const Topology>(topology_of(faces, first_frame.count))),
       generations_(first_frame.count),
-      estimator_(std::make_unique<Motion<Real>>(topology_.cells, settings.revisit,
+      estimator_(std::make_unique<Motion<Real>>(topology_->cells, settings.revisit,
                                                 settings.extra_iterations)),
-      unseen_(topology_, settings.unseen),
+      unseen_(*topology_, settings.unseen),
       current_(first_frame.count),
       known_(first_frame.count),
       age_(first_frame.count) {
@@ -130,6 +130,10 @@ Completer<Real>::Completer(Faces faces, Points<const Real> first_frame, const Se
 
 template <class Real>
 Completer<Real>::~Completer() = default;
+template <class Real>
+Completer<Real>::Completer(Completer&&) noexcept = default;
+template <class Real>
+Completer<Real>& Completer<Real>::operator=(Completer&&) noexcept = default;
 
 template <class Real>
 void Completer<Real>::begin(const std::vector<Vector3<Real>>& first_frame) {
@@ -138,7 +142,7 @@ void Completer<Real>::begin(const std::vector<Vector3<Real>>& first_frame) {
   first_frame_ = first_frame;
   previous_ = first_frame;
   std::ranges::fill(known_, std::uint8_t{1});
-  generations_.classify(topology_.cells, known_);
+  generations_.classify(topology_->cells, known_);
   std::ranges::fill(age_, 0);
   report_ = {};
   report_.known = n_vertices();
@@ -230,7 +234,7 @@ void Completer<Real>::accept(std::size_t place, std::size_t vertex, const Vector
 /// here fails, so the calls above have checked everything before the first change of state.
 template <class Real>
 FrameReport Completer<Real>::complete(Points<Real> completed, Clock::time_point start) {
-  generations_.classify(topology_.cells, known_);  // anchors, satellites, unseen
+  generations_.classify(topology_->cells, known_);  // anchors, satellites, unseen
   const Index iterations = estimator_->estimate(previous_, current_, generations_);  // eq. (3), (4)
   unseen_.place(previous_, current_, generations_);
   estimator_->remember(current_);

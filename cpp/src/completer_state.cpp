@@ -10,8 +10,6 @@
 #include <type_traits>
 #include <utility>
 
-#include "geometry.hpp"
-
 namespace dynmesh {
 namespace {
 
@@ -35,6 +33,15 @@ struct Header {
   std::uint64_t cells;  // a hash
 };
 
+/// FNV-1a.
+std::uint64_t hash_of(std::span<const std::byte> bytes) {
+  std::uint64_t hash = 14695981039346656037ULL;
+  for (const std::byte byte : bytes) {
+    hash = (hash ^ static_cast<std::uint64_t>(byte)) * 1099511628211ULL;
+  }
+  return hash;
+}
+
 static_assert(sizeof(FrameReport) == 40 && sizeof(Vector3<float>) == 12, "stored without padding");
 
 class Writer {
@@ -45,7 +52,12 @@ class Writer {
     const auto* bytes = reinterpret_cast<const std::byte*>(values);
     bytes_.insert(bytes_.end(), bytes, bytes + count * sizeof(T));
   }
-  std::vector<std::byte> take() { return std::move(bytes_); }
+  /// With a hash of all that was written at the end.
+  std::vector<std::byte> take_sealed() {
+    const std::uint64_t seal = hash_of(bytes_);
+    write(&seal, 1);
+    return std::move(bytes_);
+  }
 
  private:
   std::vector<std::byte> bytes_;
@@ -68,17 +80,10 @@ class Reader {
   std::span<const std::byte> rest_;
 };
 
-/// FNV-1a over the cells: states move between meshes of equal connectivity only.
+/// States move between meshes of equal connectivity only.
 std::uint64_t hash_of(const Cells& cells) {
-  std::uint64_t hash = 14695981039346656037ULL;
-  const auto add = [&](std::span<const Index> values) {
-    for (const Index value : values) {
-      hash = (hash ^ static_cast<std::uint32_t>(value)) * 1099511628211ULL;
-    }
-  };
-  add(cells.offsets);
-  add(cells.neighbours);
-  return hash;
+  return hash_of(std::as_bytes(std::span(cells.offsets))) ^
+         hash_of(std::as_bytes(std::span(cells.neighbours))) * 3;
 }
 
 template <class Real>
@@ -119,7 +124,7 @@ std::vector<std::byte> Completer<Real>::state() const {
   std::ranges::transform(generation(), known.begin(), [](Index g) {
     return static_cast<std::uint8_t>(g == Generations::anchor);
   });
-  const Header header = header_of<Real>(settings_, topology_.cells);
+  const Header header = header_of<Real>(settings_, topology_->cells);
   Writer writer;
   writer.write(&header, 1);
   writer.write(&report_, 1);
@@ -127,7 +132,7 @@ std::vector<std::byte> Completer<Real>::state() const {
   writer.write(previous_.data(), n_vertices());
   writer.write(age_.data(), n_vertices());
   writer.write(known.data(), n_vertices());
-  return writer.take();
+  return writer.take_sealed();
 }
 
 template <class Real>
@@ -135,7 +140,7 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   Reader reader(state);
   Header header{};
   reader.read(&header, 1);
-  check_header(header, header_of<Real>(settings_, topology_.cells));
+  check_header(header, header_of<Real>(settings_, topology_->cells));
   FrameReport report;
   std::vector<Vector3<Real>> first_frame(n_vertices());
   std::vector<Vector3<Real>> previous(n_vertices());
@@ -146,17 +151,15 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   reader.read(previous.data(), n_vertices());
   reader.read(age.data(), n_vertices());
   reader.read(known.data(), n_vertices());
+  std::uint64_t seal = 0;
+  reader.read(&seal, 1);
   if (reader.rest() != 0) refuse(std::to_string(reader.rest()) + " bytes too long");
-  if (!std::ranges::all_of(first_frame, is_finite<Real>) ||
-      !std::ranges::all_of(previous, is_finite<Real>) ||
-      !std::ranges::all_of(age, [](Index a) { return a >= 0; })) {
-    refuse("damaged");
-  }
+  if (seal != hash_of(state.first(state.size() - sizeof seal))) refuse("damaged");
 
   begin(first_frame);
   previous_ = previous;
   age_ = age;
-  generations_.classify(topology_.cells, known);
+  generations_.classify(topology_->cells, known);
   report_ = report;
 }
 

@@ -16,12 +16,12 @@ void check_settings(const Settings& settings) {
                                 std::to_string(settings.threads));
   }
   if (settings.noise) {
-    throw std::invalid_argument("noise: " + std::to_string(*settings.noise) +
-                                " given, but method motion takes anchors exactly as they are");
+    throw std::invalid_argument(
+        "noise: is no setting of method motion, which takes anchors exactly as they are");
   }
   if (settings.reject_outliers) {
     throw std::invalid_argument(
-        "reject_outliers: true given, but method motion takes anchors exactly as they are");
+        "reject_outliers: is no setting of method motion, which takes anchors exactly as they are");
   }
 }
 

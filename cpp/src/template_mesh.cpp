@@ -112,22 +112,69 @@ void check_number(const std::string& path, std::size_t line, const std::string& 
   }
 }
 
+/// A reference to a vertex, counted from 1 as OBJ does, and where it stands.
+struct Reference {
+  long long vertex = 0;
+  std::size_t line = 0;
+};
+
+/// The vertices of one face. OpenMesh drops repeated ones, and the face with them, without a word.
+std::vector<Reference> obj_face(const std::string& path, std::size_t line,
+                                std::istringstream& corners, std::size_t vertices_so_far) {
+  std::vector<Reference> face;
+  for (std::string corner; corners >> corner;) {
+    char* end = nullptr;
+    long long vertex = std::strtoll(corner.c_str(), &end, 10);
+    if (vertex < 0) vertex += static_cast<long long>(vertices_so_far) + 1;
+    const bool is_number = end != corner.c_str() && (*end == '\0' || *end == '/');
+    if (!is_number || vertex < 1) {
+      refuse(path, "line " + std::to_string(line) + " has '" + corner +
+                       "' where a vertex should be, counted from 1");
+    }
+    const bool repeated =
+        std::ranges::any_of(face, [&](const Reference& other) { return other.vertex == vertex; });
+    if (repeated) {
+      refuse(path, "line " + std::to_string(line) + " has a face with vertex " +
+                       std::to_string(vertex) + " twice; take it out");
+    }
+    face.push_back({vertex, line});
+  }
+  if (face.size() < 3) {
+    refuse(path, "line " + std::to_string(line) + " has a face of " + std::to_string(face.size()) +
+                     " vertices");
+  }
+  return face;
+}
+
 Declared scan_obj(const std::string& path, std::istream& file) {
   Declared declared;
+  Reference largest;
   std::size_t number = 0;
   for (std::string line; std::getline(file, line);) {
     ++number;
     std::istringstream tokens(line);
     std::string token;
     tokens >> token;
-    if (token == "f") ++declared.faces;
-    if (token != "v") continue;
-    ++declared.vertices;
-    for (int c = 0; c < 3; ++c) {
-      token.clear();
-      tokens >> token;
-      check_number(path, number, token.empty() ? "nothing" : token);
+    if (token == "f") {
+      ++declared.faces;
+      for (const Reference& corner : obj_face(path, number, tokens, declared.vertices)) {
+        if (corner.vertex > largest.vertex) largest = corner;
+      }
+    } else if (token == "v") {
+      ++declared.vertices;
+      for (int c = 0; c < 3; ++c) {
+        if (!(tokens >> token)) {
+          refuse(path,
+                 "line " + std::to_string(number) + " has a vertex of less than 3 coordinates");
+        }
+        check_number(path, number, token);
+      }
     }
+  }
+  if (largest.vertex > static_cast<long long>(declared.vertices)) {
+    refuse(path, "line " + std::to_string(largest.line) + " refers to vertex " +
+                     std::to_string(largest.vertex) + ", but there are " +
+                     std::to_string(declared.vertices));
   }
   return declared;
 }

@@ -16,7 +16,7 @@ constexpr std::size_t fewest_donors = 4;  // that a component follows
 
 template <class Real>
 Unseen<Real>::Unseen(const Topology& topology, UnseenRule rule)
-    : topology_(topology),
+    : topology_(&topology),
       rule_(rule),
       member_ends_(topology.report.components + 1, 0),
       anchors_in_(topology.report.components) {
@@ -34,8 +34,8 @@ void Unseen<Real>::reset(Frame first_frame) {
   if (rule_ == UnseenRule::hold) return;
   donors_.clear();
   donor_ends_.assign(1, 0);
-  const std::vector<Index> donor_of = find_donors(first_frame, topology_.component);
-  for (std::size_t c = 0; c < topology_.report.components; ++c) {
+  const std::vector<Index> donor_of = find_donors(first_frame, topology_->component);
+  for (std::size_t c = 0; c < topology_->report.components; ++c) {
     const auto first = static_cast<std::ptrdiff_t>(donors_.size());
     for (std::size_t m = member_ends_[c]; m < member_ends_[c + 1]; ++m) {
       const Index donor = donor_of[static_cast<std::size_t>(members_[m])];
@@ -53,7 +53,7 @@ std::span<const Index> Unseen<Real>::usable_donors(std::size_t component) {
   chosen_.clear();
   for (std::size_t i = donor_ends_[component]; i < donor_ends_[component + 1]; ++i) {
     const auto home =
-        static_cast<std::size_t>(topology_.component[static_cast<std::size_t>(donors_[i])]);
+        static_cast<std::size_t>(topology_->component[static_cast<std::size_t>(donors_[i])]);
     if (anchors_in_[home] >= fewest_anchors) chosen_.push_back(donors_[i]);
   }
   return chosen_;
@@ -68,7 +68,7 @@ void Unseen<Real>::place(Frame previous, std::span<Vector3<Real>> points,
   std::ranges::fill(anchors_in_, 0);
   for (std::size_t v = 0; v < generation.size(); ++v) {
     if (generation[v] == Generations::anchor) {
-      ++anchors_in_[static_cast<std::size_t>(topology_.component[v])];
+      ++anchors_in_[static_cast<std::size_t>(topology_->component[v])];
     }
   }
 

@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <dynmesh/dynmesh.hpp>
 #include <exception>
+#include <filesystem>
 #include <fstream>
 #include <mutex>
 #include <stdexcept>
@@ -87,6 +88,9 @@ void run(const char* template_path, const char* input, const char* output, bool 
   std::ifstream sensor(input, std::ios::binary);
   std::ofstream display(output, std::ios::binary);
   if (!sensor || !display) throw std::runtime_error("cannot open the input or the output");
+  if (std::filesystem::file_size(input) % (3 * k * sizeof(float)) != 0) {
+    throw std::runtime_error("the input does not hold whole raw frames of the template's vertices");
+  }
 
   Mailbox mailbox(3 * k);
   std::size_t dropped = 0;

@@ -31,7 +31,10 @@ from .streaming import Settings, complete_pairs
 
 app = typer.Typer(
     name="dynmesh",
-    help="Completes dynamic meshes: one connectivity, a whole first frame, holes in the others.",
+    help="Completes dynamic meshes: one connectivity, a whole first frame, holes in the others.\n\n"
+    "A sequence is an .npz file with vertices (n, k, 3), faces (m, 3) and, optionally, fps and "
+    "known (n, k), True where a position was observed.",
+    rich_markup_mode="markdown",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
@@ -57,6 +60,12 @@ class Unseen(StrEnum):
 
     follow = "follow"
     hold = "hold"
+
+
+def _check_share(share: float) -> float:
+    if not 0 < share < 1:
+        raise typer.BadParameter(f"must be above 0 and below 1, not {share:g}")
+    return share
 
 
 def _print_version(wanted: bool) -> None:
@@ -106,7 +115,7 @@ def info(path: InputPath) -> None:
 
 @app.command()
 def synth(
-    name: Annotated[BuiltIn, typer.Argument(help="Which of the built-in sequences.")],
+    name: Annotated[BuiltIn, typer.Argument(metavar="NAME", help="ocean or walker.")],
     output: OutputPath,
     frames: Annotated[int | None, typer.Option(help="How many frames.", min=1)] = None,
     seed: Seed = 0,
@@ -126,13 +135,17 @@ def degrade(
     path: InputPath,
     output: OutputPath,
     known: Annotated[
-        float, typer.Option(help="Share of the vertices that stays known, above 0 and below 1.")
+        float,
+        typer.Option(
+            help="Share of the vertices that stays known, above 0 and below 1.",
+            callback=_check_share,
+        ),
     ],
     seed: Seed = 0,
     overwrite: Overwrite = False,
 ) -> None:
     """Take vertices away from every frame but the first, picked at random."""
-    _check_output(output, overwrite)
+    _check_output(output, overwrite, path)
     with files.open(path) as reader, files.create_like(reader, output, with_known=True) as writer:
         masks = degradation.random_known(reader.n_frames, reader.n_vertices, known, seed=seed)
         frames = _track(reader, reader.n_frames, "degrading")
@@ -164,13 +177,14 @@ def complete(
         "extra_iterations": extra_iterations,
         "unseen": unseen.value,
     }
-    _check_output(output, overwrite)
+    _check_output(output, overwrite, path)
     seconds = []
     with files.open(path) as reader, files.create_like(reader, output) as writer:
         frames = _track(reader, reader.n_frames, "completing")
-        for completed, report in complete_pairs(reader.faces, frames, **settings):
-            writer.append(completed)
-            seconds.append(report.seconds)
+        with files.naming(path):
+            for completed, report in complete_pairs(reader.faces, frames, **settings):
+                writer.append(completed)
+                seconds.append(report.seconds)
     _say_how_fast(output, seconds[1:])
 
 
@@ -228,7 +242,9 @@ def _as_json(result: evaluation.Evaluation) -> dict[str, Any]:
     }
 
 
-def _check_output(path: Path, overwrite: bool) -> None:
+def _check_output(path: Path, overwrite: bool, source: Path | None = None) -> None:
+    if source is not None and path.exists() and source.exists() and path.samefile(source):
+        raise ValueError(f"{path}: is the input; writing over it would lose it")
     if path.exists() and not overwrite:
         raise ValueError(f"{path}: exists already; --overwrite replaces it")
     if not path.parent.is_dir():
@@ -264,7 +280,8 @@ def _describe_shares(shares: list[float]) -> str:
 
 class _FramesPerSecond(ProgressColumn):
     def render(self, task: Task) -> Text:
-        return Text(f"{task.speed or 0:.0f} frames/s", style="progress.data.speed")
+        rate = task.completed / task.elapsed if task.elapsed else 0
+        return Text(f"{rate:.0f} frames/s", style="progress.data.speed")
 
 
 def _track(items: Iterable[T], total: int, what: str) -> Iterator[T]:
@@ -275,5 +292,5 @@ def _track(items: Iterable[T], total: int, what: str) -> Iterator[T]:
         _FramesPerSecond(),
         TimeRemainingColumn(),
     )
-    with Progress(*columns, console=messages) as progress:
+    with Progress(*columns, console=messages, disable=not messages.is_terminal) as progress:
         yield from progress.track(items, total)

@@ -94,7 +94,7 @@ class Reader:
         """Opens `path`; see :func:`open`."""
         self.path = Path(path)
         _check_format(self.path)
-        with contextlib.ExitStack() as stack, _naming(self.path):
+        with contextlib.ExitStack() as stack, naming(self.path):
             self._archive = stack.enter_context(zipfile.ZipFile(self.path))
             arrays = {name.removesuffix(".npy") for name in self._archive.namelist()}
             for needed in ("vertices", "faces"):
@@ -133,7 +133,7 @@ class Reader:
 
     def __iter__(self) -> Iterator[Frame]:
         """Yields the frames, from frame 0 on."""
-        with contextlib.ExitStack() as stack, _naming(self.path):
+        with contextlib.ExitStack() as stack, naming(self.path):
             vertices = stack.enter_context(contextlib.closing(self._stream("vertices")))
             known = None
             if self.has_known:
@@ -182,9 +182,7 @@ class Writer:
             check_fps(fps)
         self._partial = self.path.with_name(f".{self.path.name}.{os.getpid()}.part")
         with contextlib.ExitStack() as stack:
-            self._archive = stack.enter_context(
-                zipfile.ZipFile(self._partial, "w", zipfile.ZIP_STORED)
-            )
+            self._archive = stack.enter_context(self._open_archive())
             stack.callback(self._partial.unlink)
             self._write_array("faces", faces)
             if fps is not None:
@@ -193,6 +191,12 @@ class Writer:
             self._known = stack.enter_context(self._spool()) if with_known else None
             self._vertices = self._begin_array("vertices", dtype, (*shape, 3))
             self._undo = stack.pop_all()
+
+    def _open_archive(self) -> zipfile.ZipFile:
+        try:
+            return zipfile.ZipFile(self._partial, "w", zipfile.ZIP_STORED)
+        except OSError as error:  # of the name that the user knows
+            raise type(error)(error.errno, error.strerror, str(self.path)) from error
 
     def _spool(self) -> IO[bytes]:
         return tempfile.TemporaryFile(dir=self.path.parent)
@@ -261,13 +265,15 @@ class Writer:
 
 
 @contextlib.contextmanager
-def _naming(path: Path) -> Iterator[None]:
+def naming(path: Path) -> Iterator[None]:
     """Puts the file's name before what went wrong with it."""
     try:
         yield
     except zipfile.BadZipFile as error:
         raise ValueError(f"{path}: is damaged or no .npz archive: {error}") from error
     except (ValueError, TypeError, EOFError) as error:
+        if str(error).startswith(f"{path}: "):
+            raise
         raise ValueError(f"{path}: {error}") from error
 
 

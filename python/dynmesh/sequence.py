@@ -36,6 +36,10 @@ class Sequence:
 
     def __post_init__(self) -> None:
         """Refuses arrays that do not fit together."""
+        for name in ("vertices", "faces", "known"):
+            value = getattr(self, name)
+            if not isinstance(value, np.ndarray) and not (name == "known" and value is None):
+                raise TypeError(f"{name}: must be a numpy array, not {type(value).__name__}")
         check_vertices(self.vertices.dtype, self.vertices.shape)
         check_faces(self.faces.dtype, self.faces.shape)
         if self.known is not None:

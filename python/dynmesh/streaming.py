@@ -31,6 +31,8 @@ def complete(
 ) -> Iterator[Positions]:
     """Completes frame after frame, in constant memory.
 
+    A generator: nothing is read or checked before the first frame is asked for.
+
     Args:
         faces: (m, 3) integers.
         frames: (k, 3) positions each; the first must be complete, and is yielded first.
@@ -56,15 +58,15 @@ def complete_pairs(
     """As :func:`complete`, of (points, known) and with the report of each frame."""
     completer: Completer | None = None
     for number, (points, known) in enumerate(pairs):
-        try:
-            if completer is None:
-                _check_complete(known)
-                completer = Completer(faces, points, **settings)
-                completed: Positions = np.array(points, completer.dtype)
-            else:
+        if completer is None:
+            _check_complete(known)
+            completer = Completer(faces, points, **settings)
+            completed: Positions = np.array(points, completer.dtype)
+        else:
+            try:
                 completed = completer.push(points, known)
-        except (ValueError, TypeError) as error:
-            raise type(error)(f"frame {number}: {error}") from error
+            except (ValueError, TypeError) as error:
+                raise type(error)(f"frame {number}: {error}") from error
         yield completed, completer.report
     if completer is None:
         raise ValueError("frames: is empty, but frame 0 is needed, complete")

@@ -91,6 +91,16 @@ TEST_CASE("what a reader would lose is refused") {
                 "line 2 has 'nan' where a finite number should be; a template must be complete"));
   CHECK(refusal("short.obj", "v 0 0 0\nv 1 0\nv 0 1 0\nf 1 2 3\n").find("line 2") !=
         std::string::npos);
+  CHECK(refusal("twice.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 1 2\n")
+            .ends_with("line 5 has a face with vertex 1 twice; take it out"));
+  CHECK(refusal("two.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2\n")
+            .ends_with("line 4 has a face of 2 vertices"));
+  CHECK(refusal("high.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n")
+            .ends_with("line 4 refers to vertex 9, but there are 3"));
+  CHECK(refusal("zero.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n").find("line 4 has '0'") !=
+        std::string::npos);
+  CHECK(refusal("text.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf a b c\n").find("line 4 has 'a'") !=
+        std::string::npos);
   CHECK(refusal("word.obj", "v 0 0 0\nv 1 0 x\nv 0 1 0\nf 1 2 3\n").find("'x'") !=
         std::string::npos);
   CHECK(refusal("nan.ply", std::string(triangle_ply) + "0 0 0\nnan 0 0\n0 1 0\n3 0 1 2\n")

@@ -147,7 +147,12 @@ def test_state_continues_with_the_same_result(mesh: Mesh, rng: np.random.Generat
     np.testing.assert_array_equal(first.age, second.age)
     with pytest.raises(ValueError, match="state: cut off"):
         second.restore(first.state()[:50])
-    with pytest.raises(TypeError):
+    second.restore(bytearray(first.state()))
+    damaged = bytearray(first.state())
+    damaged[len(damaged) // 3] ^= 1
+    with pytest.raises(ValueError, match="state: damaged"):
+        second.restore(damaged)
+    with pytest.raises(TypeError, match="state: must be bytes, not str"):
         second.restore("state")  # type: ignore[arg-type]
 
 
@@ -178,10 +183,14 @@ def test_complete_is_a_generator_in_constant_memory(mesh: Mesh, rng: np.random.G
     ("frames", "known", "message"),
     [
         ([], None, "frames: is empty"),
-        ([np.full((49, 3), np.nan)], None, "frame 0: first_frame: vertex 0 is at"),
+        ([np.full((49, 3), np.nan)], None, "first_frame: vertex 0 is at"),
         ([np.zeros((49, 3))] * 2, [np.ones(49, bool)], "known: ends before frame 1"),
         ([np.zeros((49, 3))], [np.ones(49, bool)] * 2, "frames: ends before frame 1"),
-        ([np.zeros((49, 3))], [np.arange(49) != 7], "frame 0: known: vertex 7 is missing"),
+        (
+            [np.zeros((49, 3))],
+            [np.arange(49) != 7],
+            "known: vertex 7 is missing, but frame 0 must be complete",
+        ),
         ([np.zeros((49, 3)), np.zeros((48, 3))], None, "frame 1: points: has 48 rows"),
     ],
 )
@@ -417,10 +426,16 @@ def read_only(points: Any) -> Any:
             np.eye(3),
             {"extra_iterations": -1},
         ),
-        (ValueError, r"noise: 0.1.* given", [[0, 1, 2]], np.eye(3), {"noise": 0.1}),
         (
             ValueError,
-            r"reject_outliers: true given",
+            r"noise: is no setting of method motion",
+            [[0, 1, 2]],
+            np.eye(3),
+            {"noise": 0.1},
+        ),
+        (
+            ValueError,
+            r"reject_outliers: is no setting",
             [[0, 1, 2]],
             np.eye(3),
             {"reject_outliers": True},
@@ -432,8 +447,42 @@ def read_only(points: Any) -> Any:
             np.eye(3),
             {"threads": 2},
         ),
-        (TypeError, r"incompatible", [[0, 1, 2]], np.eye(3), {"extra_iterations": 1.5}),
-        (TypeError, r"incompatible", [[0, 1, 2]], np.eye(3), {"speed": 1}),
+        (
+            TypeError,
+            r"extra_iterations: must be an integer, not float",
+            [[0, 1, 2]],
+            np.eye(3),
+            {"extra_iterations": 1.5},
+        ),
+        (
+            ValueError,
+            r"extra_iterations: is out of range, 1099511627776",
+            [[0, 1, 2]],
+            np.eye(3),
+            {"extra_iterations": 2**40},
+        ),
+        (
+            TypeError,
+            r"revisit: must be True or False, not NoneType",
+            [[0, 1, 2]],
+            np.eye(3),
+            {"revisit": None},
+        ),
+        (TypeError, r"unseen: must be a string, not int", [[0, 1, 2]], np.eye(3), {"unseen": 1}),
+        (
+            TypeError,
+            r"first_frame: is a masked array",
+            [[0, 1, 2]],
+            np.ma.masked_invalid(np.eye(3)),
+            {},
+        ),
+        (
+            TypeError,
+            r"speed: is no setting; there are method, revisit",
+            [[0, 1, 2]],
+            np.eye(3),
+            {"speed": 1},
+        ),
     ],
 )
 def test_a_completer_is_not_made_of_bad_input(

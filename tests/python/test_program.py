@@ -1,6 +1,7 @@
 """The program dynmesh-complete and the C++ example, against the library."""
 
 import json
+import signal
 import struct
 import subprocess
 import time
@@ -129,7 +130,7 @@ def test_settings_and_report(complete: Any, job: Job, tmp_path: Path) -> None:
     assert (first["frame"], first["known"], first["filled"], first["unseen"]) == (1, 750, 1750, 0)
     assert first["iterations"] >= 2
     assert first["seconds"] > 0
-    for option in (["--once"], ["--extra-iterations", "5"]):
+    for option in (["--no-revisit"], ["--extra-iterations", "5"]):
         complete(job.raw, tmp_path / "b.raw", "--overwrite", *option)
         assert (tmp_path / "b.raw").read_bytes() != job.completed
 
@@ -168,6 +169,29 @@ def test_a_reader_that_goes_away_ends_the_program(programs: Path, job: Job) -> N
     assert "standard output: frame 1 cannot be written: Broken pipe" in error
 
 
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_an_interrupt_keeps_the_frames_so_far(
+    programs: Path, job: Job, tmp_path: Path, number: int, code: int
+) -> None:
+    out = tmp_path / "out.pc2"
+    command: list[str | Path] = [programs / "dynmesh-complete", "--template", job.template]
+    command += ["--input", "-", "--output", out, "--report"]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdin is not None
+        assert process.stderr is not None
+        process.stdin.write(job.partial[:3].tobytes())
+        process.stdin.flush()
+        for _ in range(3):
+            process.stderr.readline()
+        process.send_signal(number)
+        error = process.stderr.read().decode()
+        assert process.wait() == code
+    assert "interrupted; the frames so far are written" in error
+    cache = out.read_bytes()
+    assert struct.unpack(HEADER, cache[:32])[5] == 3
+    assert cache[32:] == job.completed[: 3 * job.partial[0].nbytes]
+
+
 def test_errors_and_exit_codes(complete: Any, programs: Path, job: Job, tmp_path: Path) -> None:
     out = tmp_path / "out.raw"
     (tmp_path / "empty.pc2").write_bytes(b"")
@@ -186,15 +210,15 @@ def test_errors_and_exit_codes(complete: Any, programs: Path, job: Job, tmp_path
         (1, tmp_path / "longer.pc2", [], "goes on after the 18 whole frames that it declares"),
         (1, tmp_path / "negative.pc2", [], "declares -5 frames"),
         (1, tmp_path / "other.pc2", [], "has frames of 7 vertices, but the template has 2500"),
-        (1, tmp_path / "renamed.raw", [], "is a PC2 file by its first bytes; name it .pc2"),
+        (1, tmp_path / "renamed.raw", [], "is a PC2 file by its first bytes, not raw frames"),
         (1, job.raw, ["--template", tmp_path / "none.obj"], "none.obj: cannot be opened"),
         (1, job.raw, ["--template", hole], "line 2 has 'nan'"),
-        (1, job.raw, ["--template", wild], "faces: face 0 refers to vertex 8"),
+        (1, job.raw, ["--template", wild], "line 4 refers to vertex 9, but there are 3"),
         (1, job.raw, ["--template", job.raw], "a template is read from .obj, .ply or .off"),
         (2, tmp_path / "a.npz", [], "frames are read and written as .pc2, or"),
-        (2, job.raw, ["--unseen", "vanish"], "unseen: must be 'hold' or 'follow', not 'vanish'"),
+        (2, job.raw, ["--unseen", "vanish"], "--unseen: must be 'hold' or 'follow', not 'vanish'"),
         (2, job.raw, ["--extra-iterations", "many"], "'many' is not a whole number"),
-        (2, job.raw, ["--extra-iterations", "-1"], "extra_iterations: must be from 0"),
+        (2, job.raw, ["--extra-iterations", "-1"], "--extra-iterations: must be from 0"),
         (2, job.raw, ["--speed"], "unrecognized option '--speed'"),
         (2, job.raw, ["more"], "what is 'more'?"),
     ]
@@ -203,8 +227,11 @@ def test_errors_and_exit_codes(complete: Any, programs: Path, job: Job, tmp_path
         assert any(part in error for part in message.split("|")), error
         out.unlink(missing_ok=True)
     out.write_bytes(b"precious")
-    assert b"exists already; --overwrite replaces it" in complete(job.raw, out, code=2).stderr
+    assert b"exists already; --overwrite replaces it" in complete(job.raw, out, code=1).stderr
+    complete(tmp_path / "renamed.raw", out, "--overwrite", code=1)
     assert out.read_bytes() == b"precious"
+    error = complete(out, out, "--overwrite", code=2).stderr
+    assert b"is the input; completing it in place would lose it" in error
     assert b"No space left" in complete(job.raw, "/dev/full", code=1).stderr
     assert not [path for path in tmp_path.iterdir() if path.name.endswith(".part")]
     for some in (["--template", str(job.template)], ["--input", str(job.raw)], []):

@@ -8,7 +8,6 @@
 #include <dynmesh/export.hpp>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
-
 #include <memory>
 #include <string_view>
 

@@ -28,24 +28,26 @@ struct FrameReport {
 
 /// Completes the frames of one dynamic mesh in their order, each from itself and the past alone.
 ///
-/// All calls that take a frame write the completed frame, anchors exactly as given, to `completed`
-/// and return its report. They allocate nothing. Every one of them throws std::invalid_argument for
-/// bad input (wrong counts, null pointers, a known position that is not finite or has a coordinate
-/// beyond 1e18 for float and 1e200 for double, indices out of range or twice), saying what, where
-/// and with which value, and then leaves the completer as it was. `completed` may be the very view
-/// that `points` is; any other overlap of output and input is refused.
+/// `push`, `push_sparse` and `skip` write the completed frame, anchors exactly as given, to
+/// `completed` and return its report. They allocate nothing. Every one of them throws
+/// std::invalid_argument for bad input (wrong counts, null pointers, a known position that is not
+/// finite or has a coordinate beyond 1e18 for float and 1e200 for double, indices out of range or
+/// twice), saying what, where and with which value, and then leaves the completer as it was.
+/// `completed` may be the very view that `points` is, or other columns of the same interleaved
+/// buffer; output that would overwrite input in any other way is refused.
 ///
 /// One thread at a time per object; different objects are independent.
 template <class Real>
 class DYNMESH_EXPORT Completer {
  public:
-  /// `faces` is read once. `first_frame` must be complete: at least one vertex, all finite.
+  /// `faces`, at least one, is read once. `first_frame` must be complete: at least one vertex, all
+  /// finite. Throws std::invalid_argument for these and for settings that `check_settings` refuses.
   Completer(Faces faces, Points<const Real> first_frame, const Settings& settings = {});
   ~Completer();
   Completer(const Completer&) = delete;
   Completer& operator=(const Completer&) = delete;
-  Completer(Completer&&) = delete;
-  Completer& operator=(Completer&&) = delete;
+  Completer(Completer&&) noexcept;
+  Completer& operator=(Completer&&) noexcept;
 
   /// `points` and `known` have a row for each vertex; rows that are not known are not read.
   FrameReport push(Points<const Real> points, KnownMask known, Points<Real> completed);
@@ -60,7 +62,7 @@ class DYNMESH_EXPORT Completer {
   /// A frame of which nothing was observed.
   FrameReport skip(Points<Real> completed);
 
-  /// This complete frame becomes frame 0, as if the completer were new.
+  /// This complete frame becomes frame 0, as if the completer were new. Allocates.
   void reset(Points<const Real> frame);
 
   /// All that later frames depend on, in a form (little-endian, versioned) that may be stored and
@@ -69,9 +71,11 @@ class DYNMESH_EXPORT Completer {
   [[nodiscard]] std::vector<std::byte> state() const;
   void restore(std::span<const std::byte> state);
 
-  [[nodiscard]] std::size_t n_vertices() const { return topology_.cells.size(); }
+  [[nodiscard]] std::size_t n_vertices() const { return topology_->cells.size(); }
   [[nodiscard]] const Settings& settings() const { return settings_; }
-  [[nodiscard]] const TopologyReport& topology() const { return topology_.report; }
+  [[nodiscard]] const TopologyReport& topology() const { return topology_->report; }
+
+  // `restore` brings these three back too.
 
   /// (k,) of the last frame: 0 anchor, g satellite, -1 unseen. Valid until the next call.
   [[nodiscard]] std::span<const Index> generation() const { return generations_.of_vertices(); }
@@ -87,7 +91,7 @@ class DYNMESH_EXPORT Completer {
 
   Settings settings_;
   std::vector<Vector3<Real>> first_frame_;
-  Topology topology_;
+  std::unique_ptr<const Topology> topology_;  // the parts below refer to it
   Generations generations_;
   std::unique_ptr<Estimator<Real>> estimator_;
   Unseen<Real> unseen_;

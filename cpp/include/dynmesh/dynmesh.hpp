@@ -1,9 +1,14 @@
-/// dynmesh: real-time completion of dynamic meshes. This header includes all others.
+/// dynmesh: real-time completion of dynamic meshes. This header includes all that users call.
+///
+/// The parts that a Completer is made of (estimator.hpp, generations.hpp, motion.hpp, unseen.hpp)
+/// are documented for whoever reads or extends it. Before version 1.0 every minor version may
+/// change both the interface and the binary interface.
 #pragma once
 
 #include <dynmesh/baselines.hpp>
 #include <dynmesh/completer.hpp>
 #include <dynmesh/metrics.hpp>
+#include <dynmesh/settings.hpp>
 #include <dynmesh/template_mesh.hpp>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>

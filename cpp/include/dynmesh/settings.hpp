@@ -26,8 +26,8 @@ struct Settings {
 
   UnseenRule unseen = UnseenRule::follow;
 
-  /// Standard deviation of the anchors' noise, in the unit of the positions. A setting of method
-  /// detail: refused by method motion, which takes anchors exactly.
+  /// Standard deviation of the anchors' noise, in the unit of the positions. Not a setting of
+  /// method motion, which takes anchors exactly and refuses it.
   std::optional<double> noise = std::nullopt;
   /// Whether anchors that contradict their neighbours are dropped. As `noise`.
   bool reject_outliers = false;

@@ -16,7 +16,13 @@ using Index = std::int32_t;
 
 /// A view of `count` positions in the caller's memory: coordinate c of row i is
 /// `data[i * row_stride + c * column_stride]`. Strides count elements, not bytes, and may be
-/// negative, so interleaved vertex buffers and planar x, y, z arrays are read and written in place.
+/// negative, so interleaved vertex buffers and planar x, y, z arrays are read and written in place:
+///
+///     struct Vertex { float position[3]; float normal[3]; std::uint8_t seen; };
+///     Points<float> points(buffer[0].position, k, sizeof(Vertex) / sizeof(float));
+///     KnownMask known(&buffer[0].seen, k, sizeof(Vertex));
+///     completer.push(points, known, points);
+///
 /// `Points<const Real>` is read, `Points<Real>` is written.
 template <class Real>
 struct Points {

@@ -40,7 +40,7 @@ class DYNMESH_EXPORT Unseen {
  private:
   [[nodiscard]] std::span<const Index> usable_donors(std::size_t component);
 
-  const Topology& topology_;
+  const Topology* topology_;
   UnseenRule rule_;
   std::vector<Index> donors_;            // the distinct donors of each component, one after another
   std::vector<std::size_t> donor_ends_;  // those of component c end at donor_ends_[c + 1]
