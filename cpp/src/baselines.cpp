@@ -197,6 +197,9 @@ struct LaplacianInterpolation::System {
 
   static Matrix make_energy(const Cells& cells, Objective objective, Weights weights,
                             Points<const double> reference) {
+    if (weights == Weights::uniform && reference.data != nullptr) {
+      throw std::invalid_argument("reference: is for weights 'inverse_distance' only");
+    }
     const Matrix l = weights == Weights::uniform ? laplacian(cells, one)
                                                  : inverse_distance_laplacian(cells, reference);
     return objective == Objective::harmonic ? l : Matrix(l.transpose() * l);

@@ -1,0 +1,210 @@
+"""The paper's baselines against dense least squares, and against published figures."""
+
+from pathlib import Path
+from typing import Any
+
+import meshes
+import numpy as np
+import pytest
+import reference
+from hypothesis import given
+from hypothesis import strategies as st
+from meshes import Array, Mesh
+
+import dynmesh
+from dynmesh.evaluation import bounding_box_diagonal
+
+
+def dense_laplacian(mesh: Mesh, *, inverse_distance: bool = False) -> Array:
+    """D - R, with inverse distances in place of the ones of R on request."""
+    i, j = reference.directed_edges(mesh.faces)
+    r = np.zeros((len(mesh.vertices), len(mesh.vertices)))
+    edge = np.linalg.norm(mesh.vertices[i] - mesh.vertices[j], axis=1)
+    r[i, j] = 1 / edge if inverse_distance else 1
+    return np.asarray(np.diag(r.sum(axis=1)) - r)
+
+
+@st.composite
+def problems(draw: st.DrawFn) -> tuple[Mesh, Array, Array, Array]:
+    """A mesh, points, a mask with a known vertex in each component, and a previous frame."""
+    mesh = draw(meshes.meshes())
+    known = draw(meshes.masks(len(mesh.vertices)))
+    label = reference.components(reference.directed_edges(mesh.faces), len(known))
+    for part in np.unique(label):
+        known[draw(st.sampled_from(np.flatnonzero(label == part).tolist()))] = True
+    rng = np.random.default_rng(len(known))
+    points = mesh.vertices + 0.3 * rng.normal(size=mesh.vertices.shape)
+    return mesh, points, known, mesh.vertices + 0.1 * rng.normal(size=points.shape)
+
+
+@given(problems(), st.booleans())
+def test_least_squares_meshes_are_dense_least_squares(problem: Any, on_motion: bool) -> None:
+    mesh, points, known, previous = problem
+    origin = previous if on_motion else np.zeros_like(points)
+    system = np.concatenate([dense_laplacian(mesh), np.eye(len(known))[known]])
+    right = np.concatenate([np.zeros_like(points), (points - origin)[known]])
+    expected = origin + np.linalg.lstsq(system, right, rcond=None)[0]
+    holed = np.where(known[:, None], points, np.nan)
+    completed = dynmesh.baselines.least_squares_mesh(
+        mesh.faces, holed, known, previous=previous if on_motion else None
+    )
+    np.testing.assert_allclose(completed, expected, rtol=0, atol=1e-9)
+
+
+@given(
+    problems(),
+    st.booleans(),
+    st.sampled_from(["harmonic", "least_squares"]),
+    st.sampled_from(["uniform", "inverse_distance"]),
+)
+def test_laplacian_interpolation_is_dense_algebra(
+    problem: Any, on_motion: bool, objective: Any, weights: Any
+) -> None:
+    mesh, points, known, previous = problem
+    origin = previous if on_motion else np.zeros_like(points)
+    laplacian = dense_laplacian(mesh, inverse_distance=weights == "inverse_distance")
+    unknown_columns = laplacian[:, ~known]
+    pull = -laplacian[:, known] @ (points - origin)[known]
+    if objective == "harmonic":
+        unknown = np.linalg.solve(unknown_columns[~known], pull[~known])
+    else:
+        unknown = np.linalg.lstsq(unknown_columns, pull, rcond=None)[0]
+    expected = points.copy()
+    expected[~known] = origin[~known] + unknown
+    holed = np.where(known[:, None], points, np.nan)
+    completed = dynmesh.baselines.laplacian_interpolation(
+        mesh.faces,
+        holed,
+        known,
+        objective=objective,
+        weights=weights,
+        reference=mesh.vertices if weights == "inverse_distance" else None,
+        previous=previous if on_motion else None,
+    )
+    np.testing.assert_array_equal(completed[known], points[known])
+    np.testing.assert_allclose(completed, expected, rtol=0, atol=1e-9)
+
+
+def test_systems_are_used_again_and_again(rng: np.random.Generator) -> None:
+    mesh = meshes.sheet(9)
+    k = len(mesh.vertices)
+    squares = dynmesh.baselines.LeastSquaresMesh(mesh.faces, k)
+    smooth = dynmesh.baselines.LaplacianInterpolation(mesh.faces, k)
+    masks = rng.random((3, k)) < 0.3
+    for known in (masks[0], masks[1], masks[1], masks[2], np.ones(k, bool)):
+        points = mesh.vertices + 0.1 * rng.normal(size=mesh.vertices.shape)
+        for system, once in [
+            (squares, dynmesh.baselines.least_squares_mesh),
+            (smooth, dynmesh.baselines.laplacian_interpolation),
+        ]:
+            again = system.complete(points, known)  # type: ignore[attr-defined]
+            np.testing.assert_array_equal(again, once(mesh.faces, points, known))
+
+
+@pytest.mark.parametrize(
+    ("error", "message", "call"),
+    [
+        (
+            ValueError,
+            r"known: component 1 \(16 vertices, the first is 49\) has no known vertex",
+            lambda b, m, known: b.least_squares_mesh(
+                m.faces, m.vertices, known & (np.arange(65) < 49)
+            ),
+        ),
+        (
+            ValueError,
+            r"known: component 0 \(49 vertices, the first is 0\) has no known vertex",
+            lambda b, m, known: b.laplacian_interpolation(
+                m.faces, m.vertices, known & (np.arange(65) > 48)
+            ),
+        ),
+        (
+            ValueError,
+            r"known: has 3 rows, but the mesh has 65 vertices",
+            lambda b, m, known: b.least_squares_mesh(m.faces, m.vertices, known[:3]),
+        ),
+        (
+            ValueError,
+            r"points: row 1 is not finite",
+            lambda b, m, known: b.least_squares_mesh(m.faces, m.vertices * np.nan, known),
+        ),
+        (
+            ValueError,
+            r"previous: vertex 0 is not finite",
+            lambda b, m, known: b.least_squares_mesh(
+                m.faces, m.vertices, known, previous=m.vertices * np.nan
+            ),
+        ),
+        (
+            ValueError,
+            r"previous: has 3 rows",
+            lambda b, m, known: b.laplacian_interpolation(
+                m.faces, m.vertices, known, previous=m.vertices[:3]
+            ),
+        ),
+        (
+            ValueError,
+            r"objective: must be 'harmonic' or 'least_squares', not 'x'",
+            lambda b, m, known: b.laplacian_interpolation(
+                m.faces, m.vertices, known, objective="x"
+            ),
+        ),
+        (
+            ValueError,
+            r"weights: must be 'uniform' or 'inverse_distance', not 'x'",
+            lambda b, m, known: b.laplacian_interpolation(m.faces, m.vertices, known, weights="x"),
+        ),
+        (
+            ValueError,
+            r"reference: is needed to measure the inverse distances",
+            lambda b, m, known: b.laplacian_interpolation(
+                m.faces, m.vertices, known, weights="inverse_distance"
+            ),
+        ),
+        (
+            ValueError,
+            r"reference: is for weights 'inverse_distance' only",
+            lambda b, m, known: b.laplacian_interpolation(
+                m.faces, m.vertices, known, reference=m.vertices
+            ),
+        ),
+    ],
+)
+def test_bad_input_is_named(error: type[Exception], message: str, call: Any) -> None:
+    mesh = meshes.join(meshes.sheet(7), meshes.sheet(4, 10.0))
+    known = np.arange(65) % 5 == 1
+    with pytest.raises(error, match=message):
+        call(dynmesh.baselines, mesh, known)
+
+
+PUBLISHED = {
+    # NMSVE x 1e4 over the first 100 frames: harmonic, least squares, LSM
+    ("crane", 0.1): (44.9, 28.9, 41.6),
+    ("crane", 0.3): (22.4, 17.5, 31.6),
+    ("crane", 0.5): (14.3, 12.0, 28.3),
+    ("crane", 0.7): (8.32, 7.19, 26.3),
+    ("horse_gallop", 0.1): (41.6, 24.4, 42.0),
+    ("horse_gallop", 0.3): (19.8, 14.3, 29.5),
+    ("horse_gallop", 0.5): (12.5, 9.84, 25.4),
+    ("horse_gallop", 0.7): (7.08, 5.99, 23.0),
+}
+
+
+@pytest.mark.parametrize(("name", "share"), PUBLISHED)
+def test_errors_on_recorded_sequences(data: Path, name: str, share: float) -> None:
+    sequence = dynmesh.read(data / f"{name}.npz")
+    truth = sequence.vertices[:100].astype(np.float64)
+    truth /= bounding_box_diagonal(truth[0])
+    k = truth.shape[1]
+    systems: list[Any] = [
+        dynmesh.baselines.LaplacianInterpolation(sequence.faces, k, objective="harmonic"),
+        dynmesh.baselines.LaplacianInterpolation(sequence.faces, k),
+        dynmesh.baselines.LeastSquaresMesh(sequence.faces, k),
+    ]
+    masks = list(dynmesh.degrade.random_known(len(truth), k, share, seed=11))
+    for system, expected in zip(systems, PUBLISHED[name, share], strict=True):
+        # Frames differ little from one to the next; every fifth tells as much.
+        chosen = range(1, len(truth), 5)
+        completed = np.stack([system.complete(truth[n], masks[n]) for n in chosen])
+        error = 1e4 * dynmesh.metrics.nmsve(sequence.faces, truth[chosen], completed).mean()
+        assert error == pytest.approx(expected, rel=0.03)
