@@ -3,6 +3,7 @@
 import json
 import sys
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any, NoReturn, TypeVar
@@ -18,6 +19,7 @@ from rich.progress import (
     ProgressColumn,
     Task,
     TextColumn,
+    TimeElapsedColumn,
     TimeRemainingColumn,
 )
 from rich.table import Table
@@ -27,6 +29,7 @@ from . import degrade as degradation
 from . import evaluation, files
 from . import synth as built_in
 from ._core import Completer, __version__
+from .sequence import Mask, Positions
 from .streaming import Settings, complete_pairs
 
 app = typer.Typer(
@@ -55,6 +58,14 @@ class BuiltIn(StrEnum):
     walker = "walker"
 
 
+class Axis(StrEnum):
+    """A coordinate axis."""
+
+    x = "x"
+    y = "y"
+    z = "z"
+
+
 class Unseen(StrEnum):
     """What becomes of vertices that no edges tie to a known one."""
 
@@ -62,10 +73,13 @@ class Unseen(StrEnum):
     hold = "hold"
 
 
-def _check_share(share: float) -> float:
-    if not 0 < share < 1:
-        raise typer.BadParameter(f"must be above 0 and below 1, not {share:g}")
-    return share
+@contextmanager
+def _as_usage() -> Iterator[None]:
+    """A value that the library refuses is a wrong call."""
+    try:
+        yield
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
 
 
 def _print_version(wanted: bool) -> None:
@@ -135,25 +149,69 @@ def degrade(
     path: InputPath,
     output: OutputPath,
     known: Annotated[
-        float,
-        typer.Option(
-            help="Share of the vertices that stays known, above 0 and below 1.",
-            callback=_check_share,
-        ),
-    ],
+        float | None,
+        typer.Option(metavar="SHARE", help="Keep this share of the vertices, picked at random."),
+    ] = None,
+    camera: Annotated[
+        int | None,
+        typer.Option(metavar="N", min=1, help="Keep what N cameras see that circle the mesh."),
+    ] = None,
+    patches: Annotated[
+        float | None,
+        typer.Option(metavar="SHARE", help="Hide this share under patches that stay for a while."),
+    ] = None,
+    dropout: Annotated[
+        float | None, typer.Option(metavar="SHARE", help="Lose this share of the frames whole.")
+    ] = None,
+    noise: Annotated[
+        float | None,
+        typer.Option(metavar="SIGMA", help="Add Gaussian noise; SIGMA in mean edges of frame 0."),
+    ] = None,
+    outliers: Annotated[
+        float | None,
+        typer.Option(metavar="SHARE", help="Put this share of the vertices far from where it is."),
+    ] = None,
     seed: Seed = 0,
     overwrite: Overwrite = False,
 ) -> None:
-    """Take vertices away from every frame but the first, picked at random."""
+    """Take vertices away, and add noise, as sensors do; frame 0 stays whole.
+
+    Options add up. A share is above 0 and below 1.
+    """
+    if all(o is None for o in (known, camera, patches, dropout, noise, outliers)):
+        raise typer.BadParameter(
+            "say what to do: --known, --camera, --patches, --dropout, --noise or --outliers"
+        )
     _check_output(output, overwrite, path)
-    with files.open(path) as reader, files.create_like(reader, output, with_known=True) as writer:
-        masks = degradation.random_known(reader.n_frames, reader.n_vertices, known, seed=seed)
-        frames = _track(reader, reader.n_frames, "degrading")
-        for frame, mask in zip(frames, masks, strict=True):
-            kept = mask if frame.known is None else mask & frame.known
-            # What is not known must not be there to be peeked at.
-            points = np.where(kept[:, None], frame.points, np.asarray(np.nan, reader.dtype))
-            writer.append(points, kept)
+    with files.open(path) as reader:
+        shape = (reader.n_frames, reader.n_vertices)
+        masks: list[Iterator[Mask]] = []
+        points: Iterator[Positions] = (frame.points for frame in reader)
+        with _as_usage():
+            if known is not None:
+                masks.append(degradation.random_known(*shape, known, seed=seed))
+            if camera is not None:
+                cameras = degradation.orbit(_bounding_box(reader), camera)
+                frames = (frame.points for frame in reader)
+                masks.append(degradation.camera_known(frames, reader.faces, cameras))
+            if patches is not None:
+                masks.append(degradation.patch_known(reader.faces, *shape, patches, seed=seed))
+            if dropout is not None:
+                masks.append(degradation.dropout(*shape, dropout, seed=seed))
+            if noise is not None:
+                points = degradation.add_noise(points, reader.faces, noise, seed=seed)
+            if outliers is not None:
+                points = degradation.add_outliers(points, reader.faces, outliers, seed=seed)
+        with files.create_like(reader, output, with_known=True) as writer:
+            frames_known = (frame.known for frame in reader)
+            rows = zip(
+                _track(points, reader.n_frames, "degrading"), frames_known, *masks, strict=True
+            )
+            for position, *observed in rows:
+                seen = [mask for mask in observed if mask is not None]
+                kept = np.logical_and.reduce(seen) if seen else np.ones(len(position), np.bool_)
+                # What is not known must not be there to be peeked at.
+                writer.append(np.where(kept[:, None], position, reader.dtype.type(np.nan)), kept)
 
 
 @app.command()
@@ -186,6 +244,52 @@ def complete(
                 writer.append(completed)
                 seconds.append(report.seconds)
     _say_how_fast(output, seconds[1:])
+
+
+@app.command()
+def reproduce(
+    output: Annotated[Path, typer.Argument(metavar="OUT", help="A folder for the results.")],
+    data: Annotated[
+        list[Path] | None,
+        typer.Option(help="A sequence, or a folder of them; may be given again. [built-in ones]"),
+    ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Two minutes instead of many.")] = False,
+    seed: Seed = 0,
+    up: Annotated[
+        Axis | None, typer.Option(help="The axis that is up in pictures of DATA. [y; z if flat]")
+    ] = None,
+    azimuth: Annotated[
+        float | None, typer.Option(help="Degrees around it that pictures are taken from. [60]")
+    ] = None,
+) -> None:
+    """Reproduce the paper's evaluation: figures 7 to 11, its claims, and what lies beyond.
+
+    Writes figures as PNG and SVG, results.json, and report.html, which stands alone.
+    """
+    from .reproduce import reproduce as run
+
+    with Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TimeElapsedColumn(),
+        TextColumn("of about"),
+        _WholeTime(),
+        console=messages,
+        disable=not messages.is_terminal,
+    ) as progress:
+        task = progress.add_task("beginning", total=None)
+        page = run(
+            output,
+            data=data or (),
+            quick=quick,
+            seed=seed,
+            up=None if up is None else up.value,
+            azimuth=azimuth,
+            progress=lambda what, done, whole: progress.update(
+                task, description=what, completed=done, total=whole
+            ),
+        )
+    messages.print(f"{page}: open it in a browser", highlight=False, soft_wrap=True)
 
 
 @app.command()
@@ -264,6 +368,17 @@ def _say_how_fast(output: Path, seconds: list[float]) -> None:
     )
 
 
+def _bounding_box(reader: files.Reader) -> Positions:
+    """Both corners of the box around all frames."""
+    corners = np.array([[np.inf] * 3, [-np.inf] * 3])
+    for points, _ in reader:
+        finite = points[np.isfinite(points).all(axis=1)]
+        if len(finite):
+            corners[0] = np.minimum(corners[0], finite.min(axis=0))
+            corners[1] = np.maximum(corners[1], finite.max(axis=0))
+    return corners
+
+
 def _known_shares(reader: files.Reader) -> Iterator[float]:
     for points, known in reader:
         observed = np.isfinite(points).all(axis=1)
@@ -282,6 +397,14 @@ class _FramesPerSecond(ProgressColumn):
     def render(self, task: Task) -> Text:
         rate = task.completed / task.elapsed if task.elapsed else 0
         return Text(f"{rate:.0f} frames/s", style="progress.data.speed")
+
+
+class _WholeTime(ProgressColumn):
+    def render(self, task: Task) -> Text:
+        if not task.elapsed or task.remaining is None:
+            return Text("?")
+        whole = task.elapsed + (task.time_remaining or 0)
+        return Text(f"{whole / 60:.1f} min" if whole >= 60 else f"{whole:.0f} s")
 
 
 def _track(items: Iterable[T], total: int, what: str) -> Iterator[T]:

@@ -92,6 +92,41 @@ def test_known_masks_add_up(folder: Path, tmp_path: Path) -> None:
     assert 0.1 < second[1:].mean() < 0.2
 
 
+def test_each_way_to_degrade_is_the_librarys(folder: Path, tmp_path: Path) -> None:
+    truth = dynmesh.read(folder / "truth.npz")
+    frames, faces, degrade = truth.vertices, truth.faces, dynmesh.degrade
+    everywhere = frames.reshape(-1, 3)
+    ways: list[tuple[list[str], Any, Any]] = [
+        (
+            ["--camera", "2"],
+            degrade.camera_known(frames, faces, degrade.orbit(everywhere, 2)),
+            frames,
+        ),
+        (["--patches", "0.2"], degrade.patch_known(faces, 40, 2500, 0.2, seed=4), frames),
+        (["--dropout", "0.3"], degrade.dropout(40, 2500, 0.3, seed=4), frames),
+        (["--noise", "0.1"], None, degrade.add_noise(frames, faces, 0.1, seed=4)),
+        (["--outliers", "0.1"], None, degrade.add_outliers(frames, faces, 0.1, seed=4)),
+    ]
+    for options, known, points in ways:
+        out = tmp_path / f"{options[0].strip('-')}.npz"
+        run("degrade", folder / "truth.npz", out, "--seed", "4", *options)
+        made = dynmesh.read(out)
+        assert made.known is not None
+        np.testing.assert_array_equal(
+            made.known, np.ones((40, 2500), bool) if known is None else list(known)
+        )
+        expected = np.stack(list(points))
+        np.testing.assert_array_equal(made.vertices[made.known], expected[made.known])
+    run("degrade", folder / "truth.npz", tmp_path / "all.npz", "--known", "0.5", "--dropout", "0.3",
+        "--noise", "0.1", "--seed", "4")  # fmt: skip
+    both = dynmesh.read(tmp_path / "all.npz").known
+    expected = np.logical_and(
+        list(degrade.random_known(40, 2500, 0.5, seed=4)),
+        list(degrade.dropout(40, 2500, 0.3, seed=4)),
+    )
+    np.testing.assert_array_equal(both, expected)
+
+
 def test_info_tells_what_a_file_holds(folder: Path) -> None:
     shown = run("info", folder / "partial.npz").stdout
     for line in ("2500, float32", "4802", "30.0 %", "196", "30"):
@@ -142,5 +177,7 @@ def test_errors_take_one_line_and_leave_nothing(folder: Path, tmp_path: Path) ->
     assert run("complete", code=2).stderr
     for share in ("0", "1", "30", "nan"):
         error = run("degrade", truth, out, "--known", share, code=2).stderr
-        assert f"must be above 0 and below 1, not {share}" in error
+        assert "must be above 0 and below 1, not" in error
+    assert "say what to do" in run("degrade", truth, out, code=2).stderr
+    assert "must be finite" in run("degrade", truth, out, "--noise", "nan", code=2).stderr
     assert run("synth", "lake", out, code=2).stderr

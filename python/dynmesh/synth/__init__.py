@@ -1,8 +1,7 @@
 """Built-in animated meshes: seeded, quick to make, and free of any data to download."""
 
-import numpy as np
-
-from ..sequence import Sequence, check_fps
+from .._checks import check_integer, check_positive
+from ..sequence import Sequence
 from ._choreography import walk
 from ._waves import waves
 
@@ -20,10 +19,10 @@ def ocean(frames: int = 1500, *, grid: int = 50, seed: int = 0, fps: float = 30.
         TypeError: an argument is of the wrong kind.
         ValueError: an argument is out of range.
     """
-    _check_integer("frames", frames, 1)
-    _check_integer("grid", grid, 2)
-    _check_integer("seed", seed, 0)
-    _check_rate(fps)
+    check_integer("frames", frames, 1)
+    check_integer("grid", grid, 2)
+    check_integer("seed", seed, 0)
+    check_positive("fps", fps)
     vertices, faces = waves(frames, grid, seed, fps)
     return Sequence(vertices, faces, fps=float(fps))
 
@@ -43,21 +42,8 @@ def walker(frames: int = 175, *, seed: int = 0, fps: float = 30.0) -> Sequence:
         TypeError: an argument is of the wrong kind.
         ValueError: an argument is out of range.
     """
-    _check_integer("frames", frames, 1)
-    _check_integer("seed", seed, 0)
-    _check_rate(fps)
+    check_integer("frames", frames, 1)
+    check_integer("seed", seed, 0)
+    check_positive("fps", fps)
     vertices, faces = walk(frames, seed)
     return Sequence(vertices, faces, fps=float(fps))
-
-
-def _check_integer(name: str, value: object, least: int) -> None:
-    if isinstance(value, bool) or not isinstance(value, int | np.integer):
-        raise TypeError(f"{name}: must be an integer, not {value!r}")
-    if value < least:
-        raise ValueError(f"{name}: must be at least {least}, not {value!r}")
-
-
-def _check_rate(fps: object) -> None:
-    if isinstance(fps, bool) or not isinstance(fps, int | float | np.integer | np.floating):
-        raise TypeError(f"fps: must be a number, not {fps!r}")
-    check_fps(float(fps))

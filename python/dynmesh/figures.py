@@ -1,0 +1,176 @@
+"""Pictures of meshes, as arrays of pixels: surfaces, known and missing vertices, heatmaps.
+
+Everything is rendered off screen with pyvista (extra `view`).
+"""
+
+import os
+import sys
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._extras import require
+from .sequence import Mask, Positions
+
+Image = NDArray[np.uint8]
+Vector = tuple[float, float, float]
+
+SURFACE_COLOUR = "#d7dce3"
+KNOWN_COLOUR = "#0072b2"
+MISSING_COLOUR = "#d55e00"
+HEATMAP = "viridis"
+HEATMAP_RANGE = 1e-2  # errors of one frame spread over decades
+
+
+@dataclass(frozen=True)
+class View:
+    """Where a mesh is looked at from.
+
+    Attributes:
+        towards_viewer: direction from the mesh to the viewer.
+        up: direction that is up in the picture.
+        box: (2, 3) the corners of the axis-aligned box that fills the picture.
+        size: width and height in pixels.
+    """
+
+    towards_viewer: Vector
+    up: Vector
+    box: NDArray[np.floating[Any]]
+    size: tuple[int, int] = (480, 640)
+
+    @classmethod
+    def of(
+        cls, frames: Positions, up: str, azimuth: float, size: tuple[int, int] = (480, 640)
+    ) -> "View":
+        """Looks at positions from a little above.
+
+        Args:
+            frames: (k, 3) or (n, k, 3); all of them fit in the picture.
+            up: the axis that is up, "x", "y" or "z"; a sheet that lies flat is seen from higher.
+            azimuth: degrees around that axis, from the next axis in x, y, z, x towards the next
+                but one.
+            size: width and height in pixels.
+        """
+        points = frames.reshape(-1, 3)
+        box = np.stack([points.min(axis=0), points.max(axis=0)])
+        axis = "xyz".index(up)
+        extent = box[1] - box[0]
+        flat = extent[axis] < 0.25 * extent.max()
+        towards = np.zeros(3)
+        angle = np.radians(azimuth)
+        towards[[(axis + 1) % 3, (axis + 2) % 3]] = [np.cos(angle), np.sin(angle)]
+        towards[axis] = 0.9 if flat else 0.25
+        upward = np.zeros(3)
+        upward[axis] = 1
+        return cls(_vector(towards), _vector(upward), box, size)
+
+    def around(self, points: Positions) -> "View":
+        """The same view, at the same scale, of (k, 3) positions elsewhere."""
+        middle = (points.min(axis=0) + points.max(axis=0)) / 2
+        half = (self.box[1] - self.box[0]) / 2
+        return replace(self, box=np.stack([middle - half, middle + half]))
+
+
+def render(
+    faces: NDArray[np.integer[Any]],
+    points: Positions,
+    view: View,
+    *,
+    known: Mask | None = None,
+    values: NDArray[np.floating[Any]] | None = None,
+    limit: float | None = None,
+) -> Image:
+    """Draws one frame.
+
+    Args:
+        faces: (m, 3) integers.
+        points: (k, 3) positions.
+        view: where it is looked at from.
+        known: (k,) bool: draws known vertices as blue and missing ones as red dots.
+        values: (k,) not negative: colours the surface on a logarithmic scale up to `limit`.
+        limit: the value of the last colour; the first is for `HEATMAP_RANGE` times that and less.
+
+    Returns:
+        (height, width, 3) uint8, on white.
+
+    Raises:
+        ImportError: pyvista is missing.
+    """
+    pyvista = _pyvista()
+    surface = pyvista.PolyData.from_regular_faces(
+        np.asarray(points, np.float32), np.asarray(faces, np.int64)
+    )
+    plotter = pyvista.Plotter(off_screen=True, window_size=view.size, lighting="light kit")
+    try:
+        plotter.set_background("white")
+        plotter.enable_anti_aliasing("ssaa")
+        if values is None:
+            colour, ambient = (SURFACE_COLOUR, 0.05) if known is None else ("white", 0.4)
+            plotter.add_mesh(surface, color=colour, smooth_shading=True, ambient=ambient)
+        else:
+            plotter.add_mesh(
+                surface,
+                scalars=np.asarray(np.log10(np.maximum(values, 1e-300)), np.float32),
+                cmap=HEATMAP,
+                clim=np.log10([HEATMAP_RANGE * (limit or 1), limit or 1]).tolist(),
+                show_scalar_bar=False,
+                smooth_shading=True,
+                ambient=0.35,
+            )
+        if known is not None:
+            for chosen, colour in ((known, KNOWN_COLOUR), (~known, MISSING_COLOUR)):
+                if chosen.any():
+                    dots = pyvista.PolyData(_in_front(surface.points, view)[chosen])
+                    plotter.add_mesh(dots, color=colour, point_size=4.0, lighting=False)
+        _aim(plotter, view)
+        return np.asarray(plotter.screenshot(return_img=True), np.uint8)[..., :3]
+    finally:
+        plotter.close()
+
+
+def cropped(images: list[Image], margin: int = 12) -> list[Image]:
+    """Cuts the white around the images away, from all alike so that they stay comparable."""
+    marked = np.any([(image < 250).any(axis=2) for image in images], axis=0)
+    rows, columns = np.flatnonzero(marked.any(axis=1)), np.flatnonzero(marked.any(axis=0))
+    if not len(rows):
+        return images
+    top, left = max(rows[0] - margin, 0), max(columns[0] - margin, 0)
+    return [image[top : rows[-1] + margin, left : columns[-1] + margin] for image in images]
+
+
+def _pyvista() -> Any:
+    if sys.platform == "linux" and not os.environ.get("DISPLAY"):
+        # Without a screen: else VTK looks for one and complains that there is none.
+        os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+    return require("pyvista", extra="view")
+
+
+def _vector(values: NDArray[np.floating[Any]]) -> Vector:
+    x, y, z = (float(v) for v in values)
+    return x, y, z
+
+
+def _in_front(points: NDArray[Any], view: View) -> NDArray[Any]:
+    """The points, brought towards the viewer by so little that they show on their surface."""
+    towards = np.asarray(view.towards_viewer)
+    lift = 0.002 * np.linalg.norm(view.box[1] - view.box[0])
+    return np.asarray(points + lift * towards / np.linalg.norm(towards), np.float32)
+
+
+def _aim(plotter: Any, view: View) -> None:
+    centre = view.box.mean(axis=0)
+    towards = np.asarray(view.towards_viewer) / np.linalg.norm(view.towards_viewer)
+    right = np.cross(view.up, towards)
+    right /= np.linalg.norm(right)
+    above = np.cross(towards, right)
+    half = (view.box[1] - view.box[0]) / 2
+    width, height = np.abs(right) @ half, np.abs(above) @ half
+    camera = plotter.camera
+    camera.focal_point = centre
+    camera.position = centre + 4 * np.linalg.norm(half) * towards
+    camera.up = view.up
+    camera.parallel_projection = True
+    camera.parallel_scale = 1.04 * max(height, width * view.size[1] / view.size[0])
+    plotter.reset_camera_clipping_range()

@@ -1,0 +1,125 @@
+"""The paper's evaluation, reproduced: its figures 7 to 11, its claims, and what lies beyond.
+
+Needs the extra `reproduce`.
+"""
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from .. import files, synth
+from ..sequence import Sequence
+from . import charts, pictures, report
+from .claims import verdicts
+from .measure import Subject
+from .study import SCENARIOS, Plan, amount_of_work, study
+
+__all__ = ["reproduce"]
+
+Progress = Callable[[str, int, int], object]
+"""(what is being done, work done, work in all)."""
+
+
+def reproduce(
+    out: Path,
+    *,
+    data: Iterable[Path] = (),
+    quick: bool = False,
+    seed: int = 0,
+    up: str | None = None,
+    azimuth: float | None = None,
+    progress: Progress = lambda _what, _done, _all: None,
+) -> Path:
+    """Runs the evaluation and writes figures, `results.json` and `report.html`.
+
+    Args:
+        out: a folder; it is made if need be, and files in it are replaced.
+        data: sequences in files, or folders of them; without any, the built-in walker and ocean.
+        quick: fewer frames and shares; else everything.
+        seed: of the masks.
+        up: "x", "y" or "z", up in the pictures of `data`; None: z for sheets that lie flat, else y.
+        azimuth: degrees around `up` that the pictures of `data` are taken from; None: 60.
+        progress: is told of work done.
+
+    Returns:
+        The path of `report.html`.
+
+    Raises:
+        ValueError, OSError: a sequence cannot be read, has missing vertices or no second frame.
+        ImportError: matplotlib or pyvista is missing.
+    """
+    plan = Plan.quick() if quick else Plan.full()
+    subjects = _subjects(list(data), plan, up, azimuth)
+    out.mkdir(parents=True, exist_ok=True)
+
+    whole = sum(amount_of_work(subject, plan) for subject in subjects)
+    done = 0
+
+    def advance(frames: int) -> None:
+        nonlocal done
+        done += frames
+        progress(f"measuring {subject.name}", done, whole)
+
+    studies = []
+    for subject in subjects:
+        studies.append(study(subject, plan, seed, advance))
+
+    claims = [verdict for s in studies for verdict in verdicts(s)]
+    drawing: list[Callable[[], Path]] = [
+        lambda: charts.figure7(studies, out),
+        *(lambda s=s: pictures.figure8(s, out) for s in studies),
+        lambda: charts.figure9(studies, out),
+        *(lambda s=s: pictures.figure10(s, out) for s in studies),
+        *(lambda s=s: pictures.figure11(s, out) for s in studies),
+        lambda: charts.figure12(studies, out),
+        *(
+            lambda s=s, name=name: pictures.figure12(s, name, out)
+            for s in studies
+            for name in SCENARIOS
+        ),
+        lambda: charts.figure13(studies, out),
+    ]
+    made = []
+    for number, draw in enumerate(drawing):
+        progress("drawing", number, len(drawing))
+        made.append(draw())
+    progress("drawing", len(drawing), len(drawing))
+    kind = "quick run" if quick else "full run"
+    report.write_results(studies, claims, kind, out)
+    return report.write_report(studies, claims, kind, made, out)
+
+
+def _subjects(data: list[Path], plan: Plan, up: str | None, azimuth: float | None) -> list[Subject]:
+    if not data:
+        walker, ocean = synth.walker(), synth.ocean()
+        return [
+            Subject.of("walker", walker, "z", 20.0, plan.frames),
+            Subject.of("ocean", ocean, "z", 60.0, plan.frames),
+        ]
+    paths = [path for item in data for path in (_in_folder(item) if item.is_dir() else [item])]
+    subjects = []
+    for path in paths:
+        sequence = files.read(path)
+        _check_whole(path, sequence)
+        axis = up or _likely_up(sequence)
+        degrees = 60.0 if azimuth is None else azimuth
+        subjects.append(Subject.of(path.stem, sequence, axis, degrees, plan.frames))
+    return subjects
+
+
+def _in_folder(folder: Path) -> list[Path]:
+    found = sorted(folder.glob("*.npz"))
+    if not found:
+        raise ValueError(f"{folder}: holds no sequence, .npz")
+    return found
+
+
+def _check_whole(path: Path, sequence: Sequence) -> None:
+    if len(sequence.vertices) < 2:
+        raise ValueError(f"{path}: has {len(sequence.vertices)} frames; at least 2 are needed")
+    if sequence.known is not None and not sequence.known.all():
+        raise ValueError(f"{path}: has missing vertices; the evaluation takes whole sequences")
+
+
+def _likely_up(sequence: Sequence) -> str:
+    extent = sequence.vertices[0].max(axis=0) - sequence.vertices[0].min(axis=0)
+    return "z" if extent.argmin() == 2 and extent[2] < 0.25 * extent.max() else "y"

@@ -1,0 +1,107 @@
+"""The methods that are compared, behind one call."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._core import Completer, LaplacianInterpolation, LeastSquaresMesh
+from ..sequence import Mask, Positions
+
+Faces = NDArray[np.integer[Any]]
+
+
+class Completion:
+    """A method at work on one sequence.
+
+    Attributes:
+        complete: (points, known) -> the completed frame.
+        iterations: -> of the last frame, where the method iterates; else 0.
+    """
+
+    def __init__(
+        self,
+        complete: Callable[[Positions, Mask], Positions],
+        iterations: Callable[[], int] = lambda: 0,
+    ) -> None:
+        """Takes both calls."""
+        self.complete = complete
+        self.iterations = iterations
+
+
+@dataclass(frozen=True)
+class Method:
+    """A method by name.
+
+    Attributes:
+        key: in results.json.
+        label: in figures.
+        colour: of the Okabe-Ito palette, which colour-blind readers can tell apart.
+        dash: of its line: "-" for what the paper compares, "--" for what goes beyond.
+        begin: (faces, first frame) -> a completion.
+    """
+
+    key: str
+    label: str
+    colour: str
+    dash: str
+    begin: Callable[[Faces, Positions], Completion]
+
+
+def _motion(revisit: bool) -> Callable[[Faces, Positions], Completion]:
+    def begin(faces: Faces, first_frame: Positions) -> Completion:
+        completer = Completer(faces, first_frame, revisit=revisit)
+        return Completion(completer.push, lambda: completer.report.iterations)
+
+    return begin
+
+
+def _by_itself(
+    make: Callable[[Faces, int], LaplacianInterpolation | LeastSquaresMesh],
+) -> Callable[[Faces, Positions], Completion]:
+    """Each frame without memory, as the paper uses the baselines."""
+
+    def begin(faces: Faces, first_frame: Positions) -> Completion:
+        return Completion(make(faces, len(first_frame)).complete)
+
+    return begin
+
+
+def _on_motion(
+    make: Callable[[Faces, int], LaplacianInterpolation | LeastSquaresMesh],
+) -> Callable[[Faces, Positions], Completion]:
+    """The baseline on motion from the frame that it completed last."""
+
+    def begin(faces: Faces, first_frame: Positions) -> Completion:
+        system = make(faces, len(first_frame))
+        previous: Positions = first_frame
+
+        def complete(points: Positions, known: Mask) -> Positions:
+            nonlocal previous
+            previous = system.complete(points, known, previous=previous)
+            return previous
+
+        return Completion(complete)
+
+    return begin
+
+
+def _harmonic(faces: Faces, n_vertices: int) -> LaplacianInterpolation:
+    return LaplacianInterpolation(faces, n_vertices, objective="harmonic")
+
+
+MOTION = Method("motion", "motion (dynmesh)", "#0072b2", "-", _motion(revisit=True))
+ONCE = Method("once_only", "motion, once only", "#56b4e9", "--", _motion(revisit=False))
+LIA = Method("lia", "LIA, least squares", "#d55e00", "-", _by_itself(LaplacianInterpolation))
+HARMONIC = Method("lia_harmonic", "LIA, harmonic", "#e69f00", "-", _by_itself(_harmonic))
+LSM = Method("lsm", "LSM", "#009e73", "-", _by_itself(LeastSquaresMesh))
+LIA_ON_MOTION = Method(
+    "lia_on_motion", "LIA on motion", "#d55e00", "--", _on_motion(LaplacianInterpolation)
+)
+LSM_ON_MOTION = Method(
+    "lsm_on_motion", "LSM on motion", "#009e73", "--", _on_motion(LeastSquaresMesh)
+)
+
+COMPARED = (MOTION, LIA, HARMONIC, LSM, LIA_ON_MOTION, LSM_ON_MOTION)
