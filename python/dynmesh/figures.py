@@ -88,7 +88,7 @@ def render(
         faces: (m, 3) integers.
         points: (k, 3) positions.
         view: where it is looked at from.
-        known: (k,) bool: draws known vertices as blue and missing ones as red dots.
+        known: (k,) bool: colours the surface blue around known and red around missing vertices.
         values: (k,) not negative: colours the surface on a logarithmic scale up to `limit`.
         limit: the value of the last colour; the first is for `HEATMAP_RANGE` times that and less.
 
@@ -106,24 +106,22 @@ def render(
     try:
         plotter.set_background("white")
         plotter.enable_anti_aliasing("ssaa")
-        if values is None:
-            colour, ambient = (SURFACE_COLOUR, 0.05) if known is None else ("white", 0.4)
-            plotter.add_mesh(surface, color=colour, smooth_shading=True, ambient=ambient)
-        else:
+        if known is not None:
+            colours = np.where(known[:, None], _rgb(KNOWN_COLOUR), _rgb(MISSING_COLOUR))
+            plotter.add_mesh(surface, scalars=colours, rgb=True, smooth_shading=True, ambient=0.3)
+        elif values is not None:
+            scale = np.array([HEATMAP_RANGE, 1]) * (limit or 1)
             plotter.add_mesh(
                 surface,
-                scalars=np.asarray(np.log10(np.maximum(values, 1e-300)), np.float32),
+                scalars=np.log10(np.clip(values, *scale)).astype(np.float32),
                 cmap=HEATMAP,
-                clim=np.log10([HEATMAP_RANGE * (limit or 1), limit or 1]).tolist(),
+                clim=np.log10(scale).tolist(),
                 show_scalar_bar=False,
                 smooth_shading=True,
                 ambient=0.35,
             )
-        if known is not None:
-            for chosen, colour in ((known, KNOWN_COLOUR), (~known, MISSING_COLOUR)):
-                if chosen.any():
-                    dots = pyvista.PolyData(_in_front(surface.points, view)[chosen])
-                    plotter.add_mesh(dots, color=colour, point_size=4.0, lighting=False)
+        else:
+            plotter.add_mesh(surface, color=SURFACE_COLOUR, smooth_shading=True, ambient=0.05)
         _aim(plotter, view)
         return np.asarray(plotter.screenshot(return_img=True), np.uint8)[..., :3]
     finally:
@@ -152,11 +150,8 @@ def _vector(values: NDArray[np.floating[Any]]) -> Vector:
     return x, y, z
 
 
-def _in_front(points: NDArray[Any], view: View) -> NDArray[Any]:
-    """The points, brought towards the viewer by so little that they show on their surface."""
-    towards = np.asarray(view.towards_viewer)
-    lift = 0.002 * np.linalg.norm(view.box[1] - view.box[0])
-    return np.asarray(points + lift * towards / np.linalg.norm(towards), np.float32)
+def _rgb(colour: str) -> NDArray[np.uint8]:
+    return np.frombuffer(bytes.fromhex(colour.removeprefix("#")), np.uint8)
 
 
 def _aim(plotter: Any, view: View) -> None:

@@ -15,7 +15,7 @@ Result = subprocess.CompletedProcess[str]
 
 
 def run(*arguments: str | Path, code: int = 0) -> Result:
-    command = [sys.executable, "-c", "from dynmesh.cli import main; main()", *map(str, arguments)]
+    command = [sys.executable, "-m", "dynmesh", *map(str, arguments)]
     result = subprocess.run(command, capture_output=True, text=True, check=False)
     assert result.returncode == code, result.stderr
     assert "Traceback" not in result.stderr

@@ -160,7 +160,7 @@ def _sheet(
         for axis, title in zip(axes[0], titles, strict=True):
             axis.set_title(title, fontsize=12)
         if limit is not None:
-            _colour_bar(figure, axes[-1], limit)
+            _colour_bar(figure, axes.ravel(), limit)
         return save(figure, folder, name)
 
 
@@ -170,5 +170,7 @@ def _colour_bar(figure: "Figure", axes: NDArray[np.object_], limit: float) -> No
 
     scale = LogNorm(100 * limit * figures.HEATMAP_RANGE, 100 * limit)
     colours = ScalarMappable(scale, figures.HEATMAP)
-    bar = figure.colorbar(colours, ax=axes.tolist(), extend="both", shrink=0.85, pad=0.01)
+    bar = figure.colorbar(
+        colours, ax=axes.tolist(), extend="both", shrink=0.6 if len(axes) > 6 else 0.85, pad=0.01
+    )
     bar.set_label("error / % of diagonal")

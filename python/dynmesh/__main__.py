@@ -1,0 +1,5 @@
+"""`python -m dynmesh` is the command `dynmesh`."""
+
+from .cli import main
+
+main()

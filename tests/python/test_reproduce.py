@@ -1,0 +1,150 @@
+"""The paper's evaluation, on a small sequence."""
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import meshes
+import numpy as np
+import pytest
+
+import dynmesh
+from dynmesh import figures
+
+pytest.importorskip("pyvista")
+pytest.importorskip("matplotlib")
+
+
+def small_sequence() -> dynmesh.Sequence:
+    mesh = meshes.sheet(9)
+    frames = [meshes.turned(mesh.vertices, 0.05 * i) for i in range(9)]
+    return dynmesh.Sequence(np.stack(frames).astype(np.float32), mesh.faces)
+
+
+def reproduce(*arguments: str | Path, code: int = 0) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "dynmesh", "reproduce", *map(str, arguments)]
+    result = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert result.returncode == code, result.stderr
+    assert "Traceback" not in result.stderr
+    return result
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("reproduce")
+    dynmesh.write(folder / "sheet.npz", small_sequence())
+    out = folder / "results"
+    out.mkdir()  # an existing folder is fine
+    reproduce(out, "--quick", "--data", folder)
+    return out
+
+
+def test_every_figure_is_there_and_wide_enough(results: Path) -> None:
+    from PIL import Image
+
+    names = {path.stem for path in results.glob("*.png")}
+    assert names == {
+        "figure7",
+        "figure8_sheet",
+        "figure9",
+        "figure10_sheet",
+        "figure11_sheet",
+        "figure12_camera_and_patches",
+        "figure12_camera_sheet",
+        "figure12_patches_sheet",
+        "figure13_two_readings",
+    }
+    assert names == {path.stem for path in results.glob("*.svg")}
+    for path in results.glob("*.png"):
+        with Image.open(path) as image:
+            assert image.width >= 1200, path
+            assert np.asarray(image.convert("L")).std() > 5, path
+        assert path.stat().st_size < 300_000
+
+
+def test_the_numbers_are_those_of_the_library(results: Path) -> None:
+    numbers = json.loads((results / "results.json").read_text())
+    sheet = numbers["sequences"]["sheet"]
+    assert (sheet["frames"], sheet["vertices"]) == (9, 81)
+    sequence = small_sequence()
+    masks = list(dynmesh.degrade.random_known(9, 81, 0.3, seed=0))
+    completed = np.stack(list(dynmesh.complete(sequence.faces, sequence.vertices, masks)))
+    error = dynmesh.metrics.nmsve(sequence.faces, sequence.vertices, completed)[1:]
+    diagonal = np.linalg.norm(np.ptp(sequence.vertices[0].astype(float), axis=0))
+    motion = sheet["grid"]["motion"]["0.3"]
+    assert motion["nmsve_mean"] == pytest.approx(error.mean() / diagonal)
+    assert motion["unknown_mean"] == 81 - 24
+    smooth = [
+        dynmesh.baselines.laplacian_interpolation(sequence.faces, points, known)
+        for points, known in zip(sequence.vertices, masks, strict=True)
+    ]
+    lia = dynmesh.metrics.nmsve(sequence.faces, sequence.vertices, np.stack(smooth))[1:]
+    assert sheet["grid"]["lia"]["0.3"]["nmsve_mean"] == pytest.approx(lia.mean() / diagonal)
+    assert set(sheet["scenarios"]) == {"camera", "patches"}
+    assert set(sheet["once_only"]) == {"0.1", "0.3", "0.5", "0.7"}
+
+
+def test_the_report_stands_alone_and_judges_every_claim(results: Path) -> None:
+    page = (results / "report.html").read_text()
+    assert not re.search(r"""(src|href)=["'](?!data:)""", page)
+    assert page.count("data:image/png;base64,") == 9
+    claims = json.loads((results / "results.json").read_text())["claims"]
+    assert len(claims) == 12
+    for claim in claims:
+        assert claim["evidence"]
+        assert isinstance(claim["holds"], bool)
+    assert page.count("class='yes'") + page.count("class='no'") == 12
+    assert "motion beats" in page or "motion LOSES to" in page
+
+
+def test_what_cannot_be_evaluated_is_refused(tmp_path: Path) -> None:
+    sequence = small_sequence()
+    single, holed = tmp_path / "single.npz", tmp_path / "holed.npz"
+    dynmesh.write(single, dynmesh.Sequence(sequence.vertices[:1], sequence.faces))
+    known = np.ones((9, 81), bool)
+    known[3, 5] = False
+    dynmesh.write(holed, dynmesh.Sequence(sequence.vertices, sequence.faces, known))
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    for data, message in [
+        (single, "single.npz: has 1 frames; at least 2 are needed"),
+        (holed, "holed.npz: has missing vertices; the evaluation takes whole sequences"),
+        (empty, "empty: holds no sequence, .npz"),
+        (tmp_path / "none.npz", "none.npz: No such file"),
+    ]:
+        error = reproduce(tmp_path / "out", "--quick", "--data", data, code=1).stderr
+        assert message in error
+        assert not (tmp_path / "out").exists()
+
+
+def test_pictures_show_what_they_should(mesh: meshes.Mesh) -> None:
+    view = figures.View.of(mesh.vertices, "z", 60.0, (320, 240))
+
+    def draw(**settings: Any) -> figures.Image:
+        return figures.render(mesh.faces, mesh.vertices, view, **settings)
+
+    plain = draw()
+    assert plain.shape == (240, 320, 3)
+    inked = np.any(plain < 250, axis=2)
+    assert 0.2 < inked.mean() < 0.9
+    rows, columns = np.flatnonzero(np.any(inked, axis=1)), np.flatnonzero(np.any(inked, axis=0))
+    assert rows[0] > 0 < columns[0]  # framed: nothing touches the border
+    assert rows[-1] < 239
+    assert columns[-1] < 319
+
+    k = len(mesh.vertices)
+    all_known = draw(known=np.ones(k, bool)).astype(int)
+    none_known = draw(known=np.zeros(k, bool)).astype(int)
+    assert (all_known[..., 2] - all_known[..., 0])[inked].mean() > 50  # blue
+    assert (none_known[..., 0] - none_known[..., 2])[inked].mean() > 50  # red
+    low = draw(values=np.zeros(k), limit=1.0).astype(int)
+    high = draw(values=np.ones(k), limit=1.0).astype(int)
+    assert high[inked].sum() > 1.5 * low[inked].sum()
+
+    cut = figures.cropped([plain, plain])
+    assert cut[0].shape == cut[1].shape
+    assert cut[0].shape[0] < 240
+    np.testing.assert_array_equal(figures.cropped([np.full((4, 4, 3), 255, np.uint8)])[0], 255)
