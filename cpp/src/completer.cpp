@@ -237,6 +237,10 @@ FrameReport Completer<Real>::complete(Points<Real> completed, Clock::time_point 
   generations_.classify(topology_->cells, known_);  // anchors, satellites, unseen
   const Index iterations = estimator_->estimate(previous_, current_, generations_);  // eq. (3), (4)
   unseen_.place(previous_, current_, generations_);
+  for (std::size_t v = 0; v < n_vertices(); ++v) {
+    // Where the recursion diverges, it must not end in a NaN that never leaves.
+    if (!is_in_range(current_[v])) current_[v] = previous_[v];
+  }
   estimator_->remember(current_);
   std::swap(previous_, current_);
 

@@ -1,34 +1,22 @@
 """The command `dynmesh`: the package for people with a shell and a file."""
 
 import json
-import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any, NoReturn, TypeVar
+from typing import Annotated, Any
 
 import numpy as np
 import typer
 from rich.console import Console
-from rich.markup import escape
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    ProgressColumn,
-    Task,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
 from rich.table import Table
-from rich.text import Text
 
 from . import degrade as degradation
 from . import evaluation, files
 from . import synth as built_in
 from ._core import Completer, __version__
+from ._terminal import WorkBar, fail, say, track
 from .sequence import Mask, Positions
 from .streaming import Settings, complete_pairs
 
@@ -41,9 +29,6 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
-messages = Console(stderr=True)
-
-T = TypeVar("T")
 
 InputPath = Annotated[Path, typer.Argument(metavar="IN", help="A sequence, .npz.")]
 OutputPath = Annotated[Path, typer.Argument(metavar="OUT", help="The result, .npz.")]
@@ -104,7 +89,7 @@ def _options(
 def info(path: InputPath) -> None:
     """Say what a sequence holds, and what is odd about its mesh."""
     with files.open(path) as reader:
-        shares = list(_track(_known_shares(reader), reader.n_frames, "reading"))
+        shares = list(track(_known_shares(reader), reader.n_frames, "reading"))
         first = next(iter(reader)).points
         topology = Completer(reader.faces, first).topology
         table = Table.grid(padding=(0, 2))
@@ -141,7 +126,7 @@ def synth(
     sequence = make(seed=seed) if frames is None else make(frames, seed=seed)
     files.write(output, sequence)
     n_frames, n_vertices, _ = sequence.vertices.shape
-    messages.print(f"{output}: {n_frames} frames of {n_vertices} vertices", highlight=False)
+    say(f"{output}: {n_frames} frames of {n_vertices} vertices")
 
 
 @app.command()
@@ -205,7 +190,7 @@ def degrade(
         with files.create_like(reader, output, with_known=True) as writer:
             frames_known = (frame.known for frame in reader)
             rows = zip(
-                _track(points, reader.n_frames, "degrading"), frames_known, *masks, strict=True
+                track(points, reader.n_frames, "degrading"), frames_known, *masks, strict=True
             )
             for position, *observed in rows:
                 seen = [mask for mask in observed if mask is not None]
@@ -238,7 +223,7 @@ def complete(
     _check_output(output, overwrite, path)
     seconds = []
     with files.open(path) as reader, files.create_like(reader, output) as writer:
-        frames = _track(reader, reader.n_frames, "completing")
+        frames = track(reader, reader.n_frames, "completing")
         with files.naming(path):
             for completed, report in complete_pairs(reader.faces, frames, **settings):
                 writer.append(completed)
@@ -268,16 +253,7 @@ def reproduce(
     """
     from .reproduce import reproduce as run
 
-    with Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TimeElapsedColumn(),
-        TextColumn("of about"),
-        _WholeTime(),
-        console=messages,
-        disable=not messages.is_terminal,
-    ) as progress:
-        task = progress.add_task("beginning", total=None)
+    with WorkBar() as progress:
         page = run(
             output,
             data=data or (),
@@ -285,11 +261,9 @@ def reproduce(
             seed=seed,
             up=None if up is None else up.value,
             azimuth=azimuth,
-            progress=lambda what, done, whole: progress.update(
-                task, description=what, completed=done, total=whole
-            ),
+            progress=progress,
         )
-    messages.print(f"{page}: open it in a browser", highlight=False, soft_wrap=True)
+    say(f"{page}: open it in a browser")
 
 
 @app.command()
@@ -306,7 +280,7 @@ def evaluate(
     all. Frame 0 is left out.
     """
     with files.open(completed) as ours, files.open(reference) as truth:
-        result = evaluation.evaluate(ours, truth, _track(ours, ours.n_frames, "measuring"))
+        result = evaluation.evaluate(ours, truth, track(ours, ours.n_frames, "measuring"))
     if as_json:
         print(json.dumps(_as_json(result), indent=2))
         return
@@ -326,14 +300,9 @@ def main() -> None:
     try:
         app()
     except OSError as error:
-        _fail(f"{error.filename}: {error.strerror}" if error.filename else str(error))
+        fail(f"{error.filename}: {error.strerror}" if error.filename else str(error))
     except (ValueError, TypeError, ImportError) as error:
-        _fail(str(error))
-
-
-def _fail(why: str) -> NoReturn:
-    messages.print(f"[red]dynmesh:[/red] {escape(why)}", highlight=False, soft_wrap=True)
-    sys.exit(1)
+        fail(str(error))
 
 
 def _as_json(result: evaluation.Evaluation) -> dict[str, Any]:
@@ -357,14 +326,12 @@ def _check_output(path: Path, overwrite: bool, source: Path | None = None) -> No
 
 def _say_how_fast(output: Path, seconds: list[float]) -> None:
     if not seconds:
-        messages.print(f"{output}: frame 0 alone; there was nothing to complete", highlight=False)
+        say(f"{output}: frame 0 alone; there was nothing to complete")
         return
     middle = float(np.median(seconds))
-    messages.print(
+    say(
         f"{output}: {len(seconds)} frames completed in {1e3 * middle:.3g} ms each (median), "
-        f"{1 / middle:.0f} frames per second beside reading and writing",
-        highlight=False,
-        soft_wrap=True,
+        f"{1 / middle:.0f} frames per second beside reading and writing"
     )
 
 
@@ -391,29 +358,3 @@ def _describe_shares(shares: list[float]) -> str:
     if not shares:
         return "there is no other frame"
     return f"{100 * np.mean(shares):.1f} % ({100 * min(shares):.1f} to {100 * max(shares):.1f} %)"
-
-
-class _FramesPerSecond(ProgressColumn):
-    def render(self, task: Task) -> Text:
-        rate = task.completed / task.elapsed if task.elapsed else 0
-        return Text(f"{rate:.0f} frames/s", style="progress.data.speed")
-
-
-class _WholeTime(ProgressColumn):
-    def render(self, task: Task) -> Text:
-        if not task.elapsed or task.remaining is None:
-            return Text("?")
-        whole = task.elapsed + (task.time_remaining or 0)
-        return Text(f"{whole / 60:.1f} min" if whole >= 60 else f"{whole:.0f} s")
-
-
-def _track(items: Iterable[T], total: int, what: str) -> Iterator[T]:
-    columns = (
-        TextColumn(what),
-        BarColumn(),
-        MofNCompleteColumn(),
-        _FramesPerSecond(),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=messages, disable=not messages.is_terminal) as progress:
-        yield from progress.track(items, total)

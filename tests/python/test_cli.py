@@ -1,25 +1,14 @@
 """The command line, as a user runs it."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from commands import dynmesh_command as run
 
 import dynmesh
-
-Result = subprocess.CompletedProcess[str]
-
-
-def run(*arguments: str | Path, code: int = 0) -> Result:
-    command = [sys.executable, "-m", "dynmesh", *map(str, arguments)]
-    result = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert result.returncode == code, result.stderr
-    assert "Traceback" not in result.stderr
-    return result
 
 
 @pytest.fixture(scope="module")

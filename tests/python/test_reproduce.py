@@ -2,14 +2,13 @@
 
 import json
 import re
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import meshes
 import numpy as np
 import pytest
+from commands import dynmesh_command
 
 import dynmesh
 from dynmesh import figures
@@ -24,21 +23,13 @@ def small_sequence() -> dynmesh.Sequence:
     return dynmesh.Sequence(np.stack(frames).astype(np.float32), mesh.faces)
 
 
-def reproduce(*arguments: str | Path, code: int = 0) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "dynmesh", "reproduce", *map(str, arguments)]
-    result = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert result.returncode == code, result.stderr
-    assert "Traceback" not in result.stderr
-    return result
-
-
 @pytest.fixture(scope="module")
 def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("reproduce")
     dynmesh.write(folder / "sheet.npz", small_sequence())
     out = folder / "results"
     out.mkdir()  # an existing folder is fine
-    reproduce(out, "--quick", "--data", folder)
+    dynmesh_command("reproduce", out, "--quick", "--data", folder)
     return out
 
 
@@ -115,7 +106,9 @@ def test_what_cannot_be_evaluated_is_refused(tmp_path: Path) -> None:
         (empty, "empty: holds no sequence, .npz"),
         (tmp_path / "none.npz", "none.npz: No such file"),
     ]:
-        error = reproduce(tmp_path / "out", "--quick", "--data", data, code=1).stderr
+        error = dynmesh_command(
+            "reproduce", tmp_path / "out", "--quick", "--data", data, code=1
+        ).stderr
         assert message in error
         assert not (tmp_path / "out").exists()
 

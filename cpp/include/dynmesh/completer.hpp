@@ -36,6 +36,9 @@ struct FrameReport {
 /// `completed` may be the very view that `points` is, or other columns of the same interleaved
 /// buffer; output that would overwrite input in any other way is refused.
 ///
+/// Completed frames are finite always: an estimate that would leave the range above, which takes a
+/// recursion that diverges for long, stays where it was.
+///
 /// One thread at a time per object; different objects are independent.
 template <class Real>
 class DYNMESH_EXPORT Completer {

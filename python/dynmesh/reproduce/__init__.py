@@ -11,12 +11,14 @@ from ..sequence import Sequence
 from . import charts, pictures, report
 from .claims import verdicts
 from .measure import Subject
-from .study import SCENARIOS, Plan, amount_of_work, study
+from .study import SCENARIOS, Plan, seconds_of_work, seconds_per_frame, study
 
 __all__ = ["reproduce"]
 
-Progress = Callable[[str, int, int], object]
-"""(what is being done, work done, work in all)."""
+Progress = Callable[[str, float, float], object]
+"""(what is being done, seconds of work done, in all, as estimated at the beginning)."""
+
+_DRAWING = 0.1  # of the time of measuring, about
 
 
 def reproduce(
@@ -51,17 +53,21 @@ def reproduce(
     subjects = _subjects(list(data), plan, up, azimuth)
     out.mkdir(parents=True, exist_ok=True)
 
-    whole = sum(amount_of_work(subject, plan) for subject in subjects)
-    done = 0
+    costs = [seconds_per_frame(subject, seed) for subject in subjects]
+    work = zip(subjects, costs, strict=True)
+    whole = sum(seconds_of_work(subject, plan, cost) for subject, cost in work)
+    whole *= 1 + _DRAWING
+    done = 0.0
 
-    def advance(frames: int) -> None:
+    def advance(seconds: float) -> None:
         nonlocal done
-        done += frames
+        done += seconds
         progress(f"measuring {subject.name}", done, whole)
 
+    progress("measuring", done, whole)
     studies = []
-    for subject in subjects:
-        studies.append(study(subject, plan, seed, advance))
+    for subject, cost in zip(subjects, costs, strict=True):
+        studies.append(study(subject, plan, seed, cost, advance))
 
     claims = [verdict for s in studies for verdict in verdicts(s)]
     drawing: list[Callable[[], Path]] = [
@@ -80,9 +86,9 @@ def reproduce(
     ]
     made = []
     for number, draw in enumerate(drawing):
-        progress("drawing", number, len(drawing))
+        progress("drawing", done + (whole - done) * number / len(drawing), whole)
         made.append(draw())
-    progress("drawing", len(drawing), len(drawing))
+    progress("done", whole, whole)
     kind = "quick run" if quick else "full run"
     report.write_results(studies, claims, kind, out)
     return report.write_report(studies, claims, kind, made, out)

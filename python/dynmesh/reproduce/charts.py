@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 _ERROR_LABEL = "NMSVE / bounding-box diagonal"
+_LARGEST_SHOWN = 10  # diagonals; what diverges leaves the picture
 
 
 @dataclass(frozen=True)
@@ -129,6 +130,8 @@ def figure13(studies: list[Study], folder: Path) -> Path:
                 _along_frames(axis, study.grid[MOTION.key, share], MOTION, "re-estimated")
                 _along_frames(axis, study.once[share], ONCE, "once only")
                 axis.set(yscale="log", xlabel="frame", title=f"{percent(share)} known")
+                if axis.get_ylim()[1] > _LARGEST_SHOWN:
+                    axis.set_ylim(top=_LARGEST_SHOWN)
             row[0].set(ylabel=f"{study.subject.name}: {_ERROR_LABEL}")
         handles, labels = axes[0, 0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=2)

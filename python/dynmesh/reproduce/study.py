@@ -1,7 +1,8 @@
 """Everything that is measured on one sequence."""
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+import time
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
 
 from .. import degrade
 from ..sequence import Mask
@@ -68,11 +69,24 @@ def pictured_frames(subject: Subject) -> dict[str, tuple[int, ...]]:
     }
 
 
-def amount_of_work(subject: Subject, plan: Plan) -> int:
-    """The number of frames that `study` will complete."""
-    runs = len(plan.sweep) + len(COMPARED) * len(plan.shares) + len(PAPER_SHARES)
-    runs += len(SCENARIOS) * len(COMPARED)
-    return runs * (subject.n_frames - 1)
+def seconds_per_frame(subject: Subject, seed: int) -> dict[str, float]:
+    """What a frame costs with each method, from a few of them: to tell how long a study takes."""
+    few = replace(subject, vertices=subject.vertices[:4])
+    costs = {}
+    for method in (*COMPARED, ONCE):
+        masks = degrade.random_known(few.n_frames, few.n_vertices, 0.3, seed=seed)
+        start = time.perf_counter()
+        run(few, method, masks)
+        costs[method.key] = (time.perf_counter() - start) / (few.n_frames - 1)
+    return costs
+
+
+def seconds_of_work(subject: Subject, plan: Plan, costs: dict[str, float]) -> float:
+    """How long `study` will take, about."""
+    comparisons = len(plan.shares) + len(SCENARIOS)
+    frame = comparisons * sum(costs[method.key] for method in COMPARED)
+    frame += len(plan.sweep) * costs[MOTION.key] + len(PAPER_SHARES) * costs[ONCE.key]
+    return frame * (subject.n_frames - 1)
 
 
 def scenario_masks(name: str, subject: Subject, seed: int) -> list[Mask]:
@@ -85,31 +99,41 @@ def scenario_masks(name: str, subject: Subject, seed: int) -> list[Mask]:
     return list(degrade.patch_known(subject.faces, *shape, 0.3, seed=seed))
 
 
-def study(subject: Subject, plan: Plan, seed: int, advance: Callable[[int], object]) -> Study:
-    """Measures everything on one sequence."""
+def study(
+    subject: Subject,
+    plan: Plan,
+    seed: int,
+    costs: dict[str, float],
+    advance: Callable[[float], object],
+) -> Study:
+    """Measures everything on one sequence, and tells `advance` of the seconds of work done."""
 
     def masks(share: float) -> Iterator[Mask]:
         return degrade.random_known(subject.n_frames, subject.n_vertices, share, seed=seed)
 
-    def measure(method: Method, share: float) -> Run:
-        return run(subject, method, masks(share), keep=pictured, advance=advance)
+    def measure(method: Method, known: Iterable[Mask], *, with_error: bool = True) -> Run:
+        return run(
+            subject,
+            method,
+            known,
+            keep=pictured,
+            advance=lambda frames: advance(frames * costs[method.key]),
+            with_error=with_error,
+        )
 
     pictured = sorted({n for numbers in pictured_frames(subject).values() for n in numbers})
-    sweep = {
-        share: run(subject, MOTION, masks(share), advance=advance, with_error=False)
-        for share in plan.sweep
-    }
+    sweep = {share: measure(MOTION, masks(share), with_error=False) for share in plan.sweep}
     grid = {
-        (method.key, share): measure(method, share) for share in plan.shares for method in COMPARED
+        (method.key, share): measure(method, masks(share))
+        for share in plan.shares
+        for method in COMPARED
     }
-    once = {share: measure(ONCE, share) for share in PAPER_SHARES}
+    once = {share: measure(ONCE, masks(share)) for share in PAPER_SHARES}
     scenarios = {}
     for name in SCENARIOS:
         hidden = scenario_masks(name, subject, seed)
         for method in COMPARED:
-            scenarios[name, method.key] = run(
-                subject, method, hidden, keep=pictured, advance=advance
-            )
+            scenarios[name, method.key] = measure(method, hidden)
     return Study(subject, sweep, grid, once, scenarios)
 
 

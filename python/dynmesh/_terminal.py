@@ -1,0 +1,85 @@
+"""What people see in a terminal: messages and progress, all on standard error."""
+
+import sys
+from collections.abc import Iterable, Iterator
+from typing import NoReturn, TypeVar
+
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    ProgressColumn,
+    Task,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+from rich.text import Text
+
+T = TypeVar("T")
+
+_console = Console(stderr=True)
+
+
+def say(message: str) -> None:
+    """Prints a line as it is."""
+    _console.print(escape(message), highlight=False, soft_wrap=True)
+
+
+def fail(why: str) -> NoReturn:
+    """Ends the program with one line that says what went wrong."""
+    _console.print(f"[red]dynmesh:[/red] {escape(why)}", highlight=False, soft_wrap=True)
+    sys.exit(1)
+
+
+def track(items: Iterable[T], total: int, what: str) -> Iterator[T]:
+    """Passes items on while a bar shows how many have gone by, and how fast."""
+    columns = (
+        TextColumn(what),
+        BarColumn(),
+        MofNCompleteColumn(),
+        _FramesPerSecond(),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=_console, disable=not _console.is_terminal) as progress:
+        yield from progress.track(items, total)
+
+
+class WorkBar:
+    """A bar for work that is measured in seconds.
+
+    Use it in a ``with`` statement; it is a callback (what is being done, done, in all).
+    """
+
+    def __init__(self) -> None:
+        """Shows nothing yet."""
+        columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+        self._progress = Progress(*columns, console=_console, disable=not _console.is_terminal)
+        self._task = self._progress.add_task("beginning", total=None)
+
+    def __enter__(self) -> "WorkBar":
+        """Begins."""
+        self._progress.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Ends."""
+        self._progress.stop()
+
+    def __call__(self, what: str, done: float, whole: float) -> None:
+        """Shows how far the work is, and at the beginning how long it will take."""
+        if done == 0:
+            say(f"This takes about {_in_words(whole)}.")
+        self._progress.update(self._task, description=what, completed=done, total=whole)
+
+
+def _in_words(seconds: float) -> str:
+    return f"{seconds:.0f} seconds" if seconds < 90 else f"{seconds / 60:.0f} minutes"
+
+
+class _FramesPerSecond(ProgressColumn):
+    def render(self, task: Task) -> Text:
+        rate = task.completed / task.elapsed if task.elapsed else 0
+        return Text(f"{rate:.0f} frames/s", style="progress.data.speed")
