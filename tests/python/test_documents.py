@@ -71,6 +71,12 @@ def test_the_table_of_errors_is_what_the_command_prints(data: Path, tmp_path: Pa
     assert printed.strip() in README
 
 
-def test_links_lead_somewhere() -> None:
-    for target in re.findall(r"\]\(([^)#]+)\)", README):
-        assert (REPOSITORY / target).exists(), target
+@pytest.mark.parametrize("name", ["README.md", "docs/results.md"])
+def test_links_lead_somewhere(name: str) -> None:
+    document = REPOSITORY / name
+    targets = re.findall(r"\]\(([^)#]+)\)", document.read_text())
+    assert targets
+    for target in targets:
+        path = document.parent / target
+        assert path.exists(), target
+        assert path.suffix != ".png" or path.stat().st_size < 300_000, target

@@ -39,7 +39,7 @@ def new_figure(width: float, height: float) -> Iterator["Figure"]:
 def save(figure: "Figure", folder: Path, name: str) -> Path:
     """Writes NAME.png and NAME.svg, and returns the path of the PNG.
 
-    A palette of 256 colours, picked by clustering, keeps the files a third of the size.
+    A palette of 128 colours, picked by clustering, keeps the files a third of the size.
     """
     image_module = require("PIL.Image", extra="reproduce")
     path = folder / f"{name}.png"
@@ -48,7 +48,7 @@ def save(figure: "Figure", folder: Path, name: str) -> Path:
     with image_module.open(path) as image:
         method = image_module.Quantize.MAXCOVERAGE
         dither = image_module.Dither.NONE
-        small = image.convert("RGB").quantize(256, method=method, kmeans=3, dither=dither)
+        small = image.convert("RGB").quantize(128, method=method, kmeans=3, dither=dither)
     small.save(path, optimize=True)
     return path
 
