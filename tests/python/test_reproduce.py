@@ -113,6 +113,15 @@ def test_what_cannot_be_evaluated_is_refused(tmp_path: Path) -> None:
         assert not (tmp_path / "out").exists()
 
 
+def test_a_sequence_that_stands_still_is_evaluated_too(tmp_path: Path) -> None:
+    sequence = small_sequence()
+    still = np.repeat(sequence.vertices[:1], 3, axis=0)
+    dynmesh.write(tmp_path / "still.npz", dynmesh.Sequence(still, sequence.faces))
+    dynmesh_command("reproduce", tmp_path / "out", "--quick", "--data", tmp_path / "still.npz")
+    numbers = json.loads((tmp_path / "out" / "results.json").read_text())
+    assert numbers["sequences"]["still"]["grid"]["motion"]["0.5"]["nmsve_mean"] == 0
+
+
 def test_pictures_show_what_they_should(mesh: meshes.Mesh) -> None:
     view = figures.View.of(mesh.vertices, "z", 60.0, (320, 240))
 

@@ -131,9 +131,10 @@ def figure13(studies: list[Study], folder: Path) -> Path:
                 _along_frames(axis, study.once[share], ONCE, "once only")
                 axis.set(yscale="log", xlabel="frame", title=f"{percent(share)} known")
             curves = [study.grid[MOTION.key, share].nmsve for share in PAPER_SHARES]
-            curves += [run.nmsve for run in study.once.values()]
-            least, most = np.min(curves), np.max(curves)
-            row[0].set_ylim(0.7 * least, min(1.4 * most, _LARGEST_SHOWN))
+            errors = np.concatenate([*curves, *(run.nmsve for run in study.once.values())])
+            errors = errors[errors > 0]
+            if len(errors):
+                row[0].set_ylim(0.7 * errors.min(), min(1.4 * errors.max(), _LARGEST_SHOWN))
             row[0].set(ylabel=f"{study.subject.name}: {_ERROR_LABEL}")
         handles, labels = axes[0, 0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=2)

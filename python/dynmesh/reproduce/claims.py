@@ -7,7 +7,7 @@ import numpy as np
 
 from .charts import LinearFit
 from .methods import HARMONIC, LIA, LSM, MOTION, Method
-from .study import Study
+from .study import SCENARIOS, Study
 from .style import percent, scientific
 
 _REAL_TIME = 16.0  # ms: a frame at 60 Hz
@@ -45,15 +45,20 @@ def verdicts(study: Study) -> list[Verdict]:
 
 
 def where_better(study: Study, rival: Method) -> list[str]:
-    """In words: at each share, by how much motion beats a rival or loses to it."""
+    """In words: in each setting, by how much motion beats a rival or loses to it."""
+    settings = {
+        f"{percent(share)} known": (study.grid[MOTION.key, share], study.grid[rival.key, share])
+        for share in _shares(study)
+    }
+    for name, words in SCENARIOS.items():
+        settings[words] = study.scenarios[name, MOTION.key], study.scenarios[name, rival.key]
     lines = []
-    for share in _shares(study):
-        ours, theirs = study.grid[MOTION.key, share], study.grid[rival.key, share]
-        error = theirs.nmsve.mean() / ours.nmsve.mean()
+    for setting, (ours, theirs) in settings.items():
+        error = _ratio(float(theirs.nmsve.mean()), float(ours.nmsve.mean()))
         speed = np.median(theirs.seconds) / np.median(ours.seconds)
         outcome = "beats" if error > 1 else "LOSES to"
         lines.append(
-            f"{study.subject.name}, {percent(share)} known: motion {outcome} {rival.label}, "
+            f"{study.subject.name}, {setting}: motion {outcome} {rival.label}, "
             f"whose error is {error:.2f} and whose time is {speed:.3g} times that of motion."
         )
     return lines
@@ -101,16 +106,18 @@ def _iterations(study: Study) -> tuple[bool, str]:
     return bool((np.diff(means) <= 1e-9).all()), words
 
 
+def _ratio(a: float, b: float) -> float:
+    return a / b if b > 0 else float("inf")
+
+
 def _better_than(study: Study, rivals: tuple[Method, ...]) -> tuple[bool, str]:
+    theirs = [_errors(study, rival) for rival in rivals]
     ratios = {
-        share: min(float(study.grid[rival.key, share].nmsve.mean()) for rival in rivals) / error
+        share: _ratio(min(errors[share] for errors in theirs), error)
         for share, error in _errors(study, MOTION).items()
     }
-    words = (
-        "error of the best of " + " and ".join(r.label for r in rivals)
-        if len(rivals) > 1
-        else ("error of " + rivals[0].label)
-    )
+    names = " and ".join(rival.label for rival in rivals)
+    words = f"error of {names} (the better one)" if len(rivals) > 1 else f"error of {names}"
     return min(ratios.values()) > 1, f"{words} over that of motion: {_at_shares(ratios)}"
 
 
@@ -148,7 +155,7 @@ def _trend(times: dict[float, float]) -> float:
 
 def _lia_like_lsm(study: Study) -> tuple[bool, str]:
     lia, lsm = _errors(study, LIA), _errors(study, LSM)
-    ratios = {share: lsm[share] / lia[share] for share in lia}
+    ratios = {share: _ratio(lsm[share], lia[share]) for share in lia}
     similar = all(1 / 1.5 < ratio < 1.5 for ratio in ratios.values())
     return similar, f"error of LSM over that of LIA: {_at_shares(ratios)}"
 
