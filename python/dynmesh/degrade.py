@@ -268,11 +268,11 @@ class _Purpose(IntEnum):
     OUTLIERS = 4
 
 
-def _rng(purpose: _Purpose, seed: int, *numbers: int) -> np.random.Generator:
+def _rng(purpose: _Purpose, seed: int, *numbers: int) -> "np.random.Generator":
     return np.random.default_rng([seed, *numbers, purpose])
 
 
-def _choose(rng: np.random.Generator, n_vertices: int, share: float) -> _Integers:
+def _choose(rng: "np.random.Generator", n_vertices: int, share: float) -> _Integers:
     return rng.choice(n_vertices, max(1, round(share * n_vertices)), replace=False)
 
 
