@@ -90,7 +90,7 @@ def reproduce(
         made.append(draw())
     progress("done", whole, whole)
     kind = "quick run" if quick else "full run"
-    report.write_results(studies, claims, kind, out)
+    report.write_results(studies, claims, kind, seed, out)
     return report.write_report(studies, claims, kind, made, out)
 
 

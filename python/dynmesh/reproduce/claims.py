@@ -44,24 +44,29 @@ def verdicts(study: Study) -> list[Verdict]:
     return [Verdict(claim, name, *check(study)) for claim, check in checks]
 
 
-def where_better(study: Study, rival: Method) -> list[str]:
-    """In words: in each setting, by how much motion beats a rival or loses to it."""
+@dataclass(frozen=True)
+class Comparison:
+    """A rival's mean error and median time over those of motion: above 1, motion is better."""
+
+    error: float
+    time: float
+
+
+def compare(study: Study, rival: Method) -> dict[str, Comparison]:
+    """Motion against a rival in every setting, described in words."""
     settings = {
         f"{percent(share)} known": (study.grid[MOTION.key, share], study.grid[rival.key, share])
         for share in _shares(study)
     }
     for name, words in SCENARIOS.items():
         settings[words] = study.scenarios[name, MOTION.key], study.scenarios[name, rival.key]
-    lines = []
-    for setting, (ours, theirs) in settings.items():
-        error = _ratio(float(theirs.nmsve.mean()), float(ours.nmsve.mean()))
-        speed = np.median(theirs.seconds) / np.median(ours.seconds)
-        outcome = "beats" if error > 1 else "LOSES to"
-        lines.append(
-            f"{study.subject.name}, {setting}: motion {outcome} {rival.label}, "
-            f"whose error is {error:.2f} and whose time is {speed:.3g} times that of motion."
+    return {
+        setting: Comparison(
+            _ratio(float(theirs.nmsve.mean()), float(ours.nmsve.mean())),
+            float(np.median(theirs.seconds) / np.median(ours.seconds)),
         )
-    return lines
+        for setting, (ours, theirs) in settings.items()
+    }
 
 
 def _shares(study: Study) -> list[float]:

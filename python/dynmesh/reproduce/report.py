@@ -11,8 +11,8 @@ import numpy as np
 
 from .._core import __version__
 from .charts import LinearFit
-from .claims import Verdict, where_better
-from .methods import COMPARED, LIA, LIA_ON_MOTION, LSM, LSM_ON_MOTION
+from .claims import Verdict, compare
+from .methods import COMPARED, MOTION
 from .study import PAPER_SHARES, SCENARIOS, Study
 from .style import percent, scientific
 
@@ -41,13 +41,16 @@ _TITLES = {
 }
 
 
-def write_results(studies: list[Study], claims: list[Verdict], plan: str, folder: Path) -> Path:
+def write_results(
+    studies: list[Study], claims: list[Verdict], plan: str, seed: int, folder: Path
+) -> Path:
     """Writes all numbers as JSON, NMSVE in bounding-box diagonals."""
     results = {
         "dynmesh": __version__,
         "numpy": np.__version__,
         "machine": platform.machine(),
         "plan": plan,
+        "seed": seed,
         "sequences": {study.subject.name: _numbers(study) for study in studies},
         "claims": [asdict(verdict) for verdict in claims],
     }
@@ -69,14 +72,10 @@ def write_report(
         f"machine, one thread; NMSVE is in bounding-box diagonals of the first frame.</p>",
         "<h2>The claims</h2>",
         _claims_table(claims),
-        "<h2>Where motion is better, and where not</h2><ul>",
-        *(
-            f"<li>{escape(line)}</li>"
-            for study in studies
-            for rival in (LIA, LSM, LIA_ON_MOTION, LSM_ON_MOTION)
-            for line in where_better(study, rival)
-        ),
-        "</ul>",
+        "<h2>Where motion is better, and where not</h2>",
+        "<p>Each rival's error and time as multiples of those of motion: above 1, motion is "
+        "better; <span class='no'>below 1</span>, the rival is.</p>",
+        *(_comparison_table(study) for study in studies),
         *(_error_table(study) for study in studies),
         "<h2>Figures</h2>",
     ]
@@ -124,6 +123,29 @@ def _claims_table(claims: list[Verdict]) -> str:
     ]
     head = "<tr><th>claim</th><th>sequence</th><th>verdict</th><th>measured</th></tr>"
     return f"<table>{head}{''.join(rows)}</table>"
+
+
+def _comparison_table(study: Study) -> str:
+    rivals = [method for method in COMPARED if method is not MOTION]
+    columns = [compare(study, rival) for rival in rivals]
+    head = "".join(
+        f"<th>{escape(c)}</th>" for c in [study.subject.name, *(r.label for r in rivals)]
+    )
+    rows = [
+        f"<tr><td>{escape(setting)}</td>"
+        + "".join(
+            f"<td class='number'>error {_factor(column[setting].error)}<br>"
+            f"time {_factor(column[setting].time)}</td>"
+            for column in columns
+        )
+        + "</tr>"
+        for setting in columns[0]
+    ]
+    return f"<table><tr>{head}</tr>{''.join(rows)}</table>"
+
+
+def _factor(value: float) -> str:
+    return f"{value:.2f}" if value >= 1 else f"<span class='no'>{value:.2f}</span>"
 
 
 def _error_table(study: Study) -> str:
