@@ -50,6 +50,11 @@ class Axis(StrEnum):
     y = "y"
     z = "z"
 
+    @property
+    def vector(self) -> tuple[float, float, float]:
+        """Its unit vector."""
+        return float(self == Axis.x), float(self == Axis.y), float(self == Axis.z)
+
 
 class Unseen(StrEnum):
     """What becomes of vertices that no edges tie to a known one."""
@@ -139,7 +144,7 @@ def degrade(
     ] = None,
     camera: Annotated[
         int | None,
-        typer.Option(metavar="N", min=1, help="Keep what N cameras see that circle the mesh."),
+        typer.Option(metavar="N", min=1, help="Keep what N cameras see that circle around --up."),
     ] = None,
     patches: Annotated[
         float | None,
@@ -156,6 +161,7 @@ def degrade(
         float | None,
         typer.Option(metavar="SHARE", help="Put this share of the vertices far from where it is."),
     ] = None,
+    up: Annotated[Axis, typer.Option(help="The axis that cameras circle around.")] = Axis.z,
     seed: Seed = 0,
     overwrite: Overwrite = False,
 ) -> None:
@@ -176,7 +182,7 @@ def degrade(
             if known is not None:
                 masks.append(degradation.random_known(*shape, known, seed=seed))
             if camera is not None:
-                cameras = degradation.orbit(_bounding_box(reader), camera)
+                cameras = degradation.orbit(_bounding_box(reader), camera, up=up.vector)
                 frames = (frame.points for frame in reader)
                 masks.append(degradation.camera_known(frames, reader.faces, cameras))
             if patches is not None:
@@ -192,11 +198,15 @@ def degrade(
             rows = zip(
                 track(points, reader.n_frames, "degrading"), frames_known, *masks, strict=True
             )
+            n_known = -reader.n_vertices  # frame 0 is whole in any case
             for position, *observed in rows:
                 seen = [mask for mask in observed if mask is not None]
                 kept = np.logical_and.reduce(seen) if seen else np.ones(len(position), np.bool_)
                 # What is not known must not be there to be peeked at.
                 writer.append(np.where(kept[:, None], position, reader.dtype.type(np.nan)), kept)
+                n_known += int(kept.sum())
+        share = n_known / max(1, (reader.n_frames - 1) * reader.n_vertices)
+    say(f"{output}: {100 * share:.1f} % of the vertices known after frame 0")
 
 
 @app.command()

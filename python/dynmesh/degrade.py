@@ -124,7 +124,8 @@ def patch_known(
     Each patch is grown ring by ring through the cells, around a vertex picked at random. It stays
     for `lifetime` frames and is then followed by another one elsewhere. The patches do this in
     turn, which is why the first ones have shorter lives. They may overlap: they are equally large,
-    such that all of them together hide `share` on the average over many lives.
+    such that all of them together hide about `share` on the average over many lives, somewhat less
+    where that is more than half, as the middle of a mesh is covered more often than its ends.
 
     Args:
         faces: (m, 3) integers.

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ._core import cells
 from ._extras import require
 from .sequence import Mask, Positions
 
@@ -19,7 +20,7 @@ Vector = tuple[float, float, float]
 
 SURFACE_COLOUR = "#d7dce3"
 KNOWN_COLOUR = "#0072b2"
-MISSING_COLOUR = "#d55e00"
+MISSING_COLOUR = "#cc3311"
 HEATMAP = "viridis"
 HEATMAP_RANGE = 1e-2  # errors of one frame spread over decades
 
@@ -53,6 +54,8 @@ class View:
                 but one.
             size: width and height in pixels.
         """
+        if up not in ("x", "y", "z"):
+            raise ValueError(f"up: must be 'x', 'y' or 'z', not {up!r}")
         points = frames.reshape(-1, 3)
         box = np.stack([points.min(axis=0), points.max(axis=0)])
         axis = "xyz".index(up)
@@ -90,14 +93,18 @@ def render(
         view: where it is looked at from.
         known: (k,) bool: colours the surface blue around known and red around missing vertices.
         values: (k,) not negative: colours the surface on a logarithmic scale up to `limit`.
-        limit: the value of the last colour; the first is for `HEATMAP_RANGE` times that and less.
+        limit: with `values`, that of the last colour; the first is for `HEATMAP_RANGE` times it
+            and less.
 
     Returns:
         (height, width, 3) uint8, on white.
 
     Raises:
         ImportError: pyvista is missing.
+        ValueError, TypeError: a face refers to no vertex, a position or value is not finite,
+            another shape, a limit that is not positive, or both `known` and `values`.
     """
+    _check(faces, points, known, values, limit)
     pyvista = _pyvista()
     surface = pyvista.PolyData.from_regular_faces(
         np.asarray(points, np.float32), np.asarray(faces, np.int64)
@@ -110,7 +117,7 @@ def render(
             colours = np.where(known[:, None], _rgb(KNOWN_COLOUR), _rgb(MISSING_COLOUR))
             plotter.add_mesh(surface, scalars=colours, rgb=True, smooth_shading=True, ambient=0.3)
         elif values is not None:
-            scale = np.array([HEATMAP_RANGE, 1]) * (limit or 1)
+            scale = np.array([HEATMAP_RANGE, 1]) * limit
             plotter.add_mesh(
                 surface,
                 scalars=np.log10(np.clip(values, *scale)).astype(np.float32),
@@ -136,6 +143,30 @@ def cropped(images: list[Image], margin: int = 12) -> list[Image]:
         return images
     top, left = max(rows[0] - margin, 0), max(columns[0] - margin, 0)
     return [image[top : rows[-1] + margin, left : columns[-1] + margin] for image in images]
+
+
+def _check(
+    faces: NDArray[np.integer[Any]],
+    points: Positions,
+    known: Mask | None,
+    values: NDArray[np.floating[Any]] | None,
+    limit: float | None,
+) -> None:
+    """VTK trusts its input: a face out of range would end the process."""
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise ValueError(f"points: must have shape (k, 3), not {points.shape}")
+    cells(faces, len(points))
+    for name, array in (("known", known), ("values", values)):
+        if array is not None and array.shape != (len(points),):
+            raise ValueError(f"{name}: must have shape ({len(points)},), not {array.shape}")
+    for name, numbers in (("points", points), ("values", values)):
+        if numbers is not None and not np.isfinite(numbers).all():
+            row = int(np.argwhere(~np.isfinite(numbers))[0][0])
+            raise ValueError(f"{name}: row {row} is not finite")
+    if known is not None and values is not None:
+        raise ValueError("values: there is one colour to a vertex, and known takes it")
+    if values is not None and not (limit is not None and np.isfinite(limit) and limit > 0):
+        raise ValueError(f"limit: must be positive and finite, not {limit}")
 
 
 def _pyvista() -> Any:

@@ -100,6 +100,15 @@ def test_what_cannot_be_evaluated_is_refused(tmp_path: Path) -> None:
     dynmesh.write(holed, dynmesh.Sequence(sequence.vertices, sequence.faces, known))
     empty = tmp_path / "empty"
     empty.mkdir()
+    twin = tmp_path / "twin"
+    twin.mkdir()
+    whole = tmp_path / "whole.npz"
+    dynmesh.write(whole, sequence)
+    dynmesh.write(twin / "whole.npz", sequence)
+    twice = dynmesh_command(
+        "reproduce", tmp_path / "out", "--data", whole, "--data", twin, code=1
+    ).stderr
+    assert "another sequence is called whole too" in twice
     for data, message in [
         (single, "single.npz: has 1 frames; at least 2 are needed"),
         (holed, "holed.npz: has missing vertices; the evaluation takes whole sequences"),
@@ -150,3 +159,34 @@ def test_pictures_show_what_they_should(mesh: meshes.Mesh) -> None:
     assert cut[0].shape == cut[1].shape
     assert cut[0].shape[0] < 240
     np.testing.assert_array_equal(figures.cropped([np.full((4, 4, 3), 255, np.uint8)])[0], 255)
+
+
+@pytest.mark.parametrize(
+    ("message", "settings"),
+    [
+        ("faces: face 0 refers to vertex 49", {"faces": np.array([[0, 1, 49]])}),
+        (
+            "points: row 3 is not finite",
+            {"points": np.where(np.arange(49)[:, None] == 3, np.nan, 1.0) * np.ones(3)},
+        ),
+        ("points: must have shape", {"points": np.zeros((49, 2))}),
+        ("known: must have shape", {"known": np.ones(3, bool)}),
+        ("values: must have shape", {"values": np.ones(3), "limit": 1.0}),
+        ("values: row 0 is not finite", {"values": np.full(49, np.nan), "limit": 1.0}),
+        (
+            "values: there is one colour",
+            {"values": np.ones(49), "known": np.ones(49, bool), "limit": 1.0},
+        ),
+        ("limit: must be positive and finite, not 0", {"values": np.ones(49), "limit": 0.0}),
+        ("limit: must be positive and finite, not None", {"values": np.ones(49)}),
+    ],
+)
+def test_bad_pictures_are_refused(
+    mesh: meshes.Mesh, message: str, settings: dict[str, Any]
+) -> None:
+    view = figures.View.of(mesh.vertices, "z", 0.0)
+    arguments: dict[str, Any] = {"faces": mesh.faces, "points": mesh.vertices, "view": view}
+    with pytest.raises(ValueError, match=message):
+        figures.render(**arguments | settings)
+    with pytest.raises(ValueError, match="up: must be 'x', 'y' or 'z', not 'w'"):
+        figures.View.of(mesh.vertices, "w", 0.0)

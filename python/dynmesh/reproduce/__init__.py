@@ -89,7 +89,7 @@ def reproduce(
         progress("drawing", done + (whole - done) * number / len(drawing), whole)
         made.append(draw())
     progress("done", whole, whole)
-    kind = "quick run" if quick else "full run"
+    kind = f"quick run, of the first {plan.frames} frames" if quick else "full run"
     report.write_results(studies, claims, kind, seed, out)
     return report.write_report(studies, claims, kind, made, out)
 
@@ -102,8 +102,10 @@ def _subjects(data: list[Path], plan: Plan, up: str | None, azimuth: float | Non
             Subject.of("ocean", ocean, "z", 60.0, plan.frames),
         ]
     paths = [path for item in data for path in (_in_folder(item) if item.is_dir() else [item])]
-    subjects = []
+    subjects: list[Subject] = []
     for path in paths:
+        if any(subject.name == path.stem for subject in subjects):
+            raise ValueError(f"{path}: another sequence is called {path.stem} too; rename one")
         sequence = files.read(path)
         _check_whole(path, sequence)
         axis = up or _likely_up(sequence)

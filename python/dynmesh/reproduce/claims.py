@@ -27,7 +27,7 @@ def verdicts(study: Study) -> list[Verdict]:
     """Every claim of the paper that one study can speak to."""
     checks: list[tuple[str, Callable[[Study], tuple[bool, str]]]] = [
         ("All missing vertices are always recovered.", _all_recovered),
-        ("Time increases linearly with the number of unknown vertices.", _linear),
+        ("Time increases linearly with the number of unknown vertices (R² above 0.9).", _linear),
         ("The fewer vertices are known, the more iterations a frame takes.", _iterations),
         ("Motion is more accurate than LIA at every share of known vertices.", _better_than_lia),
         ("Motion is more accurate than LSM at every share of known vertices.", _better_than_lsm),
@@ -35,7 +35,7 @@ def verdicts(study: Study) -> list[Verdict]:
         ("Motion becomes faster as more vertices are known.", _faster_with_more),
         ("LIA becomes slower as more vertices are known.", _lia_slower_with_more),
         ("LIA and LSM have similar errors (within a factor of 1.5).", _lia_like_lsm),
-        ("LIA is smoothed even where most vertices are known (70 %: twice the error of motion).",
+        ("LIA loses detail even where most vertices are known (70 %: twice the error of motion).",
          _lia_smooth),
         ("Quality is high above 30 % known (NMSVE below 0.1 % of the diagonal).", _high_quality),
         ("Fast enough for real time (16 ms a frame).", _real_time),
@@ -89,12 +89,14 @@ def _at_shares(values: dict[float, float]) -> str:
 
 
 def _all_recovered(study: Study) -> tuple[bool, str]:
-    finite = all(
-        np.isfinite(frame).all() for run in study.grid.values() for frame in run.frames.values()
-    )
-    least = min(study.sweep)
-    most = study.sweep[least].unknown.max()
-    return finite, f"up to {most} of {study.subject.n_vertices} vertices missing, all filled in"
+    runs = [*study.sweep.values()]
+    runs += [run for (key, _), run in study.grid.items() if key == MOTION.key]
+    runs += [run for (_, key), run in study.scenarios.items() if key == MOTION.key]
+    most = max(run.unknown.max() for run in runs)
+    n_frames = sum(len(run.seconds) for run in runs)
+    words = f"up to {most} of {study.subject.n_vertices} vertices missing, {n_frames} frames, "
+    whole = all(run.whole for run in runs)
+    return whole, words + ("all filled in" if whole else "not all filled in")
 
 
 def _linear(study: Study) -> tuple[bool, str]:
@@ -177,5 +179,7 @@ def _high_quality(study: Study) -> tuple[bool, str]:
 
 
 def _real_time(study: Study) -> tuple[bool, str]:
-    slowest = max(1e3 * float(np.percentile(run.seconds, 99)) for run in study.sweep.values())
-    return slowest < _REAL_TIME, f"99 of 100 frames within {slowest:.3g} ms at every share"
+    milliseconds = 1e3 * np.concatenate([run.seconds for run in study.sweep.values()])
+    usual = float(np.percentile(milliseconds, 95))
+    words = f"19 of 20 frames, of all shares, within {usual:.3g} ms; the slowest took "
+    return usual < _REAL_TIME, f"{words}{milliseconds.max():.3g} ms"

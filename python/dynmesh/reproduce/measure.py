@@ -69,12 +69,13 @@ class Run:
     """One method over one sequence; entry i belongs to frame i + 1.
 
     Attributes:
-        nmsve: in bounding-box diagonals.
+        nmsve: in bounding-box diagonals; NaN where it was not measured.
         seconds: wall time of the method alone.
         iterations: where it iterates.
         unknown: number of unknown vertices.
         frames: completed frames that were asked for, by number.
         masks: their known masks.
+        whole: whether every position of every frame was filled in, with a finite value.
     """
 
     nmsve: Floats
@@ -83,14 +84,18 @@ class Run:
     unknown: NDArray[np.int64]
     frames: dict[int, Positions]
     masks: dict[int, Mask]
+    whole: bool = True
 
     def summary(self) -> dict[str, float]:
         """What results.json holds of a run."""
-        return {
+        error = {
             "nmsve_mean": float(self.nmsve.mean()),
             "nmsve_p10": float(np.percentile(self.nmsve, 10)),
             "nmsve_p90": float(np.percentile(self.nmsve, 90)),
             "nmsve_last": float(self.nmsve[-1]),
+        }
+        measured = {} if np.isnan(self.nmsve).any() else error
+        return measured | {
             "milliseconds_median": float(1e3 * np.median(self.seconds)),
             "milliseconds_p25": float(1e3 * np.percentile(self.seconds, 25)),
             "milliseconds_p75": float(1e3 * np.percentile(self.seconds, 75)),
@@ -116,10 +121,12 @@ def run(
         masks: (k,) bool for every frame, that of frame 0 included.
         keep: numbers of frames to keep.
         advance: is told of frames done.
-        with_error: whether NMSVE is measured; else it is zero.
+        with_error: whether NMSVE is measured.
     """
     n = subject.n_frames - 1
-    result = Run(np.zeros(n), np.zeros(n), np.zeros(n, np.int64), np.zeros(n, np.int64), {}, {})
+    result = Run(
+        np.full(n, np.nan), np.zeros(n), np.zeros(n, np.int64), np.zeros(n, np.int64), {}, {}
+    )
     kept = set(keep)
     completion = method.begin(subject.faces, subject.vertices[0])
     waiting: list[Positions] = []
@@ -134,6 +141,7 @@ def run(
         if number in kept:
             result.frames[number] = completed
             result.masks[number] = known
+        result.whole = result.whole and bool(np.isfinite(completed).all())
         waiting.append(completed)
         if len(waiting) == _FRAMES_AT_ONCE or number == n:
             if with_error:

@@ -36,19 +36,21 @@ def new_figure(width: float, height: float) -> Iterator["Figure"]:
         yield figures.Figure(figsize=(width, height), layout="constrained")
 
 
-def save(figure: "Figure", folder: Path, name: str) -> Path:
+def save(figure: "Figure", folder: Path, name: str, *, colours: int | None = None) -> Path:
     """Writes NAME.png and NAME.svg, and returns the path of the PNG.
 
-    A palette of 128 colours, picked by clustering, keeps the files a third of the size.
+    A palette of so many `colours`, picked by clustering, makes pictures of meshes a third of the
+    size. Charts, whose colours mean something, go without.
     """
     image_module = require("PIL.Image", extra="reproduce")
     path = folder / f"{name}.png"
     figure.savefig(folder / f"{name}.svg")
     figure.savefig(path)
     with image_module.open(path) as image:
-        method = image_module.Quantize.MAXCOVERAGE
-        dither = image_module.Dither.NONE
-        small = image.convert("RGB").quantize(128, method=method, kmeans=3, dither=dither)
+        small = image.convert("RGB")
+    if colours is not None:
+        method, dither = image_module.Quantize.MAXCOVERAGE, image_module.Dither.NONE
+        small = small.quantize(colours, method=method, kmeans=3, dither=dither)
     small.save(path, optimize=True)
     return path
 
