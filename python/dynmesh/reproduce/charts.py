@@ -62,7 +62,7 @@ def figure7(studies: list[Study], folder: Path) -> Path:
             for axis in (iterations, time):
                 axis.set(xlabel="known vertices / %", xlim=(0, 100))
             _fitted_line(line, study)
-        return save(figure, folder, "figure7")
+        return save(figure, folder, "figure7", is_chart=True)
 
 
 def figure9(studies: list[Study], folder: Path) -> Path:
@@ -85,7 +85,7 @@ def figure9(studies: list[Study], folder: Path) -> Path:
                 axis.set_yscale("log")
         handles, labels = axes[0, 0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=len(COMPARED))
-        return save(figure, folder, "figure9")
+        return save(figure, folder, "figure9", is_chart=True)
 
 
 def figure12(studies: list[Study], folder: Path) -> Path:
@@ -118,7 +118,7 @@ def figure12(studies: list[Study], folder: Path) -> Path:
         axes[0].set(ylabel=_ERROR_LABEL)
         handles, labels = axes[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=3)
-        return save(figure, folder, "figure12_camera_and_patches")
+        return save(figure, folder, "figure12_camera_and_patches", is_chart=True)
 
 
 def figure13(studies: list[Study], folder: Path) -> Path:
@@ -138,7 +138,7 @@ def figure13(studies: list[Study], folder: Path) -> Path:
             row[0].set(ylabel=f"{study.subject.name}: {_ERROR_LABEL}")
         handles, labels = axes[0, 0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=2)
-        return save(figure, folder, "figure13_two_readings")
+        return save(figure, folder, "figure13_two_readings", is_chart=True)
 
 
 def _times(study: Study) -> tuple[Floats, Floats]:

@@ -161,7 +161,7 @@ def _sheet(
             axis.set_title(title, fontsize=12)
         if limit is not None:
             _colour_bar(figure, axes.ravel(), limit)
-        return save(figure, folder, name, colours=256 if limit is not None else 96)
+        return save(figure, folder, name, is_chart=False)
 
 
 def _colour_bar(figure: "Figure", axes: NDArray[np.object_], limit: float) -> None:
