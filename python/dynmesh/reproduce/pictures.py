@@ -144,7 +144,7 @@ def _sheet(
     columns = len(titles)
     width = _PANEL_WIDTH * columns + (0.9 if limit is not None else 0)
     heights = [_PANEL_WIDTH * row[0].shape[0] / row[0].shape[1] for row in rows]
-    # Tall figures, people say, would make a page of their own: make them smaller instead.
+    # Tall subjects would fill a page: their panels are made smaller instead.
     shrink = min(1.0, 10.5 / sum(heights), 4.2 / max(heights))
     heights = [height * shrink for height in heights]
     with new_figure(max(width, 10.5), sum(heights) + 0.45 * len(rows) + 0.8) as figure:
