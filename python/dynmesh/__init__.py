@@ -13,8 +13,9 @@ Completion" (WSCG 2017).
 
 from . import baselines, degrade, metrics, synth
 from ._core import Completer, FrameReport, TopologyReport, __version__, cells
-from .files import Frame, Reader, Writer, create, create_like, open, read, write
+from .files import Frame, Header, Reader, Writer, create, create_like, open, read, write
 from .matrices import adjacency, laplacian
+from .polygons import Polygons
 from .sequence import Sequence
 from .streaming import complete
 
@@ -22,6 +23,8 @@ __all__ = [
     "Completer",
     "Frame",
     "FrameReport",
+    "Header",
+    "Polygons",
     "Reader",
     "Sequence",
     "TopologyReport",

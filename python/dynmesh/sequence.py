@@ -7,11 +7,16 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .polygons import Polygons, check_polygons
+
 Positions: TypeAlias = NDArray[np.floating[Any]]
 """float32 or float64, x, y, z on the last axis, in any unit of length."""
 
 Mask: TypeAlias = NDArray[np.bool_]
 """True where a position was observed in its frame."""
+
+Provenance: TypeAlias = NDArray[np.integer[Any]]
+"""The generation or the age of vertices, as :class:`dynmesh.Completer` tells them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,6 +28,12 @@ class Sequence:
         faces: (m, 3) integers, triangles.
         known: (n, k) bool, or None where every position was observed.
         fps: frames per second, or None where nobody said.
+        polygons: the faces as they were before they were cut into triangles, or None where they
+            were triangles.
+        up_axis: "y" or "z", or None where nobody said.
+        name: of the mesh among others in its file, as "/world/body", or None.
+        generation: (n, k) int32, 0 an anchor, g a satellite, -1 unseen, or None.
+        age: (n, k) int32, frames since the vertex was last observed; None as `generation` is.
 
     Raises:
         TypeError: an array of another kind.
@@ -33,19 +44,30 @@ class Sequence:
     faces: NDArray[np.integer[Any]]
     known: Mask | None = None
     fps: float | None = None
+    polygons: Polygons | None = None
+    up_axis: str | None = None
+    name: str | None = None
+    generation: Provenance | None = None
+    age: Provenance | None = None
 
     def __post_init__(self) -> None:
         """Refuses arrays that do not fit together."""
-        for name in ("vertices", "faces", "known"):
+        for name in ("vertices", "faces", "known", "generation", "age"):
             value = getattr(self, name)
-            if not isinstance(value, np.ndarray) and not (name == "known" and value is None):
+            optional = name not in ("vertices", "faces")
+            if not isinstance(value, np.ndarray) and not (optional and value is None):
                 raise TypeError(f"{name}: must be a numpy array, not {type(value).__name__}")
         check_vertices(self.vertices.dtype, self.vertices.shape)
         check_faces(self.faces.dtype, self.faces.shape)
+        frames = self.vertices.shape[:2]
         if self.known is not None:
-            check_known(self.known.dtype, self.known.shape, self.vertices.shape[:2])
-        if self.fps is not None:
-            check_fps(self.fps)
+            check_known(self.known.dtype, self.known.shape, frames)
+        if (self.generation is None) != (self.age is None):
+            raise ValueError("generation, age: must be given both or neither")
+        for name in ("generation", "age"):
+            if (values := getattr(self, name)) is not None:
+                check_provenance(name, values.dtype, values.shape, frames)
+        check_description(self.fps, self.polygons, self.up_axis)
 
 
 def check_vertices(dtype: np.dtype[Any], shape: tuple[int, ...]) -> None:
@@ -72,7 +94,23 @@ def check_known(dtype: np.dtype[Any], shape: tuple[int, ...], expected: tuple[in
         raise ValueError(f"known: must have shape {expected}, as vertices say, not {shape}")
 
 
-def check_fps(fps: float) -> None:
-    """Refuses what cannot be frames per second."""
-    if not (math.isfinite(fps) and fps > 0):
+def check_provenance(
+    name: str, dtype: np.dtype[Any], shape: tuple[int, ...], expected: tuple[int, ...]
+) -> None:
+    """Refuses what cannot be the generation or the age of (n, k) = ``expected`` vertices."""
+    if dtype.kind not in "iu":
+        raise TypeError(f"{name}: must be integers, not {dtype}")
+    if shape != expected:
+        raise ValueError(f"{name}: must have shape {expected}, as vertices say, not {shape}")
+
+
+def check_description(
+    fps: float | None, polygons: Polygons | None = None, up_axis: str | None = None
+) -> None:
+    """Refuses what cannot be said of a sequence beside its frames."""
+    if fps is not None and not (math.isfinite(fps) and fps > 0):
         raise ValueError(f"fps: must be positive and finite, not {fps}")
+    if polygons is not None:
+        check_polygons(polygons)
+    if up_axis not in (None, "y", "z"):
+        raise ValueError(f"up_axis: must be 'y' or 'z', not {up_axis!r}")

@@ -52,7 +52,7 @@ def complete(
 
 def complete_pairs(
     faces: NDArray[np.integer[Any]],
-    pairs: Iterable[tuple[Positions, Mask | None]],
+    pairs: Iterable[Iterable[Any]],
     **settings: Unpack[Settings],
 ) -> Iterator[tuple[Positions, FrameReport]]:
     """As :func:`complete`, of (points, known) and with the report of each frame."""

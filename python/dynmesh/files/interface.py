@@ -1,0 +1,377 @@
+"""What every file format offers: a reader and a writer of one sequence, frame by frame."""
+
+import contextlib
+import os
+import shutil
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..polygons import Polygons
+from ..sequence import (
+    Mask,
+    Positions,
+    Provenance,
+    check_description,
+    check_faces,
+    check_known,
+    check_provenance,
+    check_vertices,
+)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Frame:
+    """One frame of a sequence. ``points, known = frame`` takes it apart.
+
+    Attributes:
+        points: (k, 3)
+        known: (k,), or None where the sequence has no masks.
+        generation: (k,), or None where the sequence has no provenance.
+        age: (k,), or None as `generation`.
+    """
+
+    points: Positions
+    known: Mask | None = None
+    generation: Provenance | None = None
+    age: Provenance | None = None
+
+    def __iter__(self) -> Iterator[Any]:
+        """Yields the points and the mask."""
+        yield self.points
+        yield self.known
+
+
+@dataclass(frozen=True, eq=False)
+class Header:
+    """What a file says of all its frames.
+
+    Attributes:
+        faces: (m, 3) integers, triangles.
+        n_frames: n.
+        n_vertices: k.
+        dtype: of the positions, float32 or float64.
+        fps: frames per second, or None.
+        polygons: the faces before they were cut into triangles, or None where they were triangles.
+        up_axis: "y" or "z", or None.
+        name: of the mesh among others in its file, or None.
+        has_known: whether each frame has a known mask.
+        has_provenance: whether each frame has the generation and the age of its vertices.
+    """
+
+    faces: NDArray[np.integer[Any]]
+    n_frames: int
+    n_vertices: int
+    dtype: np.dtype[Any]
+    fps: float | None = None
+    polygons: Polygons | None = None
+    up_axis: str | None = None
+    name: str | None = None
+    has_known: bool = False
+    has_provenance: bool = False
+
+    def __post_init__(self) -> None:
+        """Refuses what does not fit together."""
+        check_vertices(self.dtype, (self.n_frames, self.n_vertices, 3))
+        check_faces(self.faces.dtype, self.faces.shape)
+        check_description(self.fps, self.polygons, self.up_axis)
+
+
+class Reader(ABC):
+    """A sequence in a file: what :func:`dynmesh.open` returns.
+
+    Iterating yields every :class:`Frame`, always from frame 0 on. Use it in a ``with`` statement.
+    A subclass opens its file in ``__init__`` and then calls this class's.
+    """
+
+    def __init__(self, path: Path, header: Header) -> None:
+        """Is called when the file is open and its header read."""
+        self.path = path
+        self.header = header
+        if header.n_frames == 0:
+            raise ValueError("holds no frame, but frame 0 is needed, complete")
+
+    @property
+    def faces(self) -> NDArray[np.integer[Any]]:
+        """(m, 3) integers, triangles."""
+        return self.header.faces
+
+    @property
+    def n_frames(self) -> int:
+        """How many frames there are."""
+        return self.header.n_frames
+
+    @property
+    def n_vertices(self) -> int:
+        """How many vertices each frame has."""
+        return self.header.n_vertices
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        """Of the positions, float32 or float64."""
+        return self.header.dtype
+
+    @property
+    def has_known(self) -> bool:
+        """Whether each frame has a known mask."""
+        return self.header.has_known
+
+    @property
+    def has_provenance(self) -> bool:
+        """Whether each frame has the generation and the age of its vertices."""
+        return self.header.has_provenance
+
+    @property
+    def fps(self) -> float | None:
+        """Frames per second, or None where the file does not say."""
+        return self.header.fps
+
+    def __iter__(self) -> Iterator[Frame]:
+        """Yields all frames, from frame 0 on."""
+        return self.frames()
+
+    def frames(self, start: int = 0, stop: int | None = None, step: int = 1) -> Iterator[Frame]:
+        """Yields the frames ``range(start, stop, step)``; several may be under way at once."""
+        with naming(self.path):
+            yield from self._frames(range(self.n_frames)[start:stop:step])
+
+    @abstractmethod
+    def _frames(self, numbers: range) -> Iterator[Frame]:
+        """Yields the frames of these numbers, which ascend and exist."""
+
+    def close(self) -> None:  # noqa: B027 (most hold nothing open between frames)
+        """Closes the file."""
+
+    def __enter__(self) -> Self:
+        """Is the reader itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Closes the file."""
+        self.close()
+
+
+class Writer(ABC):
+    """A sequence on its way into a file: what :func:`dynmesh.create` returns.
+
+    Use it in a ``with`` statement and append every frame. The file appears under its name when the
+    statement ends, whole; after an exception, or with frames missing, it does not appear at all.
+    Until then everything is in a hidden folder beside it.
+
+    Attributes:
+        path: where the file will be.
+        header: what it will say of all its frames.
+        folder: where it is until it is whole.
+        resumable: whether a writer can go on with the unfinished file of one that is gone.
+        keep: whether an exception leaves the unfinished file in its folder, to go on with it.
+    """
+
+    resumable: ClassVar[bool] = False
+
+    def __init__(
+        self, path: Path, header: Header, *, folder: Path | None = None, resume_at: int = 0
+    ) -> None:
+        """Begins the file, or goes on with an unfinished one.
+
+        Args:
+            path: where the file will be.
+            header: what it shall say of all its frames.
+            folder: where to work, if not in a fresh folder of an unused name.
+            resume_at: how many frames of the unfinished file in `folder` stand; it must hold at
+                least as many, and further ones are forgotten. 0 begins anew.
+        """
+        self.path = path
+        self.header = header
+        self.folder = folder or path.with_name(f".{path.name}.{os.getpid()}.part")
+        self.keep = False
+        self._frame = resume_at
+        with self._undoing(), self._blaming():
+            if resume_at == 0:
+                shutil.rmtree(self.folder, ignore_errors=True)
+                self.folder.mkdir()
+            self._begin(resume_at)
+
+    @abstractmethod
+    def _begin(self, kept: int) -> None:
+        """Begins the files in `folder`, or opens them and forgets all but the first frames."""
+
+    @abstractmethod
+    def _append(self, frame: Frame) -> None:
+        """Adds the next frame, which fits the header."""
+
+    def flush(self) -> None:
+        """Makes sure that the frames so far outlive this process."""
+        with self._blaming():
+            self._flush()
+
+    def _flush(self) -> None:  # noqa: B027 (what cannot be resumed need not)
+        """As :meth:`flush`."""
+
+    @abstractmethod
+    def _finish(self) -> None:
+        """Completes and closes the files in `folder`; all frames were appended."""
+
+    @abstractmethod
+    def _close(self) -> None:
+        """Closes what is open, finished or not; may be called again."""
+
+    def _publish(self) -> None:
+        """Gives every file in `folder` its place; the one with the name that was asked for last."""
+        for file in sorted(self.folder.iterdir(), key=lambda file: file.name == self.path.name):
+            file.replace(self.path.with_name(file.name))
+
+    def append(
+        self,
+        points: Positions,
+        known: Mask | None = None,
+        *,
+        generation: Provenance | None = None,
+        age: Provenance | None = None,
+    ) -> None:
+        """Adds the next frame.
+
+        Args:
+            points: (k, 3) of the file's dtype.
+            known: (k,) bool, if the file was begun `with_known`.
+            generation: (k,) integers, if the file was begun `with_provenance`.
+            age: (k,) integers, if the file was begun `with_provenance`.
+
+        Raises:
+            OSError: it cannot be written.
+            ValueError: for another shape or dtype, a mask too many or too few, a frame too many.
+        """
+        frame = Frame(points, known, generation, age)
+        with naming(self.path):
+            self._check(frame)
+        with self._blaming():
+            self._append(frame)
+        self._frame += 1
+
+    def _check(self, frame: Frame) -> None:
+        header = self.header
+        place = f"frame {self._frame}"
+        k = header.n_vertices
+        if self._frame == header.n_frames:
+            raise ValueError(f"{place}: the file was begun for {header.n_frames} frames")
+        if frame.points.shape != (k, 3) or frame.points.dtype != header.dtype:
+            raise ValueError(
+                f"{place}: must be {header.dtype} of shape {(k, 3)}, "
+                f"not {frame.points.dtype} of shape {frame.points.shape}"
+            )
+        if (frame.known is not None) != header.has_known:
+            raise ValueError(f"{place}: a mask comes with every frame or with none")
+        if frame.known is not None:
+            check_known(frame.known.dtype, frame.known.shape, (k,))
+        for name in ("generation", "age"):
+            values = getattr(frame, name)
+            if (values is not None) != header.has_provenance:
+                raise ValueError(f"{place}: generation and age come with every frame or with none")
+            if values is not None:
+                check_provenance(name, values.dtype, values.shape, (k,))
+
+    def __enter__(self) -> Self:
+        """Is the writer itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, _: object, __: TracebackType | None
+    ) -> None:
+        """Finishes the file, or removes what there is of it."""
+        with self._undoing(), self._blaming():
+            if kind is not None:
+                raise _AbandonedError
+            if self._frame < self.header.n_frames:
+                raise ValueError(
+                    f"{self.path}: only {self._frame} of {self.header.n_frames} frames "
+                    "were appended"
+                )
+            self._finish()
+            self._publish()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    @contextlib.contextmanager
+    def _undoing(self) -> Iterator[None]:
+        """Leaves nothing behind after an exception, unless it is to be kept."""
+        try:
+            yield
+        except BaseException as error:
+            with contextlib.suppress(Exception):
+                self._close()
+            if not self.keep:
+                shutil.rmtree(self.folder, ignore_errors=True)
+            if not isinstance(error, _AbandonedError):
+                raise
+
+    @contextlib.contextmanager
+    def _blaming(self) -> Iterator[None]:
+        """Says of which file, by the name that the user knows, the system complains."""
+        try:
+            yield
+        except OSError as error:
+            why = os.strerror(error.errno) if error.errno else str(error).splitlines()[0]
+            if error.errno is None:
+                raise OSError(f"{self.path}: {why}") from error
+            raise type(error)(error.errno, why, str(self.path)) from error
+
+
+class _AbandonedError(Exception):
+    """A ``with`` statement ended by an exception of its own, which goes on by itself."""
+
+
+@dataclass(frozen=True, eq=False)
+class Template:
+    """A mesh that lends its faces to a file that has none."""
+
+    faces: NDArray[np.integer[Any]]
+    polygons: Polygons | None
+    n_vertices: int | None
+    """None where only faces were given."""
+
+
+@dataclass(frozen=True)
+class Format:
+    """A file format.
+
+    Attributes:
+        name: by which people choose it, as "npz".
+        suffixes: of file names, in lower case, as ".npz".
+        what: one line for people.
+        reader: makes a reader of a path, a template for its faces or None, and the name of one mesh
+            among others or None.
+        writer: makes a writer; None where the format is only read.
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    what: str
+    reader: Callable[[Path, Template | None, str | None], Reader]
+    writer: type[Writer] | None
+
+
+@contextlib.contextmanager
+def naming(path: Path) -> Iterator[None]:
+    """Puts the file's name before what is wrong with it, always a ValueError."""
+    try:
+        yield
+    except (ValueError, TypeError, EOFError) as error:
+        if str(error).startswith(f"{path}: "):
+            raise
+        raise ValueError(f"{path}: {error}") from error
+
+
+def refuse_template(template: Template | None) -> None:
+    """For formats with faces of their own."""
+    if template is not None:
+        raise ValueError("has faces of its own; faces from elsewhere are for .npy, .pc2 and .mdd")
+
+
+def refuse_mesh_name(prim: str | None) -> None:
+    """For formats that hold one mesh only."""
+    if prim is not None:
+        raise ValueError("holds one mesh; a prim is named in USD and Alembic files only")

@@ -1,0 +1,54 @@
+"""Known masks from elsewhere than the file with the positions."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from ..sequence import Mask, check_known
+from .interface import Frame, Reader, naming
+
+
+class MaskedReader(Reader):
+    """A sequence whose known masks are given, or told from positions of zero, or both."""
+
+    def __init__(
+        self, reader: Reader, known: Mask | str | PathLike[str] | None, *, zero_is_missing: bool
+    ) -> None:
+        """Takes `reader` over, and closes it in the end."""
+        self._reader = reader
+        self._zero_is_missing = zero_is_missing
+        shape = (reader.n_frames, reader.n_vertices)
+        self._known = None if known is None else _load(known, shape)
+        super().__init__(reader.path, replace(reader.header, has_known=True))
+
+    def _frames(self, numbers: range) -> Iterator[Frame]:
+        frames = self._reader.frames(numbers.start, numbers.stop, numbers.step)
+        for number, frame in zip(numbers, frames, strict=True):
+            known = frame.known if self._known is None else np.array(self._known[number])
+            if self._zero_is_missing and number > 0:
+                observed = (frame.points != 0).any(axis=1)
+                known = observed if known is None else known & observed
+            if known is None:
+                known = np.ones(self.n_vertices, np.bool_)
+            yield replace(frame, known=known)
+
+    def close(self) -> None:
+        """Closes the file."""
+        self._reader.close()
+
+
+def _load(known: Mask | str | PathLike[str], shape: tuple[int, int]) -> Mask:
+    if isinstance(known, np.ndarray):
+        check_known(known.dtype, known.shape, shape)
+        return known
+    path = Path(known)
+    with naming(path):
+        try:
+            mask = np.asanyarray(np.load(path, mmap_mode="r", allow_pickle=False))
+        except (ValueError, EOFError) as error:
+            raise ValueError(f"is no .npy file with a mask: {error}") from error
+        check_known(mask.dtype, mask.shape, shape)
+    return np.asarray(mask, np.bool_)

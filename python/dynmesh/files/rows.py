@@ -1,0 +1,67 @@
+"""Arrays in numpy's own format, read and written row by row."""
+
+import os
+from pathlib import Path
+from typing import IO, Any, NamedTuple, Self
+
+import numpy as np
+from numpy.lib import format as npy
+from numpy.typing import NDArray
+
+
+class ArrayHeader(NamedTuple):
+    """What a `.npy` file says of its array."""
+
+    shape: tuple[int, ...]
+    by_columns: bool
+    dtype: np.dtype[Any]
+
+
+def read_header(file: IO[bytes]) -> ArrayHeader:
+    """Reads up to where the numbers begin; refuses Python objects."""
+    version = npy.read_magic(file)
+    read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+    header = ArrayHeader(*read(file))
+    if header.dtype.hasobject:
+        raise ValueError("holds Python objects, not numbers")
+    return header
+
+
+class RowFile:
+    """A `.npy` file that grows row by row, up to a length known beforehand."""
+
+    def __init__(self, path: Path, dtype: np.dtype[Any], shape: tuple[int, ...], kept: int) -> None:
+        """Begins the file, or opens it and forgets all but its first `kept` rows."""
+        self.path = path
+        row_size = dtype.itemsize * int(np.prod(shape[1:]))
+        self._file: IO[bytes] = path.open("r+b" if kept else "wb")
+        if kept == 0:
+            header = {"descr": npy.dtype_to_descr(dtype), "fortran_order": False, "shape": shape}
+            npy.write_array_header_1_0(self._file, header)
+        else:
+            read_header(self._file)
+            end = self._file.tell() + kept * row_size
+            if os.fstat(self._file.fileno()).st_size < end:
+                raise ValueError(f"{path.name} ends before row {kept}")
+            self._file.truncate(end)
+            self._file.seek(end)
+
+    def append(self, row: NDArray[Any]) -> None:
+        """Adds a row."""
+        self._file.write(np.ascontiguousarray(row).data)
+
+    def flush(self) -> None:
+        """Hands everything to the system."""
+        self._file.flush()
+
+    def close(self) -> None:
+        """Closes the file; may be called again."""
+        self._file.close()
+
+    def __enter__(self) -> Self:
+        """Is the file itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Closes the file."""
+        self.close()
