@@ -11,8 +11,9 @@ The method is that of Arvanitis, Lalos, Moustakas and Fakotakis, "Fast and Effec
 Completion" (WSCG 2017).
 """
 
-from . import baselines, degrade, metrics, synth
+from . import baselines, batch, degrade, metrics, synth
 from ._core import Completer, FrameReport, TopologyReport, __version__, cells
+from .file_completion import FileReport, complete_file
 from .files import Frame, Header, Reader, Writer, create, create_like, open, read, write
 from .matrices import adjacency, laplacian
 from .polygons import Polygons
@@ -21,6 +22,7 @@ from .streaming import complete
 
 __all__ = [
     "Completer",
+    "FileReport",
     "Frame",
     "FrameReport",
     "Header",
@@ -32,8 +34,10 @@ __all__ = [
     "__version__",
     "adjacency",
     "baselines",
+    "batch",
     "cells",
     "complete",
+    "complete_file",
     "create",
     "create_like",
     "degrade",

@@ -1,7 +1,8 @@
 """What people see in a terminal: messages and progress, all on standard error."""
 
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from typing import NoReturn, TypeVar
 
 from rich.console import Console
@@ -34,8 +35,15 @@ def fail(why: str) -> NoReturn:
     sys.exit(1)
 
 
-def track(items: Iterable[T], total: int, what: str) -> Iterator[T]:
-    """Passes items on while a bar shows how many have gone by, and how fast."""
+def track(items: Iterable[T], total: int, what: str, done: int = 0) -> Iterator[T]:
+    """Passes items on while a bar shows how many have gone by, and how fast.
+
+    Args:
+        items: the last `total - done` of `total` items.
+        total: how many there are in all.
+        what: is done with them.
+        done: how many were done before.
+    """
     columns = (
         TextColumn(what),
         BarColumn(),
@@ -44,7 +52,16 @@ def track(items: Iterable[T], total: int, what: str) -> Iterator[T]:
         TimeRemainingColumn(),
     )
     with Progress(*columns, console=_console, disable=not _console.is_terminal) as progress:
-        yield from progress.track(items, total)
+        yield from progress.track(items, total, completed=done)
+
+
+@contextmanager
+def counter(total: int, what: str) -> Iterator[Callable[[], None]]:
+    """A bar that goes one step further with each call of what it gives."""
+    columns = (TextColumn(what), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=_console, disable=not _console.is_terminal) as progress:
+        task = progress.add_task(what, total=total)
+        yield lambda: progress.advance(task)
 
 
 class WorkBar:

@@ -7,7 +7,7 @@ from typing import Any, Literal, TypedDict, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
-from ._core import Completer, FrameReport
+from ._core import Completer
 from .sequence import Mask, Positions
 
 
@@ -21,6 +21,18 @@ class Settings(TypedDict, total=False):
     noise: float | None
     reject_outliers: bool
     threads: int
+
+
+default_settings: Settings = {
+    "method": "motion",
+    "revisit": True,
+    "extra_iterations": 0,
+    "unseen": "follow",
+    "noise": None,
+    "reject_outliers": False,
+    "threads": 1,
+}
+"""Those of a :class:`dynmesh.Completer` to which nothing was said."""
 
 
 def complete(
@@ -51,25 +63,42 @@ def complete(
 
 
 def complete_pairs(
-    faces: NDArray[np.integer[Any]],
-    pairs: Iterable[Iterable[Any]],
-    **settings: Unpack[Settings],
-) -> Iterator[tuple[Positions, FrameReport]]:
-    """As :func:`complete`, of (points, known) and with the report of each frame."""
-    completer: Completer | None = None
-    for number, (points, known) in enumerate(pairs):
-        if completer is None:
-            _check_complete(known)
-            completer = Completer(faces, points, **settings)
-            completed: Positions = np.array(points, completer.dtype)
-        else:
-            try:
-                completed = completer.push(points, known)
-            except (ValueError, TypeError) as error:
-                raise type(error)(f"frame {number}: {error}") from error
-        yield completed, completer.report
-    if completer is None:
+    faces: NDArray[np.integer[Any]], pairs: Iterable[Iterable[Any]], **settings: Unpack[Settings]
+) -> Iterator[tuple[Positions, Completer]]:
+    """As :func:`complete`, of (points, known), and with the completer as each frame leaves it."""
+    remaining = iter(pairs)
+    first = next(remaining, None)
+    if first is None:
         raise ValueError("frames: is empty, but frame 0 is needed, complete")
+    points, known = first
+    completer = begin(faces, points, known, **settings)
+    yield np.array(points, completer.dtype), completer
+    yield from push_all(completer, remaining, first_number=1)
+
+
+def begin(
+    faces: NDArray[np.integer[Any]],
+    points: Positions,
+    known: Mask | None,
+    **settings: Unpack[Settings],
+) -> Completer:
+    """The completer of a sequence with this frame 0, which must be complete."""
+    if known is not None and not np.all(known):
+        vertex = int(np.argmin(known))
+        raise ValueError(f"known: vertex {vertex} is missing, but frame 0 must be complete")
+    return Completer(faces, points, **settings)
+
+
+def push_all(
+    completer: Completer, pairs: Iterable[Iterable[Any]], first_number: int
+) -> Iterator[tuple[Positions, Completer]]:
+    """Goes on with the frames from `first_number` on, as :func:`complete_pairs`."""
+    for number, (points, known) in enumerate(pairs, first_number):
+        try:
+            completed = completer.push(points, known)
+        except (ValueError, TypeError) as error:
+            raise type(error)(f"frame {number}: {error}") from error
+        yield completed, completer
 
 
 def _pair(
@@ -85,10 +114,3 @@ def _pair(
             short, long = ("frames", "known") if points is missing else ("known", "frames")
             raise ValueError(f"{short}: ends before frame {number}, but {long} goes on")
         yield points, mask
-
-
-def _check_complete(known: Mask | None) -> None:
-    if known is None or np.all(known):
-        return
-    vertex = int(np.argmin(known))
-    raise ValueError(f"known: vertex {vertex} is missing, but frame 0 must be complete")

@@ -21,11 +21,13 @@ from .npz import npz
 __all__ = [
     "Frame",
     "Header",
+    "PathLike",
     "Reader",
     "Writer",
     "begin",
     "create",
     "create_like",
+    "existing",
     "formats",
     "naming",
     "open",
@@ -133,10 +135,14 @@ def begin(
     """As :func:`create`, with a header; `folder` and `resume_at` as :class:`Writer` says."""
     path = Path(path)
     with naming(path):
-        chosen = _format_of(path, format)
-        if chosen.writer is None:
-            raise ValueError(f"{chosen.name} files are only read")
-        return chosen.writer(path, header, folder=folder, resume_at=resume_at)
+        return _writer_of(path, format)(path, header, folder=folder, resume_at=resume_at)
+
+
+def existing(path: PathLike, format: str | None = None) -> list[Path]:
+    """The files there are now that writing to `path` would replace."""
+    path = Path(path)
+    with naming(path):
+        return _writer_of(path, format).existing(path)
 
 
 def create_like(
@@ -215,6 +221,13 @@ def _format_of(path: Path, name: str | None) -> Format:
             return format
     suffixes = [suffix for format in formats.values() for suffix in format.suffixes]
     raise ValueError(f"the format '{path.suffix}' is not known, but {_listed(suffixes)}")
+
+
+def _writer_of(path: Path, format: str | None) -> type[Writer]:
+    chosen = _format_of(path, format)
+    if chosen.writer is None:
+        raise ValueError(f"{chosen.name} files are only read")
+    return chosen.writer
 
 
 def _listed(names: Any) -> str:

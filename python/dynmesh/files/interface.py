@@ -4,7 +4,7 @@ import contextlib
 import os
 import shutil
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -132,11 +132,18 @@ class Reader(ABC):
         """Frames per second, or None where the file does not say."""
         return self.header.fps
 
+    @property
+    def files(self) -> list[Path]:
+        """The files that are read."""
+        return [self.path]
+
     def __iter__(self) -> Iterator[Frame]:
         """Yields all frames, from frame 0 on."""
         return self.frames()
 
-    def frames(self, start: int = 0, stop: int | None = None, step: int = 1) -> Iterator[Frame]:
+    def frames(
+        self, start: int = 0, stop: int | None = None, step: int = 1
+    ) -> Generator[Frame, None, None]:
         """Yields the frames ``range(start, stop, step)``; several may be under way at once."""
         with naming(self.path):
             yield from self._frames(range(self.n_frames)[start:stop:step])
@@ -169,7 +176,6 @@ class Writer(ABC):
         header: what it will say of all its frames.
         folder: where it is until it is whole.
         resumable: whether a writer can go on with the unfinished file of one that is gone.
-        keep: whether an exception leaves the unfinished file in its folder, to go on with it.
     """
 
     resumable: ClassVar[bool] = False
@@ -182,18 +188,20 @@ class Writer(ABC):
         Args:
             path: where the file will be.
             header: what it shall say of all its frames.
-            folder: where to work, if not in a fresh folder of an unused name.
+            folder: where to work, if not in a fresh folder of an unused name; after an exception
+                it stays as it is, to go on with.
             resume_at: how many frames of the unfinished file in `folder` stand; it must hold at
                 least as many, and further ones are forgotten. 0 begins anew.
         """
         self.path = path
         self.header = header
         self.folder = folder or path.with_name(f".{path.name}.{os.getpid()}.part")
-        self.keep = False
+        self._keep = folder is not None
         self._frame = resume_at
         with self._undoing(), self._blaming():
             if resume_at == 0:
-                shutil.rmtree(self.folder, ignore_errors=True)
+                if self.folder.exists():
+                    shutil.rmtree(self.folder)
                 self.folder.mkdir()
             self._begin(resume_at)
 
@@ -225,6 +233,11 @@ class Writer(ABC):
         """Gives every file in `folder` its place; the one with the name that was asked for last."""
         for file in sorted(self.folder.iterdir(), key=lambda file: file.name == self.path.name):
             file.replace(self.path.with_name(file.name))
+
+    @classmethod
+    def existing(cls, path: Path) -> list[Path]:
+        """The files there are now that writing to `path` would replace."""
+        return [path] if path.exists() else []
 
     def append(
         self,
@@ -293,7 +306,7 @@ class Writer(ABC):
                 )
             self._finish()
             self._publish()
-        shutil.rmtree(self.folder, ignore_errors=True)
+            shutil.rmtree(self.folder, ignore_errors=True)
 
     @contextlib.contextmanager
     def _undoing(self) -> Iterator[None]:
@@ -303,7 +316,7 @@ class Writer(ABC):
         except BaseException as error:
             with contextlib.suppress(Exception):
                 self._close()
-            if not self.keep:
+            if not self._keep:
                 shutil.rmtree(self.folder, ignore_errors=True)
             if not isinstance(error, _AbandonedError):
                 raise

@@ -24,6 +24,11 @@ class MaskedReader(Reader):
         self._known = None if known is None else _load(known, shape)
         super().__init__(reader.path, replace(reader.header, has_known=True))
 
+    @property
+    def files(self) -> list[Path]:
+        """The files that are read."""
+        return self._reader.files
+
     def _frames(self, numbers: range) -> Iterator[Frame]:
         frames = self._reader.frames(numbers.start, numbers.stop, numbers.step)
         for number, frame in zip(numbers, frames, strict=True):

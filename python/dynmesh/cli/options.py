@@ -1,0 +1,109 @@
+"""What several commands share: arguments, options and the checks of them."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from .. import files
+from ..file_completion import Source, check_output
+
+_names = ", ".join(files.formats)
+
+InputPath = Annotated[
+    Path, typer.Argument(metavar="IN", help="A sequence: a file, a pattern, a glob or a folder.")
+]
+OutputPath = Annotated[Path, typer.Argument(metavar="OUT", help="The result.")]
+Format = Annotated[
+    str | None,
+    typer.Option("--format", metavar="NAME", help=f"Format of IN. [by its suffix] One of {_names}"),
+]
+OutputFormat = Annotated[
+    str | None, typer.Option(metavar="NAME", help="Format of OUT. [by its suffix]")
+]
+Faces = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", help="A file with the mesh, for an IN of positions alone."),
+]
+Prim = Annotated[
+    str | None,
+    typer.Option(metavar="PATH", help="The mesh in IN, where there are several (USD, Alembic)."),
+]
+MaskFile = Annotated[
+    Path | None,
+    typer.Option("--mask", metavar="FILE", help="The known masks, (n, k) bool in a .npy file."),
+]
+Seed = Annotated[int, typer.Option(help="Equal seeds give equal results.", min=0)]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace OUT if it exists.")]
+FramesPerSecond = Annotated[
+    float | None,
+    typer.Option("--fps", metavar="RATE", help="Frames per second of OUT. [as IN says]"),
+]
+
+
+class Missing(StrEnum):
+    """What stands for a position that was not observed, beside NaN."""
+
+    zero = "zero"
+
+
+MissingValue = Annotated[
+    Missing | None,
+    typer.Option("--missing", help="Positions of exactly (0, 0, 0) are missing, after frame 0."),
+]
+
+
+class Axis(StrEnum):
+    """A coordinate axis."""
+
+    x = "x"
+    y = "y"
+    z = "z"
+
+    @property
+    def vector(self) -> tuple[float, float, float]:
+        """Its unit vector."""
+        return float(self == Axis.x), float(self == Axis.y), float(self == Axis.z)
+
+
+class Unseen(StrEnum):
+    """What becomes of vertices that no edges tie to a known one."""
+
+    follow = "follow"
+    hold = "hold"
+
+
+def source_of(
+    format: str | None,
+    faces: Path | None,
+    prim: str | None,
+    mask: Path | None,
+    missing: Missing | None,
+) -> Source:
+    """How to read IN, as these options say."""
+    return {
+        "format": format,
+        "faces": faces,
+        "prim": prim,
+        "known": mask,
+        "missing": None if missing is None else "zero",
+    }
+
+
+def check_new(path: Path, overwrite: bool, **more: Any) -> None:
+    """As :func:`check_output`, also for files that are no sequences."""
+    if not path.parent.is_dir():
+        raise ValueError(f"{path}: there is no folder {path.parent}")
+    check_output(path, overwrite=overwrite, **more)
+
+
+@contextmanager
+def as_usage() -> Iterator[None]:
+    """A value that the library refuses is a wrong call."""
+    try:
+        yield
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error

@@ -1,0 +1,221 @@
+"""The commands that make, change and describe sequences."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from enum import StrEnum
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from .. import degrade as degradation
+from .. import evaluation, files
+from .. import synth as built_in
+from .._core import Completer
+from .._terminal import say, track
+from ..sequence import Mask, Positions
+from .options import (
+    Axis,
+    Faces,
+    Format,
+    FramesPerSecond,
+    InputPath,
+    MaskFile,
+    MissingValue,
+    OutputFormat,
+    OutputPath,
+    Overwrite,
+    Prim,
+    Seed,
+    as_usage,
+    check_new,
+    source_of,
+)
+
+
+class BuiltIn(StrEnum):
+    """The built-in sequences."""
+
+    ocean = "ocean"
+    walker = "walker"
+
+
+def synth(
+    name: Annotated[BuiltIn, typer.Argument(metavar="NAME", help="ocean or walker.")],
+    output: OutputPath,
+    frames: Annotated[int | None, typer.Option(help="How many frames.", min=1)] = None,
+    seed: Seed = 0,
+    overwrite: Overwrite = False,
+) -> None:
+    """Make a built-in sequence: a simulated ocean, or a figure that walks and does a handstand."""
+    check_new(output, overwrite)
+    make = {BuiltIn.ocean: built_in.ocean, BuiltIn.walker: built_in.walker}[name]
+    sequence = make(seed=seed) if frames is None else make(frames, seed=seed)
+    files.write(output, sequence)
+    n_frames, n_vertices, _ = sequence.vertices.shape
+    say(f"{output}: {n_frames} frames of {n_vertices} vertices")
+
+
+def degrade(
+    path: InputPath,
+    output: OutputPath,
+    known: Annotated[
+        float | None,
+        typer.Option(metavar="SHARE", help="Keep this share of the vertices, picked at random."),
+    ] = None,
+    camera: Annotated[
+        int | None,
+        typer.Option(metavar="N", min=1, help="Keep what N cameras see that circle around --up."),
+    ] = None,
+    patches: Annotated[
+        float | None,
+        typer.Option(metavar="SHARE", help="Hide this share under patches that stay for a while."),
+    ] = None,
+    dropout: Annotated[
+        float | None, typer.Option(metavar="SHARE", help="Lose this share of the frames whole.")
+    ] = None,
+    noise: Annotated[
+        float | None,
+        typer.Option(metavar="SIGMA", help="Add Gaussian noise; SIGMA in mean edges of frame 0."),
+    ] = None,
+    outliers: Annotated[
+        float | None,
+        typer.Option(metavar="SHARE", help="Put this share of the vertices far from where it is."),
+    ] = None,
+    up: Annotated[
+        Axis | None, typer.Option(help="The axis that cameras circle around. [as IN says, or z]")
+    ] = None,
+    seed: Seed = 0,
+    format: Format = None,
+    output_format: OutputFormat = None,
+    faces: Faces = None,
+    prim: Prim = None,
+    mask: MaskFile = None,
+    missing: MissingValue = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Take vertices away, and add noise, as sensors do; frame 0 stays whole.
+
+    Options add up. A share is above 0 and below 1.
+    """
+    if all(o is None for o in (known, camera, patches, dropout, noise, outliers)):
+        raise typer.BadParameter(
+            "say what to do: --known, --camera, --patches, --dropout, --noise or --outliers"
+        )
+    with files.open(path, **source_of(format, faces, prim, mask, missing)) as reader:
+        check_new(output, overwrite, format=output_format, reader=reader)
+        shape = (reader.n_frames, reader.n_vertices)
+        masks: list[Iterator[Mask]] = []
+        points: Iterator[Positions] = (frame.points for frame in reader)
+        with as_usage():
+            if known is not None:
+                masks.append(degradation.random_known(*shape, known, seed=seed))
+            if camera is not None:
+                axis = up or Axis(reader.header.up_axis or "z")
+                cameras = degradation.orbit(_bounding_box(reader), camera, up=axis.vector)
+                frames = (frame.points for frame in reader)
+                masks.append(degradation.camera_known(frames, reader.faces, cameras))
+            if patches is not None:
+                masks.append(degradation.patch_known(reader.faces, *shape, patches, seed=seed))
+            if dropout is not None:
+                masks.append(degradation.dropout(*shape, dropout, seed=seed))
+            if noise is not None:
+                points = degradation.add_noise(points, reader.faces, noise, seed=seed)
+            if outliers is not None:
+                points = degradation.add_outliers(points, reader.faces, outliers, seed=seed)
+        with files.create_like(reader, output, with_known=True, format=output_format) as writer:
+            frames_known = (frame.known for frame in reader)
+            rows = zip(
+                track(points, reader.n_frames, "degrading"), frames_known, *masks, strict=True
+            )
+            n_known = -reader.n_vertices  # frame 0 is whole in any case
+            for position, *observed in rows:
+                seen = [mask for mask in observed if mask is not None]
+                kept = np.logical_and.reduce(seen) if seen else np.ones(len(position), np.bool_)
+                # What is not known must not be there to be peeked at.
+                writer.append(np.where(kept[:, None], position, reader.dtype.type(np.nan)), kept)
+                n_known += int(kept.sum())
+        share = n_known / max(1, (reader.n_frames - 1) * reader.n_vertices)
+    say(f"{output}: {100 * share:.1f} % of the vertices known after frame 0")
+
+
+def convert(
+    path: InputPath,
+    output: OutputPath,
+    format: Format = None,
+    output_format: OutputFormat = None,
+    faces: Faces = None,
+    prim: Prim = None,
+    mask: MaskFile = None,
+    missing: MissingValue = None,
+    fps: FramesPerSecond = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Write a sequence in another format; docs/formats.md says what each keeps."""
+    with files.open(path, **source_of(format, faces, prim, mask, missing)) as reader:
+        check_new(output, overwrite, format=output_format, reader=reader)
+        header = replace(reader.header, fps=fps or reader.fps)
+        with files.begin(output, header, format=output_format) as writer:
+            for frame in track(reader, reader.n_frames, "converting"):
+                writer.append(frame.points, frame.known, generation=frame.generation, age=frame.age)
+    say(f"{output}: {reader.n_frames} frames of {reader.n_vertices} vertices")
+
+
+def info(
+    path: InputPath,
+    format: Format = None,
+    faces: Faces = None,
+    prim: Prim = None,
+    mask: MaskFile = None,
+    missing: MissingValue = None,
+) -> None:
+    """Say what a sequence holds, and what is odd about its mesh."""
+    with files.open(path, **source_of(format, faces, prim, mask, missing)) as reader:
+        shares = list(track(_known_shares(reader), reader.n_frames, "reading"))
+        first = next(iter(reader)).points
+        topology = Completer(reader.faces, first).topology
+        table = Table.grid(padding=(0, 2))
+        table.add_row("frames", str(reader.n_frames))
+        table.add_row("frames per second", "not said" if reader.fps is None else f"{reader.fps:g}")
+        table.add_row("vertices", f"{reader.n_vertices}, {reader.dtype}")
+        table.add_row("faces", str(len(reader.faces)))
+        table.add_row("known after frame 0", _describe_shares(shares[1:]))
+        table.add_row(
+            "bounding-box diagonal", f"{evaluation.bounding_box_diagonal(first):g}, of frame 0"
+        )
+        table.add_row("components", str(topology.components))
+        table.add_row("isolated vertices", str(topology.isolated_vertices))
+        table.add_row("boundary edges", str(topology.boundary_edges))
+        table.add_row("refused faces", str(len(topology.refused_faces)))
+        for index, reason in topology.refused_faces[:10]:
+            table.add_row("", f"face {index}: {reason}")
+        if len(topology.refused_faces) > 10:
+            table.add_row("", f"and {len(topology.refused_faces) - 10} more")
+    Console().print(table)
+
+
+def _bounding_box(reader: files.Reader) -> Positions:
+    """Both corners of the box around all frames."""
+    corners = np.array([[np.inf] * 3, [-np.inf] * 3])
+    for points, _ in reader:
+        finite = points[np.isfinite(points).all(axis=1)]
+        if len(finite):
+            corners[0] = np.minimum(corners[0], finite.min(axis=0))
+            corners[1] = np.maximum(corners[1], finite.max(axis=0))
+    return corners
+
+
+def _known_shares(reader: files.Reader) -> Iterator[float]:
+    for points, known in reader:
+        observed = np.isfinite(points).all(axis=1)
+        if known is not None:
+            observed &= known
+        yield float(observed.mean())
+
+
+def _describe_shares(shares: list[float]) -> str:
+    if not shares:
+        return "there is no other frame"
+    return f"{100 * np.mean(shares):.1f} % ({100 * min(shares):.1f} to {100 * max(shares):.1f} %)"

@@ -1,0 +1,186 @@
+"""Archives: many files, completed by processes that may fail or die."""
+
+import contextlib
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+import pytest
+from commands import dynmesh_command as run
+
+import dynmesh
+from dynmesh.batch import Job, Result, complete_files, read_jobs
+
+
+def write_partial(path: Path, n_frames: int = 12, seed: int = 0) -> dynmesh.Sequence:
+    """An ocean with holes; returns what its completion is."""
+    ocean = dynmesh.synth.ocean(n_frames, seed=seed)
+    known = np.stack(list(dynmesh.degrade.random_known(n_frames, 2500, 0.3, seed=seed)))
+    dynmesh.write(path, dynmesh.Sequence(ocean.vertices, ocean.faces, known, 30.0))
+    completed = np.stack(list(dynmesh.complete(ocean.faces, ocean.vertices, known)))
+    return dynmesh.Sequence(completed, ocean.faces, None, 30.0)
+
+
+def check_jobs(folder: Path, n: int) -> tuple[list[Job], list[dynmesh.Sequence]]:
+    expected = [write_partial(folder / f"in{i}.npz", seed=i) for i in range(n)]
+    return [Job(folder / f"in{i}.npz", folder / f"out{i}.npz") for i in range(n)], expected
+
+
+def assert_equal(job: Job, expected: dynmesh.Sequence) -> None:
+    np.testing.assert_array_equal(dynmesh.read(job.output).vertices, expected.vertices)
+
+
+@pytest.mark.parametrize("parallel", [False, True])
+def test_a_failed_job_does_not_stop_the_others(tmp_path: Path, parallel: bool) -> None:
+    jobs, expected = check_jobs(tmp_path, 4)
+    jobs[1].input.write_bytes(jobs[1].input.read_bytes()[:-1000])
+    seen: list[Result] = []
+    with contextlib.ExitStack() as stack:
+        executor = None
+        if parallel:
+            context = get_context("spawn")
+            executor = stack.enter_context(ProcessPoolExecutor(2, mp_context=context))
+        results = complete_files(jobs, executor, watch=seen.append)
+    assert [r.status for r in results] == ["done", "failed", "done", "done"]
+    assert "in1.npz: is damaged" in results[1].reason
+    assert [r.job for r in results] == jobs
+    assert sorted(str(r.job.output) for r in seen) == [str(j.output) for j in jobs]
+    for i in (0, 2, 3):
+        assert_equal(jobs[i], expected[i])
+        assert results[i].frames == 12
+    assert not list(tmp_path.glob(".*"))
+
+    write_partial(jobs[1].input, seed=1)
+    results = complete_files(jobs)
+    assert [r.status for r in results] == ["exists", "done", "exists", "exists"]
+    assert_equal(jobs[1], expected[1])
+    assert [r.status for r in complete_files(jobs, overwrite=True)] == ["done"] * 4
+
+
+def test_two_jobs_do_not_share_an_output(tmp_path: Path) -> None:
+    jobs = [Job(tmp_path / name, tmp_path / "out.npz") for name in ("a.npz", "b.npz")]
+    with pytest.raises(ValueError, match=r"out\.npz: is the output of two jobs"):
+        complete_files(jobs)
+
+
+def test_a_table_is_read(tmp_path: Path) -> None:
+    table = tmp_path / "jobs.csv"
+    table.write_text(
+        "input,output,extra_iterations,unseen,provenance,mask,fps,revisit\n"
+        'a.npz,b.npz,3,hold,yes,"a, mask.npy",25,\n'
+        "c.npz,d.npz,,,,,,false\n",
+        encoding="utf-8",
+    )
+    first, second = read_jobs(table)
+    assert first == Job(
+        tmp_path / "a.npz",
+        tmp_path / "b.npz",
+        {"known": tmp_path / "a, mask.npy"},
+        fps=25.0,
+        provenance=True,
+        settings={"extra_iterations": 3, "unseen": "hold"},
+    )
+    assert second == Job(tmp_path / "c.npz", tmp_path / "d.npz", settings={"revisit": False})
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "has no column 'input'"),
+        ("input\na.npz\n", "has no column 'output'"),
+        ("input,output,quality\na,b,1\n", "the column 'quality' is not known, but format"),
+        ("input,output\na.npz\n", "line 2: has more or fewer values than there are columns"),
+        ("input,output\na.npz,b.npz,c\n", "line 2: has more or fewer values"),
+        ("input,output\n\na.npz,\n", "line 3: output is empty"),
+        ("input,output,fps\na,b,fast\n", "line 2: fps: could not convert string"),
+        ("input,output,provenance\na,b,perhaps\n", "provenance: must be true or false, not 'perh"),
+        ('input,output\na,"b\n', "is no table of comma-separated values"),
+    ],
+)
+def test_tables_that_cannot_be_read_are_refused(tmp_path: Path, text: str, message: str) -> None:
+    table = tmp_path / "jobs.csv"
+    table.write_text(text)
+    with pytest.raises(ValueError, match=message) as caught:
+        read_jobs(table)
+    assert str(caught.value).startswith(f"{table}: ")
+
+
+def test_the_command(tmp_path: Path) -> None:
+    jobs, expected = check_jobs(tmp_path, 3)
+    table = tmp_path / "jobs.csv"
+    table.write_text("input,output\nin0.npz,out0.npz\nnone.npz,out1.npz\nin2.npz,out2.npz\n")
+    shown = run("batch", table, "--workers", "2", code=1).stderr
+    assert "none.npz: No such file or directory" in shown
+    assert "2 done, 0 there already, 1 failed of 3 jobs" in shown
+    assert_equal(jobs[0], expected[0])
+    assert_equal(jobs[2], expected[2])
+    table.write_text("input,output\nin0.npz,out0.npz\nin1.npz,out1.npz\nin2.npz,out2.npz\n")
+    assert "1 done, 2 there already, 0 failed" in run("batch", table).stderr
+    assert_equal(jobs[1], expected[1])
+    error = run("batch", table, "--scheduler", "tcp://127.0.0.1:1", code=1).stderr
+    assert "--scheduler: there is none at tcp://127.0.0.1:1" in error
+
+
+@contextlib.contextmanager
+def dask_cluster(folder: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
+    """A scheduler and two workers, each a process of its own on this machine."""
+    pytest.importorskip("distributed", reason="distributed is not installed")
+    address_file = folder / "scheduler.json"
+    common = ["--no-dashboard", "--scheduler-file", str(address_file)]
+    with contextlib.ExitStack() as stack:
+        log = stack.enter_context((folder / "dask.log").open("wb"))
+
+        def start(*arguments: str) -> subprocess.Popen[bytes]:
+            command = [sys.executable, "-m", "dask", *arguments, *common]
+            process = subprocess.Popen(command, stdout=log, stderr=log, cwd=folder)
+            stack.callback(process.wait)
+            stack.callback(process.kill)
+            return process
+
+        start("scheduler", "--host", "127.0.0.1", "--port", "0")
+        wait_until(address_file.exists)
+        one = ["worker", "--host", "127.0.0.1", "--nthreads", "1", "--no-nanny"]
+        workers = [start(*one) for _ in range(2)]
+        from distributed import Client
+
+        with Client(scheduler_file=str(address_file)) as client:  # type: ignore[no-untyped-call]
+            client.wait_for_workers(2, timeout=60)
+            yield client.scheduler.address, workers
+
+
+def wait_until(what: object, seconds: float = 60) -> None:
+    """Waits until a condition holds."""
+    assert callable(what)
+    end = time.monotonic() + seconds
+    while not what():
+        assert time.monotonic() < end, "in vain"
+        time.sleep(0.002)
+
+
+def test_a_worker_may_die_in_the_middle(tmp_path: Path) -> None:
+    n = 10
+    walker = dynmesh.synth.walker(60)
+    known = np.stack(list(dynmesh.degrade.random_known(60, 10002, 0.3, seed=0)))
+    partial = dynmesh.Sequence(walker.vertices, walker.faces, known, 30.0)
+    dynmesh.write(tmp_path / "in.npz", partial)
+    expected = np.stack(list(dynmesh.complete(walker.faces, walker.vertices, known)))
+    table = tmp_path / "jobs.csv"
+    table.write_text("input,output\n" + "".join(f"in.npz,out{i}.npz\n" for i in range(n)))
+    with dask_cluster(tmp_path) as (address, workers):
+        command = [sys.executable, "-m", "dynmesh", "batch", str(table), "--scheduler", address]
+        batch = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+        wait_until((tmp_path / "out0.npz").exists)
+        wait_until(lambda: len(list(tmp_path.glob(".out*"))) == 2)  # both are in the middle
+        workers[0].send_signal(signal.SIGKILL)
+        _, shown = batch.communicate(timeout=120)
+    assert batch.returncode == 0, shown
+    assert f"{n} done, 0 there already, 0 failed" in shown
+    for i in range(n):
+        np.testing.assert_array_equal(dynmesh.read(tmp_path / f"out{i}.npz").vertices, expected)
+    assert not list(tmp_path.glob(".out*"))

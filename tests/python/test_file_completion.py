@@ -1,0 +1,196 @@
+"""Completion from file to file, interrupted and resumed."""
+
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from commands import dynmesh_command as run
+
+import dynmesh
+from dynmesh import file_completion, files
+from dynmesh.file_completion import OtherJobError, complete_file, unfinished_folder
+from dynmesh.streaming import default_settings
+
+RESUMABLE = [
+    format.name for format in files.formats.values() if format.writer and format.writer.resumable
+]
+
+
+@pytest.fixture(scope="module")
+def partial(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """An ocean with holes."""
+    path = tmp_path_factory.mktemp("partial") / "partial.npz"
+    ocean = dynmesh.synth.ocean(30, seed=3)
+    known = np.stack(list(dynmesh.degrade.random_known(30, 2500, 0.3, seed=1)))
+    dynmesh.write(path, dynmesh.Sequence(ocean.vertices, ocean.faces, known, 30.0))
+    return path
+
+
+@pytest.fixture
+def eager(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A checkpoint after every frame."""
+    monkeypatch.setattr(file_completion._Checkpoint, "least_seconds_between", 0.0)
+    monkeypatch.setattr(file_completion._Checkpoint, "most_of_the_time", 1e9)
+
+
+def interrupted_after(n: int, error: BaseException) -> file_completion.Watch:
+    """Lets n frames pass, then fails as a user or the system may make it."""
+
+    def watch(frames: Iterator[Any], _: int, done: int) -> Iterator[Any]:
+        for number, frame in enumerate(frames, done):
+            if number == n:
+                raise error
+            yield frame
+
+    return watch
+
+
+def output_path(folder: Path, format: str) -> Path:
+    """Where a sequence of this format may go."""
+    suffix = files.formats[format].suffixes[0]
+    return folder / (f"frame_%04d{suffix}" if format in ("ply", "obj") else f"out{suffix}")
+
+
+def test_the_default_format_can_be_resumed() -> None:
+    assert {"npz", "hdf5"} <= set(RESUMABLE)
+
+
+@pytest.mark.usefixtures("eager")
+@pytest.mark.parametrize("format", RESUMABLE)
+def test_a_resumed_run_equals_an_uninterrupted_one(
+    tmp_path: Path, partial: Path, format: str
+) -> None:
+    whole, resumed = tmp_path / "whole", tmp_path / "resumed"
+    whole.mkdir()
+    resumed.mkdir()
+    output = output_path(resumed, format)
+    complete_file(partial, output_path(whole, format))
+    for stop in (7, 19):
+        with pytest.raises(KeyboardInterrupt):
+            complete_file(
+                partial, output, resume=True, watch=interrupted_after(stop, KeyboardInterrupt())
+            )
+        assert not files.existing(output, format)
+        assert unfinished_folder(output).exists()
+    report = complete_file(partial, output, resume=True)
+    assert report.resumed_at == 19
+    expected = {path.name: path.read_bytes() for path in whole.rglob("*") if path.is_file()}
+    got = {path.name: path.read_bytes() for path in resumed.rglob("*") if path.is_file()}
+    assert expected.keys() == got.keys()
+    one, other = dynmesh.read(output_path(whole, format)), dynmesh.read(output)
+    np.testing.assert_array_equal(one.vertices, other.vertices)
+
+
+@pytest.mark.usefixtures("eager")
+def test_provenance_survives_an_interruption(tmp_path: Path, partial: Path) -> None:
+    output = tmp_path / "out.npz"
+    with pytest.raises(KeyboardInterrupt):
+        complete_file(
+            partial, output, provenance=True, watch=interrupted_after(11, KeyboardInterrupt())
+        )
+    complete_file(partial, output, provenance=True, resume=True)
+    truth = dynmesh.read(partial)
+    assert truth.known is not None
+    completer = dynmesh.Completer(truth.faces, truth.vertices[0])
+    completed = dynmesh.read(output)
+    assert completed.generation is not None
+    assert completed.age is not None
+    for i in range(30):
+        if i:
+            completer.push(truth.vertices[i], truth.known[i])
+        np.testing.assert_array_equal(completed.generation[i], completer.generation)
+        np.testing.assert_array_equal(completed.age[i], completer.age)
+
+
+@pytest.mark.usefixtures("eager")
+def test_another_job_is_not_mixed_in(tmp_path: Path, partial: Path) -> None:
+    output = tmp_path / "out.npz"
+    with pytest.raises(KeyboardInterrupt):
+        complete_file(partial, output, watch=interrupted_after(11, KeyboardInterrupt()))
+    with pytest.raises(OtherJobError, match="as these changed: extra_iterations; without"):
+        complete_file(partial, output, resume=True, extra_iterations=2)
+    assert complete_file(partial, output, resume=True).resumed_at == 11
+    with pytest.raises(KeyboardInterrupt):
+        complete_file(
+            partial, output, overwrite=True, watch=interrupted_after(5, KeyboardInterrupt())
+        )
+    assert complete_file(partial, output, overwrite=True).resumed_at == 0
+    assert [path.name for path in tmp_path.iterdir()] == ["out.npz"]
+
+
+@pytest.mark.usefixtures("eager")
+def test_only_what_can_be_continued_is_left(tmp_path: Path, partial: Path) -> None:
+    output = tmp_path / "out.npz"
+    with pytest.raises(ValueError, match="no sensor"):
+        complete_file(partial, output, watch=interrupted_after(11, ValueError("no sensor")))
+    assert not list(tmp_path.iterdir())
+    with pytest.raises(OSError, match="No space"):
+        complete_file(partial, output, watch=interrupted_after(11, OSError("No space")))
+    assert complete_file(partial, output, resume=True).resumed_at == 11
+
+
+def test_two_processes_do_not_write_one_output(tmp_path: Path, partial: Path) -> None:
+    output = tmp_path / "out.npz"
+
+    def watch(frames: Iterator[Any], *_: int) -> Iterator[Any]:
+        for number, frame in enumerate(frames):
+            if number == 3:
+                run("complete", partial, output, code=1)
+                shown = run("complete", partial, output, "--resume", code=1).stderr
+                assert "out.npz: is being written by another process" in shown
+            yield frame
+
+    complete_file(partial, output, watch=watch)
+    assert dynmesh.read(output).vertices.shape == (30, 2500, 3)
+    assert [path.name for path in tmp_path.iterdir()] == ["out.npz"]
+
+
+@pytest.mark.parametrize("format", RESUMABLE)
+def test_a_killed_process_can_be_resumed(tmp_path: Path, partial: Path, format: str) -> None:
+    output = output_path(tmp_path, format)
+    program = (
+        "import sys, time; from dynmesh import file_completion as f\n"
+        "f._Checkpoint.least_seconds_between = 0.0\n"
+        "def slowly(frames, whole, done):\n"
+        "    for frame in frames: time.sleep(0.02); yield frame\n"
+        "f.complete_file(sys.argv[1], sys.argv[2], watch=slowly)"
+    )
+    process = subprocess.Popen([sys.executable, "-c", program, str(partial), str(output)])
+    checkpoint = unfinished_folder(output) / "checkpoint.npz"
+    began = time.monotonic()
+    while not checkpoint.exists() and time.monotonic() - began < 60 and process.poll() is None:
+        time.sleep(0.005)
+    time.sleep(0.1)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    assert checkpoint.exists()
+    assert not files.existing(output, format)
+    run("complete", partial, output, "--resume")
+    sequence = dynmesh.read(partial)
+    expected = list(dynmesh.complete(sequence.faces, sequence.vertices, sequence.known))  # type: ignore[arg-type]
+    np.testing.assert_array_equal(dynmesh.read(output).vertices, expected)
+
+
+def test_the_defaults_are_the_completers(partial: Path) -> None:
+    sequence = dynmesh.read(partial)
+    faces, frame = sequence.faces, sequence.vertices[0]
+    said = dynmesh.Completer(faces, frame, **default_settings)
+    assert said.state() == dynmesh.Completer(faces, frame).state()
+
+
+def test_it_tells_what_it_did(tmp_path: Path, partial: Path) -> None:
+    report = complete_file(partial, tmp_path / "out.npz", fps=12.5)
+    assert (report.frames, report.resumed_at) == (30, 0)
+    assert report.seconds_per_frame is not None
+    assert report.seconds_per_frame > 0
+    assert dynmesh.read(tmp_path / "out.npz").fps == 12.5
+    with pytest.raises(FileExistsError, match=r"out\.npz: exists already; --overwrite replaces it"):
+        complete_file(partial, tmp_path / "out.npz")
+    with pytest.raises(ValueError, match=r"partial\.npz: is the input; writing over it"):
+        complete_file(partial, partial, overwrite=True)
