@@ -2,7 +2,7 @@
 install(TARGETS dynmesh EXPORT dynmesh-targets)
 install(DIRECTORY cpp/include/dynmesh ${CMAKE_CURRENT_BINARY_DIR}/include/dynmesh
         DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
-        FILES_MATCHING PATTERN "*.hpp")
+        FILES_MATCHING PATTERN "*.h" PATTERN "*.hpp")
 install(EXPORT dynmesh-targets NAMESPACE dynmesh::
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/dynmesh)
 configure_package_config_file(cmake/dynmesh-config.cmake.in dynmesh-config.cmake

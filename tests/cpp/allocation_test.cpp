@@ -1,5 +1,6 @@
 /// Counts every allocation of the process, to see that a frame makes none.
 #include <doctest/doctest.h>
+#include <dynmesh/dynmesh.h>
 
 #include <atomic>
 #include <cstdlib>
@@ -55,6 +56,30 @@ TEST_CASE_TEMPLATE("frames allocate nothing", Real, float, double) {
       CHECK(allocations == before);
     }
   }
+}
+
+TEST_CASE("nor do they in C") {
+  const auto mesh = sheet<float>(20);
+  constexpr std::int64_t k = 400;
+  std::vector<float> frame(3 * k);
+  const dynmesh_points points = {mesh.vertices.data(), k, 3, 1, DYNMESH_FLOAT32};
+  const dynmesh_output out = {frame.data(), k, 3, 1, DYNMESH_FLOAT32};
+  const auto known = random_mask(k, 0.3, 5);
+  const dynmesh_mask mask = {known.data(), k, 1};
+  const Index index = 4;
+  const dynmesh_points point = {mesh.vertices.data(), 1, 3, 1, DYNMESH_FLOAT32};
+  dynmesh_frame_report report{};
+  dynmesh_completer* completer = nullptr;
+  const auto n_faces = static_cast<std::int64_t>(mesh.faces().count);
+  REQUIRE(dynmesh_create(mesh.indices.data(), n_faces, &points, nullptr, &completer) == DYNMESH_OK);
+  const std::size_t before = allocations;
+  dynmesh_status status = dynmesh_push(completer, &points, &mask, &out, &report);
+  status += dynmesh_push(completer, &points, nullptr, &out, &report);
+  status += dynmesh_push_sparse(completer, &index, 1, &point, &out, &report);
+  status += dynmesh_skip(completer, &out, nullptr);
+  CHECK(allocations == before);
+  CHECK(status == DYNMESH_OK);
+  dynmesh_destroy(completer);
 }
 
 }  // namespace

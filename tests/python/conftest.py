@@ -30,6 +30,16 @@ def programs() -> Path:
     return folder
 
 
+@pytest.fixture(scope="session")
+def shared_library() -> Path:
+    """The shared library, as tests/install/run builds it."""
+    default = REPOSITORY / "build" / "install-shared-ON" / "libdynmesh.so"
+    path = Path(os.environ.get("DYNMESH_LIBRARY", default))
+    if not path.exists():
+        pytest.skip("the shared library is not built: tests/install/run builds it")
+    return path
+
+
 @pytest.fixture
 def mesh() -> Mesh:
     """A small sheet."""

@@ -1,0 +1,226 @@
+/// dynmesh for C, and for all that can call C: the same completer as in completer.hpp.
+///
+/// Status. A function that can fail returns a dynmesh_status. Where that is not DYNMESH_OK, nothing
+/// has changed: the completer is as it was, nothing was written except as stated, and
+/// dynmesh_last_message() says what is wrong, where, and which value. No exception leaves a
+/// function, and nothing is printed.
+///
+/// Arguments. Pointers must not be null unless it says so; a null one, a negative number and
+/// whatever the completer can see of bad data is refused. What it cannot see is the caller's to
+/// guarantee: that counts and strides describe memory that is there, and that a handle is alive.
+/// The values of positions, indices and masks, and the bytes of a mesh file, may be anything;
+/// a state must come from dynmesh_state, and what was damaged on its way is refused. The library
+/// never keeps a pointer that it was given.
+///
+/// Threads. One thread at a time for each completer; functions that take it as const may run beside
+/// each other. Different completers are independent.
+///
+/// Memory. dynmesh_push, dynmesh_push_sparse and dynmesh_skip allocate nothing.
+///
+/// Structs lie in memory as C lays them out. Before version 1.0 every minor version may change this
+/// interface: whoever declares it in another language should compare dynmesh_version().
+#ifndef DYNMESH_DYNMESH_H
+#define DYNMESH_DYNMESH_H
+
+// NOLINTBEGIN(modernize-deprecated-headers, modernize-use-using): this is C as well.
+#include <stdint.h>
+
+// These two hold macros alone.
+#include <dynmesh/export.hpp>
+#include <dynmesh/version.hpp>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum {
+  DYNMESH_OK = 0,
+  DYNMESH_INVALID_ARGUMENT = 1,
+  DYNMESH_OUT_OF_MEMORY = 2,
+  DYNMESH_UNREADABLE_FILE = 3,  ///< of dynmesh_read_template alone
+  DYNMESH_INTERNAL_ERROR = 4    ///< a fault of dynmesh
+};
+typedef int32_t dynmesh_status;
+
+/// What was wrong with the last call on this thread that failed, UTF-8, cut to 1023 bytes; "" where
+/// none has. Valid until the next call on this thread that fails.
+DYNMESH_EXPORT const char* dynmesh_last_message(void);
+
+/// The version of the library, "major.minor.patch"; DYNMESH_VERSION is that of this header.
+DYNMESH_EXPORT const char* dynmesh_version(void);
+
+// Arrays in the caller's memory ------------------------------------------------------------------
+
+enum { DYNMESH_FLOAT32 = 32, DYNMESH_FLOAT64 = 64 };
+
+/// Positions that are read: coordinate c of row i is element i * row_stride + c * column_stride.
+/// Strides count elements, not bytes, and may be negative. x y z one after another: 3 and 1. `data`
+/// is aligned as its elements are, and may be null where `count` is 0.
+typedef struct dynmesh_points {
+  const void* data;
+  int64_t count;  ///< rows
+  int64_t row_stride;
+  int64_t column_stride;
+  int32_t type;  ///< DYNMESH_FLOAT32 or DYNMESH_FLOAT64
+} dynmesh_points;
+
+/// Positions that are written. The fields are those of dynmesh_points.
+typedef struct dynmesh_output {
+  void* data;
+  int64_t count;
+  int64_t row_stride;
+  int64_t column_stride;
+  int32_t type;
+} dynmesh_output;
+
+/// A byte for each vertex: not zero where it was observed. `stride` counts bytes; packed: 1.
+typedef struct dynmesh_mask {
+  const uint8_t* data;
+  int64_t count;
+  int64_t stride;
+} dynmesh_mask;
+
+// Settings ---------------------------------------------------------------------------------------
+
+enum { DYNMESH_METHOD_MOTION = 0 };
+enum { DYNMESH_UNSEEN_HOLD = 0, DYNMESH_UNSEEN_FOLLOW = 1 };
+
+/// settings.hpp says what each of them does.
+typedef struct dynmesh_settings {
+  int32_t method;
+  int32_t revisit;  ///< not zero: true
+  int32_t extra_iterations;
+  int32_t unseen;
+  double noise;             ///< NaN: none
+  int32_t reject_outliers;  ///< not zero: true
+  int32_t threads;
+} dynmesh_settings;
+
+/// The paper's method.
+DYNMESH_EXPORT dynmesh_status dynmesh_default_settings(dynmesh_settings* settings);
+
+// The completer ----------------------------------------------------------------------------------
+
+typedef struct dynmesh_completer dynmesh_completer;
+
+/// What happened to one frame; known + filled + unseen is the number of vertices.
+typedef struct dynmesh_frame_report {
+  int64_t known;
+  int64_t filled;      ///< estimated by the method
+  int64_t unseen;      ///< not tied to a known vertex: held, or moved rigidly
+  int64_t iterations;  ///< of the method
+  double seconds;      ///< wall time of the call
+} dynmesh_frame_report;
+
+/// Makes a completer of `n_faces` triangles, three vertex indices each, packed, and of frame 0,
+/// which must be complete and finite. The type of `first_frame` is that of all later positions.
+/// `settings` may be null: the defaults. Free `*completer` with dynmesh_destroy; it is null where
+/// this fails.
+DYNMESH_EXPORT dynmesh_status dynmesh_create(const int32_t* faces, int64_t n_faces,
+                                             const dynmesh_points* first_frame,
+                                             const dynmesh_settings* settings,
+                                             dynmesh_completer** completer);
+
+/// Null is allowed.
+DYNMESH_EXPORT void dynmesh_destroy(dynmesh_completer* completer);
+
+/// Completes the next frame: known vertices exactly as given, everything else estimated.
+///
+/// `points` has a row for each vertex; rows that are not known are not read. `known` may be null:
+/// then rows with a coordinate that is not finite are missing, all others known. A known position
+/// must be finite and within 1e18 for float, 1e200 for double.
+///
+/// `out` has a row for each vertex. It may be the very array that `points` is, or other columns of
+/// the same interleaved buffer; output that would overwrite input in any other way is refused.
+/// `report` may be null.
+DYNMESH_EXPORT dynmesh_status dynmesh_push(dynmesh_completer* completer,
+                                           const dynmesh_points* points, const dynmesh_mask* known,
+                                           const dynmesh_output* out, dynmesh_frame_report* report);
+
+/// Vertex `indices[i]` was observed at row i of `points`, and no other was. Each index at most
+/// once, in any order. `indices` may be null where `n_indices` is 0. The rest as dynmesh_push.
+DYNMESH_EXPORT dynmesh_status dynmesh_push_sparse(dynmesh_completer* completer,
+                                                  const int32_t* indices, int64_t n_indices,
+                                                  const dynmesh_points* points,
+                                                  const dynmesh_output* out,
+                                                  dynmesh_frame_report* report);
+
+/// A frame of which nothing was observed. The rest as dynmesh_push.
+DYNMESH_EXPORT dynmesh_status dynmesh_skip(dynmesh_completer* completer, const dynmesh_output* out,
+                                           dynmesh_frame_report* report);
+
+/// This complete frame becomes frame 0, as if the completer were new. Allocates.
+DYNMESH_EXPORT dynmesh_status dynmesh_reset(dynmesh_completer* completer,
+                                            const dynmesh_points* frame);
+
+/// The bytes that dynmesh_state writes, the same for the life of the completer; 0 for null. Makes
+/// the state to measure it.
+DYNMESH_EXPORT int64_t dynmesh_state_size(const dynmesh_completer* completer);
+
+/// Writes all that later frames depend on to `state`, which has room for `size` bytes; a smaller
+/// one than dynmesh_state_size is refused. Allocates.
+DYNMESH_EXPORT dynmesh_status dynmesh_state(const dynmesh_completer* completer, void* state,
+                                            int64_t size);
+
+/// Continues where the state was taken, with the same results, in any completer of the same faces,
+/// type and settings, on any machine. `size`: exactly that of the state. Allocates.
+DYNMESH_EXPORT dynmesh_status dynmesh_restore(dynmesh_completer* completer, const void* state,
+                                              int64_t size);
+
+/// k, the number of vertices; 0 for null.
+DYNMESH_EXPORT int64_t dynmesh_n_vertices(const dynmesh_completer* completer);
+
+/// (k,) of the last frame: 0 known, g estimated and reached by iteration g, -1 unseen. Valid until
+/// the next call that changes the completer; null for null.
+DYNMESH_EXPORT const int32_t* dynmesh_generation(const dynmesh_completer* completer);
+
+/// (k,) frames since the vertex was last observed. Valid as dynmesh_generation.
+DYNMESH_EXPORT const int32_t* dynmesh_age(const dynmesh_completer* completer);
+
+/// Of the last frame; all vertices known before the first.
+DYNMESH_EXPORT dynmesh_status dynmesh_report(const dynmesh_completer* completer,
+                                             dynmesh_frame_report* report);
+
+// The connectivity -------------------------------------------------------------------------------
+
+typedef struct dynmesh_topology_report {
+  int64_t components;         ///< connected components; an isolated vertex is one
+  int64_t isolated_vertices;  ///< vertices without an edge
+  int64_t boundary_edges;     ///< edges with one face, among the faces not refused
+  int64_t refused_faces;      ///< that no half-edge mesh can hold; their edges count all the same
+} dynmesh_topology_report;
+
+DYNMESH_EXPORT dynmesh_status dynmesh_topology(const dynmesh_completer* completer,
+                                               dynmesh_topology_report* report);
+
+/// Which face the refused face `number`, counted from 0, is, and what is wrong with it, for people.
+/// `*reason` is valid as long as the completer lives.
+DYNMESH_EXPORT dynmesh_status dynmesh_refused_face(const dynmesh_completer* completer,
+                                                   int64_t number, int64_t* face,
+                                                   const char** reason);
+
+// Template files ---------------------------------------------------------------------------------
+
+/// The complete first frame of a dynamic mesh, in the library's memory.
+typedef struct dynmesh_template {
+  const float* vertices;  ///< x y z, packed, in the order of the file
+  int64_t n_vertices;
+  const int32_t* faces;  ///< packed; polygons are fanned from their first vertex
+  int64_t n_faces;
+} dynmesh_template;
+
+/// Reads OBJ, PLY or OFF, by suffix. No vertex or face is dropped, merged or renumbered; a file
+/// that cannot be read so is refused. Free `*mesh` with dynmesh_free_template; it is null where
+/// this fails.
+DYNMESH_EXPORT dynmesh_status dynmesh_read_template(const char* path,
+                                                    const dynmesh_template** mesh);
+
+/// Null is allowed.
+DYNMESH_EXPORT void dynmesh_free_template(const dynmesh_template* mesh);
+
+#ifdef __cplusplus
+}
+#endif
+// NOLINTEND(modernize-deprecated-headers, modernize-use-using)
+
+#endif

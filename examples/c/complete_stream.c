@@ -1,0 +1,67 @@
+/// A capture loop in C: completes frames on their way from a sensor to a display.
+///
+///     sensor | complete_stream body.obj > completed.raw
+///
+/// Frames are little-endian float32 x y z for each vertex of the template, in its order, with NaN
+/// where a vertex was not seen. A frame that is refused is shown as the past foretells it, and the
+/// stream goes on. Standard error tells how long the frames took.
+#include <dynmesh/dynmesh.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+static int fail(const char* what) {
+  fprintf(stderr, "complete_stream: %s\n", what);
+  return 1;
+}
+
+/// Completes standard input to standard output in `frame`, which holds one frame of `completer`.
+static int run(dynmesh_completer* completer, float* frame) {
+  const int64_t k = dynmesh_n_vertices(completer);
+  const dynmesh_points points = {frame, k, 3, 1, DYNMESH_FLOAT32};
+  const dynmesh_output out = {frame, k, 3, 1, DYNMESH_FLOAT32};  // in place
+  const size_t size = 3 * sizeof(float) * (size_t)k;
+  long completed = 0;
+  double slowest = 0;
+  size_t got = 0;
+  while ((got = fread(frame, 1, size, stdin)) == size) {
+    dynmesh_frame_report report;
+    if (dynmesh_push(completer, &points, NULL, &out, &report) != DYNMESH_OK) {
+      fprintf(stderr, "frame %ld: %s\n", completed + 1, dynmesh_last_message());
+      if (dynmesh_skip(completer, &out, &report) != DYNMESH_OK) return fail(dynmesh_last_message());
+    }
+    if (fwrite(frame, 1, size, stdout) != size || fflush(stdout) != 0) {
+      return fail("standard output cannot be written");
+    }
+    if (report.seconds > slowest) slowest = report.seconds;
+    ++completed;
+  }
+  fprintf(stderr, "%ld frames completed; %.3f ms at most\n", completed, 1e3 * slowest);
+  return got == 0 ? 0 : fail("standard input ends within a frame");
+}
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    fputs("Usage: complete_stream TEMPLATE < PARTIAL.raw > COMPLETED.raw\n", stderr);
+    return 2;
+  }
+  const dynmesh_template* mesh = NULL;
+  if (dynmesh_read_template(argv[1], &mesh) != DYNMESH_OK) return fail(dynmesh_last_message());
+
+  const dynmesh_points first_frame = {mesh->vertices, mesh->n_vertices, 3, 1, DYNMESH_FLOAT32};
+  dynmesh_completer* completer = NULL;
+  const dynmesh_status status =
+      dynmesh_create(mesh->faces, mesh->n_faces, &first_frame, NULL, &completer);
+  float* frame = malloc(3 * sizeof(float) * (size_t)mesh->n_vertices);
+  int code = 1;
+  if (status != DYNMESH_OK) {
+    fail(dynmesh_last_message());
+  } else if (frame == NULL) {
+    fail("out of memory");
+  } else {
+    code = run(completer, frame);
+  }
+  free(frame);
+  dynmesh_destroy(completer);
+  dynmesh_free_template(mesh);
+  return code;
+}

@@ -1,0 +1,47 @@
+/// What a C program does, compiled as strict C11. A C++ compiler would let other things pass.
+#include <dynmesh/dynmesh.h>
+#include <math.h>
+#include <stddef.h>
+#include <stdlib.h>
+
+// What other languages declare.
+_Static_assert(sizeof(dynmesh_points) == 40 && offsetof(dynmesh_points, type) == 32, "");
+_Static_assert(sizeof(dynmesh_output) == 40 && offsetof(dynmesh_output, type) == 32, "");
+_Static_assert(sizeof(dynmesh_mask) == 24, "");
+_Static_assert(sizeof(dynmesh_settings) == 32 && offsetof(dynmesh_settings, noise) == 16, "");
+_Static_assert(sizeof(dynmesh_frame_report) == 40, "");
+_Static_assert(sizeof(dynmesh_topology_report) == 32, "");
+_Static_assert(sizeof(dynmesh_template) == 32, "");
+
+#define EXPECT(condition) \
+  if (!(condition)) return __LINE__
+
+int run_c_program(void);
+
+int run_c_program(void) {
+  const int32_t faces[] = {0, 1, 2, 2, 1, 3};
+  float frame[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0};
+  const dynmesh_points points = {frame, 4, 3, 1, DYNMESH_FLOAT32};
+  const dynmesh_output out = {frame, 4, 3, 1, DYNMESH_FLOAT32};
+  dynmesh_settings settings;
+  EXPECT(dynmesh_default_settings(&settings) == DYNMESH_OK);
+  EXPECT(settings.revisit == 1 && settings.unseen == DYNMESH_UNSEEN_FOLLOW &&
+         isnan(settings.noise));
+  dynmesh_completer* completer = NULL;
+  EXPECT(dynmesh_create(faces, 2, &points, &settings, &completer) == DYNMESH_OK);
+
+  frame[0] = NAN;
+  for (int v = 1; v < 4; ++v) frame[3 * v + 2] += 5;
+  dynmesh_frame_report report;
+  EXPECT(dynmesh_push(completer, &points, NULL, &out, &report) == DYNMESH_OK);
+  EXPECT(report.known == 3 && report.filled == 1 && frame[0] == 0 && frame[2] == 5);
+  EXPECT(dynmesh_generation(completer)[0] == 1 && dynmesh_age(completer)[0] == 1);
+
+  const int64_t size = dynmesh_state_size(completer);
+  void* state = malloc((size_t)size);
+  EXPECT(state != NULL && dynmesh_state(completer, state, size) == DYNMESH_OK);
+  EXPECT(dynmesh_restore(completer, state, size) == DYNMESH_OK);
+  free(state);
+  dynmesh_destroy(completer);
+  return 0;
+}

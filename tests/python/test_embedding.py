@@ -1,0 +1,77 @@
+"""What docs/embedding.md shows compiles and runs, and what it says is so."""
+
+import shutil
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import REPOSITORY
+from test_documents import blocks, build, run
+
+import dynmesh
+
+DOCUMENT = (REPOSITORY / "docs" / "embedding.md").read_text()
+
+
+@pytest.fixture
+def library_folder(shared_library: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where the shared library is, and is looked for by programs."""
+    monkeypatch.setenv("LD_LIBRARY_PATH", str(shared_library.parent))
+    return shared_library.parent
+
+
+def test_cpp_and_c(tmp_path: Path, programs: Path) -> None:
+    (project,) = blocks("cmake", DOCUMENT)
+    (tmp_path / "CMakeLists.txt").write_text(project)
+    in_place, packets = blocks("cpp", DOCUMENT)
+    (in_c,) = blocks("c", DOCUMENT)
+    (tmp_path / "in_place.cpp").write_text(in_place)
+    (tmp_path / "packets.cpp").write_text(packets)
+    (tmp_path / "in_place.c").write_text(in_c)
+    built = build(tmp_path, programs)
+    for name in ("in_place", "in_place_c"):
+        assert run(built / name, cwd=tmp_path) == "3 filled in; vertex 0 is at height 5\n"
+    assert run(built / "packets", cwd=tmp_path).splitlines() == [
+        "frame 4 refused: indices: place 0 holds 9, but the mesh has 4 vertices, counted from 0",
+        "vertex 3 is at height 3, unseen for 4 frames",
+    ]
+
+
+@pytest.mark.usefixtures("library_folder")
+def test_python(tmp_path: Path) -> None:
+    (snippet,) = blocks("python", DOCUMENT)
+    shown = run(sys.executable, "-c", snippet, cwd=tmp_path)
+    assert shown == "vertex 0 is at height 5.0\nout: is a null pointer\n"
+
+
+def test_rust(tmp_path: Path, library_folder: Path) -> None:
+    if shutil.which("rustc") is None:
+        pytest.skip("rustc is not here")
+    (snippet,) = blocks("rust", DOCUMENT)
+    (tmp_path / "main.rs").write_text(snippet)
+    compiler = ("rustc", "--edition", "2021", "-D", "warnings", "-L", library_folder)
+    run(*compiler, "main.rs", cwd=tmp_path)
+    assert run(tmp_path / "main", cwd=tmp_path) == "3 filled in; vertex 0 is at height 5\n"
+
+
+def test_lost_frames_and_keyframes() -> None:
+    truth = dynmesh.synth.ocean(5)
+    first, second, third, keyframe, last = truth.vertices
+    known = np.random.default_rng(0).random(len(first)) < 0.3
+    steady, lossy = (dynmesh.Completer(truth.faces, first) for _ in range(2))
+    assert (lossy.skip() == first).all()
+    for frame in (second, third):  # as if there had been no skip
+        assert lossy.push(frame, known).tobytes() == steady.push(frame, known).tobytes()
+    assert (lossy.push(keyframe) == keyframe).all()
+    fresh = dynmesh.Completer(truth.faces, keyframe).push(last, known)
+    # Frame 0 still sets the unit that weights are computed in, which rounds otherwise.
+    assert np.allclose(lossy.push(last, known), fresh, rtol=0, atol=1e-5)
+
+
+@pytest.mark.parametrize(("dtype", "share"), [("float32", 29), ("float64", 53)])
+def test_size_of_a_state(dtype: str, share: int) -> None:
+    truth = dynmesh.synth.ocean(1)
+    completer = dynmesh.Completer(truth.faces, truth.vertices[0].astype(dtype))
+    assert len(completer.state()) == 96 + share * completer.n_vertices
+    assert f"{share} with `{'float' if share == 29 else 'double'}`" in DOCUMENT
