@@ -100,7 +100,7 @@ def complete_file(
             reader.header, fps=fps or reader.fps, has_known=False, has_provenance=provenance
         )
         folder = unfinished_folder(output)
-        with lock_folder(folder, output):
+        with _folder_for(output, output_format), lock_folder(folder, output):
             job = _describe(reader, header, source, output_format, settings)
             checkpoint = _Checkpoint(folder / "checkpoint.npz", job)
             saved = checkpoint.load() if resume else None
@@ -137,7 +137,11 @@ def check_output(
 
     Raises:
         FileExistsError, ValueError: it would.
+        FileNotFoundError: there is no folder for it.
     """
+    folder = (files.new_folder(output, format) or output).parent
+    if not folder.is_dir():
+        raise FileNotFoundError(f"{output}: there is no folder {folder}")
     existing = files.existing(output, format)
     inputs = [] if reader is None else reader.files
     for file in existing:
@@ -145,6 +149,20 @@ def check_output(
             raise ValueError(f"{file}: is the input; writing over it would lose it")
     if existing and not overwrite:
         raise FileExistsError(f"{existing[0]}: exists already; --overwrite replaces it")
+
+
+@contextlib.contextmanager
+def _folder_for(output: Path, format: str | None) -> Iterator[None]:
+    """Makes the folder of an output that may have a new one, and removes it if it stays empty."""
+    new = files.new_folder(output, format)
+    if new is not None:
+        new.mkdir()
+    try:
+        yield
+    finally:
+        if new is not None:
+            with contextlib.suppress(OSError):  # it is in use
+                new.rmdir()
 
 
 class OtherJobError(ValueError):

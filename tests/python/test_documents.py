@@ -1,4 +1,4 @@
-"""Every command and snippet of the README does what it says."""
+"""Every command and snippet of the documents does what it says."""
 
 import os
 import re
@@ -12,9 +12,9 @@ from conftest import REPOSITORY
 README = (REPOSITORY / "README.md").read_text()
 
 
-def blocks(language: str) -> list[str]:
+def blocks(language: str, document: str = README) -> list[str]:
     """The code blocks of one language, in their order."""
-    return re.findall(rf"^```{language}\n(.*?)^```$", README, flags=re.DOTALL | re.MULTILINE)
+    return re.findall(rf"^```{language}\n(.*?)^```$", document, flags=re.DOTALL | re.MULTILINE)
 
 
 def run(*command: str | Path, cwd: Path) -> str:
@@ -43,16 +43,20 @@ def test_shell(tmp_path: Path) -> None:
     assert (tmp_path / "again.npz").read_bytes() == (tmp_path / "completed.npz").read_bytes()
 
 
-@pytest.mark.usefixtures("programs")
+def build(folder: Path, programs: Path) -> Path:
+    """Builds the CMake project in `folder` against an installed dynmesh."""
+    run("cmake", "--install", programs, "--prefix", folder / "prefix", cwd=folder)
+    run("cmake", "-B", "build", f"-DCMAKE_PREFIX_PATH={folder / 'prefix'}", cwd=folder)
+    run("cmake", "--build", "build", cwd=folder)
+    return folder / "build"
+
+
 def test_cpp(tmp_path: Path, programs: Path) -> None:
     (snippet,) = blocks("cpp")
     (project,) = blocks("cmake")
     (tmp_path / "main.cpp").write_text(snippet)
     (tmp_path / "CMakeLists.txt").write_text(project)
-    run("cmake", "--install", programs, "--prefix", tmp_path / "prefix", cwd=tmp_path)
-    run("cmake", "-B", "build", f"-DCMAKE_PREFIX_PATH={tmp_path / 'prefix'}", cwd=tmp_path)
-    run("cmake", "--build", "build", cwd=tmp_path)
-    shown = run(tmp_path / "build" / "mine", cwd=tmp_path)
+    shown = run(build(tmp_path, programs) / "mine", cwd=tmp_path)
     assert shown == "2 filled in, vertex 1 is at height 5\n"
 
 
@@ -71,7 +75,26 @@ def test_the_table_of_errors_is_what_the_command_prints(data: Path, tmp_path: Pa
     assert printed.strip() in README
 
 
-@pytest.mark.parametrize("name", ["README.md", "docs/results.md"])
+@pytest.mark.parametrize("name", ["docs/gallery.md", "docs/method.md"])
+def test_pages_do_what_they_say(name: str, tmp_path: Path) -> None:
+    document = (REPOSITORY / name).read_text()
+    for folder in ("benchmarks", "docs"):  # commands name files of the repository
+        (tmp_path / folder).symlink_to(REPOSITORY / folder)
+    printed = [run("bash", "-euc", snippet, cwd=tmp_path) for snippet in blocks("bash", document)]
+    # The snippets of a page build on one another, as they do for its reader.
+    printed.append(run(sys.executable, "-c", "\n".join(blocks("python", document)), cwd=tmp_path))
+    for text in printed:
+        for table in re.findall(r"(?:^\|.*\n)+", text, flags=re.MULTILINE):
+            assert table in document
+    page = Path(name).stem
+    shown = set(re.findall(rf"\]\((figures/{page}/.*?)\)", document))
+    assert shown == {str(p.relative_to(tmp_path)) for p in tmp_path.glob(f"figures/{page}/*")}
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["README.md", "docs/embedding.md", "docs/gallery.md", "docs/method.md", "docs/results.md"],
+)
 def test_links_lead_somewhere(name: str) -> None:
     document = REPOSITORY / name
     targets = re.findall(r"\]\(([^)#]+)\)", document.read_text())

@@ -54,7 +54,9 @@ def interrupted_after(n: int, error: BaseException) -> file_completion.Watch:
 def output_path(folder: Path, format: str) -> Path:
     """Where a sequence of this format may go."""
     suffix = files.formats[format].suffixes[0]
-    return folder / (f"frame_%04d{suffix}" if format in ("ply", "obj") else f"out{suffix}")
+    if format in ("ply", "obj"):
+        return folder / "new" / f"frame_%04d{suffix}"
+    return folder / f"out{suffix}"
 
 
 def test_the_default_format_can_be_resumed() -> None:
@@ -173,7 +175,7 @@ def test_a_killed_process_can_be_resumed(tmp_path: Path, partial: Path, format: 
     assert not files.existing(output, format)
     run("complete", partial, output, "--resume")
     sequence = dynmesh.read(partial)
-    expected = list(dynmesh.complete(sequence.faces, sequence.vertices, sequence.known))  # type: ignore[arg-type]
+    expected = list(dynmesh.complete(sequence.faces, sequence.vertices, sequence.known))
     np.testing.assert_array_equal(dynmesh.read(output).vertices, expected)
 
 

@@ -13,7 +13,7 @@ import typer
 from .._extras import require
 from .._terminal import counter, say, track
 from ..batch import Result, complete_files, read_jobs
-from ..file_completion import FileReport, complete_file, unfinished_folder
+from ..file_completion import FileReport, check_output, complete_file, unfinished_folder
 from ..streaming import Settings
 from .options import (
     Faces,
@@ -27,7 +27,6 @@ from .options import (
     Overwrite,
     Prim,
     Unseen,
-    check_new,
     source_of,
 )
 
@@ -69,7 +68,7 @@ def complete(
         "extra_iterations": extra_iterations,
         "unseen": unseen.value,
     }
-    check_new(output, overwrite, format=output_format)
+    check_output(output, output_format, overwrite=overwrite)
     try:
         report = complete_file(
             path,

@@ -4,12 +4,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from .. import files
-from ..file_completion import Source, check_output
+from ..file_completion import Source
 
 _names = ", ".join(files.formats)
 
@@ -91,13 +91,6 @@ def source_of(
         "known": mask,
         "missing": None if missing is None else "zero",
     }
-
-
-def check_new(path: Path, overwrite: bool, **more: Any) -> None:
-    """As :func:`check_output`, also for files that are no sequences."""
-    if not path.parent.is_dir():
-        raise ValueError(f"{path}: there is no folder {path.parent}")
-    check_output(path, overwrite=overwrite, **more)
 
 
 @contextmanager

@@ -15,6 +15,7 @@ from .. import evaluation, files
 from .. import synth as built_in
 from .._core import Completer
 from .._terminal import say, track
+from ..file_completion import check_output
 from ..sequence import Mask, Positions
 from .options import (
     Axis,
@@ -30,7 +31,6 @@ from .options import (
     Prim,
     Seed,
     as_usage,
-    check_new,
     source_of,
 )
 
@@ -50,7 +50,7 @@ def synth(
     overwrite: Overwrite = False,
 ) -> None:
     """Make a built-in sequence: a simulated ocean, or a figure that walks and does a handstand."""
-    check_new(output, overwrite)
+    check_output(output, overwrite=overwrite)
     make = {BuiltIn.ocean: built_in.ocean, BuiltIn.walker: built_in.walker}[name]
     sequence = make(seed=seed) if frames is None else make(frames, seed=seed)
     files.write(output, sequence)
@@ -105,7 +105,7 @@ def degrade(
             "say what to do: --known, --camera, --patches, --dropout, --noise or --outliers"
         )
     with files.open(path, **source_of(format, faces, prim, mask, missing)) as reader:
-        check_new(output, overwrite, format=output_format, reader=reader)
+        check_output(output, output_format, overwrite=overwrite, reader=reader)
         shape = (reader.n_frames, reader.n_vertices)
         masks: list[Iterator[Mask]] = []
         points: Iterator[Positions] = (frame.points for frame in reader)
@@ -155,7 +155,7 @@ def convert(
 ) -> None:
     """Write a sequence in another format; docs/formats.md says what each keeps."""
     with files.open(path, **source_of(format, faces, prim, mask, missing)) as reader:
-        check_new(output, overwrite, format=output_format, reader=reader)
+        check_output(output, output_format, overwrite=overwrite, reader=reader)
         header = replace(reader.header, fps=fps or reader.fps)
         with files.begin(output, header, format=output_format) as writer:
             for frame in track(reader, reader.n_frames, "converting"):

@@ -14,9 +14,19 @@ from numpy.typing import NDArray
 
 from ..polygons import Polygons
 from ..sequence import Sequence
+from .alembic import alembic
+from .hdf5 import hdf5
 from .interface import Format, Frame, Header, Reader, Template, Writer, naming
 from .masks import MaskedReader
+from .mdd import mdd
+from .npy import npy
 from .npz import npz
+from .numbered import files_in
+from .obj import obj
+from .paraview import pvd
+from .pc2 import pc2
+from .ply import ply
+from .usd import usd, usdz
 
 __all__ = [
     "Frame",
@@ -30,6 +40,7 @@ __all__ = [
     "existing",
     "formats",
     "naming",
+    "new_folder",
     "open",
     "read",
     "write",
@@ -37,7 +48,9 @@ __all__ = [
 
 PathLike: TypeAlias = str | os.PathLike[str]
 
-formats: dict[str, Format] = {format.name: format for format in (npz,)}
+formats: dict[str, Format] = {
+    format.name: format for format in (npz, hdf5, npy, pc2, mdd, ply, obj, pvd, usd, usdz, alembic)
+}
 """All formats by name."""
 
 
@@ -145,6 +158,13 @@ def existing(path: PathLike, format: str | None = None) -> list[Path]:
         return _writer_of(path, format).existing(path)
 
 
+def new_folder(path: PathLike, format: str | None = None) -> Path | None:
+    """The folder that writing to `path` would make; None where it must be there already."""
+    path = Path(path)
+    with naming(path):
+        return _writer_of(path, format).new_folder(path)
+
+
 def create_like(
     reader: Reader,
     path: PathLike,
@@ -215,12 +235,23 @@ def _format_of(path: Path, name: str | None) -> Format:
         if name not in formats:
             raise ValueError(f"the format '{name}' is not known, but {_listed(formats)}")
         return formats[name]
+    if path.is_dir():
+        return _format_in(path)
     suffix = path.suffix.lower()
     for format in formats.values():
         if suffix in format.suffixes:
             return format
     suffixes = [suffix for format in formats.values() for suffix in format.suffixes]
     raise ValueError(f"the format '{path.suffix}' is not known, but {_listed(suffixes)}")
+
+
+def _format_in(folder: Path) -> Format:
+    """The format of the frames in a folder."""
+    found = [format for format in (ply, obj) if files_in(folder, format.suffixes[0])]
+    if len(found) == 1:
+        return found[0]
+    what = "both .ply and .obj files" if found else "no .ply or .obj files"
+    raise ValueError(f"is a folder with {what}: name the format with --format, in Python format=")
 
 
 def _writer_of(path: Path, format: str | None) -> type[Writer]:

@@ -176,9 +176,13 @@ class Writer(ABC):
         header: what it will say of all its frames.
         folder: where it is until it is whole.
         resumable: whether a writer can go on with the unfinished file of one that is gone.
+        keeps_known: whether the format holds masks; where not, NaN stands for what is not known.
+        keeps_provenance: whether the format holds generation and age; where not, they are refused.
     """
 
     resumable: ClassVar[bool] = False
+    keeps_known: ClassVar[bool] = True
+    keeps_provenance: ClassVar[bool] = True
 
     def __init__(
         self, path: Path, header: Header, *, folder: Path | None = None, resume_at: int = 0
@@ -199,6 +203,11 @@ class Writer(ABC):
         self._keep = folder is not None
         self._frame = resume_at
         with self._undoing(), self._blaming():
+            if header.has_provenance and not self.keeps_provenance:
+                raise ValueError(
+                    "this format holds no generation and age; "
+                    ".npz, .npy, .h5, .ply, .usd, .abc and .pvd do"
+                )
             if resume_at == 0:
                 if self.folder.exists():
                     shutil.rmtree(self.folder)
@@ -235,6 +244,11 @@ class Writer(ABC):
             file.replace(self.path.with_name(file.name))
 
     @classmethod
+    def new_folder(cls, path: Path) -> Path | None:  # noqa: ARG003 (subclasses use it)
+        """The folder that writing to `path` would make; None where it must be there already."""
+        return None
+
+    @classmethod
     def existing(cls, path: Path) -> list[Path]:
         """The files there are now that writing to `path` would replace."""
         return [path] if path.exists() else []
@@ -262,6 +276,9 @@ class Writer(ABC):
         frame = Frame(points, known, generation, age)
         with naming(self.path):
             self._check(frame)
+        if known is not None and not self.keeps_known:
+            missing = points.dtype.type(np.nan)
+            frame = Frame(np.where(known[:, None], points, missing), None, generation, age)
         with self._blaming():
             self._append(frame)
         self._frame += 1

@@ -14,8 +14,6 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from ..polygons import Polygons
-from ..sequence import check_faces, check_known, check_provenance, check_vertices
 from .interface import (
     Format,
     Frame,
@@ -26,9 +24,8 @@ from .interface import (
     refuse_mesh_name,
     refuse_template,
 )
+from .named import arrays_once, header_of, kinds_per_frame, per_frame, rows_of
 from .rows import RowFile, read_header
-
-per_frame = ("vertices", "known", "generation", "age")
 
 
 class _Rows:
@@ -81,53 +78,16 @@ class NpzReader(Reader):
 
     def _header(self) -> Header:
         names = {name.removesuffix(".npy") for name in self._archive.namelist()}
-        for needed in ("vertices", "faces"):
-            if needed not in names:
-                raise ValueError(
-                    f"has no array '{needed}': a sequence holds vertices, faces and, "
-                    f"optionally, known and fps; this file holds {', '.join(sorted(names))}"
-                )
         self._per_frame = [name for name in per_frame if name in names]
-        shape, dtype = self._shape("vertices")
-        check_vertices(dtype, shape)
-        faces = self._array("faces")
-        check_faces(faces.dtype, faces.shape)
-        if "known" in names:
-            known_shape, known_dtype = self._shape("known")
-            check_known(known_dtype, known_shape, shape[:2])
-        for name in ("generation", "age"):
-            if name in names:
-                own_shape, own_dtype = self._shape(name)
-                check_provenance(name, own_dtype, own_shape, shape[:2])
-        polygons = None
-        if "polygon_sizes" in names and "polygon_corners" in names:
-            polygons = Polygons(self._array("polygon_sizes"), self._array("polygon_corners"))
-        return Header(
-            faces=faces,
-            n_frames=shape[0],
-            n_vertices=shape[1],
-            dtype=dtype.newbyteorder("="),
-            fps=self._fps() if "fps" in names else None,
-            polygons=polygons,
-            up_axis=str(self._array("up_axis")) if "up_axis" in names else None,
-            name=str(self._array("name")) if "name" in names else None,
-            has_known="known" in names,
-            has_provenance="generation" in names and "age" in names,
-        )
+        return header_of(names, self._kind, self._array)
 
-    def _shape(self, name: str) -> tuple[tuple[int, ...], np.dtype[Any]]:
+    def _kind(self, name: str) -> tuple[tuple[int, ...], np.dtype[Any]]:
         with contextlib.closing(_Rows(self._archive, name)) as rows:
             return rows.shape, rows.dtype
 
     def _array(self, name: str) -> NDArray[Any]:
         with self._archive.open(f"{name}.npy") as file:
             return npy.read_array(file, allow_pickle=False)
-
-    def _fps(self) -> float:
-        fps = self._array("fps")
-        if fps.size != 1 or fps.dtype.kind not in "fiu":
-            raise ValueError(f"fps: must be one number, not {fps.dtype} of shape {fps.shape}")
-        return float(fps.reshape(()))
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
         with contextlib.ExitStack() as stack, _explaining():
@@ -154,22 +114,13 @@ class NpzWriter(Writer):
     resumable = True
 
     def _begin(self, kept: int) -> None:
-        header = self.header
-        kinds: dict[str, Any] = {"vertices": (header.dtype, (3,))}
-        if header.has_known:
-            kinds["known"] = (np.bool_, ())
-        if header.has_provenance:
-            kinds |= {"generation": (np.int32, ()), "age": (np.int32, ())}
         self._rows: dict[str, RowFile] = {}
-        for name, (dtype, row_shape) in kinds.items():
-            shape = (header.n_frames, header.n_vertices, *row_shape)
-            file = self.folder / f"{name}.npy"
-            self._rows[name] = RowFile(file, np.dtype(dtype), shape, kept)
+        for name, (shape, dtype) in kinds_per_frame(self.header).items():
+            self._rows[name] = RowFile(self.folder / f"{name}.npy", dtype, shape, kept)
 
     def _append(self, frame: Frame) -> None:
-        for name, rows in self._rows.items():
-            row = frame.points if name == "vertices" else getattr(frame, name)
-            rows.append(row if name in ("vertices", "known") else row.astype(np.int32))
+        for name, row in rows_of(frame).items():
+            self._rows[name].append(row)
 
     def _flush(self) -> None:
         for rows in self._rows.values():
@@ -177,19 +128,9 @@ class NpzWriter(Writer):
 
     def _finish(self) -> None:
         self._close()
-        header = self.header
-        arrays: dict[str, Any] = {"faces": header.faces}
-        if header.fps is not None:
-            arrays["fps"] = np.float64(header.fps)
-        if header.polygons is not None:
-            arrays["polygon_sizes"], arrays["polygon_corners"] = header.polygons
-        if header.up_axis is not None:
-            arrays["up_axis"] = header.up_axis
-        if header.name is not None:
-            arrays["name"] = header.name
         target = self.folder / self.path.name
         with zipfile.ZipFile(target, "w", zipfile.ZIP_STORED) as archive:
-            for name, array in arrays.items():
+            for name, array in arrays_once(self.header).items():
                 with archive.open(f"{name}.npy", "w") as file:
                     npy.write_array(file, np.asanyarray(array), allow_pickle=False)
             for name, rows in self._rows.items():

@@ -24,7 +24,7 @@ def ocean(frames: int = 1500, *, grid: int = 50, seed: int = 0, fps: float = 30.
     check_integer("seed", seed, 0)
     check_positive("fps", fps)
     vertices, faces = waves(frames, grid, seed, fps)
-    return Sequence(vertices, faces, fps=float(fps))
+    return Sequence(vertices, faces, fps=float(fps), up_axis="z")
 
 
 def walker(frames: int = 175, *, seed: int = 0, fps: float = 30.0) -> Sequence:
@@ -46,4 +46,4 @@ def walker(frames: int = 175, *, seed: int = 0, fps: float = 30.0) -> Sequence:
     check_integer("seed", seed, 0)
     check_positive("fps", fps)
     vertices, faces = walk(frames, seed)
-    return Sequence(vertices, faces, fps=float(fps))
+    return Sequence(vertices, faces, fps=float(fps), up_axis="z")

@@ -1,0 +1,56 @@
+"""Makes the pictures of docs/method.md and docs/gallery.md, from the built-in sequences alone.
+
+    python docs/make_figures [--page PAGE] [--out FOLDER]
+
+writes FOLDER/PAGE/*.png for PAGE method and gallery, or for one of them; FOLDER is docs/figures
+unless it is given. Needs the extra `reproduce`. Takes about a minute.
+"""
+
+import argparse
+from pathlib import Path
+
+import gallery
+import method
+from completion import completed_by_loss
+
+import dynmesh
+from dynmesh.figures import View
+from dynmesh.reproduce.measure import Subject
+
+PAGES = ("method", "gallery")
+
+
+def draw_method(walker: Subject, ocean: Subject, out: Path) -> None:
+    """The figures of docs/method.md."""
+    method.draw_generations(out)
+    method.draw_two_readings([walker, ocean], out)
+    method.draw_drift([walker, ocean], out)
+
+
+def draw_gallery(walker: Subject, ocean: Subject, out: Path) -> None:
+    """The pictures of docs/gallery.md."""
+    for subject in (walker, ocean):
+        view = View.of(subject.vertices[110], "z", 230)
+        by_loss = completed_by_loss(subject, 110)
+        gallery.draw_losses(subject, 110, by_loss, view, out)
+        if subject is walker:
+            gallery.draw_generations_and_ages(subject, 110, by_loss, view, out)
+    gallery.draw_strip(walker, [20, 55, 90, 125, 160], 40, out)
+    gallery.draw_readings(walker, [15, 30], 40, out)
+
+
+def main() -> None:
+    """Makes the pictures that are asked for."""
+    parser = argparse.ArgumentParser(description="Makes the pictures of two pages in docs.")
+    parser.add_argument("--page", choices=PAGES, help="of which; without it, of both")
+    parser.add_argument("--out", type=Path, default=Path(__file__).parents[1] / "figures")
+    arguments = parser.parse_args()
+    walker = Subject.of("walker", dynmesh.synth.walker(), "z", 20, None)
+    ocean = Subject.of("ocean", dynmesh.synth.ocean(175), "z", 60, None)
+    for page, draw in zip(PAGES, (draw_method, draw_gallery), strict=True):
+        if arguments.page in (None, page):
+            draw(walker, ocean, arguments.out / page)
+
+
+if __name__ == "__main__":
+    main()

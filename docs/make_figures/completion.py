@@ -1,0 +1,62 @@
+"""Built-in sequences, degraded and completed, with all that the pictures show of them."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import dynmesh
+from dynmesh.reproduce.measure import Subject
+from dynmesh.reproduce.study import scenario_masks
+from dynmesh.sequence import Mask, Positions
+
+
+@dataclass(frozen=True, eq=False)
+class Completed:
+    """A completed frame and what is known about it; errors in bounding-box diagonals."""
+
+    points: Positions
+    known: Mask
+    generation: NDArray[np.int32]
+    age: NDArray[np.int32]
+    error: NDArray[np.float64]
+    nmsve: float
+
+
+def complete(
+    subject: Subject, masks: Iterable[Mask], *, whole_every: int | None = None, **settings: Any
+) -> list[Completed]:
+    """Completes the frames after the first; entry i is frame i + 1."""
+    completer = dynmesh.Completer(subject.faces, subject.vertices[0], **settings)
+    rows = []
+    for number, known in enumerate(masks):
+        if number == 0:
+            continue
+        whole = whole_every is not None and number % whole_every == 0
+        observed = np.full(subject.n_vertices, True) if whole else known
+        points = completer.push(subject.vertices[number], observed)
+        rows.append((points, observed, completer.generation.copy(), completer.age.copy()))
+    truth, completed = subject.vertices[1:], np.stack([points for points, *_ in rows])
+    nmsve = dynmesh.metrics.nmsve(subject.faces, truth, completed) / subject.diagonal
+    errors = dynmesh.metrics.vertex_error(truth, completed) / subject.diagonal
+    return [
+        Completed(*row, error, float(mean))
+        for row, error, mean in zip(rows, errors, nmsve, strict=True)
+    ]
+
+
+def random_masks(subject: Subject, share: float) -> Iterable[Mask]:
+    """As `dynmesh degrade --known` makes them."""
+    return dynmesh.degrade.random_known(subject.n_frames, subject.n_vertices, share)
+
+
+def completed_by_loss(subject: Subject, number: int) -> dict[str, Completed]:
+    """One frame, after `dynmesh degrade` with --known 0.1, --camera 1 and --patches 0.3."""
+    losses = {
+        "10 % known, at random": random_masks(subject, 0.1),
+        "seen by one camera": scenario_masks("camera", subject, 0),
+        "30 % under patches": scenario_masks("patches", subject, 0),
+    }
+    return {words: complete(subject, masks)[number - 1] for words, masks in losses.items()}

@@ -1,0 +1,160 @@
+"""HDF5: datasets of the root, under the same names as in `.npz`.
+
+`known` is a bool dataset as h5py writes it, an enumeration of FALSE and TRUE in 8 bits; mere
+integers are refused, since they may as well be weights or labels. `fps`, `up_axis` and `name` may
+also be attributes of the root. Datasets in groups are left alone.
+"""
+
+import contextlib
+import math
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._extras import require
+from .interface import (
+    Format,
+    Frame,
+    Reader,
+    Template,
+    Writer,
+    refuse_mesh_name,
+    refuse_template,
+)
+from .named import arrays_once, header_of, kinds_per_frame, once, per_frame, rows_of
+
+attributes = ("fps", "up_axis", "name")
+# Frames that share compressed chunks are read one after another: hold the chunks until the last.
+chunk_cache = {"rdcc_nbytes": 48 << 20, "rdcc_nslots": 10007}
+room_for_hdf5 = 1 << 20  # what describes the arrays takes a few kilobytes
+
+
+class Hdf5Reader(Reader):
+    """A sequence in an HDF5 file, in any chunks, compression and byte order."""
+
+    def __init__(self, path: Path, template: Template | None, prim: str | None) -> None:
+        """Opens the file and reads everything but the frames."""
+        refuse_template(template)
+        refuse_mesh_name(prim)
+        self._h5py = require("h5py", extra="hdf5")
+        with contextlib.ExitStack() as stack, _explaining(path):
+            self._file = stack.enter_context(self._h5py.File(path, "r", **chunk_cache))
+            names = {name for name in (*per_frame, *once) if name in self._file}
+            names |= {name for name in attributes if name in self._file.attrs}
+            self._rows = {name: self._dataset(name) for name in per_frame if name in names}
+            super().__init__(path, header_of(names, self._kind, self._array))
+            stack.pop_all()  # the file stays open
+
+    def _dataset(self, name: str) -> Any:
+        dataset = self._file[name]
+        if not isinstance(dataset, self._h5py.Dataset):
+            raise ValueError(f"{name}: must be a dataset, not a {type(dataset).__name__.lower()}")
+        return dataset
+
+    def _kind(self, name: str) -> tuple[tuple[int, ...], np.dtype[Any]]:
+        rows = self._rows[name]
+        return rows.shape or (), rows.dtype
+
+    def _array(self, name: str) -> NDArray[Any]:
+        if name in self._file:
+            dataset = self._dataset(name)
+            text = self._h5py.check_string_dtype(dataset.dtype) is not None
+            return np.asarray(dataset.asstr()[()] if text else dataset[()])
+        value = self._file.attrs[name]
+        return np.asarray(value.decode() if isinstance(value, bytes) else value)
+
+    def _frames(self, numbers: range) -> Iterator[Frame]:
+        with _explaining(self.path):
+            for number in numbers:
+                rows = {name: _native(dataset[number]) for name, dataset in self._rows.items()}
+                yield Frame(rows.pop("vertices"), **rows)
+
+    def close(self) -> None:
+        """Closes the file."""
+        self._file.close()
+
+
+class Hdf5Writer(Writer):
+    """An HDF5 file in the making.
+
+    h5py gives every array its place in the file and closes it. From then on the frames are written
+    to their places as plain bytes: the file is sound at any moment, even if the process is killed.
+    """
+
+    resumable = True
+
+    def _begin(self, kept: int) -> None:
+        h5py = require("h5py", extra="hdf5")
+        path = self.folder / self.path.name
+        if kept == 0:
+            self._lay_out(h5py, path)
+        with h5py.File(path) as file:
+            datasets = {name: file[name] for name in kinds_per_frame(self.header)}
+            # An array without any byte has no place.
+            self._places = {name: data.id.get_offset() or 0 for name, data in datasets.items()}
+        self._file = path.open("r+b")
+
+    def _lay_out(self, h5py: Any, path: Path) -> None:
+        kinds, arrays = kinds_per_frame(self.header), arrays_once(self.header)
+        size = sum(math.prod(shape) * dtype.itemsize for shape, dtype in kinds.values())
+        size += sum(np.asarray(array).nbytes for array in arrays.values()) + room_for_hdf5
+        with path.open("wb") as file:  # HDF5 may crash where the system forbids such a size
+            file.truncate(size)
+        placed = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+        placed.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
+        placed.set_fill_time(h5py.h5d.FILL_TIME_NEVER)
+        placed.set_obj_track_times(False)  # the same sequence gives the same bytes
+        try:
+            with h5py.File(path, "w") as file:
+                for name, (shape, dtype) in kinds.items():
+                    kind = h5py.h5t.py_create(dtype, logical=True)
+                    space = h5py.h5s.create_simple(shape)
+                    h5py.h5d.create(file.id, name.encode(), kind, space, placed)
+                for name, array in arrays.items():
+                    file[name] = array
+        except RuntimeError as error:  # so h5py calls what fails while it closes
+            raise OSError(_one_line(error)) from error
+
+    def _append(self, frame: Frame) -> None:
+        for name, row in rows_of(frame).items():
+            self._file.seek(self._places[name] + self._frame * row.nbytes)
+            self._file.write(np.ascontiguousarray(row).data)
+
+    def _flush(self) -> None:
+        self._file.flush()
+
+    def _finish(self) -> None:
+        self._close()
+
+    def _close(self) -> None:
+        self._file.close()
+
+
+@contextlib.contextmanager
+def _explaining(path: Path) -> Iterator[None]:
+    """Says in one line what h5py says of its insides."""
+    try:
+        yield
+    except BlockingIOError as error:
+        raise OSError(f"{path}: is open in another program, which writes it") from error
+    except OSError as error:
+        if error.errno:
+            raise OSError(error.errno, os.strerror(error.errno), str(path)) from error
+        raise ValueError(f"cannot be read as HDF5: {_one_line(error)}") from error
+    except (KeyError, RuntimeError) as error:
+        raise ValueError(f"cannot be read as HDF5: {_one_line(error)}") from error
+
+
+def _native(row: NDArray[Any]) -> NDArray[Any]:
+    return row.astype(row.dtype.newbyteorder("="), copy=False)
+
+
+def _one_line(error: Exception) -> str:
+    return " ".join(str(error.args[0]).split())
+
+
+hdf5 = Format("hdf5", (".h5", ".hdf5"), "datasets in an HDF5 file", Hdf5Reader, Hdf5Writer)

@@ -1,0 +1,110 @@
+"""The arrays of a sequence by name, as dynmesh's own archives and HDF5 files hold them.
+
+`vertices`, `known`, `generation` and `age` have a row for every frame; the rest is said once.
+"""
+
+from collections.abc import Callable, Collection
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..polygons import Polygons
+from ..sequence import check_faces, check_known, check_provenance, check_vertices
+from .interface import Frame, Header
+
+per_frame = ("vertices", "known", "generation", "age")
+once = ("faces", "fps", "polygon_sizes", "polygon_corners", "up_axis", "name")
+
+
+def header_of(
+    names: Collection[str],
+    kind_of: Callable[[str], tuple[tuple[int, ...], np.dtype[Any]]],
+    array_of: Callable[[str], NDArray[Any]],
+) -> Header:
+    """What a file of arrays says of all its frames.
+
+    Args:
+        names: of the arrays that the file holds.
+        kind_of: the shape and the dtype of the array of that name.
+        array_of: the array of that name itself; asked for none that has a row per frame.
+
+    Raises:
+        TypeError, ValueError: they are no sequence.
+    """
+    for needed in ("vertices", "faces"):
+        if needed not in names:
+            raise ValueError(
+                f"has no array '{needed}': a sequence holds vertices, faces and, "
+                f"optionally, known and fps; this file holds {', '.join(sorted(names)) or 'none'}"
+            )
+    for one, other in (("generation", "age"), ("polygon_sizes", "polygon_corners")):
+        if (one in names) != (other in names):
+            raise ValueError(f"{one}, {other}: must be given both or neither")
+    shape, dtype = kind_of("vertices")
+    check_vertices(dtype, shape)
+    faces = array_of("faces")
+    check_faces(faces.dtype, faces.shape)
+    if "known" in names:
+        known_shape, known_dtype = kind_of("known")
+        check_known(known_dtype, known_shape, shape[:2])
+    if "age" in names:
+        for name in ("generation", "age"):
+            own_shape, own_dtype = kind_of(name)
+            check_provenance(name, own_dtype, own_shape, shape[:2])
+    polygons = None
+    if "polygon_sizes" in names:
+        polygons = Polygons(array_of("polygon_sizes"), array_of("polygon_corners"))
+    return Header(
+        faces=faces,
+        n_frames=shape[0],
+        n_vertices=shape[1],
+        dtype=dtype.newbyteorder("="),
+        fps=_number("fps", array_of("fps")) if "fps" in names else None,
+        polygons=polygons,
+        up_axis=str(array_of("up_axis")) if "up_axis" in names else None,
+        name=str(array_of("name")) if "name" in names else None,
+        has_known="known" in names,
+        has_provenance="age" in names,
+    )
+
+
+def _number(name: str, array: NDArray[Any]) -> float:
+    if array.size != 1 or array.dtype.kind not in "fiu":
+        raise ValueError(f"{name}: must be one number, not {array.dtype} of shape {array.shape}")
+    return float(array.reshape(()))
+
+
+def kinds_per_frame(header: Header) -> dict[str, tuple[tuple[int, ...], np.dtype[Any]]]:
+    """The shape and the dtype of each array that has a row per frame."""
+    masks = (header.n_frames, header.n_vertices)
+    kinds: dict[str, tuple[tuple[int, ...], np.dtype[Any]]]
+    kinds = {"vertices": ((*masks, 3), header.dtype)}
+    if header.has_known:
+        kinds["known"] = (masks, np.dtype(np.bool_))
+    if header.has_provenance:
+        kinds |= {name: (masks, np.dtype(np.int32)) for name in ("generation", "age")}
+    return kinds
+
+
+def rows_of(frame: Frame) -> dict[str, NDArray[Any]]:
+    """The row that the frame adds to each of these arrays."""
+    rows: dict[str, NDArray[Any]] = {"vertices": frame.points}
+    if frame.known is not None:
+        rows["known"] = frame.known
+    if frame.generation is not None and frame.age is not None:
+        rows |= {"generation": frame.generation.astype(np.int32), "age": frame.age.astype(np.int32)}
+    return rows
+
+
+def arrays_once(header: Header) -> dict[str, Any]:
+    """The other arrays."""
+    arrays: dict[str, Any] = {
+        "faces": header.faces,
+        "fps": None if header.fps is None else np.float64(header.fps),
+        "up_axis": header.up_axis,
+        "name": header.name,
+    }
+    if header.polygons is not None:
+        arrays["polygon_sizes"], arrays["polygon_corners"] = header.polygons
+    return {name: array for name, array in arrays.items() if array is not None}

@@ -1,0 +1,150 @@
+"""`.npy`: positions as one numpy array (n, k, 3), mapped into memory.
+
+The other arrays lie beside `NAME.npy`: `NAME.faces.npy` and, optionally, `NAME.known.npy`,
+`NAME.generation.npy` and `NAME.age.npy`. Frames per second, polygons, the axis that is up and the
+name of the mesh have no place in them and are lost.
+"""
+
+import contextlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..sequence import check_faces, check_known, check_provenance, check_vertices
+from .flat import FlatRows
+from .interface import Format, Frame, Header, Reader, Template, Writer, naming, refuse_mesh_name
+from .named import kinds_per_frame, per_frame, rows_of
+from .rows import RowFile, read_header
+from .template import find_template
+
+
+def _path_of(name: str, path: Path) -> Path:
+    """Where the array of that name lies, if the positions lie at `path`."""
+    return path if name == "vertices" else path.with_name(f"{path.stem}.{name}.npy")
+
+
+class _ColumnRows:
+    """The rows of an array in Fortran's order, none of which lies in one piece."""
+
+    def __init__(self, path: Path) -> None:
+        self._whole: NDArray[Any] = np.load(path, mmap_mode="r")
+        self.shape, self.dtype = self._whole.shape, self._whole.dtype
+
+    def read(self, number: int) -> NDArray[Any]:
+        return np.array(self._whole[number], self.dtype.newbyteorder("="), order="C")
+
+    def close(self) -> None:
+        del self._whole
+
+
+def _open_rows(path: Path) -> FlatRows | _ColumnRows:
+    with path.open("rb") as file:
+        shape, by_columns, dtype = read_header(file)
+        begin = file.tell()
+    return _ColumnRows(path) if by_columns else FlatRows(path, begin, shape, dtype)
+
+
+class NpyReader(Reader):
+    """A sequence in an array of positions, with others beside it."""
+
+    def __init__(self, path: Path, template: Template | None, prim: str | None) -> None:
+        """Opens the arrays."""
+        refuse_mesh_name(prim)
+        with contextlib.ExitStack() as stack:
+            self._rows = {"vertices": stack.enter_context(contextlib.closing(_open_rows(path)))}
+            vertices = self._rows["vertices"]
+            check_vertices(vertices.dtype, vertices.shape)
+            for name in per_frame[1:]:
+                beside = _path_of(name, path)
+                if beside.exists():
+                    with naming(Path(beside.name)):
+                        rows = stack.enter_context(contextlib.closing(_open_rows(beside)))
+                        if name == "known":
+                            check_known(rows.dtype, rows.shape, vertices.shape[:2])
+                        else:
+                            check_provenance(name, rows.dtype, rows.shape, vertices.shape[:2])
+                    self._rows[name] = rows
+            if ("generation" in self._rows) != ("age" in self._rows):
+                raise ValueError("has only one of generation and age beside it, but needs both")
+            n_frames, n_vertices, _ = vertices.shape
+            faces_beside = {_path_of("faces", path): _load_faces}
+            template, faces_files = find_template(template, n_vertices, faces_beside)
+            self._files = [_path_of(name, path) for name in self._rows] + faces_files
+            header = Header(
+                faces=template.faces,
+                n_frames=n_frames,
+                n_vertices=n_vertices,
+                dtype=vertices.dtype.newbyteorder("="),
+                polygons=template.polygons,
+                has_known="known" in self._rows,
+                has_provenance="age" in self._rows,
+            )
+            super().__init__(path, header)
+            stack.pop_all()  # the arrays stay open
+
+    @property
+    def files(self) -> list[Path]:
+        """The files that are read."""
+        return self._files
+
+    def _frames(self, numbers: range) -> Iterator[Frame]:
+        for number in numbers:
+            rows = {name: rows.read(number) for name, rows in self._rows.items()}
+            yield Frame(rows.pop("vertices"), **rows)
+
+    def close(self) -> None:
+        """Closes the arrays."""
+        for rows in self._rows.values():
+            rows.close()
+
+
+def _load_faces(path: Path) -> Template:
+    faces = np.load(path, allow_pickle=False)
+    check_faces(faces.dtype, faces.shape)
+    return Template(faces, None, None)
+
+
+class NpyWriter(Writer):
+    """The arrays in the making."""
+
+    resumable = True
+
+    def _begin(self, kept: int) -> None:
+        self._rows: dict[str, RowFile] = {}
+        for name, (shape, dtype) in kinds_per_frame(self.header).items():
+            file = self.folder / _path_of(name, self.path).name
+            self._rows[name] = RowFile(file, dtype, shape, kept)
+        np.save(self.folder / _path_of("faces", self.path).name, self.header.faces)
+
+    def _append(self, frame: Frame) -> None:
+        for name, row in rows_of(frame).items():
+            self._rows[name].append(row)
+
+    def _flush(self) -> None:
+        for rows in self._rows.values():
+            rows.flush()
+
+    def _finish(self) -> None:
+        self._close()
+
+    def _publish(self) -> None:
+        for file in self.existing(self.path):
+            if not (self.folder / file.name).exists():  # it goes with the sequence it belongs to
+                file.unlink()
+        super()._publish()
+
+    @classmethod
+    def existing(cls, path: Path) -> list[Path]:
+        """The files there are now that writing to `path` would replace or remove."""
+        files = [_path_of(name, path) for name in (*per_frame, "faces")]
+        return [file for file in files if file.exists()]
+
+    def _close(self) -> None:
+        for rows in self._rows.values():
+            rows.close()
+
+
+npy = Format("npy", (".npy",), "one numpy array of positions", NpyReader, NpyWriter)

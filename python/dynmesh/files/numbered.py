@@ -1,0 +1,126 @@
+"""What the files of a sequence with one file per frame are called."""
+
+import errno
+import glob
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+_conversion = re.compile("%(?:0[0-9]+)?d")
+
+
+@dataclass(frozen=True)
+class FrameNames:
+    """What the files of a sequence are called.
+
+    Attributes:
+        folder: where they are.
+        pattern: a name with ``%d`` or ``%04d`` for the frame's number, or a plain name, which a
+            sequence of one frame has.
+    """
+
+    folder: Path
+    pattern: str
+
+    @property
+    def numbered(self) -> bool:
+        """Whether the pattern has one place for a number."""
+        return self.pattern.count("%") == 1 and _conversion.search(self.pattern) is not None
+
+    def name(self, number: int) -> str:
+        """What the file of this frame is called."""
+        return self.pattern % number if self.numbered else self.pattern
+
+    def existing(self) -> dict[int, Path]:
+        """The files there are, by ascending number."""
+        if not self.numbered:
+            file = self.folder / self.pattern
+            return {0: file} if file.exists() else {}
+        begin, end = map(re.escape, _conversion.split(self.pattern))
+        found = {}
+        for file in self.folder.glob("*"):  # nothing where there is no folder
+            match = re.fullmatch(f"{begin}([0-9]+){end}", file.name)
+            if match and self.name(int(match[1])) == file.name:
+                found[int(match[1])] = file
+        return dict(sorted(found.items()))
+
+
+def files_in(folder: Path, suffix: str) -> list[Path]:
+    """The files in a folder that have this suffix and are not hidden, in natural order."""
+    return _in_natural_order(
+        file
+        for file in folder.glob("*")
+        if file.suffix.lower() == suffix and not file.name.startswith(".")
+    )
+
+
+def find_files(path: Path, suffix: str) -> list[Path]:
+    """The files of a sequence that is to be read.
+
+    Args:
+        path: a file; a folder, for all its files with `suffix` in natural order; a pattern as
+            ``frame_%04d.ply``, for all files from the lowest number to the highest; or a glob as
+            ``*.ply``, for all files that match, in natural order.
+        suffix: in lower case, as ".ply".
+
+    Raises:
+        FileNotFoundError: there is none.
+        ValueError: a number is missing, or the folder holds no such file.
+    """
+    if path.is_dir():
+        if not (found := files_in(path, suffix)):
+            raise ValueError(f"holds no {suffix} file")
+        return found
+    names = FrameNames(path.parent, path.name)
+    if path.exists():
+        found = [path]
+    elif names.numbered:
+        by_number = names.existing()
+        for before, after in pairwise(by_number):
+            if after > before + 1:
+                raise ValueError(f"{names.name(before + 1)} is missing")
+        found = list(by_number.values())
+    else:
+        matching = glob.glob(str(path))  # noqa: PTH207 (which would find hidden files, too)
+        found = _in_natural_order(map(Path, matching))
+    if not found:
+        raise FileNotFoundError(errno.ENOENT, "there is no such file", str(path))
+    return found
+
+
+def names_to_write(path: Path, suffix: str) -> FrameNames:
+    """What the files of a sequence shall be called that is to be written to `path`.
+
+    Args:
+        path: a file, for one frame; a pattern as ``frame_%04d.ply``; or a folder.
+        suffix: in lower case, as ".ply".
+
+    Raises:
+        ValueError: it is a glob, or a folder with files that would become part of the sequence.
+    """
+    names = FrameNames(path.parent, path.name)
+    if path.is_dir() or not (names.numbered or path.suffix or path.exists()):
+        names = FrameNames(path, f"frame_%04d{suffix}")
+        own = set(names.existing().values())
+        others = [file for file in files_in(path, suffix) if file not in own]
+        if others:
+            raise ValueError(
+                f"holds {others[0].name}, which is not called {names.pattern}; "
+                "write to a folder without other frames"
+            )
+    elif glob.has_magic(path.name):
+        raise ValueError(f"a glob is only read; write frame_%04d{suffix}")
+    return names
+
+
+def _in_natural_order(files: Iterable[Path]) -> list[Path]:
+    """frame2 before frame10."""
+
+    def key(file: Path) -> tuple[list[Any], str]:
+        parts = re.split("([0-9]+)", str(file))
+        return [int(part) if part.isdecimal() else part for part in parts], str(file)
+
+    return sorted(files, key=key)

@@ -1,0 +1,244 @@
+"""PVD: ParaView's index of times, beside a folder with one VTP file per frame.
+
+`walk.pvd` lists `walk/walk_0000.vtp` and so on with the time of each. A VTP file has the points,
+the polygons and, where a sequence has them, the point data `known`, `generation` and `age`.
+
+Times are in seconds, or frame numbers where nobody knows the frames per second: so even steps, if
+not of 1, are read as frames per second, and other steps as none.
+"""
+
+import contextlib
+import errno
+import math
+import os
+import re
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._extras import require
+from ..polygons import Polygons, as_polygons
+from .frame_files import FramesReader, FramesWriter
+from .interface import Format, Frame, Template, refuse_mesh_name, refuse_template
+from .numbered import FrameNames
+
+out_of_disk_space = 20007  # vtkErrorCode::OutOfDiskSpaceError
+
+_one_at_a_time = threading.Lock()  # where VTK says its errors is global
+
+
+class PvdReader(FramesReader):
+    """A sequence in VTP files that a PVD file lists."""
+
+    def __init__(self, path: Path, template: Template | None, prim: str | None) -> None:
+        """Reads the list and the first of its files."""
+        refuse_template(template)
+        refuse_mesh_name(prim)
+        times, files = _read_index(path)
+        super().__init__(path, files, _frames_per_second(times))
+
+    @property
+    def files(self) -> list[Path]:
+        """The files that are read."""
+        return [self.path, *self._files]
+
+    def _load(self, file: Path) -> tuple[Frame, Polygons]:
+        mesh = _read_mesh(file)
+        for cells, what in (("Verts", "points as cells"), ("Lines", "lines"), ("Strips", "strips")):
+            if getattr(mesh, f"GetNumberOf{cells}")():
+                raise ValueError(f"holds {what}, but only polygons can be read")
+        if mesh.GetPoints() is None:
+            raise ValueError("has no vertices")
+        points = _as_numpy(mesh.GetPoints().GetData())
+        if points.dtype.kind != "f":
+            raise ValueError(f"its positions must be float, not {points.dtype}")
+        known, generation, age = (
+            _point_data(mesh, name) for name in ("known", "generation", "age")
+        )
+        if known is not None and not np.isin(known, (0, 1)).all():
+            raise ValueError("its point data 'known' must be 0 or 1")
+        if generation is None or age is None:
+            generation = age = None
+        polygons = mesh.GetPolys()
+        sizes = np.diff(_as_numpy(polygons.GetOffsetsArray()))
+        corners = _as_numpy(polygons.GetConnectivityArray())
+        mask = None if known is None else known.astype(np.bool_)
+        return Frame(points, mask, generation, age), Polygons(sizes, corners)
+
+
+def _read_index(path: Path) -> tuple[list[float], list[Path]]:
+    """The times, ascending, and the file of each."""
+    try:
+        root = ElementTree.parse(path).getroot()
+    except ElementTree.ParseError as error:
+        raise ValueError(f"is damaged or no PVD file: {error}") from error
+    if root.get("type") != "Collection":
+        raise ValueError(f"is no PVD file, which has the type Collection, not {root.get('type')}")
+    by_time: dict[float, str] = {}
+    for entry in root.iterfind("Collection/DataSet"):
+        name, time = entry.get("file", ""), float(entry.get("timestep", "0"))
+        if not name.lower().endswith(".vtp"):
+            raise ValueError(f"lists the file '{name}', but only .vtp files can be read")
+        if not math.isfinite(time):
+            raise ValueError(f"{name}: the time must be finite, not {time}")
+        if time in by_time:
+            raise ValueError(
+                f"lists {by_time[time]} and {name} for the time {time:g}; parts cannot be joined"
+            )
+        by_time[time] = name
+    times = sorted(by_time)
+    return times, [path.parent / by_time[time] for time in times]
+
+
+def _frames_per_second(times: list[float]) -> float | None:
+    if len(times) < 2:
+        return None
+    step = (times[-1] - times[0]) / (len(times) - 1)
+    if math.isclose(step, 1) or not np.allclose(np.diff(times), step, rtol=1e-3, atol=0):
+        return None
+    return float(f"{1 / step:.12g}")  # as it was before it was divided by
+
+
+def _read_mesh(file: Path) -> Any:
+    """A vtkPolyData."""
+    _check_counts(file)
+    reader = require("vtkmodules.vtkIOXML", extra="view").vtkXMLPolyDataReader()
+    reader.SetFileName(str(file))
+    with _listening() as complaints:
+        reader.Update()
+    if complaints:
+        raise ValueError(f"is damaged or no VTP file: {complaints[0]}")
+    return reader.GetOutput()
+
+
+def _check_counts(file: Path) -> None:
+    """Refuses counts that would make VTK end the process."""
+    content = file.read_bytes()
+    for name, count in re.findall(
+        rb"""(NumberOf\w+)=["']\s*(.*?)\s*["']""", content.partition(b"<AppendedData")[0]
+    ):
+        # Compression makes a vertex no smaller than a hundredth of a byte.
+        if not count.isdigit() or int(count) > 1000 * len(content):
+            raise ValueError(f"is damaged: {name.decode()} is {count.decode('latin-1')}")
+
+
+@contextlib.contextmanager
+def _listening() -> Iterator[list[str]]:
+    """Yields what will hold VTK's errors and warnings at the end, a line each; none is printed."""
+    core = require("vtkmodules.vtkCommonCore", extra="view")
+    complaints: list[str] = []
+    with _one_at_a_time:
+        window, usual = core.vtkStringOutputWindow(), core.vtkOutputWindow.GetInstance()
+        verbosity = core.vtkLogger.GetCurrentVerbosityCutoff()
+        core.vtkOutputWindow.SetInstance(window)
+        core.vtkLogger.SetStderrVerbosity(core.vtkLogger.VERBOSITY_OFF)
+        try:
+            yield complaints
+        finally:
+            core.vtkLogger.SetStderrVerbosity(verbosity)
+            core.vtkOutputWindow.SetInstance(usual)
+    for text in re.split(r"(?m)^.*: In .*, line [0-9]+\n", window.GetOutput()):
+        what = re.sub(r"^\w+ \(0x[0-9a-f]+\): ", "", text.strip().partition("\n")[0])
+        if what and "InformationKey" not in what:  # VTK cannot read the range that it writes of NaN
+            complaints.append(what)
+
+
+def _as_numpy(array: Any) -> NDArray[Any]:
+    return np.asarray(require("vtkmodules.util.numpy_support", extra="view").vtk_to_numpy(array))
+
+
+def _as_vtk(array: NDArray[Any], name: str | None = None) -> Any:
+    support = require("vtkmodules.util.numpy_support", extra="view")
+    result = support.numpy_to_vtk(np.ascontiguousarray(array), deep=True)
+    if name is not None:
+        result.SetName(name)
+    return result
+
+
+def _point_data(mesh: Any, name: str) -> NDArray[np.int32] | None:
+    array = mesh.GetPointData().GetArray(name)
+    if array is None:
+        return None
+    values = _as_numpy(array)
+    of_vertices = values.dtype.kind in "iu" and values.shape == (mesh.GetNumberOfPoints(),)
+    if not of_vertices or not np.array_equal(values, values.astype(np.int32)):
+        raise ValueError(f"its point data '{name}' must be one int per vertex")
+    return values.astype(np.int32)
+
+
+class PvdWriter(FramesWriter):
+    """A PVD file and a folder of VTP files in the making, binary and not compressed."""
+
+    suffix = ".pvd"
+
+    @classmethod
+    def _names_of(cls, path: Path) -> FrameNames:
+        if path.suffix.lower() != cls.suffix:
+            raise ValueError("must end in .pvd: the rest of the name is that of a folder beside it")
+        return FrameNames(path.with_suffix(""), f"{path.stem.replace('%', '_')}_%04d.vtp")
+
+    @classmethod
+    def existing(cls, path: Path) -> list[Path]:
+        """The files there are now that writing to `path` would replace."""
+        return [path] * path.exists() + super().existing(path)
+
+    def _begin(self, kept: int) -> None:
+        super()._begin(kept)
+        sizes, corners = as_polygons(self.header.faces, self.header.polygons)
+        offsets = np.concatenate([[0], np.cumsum(sizes)])
+        self._model = require("vtkmodules.vtkCommonDataModel", extra="view")
+        self._polygons = self._model.vtkCellArray()
+        self._polygons.SetData(_as_vtk(offsets.astype(np.int32)), _as_vtk(corners.astype(np.int32)))
+
+    def _save(self, file: Path, frame: Frame) -> None:
+        points = require("vtkmodules.vtkCommonCore", extra="view").vtkPoints()
+        points.SetData(_as_vtk(frame.points))
+        mesh = self._model.vtkPolyData()
+        mesh.SetPoints(points)
+        mesh.SetPolys(self._polygons)
+        for name, dtype in (("known", np.uint8), ("generation", np.int32), ("age", np.int32)):
+            if (values := getattr(frame, name)) is not None:
+                mesh.GetPointData().AddArray(_as_vtk(values.astype(dtype), name))
+        writer = require("vtkmodules.vtkIOXML", extra="view").vtkXMLPolyDataWriter()
+        writer.SetInputData(mesh)
+        writer.SetFileName(str(file))
+        writer.SetDataModeToAppended()
+        writer.EncodeAppendedDataOff()
+        writer.SetCompressorTypeToNone()
+        with _listening():
+            written = writer.Write()
+        if not written:
+            code = writer.GetErrorCode()  # the system's, with one exception
+            code = errno.ENOSPC if code == out_of_disk_space else code
+            raise OSError(code, os.strerror(code), str(file))
+
+    def _finish(self) -> None:
+        root = ElementTree.Element(
+            "VTKFile", type="Collection", version="0.1", byte_order="LittleEndian"
+        )
+        collection = ElementTree.SubElement(root, "Collection")
+        fps = self.header.fps
+        for number in range(self.header.n_frames):
+            ElementTree.SubElement(
+                collection,
+                "DataSet",
+                timestep=str(number if fps is None else number / fps),
+                part="0",
+                file=f"{self._names.folder.name}/{self._names.name(number)}",
+            )
+        ElementTree.indent(root)
+        index = ElementTree.ElementTree(root)
+        index.write(self.folder / self.path.name, encoding="utf-8", xml_declaration=True)
+
+    def _publish(self) -> None:
+        """Replaces an older sequence of the same name, the index last."""
+        super()._publish()
+        (self.folder / self.path.name).replace(self.path)
+
+
+pvd = Format("pvd", (".pvd",), "ParaView's index of a folder of VTP files", PvdReader, PvdWriter)

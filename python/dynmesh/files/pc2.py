@@ -1,0 +1,47 @@
+"""PC2, the point cache of 3ds Max and Blender.
+
+`POINTCACHE2` and a zero byte, int32 version 1, int32 vertices, float32 start frame, float32 sample
+rate, int32 frames, then float32 positions; all little-endian. The rate counts samples per frame of
+a scene, not seconds: frames per second cannot be held.
+"""
+
+import struct
+from typing import IO
+
+import numpy as np
+
+from .interface import Format
+from .pointcache import PointCacheReader, PointCacheWriter
+
+signature = b"POINTCACHE2\0"
+layout = struct.Struct("<12siiffi")
+
+
+class Pc2Reader(PointCacheReader):
+    """A sequence in a PC2 file."""
+
+    dtype_in_file = np.dtype("<f4")
+
+    def _read_shape(self, file: IO[bytes]) -> tuple[tuple[int, int, int], int]:
+        begin = file.read(layout.size)
+        if not begin.startswith(signature):
+            raise ValueError("is no PC2 file; one begins with POINTCACHE2")
+        if len(begin) < layout.size:
+            raise ValueError(f"ends in its header, after {len(begin)} of {layout.size} bytes")
+        _, version, n_vertices, _, _, n_frames = layout.unpack(begin)
+        if version != 1:
+            raise ValueError(f"is a PC2 file of version {version}, but only 1 is known")
+        return (n_frames, n_vertices, 3), layout.size
+
+
+class Pc2Writer(PointCacheWriter):
+    """A PC2 file in the making."""
+
+    dtype_in_file = np.dtype("<f4")
+
+    def _header_bytes(self) -> bytes:
+        header = self.header
+        return layout.pack(signature, 1, header.n_vertices, 0.0, 1.0, header.n_frames)
+
+
+pc2 = Format("pc2", (".pc2",), "point cache of 3ds Max and Blender", Pc2Reader, Pc2Writer)

@@ -1,0 +1,177 @@
+"""Point caches, PC2 and MDD: a short header, then the positions of every frame as float32.
+
+They hold neither faces nor masks nor provenance. The faces come from a mesh beside the file,
+`NAME.obj` or `NAME.ply`, on which an animation program puts the cache; the writer writes frame 0
+as `NAME.obj`. Positions of vertices that are not known are written as NaN, float64 is rounded.
+"""
+
+import contextlib
+import os
+from abc import abstractmethod
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import IO, Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..polygons import as_polygons
+from .flat import FlatRows
+from .interface import Frame, Header, Reader, Template, Writer, naming, refuse_mesh_name
+from .obj import ObjReader, ObjWriter
+from .ply import PlyReader
+from .template import find_template
+
+largest_count = 2**31 - 1
+
+
+class PointCacheReader(Reader):
+    """A sequence in a point cache.
+
+    Attributes:
+        dtype_in_file: float32 in the byte order of the format.
+    """
+
+    dtype_in_file: ClassVar[np.dtype[np.float32]]
+
+    def __init__(self, path: Path, template: Template | None, prim: str | None) -> None:
+        """Opens the file and finds its faces."""
+        refuse_mesh_name(prim)
+        with path.open("rb") as file, contextlib.ExitStack() as stack:
+            shape, begin = self._read_shape(file)
+            self._rows = FlatRows(path, begin, shape, self.dtype_in_file)
+            stack.callback(self._rows.close)
+            n_frames, n_vertices, _ = shape
+            template, mesh_files = find_template(
+                template,
+                n_vertices,
+                {
+                    path.with_suffix(".obj"): _mesh_with(ObjReader),
+                    path.with_suffix(".ply"): _mesh_with(PlyReader),
+                },
+            )
+            self._files = [path, *mesh_files]
+            header = Header(
+                faces=template.faces,
+                n_frames=n_frames,
+                n_vertices=n_vertices,
+                dtype=np.dtype(np.float32),
+                fps=self._read_fps(file, n_frames),
+                polygons=template.polygons,
+            )
+            super().__init__(path, header)
+            stack.pop_all()  # the rows stay open
+
+    @abstractmethod
+    def _read_shape(self, file: IO[bytes]) -> tuple[tuple[int, int, int], int]:
+        """(n, k, 3), unchecked, and how many bytes come before the first frame."""
+
+    def _read_fps(self, file: IO[bytes], n_frames: int) -> float | None:  # noqa: ARG002
+        """Frames per second, where the format says so, from behind the shape."""
+        return None
+
+    @property
+    def files(self) -> list[Path]:
+        """The files that are read."""
+        return self._files
+
+    def _frames(self, numbers: range) -> Iterator[Frame]:
+        for number in numbers:
+            yield Frame(self._rows.read(number))
+
+    def close(self) -> None:
+        """Closes the file."""
+        self._rows.close()
+
+
+def _mesh_with(
+    reader_of: Callable[[Path, Template | None, str | None], Reader],
+) -> Callable[[Path], Template]:
+    def load(path: Path) -> Template:
+        with reader_of(path, None, None) as reader:
+            return Template(reader.faces, reader.header.polygons, reader.n_vertices)
+
+    return load
+
+
+class PointCacheWriter(Writer):
+    """A point cache in the making, and the mesh beside it.
+
+    A `NAME.obj` with the same faces that is there already stays as it is, since it may hold more,
+    as texture coordinates; one with other faces is replaced.
+
+    Attributes:
+        dtype_in_file: float32 in the byte order of the format.
+    """
+
+    resumable = True
+    keeps_known = False
+    keeps_provenance = False
+    dtype_in_file: ClassVar[np.dtype[np.float32]]
+
+    @abstractmethod
+    def _header_bytes(self) -> bytes:
+        """What comes before the first frame."""
+
+    def _begin(self, kept: int) -> None:
+        header = self.header
+        for what, count in (("frames", header.n_frames), ("vertices", header.n_vertices)):
+            if count > largest_count:
+                raise ValueError(f"can hold {largest_count} {what}, not {count}")
+        self._mesh_writer: ObjWriter | None = None
+        mesh = self.path.with_suffix(".obj")
+        if kept == 0 and not (mesh.exists() and self._has_same_faces(mesh)):
+            own = self.folder / mesh.name
+            self._mesh_writer = ObjWriter(
+                own, replace(header, n_frames=1, has_known=False), folder=self.folder / "mesh"
+            )
+        begin = self._header_bytes()
+        end = len(begin) + kept * header.n_vertices * 3 * self.dtype_in_file.itemsize
+        self._file = (self.folder / self.path.name).open("r+b" if kept else "wb")
+        self._file.write(begin)
+        if kept and os.fstat(self._file.fileno()).st_size < end:
+            raise ValueError(f"the unfinished file ends before frame {kept}")
+        self._file.truncate(end)
+        self._file.seek(end)
+
+    @classmethod
+    def existing(cls, path: Path) -> list[Path]:
+        """The files there are now that writing to `path` may replace."""
+        return [file for file in (path, path.with_suffix(".obj")) if file.exists()]
+
+    def _has_same_faces(self, path: Path) -> bool:
+        header = self.header
+        with naming(Path(path.name)):
+            mesh = _mesh_with(ObjReader)(path)
+        there, wanted = (as_polygons(m.faces, m.polygons) for m in (mesh, header))
+        return mesh.n_vertices == header.n_vertices and all(map(np.array_equal, there, wanted))
+
+    def _append(self, frame: Frame) -> None:
+        if self._frame == 0 and self._mesh_writer is not None:
+            with self._mesh_writer:
+                self._mesh_writer.append(frame.points)
+        with naming(self.path):
+            self._file.write(self._rounded(frame).data)
+
+    def _rounded(self, frame: Frame) -> NDArray[Any]:
+        points = frame.points
+        with np.errstate(over="ignore"):
+            rounded = np.ascontiguousarray(points, self.dtype_in_file)
+        overflows = (np.isinf(rounded) & np.isfinite(points)).any(axis=1)
+        if overflows.any():
+            vertex = int(overflows.argmax())
+            raise ValueError(
+                f"frame {self._frame}: vertex {vertex} at {points[vertex].tolist()} "
+                "is out of the range of float32, which is what the format holds"
+            )
+        return rounded
+
+    def _flush(self) -> None:
+        self._file.flush()
+
+    def _finish(self) -> None:
+        self._close()
+
+    def _close(self) -> None:
+        self._file.close()

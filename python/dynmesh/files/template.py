@@ -1,0 +1,42 @@
+"""The faces of files that hold positions alone: given, or from a file beside them."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from .interface import Template, naming
+
+
+def find_template(
+    given: Template | None, n_vertices: int, beside: Mapping[Path, Callable[[Path], Template]]
+) -> tuple[Template, list[Path]]:
+    """The mesh that lends its faces, and the file beside that it was read from, if any.
+
+    Args:
+        given: what the caller names; files beside are not looked at then.
+        n_vertices: of the file that holds positions alone.
+        beside: the files that may lie beside it, the preferred one first, and how each is read.
+
+    Raises:
+        OSError: a file beside it cannot be read.
+        ValueError: there is no mesh, or it has another number of vertices.
+    """
+    template, files = (given, []) if given is not None else _first(beside)
+    if template.n_vertices not in (None, n_vertices):
+        raise ValueError(
+            f"has {n_vertices} vertices, but the mesh with its faces has {template.n_vertices}"
+        )
+    return template, files
+
+
+def _first(
+    beside: Mapping[Path, Callable[[Path], Template]],
+) -> tuple[Template, list[Path]]:
+    for path, load in beside.items():
+        if path.exists():
+            with naming(Path(path.name)):
+                return load(path), [path]
+    names = " or ".join(path.name for path in beside)
+    raise ValueError(
+        f"holds positions alone, and there is no {names} beside it: "
+        "give its faces (faces= in Python, --faces FILE in the shell)"
+    )

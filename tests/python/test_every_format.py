@@ -1,0 +1,345 @@
+"""What every file format must do, and how every one of them answers to what it cannot read."""
+
+import resource
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import dynmesh
+from dynmesh import cli, files
+from dynmesh.polygons import Polygons, split_polygons
+
+FORMATS = [name for name, format in files.formats.items() if format.writer]
+SINGLE_PRECISION = {"usd", "alembic", "pc2", "mdd"}
+MASKED = {"npz", "npy", "hdf5", "ply", "usd", "alembic", "pvd"}
+TRACED = MASKED
+TIMED = {"npz", "hdf5", "mdd", "usd", "alembic", "pvd"}
+LIBRARY = {
+    "hdf5": ("h5py", "hdf5"),
+    "usd": ("pxr", "usd"),
+    "alembic": ("alembic3d", "alembic"),
+    "pvd": ("vtkmodules", "view"),
+}
+
+
+def place(folder: Path, format: str, name: str = "body") -> Path:
+    """Where a sequence of this format may be."""
+    suffix = files.formats[format].suffixes[0]
+    return folder / (f"{name}_%04d{suffix}" if format in ("ply", "obj") else f"{name}{suffix}")
+
+
+def one_file(path: Path) -> Path:
+    """The file of a sequence that is spoilt: of several, the third frame."""
+    return path.with_name(path.name % 2) if "%" in path.name else path
+
+
+def quads(n: int) -> Polygons:
+    """A grid of n by n vertices, its first square cut in two."""
+    v = np.arange(n * n).reshape(n, n)
+    squares = np.stack([v[:-1, :-1], v[1:, :-1], v[1:, 1:], v[:-1, 1:]], axis=-1).reshape(-1, 4)
+    a, b, c, d = squares[0]
+    corners = np.concatenate([[a, b, c, a, c, d], squares[1:].ravel()]).astype(np.int32)
+    sizes = np.concatenate([[3, 3], np.full(len(squares) - 1, 4)]).astype(np.int32)
+    return Polygons(sizes, corners)
+
+
+@pytest.fixture(scope="module")
+def partial() -> dynmesh.Sequence:
+    """Quads that move, with holes that hold NaN."""
+    n, n_frames = 12, 7
+    polygons = quads(n)
+    faces, _ = split_polygons(polygons)
+    rng = np.random.default_rng(5)
+    i, j = (a.ravel() for a in np.indices((n, n)))
+    time = np.arange(n_frames)[:, None]
+    height = np.sin(0.5 * i + 0.3 * time) * np.cos(0.4 * j - 0.2 * time)
+    vertices = np.stack([i + 0.0 * height, j + 0.1 * height, height], axis=-1).astype(np.float32)
+    known = rng.random((n_frames, n * n)) < 0.5
+    known[0] = True
+    vertices[~known] = np.nan
+    return dynmesh.Sequence(vertices, faces, known, 25.0, polygons, "y", "/world/body")
+
+
+@pytest.fixture(params=FORMATS)
+def format(request: pytest.FixtureRequest) -> str:
+    """Each format that is written."""
+    return str(request.param)
+
+
+def test_no_format_is_forgotten() -> None:
+    assert set(FORMATS) == {
+        "npz", "npy", "hdf5", "ply", "obj", "usd", "alembic", "pc2", "mdd", "pvd",
+    }  # fmt: skip
+
+
+def test_a_sequence_survives(tmp_path: Path, partial: dynmesh.Sequence, format: str) -> None:
+    path = place(tmp_path, format)
+    dynmesh.write(path, partial)
+    again = dynmesh.read(path)
+    assert partial.known is not None
+    np.testing.assert_array_equal(again.vertices, partial.vertices)
+    assert again.vertices.dtype == (np.float64 if format == "obj" else np.float32)
+    if format in MASKED:
+        np.testing.assert_array_equal(again.known, partial.known)
+    else:
+        assert again.known is None
+    np.testing.assert_array_equal(again.faces, partial.faces)
+    if format != "npy":
+        assert partial.polygons is not None
+        assert again.polygons is not None
+        for one, other in zip(again.polygons, partial.polygons, strict=True):
+            np.testing.assert_array_equal(one, other)
+    assert again.fps == (25.0 if format in TIMED else None)
+    if format in ("npz", "hdf5", "usd"):
+        assert again.up_axis == "y"
+    if format in ("npz", "hdf5", "usd", "alembic"):
+        assert again.name == "/world/body"
+
+
+def test_any_frames_can_be_asked_for(
+    tmp_path: Path, partial: dynmesh.Sequence, format: str
+) -> None:
+    path = place(tmp_path, format)
+    dynmesh.write(path, partial)
+    with dynmesh.open(path) as reader:
+        assert (reader.n_frames, reader.n_vertices) == (7, 144)
+        for numbers in (slice(2, 6, 2), slice(5, None), slice(3, 3), slice(None, 1)):
+            frames = [
+                f.points for f in reader.frames(numbers.start or 0, numbers.stop, numbers.step or 1)
+            ]
+            np.testing.assert_array_equal(
+                np.array(frames).reshape(-1, 144, 3), partial.vertices[numbers]
+            )
+        first, second = iter(reader), iter(reader)
+        next(first)
+        np.testing.assert_array_equal(next(second).points, partial.vertices[0])
+        np.testing.assert_array_equal(next(first).points, partial.vertices[1])
+
+
+def test_double_precision_is_kept_where_it_can(
+    tmp_path: Path, partial: dynmesh.Sequence, format: str
+) -> None:
+    vertices = partial.vertices.astype(np.float64) / 3
+    path = place(tmp_path, format)
+    dynmesh.write(path, dynmesh.Sequence(vertices, partial.faces, partial.known))
+    again = dynmesh.read(path).vertices
+    if format in SINGLE_PRECISION:
+        np.testing.assert_array_equal(again, vertices.astype(np.float32))
+    else:
+        assert again.dtype == np.float64
+        np.testing.assert_array_equal(again, vertices)
+
+
+def test_completion_is_the_same_through_each(
+    tmp_path: Path, partial: dynmesh.Sequence, format: str
+) -> None:
+    source, target = place(tmp_path, format), place(tmp_path, format, "completed")
+    dynmesh.write(source, partial)
+    dynmesh.complete_file(source, target, provenance=format in TRACED)
+    completed = dynmesh.read(target)
+    dtype = np.float64 if format == "obj" else np.float32
+    completer = dynmesh.Completer(partial.faces, partial.vertices[0].astype(dtype))
+    for i in range(7):
+        expected = partial.vertices[0]
+        if i:
+            expected = completer.push(partial.vertices[i], partial.known[i])  # type: ignore[index]
+        np.testing.assert_array_equal(completed.vertices[i], expected)
+        if format in TRACED:
+            np.testing.assert_array_equal(completed.generation[i], completer.generation)  # type: ignore[index]
+            np.testing.assert_array_equal(completed.age[i], completer.age)  # type: ignore[index]
+    assert completed.known is None
+    assert (completed.polygons is None) == (format == "npy")
+
+
+def test_provenance_is_refused_where_it_cannot_be(
+    tmp_path: Path, partial: dynmesh.Sequence, format: str
+) -> None:
+    if format in TRACED:
+        pytest.skip("it can")
+    source = tmp_path / "in.npz"
+    dynmesh.write(source, partial)
+    with pytest.raises(ValueError, match=r"generation|provenance") as caught:
+        dynmesh.complete_file(source, place(tmp_path, format), provenance=True)
+    assert ".npz" in str(caught.value)
+    assert [path.name for path in tmp_path.iterdir()] == ["in.npz"]
+
+
+def shell(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> int:
+    """Runs the command in this process; returns its exit code."""
+    monkeypatch.setattr(sys, "argv", ["dynmesh", *map(str, arguments)])
+    with pytest.raises(SystemExit) as caught:
+        cli.main()
+    return int(caught.value.code or 0)
+
+
+def truncated(file: Path) -> None:
+    file.write_bytes(file.read_bytes()[: file.stat().st_size * 3 // 5])
+
+
+def emptied(file: Path) -> None:
+    file.write_bytes(b"")
+
+
+def mislabelled(file: Path) -> None:
+    file.write_bytes(b"%PDF-1.4 this is a letter, not a mesh\n" * 50)
+
+
+def binary_zeros(file: Path) -> None:
+    file.write_bytes(bytes(5000))
+
+
+@pytest.mark.parametrize("spoil", [truncated, emptied, mislabelled, binary_zeros])
+def test_spoilt_files_are_refused_in_one_line(
+    tmp_path: Path,
+    partial: dynmesh.Sequence,
+    format: str,
+    spoil: Callable[[Path], None],
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    source = place(tmp_path, format)
+    dynmesh.write(source, partial)
+    spoil(one_file(source))
+    before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    assert shell(monkeypatch, "complete", source, tmp_path / "out.npz") == 1
+    output, error = capfd.readouterr()
+    assert output == ""
+    assert len(error.strip().splitlines()) == 1, error
+    assert error.startswith("dynmesh: ")
+    assert one_file(source).name in error or source.name in error, error
+    assert before == {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+
+
+def test_an_existing_output_is_kept(
+    tmp_path: Path,
+    partial: dynmesh.Sequence,
+    format: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    source, target = tmp_path / "in.npz", place(tmp_path, format, "out")
+    dynmesh.write(source, partial)
+    few = dynmesh.Sequence(partial.vertices[:5], partial.faces)
+    dynmesh.write(target, few)
+    before = sorted(path.name for path in tmp_path.rglob("*"))
+    assert shell(monkeypatch, "complete", source, target) == 1
+    assert "exists already; --overwrite replaces it" in capfd.readouterr().err
+    np.testing.assert_array_equal(dynmesh.read(target).vertices, few.vertices)
+    assert sorted(path.name for path in tmp_path.rglob("*")) == before
+    assert shell(monkeypatch, "complete", source, target, "--overwrite") == 0
+    assert dynmesh.read(target).vertices.shape == (7, 144, 3)
+    dynmesh.write(target, few)  # fewer frames than there are files now
+    assert dynmesh.read(target).vertices.shape == (5, 144, 3)
+
+
+def test_a_full_disk_leaves_nothing_half_done(tmp_path: Path, format: str) -> None:
+    rng = np.random.default_rng(0)
+    long = rng.normal(size=(40, 20_000, 3)).astype(np.float32)
+    few_faces = np.array([[0, 1, 2]])
+    source, target = tmp_path / "in.npz", place(tmp_path, format, "out")
+    if format in ("ply", "obj"):
+        long = np.concatenate([long[:3], long[:3]], axis=1).repeat(5, axis=1)[:, :60_000]
+    dynmesh.write(source, dynmesh.Sequence(long, few_faces))
+
+    def limit() -> None:
+        largest = 200_000 if format in ("ply", "obj", "pvd") else 5_000_000
+        resource.setrlimit(resource.RLIMIT_FSIZE, (largest, largest))
+
+    command = [sys.executable, "-m", "dynmesh", "convert", str(source), str(target)]
+    result = subprocess.run(
+        command, preexec_fn=limit, capture_output=True, text=True, check=False, cwd=tmp_path
+    )
+    assert result.returncode == 1, result.stderr
+    lines = result.stderr.strip().splitlines()
+    assert len(lines) == 1, result.stderr
+    assert "out" in lines[0]
+    assert [path.name for path in tmp_path.iterdir()] == ["in.npz"]
+
+
+def test_a_missing_library_is_named(
+    tmp_path: Path, partial: dynmesh.Sequence, format: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if format not in LIBRARY:
+        pytest.skip("it needs none")
+    module, extra = LIBRARY[format]
+    path = place(tmp_path, format)
+    dynmesh.write(path, partial)
+    before = sorted(tmp_path.rglob("*"))
+    for name in [*sys.modules]:
+        if name == module or name.startswith(f"{module}."):
+            monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, module, None)
+    expected = rf"pip install 'dynmesh\[{extra}\]'"
+    with pytest.raises(ImportError, match=expected):
+        dynmesh.read(path)
+    with pytest.raises(ImportError, match=expected):
+        dynmesh.write(place(tmp_path, format, "other"), partial)
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_the_suffix_can_be_overridden(
+    tmp_path: Path, partial: dynmesh.Sequence, format: str
+) -> None:
+    if format in ("ply", "obj", "pvd", "usd", "pc2", "mdd", "npy"):
+        pytest.skip("of several files, or of a library that insists on the suffix")
+    path = tmp_path / "scan.dat"
+    dynmesh.write(path, partial, format=format)
+    np.testing.assert_array_equal(dynmesh.read(path, format=format).vertices, partial.vertices)
+    with pytest.raises(ValueError, match=r"the format '\.dat' is not known, but \.npz"):
+        dynmesh.read(path)
+
+
+def test_masks_may_come_from_elsewhere(
+    tmp_path: Path, partial: dynmesh.Sequence, format: str
+) -> None:
+    zeros = np.where(np.isnan(partial.vertices), 0, partial.vertices)
+    path = place(tmp_path, format)
+    dynmesh.write(path, dynmesh.Sequence(zeros, partial.faces))
+    assert partial.known is not None
+    np.save(tmp_path / "mask.npy", partial.known)
+    for options in (
+        {"known": tmp_path / "mask.npy"},
+        {"known": partial.known},
+        {"missing": "zero"},
+    ):
+        again = dynmesh.read(path, **options)
+        np.testing.assert_array_equal(again.known, partial.known)
+    with pytest.raises(ValueError, match=r"known: must have shape \(7, 144\)"):
+        dynmesh.read(path, known=partial.known[1:])
+
+
+def test_masks_that_are_none_are_refused(tmp_path: Path, partial: dynmesh.Sequence) -> None:
+    path = tmp_path / "a.npz"
+    dynmesh.write(path, partial)
+    mask: Any = tmp_path / "mask.npy"
+    mask.write_text("hello")
+    with pytest.raises(ValueError, match=r"mask\.npy: is no \.npy file with a mask"):
+        dynmesh.open(path, known=mask)
+    np.save(mask, np.ones((7, 144)))
+    with pytest.raises(ValueError, match=r"mask\.npy: known: must be bool, not float64"):
+        dynmesh.open(path, known=mask)
+    with pytest.raises(ValueError, match="missing: must be 'zero' or None, not 'nan'"):
+        dynmesh.open(path, missing="nan")  # type: ignore[arg-type]
+
+
+def test_a_vertex_at_the_origin_in_frame_0_is_known(tmp_path: Path) -> None:
+    vertices = np.zeros((2, 3, 3))
+    vertices[:, 1, 0] = vertices[:, 2, 1] = 1
+    path = tmp_path / "a.npz"
+    dynmesh.write(path, dynmesh.Sequence(vertices, np.array([[0, 1, 2]])))
+    known = dynmesh.read(path, missing="zero").known
+    np.testing.assert_array_equal(known, [[True, True, True], [False, True, True]])
+
+
+def test_sequences_without_frames_are_refused(tmp_path: Path, partial: dynmesh.Sequence) -> None:
+    none = dynmesh.Sequence(partial.vertices[:0], partial.faces)
+    dynmesh.write(tmp_path / "a.npz", none)
+    with pytest.raises(ValueError, match=r"a\.npz: holds no frame"):
+        dynmesh.open(tmp_path / "a.npz")
+    shutil.rmtree(tmp_path)

@@ -1,0 +1,457 @@
+"""Sequences in HDF5 files and in arrays of numpy's own format."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from meshes import Array, sheet
+
+import dynmesh
+from dynmesh import files
+from dynmesh.polygons import Polygons, triangulate
+
+h5py = pytest.importorskip("h5py", reason="h5py is not installed")
+
+N, K = 6, 49
+
+
+def sequence(dtype: Any = np.float32, **more: Any) -> dynmesh.Sequence:
+    """A sheet with holes, the history of its vertices, and everything else one can say."""
+    rng = np.random.default_rng(3)
+    mesh = sheet(7)
+    known = rng.random((N, K)) < 0.5
+    vertices = (mesh.vertices + rng.normal(size=(N, 1, 3))).astype(dtype)
+    vertices[~known] = np.nan
+    everything: dict[str, Any] = {
+        "known": known,
+        "fps": 30000 / 1001,
+        "up_axis": "z",
+        "name": "/welt/Körper",
+        "generation": rng.integers(-1, 9, (N, K)).astype(np.int32),
+        "age": rng.integers(0, 2**31 - 1, (N, K)).astype(np.int32),
+    }
+    return dynmesh.Sequence(vertices, mesh.faces, **(everything | more))
+
+
+def assert_same(one: dynmesh.Sequence, other: dynmesh.Sequence, *names: str) -> None:
+    for name in ("vertices", "faces", *names):
+        left, right = getattr(one, name), getattr(other, name)
+        if isinstance(left, np.ndarray):
+            assert right.dtype == left.dtype, name
+            np.testing.assert_array_equal(right, left, err_msg=name)
+        else:
+            assert right == left, name
+
+
+HISTORY = ("known", "generation", "age")
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_hdf5_keeps_everything(tmp_path: Path, dtype: Any) -> None:
+    pieces = [np.array(p) for p in ([0, 1, 8, 7], [1, 2, 3, 10, 9, 8], [20, 21, 22])]
+    polygons = Polygons(np.array([len(p) for p in pieces]), np.concatenate(pieces))
+    before = replace(sequence(dtype), faces=triangulate(polygons), polygons=polygons)
+    for suffix in (".h5", ".hdf5"):
+        dynmesh.write(tmp_path / f"a{suffix}", before)
+        again = dynmesh.read(tmp_path / f"a{suffix}")
+        assert_same(before, again, *HISTORY, "fps", "up_axis", "name")
+        assert again.polygons is not None
+        np.testing.assert_array_equal(again.polygons.sizes, polygons.sizes)
+        np.testing.assert_array_equal(again.polygons.corners, polygons.corners)
+    assert (tmp_path / "a.h5").read_bytes() == (tmp_path / "a.hdf5").read_bytes()
+    with h5py.File(tmp_path / "a.h5") as plain:
+        np.testing.assert_array_equal(plain["vertices"][:], before.vertices)
+        assert plain["known"].dtype == np.bool_
+        assert plain["fps"][()] == before.fps
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_npy_keeps_the_arrays(tmp_path: Path, dtype: Any) -> None:
+    path = tmp_path / "a.b.npy"
+    before = sequence(dtype)
+    dynmesh.write(path, before)
+    assert_same(before, dynmesh.read(path), *HISTORY)
+    np.testing.assert_array_equal(np.load(path), before.vertices)
+    names = ["age", "faces", "generation", "known"]
+    assert sorted(p.name for p in tmp_path.iterdir()) == sorted(
+        ["a.b.npy", *(f"a.b.{name}.npy" for name in names)]
+    )
+    with dynmesh.open(path) as reader:
+        assert sorted(reader.files) == sorted(tmp_path.iterdir())
+    assert sorted(files.existing(path)) == sorted(tmp_path.iterdir())
+
+    (tmp_path / "a.b.age.npy").unlink()
+    with pytest.raises(ValueError, match="only one of generation and age"):
+        dynmesh.read(path)
+
+
+@pytest.mark.parametrize("suffix", [".h5", ".npy"])
+def test_the_smallest_sequences(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"a{suffix}"
+    for n, k in ((1, 1), (3, 2), (1, 49)):
+        vertices = np.arange(n * k * 3, dtype=np.float32).reshape(n, k, 3)
+        small = dynmesh.Sequence(vertices, np.empty((0, 3), np.int32), np.ones((n, k), bool))
+        dynmesh.write(path, small)
+        assert_same(small, dynmesh.read(path), "known")
+
+
+def test_no_mask_of_an_older_sequence_is_left_beside_a_new_one(tmp_path: Path) -> None:
+    path = tmp_path / "a.npy"
+    dynmesh.write(path, sequence())
+    after = dynmesh.Sequence(np.zeros((N, K, 3), np.float32), sheet(7).faces)
+    dynmesh.write(path, after)
+    again = dynmesh.read(path)
+    assert_same(after, again, *HISTORY)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.faces.npy", "a.npy"]
+
+
+def layouts(vertices: Array) -> dict[str, dict[str, Any]]:
+    """Ways in which others write the same positions into HDF5 files."""
+    return {
+        "contiguous": {"data": vertices},
+        "big_endian": {"data": vertices.astype(">f4")},
+        "double": {"data": vertices.astype("f8")},
+        "one_chunk": {"data": vertices, "chunks": vertices.shape, "compression": "gzip"},
+        "odd_chunks": {"data": vertices, "chunks": (4, 10, 2), "compression": "lzf"},
+        "growing": {"data": vertices, "maxshape": (None, None, 3), "shuffle": True},
+        "checked": {"data": vertices, "chunks": (1, *vertices.shape[1:]), "fletcher32": True},
+    }
+
+
+@pytest.mark.parametrize("layout", layouts(np.zeros((1, 1, 3))))
+def test_hdf5_of_others_is_read(tmp_path: Path, layout: str) -> None:
+    before = sequence()
+    options = layouts(before.vertices)[layout]
+    with h5py.File(tmp_path / "a.h5", "w", libver="latest") as file:
+        file.create_dataset("vertices", **options)
+        file["faces"] = before.faces.astype(">u2")
+        file.create_dataset("known", data=before.known, chunks=(3, 7), compression="gzip")
+        file.attrs["fps"] = np.float32(25)
+        file.attrs["up_axis"] = np.bytes_("y")
+        file.attrs["name"] = "Körper"
+        file.create_group("camera")["vertices"] = 1
+    with dynmesh.open(tmp_path / "a.h5") as reader:
+        assert (reader.fps, reader.header.up_axis, reader.header.name) == (25, "y", "Körper")
+        first, second = reader.frames(1), reader.frames(0, None, 2)
+        next(second)
+        for number in range(1, N):
+            frame = next(first)
+            assert frame.points.dtype == reader.dtype
+            assert reader.dtype == (np.float64 if layout == "double" else np.float32)
+            np.testing.assert_array_equal(frame.points, before.vertices[number])
+            np.testing.assert_array_equal(frame.known, before.known[number])  # type: ignore[index]
+        np.testing.assert_array_equal(next(second).points, before.vertices[2])
+
+
+def test_npy_of_others_is_read(tmp_path: Path) -> None:
+    before = sequence()
+    path = tmp_path / "a.npy"
+    np.save(path, np.asfortranarray(before.vertices.astype(">f4")))
+    np.save(tmp_path / "a.known.npy", np.asfortranarray(before.known))
+    again = dynmesh.read(path, faces=before.faces)
+    assert_same(before, again, "known")
+    np.save(path, before.vertices.astype(">f8"))
+    again = dynmesh.read(path, faces=before.faces.astype(np.uint16))
+    assert again.vertices.dtype == np.float64
+    np.testing.assert_array_equal(again.vertices, before.vertices)
+
+
+def test_npy_takes_its_faces_from_elsewhere(tmp_path: Path) -> None:
+    path = tmp_path / "a.npy"
+    vertices = np.zeros((N, 4, 3), np.float32)
+    np.save(path, vertices)
+    with pytest.raises(ValueError, match=r"no a\.faces\.npy beside it.*faces=.*--faces FILE"):
+        dynmesh.open(path)
+
+    square = Polygons(np.array([4]), np.array([0, 1, 2, 3]))
+    mesh = dynmesh.Sequence(vertices[:1], triangulate(square), polygons=square)
+    dynmesh.write(tmp_path / "mesh.npz", mesh)
+    again = dynmesh.read(path, faces=tmp_path / "mesh.npz")
+    np.testing.assert_array_equal(again.faces, mesh.faces)
+    assert again.polygons is not None
+
+    dynmesh.write(tmp_path / "other.npz", sequence())
+    with pytest.raises(ValueError, match="has 4 vertices, but the mesh with its faces has 49"):
+        dynmesh.open(path, faces=tmp_path / "other.npz")
+    with pytest.raises(ValueError, match=r"faces: must have shape \(m, 3\), not \(1, 4\)"):
+        dynmesh.open(path, faces=np.array([[0, 1, 2, 3]]))
+    np.save(tmp_path / "a.faces.npy", np.zeros((2, 3)))
+    with pytest.raises(ValueError, match=r"a\.faces\.npy: faces: must be integers, not float64"):
+        dynmesh.open(path)
+
+
+GOOD: dict[str, Any] = {
+    "vertices": np.zeros((2, 4, 3), np.float32),
+    "faces": np.array([[0, 1, 2], [0, 2, 3]]),
+}
+
+
+@pytest.mark.parametrize(
+    ("arrays", "message"),
+    [
+        ({"faces": GOOD["faces"]}, "has no array 'vertices'.*this file holds faces"),
+        ({}, "has no array 'vertices'.*this file holds none"),
+        (GOOD | {"vertices": np.zeros((4, 3))}, r"must have shape \(n, k, 3\), not \(4, 3\)"),
+        (GOOD | {"vertices": np.zeros((0, 4, 3))}, "holds no frame"),
+        (GOOD | {"vertices": np.float32(1)}, r"must have shape \(n, k, 3\), not \(\)"),
+        (GOOD | {"vertices": h5py.Empty("f4")}, r"must have shape \(n, k, 3\), not \(\)"),
+        (GOOD | {"vertices": np.zeros((2, 4, 3), "f2")}, "float32 or float64, not float16"),
+        (GOOD | {"vertices": "two"}, "must be float32 or float64, not object"),
+        (GOOD | {"faces": np.zeros((2, 3))}, "faces: must be integers, not float64"),
+        (GOOD | {"faces": "0 1 2"}, "faces: must be integers"),
+        (GOOD | {"known": np.ones((1, 4), bool)}, r"known: must have shape \(2, 4\), as vert"),
+        (GOOD | {"known": np.ones((2, 4), np.uint8)}, "known: must be bool, not uint8"),
+        (GOOD | {"age": np.ones((2, 4), int)}, "generation, age: must be given both or neither"),
+        (GOOD | {"polygon_sizes": np.array([3, 3])}, "polygon_corners: must be given both"),
+        (GOOD | {"fps": np.nan}, "fps: must be positive and finite, not nan"),
+        (GOOD | {"fps": [24, 25]}, "fps: must be one number"),
+        (GOOD | {"fps": "25"}, "fps: must be one number"),
+        (GOOD | {"up_axis": "x"}, "up_axis: must be 'y' or 'z', not 'x'"),
+    ],
+)
+def test_hdf5_without_a_sequence_is_refused(
+    tmp_path: Path, arrays: dict[str, Any], message: str
+) -> None:
+    path = tmp_path / "a.h5"
+    with h5py.File(path, "w") as file:
+        for name, array in arrays.items():
+            file[name] = array
+    with pytest.raises(ValueError, match=message) as caught:
+        dynmesh.read(path)
+    assert str(caught.value).startswith(f"{path}: ")
+
+
+def test_groups_and_lost_links_are_no_datasets(tmp_path: Path) -> None:
+    path = tmp_path / "a.h5"
+    with h5py.File(path, "w") as file:
+        file["vertices"] = GOOD["vertices"]
+        file.create_group("faces")
+    with pytest.raises(ValueError, match="faces: must be a dataset, not a group"):
+        dynmesh.open(path)
+    with h5py.File(path, "r+") as file:
+        del file["faces"]
+        file["faces"] = h5py.ExternalLink("none.h5", "/faces")
+    with pytest.raises(ValueError, match=r"cannot be read as HDF5: .*can't open file"):
+        dynmesh.open(path)
+
+
+def test_damaged_hdf5_is_refused_quietly(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "a.h5"
+    dynmesh.write(path, sequence())
+    whole = path.read_bytes()
+    rng = np.random.default_rng(0)
+    refusals: list[str] = []
+
+    def read(data: bytes) -> None:
+        path.write_bytes(data)
+        try:
+            dynmesh.read(path)
+        except ValueError as error:
+            refusals.append(str(error))
+
+    for size in range(0, len(whole), len(whole) // 50):
+        read(whole[:size])
+    assert len(refusals) >= 50
+    described = whole.index(sequence().vertices.tobytes())  # what comes before describes the rest
+    for _ in range(300):
+        place, value = rng.integers(0, described), rng.integers(0, 256)
+        read(whole[:place] + bytes([value]) + whole[place + 1 :])
+    assert len(refusals) >= 100
+    thread = threading.Thread(target=read, args=[whole[:1000]])
+    thread.start()
+    thread.join()
+    for message in refusals:
+        assert message.startswith(f"{path}: ")
+        assert "\n" not in message
+    assert capfd.readouterr() == ("", "")
+
+
+def test_an_hdf5_file_of_unreadable_frames_says_so(tmp_path: Path) -> None:
+    path = tmp_path / "a.h5"
+    with h5py.File(path, "w") as file:
+        vertices = np.arange(24, dtype=np.float32).reshape(2, 4, 3)
+        file.create_dataset("vertices", data=vertices, chunks=(1, 4, 3), fletcher32=True)
+        file["faces"] = GOOD["faces"]
+    data = path.read_bytes()
+    place = data.index(vertices[1].tobytes())
+    path.write_bytes(data[:place] + b"\xff" + data[place + 1 :])
+    with dynmesh.open(path) as reader:
+        frames = iter(reader)
+        np.testing.assert_array_equal(next(frames).points, vertices[0])
+        with pytest.raises(ValueError, match=r"a\.h5: cannot be read as HDF5: ") as caught:
+            next(frames)
+    assert "\n" not in str(caught.value)
+
+
+def test_an_hdf5_file_that_is_being_written_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.h5"
+    dynmesh.write(path, sequence())
+    script = "import h5py, sys; file = h5py.File(sys.argv[1], 'r+'); print(flush=True); input()"
+    with subprocess.Popen(
+        [sys.executable, "-c", script, path], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    ) as capture:
+        assert capture.stdout is not None
+        capture.stdout.readline()
+        with pytest.raises(OSError, match=r"a\.h5: is open in another program, which writes it$"):
+            dynmesh.open(path)
+        capture.communicate(b"\n")
+    assert dynmesh.read(path).vertices.shape == (N, K, 3)
+
+
+def test_what_the_system_refuses_is_said_of_the_file(tmp_path: Path) -> None:
+    for name in ("none.h5", "none.npy"):
+        with pytest.raises(FileNotFoundError) as caught:
+            dynmesh.open(tmp_path / name)
+        assert str(caught.value) == f"[Errno 2] No such file or directory: '{tmp_path / name}'"
+    (tmp_path / "folder.h5").mkdir()
+    with pytest.raises((OSError, ValueError), match=r"folder\.h5"):
+        dynmesh.open(tmp_path / "folder.h5", format="hdf5")
+
+
+def npy_of(vertices: Any, path: Path) -> bytes:
+    np.save(path, vertices)
+    return path.read_bytes()
+
+
+def test_damaged_npy_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.npy"
+    faces = GOOD["faces"]
+    whole = npy_of(np.zeros((10, 4, 3), np.float32), path)
+    for data, message in (
+        (b"", "magic string"),
+        (b"solid body", "magic string"),
+        (whole[:50], "EOF"),
+        (whole[:-130], "ends in the middle of frame 7 of 10: .* 608 bytes, but there are 478"),
+        (whole[:-96], "ends before frame 8 of 10"),
+        (whole + b"\0", "goes on after its 10 frames: .* 608 bytes, but there are 609"),
+        (whole.replace(b"(10, 4, 3)", b"(-1, 4, 3)"), r"array of shape \(-1, 4, 3\)"),
+        (whole.replace(b"(10, 4, 3), }   ", b"(99999, 4, 3), }"), "frame 10 of 99999"),
+        (npy_of(np.zeros((4, 3)), path), r"must have shape \(n, k, 3\), not \(4, 3\)"),
+        (npy_of(np.zeros((2, 4, 3), int), path), "float32 or float64, not int64"),
+        (npy_of(np.array([None]), path), "holds Python objects"),
+        (npy_of(np.float32(1), path), r"array of shape \(\)"),
+        (npy_of(np.zeros((0, 4, 3)), path), "holds no frame"),
+    ):
+        path.write_bytes(data)
+        with pytest.raises(ValueError, match=message) as caught:
+            dynmesh.read(path, faces=faces)
+        assert str(caught.value).startswith(f"{path}: ")
+    np.save(path, np.zeros((10, 4, 3)))
+    np.save(tmp_path / "a.known.npy", np.ones((9, 4), bool))
+    with pytest.raises(ValueError, match=r"a\.known\.npy: known: must have shape \(10, 4\)"):
+        dynmesh.read(path, faces=faces)
+
+
+WRITE = """
+import sys, numpy as np, dynmesh
+from pathlib import Path
+path, kept, part, n = Path(sys.argv[1]), int(sys.argv[2]), Path(sys.argv[3]), int(sys.argv[4])
+whole = dynmesh.read(part.with_name("whole.npz"))
+has_history = path.suffix in (".npy", ".h5")
+header = dynmesh.Header(
+    whole.faces, *whole.vertices.shape[:2], whole.vertices.dtype, has_known=True,
+    has_provenance=has_history,
+)
+with dynmesh.files.begin(path, header, folder=part, resume_at=kept) as writer:
+    for i in range(kept, len(whole.vertices)):
+        history = dict(generation=whole.generation[i], age=whole.age[i]) if has_history else {}
+        if i == n:
+            writer.flush()
+            print(i, flush=True)
+        writer.append(whole.vertices[i], whole.known[i], **history)
+        if i >= n + 1:  # half a frame more than what is safe, then wait for the end
+            print(flush=True)
+            sys.stdin.read()
+"""
+
+
+@pytest.mark.parametrize("suffix", [".h5", ".npy", ".pc2", ".mdd"])
+def test_a_killed_writer_can_be_gone_on_with(tmp_path: Path, suffix: str) -> None:
+    rng = np.random.default_rng(1)
+    n, k = 9, 2000
+    known = rng.random((n, k)) < 0.5
+    vertices = np.where(known[..., None], rng.normal(size=(n, k, 3)), np.nan).astype(np.float32)
+    history = [rng.integers(0, 9, (n, k)).astype(np.int32) for _ in range(2)]
+    faces = rng.integers(0, k, (9, 3))
+    whole = dynmesh.Sequence(vertices, faces, known, generation=history[0], age=history[1])
+    dynmesh.write(tmp_path / "whole.npz", whole)
+    path, part = tmp_path / f"a{suffix}", tmp_path / "part"
+    kept = 0
+    for stop in (1, 4, 6):
+        command: list[str | Path] = [sys.executable, "-c", WRITE, path, str(kept), part, str(stop)]
+        with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as writer:
+            assert writer.stdout is not None
+            kept = int(writer.stdout.readline())
+            writer.stdout.readline()
+            os.kill(writer.pid, signal.SIGKILL)
+        assert kept == stop
+        assert not path.exists()
+    final: list[str | Path] = [sys.executable, "-c", WRITE, path, str(kept), part, str(n)]
+    subprocess.run(final, check=True, stdin=subprocess.DEVNULL)
+    again = dynmesh.read(path)
+    assert_same(whole, again, *(HISTORY if suffix in (".h5", ".npy") else ()))
+    assert not part.exists()
+
+
+READ_BIG = """
+import resource, sys
+import dynmesh
+resource.setrlimit(resource.RLIMIT_AS, (500_000_000,) * 2)
+with dynmesh.open(sys.argv[1]) as reader:
+    with dynmesh.create_like(reader, sys.argv[2], with_known=True) as writer:
+        for number, frame in enumerate(reader):
+            assert frame.points[0, 0] == number
+            writer.append(*frame)
+"""
+
+
+@pytest.mark.parametrize("name", ["a.h5", "a.npy"])
+def test_memory_does_not_grow_with_the_frames(tmp_path: Path, name: str) -> None:
+    n, k = 45, 1_000_000
+    path = tmp_path / name
+    with dynmesh.create(
+        path,
+        faces=np.array([[0, 1, 2]]),
+        n_frames=n,
+        n_vertices=k,
+        dtype=np.dtype(np.float32),
+        with_known=True,
+    ) as writer:
+        points, known = np.zeros((k, 3), np.float32), np.ones(k, bool)
+        for i in range(n):
+            points[0] = i
+            writer.append(points, known)
+    assert path.stat().st_size > 540e6
+    environment = os.environ | {"OPENBLAS_NUM_THREADS": "1"}
+    command: list[str | Path] = [
+        sys.executable,
+        "-c",
+        READ_BIG,
+        path,
+        tmp_path / f"again{path.suffix}",
+    ]
+    subprocess.run(command, check=True, env=environment)
+
+
+def test_a_full_disk_is_an_error_of_the_system(tmp_path: Path) -> None:
+    script = """
+import resource, sys, dynmesh, numpy as np
+resource.setrlimit(resource.RLIMIT_FSIZE, (1_000_000,) * 2)
+try:
+    dynmesh.write(sys.argv[1], dynmesh.Sequence(np.ones((50, 9000, 3)), np.array([[0, 1, 2]])))
+except OSError as error:
+    print(error)
+"""
+    for name in ("a.h5", "a.npy", "a.pc2", "a.mdd"):
+        command: list[str | Path] = [sys.executable, "-c", script, tmp_path / name]
+        result = subprocess.run(command, capture_output=True, text=True, check=True)
+        assert result.stdout == f"[Errno 27] File too large: '{tmp_path / name}'\n"
+        assert result.stderr == ""
+        assert not list(tmp_path.iterdir())

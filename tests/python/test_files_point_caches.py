@@ -1,0 +1,242 @@
+"""Sequences in point caches, PC2 and MDD, and the meshes beside them."""
+
+import struct
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from meshes import Array, sheet
+
+import dynmesh
+from dynmesh import files
+from dynmesh.files.mdd import frames_per_second
+from dynmesh.polygons import Polygons, triangulate
+
+K = 49
+SUFFIXES = [".pc2", ".mdd"]
+
+
+def sequence(n: int = 10, dtype: Any = np.float32, **more: Any) -> dynmesh.Sequence:
+    mesh = sheet(7)
+    vertices = mesh.vertices + np.random.default_rng(0).normal(size=(n, 1, 3))
+    return dynmesh.Sequence(vertices.astype(dtype), mesh.faces, **more)
+
+
+def pc2(frames: Array, version: int = 1, n: int | None = None, k: int | None = None) -> bytes:
+    n, k = len(frames) if n is None else n, frames.shape[1] if k is None else k
+    header = struct.pack("<12siiffi", b"POINTCACHE2\0", version, k, 7.0, 0.5, n)
+    return header + frames.astype("<f4").tobytes()
+
+
+def mdd(
+    frames: Array, times: Array | None = None, n: int | None = None, k: int | None = None
+) -> bytes:
+    n, k = len(frames) if n is None else n, frames.shape[1] if k is None else k
+    times = np.arange(len(frames)) / 24 if times is None else times
+    numbers = times.astype(">f4").tobytes() + frames.astype(">f4").tobytes()
+    return struct.pack(">ii", n, k) + numbers
+
+
+ENCODE: dict[str, Any] = {".pc2": pc2, ".mdd": mdd}
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_what_is_written_is_what_the_format_says(tmp_path: Path, suffix: str) -> None:
+    known = np.random.default_rng(1).random((10, K)) < 0.5
+    path = tmp_path / f"a{suffix}"
+    before = sequence(known=known, fps=24.0)
+    dynmesh.write(path, before)
+    holes = np.where(known[..., None], before.vertices, np.nan)
+    data = path.read_bytes()
+    if suffix == ".pc2":
+        assert data[:32] == struct.pack("<12siiffi", b"POINTCACHE2\0", 1, K, 0.0, 1.0, 10)
+        assert data[32:] == holes.astype("<f4").tobytes()
+    else:
+        assert data == mdd(holes)
+    assert sorted(tmp_path.iterdir()) == sorted([path, tmp_path / "a.obj"])
+    with dynmesh.open(path) as reader:
+        assert reader.files == [path, tmp_path / "a.obj"]
+        assert not reader.has_known
+        first, second = iter(reader), reader.frames(3, None, 4)
+        next(first)
+        for number in (3, 7):
+            frame = next(second)
+            assert frame.points.dtype == np.float32
+            assert frame.points.dtype.isnative
+            np.testing.assert_array_equal(frame.points, holes[number])
+        np.testing.assert_array_equal(next(first).points, holes[1])
+        np.testing.assert_array_equal(reader.faces, before.faces)
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_the_mesh_beside_keeps_polygons(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"a{suffix}"
+    pieces = [np.array(p) for p in ([0, 1, 8, 7], [1, 2, 3, 10, 9, 8], [20, 21, 22])]
+    polygons = Polygons(np.array([len(p) for p in pieces]), np.concatenate(pieces))
+    one = dynmesh.Sequence(sequence(1).vertices, triangulate(polygons), polygons=polygons)
+    dynmesh.write(path, one)
+    again = dynmesh.read(path)
+    assert again.polygons is not None
+    np.testing.assert_array_equal(again.polygons.sizes, polygons.sizes)
+    np.testing.assert_array_equal(again.polygons.corners, polygons.corners)
+    np.testing.assert_array_equal(dynmesh.read(tmp_path / "a.obj").vertices, one.vertices)
+
+
+def test_someones_mesh_stays_as_it_is(tmp_path: Path) -> None:
+    path, mesh = tmp_path / "a.pc2", tmp_path / "a.obj"
+    dynmesh.write(path, sequence())
+    text = mesh.read_text().replace("f ", "vt 0.5 0.5\nf ", 1)
+    mesh.write_text(text)
+    dynmesh.write(path, sequence(3))
+    assert mesh.read_text() == text
+    assert files.existing(path) == [path, mesh]
+
+    other = dynmesh.Sequence(sequence().vertices, sheet(7).faces[::-1])
+    dynmesh.write(path, other)
+    np.testing.assert_array_equal(dynmesh.read(path).faces, other.faces)
+    assert sorted(tmp_path.iterdir()) == [mesh, path]
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_faces_come_from_a_mesh(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"a{suffix}"
+    before = sequence()
+    path.write_bytes(ENCODE[suffix](before.vertices))
+    with pytest.raises(ValueError, match=r"no a\.obj or a\.ply beside it: give its faces") as e:
+        dynmesh.open(path)
+    assert str(e.value).startswith(f"{path}: ")
+    dynmesh.write(tmp_path / "b.npz", before)
+    again = dynmesh.read(path, faces=tmp_path / "b.npz")
+    np.testing.assert_array_equal(again.vertices, before.vertices)
+    np.testing.assert_array_equal(again.faces, before.faces)
+    dynmesh.write(tmp_path / "a.ply", sequence(1))
+    np.testing.assert_array_equal(dynmesh.read(path).faces, before.faces)
+
+    small = dynmesh.Sequence(np.zeros((1, 4, 3)), np.array([[0, 1, 2]]))
+    for name in ("c.npz", "a.obj"):
+        dynmesh.write(tmp_path / name, small)
+        options: dict[str, Any] = {} if name == "a.obj" else {"faces": tmp_path / name}
+        with pytest.raises(ValueError, match=r"has 49 vertices, but the mesh .* has 4$"):
+            dynmesh.open(path, **options)
+    (tmp_path / "a.obj").write_text("v 0 0\n")
+    with pytest.raises(ValueError, match=r"a\.obj: "):
+        dynmesh.open(path)
+    dynmesh.open(path, faces=before.faces).close()  # nothing beside is looked at
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_doubles_are_rounded_and_never_become_infinite(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"a{suffix}"
+    before = sequence(3, np.float64)
+    dynmesh.write(path, before)
+    np.testing.assert_array_equal(dynmesh.read(path).vertices, before.vertices.astype(np.float32))
+
+    known = np.ones((3, K), bool)
+    known[2, 7] = False
+    before.vertices[2, 7, 1] = 1e39
+    dynmesh.write(path, dynmesh.Sequence(before.vertices, before.faces, known))
+    good = path.read_bytes()
+    with pytest.raises(
+        ValueError, match=r"frame 2: vertex 7 at \[.*1e\+39.* range of float32"
+    ) as e:
+        dynmesh.write(path, before)
+    assert str(e.value).startswith(f"{path}: ")
+    assert path.read_bytes() == good
+    before.vertices[2, 7, 1] = np.inf  # not finite, so not known
+    dynmesh.write(path, before)
+    assert np.isinf(dynmesh.read(path).vertices).sum() == 1
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_what_a_cache_cannot_hold_is_refused(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"a{suffix}"
+    ages = np.zeros((10, K), np.int32)
+    with pytest.raises(ValueError, match=r"holds no generation and age; \.npz, .* do") as e:
+        dynmesh.write(path, sequence(generation=ages, age=ages))
+    assert str(e.value).startswith(f"{path}: ")
+    header = dynmesh.Header(sheet(7).faces, 2**31, K, np.dtype(np.float32))
+    with pytest.raises(ValueError, match="can hold 2147483647 frames, not 2147483648"):
+        files.begin(path, header)
+    assert not list(tmp_path.iterdir())
+
+
+FRAMES = np.arange(10 * K * 3, dtype=np.float32).reshape(10, K, 3)
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "message"),
+    [
+        ("a.pc2", b"", "is no PC2 file"),
+        ("a.pc2", b"v 0 0 0\n" * 50, "is no PC2 file; one begins with POINTCACHE2"),
+        ("a.pc2", pc2(FRAMES)[:20], "ends in its header, after 20 of 32 bytes"),
+        ("a.pc2", pc2(FRAMES, version=2), "version 2, but only 1 is known"),
+        ("a.pc2", pc2(FRAMES)[: 32 + 588 * 7 + 5], "ends in the middle of frame 7 of 10"),
+        ("a.pc2", pc2(FRAMES)[: 32 + 588 * 7], "before frame 7 of 10: .* 5912 .* there are 4148"),
+        ("a.pc2", pc2(FRAMES) + b"\0", "goes on after its 10 frames: .* 5912 .* there are 5913"),
+        ("a.pc2", pc2(FRAMES, n=0), "goes on after its 0 frames"),
+        ("a.pc2", pc2(FRAMES[:0]), "holds no frame"),
+        ("a.pc2", pc2(FRAMES, n=-1), r"array of shape \(-1, 49, 3\)"),
+        ("a.pc2", pc2(FRAMES, k=-1), r"array of shape \(10, -1, 3\)"),
+        ("a.pc2", pc2(FRAMES, n=2**31 - 1, k=2**31 - 1), "frame 0 of 2147483647"),
+        ("a.mdd", b"", "ends in its header, after 0 of 8 bytes"),
+        ("a.mdd", b"v 0 0 0\n" * 50, "ends in its header, after 400 of"),
+        ("a.mdd", mdd(FRAMES)[:30], "ends in its header, after 30 of 48 bytes"),
+        ("a.mdd", mdd(FRAMES)[: 48 + 588 * 7 + 5], "ends in the middle of frame 7 of 10"),
+        ("a.mdd", mdd(FRAMES) + b"\0", "goes on after its 10 frames: .* 5928 .* there are 5929"),
+        ("a.mdd", mdd(FRAMES[:0]), "holds no frame"),
+        ("a.mdd", mdd(FRAMES, n=-1), r"array of shape \(-1, 49, 3\)"),
+        ("a.mdd", mdd(FRAMES, k=-1), r"array of shape \(10, -1, 3\)"),
+        ("a.mdd", mdd(FRAMES, n=2**31 - 1, k=2**31 - 1), "ends in its header"),
+        ("a.mdd", mdd(FRAMES, k=2**31 - 1), "frame 0 of 10"),
+    ],
+)
+def test_damaged_caches_are_refused(tmp_path: Path, name: str, data: bytes, message: str) -> None:
+    path = tmp_path / name
+    path.write_bytes(data)
+    with pytest.raises(ValueError, match=message) as caught:
+        dynmesh.read(path, faces=np.array([[0, 1, 2]]))
+    assert str(caught.value).startswith(f"{path}: ")
+
+
+@pytest.mark.parametrize("n", [2, 3, 100, 5000])
+@pytest.mark.parametrize("fps", [24.0, 25.0, 29.97, 23.976, 60.0, 120.0, 12.5, 0.5, 7.0])
+def test_mdd_tells_frames_per_second(tmp_path: Path, fps: float, n: int) -> None:
+    path = tmp_path / "a.mdd"
+    vertices = np.zeros((n, 3, 3), np.float32)
+    dynmesh.write(path, dynmesh.Sequence(vertices, np.array([[0, 1, 2]]), fps=fps))
+    assert dynmesh.read(path).fps == fps
+    later = (5 + np.arange(n) / fps).astype(np.float32)
+    assert frames_per_second(later.astype(np.float64)) == pytest.approx(fps, rel=1e-5)
+
+
+def test_mdd_tells_no_rate_that_nobody_said(tmp_path: Path) -> None:
+    path = tmp_path / "a.mdd"
+    before = sequence()
+    dynmesh.write(path, before)
+    assert dynmesh.read(path).fps is None
+    steps = np.arange(10.0)
+    for times in (steps, 0 * steps, -steps / 25, steps**2, np.where(steps == 4, np.nan, steps / 2)):
+        path.write_bytes(mdd(before.vertices, times))
+        again = dynmesh.read(path)
+        assert again.fps is None
+        np.testing.assert_array_equal(again.vertices, before.vertices)
+    dynmesh.write(path, sequence(1, fps=25.0))  # one frame has no rate
+    assert dynmesh.read(path).fps is None
+
+
+def test_the_program_and_the_package_read_each_others_files(tmp_path: Path, programs: Path) -> None:
+    whole = dynmesh.synth.ocean(20)
+    n, k, _ = whole.vertices.shape
+    known = np.stack(list(dynmesh.degrade.random_known(n, k, 0.3, seed=3)))
+    later = dynmesh.Sequence(whole.vertices[1:], whole.faces, known[1:])
+    dynmesh.write(tmp_path / "partial.pc2", later)
+    dynmesh.write(tmp_path / "template.obj", dynmesh.Sequence(whole.vertices[:1], whole.faces))
+    files_of_job = ["--template", "template.obj", "--input", "partial.pc2", "--output", "out.pc2"]
+    command: list[str | Path] = [programs / "dynmesh-complete", *files_of_job]
+    subprocess.run(command, cwd=tmp_path, check=True)
+    completed = dynmesh.read(tmp_path / "out.pc2", faces=tmp_path / "template.obj")
+    np.testing.assert_array_equal(completed.faces, whole.faces)
+    expected = list(dynmesh.complete(whole.faces, whole.vertices, known))[1:]
+    np.testing.assert_array_equal(completed.vertices, expected)
