@@ -53,7 +53,7 @@ def evaluate(completed: Reader, reference: Reader, frames: Iterable[Frame]) -> E
         ValueError: the two do not fit together, have no frame but the first, or a position is
             missing or not finite; the message names the file.
     """
-    _check_comparable(completed, reference)
+    check_comparable(completed, reference)
     pairs = zip(_whole(frames, completed), _whole(reference, reference), strict=True)
     _, first = next(pairs)
     unit = bounding_box_diagonal(first)
@@ -76,7 +76,8 @@ def evaluate(completed: Reader, reference: Reader, frames: Iterable[Frame]) -> E
     )
 
 
-def _check_comparable(completed: Reader, reference: Reader) -> None:
+def check_comparable(completed: Reader, reference: Reader) -> None:
+    """Refuses sequences of different meshes or numbers of frames."""
     for what in ("n_vertices", "n_frames"):
         ours, truth = getattr(completed, what), getattr(reference, what)
         if ours != truth:

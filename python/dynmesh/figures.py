@@ -5,6 +5,7 @@ Everything is rendered off screen with pyvista (extra `view`).
 
 import os
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -69,6 +70,14 @@ class View:
         upward[axis] = 1
         return cls(_vector(towards), _vector(upward), box, size)
 
+    @property
+    def axes(self) -> NDArray[np.float64]:
+        """Unit vectors: right in the picture, up in the picture, towards the viewer."""
+        towards = np.asarray(self.towards_viewer) / np.linalg.norm(self.towards_viewer)
+        right = np.cross(self.up, towards)
+        right /= np.linalg.norm(right)
+        return np.stack([right, np.cross(towards, right), towards])
+
     def around(self, points: Positions) -> "View":
         """The same view, at the same scale, of (k, 3) positions elsewhere."""
         middle = (points.min(axis=0) + points.max(axis=0)) / 2
@@ -84,6 +93,9 @@ def render(
     known: Mask | None = None,
     values: NDArray[np.floating[Any]] | None = None,
     limit: float | None = None,
+    places: NDArray[np.floating[Any]] | None = None,
+    colours: Sequence[str] = (),
+    dots: Mask | None = None,
 ) -> Image:
     """Draws one frame.
 
@@ -95,6 +107,9 @@ def render(
         values: (k,) not negative: colours the surface on a logarithmic scale up to `limit`.
         limit: with `values`, that of the last colour; the first is for `HEATMAP_RANGE` times it
             and less.
+        places: (k,) from 0, the first of `colours`, to 1, the last.
+        colours: with `places`, one step after another, each as "#rrggbb".
+        dots: (k,) bool, with `places`: draws these vertices, which may be in no face, as dots.
 
     Returns:
         (height, width, 3) uint8, on white.
@@ -102,9 +117,10 @@ def render(
     Raises:
         ImportError: pyvista is missing.
         ValueError, TypeError: a face refers to no vertex, a position or value is not finite,
-            another shape, a limit that is not positive, or both `known` and `values`.
+            another shape, a limit that is not positive, or more than one of `known`, `values` and
+            `places`.
     """
-    _check(faces, points, known, values, limit)
+    _check(faces, points, known, values, limit, places)
     pyvista = _pyvista()
     surface = pyvista.PolyData.from_regular_faces(
         np.asarray(points, np.float32), np.asarray(faces, np.int64)
@@ -114,8 +130,8 @@ def render(
         plotter.set_background("white")
         plotter.enable_anti_aliasing("ssaa")
         if known is not None:
-            colours = np.where(known[:, None], _rgb(KNOWN_COLOUR), _rgb(MISSING_COLOUR))
-            plotter.add_mesh(surface, scalars=colours, rgb=True, smooth_shading=True, ambient=0.3)
+            rgb = np.where(known[:, None], _rgb(KNOWN_COLOUR), _rgb(MISSING_COLOUR))
+            plotter.add_mesh(surface, scalars=rgb, rgb=True, smooth_shading=True, ambient=0.3)
         elif values is not None:
             scale = np.array([HEATMAP_RANGE, 1]) * limit
             plotter.add_mesh(
@@ -127,6 +143,21 @@ def render(
                 smooth_shading=True,
                 ambient=0.35,
             )
+        elif places is not None:
+            surface["places"] = places.astype(np.float32)
+            style = {
+                "cmap": pyvista.LookupTable(list(colours), scalar_range=(0, 1)),
+                "clim": (0, 1),
+                "show_scalar_bar": False,
+                "ambient": 0.25,
+                "diffuse": 0.85,
+            }
+            if len(faces):
+                plotter.add_mesh(surface, scalars="places", smooth_shading=True, **style)
+            if dots is not None and dots.any():
+                cloud = pyvista.PolyData(surface.points[dots])
+                size = {"point_size": max(view.size) / 120, "render_points_as_spheres": True}
+                plotter.add_mesh(cloud, scalars=surface["places"][dots], **size, **style)
         else:
             plotter.add_mesh(surface, color=SURFACE_COLOUR, smooth_shading=True, ambient=0.05)
         _aim(plotter, view)
@@ -151,20 +182,23 @@ def _check(
     known: Mask | None,
     values: NDArray[np.floating[Any]] | None,
     limit: float | None,
+    places: NDArray[np.floating[Any]] | None,
 ) -> None:
     """VTK trusts its input: a face out of range would end the process."""
     if points.ndim != 2 or points.shape[1] != 3:
         raise ValueError(f"points: must have shape (k, 3), not {points.shape}")
     cells(faces, len(points))
-    for name, array in (("known", known), ("values", values)):
+    for name, array in (("known", known), ("values", values), ("places", places)):
         if array is not None and array.shape != (len(points),):
             raise ValueError(f"{name}: must have shape ({len(points)},), not {array.shape}")
-    for name, numbers in (("points", points), ("values", values)):
+    for name, numbers in (("points", points), ("values", values), ("places", places)):
         if numbers is not None and not np.isfinite(numbers).all():
             row = int(np.argwhere(~np.isfinite(numbers))[0][0])
             raise ValueError(f"{name}: row {row} is not finite")
-    if known is not None and values is not None:
-        raise ValueError("values: there is one colour to a vertex, and known takes it")
+    colourings = (("known", known), ("values", values), ("places", places))
+    given = [name for name, array in colourings if array is not None]
+    if len(given) > 1:
+        raise ValueError(f"{given[1]}: there is one colour to a vertex, and {given[0]} takes it")
     if values is not None and not (limit is not None and np.isfinite(limit) and limit > 0):
         raise ValueError(f"limit: must be positive and finite, not {limit}")
 
@@ -187,15 +221,11 @@ def _rgb(colour: str) -> NDArray[np.uint8]:
 
 def _aim(plotter: Any, view: View) -> None:
     centre = view.box.mean(axis=0)
-    towards = np.asarray(view.towards_viewer) / np.linalg.norm(view.towards_viewer)
-    right = np.cross(view.up, towards)
-    right /= np.linalg.norm(right)
-    above = np.cross(towards, right)
     half = (view.box[1] - view.box[0]) / 2
-    width, height = np.abs(right) @ half, np.abs(above) @ half
+    width, height, _ = np.abs(view.axes) @ half
     camera = plotter.camera
     camera.focal_point = centre
-    camera.position = centre + 4 * np.linalg.norm(half) * towards
+    camera.position = centre + 4 * np.linalg.norm(half) * view.axes[2]
     camera.up = view.up
     camera.parallel_projection = True
     camera.parallel_scale = 1.04 * max(height, width * view.size[1] / view.size[0])

@@ -8,6 +8,7 @@ from .._core import __version__
 from .._terminal import fail
 from .completion import batch, complete
 from .evaluation import evaluate, reproduce
+from .pictures import picture, view
 from .sequences import convert, degrade, info, synth
 
 app = typer.Typer(
@@ -19,7 +20,18 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
-for command in (info, synth, degrade, complete, evaluate, convert, batch, reproduce):
+for command in (
+    info,
+    synth,
+    degrade,
+    complete,
+    evaluate,
+    view,
+    picture,
+    convert,
+    batch,
+    reproduce,
+):
     app.command()(command)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from .. import files, synth
+from ..heatmap import likely_up
 from ..sequence import Sequence
 from . import charts, pictures, report
 from .claims import verdicts
@@ -108,7 +109,7 @@ def _subjects(data: list[Path], plan: Plan, up: str | None, azimuth: float | Non
             raise ValueError(f"{path}: another sequence is called {path.stem} too; rename one")
         sequence = files.read(path)
         _check_whole(path, sequence)
-        axis = up or _likely_up(sequence)
+        axis = up or likely_up(sequence.vertices[0], sequence.up_axis)
         degrees = 60.0 if azimuth is None else azimuth
         subjects.append(Subject.of(path.stem, sequence, axis, degrees, plan.frames))
     return subjects
@@ -126,8 +127,3 @@ def _check_whole(path: Path, sequence: Sequence) -> None:
         raise ValueError(f"{path}: has {len(sequence.vertices)} frames; at least 2 are needed")
     if sequence.known is not None and not sequence.known.all():
         raise ValueError(f"{path}: has missing vertices; the evaluation takes whole sequences")
-
-
-def _likely_up(sequence: Sequence) -> str:
-    extent = sequence.vertices[0].max(axis=0) - sequence.vertices[0].min(axis=0)
-    return "z" if extent.argmin() == 2 and extent[2] < 0.25 * extent.max() else "y"

@@ -1,0 +1,155 @@
+"""The commands that show a sequence."""
+
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .. import files
+from .._terminal import say, track
+from ..files import Reader
+from .options import (
+    Axis,
+    Faces,
+    Format,
+    InputPath,
+    MaskFile,
+    Missing,
+    MissingValue,
+    Overwrite,
+    Prim,
+    source_of,
+)
+
+
+class Colour(StrEnum):
+    """What the colour of a vertex says."""
+
+    error = "error"
+    generation = "generation"
+    age = "age"
+    known = "known"
+
+
+Reference = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", help="The truth: colours then tell the error."),
+]
+ColourOption = Annotated[
+    Colour | None,
+    typer.Option(
+        "--colour", "--color", help="What colours tell. [the first that IN holds, in this order]"
+    ),
+]
+Up = Annotated[
+    Axis | None, typer.Option(help="The axis that is up. [as IN says; y, but z if it lies flat]")
+]
+Azimuth = Annotated[float, typer.Option(help="Degrees around that axis to look from.")]
+
+
+def view(
+    path: InputPath,
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="PAGE", help="An HTML file.")],
+    reference: Reference = None,
+    colour: ColourOption = None,
+    up: Up = None,
+    azimuth: Azimuth = 60.0,
+    max_frames: Annotated[int, typer.Option(min=1, help="Show about so many evenly.")] = 120,
+    max_vertices: Annotated[
+        int, typer.Option(min=4, help="Thin out a mesh that has more.")
+    ] = 20_000,
+    format: Format = None,
+    faces: Faces = None,
+    prim: Prim = None,
+    mask: MaskFile = None,
+    missing: MissingValue = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Write a page that plays a sequence in any browser, without a network."""
+    from ..view import view as write
+
+    with _opened(path, reference, format, faces, prim, mask, missing) as (reader, truth):
+        _check_output(output, overwrite, ".html")
+        shown = write(
+            reader,
+            output,
+            reference=truth,
+            colour=None if colour is None else colour.value,
+            up=None if up is None else up.value,
+            azimuth=azimuth,
+            max_frames=max_frames,
+            max_vertices=max_vertices,
+            watch=lambda frames, n: track(frames, n, "reading"),
+        )
+    say(f"{output}: open it in a browser" + (f"; it shows {shown}" if str(shown) else ""))
+
+
+def picture(
+    path: InputPath,
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="PNG", help="A PNG file.")],
+    frame: Annotated[
+        list[int] | None,
+        typer.Option(metavar="N", help="A frame, from 0 on; again for a sheet of several."),
+    ] = None,
+    sheet: Annotated[
+        int, typer.Option(metavar="N", min=1, help="A sheet of so many frames, evenly spaced.")
+    ] = 6,
+    reference: Reference = None,
+    colour: ColourOption = None,
+    up: Up = None,
+    azimuth: Azimuth = 60.0,
+    size: Annotated[int, typer.Option(min=16, help="Of each frame, in pixels.")] = 480,
+    format: Format = None,
+    faces: Faces = None,
+    prim: Prim = None,
+    mask: MaskFile = None,
+    missing: MissingValue = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Draw frames of a sequence: one, or a contact sheet of several."""
+    from ..picture import evenly_spaced
+    from ..picture import picture as draw
+
+    with _opened(path, reference, format, faces, prim, mask, missing) as (reader, truth):
+        _check_output(output, overwrite, ".png")
+        draw(
+            reader,
+            output,
+            numbers=frame or evenly_spaced(reader.n_frames, sheet),
+            reference=truth,
+            colour=None if colour is None else colour.value,
+            up=None if up is None else up.value,
+            azimuth=azimuth,
+            size=(size, size),
+            watch=lambda numbers, n: track(numbers, n, "drawing"),
+        )
+    say(f"{output}: drawn")
+
+
+@contextmanager
+def _opened(
+    path: Path,
+    reference: Path | None,
+    format: str | None,
+    faces: Path | None,
+    prim: str | None,
+    mask: Path | None,
+    missing: Missing | None,
+) -> Iterator[tuple[Reader, Reader | None]]:
+    with ExitStack() as stack:
+        source = source_of(format, faces, prim, mask, missing)
+        reader = stack.enter_context(files.open(path, **source))
+        truth = None if reference is None else stack.enter_context(files.open(reference))
+        yield reader, truth
+
+
+def _check_output(path: Path, overwrite: bool, suffix: str) -> None:
+    if path.suffix.lower() != suffix:
+        raise ValueError(f"{path}: must end in {suffix}")
+    if not path.parent.is_dir():
+        raise FileNotFoundError(f"{path}: there is no folder {path.parent}")
+    if path.exists() and not overwrite:
+        raise FileExistsError(f"{path}: exists already; --overwrite replaces it")

@@ -1,0 +1,234 @@
+"""What colours say: scales, values, and what is missing."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from meshes import Mesh
+
+from dynmesh import Sequence, metrics, read, write
+from dynmesh import open as open_sequence
+from dynmesh.heatmap import Heatmap, likely_up, whole_faces
+from dynmesh.scales import CountScale, ErrorScale, KnownScale, round_up
+
+
+@pytest.fixture
+def sequence(mesh: Mesh, rng: np.random.Generator) -> Sequence:
+    """Five frames with masks and provenance; two vertices of the last are missing."""
+    vertices = np.stack([mesh.vertices + 0.1 * i for i in range(5)])
+    generation = rng.integers(-1, 6, vertices.shape[:2]).astype(np.int32)
+    generation[0] = 0
+    known = np.ones(vertices.shape[:2], np.bool_)
+    known[4, [3, 8]] = False
+    vertices[4, 3] = np.nan
+    vertices[4, 8] = 1e30
+    return Sequence(vertices, mesh.faces, known, generation=generation, age=abs(3 * generation))
+
+
+@pytest.fixture
+def path(sequence: Sequence, tmp_path: Path) -> Path:
+    """Its file."""
+    write(tmp_path / "partial.npz", sequence)
+    return tmp_path / "partial.npz"
+
+
+def test_missing_vertices_are_invisible_with_and_without_masks(
+    sequence: Sequence, tmp_path: Path
+) -> None:
+    write(tmp_path / "partial.npz", sequence)
+    bare = Sequence(np.where(sequence.vertices > 1e9, np.inf, sequence.vertices), sequence.faces)
+    write(tmp_path / "bare.npz", bare)
+    for name in ("partial.npz", "bare.npz"):
+        with open_sequence(tmp_path / name) as reader:
+            (frame,) = Heatmap(reader).frames(range(4, 5))
+        assert frame.number == 4
+        assert np.flatnonzero(~frame.visible).tolist() == [3, 8]
+
+
+def test_the_error_is_the_distance_in_bounding_box_diagonals(
+    path: Path, sequence: Sequence, tmp_path: Path, mesh: Mesh, rng: np.random.Generator
+) -> None:
+    truth = np.stack([mesh.vertices + 0.1 * i + rng.normal(size=(49, 3)) for i in range(5)])
+    write(tmp_path / "truth.npz", Sequence(truth, mesh.faces))
+    diagonal = np.linalg.norm(np.ptp(truth[0], axis=0))
+    with open_sequence(path) as reader, open_sequence(tmp_path / "truth.npz") as reference:
+        heatmap = Heatmap(reader, reference=reference)
+        assert heatmap.colour == "error"
+        frames = list(heatmap.frames(range(0, 5, 2)))
+    assert [frame.number for frame in frames] == [0, 2, 4]
+    for frame in frames:
+        assert frame.values is not None
+        seen = frame.visible
+        places = truth[frame.number, seen], sequence.vertices[frame.number, seen]
+        expected = metrics.vertex_error(*places) / diagonal
+        np.testing.assert_allclose(frame.values[seen], expected, rtol=1e-12)
+
+
+def test_without_a_choice_the_most_telling_colour_is_shown(
+    path: Path, sequence: Sequence, tmp_path: Path
+) -> None:
+    with open_sequence(path) as reader:
+        assert Heatmap(reader).colour == "generation"
+    write(tmp_path / "masks.npz", replace(sequence, generation=None, age=None))
+    with open_sequence(tmp_path / "masks.npz") as reader:
+        assert Heatmap(reader).colour == "known"
+    write(tmp_path / "bare.npz", Sequence(sequence.vertices, sequence.faces))
+    with open_sequence(tmp_path / "bare.npz") as reader:
+        heatmap = Heatmap(reader)
+        assert heatmap.colour is None
+        assert heatmap.scale(list(heatmap.frames(range(2)))) is None
+
+
+def test_known_is_generation_0_where_there_are_no_masks(sequence: Sequence, tmp_path: Path) -> None:
+    write(tmp_path / "done.npz", replace(sequence, known=None))
+    with open_sequence(tmp_path / "done.npz") as reader:
+        (frame,) = Heatmap(reader, colour="known").frames(range(3, 4))
+    assert sequence.generation is not None
+    assert frame.values is not None
+    np.testing.assert_array_equal(frame.values, sequence.generation[3] == 0)
+
+
+@pytest.mark.parametrize(
+    ("colour", "message"),
+    [
+        ("age", r"bare.npz: holds no age; dynmesh complete --provenance writes it"),
+        ("generation", r"bare.npz: holds no generation; dynmesh complete --provenance writes it"),
+        ("known", r"bare.npz: holds no known masks"),
+        ("error", r"errors are told by a reference"),
+    ],
+)
+def test_what_a_sequence_does_not_hold_is_refused(
+    path: Path, tmp_path: Path, colour: str, message: str
+) -> None:
+    sequence = read(path)
+    write(tmp_path / "bare.npz", Sequence(sequence.vertices, sequence.faces))
+    with (
+        open_sequence(tmp_path / "bare.npz") as reader,
+        pytest.raises(ValueError, match=message),
+    ):
+        Heatmap(reader, colour=colour)  # type: ignore[arg-type]
+
+
+def test_a_reference_must_be_of_use_and_fit(path: Path, tmp_path: Path, mesh: Mesh) -> None:
+    shifted = np.stack([mesh.vertices] * 5)
+    write(tmp_path / "short.npz", Sequence(shifted[:4], mesh.faces))
+    write(tmp_path / "other.npz", Sequence(shifted, mesh.faces[::-1].copy()))
+    write(tmp_path / "truth.npz", Sequence(shifted, mesh.faces))
+    write(tmp_path / "point.npz", Sequence(np.zeros_like(shifted), mesh.faces))
+    with open_sequence(path) as reader:
+        for name, message in (
+            ("short.npz", "partial.npz has 5 frames, but .*short.npz has 4"),
+            ("other.npz", "different faces"),
+            ("point.npz", "frame 0 has no extent"),
+        ):
+            with (
+                open_sequence(tmp_path / name) as reference,
+                pytest.raises(ValueError, match=message),
+            ):
+                Heatmap(reader, reference=reference)
+        with open_sequence(tmp_path / "truth.npz") as reference:
+            with pytest.raises(ValueError, match="the colour is age"):
+                Heatmap(reader, reference=reference, colour="age")
+            with pytest.raises(ValueError, match=r"partial.npz: frame 4 lacks vertex 3"):
+                list(Heatmap(reference, reference=reader).frames(range(5)))
+
+
+def test_a_face_without_vertex_is_refused_by_name(tmp_path: Path, mesh: Mesh) -> None:
+    write(tmp_path / "bad.npz", Sequence(mesh.vertices[None], mesh.faces + 40))
+    with (
+        open_sequence(tmp_path / "bad.npz") as reader,
+        pytest.raises(ValueError, match=r"bad.npz: .*face"),
+    ):
+        Heatmap(reader)
+
+
+def test_scales_cover_what_is_shown(path: Path) -> None:
+    with open_sequence(path) as reader:
+        for colour in ("generation", "age", "known"):
+            heatmap = Heatmap(reader, colour=colour)
+            frames = list(heatmap.frames(range(5)))
+            scale = heatmap.scale(frames)
+            assert scale is not None
+            for frame in frames:
+                assert frame.values is not None
+                places = scale.place(frame.values)
+                assert ((places >= 0) & (places <= 1)).all()
+            assert [tick.place for tick in scale.ticks] == sorted(t.place for t in scale.ticks)
+
+
+def test_errors_are_placed_by_decades() -> None:
+    scale = ErrorScale(0.02)
+    places = scale.place(np.array([0.0, 0.0002, 0.002, 0.02, 1.0]))
+    np.testing.assert_allclose(places, [0, 0, 0.5, 1, 1], atol=1e-6)
+    assert [tick.label for tick in scale.ticks] == ["0.02 % or less", "0.1 %", "1 %", "2 % or more"]
+    marked = scale.place(np.array([0.0002, 0.001, 0.01, 0.02]))
+    np.testing.assert_allclose([tick.place for tick in scale.ticks], marked, atol=1e-6)
+
+
+def test_an_exact_completion_has_a_scale(tmp_path: Path, mesh: Mesh) -> None:
+    write(tmp_path / "still.npz", Sequence(np.stack([mesh.vertices] * 3), mesh.faces))
+    with open_sequence(tmp_path / "still.npz") as reader:
+        heatmap = Heatmap(reader, reference=reader)
+        frames = list(heatmap.frames(range(3)))
+        scale = heatmap.scale(frames)
+    assert scale is not None
+    assert frames[2].values is not None
+    assert not scale.place(frames[2].values).any()
+
+
+def test_few_counts_have_a_step_each() -> None:
+    scale = CountScale("steps", 3, zero="here")
+    assert [tick.label for tick in scale.ticks] == ["0, here", "1", "2", "3"]
+    np.testing.assert_allclose(scale.place(np.arange(4)), [0.125, 0.375, 0.625, 0.875])
+
+
+def test_many_counts_share_steps_that_double() -> None:
+    scale = CountScale("steps", 20, zero="here", minus_one="nowhere")
+    labels = ["0, here", "1", "2", "3 to 4", "5 to 8", "9 to 16", "17 to 20", "nowhere"]
+    assert [tick.label for tick in scale.ticks] == labels
+    assert len(scale.colours) == len(labels)
+    steps = (scale.place(np.array([0, 1, 2, 3, 4, 5, 8, 9, 16, 17, 20, -1])) * 8).astype(int)
+    assert steps.tolist() == [0, 1, 2, 3, 3, 4, 4, 5, 5, 6, 6, 7]
+
+
+@pytest.mark.parametrize("largest", [*range(70), 2**20])
+def test_every_count_has_the_step_that_names_it(largest: int) -> None:
+    scale = CountScale("steps", largest, zero="here")
+    counts = np.unique(np.linspace(1, largest, 100).astype(int)) if largest else np.array([0])
+    for count, place in zip(counts, scale.place(counts), strict=True):
+        label = min(scale.ticks, key=lambda tick: abs(tick.place - place)).label
+        first, _, last = label.split(",")[0].partition(" to ")
+        assert int(first) <= count <= int(last or first)
+
+
+def test_filled_in_is_a_step_only_where_there_can_be_any() -> None:
+    assert [tick.label for tick in KnownScale(with_filled_in=False).ticks] == ["observed"]
+    both = KnownScale(with_filled_in=True)
+    assert [tick.label for tick in both.ticks] == ["filled in", "observed"]
+    np.testing.assert_allclose(both.place(np.array([0, 1])), [0.25, 0.75])
+
+
+@pytest.mark.parametrize(("value", "expected"), [(1, 1), (1.2, 2), (0.021, 0.05), (6e-7, 1e-6)])
+def test_limits_are_round(value: float, expected: float) -> None:
+    assert round_up(value) == pytest.approx(expected)
+
+
+def test_triangles_with_a_missing_vertex_are_left_out() -> None:
+    faces = np.array([[0, 1, 2], [1, 3, 2], [4, 5, 6]])
+    visible = np.array([True, True, True, False, True, False, True, True])
+    whole, alone = whole_faces(faces, visible)
+    assert whole.tolist() == [[0, 1, 2]]
+    assert np.flatnonzero(alone).tolist() == [4, 6, 7]
+
+
+def test_up_is_what_the_file_says_or_across_a_flat_sheet(tmp_path: Path, mesh: Mesh) -> None:
+    sheet = Sequence(mesh.vertices[None], mesh.faces)
+    for name, sequence, expected in (
+        ("flat", sheet, "z"),
+        ("upright", Sequence(np.roll(mesh.vertices, 1, axis=1)[None], mesh.faces), "y"),
+        ("said", replace(sheet, up_axis="y"), "y"),
+    ):
+        write(tmp_path / f"{name}.npz", sequence)
+        with open_sequence(tmp_path / f"{name}.npz") as reader:
+            assert likely_up(next(iter(reader)).points, reader.header.up_axis) == expected

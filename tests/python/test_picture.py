@@ -1,0 +1,169 @@
+"""Pictures of sequences as PNG files."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from meshes import Array, Mesh, sheet
+
+from dynmesh import Sequence, write
+from dynmesh import open as open_sequence
+from dynmesh.contact_sheet import contact_sheet
+from dynmesh.picture import evenly_spaced, picture
+from dynmesh.scales import CountScale
+
+pytest.importorskip("pyvista", reason="pictures need pyvista: pip install 'dynmesh[view]'")
+images = pytest.importorskip("PIL.Image")
+
+BLUE = (0, 114, 178)
+
+
+@pytest.fixture
+def sequence() -> Sequence:
+    """Four frames; after frame 0 the vertices right of x = 5.5 are filled in."""
+    mesh = sheet(12)
+    vertices = np.stack([mesh.vertices] * 4)
+    generation = np.zeros(vertices.shape[:2], np.int32)
+    generation[1:, mesh.vertices[:, 0] > 5.5] = 1
+    return Sequence(vertices, mesh.faces, generation=generation, age=generation)
+
+
+def pixels(path: Path) -> Array:
+    """(height, width, 3)."""
+    with images.open(path) as image:
+        assert image.format == "PNG"
+        return np.asarray(image.convert("RGB")).astype(int)
+
+
+def draw(sequence: Sequence, folder: Path, **options: Any) -> Array:
+    """Writes a sequence and its picture, from the front with x to the right."""
+    write(folder / "sheet.npz", sequence)
+    with open_sequence(folder / "sheet.npz") as reader:
+        picture(reader, folder / "sheet.png", **{"up": "z", "azimuth": -90, **options})
+    return pixels(folder / "sheet.png")
+
+
+def reddish(image: Array) -> Array:
+    """Where it is lit red."""
+    return np.asarray(image[..., 0] > image[..., 2] + 60)
+
+
+def bluish(image: Array) -> Array:
+    """Where it is lit blue."""
+    return np.asarray(image[..., 2] > image[..., 0] + 60)
+
+
+def test_colours_are_at_their_vertices(sequence: Sequence, tmp_path: Path) -> None:
+    first = draw(sequence, tmp_path, numbers=[0], colour="known", size=(300, 300))
+    left = first[:, :300]  # the colour bar is at the right
+    assert bluish(left).sum() > 10_000
+    assert not reddish(left).any()
+    left = draw(sequence, tmp_path, numbers=[2], colour="known", size=(300, 300))[:, :300]
+    assert bluish(left).sum() > 4_000
+    assert reddish(left).sum() > 4_000
+    blue, red = (np.nonzero(mask(left))[1] for mask in (bluish, reddish))
+    assert np.percentile(blue, 99) < np.percentile(red, 1) + 20
+
+
+def test_a_contact_sheet_has_every_frame(sequence: Sequence, tmp_path: Path) -> None:
+    one = draw(sequence, tmp_path, numbers=[2], colour="known")
+    four = draw(sequence, tmp_path, numbers=[0, 1, 2, 3], colour="known")
+    assert 3.5 < bluish(four).sum() / bluish(one).sum() < 6  # frame 0 has twice as much
+    assert 2 < reddish(four).sum() / reddish(one).sum() < 3.5
+
+
+def test_holes_and_dots_are_drawn(sequence: Sequence, tmp_path: Path) -> None:
+    known = np.ones(sequence.vertices.shape[:2], np.bool_)
+    known[1, sequence.vertices[0, :, 0] < 5.5] = False
+    known[2] = False
+    known[2, 40] = True
+    known[3] = False
+    vertices = np.where(known[..., None], sequence.vertices, np.nan)
+    partial = Sequence(vertices, sequence.faces, known)
+    # Together, so that they are at one scale and cropped alike.
+    sheets = [draw(partial, tmp_path, numbers=[0, n]) for n in range(4)]
+    whole, half, dot, nothing = (int(bluish(image).sum()) for image in sheets)
+    frame, bar = whole - nothing, 2 * nothing - whole
+    assert frame > 20_000
+    assert 0.4 * frame < half - nothing < 0.6 * frame
+    assert 0 < dot - nothing < 0.01 * frame
+    assert bar < 2000
+
+
+def test_a_frame_without_values_is_grey(sequence: Sequence, tmp_path: Path) -> None:
+    image = draw(Sequence(sequence.vertices, sequence.faces), tmp_path, numbers=[1])
+    assert (image.max(axis=2) - image.min(axis=2)).max() < 40
+    assert ((image < 235).all(axis=2)).sum() > 20_000
+
+
+@pytest.mark.parametrize("faces", [[[0, 1, 2]], [[0, 0, 1], [2, 1, 0]], []])
+def test_the_smallest_meshes_are_drawn(faces: list[list[int]], tmp_path: Path) -> None:
+    corner = np.array([[[0.0, 0, 0], [1, 0, 0], [0, 0, 1]]], np.float32)
+    triangles = np.array(faces, np.int32).reshape(-1, 3)
+    image = draw(Sequence(corner, triangles), tmp_path, numbers=[0])
+    assert (image[60:-40] < 240).any()  # below the heading and above the caption
+
+
+def test_frames_that_are_not_there_are_refused(sequence: Sequence, tmp_path: Path) -> None:
+    for number in (-1, 4):
+        with pytest.raises(ValueError, match=rf"sheet.npz: has no frame {number}, but 0 to 3"):
+            draw(sequence, tmp_path, numbers=[0, number])
+    assert not (tmp_path / "sheet.png").exists()
+
+
+def test_nothing_to_see_is_refused(sequence: Sequence, tmp_path: Path) -> None:
+    vertices = sequence.vertices.copy()
+    vertices[2] = np.nan
+    with pytest.raises(ValueError, match=r"sheet.npz: no vertex is known in these frames"):
+        draw(Sequence(vertices, sequence.faces), tmp_path, numbers=[2])
+
+
+def test_progress_is_told(sequence: Sequence, tmp_path: Path) -> None:
+    watched: list[Any] = []
+
+    def watch(numbers: Any, total: int) -> Any:
+        watched.append(total)
+        for number in numbers:
+            watched.append(number)
+            yield number
+
+    draw(sequence, tmp_path, numbers=[3, 1], watch=watch)
+    assert watched == [2, 3, 1]
+
+
+@pytest.mark.parametrize(
+    ("n_frames", "count", "expected"),
+    [(175, 3, [0, 87, 174]), (10, 1, [0]), (3, 9, [0, 1, 2]), (1, 6, [0]), (5, 2, [0, 4])],
+)
+def test_frames_are_spaced_evenly(n_frames: int, count: int, expected: list[int]) -> None:
+    assert evenly_spaced(n_frames, count) == expected
+
+
+def test_a_sheet_is_laid_out_in_full_rows() -> None:
+    tile = np.full((100, 100, 3), BLUE, np.uint8)
+    scale = CountScale("steps", 2, zero="here")
+    image = np.asarray(contact_sheet("six", [tile] * 6, [f"{i}" for i in range(6)], scale))
+    tiles = (image == BLUE).all(axis=2)
+    assert sorted(set(tiles.sum(axis=1).tolist())) == [0, 300]  # rows of three
+
+
+def test_a_colour_bar_has_its_colours_from_below() -> None:
+    tile = np.full((100, 100, 3), 255, np.uint8)
+    scale = CountScale("steps", 2, zero="here")
+    image = np.asarray(contact_sheet("one", [tile], ["0"], scale))
+    middles = []
+    for colour in scale.colours:
+        rgb = np.frombuffer(bytes.fromhex(colour.removeprefix("#")), np.uint8)
+        rows, columns = np.nonzero((image == rgb).all(axis=2))
+        assert len(rows) > 300
+        assert columns.min() > 100
+        middles.append(float(rows.mean()))
+    assert middles == sorted(middles, reverse=True)
+
+
+def test_a_mesh_far_from_the_origin_is_drawn(mesh: Mesh, tmp_path: Path) -> None:
+    near = draw(Sequence(mesh.vertices[None], mesh.faces), tmp_path, numbers=[0])
+    far = draw(Sequence(mesh.vertices[None] + 5e5, mesh.faces), tmp_path, numbers=[0])
+    areas = [(image < 235).all(axis=2).sum() for image in (near, far)]
+    assert areas[0] == pytest.approx(areas[1], rel=0.05)

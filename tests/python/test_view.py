@@ -1,0 +1,347 @@
+"""The page that plays, as a browser shows it."""
+
+import io
+import os
+import shutil
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from meshes import Array, Mesh, join, sheet
+
+from dynmesh import Sequence, write
+from dynmesh import open as open_sequence
+from dynmesh.view import Shown, view
+from dynmesh.view.thin import thin
+
+SWIFT_SHADER = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+SILENT = [
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-quic",
+    "--disable-sync",
+    "--no-first-run",
+]
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Iterator[Any]:
+    """Chromium, which draws without a graphics card."""
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    program = os.environ.get("DYNMESH_CHROMIUM") or shutil.which("chromium")
+    if program is None:
+        pytest.skip("there is no Chromium: install it, or name it in DYNMESH_CHROMIUM")
+    with playwright.sync_playwright() as driver:
+        arguments = ["--no-sandbox", *SWIFT_SHADER, *SILENT]
+        chromium = driver.chromium.launch(executable_path=program, args=arguments)
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture
+def browser(chromium: Any) -> Iterator[Any]:
+    """A window without history."""
+    window = chromium.new_context(viewport={"width": 900, "height": 600})
+    yield window
+    window.close()
+
+
+class Page:
+    """A page in a browser, with what it asked for and complained about."""
+
+    def __init__(self, browser: Any, path: Path) -> None:
+        self._page = browser.new_page()
+        self.requests: list[str] = []
+        self.complaints: list[str] = []
+        self._page.on("request", lambda request: self.requests.append(request.url))
+        self._page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        self._page.on(
+            "console",
+            lambda said: self.complaints.append(said.text) if said.type == "error" else None,
+        )
+        self._page.goto(path.as_uri())
+        self._page.wait_for_selector("#dynmesh-counter:not(:empty)")
+
+    def text(self, name: str) -> str:
+        """What is to be read in a part of the page."""
+        return str(self._page.inner_text(f"#dynmesh-{name}"))
+
+    def enabled(self, name: str) -> bool:
+        """Whether a control can be used."""
+        return bool(self._page.is_enabled(f"#dynmesh-{name}"))
+
+    def click(self, name: str) -> None:
+        """Presses a button."""
+        self._page.click(f"#dynmesh-{name}")
+
+    def press(self, key: str) -> None:
+        """Presses a key."""
+        self._page.keyboard.press(key)
+
+    def choose(self, name: str, value: str) -> None:
+        """Chooses an option."""
+        self._page.select_option(f"#dynmesh-{name}", value)
+
+    def scrub(self, to: int) -> None:
+        """Moves the slider as a hand would."""
+        self._page.fill("#dynmesh-frame", str(to))
+
+    def wait(self, milliseconds: int) -> None:
+        """Lets it play."""
+        self._page.wait_for_timeout(milliseconds)
+
+    def picture(self) -> Array:
+        """(height, width, 3), without the words and the controls."""
+        self._page.wait_for_timeout(400)  # to be drawn
+        images = pytest.importorskip("PIL.Image")
+        shot = self._page.screenshot(style=".dynmesh { visibility: hidden }")
+        with images.open(io.BytesIO(shot)) as image:
+            return np.asarray(image.convert("RGB")).astype(int)
+
+
+def in_colour(picture: Array) -> Array:
+    """Where it is not white."""
+    return np.asarray((picture < 240).any(axis=2))
+
+
+def middle(mask: Array) -> float:
+    """The mean column of what is marked."""
+    return float(np.nonzero(mask)[1].mean())
+
+
+def page_of(sequence: Sequence, folder: Path, browser: Any, **options: Any) -> Page:
+    """Writes a sequence and its page, and opens that."""
+    write(folder / "sheet.npz", sequence)
+    with open_sequence(folder / "sheet.npz") as reader:
+        view(reader, folder / "page.html", up="z", azimuth=-90, **options)
+    return Page(browser, folder / "page.html")
+
+
+@pytest.fixture
+def moving() -> Sequence:
+    """A sheet that glides along x at an even pace, with provenance."""
+    mesh = sheet(12)
+    vertices = np.stack([mesh.vertices + np.array([i, 0, 0]) for i in range(9)])
+    generation = np.zeros(vertices.shape[:2], np.int32)
+    generation[1:, mesh.vertices[:, 0] > 5.5] = 2
+    return Sequence(vertices, mesh.faces, fps=10.0, generation=generation, age=generation)
+
+
+def test_a_page_needs_nothing_but_itself(moving: Sequence, tmp_path: Path, browser: Any) -> None:
+    page = page_of(moving, tmp_path, browser)
+    picture = page.picture()
+    assert [url for url in page.requests if not url.startswith("blob:")] == [
+        (tmp_path / "page.html").as_uri()
+    ]
+    assert page.complaints == []
+    assert in_colour(picture).sum() > 5000
+    assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 50
+
+
+def test_the_page_says_what_it_shows(moving: Sequence, tmp_path: Path, browser: Any) -> None:
+    page = page_of(moving, tmp_path, browser)
+    assert page.text("name") == "sheet.npz"
+    assert page.text("note") == ""
+    assert page.text("title") == "generation: steps from the observed"
+    assert page.text("bar").split("\n") == ["0, observed", "1", "2"]
+    assert page.text("counter") == "frame 0 / 8, 0.00 s"
+
+
+def test_errors_have_their_unit(moving: Sequence, tmp_path: Path, browser: Any) -> None:
+    write(tmp_path / "truth.npz", replace(moving, vertices=moving.vertices[::-1].copy()))
+    with open_sequence(tmp_path / "truth.npz") as reference:
+        page = page_of(moving, tmp_path, browser, reference=reference)
+    assert page.text("title") == "error in % of the bounding-box diagonal"
+    assert "or more" in page.text("bar")
+
+
+def test_the_slider_shows_the_frame_it_names(
+    moving: Sequence, tmp_path: Path, browser: Any
+) -> None:
+    page = page_of(moving, tmp_path, browser)
+    columns = []
+    for frame in (0, 4, 8, 0):
+        page.scrub(frame)
+        assert page.text("counter") == f"frame {frame} / 8, {frame / 10:.2f} s"
+        columns.append(middle(in_colour(page.picture())))
+    assert columns[1] - columns[0] > 50
+    assert columns[2] - columns[1] == pytest.approx(columns[1] - columns[0], rel=0.1)
+    assert columns[3] == pytest.approx(columns[0], abs=0.5)
+    page.press("ArrowRight")
+    assert page.text("counter") == "frame 1 / 8, 0.10 s"
+    page.press("ArrowLeft")
+    page.press("ArrowLeft")
+    assert page.text("counter") == "frame 0 / 8, 0.00 s"
+    assert page.complaints == []
+
+
+def test_play_plays_and_pause_stops(moving: Sequence, tmp_path: Path, browser: Any) -> None:
+    page = page_of(moving, tmp_path, browser)
+    page.choose("speed", "0.5")
+    before = page.picture()
+    page.click("play")
+    assert page.text("play") == "Pause"
+    page.wait(700)  # 3.5 frames
+    page.click("play")
+    stopped_at = page.text("counter")
+    assert stopped_at.split()[1] in "234567"
+    assert (page.picture() != before).any(axis=2).mean() > 0.01
+    page.wait(500)
+    assert (page.text("play"), page.text("counter")) == ("Play", stopped_at)
+    page.press(" ")
+    page.wait(2500)  # more than all frames: from the last it goes on with the first
+    assert page.text("play") == "Pause"
+    assert page.complaints == []
+
+
+def test_colours_are_at_their_vertices(moving: Sequence, tmp_path: Path, browser: Any) -> None:
+    page = page_of(moving, tmp_path, browser, colour="known")
+    page.scrub(4)
+    red, _, blue = page.picture().transpose(2, 0, 1)
+    observed, filled_in = blue > red + 60, red > blue + 60
+    assert observed.sum() > 2000
+    assert filled_in.sum() > 2000
+    assert np.nonzero(observed)[1].max() <= np.nonzero(filled_in)[1].min() + 40
+    page.scrub(0)
+    red, _, blue = page.picture().transpose(2, 0, 1)
+    assert not (red > blue + 60).any()
+
+
+def test_holes_are_seen(moving: Sequence, tmp_path: Path, browser: Any) -> None:
+    known = np.ones(moving.vertices.shape[:2], np.bool_)
+    known[2, moving.vertices[0, :, 0] < 5.5] = False
+    known[3] = False
+    known[3, 30] = True  # a dot
+    known[4] = False  # nothing
+    vertices = np.where(known[..., None], np.stack([moving.vertices[0]] * 9), np.nan)
+    page = page_of(Sequence(vertices, moving.faces, known), tmp_path, browser)
+    areas = []
+    for frame in (1, 2, 3, 4, 5):
+        page.scrub(frame)
+        areas.append(int(in_colour(page.picture()).sum()))
+    whole, half, dot, nothing, again = areas
+    assert 0.4 * whole < half < 0.6 * whole
+    assert 0 < dot < 0.01 * whole
+    assert nothing == 0
+    assert again == whole
+    assert page.complaints == []
+
+
+@pytest.mark.parametrize(
+    ("n_frames", "faces"), [(1, [[0, 1, 2]]), (2, [[0, 1, 2], [1, 1, 2]]), (3, [])]
+)
+def test_the_smallest_sequences_are_shown(
+    n_frames: int, faces: list[list[int]], tmp_path: Path, browser: Any
+) -> None:
+    corner = np.array([[0.0, 0, 0], [1, 0, 0], [0, 0, 1]], np.float32)
+    triangles = np.array(faces, np.int32).reshape(-1, 3)
+    page = page_of(Sequence(np.stack([corner] * n_frames), triangles), tmp_path, browser)
+    assert in_colour(page.picture()).any()
+    assert page.enabled("play") == (n_frames > 1)
+    assert page.text("counter") == f"frame 0 / {n_frames - 1}"
+    assert page.complaints == []
+
+
+def test_a_name_is_only_a_name(moving: Sequence, tmp_path: Path, browser: Any) -> None:
+    name = "<img src=x onerror=alert(1)>'\"&amp; ✓.npz"
+    write(tmp_path / name, moving)
+    with open_sequence(tmp_path / name) as reader:
+        view(reader, tmp_path / "page.html")
+    page = Page(browser, tmp_path / "page.html")
+    assert page.text("name") == name
+    assert all(url.startswith(("file:", "blob:")) for url in page.requests)
+    assert not any(url.endswith("/x") for url in page.requests)
+
+
+def test_what_is_left_out_is_said(tmp_path: Path, browser: Any) -> None:
+    mesh = sheet(40)
+    vertices = np.stack([mesh.vertices] * 7).astype(np.float32)
+    page = page_of(
+        Sequence(vertices, mesh.faces), tmp_path, browser, max_frames=3, max_vertices=400
+    )
+    assert page.text("note").startswith("shown: every 3rd of 7 frames, 4")
+    assert page.text("note").endswith("of 3042 triangles")
+    page.scrub(2)
+    assert page.text("counter") == "frame 6 / 6"
+
+
+def test_what_was_left_out_is_reported(moving: Sequence, tmp_path: Path) -> None:
+    write(tmp_path / "sheet.npz", moving)
+    with open_sequence(tmp_path / "sheet.npz") as reader:
+        watched: list[int] = []
+
+        def watch(frames: Any, total: int) -> Any:
+            watched.append(total)
+            for frame in frames:
+                watched.append(frame.number)
+                yield frame
+
+        shown = view(reader, tmp_path / "page.html", max_frames=4, watch=watch)
+    assert shown == Shown(3, 9, 3, 144, 144, 242, 242)
+    assert str(shown) == "every 3rd of 9 frames"
+    assert watched == [3, 0, 3, 6]
+
+
+@pytest.mark.parametrize(
+    ("step", "words"),
+    [(2, "2nd"), (3, "3rd"), (4, "4th"), (11, "11th"), (21, "21st"), (112, "112th")],
+)
+def test_steps_are_ordinals(step: int, words: str) -> None:
+    assert str(Shown(1, 9, step, 3, 3, 1, 1)) == f"every {words} of 9 frames"
+
+
+def test_a_page_is_small(tmp_path: Path, rng: np.random.Generator) -> None:
+    mesh = sheet(50)
+    path = np.cumsum(rng.normal(0, 0.05, (40, 2500, 3)), axis=0)
+    write(tmp_path / "sheet.npz", Sequence(mesh.vertices + path, mesh.faces))
+    with open_sequence(tmp_path / "sheet.npz") as reader:
+        view(reader, tmp_path / "page.html")
+    assert (tmp_path / "page.html").stat().st_size < 1.3e6 + 10 * path.size / 3
+
+
+def test_nothing_to_see_is_refused(moving: Sequence, tmp_path: Path) -> None:
+    write(tmp_path / "void.npz", replace(moving, vertices=np.full_like(moving.vertices, np.nan)))
+    with (
+        open_sequence(tmp_path / "void.npz") as reader,
+        pytest.raises(ValueError, match=r"void.npz: no vertex is known"),
+    ):
+        view(reader, tmp_path / "page.html")
+    assert not (tmp_path / "page.html").exists()
+
+
+def test_thinning_keeps_original_vertices_and_prints_nothing(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    mesh = join(sheet(40), sheet(30, 100.0))
+    faces = np.concatenate([mesh.faces, mesh.faces[:9], [[5, 5, 6], [7, 7, 7]]])
+    kept, triangles = thin(faces, mesh.vertices, 600)
+    assert 500 < len(kept) < 700
+    assert len(np.unique(kept)) == len(kept)
+    corners = mesh.vertices[kept][triangles]
+    ups = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2]
+    assert (ups >= 0).all()  # none is turned over
+    assert abs(ups).sum() / 2 == pytest.approx(39**2 + 29**2, rel=0.01)  # of the same extent
+    assert capfd.readouterr() == ("", "")
+
+
+def test_small_meshes_are_not_thinned(mesh: Mesh) -> None:
+    kept, triangles = thin(mesh.faces, mesh.vertices, 49)
+    assert kept.tolist() == list(range(49))
+    np.testing.assert_array_equal(triangles, mesh.faces)
+
+
+def test_vertices_of_no_triangle_go_first(mesh: Mesh) -> None:
+    vertices = np.concatenate([np.zeros((500, 3)), mesh.vertices])
+    kept, triangles = thin(mesh.faces + 500, vertices, 100)
+    assert kept.tolist() == list(range(500, 549))
+    np.testing.assert_array_equal(kept[triangles], mesh.faces + 500)
+
+
+def test_a_large_mesh_needs_a_whole_frame_0(mesh: Mesh) -> None:
+    vertices = mesh.vertices.copy()
+    vertices[7, 1] = np.nan
+    with pytest.raises(ValueError, match="frame 0 lacks vertex 7"):
+        thin(mesh.faces, vertices, 40)
