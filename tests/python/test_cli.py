@@ -170,3 +170,37 @@ def test_errors_take_one_line_and_leave_nothing(folder: Path, tmp_path: Path) ->
     assert "say what to do" in run("degrade", truth, out, code=2).stderr
     assert "must be finite" in run("degrade", truth, out, "--noise", "nan", code=2).stderr
     assert run("synth", "lake", out, code=2).stderr
+
+
+def test_what_is_shown_is_written(folder: Path, tmp_path: Path) -> None:
+    completed, truth = folder / "completed.npz", folder / "truth.npz"
+    page, image = tmp_path / "page.html", tmp_path / "image.png"
+    shown = run("view", completed, "-o", page, "--reference", truth, "--max-frames", "5").stderr
+    assert "page.html: open it in a browser; it shows every 8th of 40 frames" in shown
+    assert b"error in" in page.read_bytes()
+    run("picture", completed, "-o", image, "--frame", "3", "--size", "100")
+    assert image.read_bytes().startswith(b"\x89PNG")
+    for arguments, message in [
+        (["view", completed, "-o", page], "page.html: exists already; --overwrite replaces it"),
+        (["picture", completed, "-o", page], "page.html: must end in .png"),
+        (["view", completed, "-o", tmp_path / "no" / "page.html"], "there is no folder"),
+        (["view", completed, "-o", tmp_path / "a.html", "--colour", "age"], "holds no age"),
+        (["picture", completed, "-o", tmp_path / "a.png", "--frame", "40"], "has no frame 40"),
+    ]:
+        assert message in run(*arguments, code=1).stderr  # type: ignore[arg-type]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["image.png", "page.html"]
+
+
+def test_a_sequence_is_converted_there_and_back(folder: Path, tmp_path: Path) -> None:
+    partial = dynmesh.read(folder / "partial.npz")
+    run("convert", folder / "partial.npz", tmp_path / "new" / "f_%03d.ply")
+    run("convert", tmp_path / "new", tmp_path / "again.npz", "--fps", "30")
+    again = dynmesh.read(tmp_path / "again.npz")
+    np.testing.assert_array_equal(again.vertices, partial.vertices)
+    np.testing.assert_array_equal(again.known, partial.known)
+    assert again.fps == 30
+    run("convert", folder / "partial.npz", tmp_path / "scan", "--output-format", "hdf5")
+    shown = run("info", tmp_path / "scan", "--format", "hdf5").stdout
+    assert "30.0 %" in shown
+    error = run("convert", tmp_path / "new", tmp_path / "x.npz", "--format", "fbx", code=1).stderr
+    assert "the format 'fbx' is not known, but npz" in error

@@ -1,25 +1,24 @@
 """PLY: one binary or text file per frame, as scanners and MeshLab write them.
 
 The vertices have x, y and z and, where a sequence has them, the properties `known`, `generation`
-and `age`. Other properties are not read.
+and `age`. Other properties are not kept.
 """
 
-import contextlib
-import io
-import re
-import warnings
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .._extras import require
 from ..polygons import Polygons, as_polygons
 from .frame_files import FramesReader, FramesWriter
 from .interface import Format, Frame, Template, refuse_mesh_name, refuse_template
 from .numbered import find_files
+from .ply_binary import read_binary
+from .ply_elements import Columns, Lists, read_header, scalar_types
+from .ply_text import read_text
+
+Integers = NDArray[np.integer[Any]]
 
 corner_lists = ("vertex_indices", "vertex_index")
 
@@ -31,76 +30,57 @@ class PlyReader(FramesReader):
         """Finds the files and reads the first."""
         refuse_template(template)
         refuse_mesh_name(prim)
-        self._corners = 3
         super().__init__(path, find_files(path, ".ply"))
 
     def _load(self, file: Path) -> tuple[Frame, Polygons]:
-        plyfile = require("plyfile", extra="mesh")
-        with _explaining(plyfile):
-            data = self._read(plyfile, file)
-        elements = {element.name: element for element in data.elements}
-        if "vertex" not in elements:
+        data = file.read_bytes()
+        header = read_header(data)
+        if header.is_text:
+            columns = read_text(header.elements, data[header.n_bytes :], header.n_lines + 1)
+        else:
+            columns = read_binary(header.elements, data, header.n_bytes)
+        if "vertex" not in columns:
             raise ValueError("has no vertices")
-        frame = _frame(elements["vertex"].data)
-        polygons = _polygons(plyfile, elements.get("face"))
-        if len(polygons.sizes):
-            self._corners = int(polygons.sizes[0])
-        return frame, polygons
-
-    def _read(self, plyfile: Any, file: Path) -> Any:
-        """Is quick where all faces have as many corners as the first of the file before."""
-        lengths = {"face": dict.fromkeys(corner_lists, self._corners)}
-        with file.open("rb") as binary, warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # of faces without corners
-            is_text = re.search(rb"[\r\n]format ascii", binary.read(4096)) is not None
-            binary.seek(0)
-            stream: Any = io.TextIOWrapper(binary, "ascii") if is_text else binary
-            try:
-                data = plyfile.PlyData.read(stream, known_list_len=lengths)
-            except plyfile.PlyElementParseError:
-                if is_text:
-                    raise
-                stream.seek(0)
-                data = plyfile.PlyData.read(stream)
-            if stream.read().strip():
-                raise ValueError("goes on after the last element that its header announces")
-        return data
+        return _frame(columns["vertex"]), _polygons(columns.get("face", {}))
 
 
-def _frame(vertices: NDArray[Any]) -> Frame:
-    kinds = {name: vertices.dtype[name] for name in vertices.dtype.names or ()}
-    for axis in "xyz":
-        if axis not in kinds or kinds[axis].kind != "f":
-            raise ValueError(f"its vertices need a property '{axis}', float or double")
-    points = np.stack([vertices[axis] for axis in "xyz"], axis=1)
+def _frame(vertices: Columns) -> Frame:
+    points = np.stack([_coordinates(vertices, axis) for axis in "xyz"], axis=1)
     known = generation = age = None
-    if "known" in kinds:
-        if kinds["known"].kind not in "iu" or not np.isin(vertices["known"], (0, 1)).all():
-            raise ValueError("its property 'known' must be uchar, 0 or 1")
-        known = np.array(vertices["known"], np.bool_)
-    if "generation" in kinds and "age" in kinds:
-        for name in ("generation", "age"):
-            if not np.can_cast(kinds[name], np.int32) or kinds[name].kind not in "iu":
-                raise ValueError(f"its property '{name}' must be int")
-        generation, age = (np.array(vertices[name], np.int32) for name in ("generation", "age"))
-    return Frame(points.astype(points.dtype.newbyteorder("=")), known, generation, age)
+    if "known" in vertices:
+        ones = _integers(vertices, "known", np.dtype(np.int64))
+        if not np.isin(ones, (0, 1)).all():
+            raise ValueError("its property 'known' must be 0 or 1")
+        known = ones == 1
+    if "generation" in vertices and "age" in vertices:
+        int32 = np.dtype(np.int32)
+        generation, age = (_integers(vertices, name, int32) for name in ("generation", "age"))
+    return Frame(points, known, generation, age)
 
 
-def _polygons(plyfile: Any, faces: Any) -> Polygons:
-    names = [] if faces is None else [name for name in corner_lists if name in faces]
-    if not names:
-        if faces is not None and len(faces):
+def _coordinates(vertices: Columns, axis: str) -> NDArray[np.floating[Any]]:
+    column = vertices.get(axis)
+    if not isinstance(column, np.ndarray) or column.dtype.kind != "f":
+        raise ValueError(f"its vertices need a property '{axis}', float or double")
+    return column.astype(column.dtype.newbyteorder("="))
+
+
+def _integers(vertices: Columns, name: str, dtype: np.dtype[Any]) -> Integers:
+    column = vertices[name]
+    if not isinstance(column, np.ndarray) or not np.can_cast(column.dtype, dtype):
+        raise ValueError(f"its property '{name}' must be integers that fit in {dtype}")
+    return column.astype(dtype)
+
+
+def _polygons(faces: Columns) -> Polygons:
+    lists = [faces[name] for name in corner_lists if name in faces]
+    if not lists:
+        if faces:
             raise ValueError(f"its faces need a list '{corner_lists[0]}'")
         return Polygons(np.empty(0, np.int64), np.empty(0, np.int64))
-    kind = faces.ply_property(names[0])
-    if not isinstance(kind, plyfile.PlyListProperty) or "f" in kind.val_dtype:
-        raise ValueError(f"'{kind}' must be a list of integers")
-    lists = faces[names[0]]
-    if lists.dtype.kind == "O":  # one array per face
-        corners = np.concatenate([np.empty(0, np.int64), *lists])
-        return Polygons(np.array([len(one) for one in lists], np.int64), corners)
-    sizes = np.full(len(lists), lists.shape[1], np.int64)
-    return Polygons(sizes, np.array(lists, np.int64).reshape(-1))
+    if not isinstance(lists[0], Lists) or lists[0].values.dtype.kind == "f":
+        raise ValueError("the corners of its faces must be a list of integers")
+    return Polygons(lists[0].sizes, lists[0].values.astype(np.int64))
 
 
 class PlyWriter(FramesWriter):
@@ -110,32 +90,28 @@ class PlyWriter(FramesWriter):
 
     def _begin(self, kept: int) -> None:
         super()._begin(kept)
-        plyfile = require("plyfile", extra="mesh")
         header = self.header
-        columns = [(axis, f"<f{header.dtype.itemsize}") for axis in "xyz"]
+        kinds = dict.fromkeys("xyz", "float" if header.dtype == np.float32 else "double")
         if header.has_known:
-            columns.append(("known", "u1"))
+            kinds["known"] = "uchar"
         if header.has_provenance:
-            columns += [("generation", "<i4"), ("age", "<i4")]
+            kinds |= {"generation": "int", "age": "int"}
+        columns = [(name, scalar_types[kind].newbyteorder("<")) for name, kind in kinds.items()]
         self._vertices = np.zeros(header.n_vertices, columns)
-        sizes, corners = as_polygons(header.faces, header.polygons)
-        faces = np.empty(len(sizes), [(corner_lists[0], object)])
-        for face, one in zip(faces, np.split(corners, np.cumsum(sizes)[:-1]), strict=True):
-            face[0] = one
-        elements = [
-            plyfile.PlyElement.describe(self._vertices, "vertex"),
-            plyfile.PlyElement.describe(
-                faces,
-                "face",
-                len_types={corner_lists[0]: "u1" if sizes.max() < 256 else "i4"},
-                val_types={corner_lists[0]: "i4"},
-            ),
-        ]
-        file = io.BytesIO()
-        plyfile.PlyData(elements, byte_order="<").write(file)
         # What stands before and after the vertices is the same in every frame.
-        before, end, after = file.getvalue().partition(b"end_header\n")
-        self._before, self._after = before + end, after[self._vertices.nbytes :]
+        sizes, corners = as_polygons(header.faces, header.polygons)
+        count = "uchar" if sizes.max() < 256 else "int"
+        lines = [
+            "ply",
+            "format binary_little_endian 1.0",
+            f"element vertex {header.n_vertices}",
+            *(f"property {kind} {name}" for name, kind in kinds.items()),
+            f"element face {len(sizes)}",
+            f"property list {count} int {corner_lists[0]}",
+            "end_header\n",
+        ]
+        self._before = "\n".join(lines).encode("ascii")
+        self._after = _face_records(sizes, corners, scalar_types[count].newbyteorder("<"))
 
     def _save(self, file: Path, frame: Frame) -> None:
         for i, axis in enumerate("xyz"):
@@ -145,14 +121,11 @@ class PlyWriter(FramesWriter):
         file.write_bytes(self._before + self._vertices.tobytes() + self._after)
 
 
-@contextlib.contextmanager
-def _explaining(plyfile: Any) -> Iterator[None]:
-    try:
-        yield
-    except (plyfile.PlyParseError, OverflowError, UnicodeDecodeError) as error:
-        raise ValueError(f"is damaged or no PLY file: {error}") from error
-    except MemoryError as error:
-        raise ValueError("is damaged: its header announces more than there can be") from error
+def _face_records(sizes: Integers, corners: Integers, count: np.dtype[Any]) -> bytes:
+    """The corners of each face, with their count before them."""
+    words = corners.astype("<i4").view(count)
+    begins = (np.cumsum(sizes) - sizes) * (4 // count.itemsize)
+    return np.insert(words, begins, sizes.astype(count)).tobytes()
 
 
 ply = Format("ply", (".ply",), "Stanford's polygon files, one per frame", PlyReader, PlyWriter)
