@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from .._extras import require
 from ..polygons import Polygons, as_polygons, check_polygons, split_polygons
-from .interface import Format, Frame, Header, Reader, Template, Writer, refuse_template
-from .scenes import check_same_faces, choose_mesh, spacing
+from .interface import Format, Frame, Header, Reader, Template, Writer, naming, refuse_template
+from .scenes import check_same_faces, choose_mesh, rounded, spacing
 
 parameters = {"known": "Uchar", "generation": "Int32", "age": "Int32"}
 """What a vertex has beside its position, and the kind of geometry parameter that holds it."""
@@ -49,12 +49,14 @@ class AlembicReader(Reader):
 
     def _header(self) -> Header:
         n_frames = self._positions.getNumSamples()
+        if n_frames == 0:
+            raise ValueError("the mesh has no positions")
         faces, polygons = split_polygons(_turned(_faces(self._mesh)))
         self._parameters = _parameters(self._mesh.getSchema(), n_frames)
         return Header(
             faces=faces,
             n_frames=n_frames,
-            n_vertices=len(self._positions.getValue(0)) if n_frames else 0,
+            n_vertices=len(self._positions.getValue(0)),
             dtype=np.dtype(np.float32),
             fps=_fps(self._archive, self._positions),
             polygons=polygons,
@@ -202,7 +204,8 @@ class AlembicWriter(Writer):
 
     def _append(self, frame: Frame) -> None:
         imath, geometry = require("imath", extra="alembic"), _alembic("AbcGeom")
-        arrays = [imath.V3fArrayFromBuffer(np.ascontiguousarray(frame.points, np.float32))]
+        with naming(self.path):
+            arrays = [imath.V3fArrayFromBuffer(rounded(frame.points, self._frame))]
         if self._frame == 0:
             polygons = _turned(as_polygons(self.header.faces, self.header.polygons))
             arrays += [_integers(polygons.corners), _integers(polygons.sizes)]

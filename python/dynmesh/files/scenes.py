@@ -1,10 +1,12 @@
-"""What formats share that hold a whole scene: the choice of one mesh, and frames in time."""
+"""What formats share that hold a whole scene: one mesh of many, frames in time, float32."""
 
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..polygons import Polygons
+from ..sequence import Positions
 
 
 def choose_mesh(meshes: Mapping[str, bool], prim: str | None) -> str:
@@ -45,3 +47,17 @@ def check_same_faces(first: Polygons, later: Polygons, time: float) -> None:
         raise ValueError(
             f"time {time:g}: the faces are others than in the first frame, but they must stay"
         )
+
+
+def rounded(points: Positions, number: int) -> NDArray[np.float32]:
+    """The points of frame `number` as float32; refuses what is beyond its range."""
+    with np.errstate(over="ignore"):
+        single = np.ascontiguousarray(points, np.float32)
+    beyond = (np.isinf(single) & np.isfinite(points)).any(axis=1)
+    if beyond.any():
+        vertex = int(beyond.argmax())
+        raise ValueError(
+            f"frame {number}: vertex {vertex} at {points[vertex].tolist()} "
+            "is out of the range of float32, which is what the format holds"
+        )
+    return single

@@ -1,0 +1,187 @@
+"""Alembic archives of others, and what ours say."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import dynmesh
+
+alembic = pytest.importorskip("alembic3d")
+imath: Any = pytest.importorskip("imath")
+Abc, Core, Geometry = alembic.Abc, alembic.AbcCoreAbstract, alembic.AbcGeom
+VERTEX = Geometry.GeometryScope.kVertexScope
+REST = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0)], np.float32)
+
+
+def integers(*values: int) -> Any:
+    return imath.IntArrayFromBuffer(np.array(values, np.int32))
+
+
+def add_mesh(archive: Any, name: str, heights: list[float], sampling: int = 0) -> Any:
+    """A triangle that rises; returns its schema."""
+    schema = Geometry.OPolyMesh(archive.getTop(), name).getSchema()
+    schema.setTimeSampling(sampling)
+    for height in heights:
+        points = imath.V3fArrayFromBuffer(REST + np.float32(height))
+        schema.set(Geometry.OPolyMeshSchemaSample(points, integers(2, 1, 0), integers(3)))
+    return schema
+
+
+def archive_of(path: Path, *meshes: tuple[str, list[float]], times: Any = None) -> Path:
+    archive = Abc.OArchive(str(path))
+    sampling = 0 if times is None else archive.addTimeSampling(times)
+    for name, heights in meshes:
+        add_mesh(archive, name, heights, sampling)
+    return path
+
+
+def acyclic(*times: float) -> Any:
+    stored = Core.TimeVector()
+    stored[:] = times
+    return Core.TimeSampling(Core.TimeSamplingType(Core.AcyclicFlag.kAcyclic), stored)
+
+
+@pytest.mark.parametrize(
+    ("times", "fps"),
+    [
+        (None, None),
+        (Core.TimeSampling(1 / 25, 0.04), 25),
+        (Core.TimeSampling(1.0, 5.0), 1),
+        (acyclic(0.5, 0.75, 1.0), 4),
+        (acyclic(0.5, 0.75, 2.0), None),
+    ],
+)
+def test_samples_are_frames(tmp_path: Path, times: Any, fps: float | None) -> None:
+    path = archive_of(tmp_path / "a.abc", ("Body", [1, 2, 3]), times=times)
+    sequence = dynmesh.read(path)
+    np.testing.assert_array_equal(sequence.vertices[:, 0, 2], [1, 2, 3])
+    np.testing.assert_array_equal(sequence.faces, [[0, 1, 2]])  # counterclockwise
+    assert sequence.fps == (None if fps is None else pytest.approx(fps))
+    assert sequence.name == "/Body"
+
+
+def test_a_mesh_is_chosen(tmp_path: Path) -> None:
+    still, moving, other = ("Still", [0.0]), ("Moving", [1.0, 2.0]), ("Other", [3.0, 4.0])
+    path = archive_of(tmp_path / "a.abc", still, moving)
+    assert dynmesh.read(path).name == "/Moving"
+    assert dynmesh.read(path, prim="/Still").vertices.shape == (1, 3, 3)
+    archive_of(path, still, moving, other)
+    with pytest.raises(ValueError, match="several meshes; choose one with --prim: /Moving, /Other"):
+        dynmesh.read(path)
+    assert dynmesh.read(path, prim="/Other").vertices[0, 0, 2] == 3
+    with pytest.raises(ValueError, match="no mesh '/Nobody', but /Still, /Moving, /Other"):
+        dynmesh.read(path, prim="/Nobody")
+    archive_of(path)
+    with pytest.raises(ValueError, match="holds no mesh of polygons"):
+        dynmesh.read(path)
+    archive_of(path, *((f"m{i:02}", [0.0]) for i in range(12)))
+    with pytest.raises(ValueError, match=r"--prim: /m00, .*/m09, and 2 more$"):
+        dynmesh.read(path)
+
+
+def test_a_mesh_without_samples_is_refused(tmp_path: Path) -> None:
+    path = archive_of(tmp_path / "a.abc", ("Body", []))
+    with pytest.raises(ValueError, match="the mesh has no positions"):
+        dynmesh.read(path)
+
+
+def known(schema: Any, kind: str, scope: Any, *samples: Any) -> None:
+    parameter = getattr(Geometry, f"O{kind}GeomParam")(
+        schema.getArbGeomParams(), "known", False, scope, 1
+    )
+    for sample in samples:
+        parameter.set(getattr(Geometry, f"O{kind}GeomParamSample")(sample, scope))
+
+
+def masked(*values: int) -> Any:
+    array = imath.UnsignedCharArray(len(values))
+    np.asarray(array)[:] = values
+    return array
+
+
+@pytest.mark.parametrize(
+    ("add", "message"),
+    [
+        (lambda s: known(s, "Int32", VERTEX, integers(1, 1, 0)), "known: must be .* of uchar"),
+        (
+            lambda s: known(s, "Uchar", Geometry.GeometryScope.kFacevaryingScope, masked(1, 1, 0)),
+            "known: must have a value per vertex",
+        ),
+        (
+            lambda s: known(s, "Uchar", VERTEX, masked(1, 1, 0), masked(1, 0, 0)),
+            "known: has 2 samples for 3 frames",
+        ),
+        (
+            lambda s: known(s, "Uchar", VERTEX, masked(1, 1)),
+            "frame 0: known has 2 values, but the mesh has 3 vertices in its first frame",
+        ),
+        (
+            lambda s: known(s, "Uchar", VERTEX, *[masked(1, 1, 1)] * 2, masked(0, 1, 255)),
+            "frame 2: known must hold 0 and 1 only",
+        ),
+        (
+            lambda s: s.set(Geometry.OPolyMeshSchemaSample(imath.V3fArrayFromBuffer(REST[:2]))),
+            "frame 3: positions has 2 values, but the mesh has 3 vertices in its first frame",
+        ),
+        (
+            lambda s: s.set(
+                Geometry.OPolyMeshSchemaSample(
+                    imath.V3fArrayFromBuffer(REST), integers(0, 1, 2), integers(3)
+                )
+            ),
+            "time 1.5: the faces are others than in the first frame, but they must stay",
+        ),
+    ],
+)
+def test_meshes_that_are_no_sequence_are_refused(
+    tmp_path: Path,
+    add: Callable[[Any], None],
+    message: str,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    path = tmp_path / "a.abc"
+    archive = Abc.OArchive(str(path))
+    sampling = archive.addTimeSampling(Core.TimeSampling(0.5, 0.0))
+    add(add_mesh(archive, "Body", [1, 2, 3], sampling))
+    del archive
+    with pytest.raises(ValueError, match=message) as caught:
+        dynmesh.read(path)
+    assert str(caught.value).startswith(f"{path}: ")
+    assert "\n" not in str(caught.value)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_mask_may_stay(tmp_path: Path) -> None:
+    path = tmp_path / "a.abc"
+    archive = Abc.OArchive(str(path))
+    known(add_mesh(archive, "Body", [1, 2, 3]), "Uchar", VERTEX, masked(1, 1, 0))
+    del archive
+    np.testing.assert_array_equal(dynmesh.read(path).known, [[True, True, False]] * 3)
+
+
+def test_old_archives_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.abc"
+    path.write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(1000))
+    with pytest.raises(ValueError, match=r"old kind, in HDF5; .* abcconvert -toOgawa"):
+        dynmesh.read(path)
+
+
+def test_what_is_written_follows_the_customs(tmp_path: Path) -> None:
+    vertices = np.zeros((3, 4, 3))
+    vertices[1, 2] = np.nan
+    faces = np.array([[0, 1, 2], [0, 2, 3]])
+    path = tmp_path / "a.abc"
+    dynmesh.write(path, dynmesh.Sequence(vertices, faces, fps=25, name="/Him/Body"))
+    archive = Abc.IArchive(str(path))
+    above = archive.getTop().getChild("Him")
+    assert Geometry.IXform.matches(above.getHeader())
+    schema = Geometry.IPolyMesh(above, "Body").getSchema()
+    assert list(schema.getFaceIndicesProperty().getValue(0)) == [2, 1, 0, 3, 2, 0]  # clockwise
+    assert schema.getTopologyVariance() == Geometry.MeshTopologyVariance.kHomogenousTopology
+    assert [schema.getTimeSampling().getSampleTime(i) for i in range(3)] == [0, 0.04, 0.08]
+    assert Abc.GetArchiveInfo(archive)["dccFPS"] == 25
+    bounds = schema.getSelfBoundsProperty().samples[1]
+    assert (tuple(bounds.min()), tuple(bounds.max())) == ((0, 0, 0), (0, 0, 0))
