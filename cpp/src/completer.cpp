@@ -10,6 +10,7 @@
 #include <string>
 #include <type_traits>
 
+#include "fast_motion.hpp"
 #include "geometry.hpp"
 #include "overlap.hpp"
 
@@ -21,6 +22,18 @@ using Clock = std::chrono::steady_clock;
 template <class Real>
 Vector3<Real> row(const Points<const Real>& points, std::size_t i) {
   return {points(i, 0), points(i, 1), points(i, 2)};
+}
+
+/// Calls `visit` with a view that has the same rows, and constant strides if they are the usual.
+template <class Real, class Visit>
+void with_strides(const Points<Real>& points, Visit&& visit) {
+  if (points.row_stride == 3 && points.column_stride == 1) {
+    visit([data = points.data](std::size_t row, std::size_t column) -> Real& {
+      return data[3 * row + column];
+    });
+  } else {
+    visit(points);
+  }
 }
 
 template <class Real>
@@ -38,8 +51,11 @@ constexpr Real largest_coordinate = std::is_same_v<Real, float> ? Real(1e18) : R
 
 template <class Real>
 bool is_in_range(const Vector3<Real>& v) {
-  return std::abs(v.x) <= largest_coordinate<Real> && std::abs(v.y) <= largest_coordinate<Real> &&
-         std::abs(v.z) <= largest_coordinate<Real>;
+  // No branches, since this is asked of every vertex in every frame.
+  const int x = std::abs(v.x) <= largest_coordinate<Real> ? 1 : 0;
+  const int y = std::abs(v.y) <= largest_coordinate<Real> ? 1 : 0;
+  const int z = std::abs(v.z) <= largest_coordinate<Real> ? 1 : 0;
+  return (x & y & z) != 0;
 }
 
 /// `place`: which row or vertex of the argument is at `v`.
@@ -51,6 +67,11 @@ void check_position(const char* argument, const char* place, std::size_t number,
                         " is at " + to_text(v) + ", but " + rule;
   if (is_finite(v)) message += " and below 1e" + std::string(sizeof(Real) == 4 ? "18" : "200");
   throw std::invalid_argument(message);
+}
+
+template <class Real>
+void check_known_position(std::size_t row, const Vector3<Real>& position) {
+  check_position("points", "row", row, position, "known positions must be finite");
 }
 
 template <class Real>
@@ -111,6 +132,14 @@ Topology topology_of(Faces faces, std::size_t n_vertices) {
   return build_topology(faces, n_vertices);
 }
 
+template <class Real>
+std::unique_ptr<Estimator<Real>> estimator_of(const Cells& cells, const Settings& settings) {
+  if (settings.revisit && FastMotion<Real>::takes(cells.size())) {
+    return std::make_unique<FastMotion<Real>>(cells, settings.extra_iterations);
+  }
+  return std::make_unique<Motion<Real>>(cells, settings.revisit, settings.extra_iterations);
+}
+
 }  // namespace
 
 template <class Real>
@@ -119,8 +148,7 @@ Completer<Real>::Completer(Faces faces, Points<const Real> first_frame, const Se
       first_frame_(first_frame_of(first_frame)),
       topology_(std::make_unique<const Topology>(topology_of(faces, first_frame.count))),
       generations_(first_frame.count),
-      estimator_(std::make_unique<Motion<Real>>(topology_->cells, settings.revisit,
-                                                settings.extra_iterations)),
+      estimator_(estimator_of<Real>(topology_->cells, settings)),
       unseen_(*topology_, settings.unseen),
       current_(first_frame.count),
       known_(first_frame.count),
@@ -162,11 +190,7 @@ FrameReport Completer<Real>::push(Points<const Real> points, KnownMask known,
   check_rows("known", known.data, known.count, n_vertices());
   check_output(completed, n_vertices(),
                {{"points", Extent::of(points)}, {"known", Extent::of(known)}});
-  for (std::size_t v = 0; v < points.count; ++v) {
-    const bool observed = known[v];
-    known_[v] = observed ? 1 : 0;
-    if (observed) accept(v, v, row(points, v));
-  }
+  read(points, [&](std::size_t v, const Vector3<Real>&) { return known[v]; });
   return complete(completed, start);
 }
 
@@ -175,12 +199,7 @@ FrameReport Completer<Real>::push(Points<const Real> points, Points<Real> comple
   const auto start = Clock::now();
   check_rows("points", points.data, points.count, n_vertices());
   check_output(completed, n_vertices(), {{"points", Extent::of(points)}});
-  for (std::size_t v = 0; v < points.count; ++v) {
-    const Vector3<Real> position = row(points, v);
-    const bool observed = is_finite(position);
-    known_[v] = observed ? 1 : 0;
-    if (observed) accept(v, v, position);
-  }
+  read(points, [](std::size_t, const Vector3<Real>& position) { return is_finite(position); });
   return complete(completed, start);
 }
 
@@ -210,7 +229,8 @@ FrameReport Completer<Real>::push_sparse(std::span<const Index> indices, Points<
                                   std::to_string(i) + " both hold vertex " + std::to_string(index));
     }
     known_[v] = 1;
-    accept(i, v, row(points, i));
+    current_[v] = row(points, i);
+    check_known_position(i, current_[v]);
   }
   return complete(completed, start);
 }
@@ -223,35 +243,49 @@ FrameReport Completer<Real>::skip(Points<Real> completed) {
   return complete(completed, start);
 }
 
-/// Row `place` of the input holds anchor `vertex`.
+/// Takes a row for each vertex; `is_observed(vertex, position)` says which are anchors.
 template <class Real>
-void Completer<Real>::accept(std::size_t place, std::size_t vertex, const Vector3<Real>& position) {
-  check_position("points", "row", place, position, "known positions must be finite");
-  current_[vertex] = position;
+template <class Predicate>
+void Completer<Real>::read(Points<const Real> points, Predicate&& is_observed) {
+  unsigned out_of_range = 0;
+  with_strides(points, [&](const auto& at) {
+    for (std::size_t v = 0; v < points.count; ++v) {
+      const Vector3<Real> position = {at(v, 0), at(v, 1), at(v, 2)};
+      const unsigned observed = is_observed(v, position) ? 1 : 0;
+      known_[v] = static_cast<std::uint8_t>(observed);
+      current_[v] = position;  // of no meaning if it was not observed
+      out_of_range |= observed & (is_in_range(position) ? 0U : 1U);
+    }
+  });
+  for (std::size_t v = 0; out_of_range != 0 && v < points.count; ++v) {
+    if (known_[v] != 0) check_known_position(v, current_[v]);
+  }
 }
 
 /// Algorithm 1 of the paper for one frame, whose anchors stand in known_ and current_. Nothing in
 /// here fails, so the calls above have checked everything before the first change of state.
 template <class Real>
 FrameReport Completer<Real>::complete(Points<Real> completed, Clock::time_point start) {
-  generations_.classify(topology_->cells, known_);  // anchors, satellites, unseen
-  const Index iterations = estimator_->estimate(previous_, current_, generations_);  // eq. (3), (4)
+  // Anchors, satellites and unseen vertices; eq. (3), (4).
+  const Index iterations = estimator_->estimate(previous_, current_, known_, generations_);
   unseen_.place(previous_, current_, generations_);
+  with_strides(completed, [&](const auto& at) {
+    for (std::size_t v = 0; v < n_vertices(); ++v) {
+      // Where the recursion diverges, it must not end in a NaN that never leaves.
+      if (!is_in_range(current_[v])) [[unlikely]]
+        current_[v] = previous_[v];
+      at(v, 0) = current_[v].x;
+      at(v, 1) = current_[v].y;
+      at(v, 2) = current_[v].z;
+    }
+  });
   for (std::size_t v = 0; v < n_vertices(); ++v) {
-    // Where the recursion diverges, it must not end in a NaN that never leaves.
-    if (!is_in_range(current_[v])) current_[v] = previous_[v];
+    age_[v] = known_[v] != 0 ? 0 : age_[v] + 1;
   }
   estimator_->remember(current_);
   std::swap(previous_, current_);
-
-  for (std::size_t v = 0; v < n_vertices(); ++v) {
-    age_[v] = known_[v] != 0 ? 0 : age_[v] + 1;
-    completed(v, 0) = previous_[v].x;
-    completed(v, 1) = previous_[v].y;
-    completed(v, 2) = previous_[v].z;
-  }
   report_.known = generations_.anchors();
-  report_.filled = generations_.satellites().size();
+  report_.filled = generations_.reached();
   report_.unseen = generations_.unseen_vertices();
   report_.iterations = static_cast<std::size_t>(iterations);
   report_.seconds = std::chrono::duration<double>(Clock::now() - start).count();

@@ -42,7 +42,7 @@ std::uint64_t hash_of(std::span<const std::byte> bytes) {
   return hash;
 }
 
-static_assert(sizeof(FrameReport) == 40 && sizeof(Vector3<float>) == 12, "stored without padding");
+static_assert(sizeof(FrameReport) == 40, "stored without padding");
 
 class Writer {
  public:
@@ -51,6 +51,10 @@ class Writer {
     static_assert(std::is_trivially_copyable_v<T>);
     const auto* bytes = reinterpret_cast<const std::byte*>(values);
     bytes_.insert(bytes_.end(), bytes, bytes + count * sizeof(T));
+  }
+  template <class Real>
+  void write(const std::vector<Vector3<Real>>& frame) {
+    for (const Vector3<Real>& v : frame) write(&v.x, 3);
   }
   /// With a hash of all that was written at the end.
   std::vector<std::byte> take_sealed() {
@@ -73,6 +77,10 @@ class Reader {
     if (rest_.size() < count * sizeof(T)) refuse("cut off");
     std::memcpy(values, rest_.data(), count * sizeof(T));
     rest_ = rest_.subspan(count * sizeof(T));
+  }
+  template <class Real>
+  void read(std::vector<Vector3<Real>>& frame) {
+    for (Vector3<Real>& v : frame) read(&v.x, 3);
   }
   [[nodiscard]] std::size_t rest() const { return rest_.size(); }
 
@@ -128,8 +136,8 @@ std::vector<std::byte> Completer<Real>::state() const {
   Writer writer;
   writer.write(&header, 1);
   writer.write(&report_, 1);
-  writer.write(first_frame_.data(), n_vertices());
-  writer.write(previous_.data(), n_vertices());
+  writer.write(first_frame_);
+  writer.write(previous_);
   writer.write(age_.data(), n_vertices());
   writer.write(known.data(), n_vertices());
   return writer.take_sealed();
@@ -147,8 +155,8 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   std::vector<Index> age(n_vertices());
   std::vector<std::uint8_t> known(n_vertices());
   reader.read(&report, 1);
-  reader.read(first_frame.data(), n_vertices());
-  reader.read(previous.data(), n_vertices());
+  reader.read(first_frame);
+  reader.read(previous);
   reader.read(age.data(), n_vertices());
   reader.read(known.data(), n_vertices());
   std::uint64_t seal = 0;

@@ -78,7 +78,8 @@ typename Motion<Real>::Weighted Motion<Real>::weighted_sum(std::size_t row, Inde
 
 template <class Real>
 Index Motion<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
-                             const Generations& generations) {
+                             std::span<const std::uint8_t> known, Generations& generations) {
+  generations.classify(cells_, known);
   gather(previous, points, generations);
 
   const auto satellites = generations.satellites();

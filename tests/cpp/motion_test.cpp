@@ -25,10 +25,9 @@ struct Strip {
                                         std::vector<Vector3<double>> points, bool revisit,
                                         Index extra_iterations = 0) {
     Generations generations(previous.size());
-    generations.classify(topology.cells, known);
     Motion<double> motion(topology.cells, revisit, extra_iterations);
     motion.reset(previous);
-    motion.estimate(previous, points, generations);
+    motion.estimate(previous, points, known, generations);
     return points;
   }
 };
@@ -94,8 +93,7 @@ TEST_CASE("a vertex far out stays finite in single precision") {
   previous[0] = {1e30F, 0, 0};
   auto points = previous;
   Generations generations(mesh.size());
-  generations.classify(topology.cells, mask(mesh.size(), {1, 4}));
-  motion.estimate(previous, points, generations);
+  motion.estimate(previous, points, mask(mesh.size(), {1, 4}), generations);
   for (const auto& p : points) CHECK(std::isfinite(p.x + p.y + p.z));
 }
 

@@ -89,7 +89,8 @@ class DYNMESH_EXPORT Completer {
 
  private:
   void begin(const std::vector<Vector3<Real>>& first_frame);
-  void accept(std::size_t place, std::size_t vertex, const Vector3<Real>& position);
+  template <class Predicate>
+  void read(Points<const Real> points, Predicate&& is_observed);
   FrameReport complete(Points<Real> completed, std::chrono::steady_clock::time_point start);
 
   Settings settings_;

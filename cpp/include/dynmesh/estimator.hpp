@@ -1,13 +1,14 @@
 /// The seam between the completer and its methods.
 #pragma once
 
+#include <cstdint>
 #include <dynmesh/generations.hpp>
 #include <dynmesh/types.hpp>
 #include <span>
 
 namespace dynmesh {
 
-/// One way to estimate the satellites of a frame. Frames are packed, one Vector3 per vertex.
+/// One way to estimate the satellites of a frame. Frames have one Vector3 per vertex.
 template <class Real>
 class Estimator {
  public:
@@ -23,10 +24,11 @@ class Estimator {
   /// Begins a sequence whose frame 0 is `first_frame`.
   virtual void reset(Frame first_frame) = 0;
 
-  /// Fills in the satellites of `points`, where the anchors already stand, from them and from the
-  /// previous completed frame. Unseen vertices are left alone. Returns the number of iterations.
+  /// Classifies the vertices and fills in the satellites of `points`, where the anchors, those with
+  /// `known[v] == 1` and not 0, already stand, from them and from the previous completed frame.
+  /// Unseen vertices are left alone. Returns the number of iterations.
   virtual Index estimate(Frame previous, std::span<Vector3<Real>> points,
-                         const Generations& generations) = 0;
+                         std::span<const std::uint8_t> known, Generations& generations) = 0;
 
   /// Takes note of a completed frame, unseen vertices and all, before the next `estimate`.
   virtual void remember(Frame completed) = 0;

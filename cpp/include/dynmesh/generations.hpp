@@ -26,6 +26,14 @@ class DYNMESH_EXPORT Generations {
   /// is visited twice at most.
   void classify(const Cells& cells, std::span<const std::uint8_t> known);
 
+  /// For an estimator that finds the generations on its way: (k,) for it to fill in, and then to
+  /// say how many anchors and satellites there are. `satellites()` and `last()` are not told then.
+  [[nodiscard]] std::span<Index> to_fill() { return generation_; }
+  void found(std::size_t anchors, std::size_t reached) {
+    anchors_ = anchors;
+    reached_ = reached;
+  }
+
   /// (k,) the generation of each vertex.
   [[nodiscard]] std::span<const Index> of_vertices() const { return generation_; }
 
@@ -44,8 +52,9 @@ class DYNMESH_EXPORT Generations {
   }
 
   [[nodiscard]] std::size_t anchors() const { return anchors_; }
+  [[nodiscard]] std::size_t reached() const { return reached_; }
   [[nodiscard]] std::size_t unseen_vertices() const {
-    return generation_.size() - anchors_ - reached_by(last());
+    return generation_.size() - anchors_ - reached_;
   }
 
  private:

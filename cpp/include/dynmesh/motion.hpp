@@ -28,7 +28,7 @@ class DYNMESH_EXPORT Motion final : public Estimator<Real> {
 
   void reset(Frame first_frame) override;
   Index estimate(Frame previous, std::span<Vector3<Real>> points,
-                 const Generations& generations) override;
+                 std::span<const std::uint8_t> known, Generations& generations) override;
   void remember(Frame /*completed*/) override {}
 
  private:

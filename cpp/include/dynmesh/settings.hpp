@@ -20,8 +20,8 @@ struct Settings {
   /// estimated once, when it is reached, and errors feed on themselves from frame to frame.
   bool revisit = true;
 
-  /// Iterations after the one that reaches the last satellite, 0 to 1 000 000. Ten take off a third of
-  /// the error on many sequences, and add to it on some; without `revisit` they change nothing.
+  /// Iterations after the one that reaches the last satellite, 0 to 1 000 000. Ten take off a third
+  /// of the error on many sequences, and add to it on some; without `revisit` they change nothing.
   Index extra_iterations = 0;
 
   UnseenRule unseen = UnseenRule::follow;

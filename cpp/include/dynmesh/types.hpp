@@ -75,12 +75,13 @@ struct Faces {
   }
 };
 
-/// A position or a motion vector.
+/// A position or a motion vector. Takes the room of four numbers, so that one load brings it.
 template <class Real>
-struct Vector3 {
+struct alignas(4 * sizeof(Real)) Vector3 {
   Real x{};
   Real y{};
   Real z{};
+  Real unused{};
 
   friend Vector3 operator+(const Vector3& a, const Vector3& b) {
     return {a.x + b.x, a.y + b.y, a.z + b.z};

@@ -1,0 +1,48 @@
+/// Method motion with `revisit`, by the loops of sweeps.hpp.
+#pragma once
+
+#include <dynmesh/estimator.hpp>
+#include <dynmesh/topology.hpp>
+#include <vector>
+
+#include "sweeps.hpp"
+
+namespace dynmesh {
+
+/// Gives what Motion gives, but for rounding. Allocates in the constructor only.
+template <class Real>
+class FastMotion final : public Estimator<Real> {
+ public:
+  using typename Estimator<Real>::Frame;
+
+  /// Whether a mesh of so many vertices can be addressed.
+  static bool takes(std::size_t n_vertices);
+
+  /// `cells` must outlive this object.
+  FastMotion(const Cells& cells, Index extra_iterations,
+             const Sweeps<Real>& sweeps = *runnable_sweeps<Real>().front());
+
+  void reset(Frame first_frame) override;
+  Index estimate(Frame previous, std::span<Vector3<Real>> points,
+                 std::span<const std::uint8_t> known, Generations& generations) override;
+  void remember(Frame /*completed*/) override {}
+
+ private:
+  Index sweep(Index t);
+
+  const Cells& cells_;
+  const Sweeps<Real>& sweeps_;
+  Index extra_iterations_;
+  SweepData<Real> data_{};
+
+  std::vector<std::uint32_t> neighbours_;
+  std::vector<std::uint8_t> valence_;
+  std::vector<Vector3<Real>> weights_;  // two quads per vertex
+  std::vector<Vector3<Real>> before_;
+  std::vector<Vector3<Real>> after_;
+  std::vector<Real> visits_;
+  std::vector<Index> rows_;
+  std::vector<Rows> stretches_;
+};
+
+}  // namespace dynmesh

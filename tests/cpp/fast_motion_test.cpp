@@ -1,0 +1,116 @@
+#include "fast_motion.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <dynmesh/motion.hpp>
+#include <random>
+
+#include "meshes.hpp"
+
+namespace dynmesh::testing {
+namespace {
+
+/// Any faces at all, mostly between near vertices, and one vertex that half the mesh is tied to.
+Topology random_mesh(std::mt19937& random, std::size_t k) {
+  std::uniform_int_distribution<Index> vertex(0, static_cast<Index>(k) - 1);
+  std::uniform_int_distribution<Index> step(1, 3);
+  std::vector<Index> indices;
+  for (std::size_t face = 0; face < k; ++face) {
+    const Index a = vertex(random);
+    const auto last = static_cast<Index>(k) - 1;
+    for (const Index corner : {a, std::min(a + step(random), last), std::min(a + 4, last)}) {
+      indices.push_back(corner);
+    }
+  }
+  for (Index v = 1; v + 1 < static_cast<Index>(k) / 2; v += 2) {
+    for (const Index corner : {0, v, v + 1}) indices.push_back(corner);
+  }
+  return build_topology(faces_of(indices), k);
+}
+
+template <class Real>
+void check_against_plain(Real tolerance, std::size_t k, Index extra_iterations, double share,
+                         unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<Real> normal;
+  std::bernoulli_distribution is_known(share);
+  const Topology topology = random_mesh(random, k);
+  std::vector<Vector3<Real>> previous(k);
+  std::vector<Vector3<Real>> points(k);
+  std::vector<std::uint8_t> known(k);
+  for (std::size_t v = 0; v < k; ++v) {
+    previous[v] = {static_cast<Real>(v) + normal(random), normal(random), normal(random)};
+    points[v] = {previous[v].x + normal(random), normal(random), normal(random)};
+    known[v] = is_known(random) ? 1 : 0;
+  }
+  Motion<Real> plain(topology.cells, true, extra_iterations);
+  plain.reset(previous);
+  auto expected = points;
+  Generations generations(k);
+  const Index iterations = plain.estimate(previous, expected, known, generations);
+
+  for (const Sweeps<Real>* sweeps : runnable_sweeps<Real>()) {
+    FastMotion<Real> fast(topology.cells, extra_iterations, *sweeps);
+    fast.reset(previous);
+    for (int repeat = 0; repeat < 2; ++repeat) {  // the second time nothing must be left over
+      auto completed = points;
+      Generations found(k);
+      CHECK(fast.estimate(previous, completed, known, found) == iterations);
+      CHECK(std::ranges::equal(found.of_vertices(), generations.of_vertices()));
+      CHECK(found.anchors() == generations.anchors());
+      CHECK(found.reached() == generations.reached());
+      CHECK(found.unseen_vertices() == generations.unseen_vertices());
+      Real largest{};
+      for (std::size_t v = 0; v < k; ++v) {
+        if (found.of_vertices()[v] == Generations::unseen) continue;
+        const auto error = std::sqrt(squared_norm(completed[v] - expected[v]));
+        largest = std::max(largest, error / (1 + std::sqrt(squared_norm(expected[v]))));
+      }
+      CHECK(largest <= tolerance);
+    }
+  }
+}
+
+TEST_CASE("the fast path gives what the plain one gives, on every processor's loops") {
+  unsigned seed = 0;
+  for (const std::size_t k : {1, 2, 5, 30, 300, 5000}) {
+    for (const double share : {0.0, 0.01, 0.1, 0.5, 0.9, 1.0}) {
+      for (const Index extra : {0, 1, 7}) {
+        CAPTURE(k);
+        CAPTURE(share);
+        CAPTURE(extra);
+        check_against_plain<float>(2e-5F, k, extra, share, ++seed);
+        check_against_plain<double>(1e-12, k, extra, share, seed);
+      }
+    }
+  }
+}
+
+TEST_CASE("positions in very small and very large units do not leave the range of float") {
+  for (const float unit : {1e-18F, 1e-4F, 1e6F, 1e15F}) {
+    CAPTURE(unit);
+    const auto mesh = sheet<float>(9);
+    const Topology topology = build_topology(mesh.faces(), mesh.size());
+    std::vector<Vector3<float>> previous(mesh.size());
+    std::vector<std::uint8_t> known(mesh.size());
+    for (std::size_t v = 0; v < mesh.size(); ++v) {
+      const float* at = &mesh.vertices[3 * v];
+      previous[v] = {unit * at[0], unit * at[1], unit * at[2]};
+      known[v] = v % 5 == 0 ? 1 : 0;
+    }
+    auto points = previous;
+    for (std::size_t v = 0; v < mesh.size(); ++v) points[v].x += known[v] != 0 ? unit : 0;
+    FastMotion<float> motion(topology.cells, 0);
+    motion.reset(previous);
+    Generations generations(mesh.size());
+    motion.estimate(previous, points, known, generations);
+    for (std::size_t v = 0; v < mesh.size(); ++v) {
+      CHECK(points[v].x / unit == doctest::Approx(previous[v].x / unit + 1).epsilon(1e-5));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace dynmesh::testing
