@@ -18,6 +18,9 @@ Mask: TypeAlias = NDArray[np.bool_]
 Provenance: TypeAlias = NDArray[np.integer[Any]]
 """The generation or the age of vertices, as :class:`dynmesh.Completer` tells them."""
 
+largest_start = 2**53
+"""Beyond it not every whole number is a float."""
+
 
 @dataclass(frozen=True, eq=False)
 class Sequence:
@@ -32,12 +35,15 @@ class Sequence:
             were triangles.
         up_axis: "y" or "z", or None where nobody said.
         name: of the mesh among others in its file, as "/world/body", or None.
+        start: the number of the first frame where it comes from, as 1001; USD's may be fractional.
+            Only files have it: dynmesh itself counts frames from 0 everywhere.
         generation: (n, k) int32, 0 an anchor, g a satellite, -1 unseen, or None.
         age: (n, k) int32, frames since the vertex was last observed; None as `generation` is.
 
     Raises:
         TypeError: an array of another kind.
-        ValueError: an array of another shape, or ``fps`` not positive and finite.
+        ValueError: an array of another shape, ``fps`` not positive and finite, or ``start`` so
+            large that frames cannot be counted.
     """
 
     vertices: Positions
@@ -47,6 +53,7 @@ class Sequence:
     polygons: Polygons | None = None
     up_axis: str | None = None
     name: str | None = None
+    start: float = 0
     generation: Provenance | None = None
     age: Provenance | None = None
 
@@ -67,7 +74,7 @@ class Sequence:
         for name in ("generation", "age"):
             if (values := getattr(self, name)) is not None:
                 check_provenance(name, values.dtype, values.shape, frames)
-        check_description(self.fps, self.polygons, self.up_axis)
+        check_description(self.fps, self.polygons, self.up_axis, self.start)
 
 
 def check_vertices(dtype: np.dtype[Any], shape: tuple[int, ...]) -> None:
@@ -105,7 +112,7 @@ def check_provenance(
 
 
 def check_description(
-    fps: float | None, polygons: Polygons | None = None, up_axis: str | None = None
+    fps: float | None, polygons: Polygons | None, up_axis: str | None, start: float
 ) -> None:
     """Refuses what cannot be said of a sequence beside its frames."""
     if fps is not None and not (math.isfinite(fps) and fps > 0):
@@ -114,3 +121,5 @@ def check_description(
         check_polygons(polygons)
     if up_axis not in (None, "y", "z"):
         raise ValueError(f"up_axis: must be 'y' or 'z', not {up_axis!r}")
+    if not abs(start) <= largest_start:
+        raise ValueError(f"start: must be from -2**53 to 2**53, not {start}")

@@ -5,6 +5,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ SINGLE_PRECISION = {"usd", "alembic", "pc2", "mdd"}
 MASKED = {"npz", "npy", "hdf5", "ply", "usd", "alembic", "pvd"}
 TRACED = MASKED
 TIMED = {"npz", "hdf5", "mdd", "usd", "alembic", "pvd"}
+NUMBERED = {"ply", "obj"}
 LIBRARY = {
     "hdf5": ("h5py", "hdf5"),
     "usd": ("pxr", "usd"),
@@ -34,9 +36,9 @@ def place(folder: Path, format: str, name: str = "body") -> Path:
     return folder / (f"{name}_%04d{suffix}" if format in ("ply", "obj") else f"{name}{suffix}")
 
 
-def one_file(path: Path) -> Path:
+def one_file(path: Path, number: int = 2) -> Path:
     """The file of a sequence that is spoilt: of several, the third frame."""
-    return path.with_name(path.name % 2) if "%" in path.name else path
+    return path.with_name(path.name % number) if "%" in path.name else path
 
 
 def quads(n: int) -> Polygons:
@@ -100,6 +102,30 @@ def test_a_sequence_survives(tmp_path: Path, partial: dynmesh.Sequence, format: 
         assert again.up_axis == "y"
     if format in ("npz", "hdf5", "usd", "alembic"):
         assert again.name == "/world/body"
+
+
+@pytest.mark.parametrize("fps", [None, 25.0, 30000 / 1001])
+def test_the_first_frame_keeps_its_number(
+    tmp_path: Path, partial: dynmesh.Sequence, format: str, fps: float | None
+) -> None:
+    original, source = tmp_path / "original.npz", place(tmp_path, format)
+    target = place(tmp_path, format, "completed")
+    for start in (1001, 86400, 1, 0, -7, 1000.5):
+        dynmesh.write(original, replace(partial, fps=fps, start=start))
+        assert dynmesh.read(original).start == start
+        dynmesh.complete_file(original, source, overwrite=True)
+        dynmesh.complete_file(source, target, overwrite=True)
+        kept = format != "npy" and (format not in NUMBERED or start in range(10**6))
+        rounded = format == "mdd" and start == 1000.5  # to float32
+        for path in (source, target):
+            again = dynmesh.read(path)
+            shown = start if kept else 0
+            assert again.start == (pytest.approx(shown, rel=1e-5) if rounded else shown)
+            assert again.vertices.shape == partial.vertices.shape
+            expected = fps if format in TIMED else None
+            assert again.fps == (expected and pytest.approx(expected, rel=1e-5))
+    if format in NUMBERED:
+        assert files.existing(source) == [one_file(source, i) for i in range(7)]
 
 
 def test_any_frames_can_be_asked_for(

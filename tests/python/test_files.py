@@ -1,6 +1,7 @@
 """Reading and writing sequences."""
 
 import io
+import re
 import resource
 import zipfile
 from pathlib import Path
@@ -222,3 +223,6 @@ def test_a_sequence_fits_together(mesh: Mesh) -> None:
         dynmesh.Sequence([mesh.vertices], mesh.faces)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="fps: must be positive and finite, not 0"):
         dynmesh.Sequence(mesh.vertices[None], mesh.faces, fps=0)
+    for start in (np.nan, np.inf, -1e16):
+        with pytest.raises(ValueError, match=re.escape(f"to 2**53, not {start}")):
+            dynmesh.Sequence(mesh.vertices[None], mesh.faces, start=start)

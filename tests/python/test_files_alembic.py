@@ -45,21 +45,24 @@ def acyclic(*times: float) -> Any:
 
 
 @pytest.mark.parametrize(
-    ("times", "fps"),
+    ("times", "fps", "start"),
     [
-        (None, None),
-        (Core.TimeSampling(1 / 25, 0.04), 25),
-        (Core.TimeSampling(1.0, 5.0), 1),
-        (acyclic(0.5, 0.75, 1.0), 4),
-        (acyclic(0.5, 0.75, 2.0), None),
+        (None, None, 0),
+        (Core.TimeSampling(1 / 25, 0.04), 25, 1),
+        (Core.TimeSampling(1001 / 30000, 1001 * 1001 / 30000), 30000 / 1001, 1001),
+        (Core.TimeSampling(0.5, 0.25), 2, 0.5),
+        (Core.TimeSampling(1.0, 5.0), None, 5),
+        (acyclic(0.5, 0.75, 1.0), 4, 2),
+        (acyclic(0.5, 0.75, 2.0), None, 0.5),
     ],
 )
-def test_samples_are_frames(tmp_path: Path, times: Any, fps: float | None) -> None:
+def test_samples_are_frames(tmp_path: Path, times: Any, fps: float | None, start: float) -> None:
     path = archive_of(tmp_path / "a.abc", ("Body", [1, 2, 3]), times=times)
     sequence = dynmesh.read(path)
     np.testing.assert_array_equal(sequence.vertices[:, 0, 2], [1, 2, 3])
     np.testing.assert_array_equal(sequence.faces, [[0, 1, 2]])  # counterclockwise
     assert sequence.fps == (None if fps is None else pytest.approx(fps))
+    assert sequence.start == start
     assert sequence.name == "/Body"
 
 
@@ -174,14 +177,14 @@ def test_what_is_written_follows_the_customs(tmp_path: Path) -> None:
     vertices[1, 2] = np.nan
     faces = np.array([[0, 1, 2], [0, 2, 3]])
     path = tmp_path / "a.abc"
-    dynmesh.write(path, dynmesh.Sequence(vertices, faces, fps=25, name="/Him/Body"))
+    dynmesh.write(path, dynmesh.Sequence(vertices, faces, fps=25, name="/Him/Body", start=1))
     archive = Abc.IArchive(str(path))
     above = archive.getTop().getChild("Him")
     assert Geometry.IXform.matches(above.getHeader())
     schema = Geometry.IPolyMesh(above, "Body").getSchema()
     assert list(schema.getFaceIndicesProperty().getValue(0)) == [2, 1, 0, 3, 2, 0]  # clockwise
     assert schema.getTopologyVariance() == Geometry.MeshTopologyVariance.kHomogenousTopology
-    assert [schema.getTimeSampling().getSampleTime(i) for i in range(3)] == [0, 0.04, 0.08]
+    assert [schema.getTimeSampling().getSampleTime(i) for i in range(3)] == [0.04, 0.08, 0.12]
     assert Abc.GetArchiveInfo(archive)["dccFPS"] == 25
     bounds = schema.getSelfBoundsProperty().samples[1]
     assert (tuple(bounds.min()), tuple(bounds.max())) == ((0, 0, 0), (0, 0, 0))

@@ -34,6 +34,7 @@ def sequence(dtype: Any = np.float32, **more: Any) -> dynmesh.Sequence:
         "fps": 30000 / 1001,
         "up_axis": "z",
         "name": "/welt/Körper",
+        "start": 1000.5,
         "generation": rng.integers(-1, 9, (N, K)).astype(np.int32),
         "age": rng.integers(0, 2**31 - 1, (N, K)).astype(np.int32),
     }
@@ -61,7 +62,7 @@ def test_hdf5_keeps_everything(tmp_path: Path, dtype: Any) -> None:
     for suffix in (".h5", ".hdf5"):
         dynmesh.write(tmp_path / f"a{suffix}", before)
         again = dynmesh.read(tmp_path / f"a{suffix}")
-        assert_same(before, again, *HISTORY, "fps", "up_axis", "name")
+        assert_same(before, again, *HISTORY, "fps", "up_axis", "name", "start")
         assert again.polygons is not None
         np.testing.assert_array_equal(again.polygons.sizes, polygons.sizes)
         np.testing.assert_array_equal(again.polygons.corners, polygons.corners)

@@ -1,6 +1,7 @@
 """Sequences with one file per frame: names, PLY and OBJ."""
 
 import struct
+from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -126,6 +127,51 @@ def test_a_shorter_sequence_replaces_a_longer_one(tmp_path: Path, mesh: Mesh) ->
     assert dynmesh.read(path).vertices.shape == (2, 49, 3)
 
 
+@pytest.mark.parametrize(
+    ("names", "path", "start"),
+    [
+        (["f_0999", "f_1000", "f_1001"], "f_%04d.obj", 999),
+        (["f.7", "f.8"], "f.%d.obj", 7),
+        (["take2_0998", "take2_1003"], ".", 998),
+        (["take2_0998", "take2_1003"], "take*.obj", 998),
+        (["0031"], "*.obj", 31),
+        (["2_left", "10_left"], ".", 2),
+        (["f_7"], "f_7.obj", 0),
+        (["a7", "b8"], ".", 0),
+        (["take1_0001", "take2_0001"], ".", 0),
+        (["f_0001", "last"], ".", 0),
+        (["last"], ".", 0),
+        (["f_20250101120000000"], ".", 0),
+        (["f_20250101120000000"], "f_%d.obj", 0),
+        (["a1/f_7", "a2/f_8"], "a1/f_7.obj", 0),
+    ],
+)
+def test_the_first_number_is_where_it_starts(
+    tmp_path: Path, names: list[str], path: str, start: int
+) -> None:
+    folder = tmp_path / "shot5"
+    for name in names:
+        file = folder / f"{name}.obj"
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(TRIANGLE)
+    with dynmesh.open(folder / path) as reader:
+        assert reader.header.start == start
+
+
+def test_files_are_numbered_from_the_start(tmp_path: Path, mesh: Mesh) -> None:
+    sequence = sequence_of(mesh)
+    path, folder = tmp_path / "f_%03d.ply", tmp_path / "frames"
+    for start, first in ((998, 998), (7.0, 7), (0, 0), (-2, 0), (7.5, 0)):
+        dynmesh.write(path, replace(sequence, start=start))
+        assert files.existing(path) == [tmp_path / f"f_{first + i:03d}.ply" for i in range(3)]
+        dynmesh.write(folder, replace(sequence, start=start), format="ply")
+        assert names(folder) == [f"frame_{first + i:04d}.ply" for i in range(3)]
+        assert dynmesh.read(folder).start == dynmesh.read(path).start == first
+    one = dynmesh.Sequence(sequence.vertices[:1], sequence.faces, start=1001)
+    dynmesh.write(tmp_path / "one.ply", one)
+    assert dynmesh.read(tmp_path / "one.ply").start == 0
+
+
 def test_what_cannot_be_written_leaves_nothing(tmp_path: Path, mesh: Mesh) -> None:
     sequence = sequence_of(mesh)
     for path, message in (
@@ -154,21 +200,23 @@ def test_what_cannot_be_written_leaves_nothing(tmp_path: Path, mesh: Mesh) -> No
     assert names(tmp_path / "old") == []
 
 
-def test_an_interrupted_sequence_goes_on(tmp_path: Path, mesh: Mesh) -> None:
+@pytest.mark.parametrize("start", [0, 3, 1001])
+def test_an_interrupted_sequence_goes_on(tmp_path: Path, mesh: Mesh, start: int) -> None:
     sequence = sequence_of(mesh, 5)
     path, folder = tmp_path / "f_%04d.ply", tmp_path / "work"
-    header = files.Header(mesh.faces, 5, 49, np.dtype(np.float32))
+    (tmp_path / "f_0002.ply").touch()  # of an older sequence
+    header = files.Header(mesh.faces, 5, 49, np.dtype(np.float32), start=start)
     again = sequence.vertices[[0, 1, 1, 1]]  # the last two are not to count
     interrupt(files.begin(path, header, folder=folder), again)
     assert len(names(folder)) == 4
-    with pytest.raises(ValueError, match=r"the unfinished f_0004\.ply is missing"):
+    with pytest.raises(ValueError, match=rf"the unfinished f_{start + 4:04d}\.ply is missing"):
         files.begin(path, header, folder=folder, resume_at=5)
     with files.begin(path, header, folder=folder, resume_at=2) as writer:
         assert len(names(folder)) == 2
         for points in sequence.vertices[2:]:
             writer.append(points)
     np.testing.assert_array_equal(dynmesh.read(path).vertices, sequence.vertices)
-    assert names(tmp_path) == [f"f_000{i}.ply" for i in range(5)]
+    assert names(tmp_path) == [f"f_{start + i:04d}.ply" for i in range(5)]
 
 
 # Frames that fit together

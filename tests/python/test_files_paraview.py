@@ -99,6 +99,21 @@ def test_frames_per_second_are_kept(tmp_path: Path, mesh: Mesh, fps: float) -> N
     assert again == pytest.approx(fps, rel=1e-11)
 
 
+@pytest.mark.parametrize(("fps", "time"), [(None, "1001.0"), (25.0, "40.04")])
+def test_frames_keep_their_numbers(
+    tmp_path: Path, mesh: Mesh, fps: float | None, time: str
+) -> None:
+    path = tmp_path / "walk.pvd"
+    dynmesh.write(path, moving(mesh, 12))
+    dynmesh.write(path, moving(mesh, 2, fps=fps, start=1001))
+    assert names(tmp_path / "walk") == ["walk_1001.vtp", "walk_1002.vtp"]
+    entry = ElementTree.parse(path).find("Collection/DataSet")
+    assert entry is not None
+    assert entry.get("timestep") == time
+    dynmesh.write(path, moving(mesh, 1, fps=fps, start=1001))  # one time tells nothing
+    assert dynmesh.read(path).start == 0
+
+
 def test_a_shorter_sequence_replaces_a_longer_one(tmp_path: Path, mesh: Mesh) -> None:
     path = tmp_path / "walk.pvd"
     dynmesh.write(path, moving(mesh, 12))
@@ -179,16 +194,17 @@ def test_every_encoding_of_vtk_is_read(
 
 
 @pytest.mark.parametrize(
-    ("times", "fps"),
+    ("times", "fps", "start"),
     [
-        (["0", "1", "2"], None),
-        (["0", "0.0333333", "0.0666667"], 30),
-        (["10", "10.5", "11"], 2),
-        (["0", "0.1", "0.3"], None),
+        (["0", "1", "2"], None, 0),
+        (["7", "8", "9"], None, 7),
+        (["0", "0.0333333", "0.0666667"], 30, 0),
+        (["10", "10.5", "11"], 2, 20),
+        (["0.2", "0.3", "0.5"], None, 0.2),
     ],
 )
 def test_even_steps_are_frames_per_second(
-    tmp_path: Path, mesh: Mesh, times: list[str], fps: float | None
+    tmp_path: Path, mesh: Mesh, times: list[str], fps: float | None, start: float
 ) -> None:
     entries = []
     for i, time in enumerate(times):
@@ -198,6 +214,7 @@ def test_even_steps_are_frames_per_second(
     again = dynmesh.read(tmp_path / "a.pvd")
     assert (again.fps is None) == (fps is None)
     assert fps is None or again.fps == pytest.approx(fps, rel=1e-5)
+    assert again.start == start
     np.testing.assert_array_equal(again.vertices[:, 0, 1], [0, 1, 2])  # in the order of time
 
 

@@ -11,7 +11,7 @@ from meshes import Array, sheet
 
 import dynmesh
 from dynmesh import files
-from dynmesh.files.mdd import frames_per_second
+from dynmesh.files.mdd import timing
 from dynmesh.polygons import Polygons, triangulate
 
 K = 49
@@ -109,6 +109,7 @@ def test_faces_come_from_a_mesh(tmp_path: Path, suffix: str) -> None:
     assert str(e.value).startswith(f"{path}: ")
     dynmesh.write(tmp_path / "b.npz", before)
     again = dynmesh.read(path, faces=tmp_path / "b.npz")
+    assert again.start == (7 if suffix == ".pc2" else 0)
     np.testing.assert_array_equal(again.vertices, before.vertices)
     np.testing.assert_array_equal(again.faces, before.faces)
     dynmesh.write(tmp_path / "a.ply", sequence(1))
@@ -201,14 +202,17 @@ def test_damaged_caches_are_refused(tmp_path: Path, name: str, data: bytes, mess
 
 
 @pytest.mark.parametrize("n", [2, 3, 100, 5000])
+@pytest.mark.parametrize("start", [0, 1, -7, 1001, 86400])
 @pytest.mark.parametrize("fps", [24.0, 25.0, 29.97, 23.976, 60.0, 120.0, 12.5, 0.5, 7.0])
-def test_mdd_tells_frames_per_second(tmp_path: Path, fps: float, n: int) -> None:
+def test_mdd_tells_when_its_frames_are(tmp_path: Path, fps: float, start: int, n: int) -> None:
     path = tmp_path / "a.mdd"
     vertices = np.zeros((n, 3, 3), np.float32)
-    dynmesh.write(path, dynmesh.Sequence(vertices, np.array([[0, 1, 2]]), fps=fps))
-    assert dynmesh.read(path).fps == fps
+    sequence = dynmesh.Sequence(vertices, np.array([[0, 1, 2]]), fps=fps, start=start)
+    dynmesh.write(path, sequence)
+    again = dynmesh.read(path)
+    assert (again.fps, again.start) == (fps, start)
     later = (5 + np.arange(n) / fps).astype(np.float32)
-    assert frames_per_second(later.astype(np.float64)) == pytest.approx(fps, rel=1e-5)
+    assert timing(later.astype(np.float64)) == pytest.approx((fps, 5 * fps), rel=1e-5)
 
 
 def test_mdd_tells_no_rate_that_nobody_said(tmp_path: Path) -> None:
@@ -217,13 +221,15 @@ def test_mdd_tells_no_rate_that_nobody_said(tmp_path: Path) -> None:
     dynmesh.write(path, before)
     assert dynmesh.read(path).fps is None
     steps = np.arange(10.0)
-    for times in (steps, 0 * steps, -steps / 25, steps**2, np.where(steps == 4, np.nan, steps / 2)):
+    broken = np.where(steps == 4, np.nan, steps / 2)
+    for times in (steps, 0 * steps, -steps / 25, steps**2, broken, 1001 + steps, 7.5 + steps**2):
         path.write_bytes(mdd(before.vertices, times))
         again = dynmesh.read(path)
-        assert again.fps is None
+        assert (again.fps, again.start) == (None, times[0])
         np.testing.assert_array_equal(again.vertices, before.vertices)
-    dynmesh.write(path, sequence(1, fps=25.0))  # one frame has no rate
-    assert dynmesh.read(path).fps is None
+    dynmesh.write(path, sequence(1, fps=25.0, start=1001))  # one frame has no rate
+    again = dynmesh.read(path)
+    assert (again.fps, again.start) == (None, 0)
 
 
 def test_the_program_and_the_package_read_each_others_files(tmp_path: Path, programs: Path) -> None:

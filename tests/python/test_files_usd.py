@@ -36,19 +36,20 @@ def layer(path: Path, *prims: str, about: str = "") -> Path:
 
 
 @pytest.mark.parametrize(
-    ("about", "samples", "heights", "fps"),
+    ("about", "samples", "heights", "fps", "start"),
     [
-        ("timeCodesPerSecond = 25", {"t1": 1, "t2": 2, "t3": 3}, [1, 2, 3], 25),
-        ("framesPerSecond = 30", {"t1": 1, "t2": 2}, [1, 2], 30),
-        ("", {"t1": 1, "t2": 2}, [1, 2], None),
-        ("timeCodesPerSecond = 24", {"t0": 1, "t2": 2, "t4": 3}, [1, 2, 3], 12),
-        ("timeCodesPerSecond = 24", {"t0": 1, "t0_5": 2, "t1": 3}, [1, 2, 3], 48),
-        ("timeCodesPerSecond = 24", {"t7": 1}, [1], 24),
+        ("timeCodesPerSecond = 25", {"t1": 1, "t2": 2, "t3": 3}, [1, 2, 3], 25, 1),
+        ("framesPerSecond = 30", {"t1_25": 1, "t2_25": 2}, [1, 2], 30, 1.25),
+        ("", {"t1": 1, "t2": 2}, [1, 2], None, 1),
+        ("", {"t2": 1, "t4": 2}, [1, 2], None, 2),
+        ("timeCodesPerSecond = 24", {"t6": 1, "t8": 2, "t10": 3}, [1, 2, 3], 12, 3),
+        ("timeCodesPerSecond = 24", {"t1": 1, "t1_5": 2, "t2": 3}, [1, 2, 3], 48, 2),
+        ("timeCodesPerSecond = 24", {"t7": 1}, [1], 24, 7),
         # what an exporter left out, since nothing moved
-        ("timeCodesPerSecond = 24", {"t1": 1, "t2": 2, "t5": 2, "t6": 3}, [1, 2, 2, 2, 2, 3], 24),
+        ("timeCodesPerSecond = 24", {"t1": 1, "t2": 2, "t5": 2, "t6": 3}, [1, *[2] * 4, 3], 24, 1),
         # what is missing
-        ("timeCodesPerSecond = 24", {"t1": 1, "t2": 2, "t4": 3}, [1, 2, 3], None),
-        ("timeCodesPerSecond = 24", {"t1": 1, "t2": 2, "t3_3": 3}, [1, 2, 3], None),
+        ("timeCodesPerSecond = 24", {"t1": 1, "t2": 2, "t4": 3}, [1, 2, 3], None, 1),
+        ("timeCodesPerSecond = 24", {"t1": 1, "t2": 2, "t3_3": 3}, [1, 2, 3], None, 1),
     ],
 )
 def test_samples_are_frames(
@@ -57,11 +58,13 @@ def test_samples_are_frames(
     samples: dict[str, float],
     heights: list[float],
     fps: float | None,
+    start: float,
 ) -> None:
     path = layer(tmp_path / "a.usda", mesh(points_at(**samples)), about=about)
     sequence = dynmesh.read(path)
     np.testing.assert_array_equal(sequence.vertices[:, 0, 2], heights)
     assert sequence.fps == (None if fps is None else pytest.approx(fps))
+    assert sequence.start == start
 
 
 def test_points_without_samples_are_one_frame(tmp_path: Path) -> None:
@@ -215,10 +218,13 @@ def test_what_is_missing_from_the_mesh_is_said(
     assert capfd.readouterr() == ("", "")
 
 
-def test_a_result_is_laid_over_its_original(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("times", "start"), [((1, 2), 1), ((1001.5, 1002.5), 1001.5), ((4, 6), 2)])
+def test_a_result_is_laid_over_its_original(
+    tmp_path: Path, times: tuple[float, float], start: float
+) -> None:
     skin = 'def Material "Skin" {}\n'
     body = mesh(
-        points_at(t1=1, t2=2),
+        points_at(**{f"t{time}".replace(".", "_"): i + 1 for i, time in enumerate(times)}),
         'uniform token subdivisionScheme = "none"',
         'texCoord2f[] primvars:st = [(0, 0), (1, 0), (0, 1)] (interpolation = "vertex")',
         "rel material:binding = </World/Skin>",
@@ -234,19 +240,19 @@ def test_a_result_is_laid_over_its_original(tmp_path: Path) -> None:
     with dynmesh.open(original) as reader, dynmesh.files.create_like(reader, completed) as writer:
         for frame in reader:
             writer.append(frame.points * 10 + 7)
-    layers = "subLayers = [@completed.usdc@ (offset = 1), @original.usda@]"
+    layers = "subLayers = [@completed.usdc@, @original.usda@]"
     over = layer(tmp_path / "both.usda", about=f"{layers}\ntimeCodesPerSecond = 24")
-    for path, first in ((over, 1), (completed, 0)):
+    for path, (first, second) in ((over, times), (completed, (start, start + 1))):
         stage = Usd.Stage.Open(str(path))
         found = UsdGeom.Mesh(stage.GetPrimAtPath("/World/Body"))
-        points = [np.array(found.GetPointsAttr().Get(t)) for t in (first, first + 1)]
+        points = [np.array(found.GetPointsAttr().Get(t)) for t in (first, second)]
         np.testing.assert_array_equal(np.array(points)[:, 0], [(7, 7, 17), (7, 7, 27)])
-        extent = np.array(found.GetExtentAttr().Get(first + 1))
+        extent = np.array(found.GetExtentAttr().Get(second))
         np.testing.assert_array_equal(extent, [(7, 7, 27), (17, 17, 27)])
         assert found.GetFaceVertexCountsAttr().Get() == [3]
         assert [p.GetPath() for p in stage.Traverse() if p.IsA(UsdGeom.Mesh)] == [found.GetPath()]
         assert stage.GetDefaultPrim() == (
-            stage.GetPrimAtPath("/World") if first == 0 else Usd.Prim()
+            stage.GetPrimAtPath("/World") if path == completed else Usd.Prim()
         )
     stage = Usd.Stage.Open(str(over))
     world, body_prim = stage.GetPrimAtPath("/World"), stage.GetPrimAtPath("/World/Body")
@@ -260,11 +266,11 @@ def test_what_is_written_says_all_of_itself(tmp_path: Path) -> None:
     vertices = np.zeros((3, 4, 3))
     vertices[1, 2] = np.nan
     sequence = dynmesh.Sequence(
-        vertices, np.array([[0, 1, 2]]), fps=25, up_axis="y", name="a:b/1 é"
+        vertices, np.array([[0, 1, 2]]), fps=25, up_axis="y", name="a:b/1 é", start=1001
     )
     dynmesh.write(tmp_path / "a.usda", sequence)
     stage = Usd.Stage.Open(str(tmp_path / "a.usda"))
-    assert (stage.GetStartTimeCode(), stage.GetEndTimeCode()) == (0, 2)
+    assert (stage.GetStartTimeCode(), stage.GetEndTimeCode()) == (1001, 1003)
     assert (stage.GetTimeCodesPerSecond(), stage.GetFramesPerSecond()) == (25, 25)
     assert UsdGeom.GetStageUpAxis(stage) == "Y"
     assert stage.GetDefaultPrim().GetPath() == "/a_b"

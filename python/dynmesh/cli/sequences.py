@@ -179,6 +179,7 @@ def info(
         table = Table.grid(padding=(0, 2))
         table.add_row("frames", str(reader.n_frames))
         table.add_row("frames per second", "not said" if reader.fps is None else f"{reader.fps:g}")
+        table.add_row("first frame", f"{reader.header.start:.15g}")
         table.add_row("vertices", f"{reader.n_vertices}, {reader.dtype}")
         table.add_row("faces", str(len(reader.faces)))
         table.add_row("known after frame 0", _describe_shares(shares[1:]))

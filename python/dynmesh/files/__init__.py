@@ -105,6 +105,7 @@ def create(
     polygons: Polygons | None = None,
     up_axis: str | None = None,
     name: str | None = None,
+    start: float = 0,
     with_known: bool = False,
     with_provenance: bool = False,
     format: str | None = None,
@@ -121,6 +122,7 @@ def create(
         polygons: the faces before they were cut into triangles, if they were no triangles.
         up_axis: "y" or "z", if known.
         name: of the mesh in the file, for formats that hold several.
+        start: the number of the first frame in the file; see :class:`dynmesh.Sequence`.
         with_known: whether each frame comes with its mask.
         with_provenance: whether each frame comes with the generation and age of its vertices.
         format: one of :data:`dynmesh.files.formats`; None goes by the suffix.
@@ -131,7 +133,7 @@ def create(
         TypeError, ValueError: an argument is of the wrong kind or shape.
     """
     header = Header(
-        faces, n_frames, n_vertices, dtype, fps, polygons, up_axis, name, with_known,
+        faces, n_frames, n_vertices, dtype, fps, polygons, up_axis, name, start, with_known,
         with_provenance,
     )  # fmt: skip
     return begin(path, header, format=format)
@@ -196,7 +198,7 @@ def read(path: PathLike, **options: Any) -> Sequence:
                 age[i] = np.asarray(frame.age)
         return Sequence(
             vertices, header.faces, known, header.fps, header.polygons, header.up_axis,
-            header.name, generation, age,
+            header.name, header.start, generation, age,
         )  # fmt: skip
 
 
@@ -216,6 +218,7 @@ def write(path: PathLike, sequence: Sequence, *, format: str | None = None) -> N
         polygons=sequence.polygons,
         up_axis=sequence.up_axis,
         name=sequence.name,
+        start=sequence.start,
         with_known=sequence.known is not None,
         with_provenance=sequence.generation is not None,
         format=format,

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 
 from .._extras import require
 from ..polygons import Polygons, as_polygons, check_polygons, split_polygons
-from .interface import Format, Frame, Header, Reader, Template, Writer, naming, refuse_template
-from .scenes import check_same_faces, choose_mesh, rounded, spacing
+from .interface import Format, Frame, Header, Reader, Template, Writer, refuse_template
+from .scenes import check_same_faces, choose_mesh
+from .times import first_frame, spacing
 
 parameters = {"known": "Uchar", "generation": "Int32", "age": "Int32"}
 """What a vertex has beside its position, and the kind of geometry parameter that holds it."""
@@ -28,8 +29,9 @@ class AlembicReader(Reader):
     """The frames of a mesh: the samples of its positions.
 
     Alembic knows the time of every sample, but without more it is one second from sample to sample.
-    So `fps` is None where samples are one second apart, beginning at 0, and the archive does not
-    hold the rate of the program that wrote it; and where they are not evenly spaced.
+    So `fps` is None, and the times are the numbers of the frames, where samples are one second
+    apart and the archive does not hold the rate of the program that wrote it; and where they are
+    not evenly spaced.
     """
 
     def __init__(self, path: Path, template: Template | None, prim: str | None) -> None:
@@ -53,14 +55,16 @@ class AlembicReader(Reader):
             raise ValueError("the mesh has no positions")
         faces, polygons = split_polygons(_turned(_faces(self._mesh)))
         self._parameters = _parameters(self._mesh.getSchema(), n_frames)
+        fps, start = _timing(self._archive, self._positions)
         return Header(
             faces=faces,
             n_frames=n_frames,
             n_vertices=len(self._positions.getValue(0)),
             dtype=np.dtype(np.float32),
-            fps=_fps(self._archive, self._positions),
+            fps=fps,
             polygons=polygons,
             name=self._mesh.getFullName(),
+            start=start,
             has_known="known" in self._parameters,
             has_provenance="age" in self._parameters,
         )
@@ -133,15 +137,17 @@ def _turned(polygons: Polygons) -> Polygons:
     return Polygons(polygons.sizes, polygons.corners[last - np.arange(len(last))])
 
 
-def _fps(archive: Any, positions: Any) -> float | None:
+def _timing(archive: Any, positions: Any) -> tuple[float | None, float]:
+    """Frames per second, if the archive tells them, and the number of the first frame."""
     sampling = positions.getTimeSampling()
     kind = sampling.getTimeSamplingType()
     times = [sampling.getSampleTime(i) for i in range(positions.getNumSamples())]
     step = kind.getTimePerCycle() if kind.isUniform() else spacing(times)
-    if step == 1 and times[0] == 0:
-        fps = _alembic("Abc").GetArchiveInfo(archive).get("dccFPS")
-        return float(fps) if fps else None
-    return 1 / step if step else None
+    fps = 1 / step if step else None
+    said = _alembic("Abc").GetArchiveInfo(archive).get("dccFPS")
+    if step == 1 and (times[0] == 0 or not said):
+        fps = float(said) if said else None
+    return fps, first_frame(times[0], fps)
 
 
 def _parameters(schema: Any, n_frames: int) -> dict[str, Any]:
@@ -172,6 +178,8 @@ class AlembicWriter(Writer):
     It cannot go on with an unfinished archive: what is needed to read one is written at its end.
     """
 
+    keeps_float64 = False
+
     def _begin(self, kept: int) -> None:  # noqa: ARG002 (never goes on)
         header = self.header
         self._archive = None
@@ -185,7 +193,8 @@ class AlembicWriter(Writer):
         header = self.header
         about = ("dynmesh", "") if header.fps is None else (header.fps, "dynmesh", "")
         self._archive = abc.CreateArchiveWithInfo(self._file.name, *about)
-        times = core.TimeSampling(1.0 if header.fps is None else 1 / header.fps, 0.0)
+        fps = header.fps or 1
+        times = core.TimeSampling(1 / fps, header.start / fps)
         sampling = self._archive.addTimeSampling(times)
         *parents, name = [part for part in (header.name or "").split("/") if part] or ["mesh"]
         parent = self._archive.getTop()
@@ -204,8 +213,7 @@ class AlembicWriter(Writer):
 
     def _append(self, frame: Frame) -> None:
         imath, geometry = require("imath", extra="alembic"), _alembic("AbcGeom")
-        with naming(self.path):
-            arrays = [imath.V3fArrayFromBuffer(rounded(frame.points, self._frame))]
+        arrays = [imath.V3fArrayFromBuffer(frame.points)]
         if self._frame == 0:
             polygons = _turned(as_polygons(self.header.faces, self.header.polygons))
             arrays += [_integers(polygons.corners), _integers(polygons.sizes)]

@@ -9,8 +9,17 @@ from typing import ClassVar
 import numpy as np
 
 from ..polygons import Polygons, check_polygons, split_polygons
-from .interface import Frame, Header, Reader, Writer, naming
-from .numbered import FrameNames, names_to_write
+from .interface import (
+    Frame,
+    Header,
+    Reader,
+    Template,
+    Writer,
+    naming,
+    refuse_mesh_name,
+    refuse_template,
+)
+from .numbered import FrameNames, find_files, names_to_write
 
 
 class FramesReader(Reader):
@@ -20,7 +29,9 @@ class FramesReader(Reader):
     scanners write points alone. A subclass says how to read one file.
     """
 
-    def __init__(self, path: Path, files: list[Path], fps: float | None = None) -> None:
+    def __init__(
+        self, path: Path, files: list[Path], start: float, fps: float | None = None
+    ) -> None:
         """Reads the first file."""
         if not files:
             raise ValueError("names no file")
@@ -36,6 +47,7 @@ class FramesReader(Reader):
             dtype=frame.points.dtype,
             fps=fps,
             polygons=polygons,
+            start=start,
             has_known=frame.known is not None,
             has_provenance=frame.generation is not None,
         )
@@ -79,6 +91,18 @@ class FramesReader(Reader):
                 raise ValueError(f"has {'no ' if wanted else ''}{name}, unlike {first}")
 
 
+class NumberedReader(FramesReader):
+    """A sequence in files that are named by their numbers and hold one mesh with its faces."""
+
+    suffix: ClassVar[str]
+
+    def __init__(self, path: Path, template: Template | None, prim: str | None) -> None:
+        """Finds the files and reads the first."""
+        refuse_template(template)
+        refuse_mesh_name(prim)
+        super().__init__(path, *find_files(path, self.suffix))
+
+
 def _check_first(n_vertices: int, polygons: Polygons) -> None:
     if n_vertices == 0:
         raise ValueError("has no vertices")
@@ -95,9 +119,10 @@ def _check_first(n_vertices: int, polygons: Polygons) -> None:
 
 
 class FramesWriter(Writer):
-    """A sequence in the making, one file per frame, numbered from 0.
+    """A sequence in the making, one file per frame.
 
-    A subclass says how to write one file.
+    They are numbered from where the sequence starts, or from 0 where that is no number for a file:
+    negative or fractional. A subclass says how to write one file.
     """
 
     resumable = True
@@ -108,6 +133,9 @@ class FramesWriter(Writer):
     ) -> None:
         """As :class:`Writer`; makes the folder of a pattern where there is none."""
         self._names = self._names_of(path)
+        start = float(header.start)
+        first = int(start) if self._names.numbered and start >= 0 and start.is_integer() else 0
+        self._numbers = range(first, first + header.n_frames)
         self._made = self.new_folder(path)
         if self._made:
             self._made.mkdir()
@@ -144,30 +172,27 @@ class FramesWriter(Writer):
         if len(self.header.faces) == 0:
             raise ValueError("the sequence has no faces, which the first file needs")
         unfinished = FrameNames(self.folder, self._names.pattern).existing()
-        for number in range(kept):
+        for number in self._numbers[:kept]:
             if number not in unfinished:
                 raise ValueError(f"the unfinished {self._names.name(number)} is missing")
         for number, file in unfinished.items():
-            if number >= kept:
+            if number not in self._numbers[:kept]:
                 file.unlink()
 
     def _append(self, frame: Frame) -> None:
-        self._save(self.folder / self._names.name(self._frame), frame)
-
-    def _finish(self) -> None:
-        pass
+        self._save(self.folder / self._names.name(self._numbers[self._frame]), frame)
 
     def _close(self) -> None:
         pass
 
     def _publish(self) -> None:
-        """Replaces an older sequence of the same names, however long."""
+        """Replaces an older sequence of the same names, however long and wherever it starts."""
         self._names.folder.mkdir(exist_ok=True)
-        for number in range(self.header.n_frames):
+        for number in self._numbers:
             name = self._names.name(number)
             (self.folder / name).replace(self._names.folder / name)
         for number, file in self._names.existing().items():
-            if number >= self.header.n_frames:
+            if number not in self._numbers:
                 file.unlink()
 
     @contextlib.contextmanager

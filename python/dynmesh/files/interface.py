@@ -5,7 +5,7 @@ import os
 import shutil
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import TracebackType
 from typing import Any, ClassVar, Self
@@ -61,6 +61,7 @@ class Header:
         polygons: the faces before they were cut into triangles, or None where they were triangles.
         up_axis: "y" or "z", or None.
         name: of the mesh among others in its file, or None.
+        start: the number of the first frame in its file; see :class:`dynmesh.Sequence`.
         has_known: whether each frame has a known mask.
         has_provenance: whether each frame has the generation and the age of its vertices.
     """
@@ -73,6 +74,7 @@ class Header:
     polygons: Polygons | None = None
     up_axis: str | None = None
     name: str | None = None
+    start: float = 0
     has_known: bool = False
     has_provenance: bool = False
 
@@ -80,7 +82,7 @@ class Header:
         """Refuses what does not fit together."""
         check_vertices(self.dtype, (self.n_frames, self.n_vertices, 3))
         check_faces(self.faces.dtype, self.faces.shape)
-        check_description(self.fps, self.polygons, self.up_axis)
+        check_description(self.fps, self.polygons, self.up_axis, self.start)
 
 
 class Reader(ABC):
@@ -144,7 +146,10 @@ class Reader(ABC):
     def frames(
         self, start: int = 0, stop: int | None = None, step: int = 1
     ) -> Generator[Frame, None, None]:
-        """Yields the frames ``range(start, stop, step)``; several may be under way at once."""
+        """Yields the frames ``range(start, stop, step)``; several may be under way at once.
+
+        They are counted from 0, whatever number the file gives the first.
+        """
         with naming(self.path):
             yield from self._frames(range(self.n_frames)[start:stop:step])
 
@@ -178,11 +183,14 @@ class Writer(ABC):
         resumable: whether a writer can go on with the unfinished file of one that is gone.
         keeps_known: whether the format holds masks; where not, NaN stands for what is not known.
         keeps_provenance: whether the format holds generation and age; where not, they are refused.
+        keeps_float64: whether the format holds float64; where not, positions are rounded to float32
+            and refused where they are out of its range.
     """
 
     resumable: ClassVar[bool] = False
     keeps_known: ClassVar[bool] = True
     keeps_provenance: ClassVar[bool] = True
+    keeps_float64: ClassVar[bool] = True
 
     def __init__(
         self, path: Path, header: Header, *, folder: Path | None = None, resume_at: int = 0
@@ -220,7 +228,7 @@ class Writer(ABC):
 
     @abstractmethod
     def _append(self, frame: Frame) -> None:
-        """Adds the next frame, which fits the header."""
+        """Adds the next frame, which fits the header and what the format keeps."""
 
     def flush(self) -> None:
         """Makes sure that the frames so far outlive this process."""
@@ -230,9 +238,9 @@ class Writer(ABC):
     def _flush(self) -> None:  # noqa: B027 (what cannot be resumed need not)
         """As :meth:`flush`."""
 
-    @abstractmethod
     def _finish(self) -> None:
         """Completes and closes the files in `folder`; all frames were appended."""
+        self._close()
 
     @abstractmethod
     def _close(self) -> None:
@@ -274,12 +282,13 @@ class Writer(ABC):
             ValueError: for another shape or dtype, a mask too many or too few, a frame too many.
         """
         frame = Frame(points, known, generation, age)
-        with naming(self.path):
+        with naming(self.path), self._blaming():
             self._check(frame)
-        if known is not None and not self.keeps_known:
-            missing = points.dtype.type(np.nan)
-            frame = Frame(np.where(known[:, None], points, missing), None, generation, age)
-        with self._blaming():
+            if known is not None and not self.keeps_known:
+                missing = points.dtype.type(np.nan)
+                frame = replace(frame, points=np.where(known[:, None], points, missing), known=None)
+            if not self.keeps_float64:
+                frame = replace(frame, points=self._rounded(frame.points))
             self._append(frame)
         self._frame += 1
 
@@ -304,6 +313,18 @@ class Writer(ABC):
                 raise ValueError(f"{place}: generation and age come with every frame or with none")
             if values is not None:
                 check_provenance(name, values.dtype, values.shape, (k,))
+
+    def _rounded(self, points: Positions) -> NDArray[np.float32]:
+        with np.errstate(over="ignore"):
+            single = np.ascontiguousarray(points, np.float32)
+        beyond = (np.isinf(single) & np.isfinite(points)).any(axis=1)
+        if beyond.any():
+            vertex = int(beyond.argmax())
+            raise ValueError(
+                f"frame {self._frame}: vertex {vertex} at {points[vertex].tolist()} "
+                "is out of the range of float32, which is what the format holds"
+            )
+        return single
 
     def __enter__(self) -> Self:
         """Is the writer itself."""

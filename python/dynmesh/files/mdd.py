@@ -1,12 +1,13 @@
 """MDD, the point cache of LightWave and Blender.
 
 int32 frames, int32 vertices, a float32 time in seconds for each frame, then float32 positions; all
-big-endian. Times in even steps tell the frames per second, as exactly as float32 can. Where nobody
-said them, the times are the numbers of the frames, 0, 1, 2, ..., and so are read; one frame alone
-tells nothing.
+big-endian. Times in even steps tell the frames per second and the number of the first frame, as
+exactly as float32 can. Where nobody said the former, the times are the numbers of the frames, and
+so are read; one frame alone tells nothing.
 """
 
 import struct
+from collections.abc import Iterator
 from typing import IO, Any
 
 import numpy as np
@@ -14,9 +15,12 @@ from numpy.typing import NDArray
 
 from .interface import Format
 from .pointcache import PointCacheReader, PointCacheWriter
+from .times import shortened
 
 counts = struct.Struct(">ii")
 dtype = np.dtype(">f4")
+broadcast = (23.976, 29.97, 59.94, 24000 / 1001, 30000 / 1001, 60000 / 1001)
+"""Frames per second in use that need more digits than a few times tell."""
 
 
 class MddReader(PointCacheReader):
@@ -31,25 +35,42 @@ class MddReader(PointCacheReader):
         n_frames, n_vertices = counts.unpack(begin)
         return (n_frames, n_vertices, 3), counts.size + n_frames * dtype.itemsize
 
-    def _read_fps(self, file: IO[bytes], n_frames: int) -> float | None:
+    def _read_timing(self, file: IO[bytes], n_frames: int) -> tuple[float | None, float]:
         times = np.frombuffer(file.read(n_frames * dtype.itemsize), dtype).astype(np.float64)
-        return frames_per_second(times)
+        return timing(times)
 
 
-def frames_per_second(times: NDArray[np.float64]) -> float | None:
-    """The shortest number that explains float32 `times`, or None: uneven, or mere frame numbers."""
-    steps = np.arange(len(times))
-    if len(times) < 2 or np.array_equal(times, steps) or not np.isfinite(times).all():
-        return None
-    duration = times[-1] - times[0]
-    if duration <= 0:
-        return None
+def timing(times: NDArray[np.float64]) -> tuple[float | None, float]:
+    """The simplest frames per second that explain float32 `times`, and the first frame's number.
+
+    The frames per second are None where the times are uneven or mere frame numbers.
+    """
+    if len(times) < 2 or not np.isfinite(times).all():
+        return None, 0
+    steps, duration = np.arange(len(times)), times[-1] - times[0]
     tolerance = 2 * np.spacing(np.float32(np.abs(times).max()))
-    for digits in range(1, 18):
-        fps = float(f"{steps[-1] / duration:.{digits}g}")
-        if np.allclose(times, times[0] + steps / fps, rtol=0, atol=tolerance):
-            return fps
-    return None
+
+    def explained(fps: float, first: float) -> bool:
+        return np.allclose(times, (first + steps) / fps, rtol=0, atol=tolerance)
+
+    rate = steps[-1] / duration if duration > 0 else 0
+    if not (rate and explained(rate, times[0] * rate)):
+        return None, float(times[0])
+    fps, first = next(one for one in _candidates(rate, times[0]) if explained(*one))
+    return (None if fps == 1 else fps), first
+
+
+def _candidates(rate: float, time: float) -> Iterator[tuple[float, float]]:
+    """Yields frames per second and first frames, from simple ones to what was measured itself.
+
+    A few times long after 0 agree with many rates, but hardly with a whole number besides.
+    """
+    rates = (*shortened(rate), *broadcast)
+    for fps in rates:
+        yield fps, float(round(time * fps))
+    for fps in rates:
+        for first in shortened(time * fps):
+            yield fps, first
 
 
 class MddWriter(PointCacheWriter):
@@ -59,7 +80,7 @@ class MddWriter(PointCacheWriter):
 
     def _header_bytes(self) -> bytes:
         header = self.header
-        times: NDArray[Any] = np.arange(header.n_frames) / (header.fps or 1)
+        times: NDArray[Any] = (header.start + np.arange(header.n_frames)) / (header.fps or 1)
         return counts.pack(header.n_frames, header.n_vertices) + times.astype(dtype).tobytes()
 
 

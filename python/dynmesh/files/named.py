@@ -14,7 +14,7 @@ from ..sequence import check_faces, check_known, check_provenance, check_vertice
 from .interface import Frame, Header
 
 per_frame = ("vertices", "known", "generation", "age")
-once = ("faces", "fps", "polygon_sizes", "polygon_corners", "up_axis", "name")
+once = ("faces", "fps", "polygon_sizes", "polygon_corners", "up_axis", "name", "start")
 
 
 def header_of(
@@ -64,6 +64,7 @@ def header_of(
         polygons=polygons,
         up_axis=str(array_of("up_axis")) if "up_axis" in names else None,
         name=str(array_of("name")) if "name" in names else None,
+        start=_number("start", array_of("start")) if "start" in names else 0,
         has_known="known" in names,
         has_provenance="age" in names,
     )
@@ -104,6 +105,7 @@ def arrays_once(header: Header) -> dict[str, Any]:
         "fps": None if header.fps is None else np.float64(header.fps),
         "up_axis": header.up_axis,
         "name": header.name,
+        "start": np.float64(header.start) if header.start else None,
     }
     if header.polygons is not None:
         arrays["polygon_sizes"], arrays["polygon_corners"] = header.polygons

@@ -1,8 +1,8 @@
 """`.npy`: positions as one numpy array (n, k, 3), mapped into memory.
 
 The other arrays lie beside `NAME.npy`: `NAME.faces.npy` and, optionally, `NAME.known.npy`,
-`NAME.generation.npy` and `NAME.age.npy`. Frames per second, polygons, the axis that is up and the
-name of the mesh have no place in them and are lost.
+`NAME.generation.npy` and `NAME.age.npy`. Frames per second, polygons, the axis that is up, the
+name of the mesh and the number of the first frame have no place in them and are lost.
 """
 
 import contextlib
@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from ..sequence import check_faces, check_known, check_provenance, check_vertices
 from .flat import FlatRows
-from .interface import Format, Frame, Header, Reader, Template, Writer, naming, refuse_mesh_name
-from .named import kinds_per_frame, per_frame, rows_of
-from .rows import RowFile, read_header
+from .interface import Format, Frame, Header, Reader, Template, naming, refuse_mesh_name
+from .named import per_frame
+from .rows import RowFilesWriter, read_header
 from .template import find_template
 
 
@@ -107,28 +107,15 @@ def _load_faces(path: Path) -> Template:
     return Template(faces, None, None)
 
 
-class NpyWriter(Writer):
+class NpyWriter(RowFilesWriter):
     """The arrays in the making."""
 
-    resumable = True
+    def _row_file(self, name: str) -> Path:
+        return self.folder / _path_of(name, self.path).name
 
     def _begin(self, kept: int) -> None:
-        self._rows: dict[str, RowFile] = {}
-        for name, (shape, dtype) in kinds_per_frame(self.header).items():
-            file = self.folder / _path_of(name, self.path).name
-            self._rows[name] = RowFile(file, dtype, shape, kept)
-        np.save(self.folder / _path_of("faces", self.path).name, self.header.faces)
-
-    def _append(self, frame: Frame) -> None:
-        for name, row in rows_of(frame).items():
-            self._rows[name].append(row)
-
-    def _flush(self) -> None:
-        for rows in self._rows.values():
-            rows.flush()
-
-    def _finish(self) -> None:
-        self._close()
+        super()._begin(kept)
+        np.save(self._row_file("faces"), self.header.faces)
 
     def _publish(self) -> None:
         for file in self.existing(self.path):
@@ -141,10 +128,6 @@ class NpyWriter(Writer):
         """The files there are now that writing to `path` would replace or remove."""
         files = [_path_of(name, path) for name in (*per_frame, "faces")]
         return [file for file in files if file.exists()]
-
-    def _close(self) -> None:
-        for rows in self._rows.values():
-            rows.close()
 
 
 npy = Format("npy", (".npy",), "one numpy array of positions", NpyReader, NpyWriter)

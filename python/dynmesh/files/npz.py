@@ -21,12 +21,11 @@ from .interface import (
     Header,
     Reader,
     Template,
-    Writer,
     refuse_mesh_name,
     refuse_template,
 )
-from .named import arrays_once, header_of, kinds_per_frame, per_frame, rows_of
-from .rows import RowFile, read_header
+from .named import arrays_once, header_of, per_frame
+from .rows import RowFilesWriter, read_header
 
 
 class _Rows:
@@ -105,27 +104,15 @@ class NpzReader(Reader):
         self._archive.close()
 
 
-class NpzWriter(Writer):
+class NpzWriter(RowFilesWriter):
     """An archive of arrays in the making.
 
     An archive is written one member after another, so until the end each array that has a row per
     frame waits in a file of its own, which is also what makes an interrupted writer go on.
     """
 
-    resumable = True
-
-    def _begin(self, kept: int) -> None:
-        self._rows: dict[str, RowFile] = {}
-        for name, (shape, dtype) in kinds_per_frame(self.header).items():
-            self._rows[name] = RowFile(self.folder / f"{name}.npy", dtype, shape, kept)
-
-    def _append(self, frame: Frame) -> None:
-        for name, row in rows_of(frame).items():
-            self._rows[name].append(row)
-
-    def _flush(self) -> None:
-        for rows in self._rows.values():
-            rows.flush()
+    def _row_file(self, name: str) -> Path:
+        return self.folder / f"{name}.npy"
 
     def _finish(self) -> None:
         self._close()
@@ -140,10 +127,6 @@ class NpzWriter(Writer):
                 with rows.path.open("rb") as source, member:
                     shutil.copyfileobj(source, member, 1 << 20)
                 rows.path.unlink()
-
-    def _close(self) -> None:
-        for rows in self._rows.values():
-            rows.close()
 
 
 @contextlib.contextmanager

@@ -9,7 +9,10 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+from ..sequence import largest_start
+
 _conversion = re.compile("%(?:0[0-9]+)?d")
+_last_number = re.compile("[0-9]+(?=[^0-9]*$)")
 
 
 @dataclass(frozen=True)
@@ -57,8 +60,11 @@ def files_in(folder: Path, suffix: str) -> list[Path]:
     )
 
 
-def find_files(path: Path, suffix: str) -> list[Path]:
-    """The files of a sequence that is to be read.
+def find_files(path: Path, suffix: str) -> tuple[list[Path], int]:
+    """The files of a sequence that is to be read, and the number of the first.
+
+    In a folder or a glob the number is the last in a name. It is 0 where the names differ in more,
+    where `path` is one file's, and where the number is too large to count frames.
 
     Args:
         path: a file; a folder, for all its files with `suffix` in natural order; a pattern as
@@ -70,25 +76,34 @@ def find_files(path: Path, suffix: str) -> list[Path]:
         FileNotFoundError: there is none.
         ValueError: a number is missing, or the folder holds no such file.
     """
+    names = FrameNames(path.parent, path.name)
+    first = 0
     if path.is_dir():
         if not (found := files_in(path, suffix)):
             raise ValueError(f"holds no {suffix} file")
-        return found
-    names = FrameNames(path.parent, path.name)
-    if path.exists():
+        first = _first_number(found)
+    elif path.exists():
         found = [path]
     elif names.numbered:
         by_number = names.existing()
         for before, after in pairwise(by_number):
             if after > before + 1:
                 raise ValueError(f"{names.name(before + 1)} is missing")
-        found = list(by_number.values())
+        found, first = list(by_number.values()), next(iter(by_number), 0)
     else:
         matching = glob.glob(str(path))  # noqa: PTH207 (which would find hidden files, too)
         found = _in_natural_order(map(Path, matching))
+        first = _first_number(found)
     if not found:
         raise FileNotFoundError(errno.ENOENT, "there is no such file", str(path))
-    return found
+    return found, first if first <= largest_start else 0
+
+
+def _first_number(files: list[Path]) -> int:
+    """The last number in the first name, if the names differ in nothing else; otherwise 0."""
+    common = {(file.parent, _last_number.sub("/", file.stem)) for file in files}
+    number = _last_number.search(files[0].stem) if len(common) == 1 else None
+    return int(number[0]) if number else 0
 
 
 def names_to_write(path: Path, suffix: str) -> FrameNames:

@@ -9,19 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from ..polygons import Polygons, as_polygons
-from .frame_files import FramesReader, FramesWriter
-from .interface import Format, Frame, Template, refuse_mesh_name, refuse_template
-from .numbered import find_files
+from .frame_files import FramesWriter, NumberedReader
+from .interface import Format, Frame
 
 
-class ObjReader(FramesReader):
+class ObjReader(NumberedReader):
     """A sequence in OBJ files."""
 
-    def __init__(self, path: Path, template: Template | None, prim: str | None) -> None:
-        """Finds the files and reads the first."""
-        refuse_template(template)
-        refuse_mesh_name(prim)
-        super().__init__(path, find_files(path, ".obj"))
+    suffix = ".obj"
 
     def _load(self, file: Path) -> tuple[Frame, Polygons]:
         points: list[list[float]] = []

@@ -4,7 +4,7 @@
 the polygons and, where a sequence has them, the point data `known`, `generation` and `age`.
 
 Times are in seconds, or frame numbers where nobody knows the frames per second: so even steps, if
-not of 1, are read as frames per second, and other steps as none.
+not of 1, are read as frames per second, and other steps as none. One time alone tells nothing.
 """
 
 import contextlib
@@ -26,6 +26,7 @@ from ..polygons import Polygons, as_polygons
 from .frame_files import FramesReader, FramesWriter
 from .interface import Format, Frame, Template, refuse_mesh_name, refuse_template
 from .numbered import FrameNames
+from .times import first_frame
 
 out_of_disk_space = 20007  # vtkErrorCode::OutOfDiskSpaceError
 
@@ -40,7 +41,9 @@ class PvdReader(FramesReader):
         refuse_template(template)
         refuse_mesh_name(prim)
         times, files = _read_index(path)
-        super().__init__(path, files, _frames_per_second(times))
+        fps = _frames_per_second(times)
+        start = first_frame(times[0], fps) if len(times) > 1 else 0
+        super().__init__(path, files, start, fps)
 
     @property
     def files(self) -> list[Path]:
@@ -222,12 +225,11 @@ class PvdWriter(FramesWriter):
             "VTKFile", type="Collection", version="0.1", byte_order="LittleEndian"
         )
         collection = ElementTree.SubElement(root, "Collection")
-        fps = self.header.fps
-        for number in range(self.header.n_frames):
+        for i, number in enumerate(self._numbers):
             ElementTree.SubElement(
                 collection,
                 "DataSet",
-                timestep=str(number if fps is None else number / fps),
+                timestep=str((self.header.start + i) / (self.header.fps or 1)),
                 part="0",
                 file=f"{self._names.folder.name}/{self._names.name(number)}",
             )

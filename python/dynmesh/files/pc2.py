@@ -28,10 +28,13 @@ class Pc2Reader(PointCacheReader):
             raise ValueError("is no PC2 file; one begins with POINTCACHE2")
         if len(begin) < layout.size:
             raise ValueError(f"ends in its header, after {len(begin)} of {layout.size} bytes")
-        _, version, n_vertices, _, _, n_frames = layout.unpack(begin)
+        _, version, n_vertices, self._start, _, n_frames = layout.unpack(begin)
         if version != 1:
             raise ValueError(f"is a PC2 file of version {version}, but only 1 is known")
         return (n_frames, n_vertices, 3), layout.size
+
+    def _read_timing(self, file: IO[bytes], n_frames: int) -> tuple[float | None, float]:  # noqa: ARG002
+        return None, float(str(np.float32(self._start)))  # with no more digits than it has
 
 
 class Pc2Writer(PointCacheWriter):
@@ -41,7 +44,7 @@ class Pc2Writer(PointCacheWriter):
 
     def _header_bytes(self) -> bytes:
         header = self.header
-        return layout.pack(signature, 1, header.n_vertices, 0.0, 1.0, header.n_frames)
+        return layout.pack(signature, 1, header.n_vertices, header.start, 1.0, header.n_frames)
 
 
 pc2 = Format("pc2", (".pc2",), "point cache of 3ds Max and Blender", Pc2Reader, Pc2Writer)

@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..polygons import Polygons, as_polygons
-from .frame_files import FramesReader, FramesWriter
-from .interface import Format, Frame, Template, refuse_mesh_name, refuse_template
-from .numbered import find_files
+from .frame_files import FramesWriter, NumberedReader
+from .interface import Format, Frame
 from .ply_binary import read_binary
 from .ply_elements import Columns, Lists, read_header, scalar_types
 from .ply_text import read_text
@@ -23,14 +22,10 @@ Integers = NDArray[np.integer[Any]]
 corner_lists = ("vertex_indices", "vertex_index")
 
 
-class PlyReader(FramesReader):
+class PlyReader(NumberedReader):
     """A sequence in PLY files."""
 
-    def __init__(self, path: Path, template: Template | None, prim: str | None) -> None:
-        """Finds the files and reads the first."""
-        refuse_template(template)
-        refuse_mesh_name(prim)
-        super().__init__(path, find_files(path, ".ply"))
+    suffix = ".ply"
 
     def _load(self, file: Path) -> tuple[Frame, Polygons]:
         data = file.read_bytes()

@@ -11,10 +11,9 @@ from abc import abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import IO, Any, ClassVar
+from typing import IO, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..polygons import as_polygons
 from .flat import FlatRows
@@ -52,13 +51,15 @@ class PointCacheReader(Reader):
                 },
             )
             self._files = [path, *mesh_files]
+            fps, start = self._read_timing(file, n_frames)
             header = Header(
                 faces=template.faces,
                 n_frames=n_frames,
                 n_vertices=n_vertices,
                 dtype=np.dtype(np.float32),
-                fps=self._read_fps(file, n_frames),
+                fps=fps,
                 polygons=template.polygons,
+                start=start,
             )
             super().__init__(path, header)
             stack.pop_all()  # the rows stay open
@@ -67,9 +68,12 @@ class PointCacheReader(Reader):
     def _read_shape(self, file: IO[bytes]) -> tuple[tuple[int, int, int], int]:
         """(n, k, 3), unchecked, and how many bytes come before the first frame."""
 
-    def _read_fps(self, file: IO[bytes], n_frames: int) -> float | None:  # noqa: ARG002
-        """Frames per second, where the format says so, from behind the shape."""
-        return None
+    @abstractmethod
+    def _read_timing(self, file: IO[bytes], n_frames: int) -> tuple[float | None, float]:
+        """Frames per second, if the file tells them, and the number of the first frame.
+
+        `file` is where the shape was read to.
+        """
 
     @property
     def files(self) -> list[Path]:
@@ -108,6 +112,7 @@ class PointCacheWriter(Writer):
     resumable = True
     keeps_known = False
     keeps_provenance = False
+    keeps_float64 = False
     dtype_in_file: ClassVar[np.dtype[np.float32]]
 
     @abstractmethod
@@ -123,9 +128,8 @@ class PointCacheWriter(Writer):
         mesh = self.path.with_suffix(".obj")
         if kept == 0 and not (mesh.exists() and self._has_same_faces(mesh)):
             own = self.folder / mesh.name
-            self._mesh_writer = ObjWriter(
-                own, replace(header, n_frames=1, has_known=False), folder=self.folder / "mesh"
-            )
+            single = replace(header, n_frames=1, dtype=np.dtype(np.float32), has_known=False)
+            self._mesh_writer = ObjWriter(own, single, folder=self.folder / "mesh")
         begin = self._header_bytes()
         end = len(begin) + kept * header.n_vertices * 3 * self.dtype_in_file.itemsize
         self._file = (self.folder / self.path.name).open("r+b" if kept else "wb")
@@ -151,27 +155,10 @@ class PointCacheWriter(Writer):
         if self._frame == 0 and self._mesh_writer is not None:
             with self._mesh_writer:
                 self._mesh_writer.append(frame.points)
-        with naming(self.path):
-            self._file.write(self._rounded(frame).data)
-
-    def _rounded(self, frame: Frame) -> NDArray[Any]:
-        points = frame.points
-        with np.errstate(over="ignore"):
-            rounded = np.ascontiguousarray(points, self.dtype_in_file)
-        overflows = (np.isinf(rounded) & np.isfinite(points)).any(axis=1)
-        if overflows.any():
-            vertex = int(overflows.argmax())
-            raise ValueError(
-                f"frame {self._frame}: vertex {vertex} at {points[vertex].tolist()} "
-                "is out of the range of float32, which is what the format holds"
-            )
-        return rounded
+        self._file.write(frame.points.astype(self.dtype_in_file, copy=False).data)
 
     def _flush(self) -> None:
         self._file.flush()
-
-    def _finish(self) -> None:
-        self._close()
 
     def _close(self) -> None:
         self._file.close()

@@ -1,12 +1,16 @@
 """Arrays in numpy's own format, read and written row by row."""
 
 import os
+from abc import abstractmethod
 from pathlib import Path
 from typing import IO, Any, NamedTuple, Self
 
 import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
+
+from .interface import Frame, Writer
+from .named import kinds_per_frame, rows_of
 
 
 class ArrayHeader(NamedTuple):
@@ -65,3 +69,30 @@ class RowFile:
     def __exit__(self, *_: object) -> None:
         """Closes the file."""
         self.close()
+
+
+class RowFilesWriter(Writer):
+    """A sequence in the making; each array that has a row per frame grows in a file of its own."""
+
+    resumable = True
+
+    @abstractmethod
+    def _row_file(self, name: str) -> Path:
+        """Where the array of that name grows."""
+
+    def _begin(self, kept: int) -> None:
+        self._rows: dict[str, RowFile] = {}
+        for name, (shape, dtype) in kinds_per_frame(self.header).items():
+            self._rows[name] = RowFile(self._row_file(name), dtype, shape, kept)
+
+    def _append(self, frame: Frame) -> None:
+        for name, row in rows_of(frame).items():
+            self._rows[name].append(row)
+
+    def _flush(self) -> None:
+        for rows in self._rows.values():
+            rows.flush()
+
+    def _close(self) -> None:
+        for rows in self._rows.values():
+            rows.close()

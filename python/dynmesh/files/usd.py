@@ -4,8 +4,7 @@ Of the scene, only what the mesh itself says is read: its points, in its own spa
 Transforms, skeletons, materials and everything else stay where they are. What is written has the
 mesh at the same path, so that it can be laid over the stage it came from, as a stronger sublayer:
 points, extent, faces and subdivision are then those written here; the rest is the stage's, normals
-that followed its own points among it. Where that does not begin at time code 0, the sublayer needs
-an offset: `subLayers = [@completed.usdc@ (offset = 1), @original.usd@]`.
+that followed its own points among it.
 
 The known mask is the primvar `known` (bool), `generation` and `age` (int) are primvars too, each
 with a value per vertex.
@@ -17,8 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from ..polygons import as_polygons, split_polygons
-from .interface import Format, Frame, Header, Reader, Template, Writer, naming, refuse_template
-from .scenes import rounded
+from .interface import Format, Frame, Header, Reader, Template, Writer, refuse_template
 from .usd_stage import (
     composed,
     faces_of,
@@ -28,7 +26,7 @@ from .usd_stage import (
     primvars,
     primvars_of,
     pxr,
-    rate,
+    timing,
     translating,
     value_at,
 )
@@ -62,15 +60,17 @@ class UsdReader(Reader):
         faces, polygons = split_polygons(faces_of(self._mesh))
         up_axis = stage.GetMetadata("upAxis") if stage.HasAuthoredMetadata("upAxis") else None
         self._primvars = primvars_of(self._mesh)
+        fps, start = timing(stage, self._times)
         return Header(
             faces=faces,
             n_frames=len(self._times),
             n_vertices=len(first),
             dtype=np.dtype(np.float32),
-            fps=rate(stage, self._times),
+            fps=fps,
             polygons=polygons,
             up_axis=up_axis.lower() if up_axis else None,
             name=str(self._mesh.GetPath()),
+            start=start,
             has_known="known" in self._primvars,
             has_provenance="age" in self._primvars,
         )
@@ -95,12 +95,13 @@ class UsdReader(Reader):
 class UsdWriter(Writer):
     """A stage with one mesh, in the making; positions are rounded to float32.
 
-    The frames are the time codes 0, 1, 2 and so on, `fps` of them a second. They go into a binary
-    layer a few at a time, which does not need more memory the more there are; a `.usda` is made
-    from it in the end. A save writes over the layer's table of contents, so that a layer whose
+    There is a frame at every time code from `start` on, `fps` of them a second. They go into a
+    binary layer a few at a time, which does not need more memory the more there are; a `.usda` is
+    made from it in the end. A save writes over the layer's table of contents, so that a layer whose
     saving was cut short is lost, and the writer cannot go on with it.
     """
 
+    keeps_float64 = False
     unsaved_bytes = 1 << 24
     """How many bytes of positions wait in memory until the next save, at most one frame more."""
 
@@ -117,8 +118,8 @@ class UsdWriter(Writer):
                 self._stage.SetFramesPerSecond(header.fps)
             if header.up_axis is not None:
                 geometry.SetStageUpAxis(self._stage, header.up_axis.upper())
-            self._stage.SetStartTimeCode(0)
-            self._stage.SetEndTimeCode(header.n_frames - 1)
+            self._stage.SetStartTimeCode(header.start)
+            self._stage.SetEndTimeCode(header.start + header.n_frames - 1)
             # The prims above become a `def` without a type: where this is laid over another stage,
             # its types show through; an `over` would leave the mesh undefined without that stage.
             mesh = geometry.Mesh.Define(self._stage, _prim_path(header.name))
@@ -135,17 +136,16 @@ class UsdWriter(Writer):
             }
 
     def _append(self, frame: Frame) -> None:
-        with naming(self.path):
-            points = rounded(frame.points, self._frame)
+        points, time = frame.points, self.header.start + self._frame
         finite = points[np.isfinite(points).all(axis=1)]
         with translating(OSError):
-            self._points.Set(library_array("Vec3fArray", points), self._frame)
+            self._points.Set(library_array("Vec3fArray", points), time)
             if len(finite):
                 extent = np.stack([finite.min(axis=0), finite.max(axis=0)])
-                self._extent.Set(library_array("Vec3fArray", extent), self._frame)
+                self._extent.Set(library_array("Vec3fArray", extent), time)
             for name, primvar in self._primvars.items():
                 values = library_array(primvars[name], getattr(frame, name))
-                primvar.Set(values, self._frame)
+                primvar.Set(values, time)
             self._unsaved += points.nbytes
             if self._unsaved > self.unsaved_bytes:
                 self._save()

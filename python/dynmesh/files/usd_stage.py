@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from .._extras import require
 from ..polygons import Polygons
-from .scenes import check_same_faces, choose_mesh, spacing
+from .scenes import check_same_faces, choose_mesh
+from .times import first_frame, spacing
 
 primvars = {"known": "BoolArray", "generation": "IntArray", "age": "IntArray"}
 """What a vertex has beside its position, and the type of all vertices' values."""
@@ -66,12 +67,17 @@ def frame_times(points: Any) -> list[float]:
     return [float(time) for time in samples]
 
 
-def rate(stage: Any, times: Sequence[float]) -> float | None:
-    """How many frames at these times are shown in a second, if the stage says that."""
-    if not any(map(stage.HasAuthoredMetadata, ("timeCodesPerSecond", "framesPerSecond"))):
-        return None
+def timing(stage: Any, times: Sequence[float]) -> tuple[float | None, float]:
+    """Frames per second, if the stage says them, and the number of the first frame.
+
+    Where frames are n time codes apart, that number is an n-th of the first time code: so what is
+    written from it, with a time code per frame, begins in the same second.
+    """
+    said = any(map(stage.HasAuthoredMetadata, ("timeCodesPerSecond", "framesPerSecond")))
     step = 1.0 if len(times) == 1 else spacing(times)
-    return None if step is None else float(stage.GetTimeCodesPerSecond()) / step
+    if step is None or not said:
+        return None, times[0]
+    return float(stage.GetTimeCodesPerSecond()) / step, first_frame(times[0], 1 / step)
 
 
 def faces_of(mesh: Any) -> Polygons:
