@@ -8,11 +8,14 @@
 #include <initializer_list>
 #include <stdexcept>
 #include <string>
-#include <type_traits>
+#include <utility>
 
+#include "exchange.hpp"
 #include "fast_motion.hpp"
 #include "geometry.hpp"
+#include "numbering.hpp"
 #include "overlap.hpp"
+#include "workers.hpp"
 
 namespace dynmesh {
 namespace {
@@ -24,38 +27,12 @@ Vector3<Real> row(const Points<const Real>& points, std::size_t i) {
   return {points(i, 0), points(i, 1), points(i, 2)};
 }
 
-/// Calls `visit` with a view that has the same rows, and constant strides if they are the usual.
-template <class Real, class Visit>
-void with_strides(const Points<Real>& points, Visit&& visit) {
-  if (points.row_stride == 3 && points.column_stride == 1) {
-    visit([data = points.data](std::size_t row, std::size_t column) -> Real& {
-      return data[3 * row + column];
-    });
-  } else {
-    visit(points);
-  }
-}
-
 template <class Real>
 std::string to_text(const Vector3<Real>& v) {
   std::array<char, 96> text{};
   std::snprintf(text.data(), text.size(), "(%.9g, %.9g, %.9g)", static_cast<double>(v.x),
                 static_cast<double>(v.y), static_cast<double>(v.z));
   return text.data();
-}
-
-/// Larger coordinates are refused: times the largest weights of eq. (4) they would run out of Real,
-/// and a position that is not finite would spread over the mesh and stay.
-template <class Real>
-constexpr Real largest_coordinate = std::is_same_v<Real, float> ? Real(1e18) : Real(1e200);
-
-template <class Real>
-bool is_in_range(const Vector3<Real>& v) {
-  // No branches, since this is asked of every vertex in every frame.
-  const int x = std::abs(v.x) <= largest_coordinate<Real> ? 1 : 0;
-  const int y = std::abs(v.y) <= largest_coordinate<Real> ? 1 : 0;
-  const int z = std::abs(v.z) <= largest_coordinate<Real> ? 1 : 0;
-  return (x & y & z) != 0;
 }
 
 /// `place`: which row or vertex of the argument is at `v`.
@@ -132,10 +109,18 @@ Topology topology_of(Faces faces, std::size_t n_vertices) {
   return build_topology(faces, n_vertices);
 }
 
+/// The topology as it lies in memory.
+std::unique_ptr<const Topology> in_places(Topology topology, Numbering& numbering) {
+  numbering = choose_numbering(topology.cells);
+  return std::make_unique<const Topology>(numbering.is_natural() ? std::move(topology)
+                                                                 : renumber(topology, numbering));
+}
+
 template <class Real>
-std::unique_ptr<Estimator<Real>> estimator_of(const Cells& cells, const Settings& settings) {
+std::unique_ptr<Estimator<Real>> estimator_of(const Cells& cells, const Settings& settings,
+                                              Workers& workers) {
   if (settings.revisit && FastMotion<Real>::takes(cells.size())) {
-    return std::make_unique<FastMotion<Real>>(cells, settings.extra_iterations);
+    return std::make_unique<FastMotion<Real>>(cells, settings.extra_iterations, workers);
   }
   return std::make_unique<Motion<Real>>(cells, settings.revisit, settings.extra_iterations);
 }
@@ -146,14 +131,21 @@ template <class Real>
 Completer<Real>::Completer(Faces faces, Points<const Real> first_frame, const Settings& settings)
     : settings_((check_settings(settings), settings)),
       first_frame_(first_frame_of(first_frame)),
-      topology_(std::make_unique<const Topology>(topology_of(faces, first_frame.count))),
+      numbering_(std::make_unique<Numbering>()),
+      topology_(in_places(topology_of(faces, first_frame.count), *numbering_)),
+      workers_(std::make_unique<Workers>(settings.threads)),
+      exchange_(std::make_unique<Exchange<Real>>(*numbering_, *workers_)),
       generations_(first_frame.count),
-      estimator_(estimator_of<Real>(topology_->cells, settings)),
+      estimator_(estimator_of<Real>(topology_->cells, settings, *workers_)),
       unseen_(*topology_, settings.unseen),
       current_(first_frame.count),
       known_(first_frame.count),
       age_(first_frame.count) {
-  begin(first_frame_);
+  if (!numbering_->is_natural()) {
+    generation_for_caller_.reserve(first_frame.count);
+    age_for_caller_.reserve(first_frame.count);
+  }
+  begin(to_places(*numbering_, first_frame_));
 }
 
 template <class Real>
@@ -172,6 +164,8 @@ void Completer<Real>::begin(const std::vector<Vector3<Real>>& first_frame) {
   std::ranges::fill(known_, std::uint8_t{1});
   generations_.classify(topology_->cells, known_);
   std::ranges::fill(age_, 0);
+  generation_for_caller_.clear();
+  age_for_caller_.clear();
   report_ = {};
   report_.known = n_vertices();
 }
@@ -179,7 +173,7 @@ void Completer<Real>::begin(const std::vector<Vector3<Real>>& first_frame) {
 template <class Real>
 void Completer<Real>::reset(Points<const Real> frame) {
   check_rows("frame", frame.data, frame.count, n_vertices());
-  begin(complete_frame("frame", frame));
+  begin(to_places(*numbering_, complete_frame("frame", frame)));
 }
 
 template <class Real>
@@ -190,7 +184,7 @@ FrameReport Completer<Real>::push(Points<const Real> points, KnownMask known,
   check_rows("known", known.data, known.count, n_vertices());
   check_output(completed, n_vertices(),
                {{"points", Extent::of(points)}, {"known", Extent::of(known)}});
-  read(points, [&](std::size_t v, const Vector3<Real>&) { return known[v]; });
+  read(points, known);
   return complete(completed, start);
 }
 
@@ -199,7 +193,7 @@ FrameReport Completer<Real>::push(Points<const Real> points, Points<Real> comple
   const auto start = Clock::now();
   check_rows("points", points.data, points.count, n_vertices());
   check_output(completed, n_vertices(), {{"points", Extent::of(points)}});
-  read(points, [](std::size_t, const Vector3<Real>& position) { return is_finite(position); });
+  read(points, {});
   return complete(completed, start);
 }
 
@@ -222,7 +216,7 @@ FrameReport Completer<Real>::push_sparse(std::span<const Index> indices, Points<
                                   std::to_string(index) + ", but the mesh has " +
                                   std::to_string(n_vertices()) + " vertices, counted from 0");
     }
-    const auto v = static_cast<std::size_t>(index);
+    const std::size_t v = numbering_->place(static_cast<std::size_t>(index));
     if (known_[v] != 0) {
       const auto first = std::ranges::find(indices, index) - indices.begin();
       throw std::invalid_argument("indices: places " + std::to_string(first) + " and " +
@@ -243,22 +237,12 @@ FrameReport Completer<Real>::skip(Points<Real> completed) {
   return complete(completed, start);
 }
 
-/// Takes a row for each vertex; `is_observed(vertex, position)` says which are anchors.
+/// Takes a row for each vertex; without a mask those that are finite are anchors.
 template <class Real>
-template <class Predicate>
-void Completer<Real>::read(Points<const Real> points, Predicate&& is_observed) {
-  unsigned out_of_range = 0;
-  with_strides(points, [&](const auto& at) {
-    for (std::size_t v = 0; v < points.count; ++v) {
-      const Vector3<Real> position = {at(v, 0), at(v, 1), at(v, 2)};
-      const unsigned observed = is_observed(v, position) ? 1 : 0;
-      known_[v] = static_cast<std::uint8_t>(observed);
-      current_[v] = position;  // of no meaning if it was not observed
-      out_of_range |= observed & (is_in_range(position) ? 0U : 1U);
-    }
-  });
-  for (std::size_t v = 0; out_of_range != 0 && v < points.count; ++v) {
-    if (known_[v] != 0) check_known_position(v, current_[v]);
+void Completer<Real>::read(Points<const Real> points, KnownMask known) {
+  if (exchange_->read(points, known, current_, known_)) return;
+  for (std::size_t i = 0; i < points.count; ++i) {  // one of them is out of range
+    if (known_[numbering_->place(i)] != 0) check_known_position(i, row(points, i));
   }
 }
 
@@ -269,19 +253,13 @@ FrameReport Completer<Real>::complete(Points<Real> completed, Clock::time_point 
   // Anchors, satellites and unseen vertices; eq. (3), (4).
   const Index iterations = estimator_->estimate(previous_, current_, known_, generations_);
   unseen_.place(previous_, current_, generations_);
-  with_strides(completed, [&](const auto& at) {
-    for (std::size_t v = 0; v < n_vertices(); ++v) {
-      // Where the recursion diverges, it must not end in a NaN that never leaves.
-      if (!is_in_range(current_[v])) [[unlikely]]
-        current_[v] = previous_[v];
-      at(v, 0) = current_[v].x;
-      at(v, 1) = current_[v].y;
-      at(v, 2) = current_[v].z;
-    }
-  });
+  // Where the recursion diverges, it must not end in a NaN that never leaves: such a vertex stays.
+  exchange_->write(current_, previous_, completed);
   for (std::size_t v = 0; v < n_vertices(); ++v) {
     age_[v] = known_[v] != 0 ? 0 : age_[v] + 1;
   }
+  generation_for_caller_.clear();
+  age_for_caller_.clear();
   estimator_->remember(current_);
   std::swap(previous_, current_);
   report_.known = generations_.anchors();
@@ -290,6 +268,27 @@ FrameReport Completer<Real>::complete(Points<Real> completed, Clock::time_point 
   report_.iterations = static_cast<std::size_t>(iterations);
   report_.seconds = std::chrono::duration<double>(Clock::now() - start).count();
   return report_;
+}
+
+template <class Real>
+std::span<const Index> Completer<Real>::in_caller_order(std::span<const Index> values,
+                                                        std::vector<Index>& copy) const {
+  if (numbering_->is_natural()) return values;
+  if (copy.empty()) {
+    copy.resize(values.size());  // within its capacity
+    for (std::size_t i = 0; i < values.size(); ++i) copy[i] = values[numbering_->place(i)];
+  }
+  return copy;
+}
+
+template <class Real>
+std::span<const Index> Completer<Real>::generation() const {
+  return in_caller_order(generations_.of_vertices(), generation_for_caller_);
+}
+
+template <class Real>
+std::span<const Index> Completer<Real>::age() const {
+  return in_caller_order(age_, age_for_caller_);
 }
 
 template class Completer<float>;

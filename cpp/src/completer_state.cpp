@@ -10,6 +10,10 @@
 #include <type_traits>
 #include <utility>
 
+#include "exchange.hpp"
+#include "numbering.hpp"
+#include "workers.hpp"
+
 namespace dynmesh {
 namespace {
 
@@ -136,9 +140,9 @@ std::vector<std::byte> Completer<Real>::state() const {
   Writer writer;
   writer.write(&header, 1);
   writer.write(&report_, 1);
-  writer.write(first_frame_);
-  writer.write(previous_);
-  writer.write(age_.data(), n_vertices());
+  writer.write(to_vertices(*numbering_, first_frame_));
+  writer.write(to_vertices(*numbering_, previous_));
+  writer.write(age().data(), n_vertices());
   writer.write(known.data(), n_vertices());
   return writer.take_sealed();
 }
@@ -164,10 +168,10 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   if (reader.rest() != 0) refuse(std::to_string(reader.rest()) + " bytes too long");
   if (seal != hash_of(state.first(state.size() - sizeof seal))) refuse("damaged");
 
-  begin(first_frame);
-  previous_ = previous;
-  age_ = age;
-  generations_.classify(topology_->cells, known);
+  begin(to_places(*numbering_, first_frame));
+  previous_ = to_places(*numbering_, previous);
+  age_ = to_places(*numbering_, age);
+  generations_.classify(topology_->cells, to_places(*numbering_, known));
   report_ = report;
 }
 

@@ -7,21 +7,16 @@
 #include "geometry.hpp"
 
 namespace dynmesh {
-namespace {
-
-/// Vertices that are worked on together: their part of every array stays in the fastest cache.
-constexpr Index stretch = 1024;
-
-}  // namespace
-
 template <class Real>
 bool FastMotion<Real>::takes(std::size_t n_vertices) {
   return n_vertices <= std::numeric_limits<std::uint32_t>::max() / sizeof(Vector3<Real>);
 }
 
 template <class Real>
-FastMotion<Real>::FastMotion(const Cells& cells, Index extra_iterations, const Sweeps<Real>& sweeps)
+FastMotion<Real>::FastMotion(const Cells& cells, Index extra_iterations, Workers& workers,
+                             const Sweeps<Real>& sweeps)
     : cells_(cells),
+      workers_(workers),
       sweeps_(sweeps),
       extra_iterations_(extra_iterations),
       neighbours_(places * cells.size()),
@@ -42,7 +37,7 @@ FastMotion<Real>::FastMotion(const Cells& cells, Index extra_iterations, const S
   }
   const auto k = static_cast<Index>(cells.size());
   for (Index first = 0; first < k; first += stretch) {
-    stretches_.push_back({first, std::min(first + stretch, k), 0, 0});
+    stretches_.push_back({first, std::min(first + stretch, k), 0, 0, 0});
   }
 }
 
@@ -52,13 +47,21 @@ void FastMotion<Real>::reset(Frame first_frame) {
       std::min(Real{1} / mean_edge_length(cells_, first_frame), std::numeric_limits<Real>::max());
 }
 
+template <class Real>
+template <class Work>
+void FastMotion<Real>::for_each_stretch(Work&& work) {
+  workers_.for_each(static_cast<Index>(stretches_.size()),
+                    [&](Index i) { work(stretches_[static_cast<std::size_t>(i)]); });
+}
+
 /// One iteration; returns how many satellites it left.
 template <class Real>
 Index FastMotion<Real>::sweep(Index t) {
+  for_each_stretch([&](Rows& rows) {
+    rows.reached = t == 1 ? sweeps_.first(data_, rows) : sweeps_.next(data_, rows, t);
+  });
   Index reached = 0;
-  for (const Rows& rows : stretches_) {
-    reached += t == 1 ? sweeps_.first(data_, rows) : sweeps_.next(data_, rows, t);
-  }
+  for (const Rows& rows : stretches_) reached += rows.reached;
   return reached;
 }
 
@@ -79,11 +82,9 @@ Index FastMotion<Real>::estimate(Frame previous, std::span<Vector3<Real>> points
   data_.visits = visits_.data();
   data_.rows = rows_.data();
 
+  for_each_stretch([&](Rows& rows) { rows = sweeps_.prepare(data_, rows.first, rows.last); });
   Index unknown = 0;
-  for (Rows& rows : stretches_) {
-    rows = sweeps_.prepare(data_, rows.first, rows.last);
-    unknown += rows.narrow + rows.wide;
-  }
+  for (const Rows& rows : stretches_) unknown += rows.narrow + rows.wide;
 
   Index reached = 0;
   Index last = 0;  // T
@@ -103,7 +104,7 @@ Index FastMotion<Real>::estimate(Frame previous, std::span<Vector3<Real>> points
     }
     std::swap(data_.before, data_.after);
   }
-  for (const Rows& rows : stretches_) sweeps_.finish(data_, rows, sweeps_made);
+  for_each_stretch([&](const Rows& rows) { sweeps_.finish(data_, rows, sweeps_made); });
   generations.found(previous.size() - static_cast<std::size_t>(unknown),
                     static_cast<std::size_t>(reached));
   return last + extra_iterations_;

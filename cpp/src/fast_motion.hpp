@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "sweeps.hpp"
+#include "workers.hpp"
 
 namespace dynmesh {
 
@@ -18,8 +19,8 @@ class FastMotion final : public Estimator<Real> {
   /// Whether a mesh of so many vertices can be addressed.
   static bool takes(std::size_t n_vertices);
 
-  /// `cells` must outlive this object.
-  FastMotion(const Cells& cells, Index extra_iterations,
+  /// `cells` and `workers` must outlive this object. Any number of threads gives the same.
+  FastMotion(const Cells& cells, Index extra_iterations, Workers& workers,
              const Sweeps<Real>& sweeps = *runnable_sweeps<Real>().front());
 
   void reset(Frame first_frame) override;
@@ -29,8 +30,11 @@ class FastMotion final : public Estimator<Real> {
 
  private:
   Index sweep(Index t);
+  template <class Work>
+  void for_each_stretch(Work&& work);
 
   const Cells& cells_;
+  Workers& workers_;
   const Sweeps<Real>& sweeps_;
   Index extra_iterations_;
   SweepData<Real> data_{};

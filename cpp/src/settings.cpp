@@ -11,9 +11,10 @@ void check_settings(const Settings& settings) {
                                 std::to_string(most_extra_iterations) + ", not " +
                                 std::to_string(settings.extra_iterations));
   }
-  if (settings.threads != 1) {
-    throw std::invalid_argument("threads: must be 1 in this version, not " +
-                                std::to_string(settings.threads));
+  constexpr Index most_threads = 256;
+  if (settings.threads < 1 || settings.threads > most_threads) {
+    throw std::invalid_argument("threads: must be from 1 to " + std::to_string(most_threads) +
+                                ", not " + std::to_string(settings.threads));
   }
   if (settings.noise) {
     throw std::invalid_argument(

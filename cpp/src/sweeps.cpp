@@ -48,7 +48,20 @@ template <class Vector>
   return a > b ? a : b;
 }
 
-/// s_ij of up to four neighbours, as Motion::inverse_squared_distance.
+/// 1 / |a - v_j|^2 and so on, as Motion::inverse_squared_distance. Distances may be of any number
+/// of neighbours, one in each lane of `x`, `y` and `z`.
+template <class Real, class Vector>
+[[gnu::always_inline]] inline Vector inverse_squares(Vector x, Vector y, Vector z, Real scale) {
+  x *= scale;
+  y *= scale;
+  z *= scale;
+  const Vector floor = Vector{} + Real(1e-12);
+  const Vector ceiling = Vector{} + Real(1e24);
+  const Vector length = larger(x * x + y * y + z * z, floor);
+  return Real(1) / (length < ceiling ? length : ceiling);
+}
+
+/// s_ij of four neighbours.
 template <class Real>
 [[gnu::always_inline]] inline Quad<Real> inverse_squared_distances(const SweepData<Real>& data,
                                                                    const std::uint32_t* neighbours,
@@ -61,14 +74,59 @@ template <class Real>
   const auto ab_z = __builtin_shufflevector(a, b, 2, 6, 3, 7);
   const auto cd_xy = __builtin_shufflevector(c, d, 0, 4, 1, 5);
   const auto cd_z = __builtin_shufflevector(c, d, 2, 6, 3, 7);
-  const Quad<Real> x = __builtin_shufflevector(ab_xy, cd_xy, 0, 1, 4, 5) * data.inverse_mean_edge;
-  const Quad<Real> y = __builtin_shufflevector(ab_xy, cd_xy, 2, 3, 6, 7) * data.inverse_mean_edge;
-  const Quad<Real> z = __builtin_shufflevector(ab_z, cd_z, 0, 1, 4, 5) * data.inverse_mean_edge;
-  const Quad<Real> floor = Quad<Real>{} + Real(1e-12);
-  const Quad<Real> ceiling = Quad<Real>{} + Real(1e24);
-  const Quad<Real> length = larger(x * x + y * y + z * z, floor);
-  return Real(1) / (length < ceiling ? length : ceiling);
+  return inverse_squares<Real, Quad<Real>>(__builtin_shufflevector(ab_xy, cd_xy, 0, 1, 4, 5),
+                                           __builtin_shufflevector(ab_xy, cd_xy, 2, 3, 6, 7),
+                                           __builtin_shufflevector(ab_z, cd_z, 0, 1, 4, 5),
+                                           data.inverse_mean_edge);
 }
+
+/// s_ij of eight neighbours, zero in places that are not taken.
+template <class Real>
+[[gnu::always_inline]] inline void weigh(const SweepData<Real>& data, Index j,
+                                         const std::uint32_t* neighbours, Quad<Real>* weights) {
+  alignas(sizeof(Quad<Real>)) static constexpr Real ones_and_zeros[16] = {1, 1, 1, 1, 1, 1, 1, 1};
+  using Unaligned [[gnu::aligned(sizeof(Real)), gnu::may_alias]] = Quad<Real>;
+  const Real* taken = ones_and_zeros + (places - data.valence[j]);
+  const Quad<Real> v_j = quad_of(data.previous, j);
+  for (int half = 0; half < 2; ++half) {
+    weights[half] = inverse_squared_distances(data, neighbours + 4 * half, v_j) *
+                    *reinterpret_cast<const Unaligned*>(taken + 4 * half);
+  }
+}
+
+#ifdef __AVX__
+using Octet [[gnu::vector_size(32), gnu::may_alias]] = float;
+
+[[gnu::always_inline]] inline Octet pair(Quad<float> low, Quad<float> high) {
+  return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
+}
+
+/// The same, eight at a time.
+template <>
+[[gnu::always_inline]] inline void weigh(const SweepData<float>& data, Index j,
+                                         const std::uint32_t* neighbours, Quad<float>* weights) {
+  static constexpr float ones_and_zeros[16] = {1, 1, 1, 1, 1, 1, 1, 1};
+  using Unaligned [[gnu::aligned(4), gnu::may_alias]] = Octet;
+  const Octet v_j = pair(quad_of(data.previous, j), quad_of(data.previous, j));
+  const auto edges_to = [&](int low, int high) {
+    return pair(quad(data.previous, neighbours[low]), quad(data.previous, neighbours[high])) - v_j;
+  };
+  const Octet a = edges_to(0, 4);
+  const Octet b = edges_to(1, 5);
+  const Octet c = edges_to(2, 6);
+  const Octet d = edges_to(3, 7);
+  const auto ab_xy = __builtin_shufflevector(a, b, 0, 8, 1, 9, 4, 12, 5, 13);
+  const auto ab_z = __builtin_shufflevector(a, b, 2, 10, 3, 11, 6, 14, 7, 15);
+  const auto cd_xy = __builtin_shufflevector(c, d, 0, 8, 1, 9, 4, 12, 5, 13);
+  const auto cd_z = __builtin_shufflevector(c, d, 2, 10, 3, 11, 6, 14, 7, 15);
+  const Octet s = inverse_squares<float, Octet>(
+      __builtin_shufflevector(ab_xy, cd_xy, 0, 1, 8, 9, 4, 5, 12, 13),
+      __builtin_shufflevector(ab_xy, cd_xy, 2, 3, 10, 11, 6, 7, 14, 15),
+      __builtin_shufflevector(ab_z, cd_z, 0, 1, 8, 9, 4, 5, 12, 13), data.inverse_mean_edge);
+  const float* taken = ones_and_zeros + (places - data.valence[j]);
+  *reinterpret_cast<Unaligned*>(weights) = s * *reinterpret_cast<const Unaligned*>(taken);
+}
+#endif
 
 /// The sum of s_ij times the estimate over four places.
 template <class Real>
@@ -107,13 +165,14 @@ Quad<Real> sum_of_wide(const SweepData<Real>& data, Index j) {
 /// vertex is reached, else 0.
 template <class Real>
 [[gnu::always_inline]] inline Bits<Real> settle(const SweepData<Real>& data, Index j,
-                                                Quad<Real> sum, Real next_share) {
+                                                Quad<Real> sum, Real visits_before,
+                                                Real next_share) {
   constexpr Real smallest = sizeof(Real) == 4 ? Real(1.2e-38) : Real(2.3e-308);
   const Quad<Real> denominator = spread<3>(sum);
   const Bits<Real> reached = denominator > Real(0);
   const Quad<Real> one = Quad<Real>{} + Real(1);
   const Quad<Real> visits =
-      reinterpret_cast<Quad<Real>>(reinterpret_cast<Bits<Real>>(one) & reached) + data.visits[j];
+      reinterpret_cast<Quad<Real>>(reinterpret_cast<Bits<Real>>(one) & reached) + visits_before;
   data.visits[j] = visits[0];
   // Where nothing is reached, sum and visits are zero and so is this.
   const Quad<Real> scale = visits * next_share / larger(denominator, Quad<Real>{} + smallest);
@@ -121,10 +180,104 @@ template <class Real>
   return reached;
 }
 
+/// All ones where the magnitude is at most `limit`, and zero for what is not a number.
+template <class Real>
+[[gnu::always_inline]] inline Bits<Real> within(Quad<Real> v, Real limit) {
+  return (v <= limit) & (v >= -limit);
+}
+
+/// So many rows ahead, one that lies elsewhere is called for.
+constexpr Index ahead = 24;
+
+/// A row of three, by one load where there is something behind it.
+template <class Real>
+[[gnu::always_inline]] inline Quad<Real> load_row(const Real* row, bool is_last) {
+  using Unaligned [[gnu::aligned(sizeof(Real)), gnu::may_alias]] = Quad<Real>;
+  Quad<Real> point = {row[0], row[1], row[2], Real(0)};
+  if (!is_last) {
+    point = *reinterpret_cast<const Unaligned*>(row);
+    point[3] = Real(0);
+  }
+  return point;
+}
+
+/// Takes one vertex; returns ones where a known coordinate is beyond the limit.
+template <class Real>
+[[gnu::always_inline]] inline Bits<Real> take_one(Quad<Real> point, const std::uint8_t* observed,
+                                                  Real limit, Index v, Real* points,
+                                                  std::uint8_t* known) {
+  constexpr Real largest = sizeof(Real) == 4 ? Real(3.4028234e38) : Real(1.7976931348623157e308);
+  Index is_known = 0;
+  if (observed != nullptr) {
+    is_known = *observed != 0 ? 1 : 0;
+  } else {
+    const Bits<Real> finite = within<Real>(point, largest);
+    is_known = static_cast<Index>(finite[0] & finite[1] & finite[2]) & 1;
+  }
+  known[v] = static_cast<std::uint8_t>(is_known);
+  quad_of(points, v) = point;
+  return ~within<Real>(point, limit) & (Bits<Real>{} - is_known);
+}
+
+template <class Real>
+bool take(const PackedRows<const Real>& rows, const std::uint8_t* observed, Real limit, Index first,
+          Index last, Real* points, std::uint8_t* known) {
+  const Real* data = rows.data;
+  const Index* row_of = rows.row_of;
+  Bits<Real> beyond{};
+  if (row_of == nullptr && observed != nullptr) {
+    for (Index v = first; v < last; ++v) {
+      const Quad<Real> point = load_row(data + 3 * static_cast<std::size_t>(v), v + 1 == last);
+      beyond |= take_one(point, observed + v, limit, v, points, known);
+    }
+  } else {
+    for (Index v = first; v < last; ++v) {
+      const auto row = static_cast<std::size_t>(row_of != nullptr ? row_of[v] : v);
+      if (row_of != nullptr && v + ahead < last) {
+        const auto later = static_cast<std::size_t>(row_of[v + ahead]);
+        __builtin_prefetch(data + 3 * later);
+        if (observed != nullptr) __builtin_prefetch(observed + later);
+      }
+      const Quad<Real> point = load_row(data + 3 * row, row_of != nullptr || v + 1 == last);
+      const std::uint8_t* of_row = observed != nullptr ? observed + row : nullptr;
+      beyond |= take_one(point, of_row, limit, v, points, known);
+    }
+  }
+  return (beyond[0] | beyond[1] | beyond[2]) == 0;
+}
+
+template <class Real>
+void give(Real* points, const Real* previous, Real limit, Index first, Index last,
+          const PackedRows<Real>& rows) {
+  using Unaligned [[gnu::aligned(sizeof(Real)), gnu::may_alias]] = Quad<Real>;
+  Real* data = rows.data;
+  const Index* row_of = rows.row_of;
+  for (Index v = first; v < last; ++v) {
+    if (row_of != nullptr && v + ahead < last) {
+      __builtin_prefetch(data + 3 * static_cast<std::size_t>(row_of[v + ahead]), 1);
+    }
+    Quad<Real> point = quad_of<Real>(points, v);
+    const Bits<Real> good = within<Real>(point, limit);
+    if (__builtin_expect((good[0] & good[1] & good[2]) == 0, 0)) {
+      point = quad_of(previous, v);
+      quad_of(points, v) = point;
+    }
+    Real* row = data + 3 * static_cast<std::size_t>(row_of != nullptr ? row_of[v] : v);
+    if (row_of == nullptr && v + 1 < last) {
+      // One store; what it spills into the next row is overwritten at once.
+      *reinterpret_cast<Unaligned*>(row) = point;
+    } else {
+      row[0] = point[0];
+      row[1] = point[1];
+      row[2] = point[2];
+    }
+  }
+}
+
 template <class Real>
 Rows prepare(const SweepData<Real>& arrays, Index first, Index last) {
   const SweepData<Real> data = arrays;  // which no write below can change
-  Rows rows = {first, last, 0, 0};
+  Rows rows = {first, last, 0, 0, 0};
   for (Index v = first; v < last; ++v) {
     const Index known = data.known[v];  // 0 or 1
     Quad<Real> motion = quad_of<Real>(data.points, v) - quad_of(data.previous, v);
@@ -133,7 +286,6 @@ Rows prepare(const SweepData<Real>& arrays, Index first, Index last) {
     motion = reinterpret_cast<Quad<Real>>(reinterpret_cast<Bits<Real>>(motion) & all);
     quad_of(data.before, v) = motion;
     quad_of(data.after, v) = motion;
-    data.visits[v] = Real(0);
     data.generation[v] = 0;
 
     const Index narrow = data.valence[v] <= places ? 1 : 0;
@@ -148,28 +300,21 @@ template <class Real>
 Index first_sweep(const SweepData<Real>& arrays, const Rows& of_rows) {
   const SweepData<Real> data = arrays;  // which no write below can change
   const Rows rows = of_rows;
-  alignas(sizeof(Quad<Real>)) static constexpr Real taken[16] = {1, 1, 1, 1, 1, 1, 1, 1};
-  using Unaligned [[gnu::aligned(sizeof(Real)), gnu::may_alias]] = Quad<Real>;
   const Real next_share = Real(1) / Real(2);
   Bits<Real> reached{};
   for (Index r = rows.first; r < rows.first + rows.narrow; ++r) {
     const Index j = data.rows[r];
     const std::uint32_t* neighbours = data.neighbours + places * static_cast<std::size_t>(j);
-    Quad<Real>* weights =
+    auto* weights =
         reinterpret_cast<Quad<Real>*>(data.weights + places * static_cast<std::size_t>(j));
-    const Real* is_taken = taken + (places - data.valence[j]);  // slides ones out, zeros in
-    const Quad<Real> v_j = quad_of(data.previous, j);
-    weights[0] = inverse_squared_distances(data, neighbours, v_j) *
-                 *reinterpret_cast<const Unaligned*>(is_taken);
-    weights[1] = inverse_squared_distances(data, neighbours + 4, v_j) *
-                 *reinterpret_cast<const Unaligned*>(is_taken + 4);
+    weigh<Real>(data, j, neighbours, weights);
     const Quad<Real> low = sum_of<Real>(data.before, neighbours, weights[0], Quad<Real>{});
     const Quad<Real> high = sum_of<Real>(data.before, neighbours + 4, weights[1], Quad<Real>{});
-    reached -= settle(data, j, low + high, next_share);
+    reached -= settle(data, j, low + high, Real(0), next_share);
   }
   for (Index r = rows.last - rows.wide; r < rows.last; ++r) {
     const Index j = data.rows[r];
-    reached -= settle(data, j, sum_of_wide(arrays, j), next_share);
+    reached -= settle(data, j, sum_of_wide(arrays, j), Real(0), next_share);
   }
   return static_cast<Index>(reached[0]);
 }
@@ -187,11 +332,11 @@ Index next_sweep(const SweepData<Real>& arrays, const Rows& of_rows, Index t) {
         reinterpret_cast<const Quad<Real>*>(data.weights + places * static_cast<std::size_t>(j));
     const Quad<Real> low = sum_of<Real>(data.before, neighbours, weights[0], Quad<Real>{});
     const Quad<Real> high = sum_of<Real>(data.before, neighbours + 4, weights[1], Quad<Real>{});
-    reached -= settle(data, j, low + high, next_share);
+    reached -= settle(data, j, low + high, data.visits[j], next_share);
   }
   for (Index r = rows.last - rows.wide; r < rows.last; ++r) {
     const Index j = data.rows[r];
-    reached -= settle(data, j, sum_of_wide(arrays, j), next_share);
+    reached -= settle(data, j, sum_of_wide(arrays, j), data.visits[j], next_share);
   }
   return static_cast<Index>(reached[0]);
 }
@@ -225,9 +370,9 @@ void finish(const SweepData<Real>& arrays, const Rows& of_rows, Index iterations
 
 extern const Sweeps<float> of_floats;
 extern const Sweeps<double> of_doubles;
-const Sweeps<float> of_floats = {prepare<float>, first_sweep<float>, next_sweep<float>,
-                                 finish<float>};
-const Sweeps<double> of_doubles = {prepare<double>, first_sweep<double>, next_sweep<double>,
-                                   finish<double>};
+const Sweeps<float> of_floats = {take<float>,        give<float>,       prepare<float>,
+                                 first_sweep<float>, next_sweep<float>, finish<float>};
+const Sweeps<double> of_doubles = {take<double>,        give<double>,       prepare<double>,
+                                   first_sweep<double>, next_sweep<double>, finish<double>};
 
 }  // namespace dynmesh::DYNMESH_SWEEPS

@@ -401,7 +401,7 @@ TEST_CASE("a completer is not made of what it cannot work with") {
           "unseen: must be DYNMESH_UNSEEN_HOLD (0) or DYNMESH_UNSEEN_FOLLOW (1), not -1");
   setting([](auto& s) { s.extra_iterations = -1; },
           "extra_iterations: must be from 0 to 1000000, not -1");
-  setting([](auto& s) { s.threads = 0; }, "threads: must be 1 in this version, not 0");
+  setting([](auto& s) { s.threads = 0; }, "threads: must be from 1 to 256, not 0");
   setting([](auto& s) { s.noise = 0; },
           "noise: is no setting of method motion, which takes anchors exactly as they are");
   setting([](auto& s) { s.reject_outliers = 1; },

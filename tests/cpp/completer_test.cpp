@@ -261,7 +261,7 @@ TEST_CASE("a completer is not made of what it cannot work with") {
             .starts_with("noise: is no setting of method motion"));
   CHECK(message(mesh.faces(), mesh.points(), {.reject_outliers = true}) != "");
   CHECK(message(mesh.faces(), mesh.points(), {.threads = 0}) ==
-        "threads: must be 1 in this version, not 0");
+        "threads: must be from 1 to 256, not 0");
   auto holed = mesh.vertices;
   holed[4] = nan;
   CHECK(message(mesh.faces(), {holed.data(), 9}, {}).starts_with("first_frame: vertex 1 is at"));

@@ -51,8 +51,9 @@ void check_against_plain(Real tolerance, std::size_t k, Index extra_iterations, 
   Generations generations(k);
   const Index iterations = plain.estimate(previous, expected, known, generations);
 
+  Workers workers(2);
   for (const Sweeps<Real>* sweeps : runnable_sweeps<Real>()) {
-    FastMotion<Real> fast(topology.cells, extra_iterations, *sweeps);
+    FastMotion<Real> fast(topology.cells, extra_iterations, workers, *sweeps);
     fast.reset(previous);
     for (int repeat = 0; repeat < 2; ++repeat) {  // the second time nothing must be left over
       auto completed = points;
@@ -102,7 +103,8 @@ TEST_CASE("positions in very small and very large units do not leave the range o
     }
     auto points = previous;
     for (std::size_t v = 0; v < mesh.size(); ++v) points[v].x += known[v] != 0 ? unit : 0;
-    FastMotion<float> motion(topology.cells, 0);
+    Workers workers(1);
+    FastMotion<float> motion(topology.cells, 0, workers);
     motion.reset(previous);
     Generations generations(mesh.size());
     motion.estimate(previous, points, known, generations);

@@ -26,6 +26,11 @@ struct FrameReport {
   double seconds = 0;          ///< wall time of the call
 };
 
+struct Numbering;
+class Workers;
+template <class Real>
+class Exchange;
+
 /// Completes the frames of one dynamic mesh in their order, each from itself and the past alone.
 ///
 /// `push`, `push_sparse` and `skip` write the completed frame, anchors exactly as given, to
@@ -80,22 +85,29 @@ class DYNMESH_EXPORT Completer {
 
   // `restore` brings these three back too.
 
-  /// (k,) of the last frame: 0 anchor, g satellite, -1 unseen. Valid until the next call.
-  [[nodiscard]] std::span<const Index> generation() const { return generations_.of_vertices(); }
-  /// (k,) frames since the vertex was last observed. Valid until the next call.
-  [[nodiscard]] std::span<const Index> age() const { return age_; }
+  /// (k,) of the last frame: 0 anchor, g satellite, -1 unseen. Valid until the next call of any
+  /// method.
+  [[nodiscard]] std::span<const Index> generation() const;
+  /// (k,) frames since the vertex was last observed. Valid until the next call of any method.
+  [[nodiscard]] std::span<const Index> age() const;
   /// Of the last frame; all vertices known before the first.
   [[nodiscard]] const FrameReport& report() const { return report_; }
 
  private:
   void begin(const std::vector<Vector3<Real>>& first_frame);
-  template <class Predicate>
-  void read(Points<const Real> points, Predicate&& is_observed);
+  void read(Points<const Real> points, KnownMask known);
+  [[nodiscard]] std::span<const Index> in_caller_order(std::span<const Index> values,
+                                                       std::vector<Index>& copy) const;
   FrameReport complete(Points<Real> completed, std::chrono::steady_clock::time_point start);
 
   Settings settings_;
   std::vector<Vector3<Real>> first_frame_;
-  std::unique_ptr<const Topology> topology_;  // the parts below refer to it
+  // The parts below refer to these four. Everything is numbered by the places of vertices in
+  // memory, which are the caller's numbers unless these scatter neighbours over a large mesh.
+  std::unique_ptr<Numbering> numbering_;
+  std::unique_ptr<const Topology> topology_;
+  std::unique_ptr<Workers> workers_;
+  std::unique_ptr<Exchange<Real>> exchange_;
   Generations generations_;
   std::unique_ptr<Estimator<Real>> estimator_;
   Unseen<Real> unseen_;
@@ -104,6 +116,9 @@ class DYNMESH_EXPORT Completer {
   std::vector<Vector3<Real>> current_;   // the frame in the making
   std::vector<std::uint8_t> known_;      // its anchors
   std::vector<Index> age_;
+  // The last frame's in the caller's order, if vertices lie in another; empty until asked for.
+  mutable std::vector<Index> generation_for_caller_;
+  mutable std::vector<Index> age_for_caller_;
   FrameReport report_;
 };
 

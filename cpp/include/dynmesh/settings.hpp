@@ -32,7 +32,8 @@ struct Settings {
   /// Whether anchors that contradict their neighbours are dropped. As `noise`.
   bool reject_outliers = false;
 
-  /// Threads that a frame may use. This version knows 1.
+  /// Threads that a frame may use, the caller's among them, 1 to 256. Others sleep between frames.
+  /// Results are the same to the last bit. Worth it from some ten thousand vertices on.
   Index threads = 1;
 };
 

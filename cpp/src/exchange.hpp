@@ -1,0 +1,52 @@
+/// Between the caller's arrays and the frames that the method works on.
+#pragma once
+
+#include <dynmesh/types.hpp>
+#include <span>
+
+#include "numbering.hpp"
+#include "sweeps.hpp"
+#include "workers.hpp"
+
+namespace dynmesh {
+
+/// Larger coordinates are refused: times the largest weights of eq. (4) they would run out of Real,
+/// and a position that is not finite would spread over the mesh and stay.
+template <class Real>
+constexpr Real largest_coordinate = sizeof(Real) == 4 ? Real(1e18) : Real(1e200);
+
+template <class Real>
+bool is_in_range(const Vector3<Real>& v) {
+  const auto small = [](Real x) {
+    return x <= largest_coordinate<Real> && -x <= largest_coordinate<Real>;
+  };
+  return small(v.x) && small(v.y) && small(v.z);
+}
+
+/// Puts vertices in their places and back. Allocates nothing. Packed rows take the fast way.
+template <class Real>
+class Exchange {
+ public:
+  /// Both must outlive this object.
+  Exchange(const Numbering& numbering, Workers& workers);
+
+  /// Takes every row to its place and notes which are known: those of the mask, or without one
+  /// (`known.data` null) the finite ones. Returns whether all known ones are in range; others are
+  /// taken all the same.
+  bool read(Points<const Real> rows, KnownMask known, std::span<Vector3<Real>> points,
+            std::span<std::uint8_t> is_known);
+
+  /// The other way; points that are not in range first go back to where they were.
+  void write(std::span<Vector3<Real>> points, std::span<const Vector3<Real>> previous,
+             Points<Real> rows);
+
+ private:
+  template <class Work>
+  void for_each_stretch(std::size_t n_vertices, Work&& work);
+
+  const Numbering& numbering_;
+  Workers& workers_;
+  const Sweeps<Real>& sweeps_;
+};
+
+}  // namespace dynmesh

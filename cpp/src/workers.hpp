@@ -1,0 +1,54 @@
+/// Threads that share the work of one frame.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <dynmesh/types.hpp>
+#include <thread>
+#include <vector>
+
+namespace dynmesh {
+
+/// The caller and `threads - 1` others, which sleep between calls and never hold it up: who comes
+/// first takes the next piece, and where nobody else comes, the caller does it all.
+class Workers {
+ public:
+  explicit Workers(Index threads);
+  ~Workers();
+  Workers(const Workers&) = delete;
+  Workers& operator=(const Workers&) = delete;
+  Workers(Workers&&) = delete;
+  Workers& operator=(Workers&&) = delete;
+
+  /// Calls `work(i)` for i = 0 ... count - 1 in any order, from any of the threads, and returns
+  /// when all are done; at most a million. `work` must not throw. Allocates nothing.
+  template <class Work>
+  void for_each(Index count, Work&& work) {
+    if (threads_.empty() || count < 2) {
+      for (Index i = 0; i < count; ++i) work(i);
+      return;
+    }
+    run(
+        count, [](void* context, Index i) { (*static_cast<Work*>(context))(i); }, &work);
+  }
+
+ private:
+  using Piece = void (*)(void* context, Index i);
+
+  void run(Index count, Piece piece, void* context);
+  void take_pieces();
+  void serve();
+
+  Piece piece_ = nullptr;
+  void* context_ = nullptr;
+  std::uint64_t calls_ = 0;
+  // Of the present call: its number, how many pieces it has, and the next one. All in one, so that
+  // a thread that comes late cannot take a piece of another call.
+  std::atomic<std::uint64_t> ticket_{0};
+  std::atomic<std::uint32_t> done_{0};
+  std::atomic<std::uint32_t> call_{0};  // what the others wait for
+  std::atomic<bool> ending_{false};
+  std::vector<std::thread> threads_;
+};
+
+}  // namespace dynmesh

@@ -1,0 +1,142 @@
+#include "numbering.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <dynmesh/completer.hpp>
+#include <numeric>
+#include <random>
+
+#include "meshes.hpp"
+
+namespace dynmesh::testing {
+namespace {
+
+constexpr std::size_t side = 180;  // large enough that the numbering matters
+
+/// Where each vertex of a sheet goes if it is numbered at random.
+std::vector<Index> shuffled_numbers() {
+  std::vector<Index> number(side * side);
+  std::iota(number.begin(), number.end(), 0);
+  std::shuffle(number.begin(), number.end(), std::mt19937(4));
+  return number;
+}
+
+/// The sheet, its vertices numbered so.
+struct Renumbered {
+  std::vector<Index> number;
+  std::vector<Index> indices;
+  std::vector<float> vertices;
+
+  Renumbered(const Mesh<float>& mesh, std::vector<Index> numbers) : number(std::move(numbers)) {
+    for (const Index v : mesh.indices) indices.push_back(number[static_cast<std::size_t>(v)]);
+    vertices = placed(mesh.vertices);
+  }
+  [[nodiscard]] std::vector<float> placed(const std::vector<float>& rows) const {
+    std::vector<float> result(rows.size());
+    for (std::size_t v = 0; v < number.size(); ++v) {
+      const auto to = static_cast<std::size_t>(number[v]);
+      for (std::size_t c = 0; c < 3; ++c) result[3 * to + c] = rows[3 * v + c];
+    }
+    return result;
+  }
+};
+
+Points<const float> view(const std::vector<float>& rows) { return {rows.data(), rows.size() / 3}; }
+
+TEST_CASE("only large meshes with scattered neighbours are numbered anew") {
+  const auto mesh = sheet<float>(side);
+  CHECK(choose_numbering(build_topology(mesh.faces(), mesh.size()).cells).is_natural());
+  const Renumbered shuffled(mesh, shuffled_numbers());
+  const Topology topology = build_topology(faces_of(shuffled.indices), mesh.size());
+  const Numbering numbering = choose_numbering(topology.cells);
+  REQUIRE(!numbering.is_natural());
+  const Topology renumbered = renumber(topology, numbering);
+  for (std::size_t place = 0; place < mesh.size(); ++place) {
+    const auto vertex = numbering.vertex_at[place];
+    REQUIRE(numbering.place(static_cast<std::size_t>(vertex)) == place);
+    const auto cell = topology.cells[vertex];
+    const auto found = renumbered.cells[static_cast<Index>(place)];
+    REQUIRE(std::ranges::equal(cell, found, {}, {}, [&](Index p) {
+      return numbering.vertex_at[static_cast<std::size_t>(p)];
+    }));
+  }
+  CHECK(choose_numbering(renumbered.cells).is_natural());
+}
+
+TEST_CASE("whichever way vertices are numbered, and with any number of threads") {
+  const auto mesh = sheet<float>(side);
+  const std::size_t k = mesh.size();
+  const Renumbered shuffled(mesh, shuffled_numbers());
+  Completer<float> natural(mesh.faces(), view(mesh.vertices));
+  std::vector<Completer<float>> others;
+  for (const Index threads : {1, 2, 3}) {
+    others.emplace_back(faces_of(shuffled.indices), view(shuffled.vertices),
+                        Settings{.threads = threads});
+  }
+
+  std::mt19937 random(1);
+  std::bernoulli_distribution is_known(0.1);
+  std::normal_distribution<float> step(0, 0.1F);
+  std::vector<float> expected(3 * k);
+  for (int frame = 0; frame < 6; ++frame) {
+    std::vector<float> points = mesh.vertices;
+    for (float& x : points) x += static_cast<float>(frame) + step(random);
+    std::vector<std::uint8_t> known(k);
+    std::vector<std::uint8_t> known_shuffled(k);
+    std::vector<Index> indices;
+    for (std::size_t v = 0; v < k; ++v) {
+      known[v] = is_known(random) ? 1 : 0;
+      known_shuffled[static_cast<std::size_t>(shuffled.number[v])] = known[v];
+      if (known[v] == 0) points[3 * v] = NAN;
+    }
+    const std::vector<float> given = shuffled.placed(points);
+    std::vector<float> sparse;
+    for (std::size_t v = 0; v < k; ++v) {
+      if (known_shuffled[v] == 0) continue;
+      indices.push_back(static_cast<Index>(v));
+      sparse.insert(sparse.end(), &given[3 * v], &given[3 * v] + 3);
+    }
+    natural.push(view(points), {known.data(), k}, {expected.data(), k});
+    const auto wanted = shuffled.placed(expected);
+
+    std::vector<float> first;
+    for (auto& other : others) {
+      std::vector<float> found(3 * k);
+      const Points<float> out(found.data(), k);
+      if (frame % 3 == 0) other.push(view(given), {known_shuffled.data(), k}, out);
+      if (frame % 3 == 1) other.push(view(given), out);
+      if (frame % 3 == 2) other.push_sparse(indices, view(sparse), out);
+      if (first.empty()) first = found;
+      CHECK(found == first);  // to the last bit
+      float largest = 0;
+      for (std::size_t i = 0; i < 3 * k; ++i) {
+        largest = std::max(largest, std::abs(found[i] - wanted[i]));
+      }
+      CHECK(largest < 1e-3F);
+      bool same = true;
+      for (std::size_t v = 0; v < k; ++v) {
+        const auto at = static_cast<std::size_t>(shuffled.number[v]);
+        same = same && other.generation()[at] == natural.generation()[v];
+      }
+      for (std::size_t v = 0; v < k; ++v) {
+        const auto at = static_cast<std::size_t>(shuffled.number[v]);
+        same = same && other.age()[at] == natural.age()[v];
+      }
+      CHECK(same);
+      CHECK(other.report().iterations == natural.report().iterations);
+    }
+  }
+  others[1].restore(others[0].state());
+  CHECK(others[1].state() == others[0].state());
+
+  auto points = shuffled.vertices;
+  points[3 * 77 + 1] = NAN;
+  const std::vector<std::uint8_t> all(k, 1);
+  CHECK_THROWS_WITH_AS(others[0].push(view(points), {all.data(), k}, {points.data(), k}),
+                       doctest::Contains("points: row 77 is at"), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace dynmesh::testing
