@@ -442,10 +442,10 @@ def read_only(points: Any) -> Any:
         ),
         (
             ValueError,
-            r"threads: must be 1 in this version, not 2",
+            r"threads: must be from 1 to 256, not 0",
             [[0, 1, 2]],
             np.eye(3),
-            {"threads": 2},
+            {"threads": 0},
         ),
         (
             TypeError,
@@ -547,3 +547,18 @@ def test_many_completers_in_many_threads_do_not_meddle() -> None:
     assert len(results) == 4
     for result in results[1:]:
         np.testing.assert_array_equal(result, results[0])
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_threads_change_nothing(dtype: Any) -> None:
+    mesh = sheet(60)
+    rng = np.random.default_rng(3)
+    frame = mesh.vertices.astype(dtype)
+    completers = [dynmesh.Completer(mesh.faces, frame, threads=n) for n in (1, 2, 4)]
+    for i in range(5):
+        points = (mesh.vertices + rng.normal(size=mesh.vertices.shape) * 0.1 + i).astype(dtype)
+        known = rng.random(len(points)) < 0.2
+        first, *others = (completer.push(points, known) for completer in completers)
+        for other in others:
+            np.testing.assert_array_equal(first, other)
+    assert len({completer.state()[:20] for completer in completers}) == 1
