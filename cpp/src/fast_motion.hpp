@@ -5,6 +5,7 @@
 #include <dynmesh/topology.hpp>
 #include <vector>
 
+#include "large_vector.hpp"
 #include "sweeps.hpp"
 #include "workers.hpp"
 
@@ -39,12 +40,12 @@ class FastMotion final : public Estimator<Real> {
   Index extra_iterations_;
   SweepData<Real> data_{};
 
-  std::vector<std::uint32_t> neighbours_;
-  std::vector<std::uint8_t> valence_;
-  std::vector<Vector3<Real>> weights_;  // two quads per vertex
-  std::vector<Vector3<Real>> before_;
-  std::vector<Vector3<Real>> after_;
-  std::vector<Real> visits_;
+  LargeVector<std::uint32_t> neighbours_;
+  LargeVector<std::uint8_t> valence_;
+  LargeVector<Vector3<Real>> weights_;  // two quads per vertex
+  LargeVector<Vector3<Real>> before_;
+  LargeVector<Vector3<Real>> after_;
+  LargeVector<Real> visits_;
   std::vector<Index> rows_;
   std::vector<Rows> stretches_;
 };

@@ -199,7 +199,7 @@ DYNMESH_EXPORT dynmesh_status dynmesh_restore(dynmesh_completer* completer, cons
 DYNMESH_EXPORT int64_t dynmesh_n_vertices(const dynmesh_completer* completer);
 
 /// (k,) of the last frame: 0 known, g estimated and reached by iteration g, -1 unseen. Valid until
-/// the next call for this completer, dynmesh_age among them; null for null.
+/// the next call that changes the completer; null for null.
 DYNMESH_EXPORT const int32_t* dynmesh_generation(const dynmesh_completer* completer);
 
 /// (k,) frames since the vertex was last observed. Valid as dynmesh_generation.
