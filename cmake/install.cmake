@@ -1,4 +1,4 @@
-# The C++ package: library, headers, package configuration and dynmesh-complete.
+# The C++ package: library, headers, what CMake and pkg-config find it by, and dynmesh-complete.
 install(TARGETS dynmesh EXPORT dynmesh-targets)
 install(DIRECTORY cpp/include/dynmesh ${CMAKE_CURRENT_BINARY_DIR}/include/dynmesh
         DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
@@ -11,6 +11,22 @@ write_basic_package_version_file(dynmesh-config-version.cmake COMPATIBILITY Same
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/dynmesh-config.cmake
               ${CMAKE_CURRENT_BINARY_DIR}/dynmesh-config-version.cmake
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/dynmesh)
+
+# For pkg-config; valid wherever the prefix is moved to. `runtime`: what a C compiler does not link.
+set(runtime ${CMAKE_CXX_IMPLICIT_LINK_LIBRARIES})
+list(FILTER runtime INCLUDE REGEX "^((std)?c[+][+]|m)$")
+list(TRANSFORM runtime PREPEND "-l")
+list(JOIN runtime " " runtime)
+set(static_define "")
+if(NOT BUILD_SHARED_LIBS)
+  set(static_define " -DDYNMESH_STATIC_DEFINE")
+endif()
+set(pc_folder ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig)
+file(RELATIVE_PATH headers ${pc_folder} ${CMAKE_INSTALL_FULL_INCLUDEDIR})
+configure_file(cmake/dynmesh.pc.in dynmesh.pc.in @ONLY)
+file(GENERATE OUTPUT dynmesh.pc INPUT ${CMAKE_CURRENT_BINARY_DIR}/dynmesh.pc.in)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/dynmesh.pc
+        DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 
 if(DYNMESH_APPS)
   if(BUILD_SHARED_LIBS)

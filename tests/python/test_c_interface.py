@@ -1,6 +1,7 @@
 """The C interface as another language calls it, and the C example, against the package."""
 
 import ctypes
+import re
 import subprocess
 from ctypes import POINTER, byref, c_char_p, c_double, c_int32, c_int64, c_void_p
 from pathlib import Path
@@ -8,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from conftest import REPOSITORY
 from meshes import Mesh, join, sheet, turned
 from numpy.typing import NDArray
 
@@ -32,6 +34,20 @@ class Mask(ctypes.Structure):
     """A dynmesh_mask."""
 
     _fields_ = (("data", c_void_p), ("count", c_int64), ("stride", c_int64))
+
+
+class Settings(ctypes.Structure):
+    """A dynmesh_settings."""
+
+    _fields_ = (
+        ("method", c_int32),
+        ("revisit", c_int32),
+        ("extra_iterations", c_int32),
+        ("unseen", c_int32),
+        ("noise", c_double),
+        ("reject_outliers", c_int32),
+        ("threads", c_int32),
+    )
 
 
 class Report(ctypes.Structure):
@@ -67,10 +83,21 @@ def library(shared_library: Path) -> ctypes.CDLL:
 class Twins:
     """A completer and its twin behind the C interface, which must agree on everything."""
 
-    def __init__(self, library: ctypes.CDLL, mesh: Mesh, dtype: type[np.floating[Any]]) -> None:
+    def __init__(
+        self,
+        library: ctypes.CDLL,
+        mesh: Mesh,
+        dtype: type[np.floating[Any]],
+        extra_iterations: int = 0,
+    ) -> None:
         self.library = library
         self.first_frame = mesh.vertices.astype(dtype)
-        self.completer = dynmesh.Completer(mesh.faces, self.first_frame)
+        self.completer = dynmesh.Completer(
+            mesh.faces, self.first_frame, extra_iterations=extra_iterations
+        )
+        settings = Settings()
+        self.call("default_settings", byref(settings))
+        settings.extra_iterations = extra_iterations
         self.handle = c_void_p()
         faces = np.ascontiguousarray(mesh.faces, np.int32)
         frame = view(self.first_frame)
@@ -79,7 +106,7 @@ class Twins:
             faces.ctypes.data_as(POINTER(c_int32)),
             c_int64(len(faces)),
             byref(frame),
-            None,
+            byref(settings),
             byref(self.handle),
         )
 
@@ -138,10 +165,12 @@ class Twins:
         self.library.dynmesh_destroy(self.handle)
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_c_completes_as_python_does(library: ctypes.CDLL, dtype: type[np.floating[Any]]) -> None:
+@pytest.mark.parametrize(("dtype", "extra_iterations"), [(np.float32, 0), (np.float64, 3)])
+def test_c_completes_as_python_does(
+    library: ctypes.CDLL, dtype: type[np.floating[Any]], extra_iterations: int
+) -> None:
     mesh = join(sheet(15), sheet(4, 20.0))
-    twins, others = Twins(library, mesh, dtype), Twins(library, mesh, dtype)
+    twins, others = (Twins(library, mesh, dtype, extra_iterations) for _ in range(2))
     for number in range(1, 20):
         twins.step(number)
     # Each goes on from the other's state.
@@ -175,6 +204,27 @@ def test_errors_are_those_of_python(library: ctypes.CDLL) -> None:
     twins.step(2)
     twins.destroy()
     assert library.dynmesh_version().decode() == dynmesh.__version__
+
+
+def test_default_settings(library: ctypes.CDLL) -> None:
+    settings = Settings()
+    assert library.dynmesh_default_settings(byref(settings)) == 0
+    header = (REPOSITORY / "cpp" / "include" / "dynmesh" / "dynmesh.h").read_text()
+    constants = {"DYNMESH_METHOD_MOTION": "0", "DYNMESH_UNSEEN_FOLLOW": "1"}
+    documented = [constants.get(x, x) for x in re.findall(r"/// Default: (\w+)", header)]
+    actual = [getattr(settings, name) for name, _ in Settings._fields_]
+    np.testing.assert_array_equal(actual, [float(x) for x in documented])
+
+
+def test_a_struct_of_zeros_is_refused(library: ctypes.CDLL) -> None:
+    mesh = sheet(3)
+    faces = np.ascontiguousarray(mesh.faces, np.int32)
+    frame = view(mesh.vertices)
+    handle = c_void_p()
+    arguments = (faces.ctypes.data_as(POINTER(c_int32)), c_int64(len(faces)), byref(frame))
+    assert library.dynmesh_create(*arguments, byref(Settings()), byref(handle)) == 1
+    assert re.fullmatch(rb"threads: must be .*, not 0", library.dynmesh_last_message())
+    assert not handle
 
 
 class TestExample:

@@ -1,5 +1,6 @@
 """What docs/embedding.md shows compiles and runs, and what it says is so."""
 
+import re
 import shutil
 import sys
 from pathlib import Path
@@ -21,7 +22,16 @@ def library_folder(shared_library: Path, monkeypatch: pytest.MonkeyPatch) -> Pat
     return shared_library.parent
 
 
-def test_cpp_and_c(tmp_path: Path, programs: Path) -> None:
+def install(built: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Installs what was built to $P, as the document calls it."""
+    monkeypatch.setenv("P", str(tmp_path / "installed"))
+    run("cmake", "--install", built, "--prefix", tmp_path / "installed", cwd=tmp_path)
+
+
+def test_cpp_and_c(tmp_path: Path, programs: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    strict = "-Wall -Wextra -Wpedantic -Wconversion -Werror"
+    monkeypatch.setenv("CFLAGS", f"-std=c11 {strict}")
+    monkeypatch.setenv("CXXFLAGS", strict)
     (project,) = blocks("cmake", DOCUMENT)
     (tmp_path / "CMakeLists.txt").write_text(project)
     in_place, packets = blocks("cpp", DOCUMENT)
@@ -38,11 +48,46 @@ def test_cpp_and_c(tmp_path: Path, programs: Path) -> None:
     ]
 
 
+@pytest.mark.parametrize("kind", ["shared", "static"])
+def test_a_compiler_and_pkg_config(
+    kind: str,
+    tmp_path: Path,
+    programs: Path,
+    shared_library: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    (in_c,) = blocks("c", DOCUMENT)
+    (tmp_path / "in_place.c").write_text(in_c)
+    shared, static = blocks("bash", DOCUMENT)[:2]
+    install(shared_library.parent if kind == "shared" else programs, tmp_path, monkeypatch)
+    run("bash", "-euc", shared if kind == "shared" else static, cwd=tmp_path)
+    shown = run(tmp_path / "in_place", cwd=tmp_path)
+    assert shown == "3 filled in; vertex 0 is at height 5\n"
+
+
+def test_the_frame_budget(
+    tmp_path: Path, shared_library: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    install(shared_library.parent, tmp_path, monkeypatch)
+    (tmp_path / "examples").symlink_to(REPOSITORY / "examples")
+    build_examples, measure = blocks("bash", DOCUMENT)[2:]
+    run("bash", "-euc", build_examples, cwd=tmp_path)
+    shown = run("bash", "-euc", measure, cwd=tmp_path)
+    completed, dropped = map(int, re.findall(r"(\d+) frames completed, (\d+) dropped", shown)[0])
+    assert completed + dropped == 175
+    partial, again = (np.fromfile(tmp_path / f"{name}.raw", "<f4") for name in ("partial", "again"))
+    assert np.isnan(partial).mean() > 0.2
+    assert len(again) == len(partial)
+    assert np.isfinite(again).all()
+    known = np.isfinite(partial)
+    assert (again[known] == partial[known]).all()
+
+
 @pytest.mark.usefixtures("library_folder")
 def test_python(tmp_path: Path) -> None:
     (snippet,) = blocks("python", DOCUMENT)
     shown = run(sys.executable, "-c", snippet, cwd=tmp_path)
-    assert shown == "vertex 0 is at height 5.0\nout: is a null pointer\n"
+    assert shown == "vertex 0 is at height 5\nout: is a null pointer\n"
 
 
 def test_rust(tmp_path: Path, library_folder: Path) -> None:
@@ -52,7 +97,7 @@ def test_rust(tmp_path: Path, library_folder: Path) -> None:
     (tmp_path / "main.rs").write_text(snippet)
     compiler = ("rustc", "--edition", "2021", "-D", "warnings", "-L", library_folder)
     run(*compiler, "main.rs", cwd=tmp_path)
-    assert run(tmp_path / "main", cwd=tmp_path) == "3 filled in; vertex 0 is at height 5\n"
+    assert run(tmp_path / "main", cwd=tmp_path) == "3 filled in; vertex 0 is at height 5.000\n"
 
 
 def test_lost_frames_and_keyframes() -> None:
