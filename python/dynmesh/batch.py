@@ -1,14 +1,15 @@
 """Completion of many files, by any number of processes or machines."""
 
-import csv
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from concurrent.futures import Executor, Future, as_completed
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal, cast
+from typing import Literal
 
-from .file_completion import FileReport, OtherJobError, Source, complete_file
+from . import files
+from .checkpoint import OtherJobError, Source
+from .file_completion import FileReport, complete_file
 from .streaming import Settings
 
 
@@ -63,9 +64,9 @@ def complete_files(
 ) -> list[Result]:
     """Completes every job's file; one that fails does not stop the others.
 
-    A job whose output exists is left alone, and an interrupted one goes on where it stopped, so
-    the same call again does what is left to do. Outputs appear under their names when they are
-    whole. Every process must see the files under the same paths.
+    A job whose output exists is left alone, and an interrupted one goes on where it stopped if the
+    format of its output can, so the same call again does what is left to do. Outputs appear under
+    their names when they are whole. Every process must see the files under the same paths.
 
     Args:
         jobs: with different outputs.
@@ -100,35 +101,13 @@ def complete_files(
     return [results[number] for number in range(len(jobs))]
 
 
-def read_jobs(path: Path) -> list[Job]:
-    """Reads jobs from a table with a line for each.
-
-    Args:
-        path: comma-separated values. The first line names the columns: `input`, `output` and, where
-            wanted, `format`, `output_format`, `faces`, `prim`, `mask`, `missing`, `fps`,
-            `provenance`, `revisit`, `extra_iterations`, `unseen`, as the options of ``dynmesh
-            complete`` are called. An empty value is the default. Paths are relative to the table.
-
-    Raises:
-        OSError: it cannot be read.
-        ValueError: it is no such table; the message names the line and the value.
-    """
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            table = csv.DictReader(file, strict=True)
-            columns = table.fieldnames or []
-            _check_columns(path, columns)
-            return [_job_of(path, table.line_num, row) for row in table]
-    except (csv.Error, UnicodeDecodeError) as error:
-        raise ValueError(f"{path}: is no table of comma-separated values: {error}") from error
-
-
 def _run(job: Job, overwrite: bool) -> Result:
     """What a worker does."""
     began = time.monotonic()
     try:
         try:
-            report = _complete(job, overwrite, resume=True)
+            resume = files.resumable(job.output, job.output_format)
+            report = _complete(job, overwrite, resume=resume)
         except OtherJobError:  # the table has changed since
             report = _complete(job, overwrite, resume=False)
     except FileExistsError:
@@ -172,67 +151,3 @@ def _check_outputs(jobs: list[Job]) -> None:
         if (output := Path(job.output).absolute()) in seen:
             raise ValueError(f"{job.output}: is the output of two jobs")
         seen.add(output)
-
-
-def _check_columns(path: Path, columns: Iterable[str]) -> None:
-    for needed in ("input", "output"):
-        if needed not in columns:
-            raise ValueError(f"{path}: has no column '{needed}'")
-    for column in columns:
-        if column not in ("input", "output", *_columns):
-            raise ValueError(
-                f"{path}: the column '{column}' is not known, but {', '.join(_columns)}"
-            )
-
-
-def _job_of(path: Path, line: int, row: Mapping[str, Any]) -> Job:
-    place = f"{path}: line {line}"
-    if None in row or None in row.values():
-        raise ValueError(f"{place}: has more or fewer values than there are columns")
-    for needed in ("input", "output"):
-        if not row[needed]:
-            raise ValueError(f"{place}: {needed} is empty")
-    values: dict[str, Any] = {}
-    for column, parse in _columns.items():
-        if text := row.get(column):
-            try:
-                values[column] = parse(text)
-            except ValueError as error:
-                raise ValueError(f"{place}: {column}: {error}") from error
-    for column in ("faces", "mask"):
-        if column in values:
-            values[column] = path.parent / values[column]
-    if "mask" in values:
-        values["known"] = values.pop("mask")
-    source = {name: values.pop(name) for name in Source.__annotations__ if name in values}
-    return Job(
-        path.parent / row["input"],
-        path.parent / row["output"],
-        cast(Source, source),
-        values.pop("output_format", None),
-        values.pop("fps", None),
-        values.pop("provenance", False),
-        cast(Settings, values),
-    )
-
-
-def _flag(text: str) -> bool:
-    flags = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
-    if text.lower() not in flags:
-        raise ValueError(f"must be true or false, not '{text}'")
-    return flags[text.lower()]
-
-
-_columns: dict[str, Callable[[str], Any]] = {
-    "format": str,
-    "output_format": str,
-    "faces": str,
-    "prim": str,
-    "mask": str,
-    "missing": str,
-    "fps": float,
-    "provenance": _flag,
-    "revisit": _flag,
-    "extra_iterations": int,
-    "unseen": str,
-}

@@ -1,38 +1,23 @@
 """Completion from file to file: out of core, and able to go on after an interruption."""
 
 import contextlib
-import json
-import os
 import shutil
-import time
-import zipfile
-import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, TypedDict, Unpack
+from typing import Any, Unpack
 
 import numpy as np
-from numpy.typing import NDArray
 
 from . import files
-from ._core import Completer, __version__
+from ._core import Completer, FrameReport
 from ._lock import lock_folder
+from .checkpoint import Checkpoint, Saved, Source, describe_job
 from .files import Header, PathLike, Reader, Writer
 from .sequence import Positions
-from .streaming import Settings, begin, complete_pairs, default_settings, push_all
+from .streaming import Settings, begin, complete_pairs, push_all
 
 Watch = Callable[[Iterator[Any], int, int], Iterator[Any]]
-
-
-class Source(TypedDict, total=False):
-    """How to read the input; :func:`dynmesh.open` documents the keywords."""
-
-    format: str | None
-    faces: NDArray[np.integer[Any]] | PathLike | None
-    prim: str | None
-    known: NDArray[np.bool_] | PathLike | None
-    missing: Literal["zero"] | None
 
 
 @dataclass(frozen=True)
@@ -44,11 +29,18 @@ class FileReport:
         resumed_at: the first frame that this call completed, 0 unless it went on.
         seconds_per_frame: median time in :meth:`dynmesh.Completer.push`, without reading and
             writing; None where there was nothing to complete.
+        known: how many vertices were known in the frames that this call completed, all of them
+            together and frame 0 not among them.
+        filled: how many were filled in.
+        unseen: how many no chain of edges tied to a known one.
     """
 
     frames: int
     resumed_at: int
     seconds_per_frame: float | None
+    known: int
+    filled: int
+    unseen: int
 
 
 def complete_file(
@@ -80,7 +72,8 @@ def complete_file(
         provenance: also write the generation and the age of every vertex.
         overwrite: replace an existing output.
         resume: go on where an interrupted run of the same job stopped; the result equals that of
-            an uninterrupted one. Begins anew where there is nothing to go on with.
+            an uninterrupted one. Begins anew where there is nothing to go on with. Only some
+            formats can: npz, hdf5, npy, pc2, mdd, ply, obj and pvd.
         watch: passes the frames on while they go by; it takes them, how many there are in all, and
             how many are done already.
         settings: those of :class:`dynmesh.Completer`.
@@ -89,11 +82,14 @@ def complete_file(
         FileExistsError: the output exists.
         BlockingIOError: another process is writing it.
         OtherJobError: `resume` finds what another job left; it stays.
+        ValueError: `resume` is asked of a format that cannot.
         OSError, ImportError, TypeError, ValueError: what :func:`dynmesh.open`,
             :func:`dynmesh.create` and :func:`dynmesh.complete` raise.
     """
     path, output = Path(path), Path(output)
     source = source or {}
+    if resume:
+        _check_resumable(output, output_format)
     with files.open(path, **source) as reader:
         check_output(output, output_format, overwrite=overwrite, reader=reader)
         header = replace(
@@ -101,14 +97,14 @@ def complete_file(
         )
         folder = unfinished_folder(output)
         with _folder_for(output, output_format), lock_folder(folder, output):
-            job = _describe(reader, header, source, output_format, settings)
-            checkpoint = _Checkpoint(folder / "checkpoint.npz", job)
+            job = describe_job(reader, header, source, output_format, settings)
+            checkpoint = Checkpoint(folder / "checkpoint.npz", job)
             saved = checkpoint.load() if resume else None
             with _clearing(folder):
                 files_folder = folder / "files"
                 writer, saved = _begin_writer(output, header, output_format, files_folder, saved)
                 start = 0 if saved is None else saved.frames
-                seconds = []
+                reports: list[FrameReport] = []
                 with (
                     writer,
                     files.naming(path),
@@ -117,17 +113,29 @@ def complete_file(
                     watched = frames if watch is None else watch(frames, reader.n_frames, start)
                     for points, completer in _complete(reader, watched, saved, settings):
                         _append(writer, points, completer)
-                        seconds.append(completer.report.seconds)
+                        reports.append(completer.report)
                         if writer.resumable and checkpoint.is_due():
                             writer.flush()
-                            checkpoint.save(start + len(seconds), completer.state())
-    pushed = seconds if start else seconds[1:]  # frame 0 is not pushed
-    return FileReport(header.n_frames, start, float(np.median(pushed)) if pushed else None)
+                            checkpoint.save(start + len(reports), completer.state())
+    pushed = reports if start else reports[1:]  # frame 0 is not pushed
+    return FileReport(
+        frames=header.n_frames,
+        resumed_at=start,
+        seconds_per_frame=float(np.median([r.seconds for r in pushed])) if pushed else None,
+        known=sum(report.known for report in pushed),
+        filled=sum(report.filled for report in pushed),
+        unseen=sum(report.unseen for report in pushed),
+    )
 
 
 def unfinished_folder(output: Path) -> Path:
     """Where an output is until it is whole."""
     return output.with_name(f".{output.name}.unfinished")
+
+
+def is_unfinished(output: Path) -> bool:
+    """Whether an interrupted run left what `resume` can go on with."""
+    return (unfinished_folder(output) / "checkpoint.npz").exists()
 
 
 def check_output(
@@ -148,7 +156,17 @@ def check_output(
         if any(file.samefile(one) for one in inputs):
             raise ValueError(f"{file}: is the input; writing over it would lose it")
     if existing and not overwrite:
-        raise FileExistsError(f"{existing[0]}: exists already; --overwrite replaces it")
+        raise FileExistsError(
+            f"{existing[0]}: exists already; --overwrite replaces it, in Python overwrite=True"
+        )
+
+
+def _check_resumable(output: Path, format: str | None) -> None:
+    if not files.resumable(output, format):
+        able = [f.name for f in files.formats.values() if f.writer and f.writer.resumable]
+        raise ValueError(
+            f"{output}: files of this format cannot be resumed; {files.listed(able)} can"
+        )
 
 
 @contextlib.contextmanager
@@ -163,59 +181,6 @@ def _folder_for(output: Path, format: str | None) -> Iterator[None]:
         if new is not None:
             with contextlib.suppress(OSError):  # it is in use
                 new.rmdir()
-
-
-class OtherJobError(ValueError):
-    """What an interrupted run left is of another job than the one that should go on."""
-
-
-class _Saved(NamedTuple):
-    frames: int
-    state: bytes
-
-
-class _Checkpoint:
-    """What is needed, beside the unfinished files, to go on."""
-
-    least_seconds_between = 2.0
-    most_of_the_time = 0.05
-
-    def __init__(self, path: Path, job: str) -> None:
-        self._path = path
-        self._job = job
-        self._next = time.monotonic() + self.least_seconds_between
-
-    def load(self) -> _Saved | None:
-        try:
-            with np.load(self._path, allow_pickle=False) as saved:
-                job, frames, state = str(saved["job"]), int(saved["frames"]), saved["state"]
-        except FileNotFoundError:
-            return None
-        except (ValueError, EOFError, KeyError, zipfile.BadZipFile) as error:
-            raise ValueError(
-                f"{self._path}: is damaged; without --resume the job begins anew"
-            ) from error
-        if job != self._job:
-            changed = ", ".join(_differences(json.loads(job), json.loads(self._job)))
-            raise OtherJobError(
-                f"{self._path}: is of another job, as these changed: {changed}; "
-                "without --resume the job begins anew"
-            )
-        return _Saved(frames, state.tobytes())
-
-    def is_due(self) -> bool:
-        return time.monotonic() >= self._next
-
-    def save(self, frames: int, state: bytes) -> None:
-        began = time.monotonic()
-        partial = self._path.with_suffix(".part")
-        with partial.open("wb") as file:
-            bytes_of_state = np.frombuffer(state, np.uint8)
-            np.savez(file, job=self._job, frames=frames, state=bytes_of_state)
-        partial.replace(self._path)
-        now = time.monotonic()
-        pause = (now - began) / self.most_of_the_time
-        self._next = now + max(self.least_seconds_between, pause)
 
 
 @contextlib.contextmanager
@@ -234,8 +199,8 @@ def _clearing(folder: Path) -> Iterator[None]:
 
 
 def _begin_writer(
-    output: Path, header: Header, format: str | None, folder: Path, saved: _Saved | None
-) -> tuple[Writer, _Saved | None]:
+    output: Path, header: Header, format: str | None, folder: Path, saved: Saved | None
+) -> tuple[Writer, Saved | None]:
     if saved is not None:
         # A process that was killed while it finished its file may have left less than it had.
         with contextlib.suppress(OSError, ValueError):
@@ -248,7 +213,7 @@ def _begin_writer(
 
 
 def _complete(
-    reader: Reader, frames: Iterator[Any], saved: _Saved | None, settings: Settings
+    reader: Reader, frames: Iterator[Any], saved: Saved | None, settings: Settings
 ) -> Iterator[tuple[Positions, Completer]]:
     if saved is None:
         return complete_pairs(reader.faces, frames, **settings)
@@ -263,30 +228,3 @@ def _append(writer: Writer, points: Positions, completer: Completer) -> None:
         writer.append(points, generation=completer.generation, age=completer.age)
     else:
         writer.append(points)
-
-
-def _describe(
-    reader: Reader, header: Header, source: Source, format: str | None, settings: Settings
-) -> str:
-    """Everything on which the output depends, as JSON."""
-    inputs = [*reader.files]
-    masks = source.get("known")
-    if isinstance(masks, str | os.PathLike):
-        inputs.append(Path(masks))
-    description: dict[str, Any] = {
-        "version": __version__,
-        "input": [[str(p), p.stat().st_size, p.stat().st_mtime_ns] for p in inputs],
-        "known": zlib.crc32(masks.tobytes()) if isinstance(masks, np.ndarray) else None,
-        "faces": zlib.crc32(header.faces.tobytes()),
-        "missing": source.get("missing"),
-        "prim": header.name,
-        "fps": header.fps,
-        "provenance": header.has_provenance,
-        "format": format,
-        **{**default_settings, **settings},
-    }
-    return json.dumps(description)
-
-
-def _differences(one: dict[str, Any], other: dict[str, Any]) -> list[str]:
-    return sorted(name for name in one.keys() | other.keys() if one.get(name) != other.get(name))

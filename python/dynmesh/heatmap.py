@@ -8,9 +8,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ._core import cells
 from .evaluation import bounding_box_diagonal, check_comparable
-from .files import Frame, Reader, naming
+from .files import Frame, Reader
 from .scales import CountScale, ErrorScale, KnownScale, Scale, Values, round_up
 from .sequence import Mask, Positions
 
@@ -65,8 +64,6 @@ class Heatmap:
             ValueError: the sequence does not hold what `colour` asks for, or does not fit the
                 reference; the message names the file.
         """
-        with naming(reader.path):
-            cells(reader.faces, reader.n_vertices)  # else a face could refer to no vertex
         self.reader = reader
         self.colour = colour or _most_telling(reader, reference)
         self._reference = reference

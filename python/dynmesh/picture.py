@@ -28,7 +28,7 @@ def picture(
     up: str | None = None,
     azimuth: float = 60.0,
     size: tuple[int, int] = (480, 480),
-    watch: Callable[[Iterable[int], int], Iterable[int]] = lambda numbers, _: numbers,
+    watch: Callable[[Iterable[ShownFrame], int], Iterable[ShownFrame]] = lambda frames, _: frames,
 ) -> None:
     """Draws frames of a sequence, all at one scale, with one colour bar.
 
@@ -43,7 +43,7 @@ def picture(
         up: "x", "y" or "z"; None: what the file says, else z for a sheet that lies flat, else y.
         azimuth: degrees around that axis to look from.
         size: of each frame, in pixels.
-        watch: gets the numbers and how many there are, and passes them on while they are read.
+        watch: gets the frames and how many there are, and passes them on while they are read.
 
     Raises:
         OSError: it cannot be written.
@@ -57,11 +57,8 @@ def picture(
             raise ValueError(
                 f"{reader.path}: has no frame {number}, but 0 to {reader.n_frames - 1}"
             )
-    frames = [
-        frame
-        for number in watch(numbers, len(numbers))
-        for frame in heatmap.frames(range(number, number + 1))
-    ]
+    chosen = (frame for n in numbers for frame in heatmap.frames(range(n, n + 1)))
+    frames = list(watch(chosen, len(numbers)))
     seen = np.concatenate([frame.points[frame.visible] for frame in frames])
     if not len(seen):
         raise ValueError(f"{reader.path}: no vertex is known in these frames")

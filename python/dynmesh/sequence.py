@@ -37,13 +37,17 @@ class Sequence:
         name: of the mesh among others in its file, as "/world/body", or None.
         start: the number of the first frame where it comes from, as 1001; USD's may be fractional.
             Only files have it: dynmesh itself counts frames from 0 everywhere.
+        times: (n,) float64, the number of each frame where it comes from, ascending, if they are
+            not `start`, `start` + 1 and so on; `fps` of them are a second all the same. Else None.
+        metres_per_unit: how long a unit of the positions is, or None where nobody said.
         generation: (n, k) int32, 0 an anchor, g a satellite, -1 unseen, or None.
         age: (n, k) int32, frames since the vertex was last observed; None as `generation` is.
 
     Raises:
         TypeError: an array of another kind.
-        ValueError: an array of another shape, ``fps`` not positive and finite, or ``start`` so
-            large that frames cannot be counted.
+        ValueError: an array of another shape, a face that refers to a vertex that is not there,
+            ``fps`` or ``metres_per_unit`` not positive and finite, ``times`` that do not ascend, or
+            ``start`` so large that frames cannot be counted.
     """
 
     vertices: Positions
@@ -54,18 +58,21 @@ class Sequence:
     up_axis: str | None = None
     name: str | None = None
     start: float = 0
+    times: NDArray[np.float64] | None = None
+    metres_per_unit: float | None = None
     generation: Provenance | None = None
     age: Provenance | None = None
 
     def __post_init__(self) -> None:
         """Refuses arrays that do not fit together."""
-        for name in ("vertices", "faces", "known", "generation", "age"):
+        for name in ("vertices", "faces", "known", "times", "generation", "age"):
             value = getattr(self, name)
             optional = name not in ("vertices", "faces")
             if not isinstance(value, np.ndarray) and not (optional and value is None):
                 raise TypeError(f"{name}: must be a numpy array, not {type(value).__name__}")
         check_vertices(self.vertices.dtype, self.vertices.shape)
         check_faces(self.faces.dtype, self.faces.shape)
+        check_corners(self.faces, self.vertices.shape[1])
         frames = self.vertices.shape[:2]
         if self.known is not None:
             check_known(self.known.dtype, self.known.shape, frames)
@@ -74,7 +81,27 @@ class Sequence:
         for name in ("generation", "age"):
             if (values := getattr(self, name)) is not None:
                 check_provenance(name, values.dtype, values.shape, frames)
-        check_description(self.fps, self.polygons, self.up_axis, self.start)
+        check_times(self.times, len(self.vertices))
+        check_description(self.fps, self.polygons, self.up_axis, self.start, self.metres_per_unit)
+
+    def __repr__(self) -> str:
+        """What it holds, without the numbers."""
+        masks = "no masks"
+        if self.known is not None:
+            masks = f"{100 * np.count_nonzero(self.known) / max(1, self.known.size):.3g} % known"
+        n_frames, n_vertices, _ = self.vertices.shape
+        counts = summary(n_frames, n_vertices, len(self.faces), self.vertices.dtype)
+        return f"Sequence({counts}, {masks}, {rate(self.fps)})"
+
+
+def summary(n_frames: int, n_vertices: int, n_faces: int, dtype: np.dtype[Any]) -> str:
+    """How much a sequence holds, in short."""
+    return f"{n_frames} frames, {n_vertices} vertices, {n_faces} faces, {dtype}"
+
+
+def rate(fps: float | None) -> str:
+    """Frames per second, in short."""
+    return "no fps" if fps is None else f"{fps:g} fps"
 
 
 def check_vertices(dtype: np.dtype[Any], shape: tuple[int, ...]) -> None:
@@ -91,6 +118,18 @@ def check_faces(dtype: np.dtype[Any], shape: tuple[int, ...]) -> None:
         raise TypeError(f"faces: must be integers, not {dtype}")
     if len(shape) != 2 or shape[1] != 3:
         raise ValueError(f"faces: must have shape (m, 3), not {shape}")
+
+
+def check_corners(faces: NDArray[np.integer[Any]], n_vertices: int) -> None:
+    """Refuses faces that refer to a vertex that is not there."""
+    if len(faces) == 0 or (faces.min() >= 0 and faces.max() < n_vertices):
+        return
+    outside = (faces < 0) | (faces >= n_vertices)
+    face = int(outside.any(axis=1).argmax())
+    raise ValueError(
+        f"faces: face {face} refers to vertex {faces[outside][0]}, "
+        f"but the mesh has {n_vertices} vertices, counted from 0"
+    )
 
 
 def check_known(dtype: np.dtype[Any], shape: tuple[int, ...], expected: tuple[int, ...]) -> None:
@@ -111,12 +150,36 @@ def check_provenance(
         raise ValueError(f"{name}: must have shape {expected}, as vertices say, not {shape}")
 
 
+def check_times(times: NDArray[np.float64] | None, n_frames: int) -> None:
+    """Refuses what cannot be the times of n frames."""
+    if times is None:
+        return
+    if times.dtype != np.float64:
+        raise TypeError(f"times: must be float64, not {times.dtype}")
+    if times.shape != (n_frames,):
+        raise ValueError(
+            f"times: must have shape {(n_frames,)}, as vertices say, not {times.shape}"
+        )
+    wrong = ~np.isfinite(times)
+    wrong[1:] |= ~(times[1:] > times[:-1])
+    if wrong.any():
+        frame = int(wrong.argmax())
+        raise ValueError(
+            f"times: must be finite and ascend, but frame {frame} is at {times[frame]}"
+        )
+
+
 def check_description(
-    fps: float | None, polygons: Polygons | None, up_axis: str | None, start: float
+    fps: float | None,
+    polygons: Polygons | None,
+    up_axis: str | None,
+    start: float,
+    metres_per_unit: float | None,
 ) -> None:
     """Refuses what cannot be said of a sequence beside its frames."""
-    if fps is not None and not (math.isfinite(fps) and fps > 0):
-        raise ValueError(f"fps: must be positive and finite, not {fps}")
+    for name, value in (("fps", fps), ("metres_per_unit", metres_per_unit)):
+        if value is not None and not (math.isfinite(value) and value > 0):
+            raise ValueError(f"{name}: must be positive and finite, not {value}")
     if polygons is not None:
         check_polygons(polygons)
     if up_axis not in (None, "y", "z"):

@@ -1,6 +1,7 @@
 """Archives: many files, completed by processes that may fail or die."""
 
 import contextlib
+import csv
 import signal
 import subprocess
 import sys
@@ -15,7 +16,8 @@ import pytest
 from commands import dynmesh_command as run
 
 import dynmesh
-from dynmesh.batch import Job, Result, complete_files, read_jobs
+from dynmesh.batch import Job, Result, complete_files
+from dynmesh.job_table import optional_columns, read_jobs
 
 
 def write_partial(path: Path, n_frames: int = 12, seed: int = 0) -> dynmesh.Sequence:
@@ -125,6 +127,40 @@ def test_the_command(tmp_path: Path) -> None:
     assert_equal(jobs[1], expected[1])
     error = run("batch", table, "--scheduler", "tcp://127.0.0.1:1", code=1).stderr
     assert "--scheduler: there is none at tcp://127.0.0.1:1" in error
+
+
+def test_a_report_tells_of_every_job(tmp_path: Path) -> None:
+    jobs, _ = check_jobs(tmp_path, 2)
+    dynmesh.write(jobs[1].output, dynmesh.read(jobs[1].input))
+    table, report = tmp_path / "jobs.csv", tmp_path / "report.csv"
+    table.write_text('input,output\nin0.npz,out0.npz\nin1.npz,out1.npz\n"no,ne.npz",out2.npz\n')
+    run("batch", table, "--report", report, code=1)
+    with report.open(newline="") as file:
+        lines = list(csv.DictReader(file))
+    assert [line["status"] for line in lines] == ["done", "exists", "failed"]
+    assert [line["frames"] for line in lines] == ["12", "0", "0"]
+    assert lines[2]["input"] == str(tmp_path / "no,ne.npz")
+    assert lines[2]["reason"] == f"{tmp_path / 'no,ne.npz'}: No such file or directory"
+    assert lines[0]["output"] == str(jobs[0].output)
+    assert float(lines[0]["seconds"]) > 0
+    before = table.read_bytes()
+    assert "is the table of jobs" in run("batch", table, "--report", table, code=1).stderr
+    assert table.read_bytes() == before
+
+
+def test_a_format_that_cannot_go_on_is_written_all_the_same(tmp_path: Path) -> None:
+    pytest.importorskip("pxr", reason="usd-core is not installed")
+    expected = write_partial(tmp_path / "in.npz")
+    job = Job(tmp_path / "in.npz", tmp_path / "out.usdc")
+    assert [result.status for result in complete_files([job])] == ["done"]
+    assert_equal(job, expected)
+
+
+def test_help_tells_the_columns() -> None:
+    shown = run("batch", "--help").stdout
+    for column in ("input", "output", *optional_columns):
+        assert column in shown
+    assert "input,output,missing" in shown
 
 
 @contextlib.contextmanager

@@ -1,6 +1,8 @@
 """The command line, as a user runs it."""
 
 import json
+import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +11,7 @@ import pytest
 from commands import dynmesh_command as run
 
 import dynmesh
+from dynmesh.polygons import Polygons, split_polygons
 
 
 @pytest.fixture(scope="module")
@@ -120,6 +123,120 @@ def test_info_tells_what_a_file_holds(folder: Path) -> None:
     shown = run("info", folder / "partial.npz").stdout
     for line in ("2500, float32", "4802", "30.0 %", "196", "30"):
         assert line in shown
+    assert re.search(r"^format +npz *$", shown, re.MULTILINE)
+    assert re.search(r"^known masks +yes *$", shown, re.MULTILINE)
+    assert re.search(r"^generation and age +no *$", shown, re.MULTILINE)
+    assert re.search(r"^up axis +z *$", shown, re.MULTILINE)
+    assert re.search(r"^name +not said *$", shown, re.MULTILINE)
+
+
+def test_info_tells_polygons_axis_and_name(tmp_path: Path) -> None:
+    polygons = Polygons(np.array([4, 3]), np.array([0, 1, 2, 3, 0, 1, 4]))
+    faces, _ = split_polygons(polygons)
+    points = np.random.default_rng(0).random((2, 5, 3))
+    sequence = dynmesh.Sequence(points, faces, polygons=polygons, up_axis="z", name="/[b]/body")
+    dynmesh.write(tmp_path / "a.npz", sequence)
+    shown = run("info", tmp_path / "a.npz").stdout
+    assert re.search(r"^faces +2 polygons, cut into 3 triangles *$", shown, re.MULTILINE)
+    assert re.search(r"^up axis +z *$", shown, re.MULTILINE)
+    assert re.search(r"^name +/\[b\]/body *$", shown, re.MULTILINE)
+
+
+def test_info_names_the_file_that_it_cannot_take(tmp_path: Path) -> None:
+    points = np.random.default_rng(0).random((2, 3, 3))
+    points[0, 1] = np.nan
+    dynmesh.write(tmp_path / "a.npz", dynmesh.Sequence(points, np.array([[0, 1, 2]])))
+    error = run("info", tmp_path / "a.npz", code=1).stderr
+    assert error.startswith(f"dynmesh: {tmp_path / 'a.npz'}: first_frame: ")
+
+
+def test_zeros_that_may_be_holes_are_told(folder: Path, tmp_path: Path) -> None:
+    partial = dynmesh.read(folder / "partial.npz")
+    assert partial.known is not None
+    zeros, masked = tmp_path / "zeros.npz", tmp_path / "masked.npz"
+    points = np.where(partial.known[..., None], partial.vertices, 0).astype(np.float32)
+    dynmesh.write(zeros, dynmesh.Sequence(points, partial.faces))
+    dynmesh.write(masked, dynmesh.Sequence(points, partial.faces, partial.known))
+    few = points.copy()
+    few[1:] = partial.vertices[0]
+    few[1:, :20] = 0  # 0.8 %
+    dynmesh.write(tmp_path / "few.npz", dynmesh.Sequence(few, partial.faces))
+    hint = (
+        "70 % of the positions after frame 0 are exactly (0, 0, 0); "
+        "if nothing was observed there, --missing zero"
+    )
+    commands: list[tuple[str, list[str | Path]]] = [
+        ("info", []),
+        ("complete", [tmp_path / "a.npz", "--overwrite"]),
+        ("view", ["-o", tmp_path / "a.html", "--overwrite"]),
+        ("picture", ["-o", tmp_path / "a.png", "--size", "50", "--frame", "9", "--overwrite"]),
+    ]
+    for command, options in commands:
+        shown = run(command, zeros, *options).stderr
+        assert shown.splitlines().count(hint) == 1, shown
+        options.append("--missing=zero")
+        assert "exactly (0, 0, 0)" not in run(command, zeros, *options).stderr
+    for path in (masked, tmp_path / "few.npz"):
+        assert "exactly (0, 0, 0)" not in run("info", path).stderr
+
+
+def test_complete_tells_what_it_did(folder: Path, tmp_path: Path) -> None:
+    shown = run("complete", folder / "partial.npz", tmp_path / "a.npz").stderr
+    assert "a.npz: known 30 %, filled in 70 %, unseen 0 % of the vertices after frame 0" in shown
+    assert "nothing was missing" not in shown
+    shown = run("complete", folder / "truth.npz", tmp_path / "b.npz").stderr
+    assert "b.npz: nothing was missing" in shown
+
+
+def test_the_axis_that_is_taken_for_up_is_told(folder: Path, tmp_path: Path) -> None:
+    said = dynmesh.read(folder / "truth.npz")
+    upright = np.roll(said.vertices, 1, axis=2)  # z, the flat axis, becomes x
+    flat, wall = tmp_path / "flat.npz", tmp_path / "wall.npz"
+    dynmesh.write(flat, replace(said, up_axis=None))
+    dynmesh.write(wall, replace(said, up_axis=None, vertices=upright))
+    image = ("-o", tmp_path / "a.png", "--size", "50", "--frame", "0", "--overwrite")
+    assert "z is taken for up; --up y if it is not" in run("picture", flat, *image).stderr
+    assert "y is taken for up; --up z if it is not" in run("picture", wall, *image).stderr
+    assert "is taken" not in run("picture", folder / "truth.npz", *image).stderr
+    assert "is taken" not in run("picture", flat, *image, "--up", "z").stderr
+    page = ("-o", tmp_path / "a.html")
+    assert "z is taken for up" in run("view", flat, *page).stderr
+
+
+def test_faces_and_prim_are_for_whichever_file_takes_them(folder: Path, tmp_path: Path) -> None:
+    pytest.importorskip("pxr", reason="usd-core is not installed")
+    truth, completed = folder / "truth.npz", folder / "completed.npz"
+    expected = run("evaluate", completed, truth).stdout
+    run("convert", truth, tmp_path / "truth.pc2")
+    (tmp_path / "truth.obj").rename(tmp_path / "body.obj")
+    run("convert", truth, tmp_path / "truth.usda")
+    bare, scene, body = tmp_path / "truth.pc2", tmp_path / "truth.usda", tmp_path / "body.obj"
+    assert run("evaluate", completed, bare, "--faces", body).stdout == expected
+    assert run("evaluate", completed, scene, "--prim", "/mesh").stdout == expected
+    assert "0" in run("evaluate", scene, bare, "--faces", body, "--prim", "/mesh").stdout
+    image = ("-o", tmp_path / "a.png", "--size", "50", "--frame", "9", "--overwrite")
+    run("picture", completed, "--reference", bare, "--faces", body, *image)
+    page = ("-o", tmp_path / "a.html", "--max-frames", "3")
+    run("view", completed, "--reference", scene, "--prim", "/mesh", *page)
+    refused: list[tuple[list[str | Path], str]] = [
+        ([completed, scene, "--prim", "/no"], "truth.usda: has no mesh '/no'"),
+        ([completed, truth, "--prim", "/mesh"], "completed.npz: holds one mesh"),
+        ([completed, truth, "--faces", body], "completed.npz: has faces of its own"),
+    ]
+    for arguments, message in refused:
+        assert message in run("evaluate", *arguments, code=1).stderr
+
+
+def test_what_a_format_cannot_hold_is_left_out_aloud(folder: Path, tmp_path: Path) -> None:
+    run("complete", folder / "partial.npz", tmp_path / "a.npz", "--provenance")
+    completed = dynmesh.read(tmp_path / "a.npz").vertices
+    for name in ("a.pc2", "o/f_%02d.obj"):
+        shown = run("convert", tmp_path / "a.npz", tmp_path / name).stderr
+        assert f"{name}: generation and age are left out, as this format holds none\n" in shown
+        np.testing.assert_array_equal(dynmesh.read(tmp_path / name).vertices, completed)
+    shown = run("convert", tmp_path / "a.npz", tmp_path / "a.npy").stderr
+    assert "left out" not in shown
+    assert dynmesh.read(tmp_path / "a.npy").generation is not None
 
 
 def test_help_and_version() -> None:
@@ -150,6 +267,13 @@ def test_errors_take_one_line_and_leave_nothing(folder: Path, tmp_path: Path) ->
         (["complete", partial, truth], "truth.npz: exists already; --overwrite replaces it"),
         (["complete", partial, tmp_path / "no" / "out.npz"], "there is no folder"),
         (["complete", partial, tmp_path / "out.stl"], "the format '.stl' is not known"),
+        (["complete", tmp_path / "none", out], "none: there is no such file or folder"),
+        (["complete", tmp_path / "no*", out], "has no suffix that tells its format: name the"),
+        (
+            ["complete", partial, tmp_path / "out"],
+            f"out: has no suffix that tells its format: write {tmp_path}/out/frame_%04d.ply, "
+            "or give --output-format",
+        ),
         (["complete", partial, partial, "--overwrite"], "partial.npz: is the input"),
         (["evaluate", partial, truth], "partial.npz: frame 1 lacks vertex"),
         (["evaluate", single, truth], "has 1 frames, but"),
@@ -164,6 +288,7 @@ def test_errors_take_one_line_and_leave_nothing(folder: Path, tmp_path: Path) ->
             "text.npz",
         ]
     assert run("complete", code=2).stderr
+    assert "quote a pattern" in run("info", truth, partial, code=2).stderr
     for share in ("0", "1", "30", "nan"):
         error = run("degrade", truth, out, "--known", share, code=2).stderr
         assert "must be above 0 and below 1, not" in error

@@ -21,6 +21,7 @@ SINGLE_PRECISION = {"usd", "alembic", "pc2", "mdd"}
 MASKED = {"npz", "npy", "hdf5", "ply", "usd", "alembic", "pvd"}
 TRACED = MASKED
 TIMED = {"npz", "hdf5", "mdd", "usd", "alembic", "pvd"}
+TIMED_ONE_BY_ONE = TIMED - {"mdd"}
 NUMBERED = {"ply", "obj"}
 LIBRARY = {
     "hdf5": ("h5py", "hdf5"),
@@ -65,7 +66,9 @@ def partial() -> dynmesh.Sequence:
     known = rng.random((n_frames, n * n)) < 0.5
     known[0] = True
     vertices[~known] = np.nan
-    return dynmesh.Sequence(vertices, faces, known, 25.0, polygons, "y", "/world/body")
+    return dynmesh.Sequence(
+        vertices, faces, known, 25.0, polygons, "y", "/world/body", metres_per_unit=0.01
+    )
 
 
 @pytest.fixture(params=FORMATS)
@@ -98,8 +101,10 @@ def test_a_sequence_survives(tmp_path: Path, partial: dynmesh.Sequence, format: 
         for one, other in zip(again.polygons, partial.polygons, strict=True):
             np.testing.assert_array_equal(one, other)
     assert again.fps == (25.0 if format in TIMED else None)
+    assert again.times is None
     if format in ("npz", "hdf5", "usd"):
         assert again.up_axis == "y"
+        assert again.metres_per_unit == 0.01
     if format in ("npz", "hdf5", "usd", "alembic"):
         assert again.name == "/world/body"
 
@@ -126,6 +131,46 @@ def test_the_first_frame_keeps_its_number(
             assert again.fps == (expected and pytest.approx(expected, rel=1e-5))
     if format in NUMBERED:
         assert files.existing(source) == [one_file(source, i) for i in range(7)]
+
+
+@pytest.mark.parametrize("fps", [None, 25.0, 30000 / 1001])
+@pytest.mark.parametrize(
+    "times", [[1.0, 2, 3, 7, 8, 9, 10], [-4.5, -3.5, 1001, 1002, 1003.25, 1003.75, 1004.75]]
+)
+def test_frames_that_are_not_evenly_spaced_keep_their_times(
+    tmp_path: Path,
+    partial: dynmesh.Sequence,
+    format: str,
+    fps: float | None,
+    times: list[float],
+) -> None:
+    original, source = tmp_path / "original.npz", place(tmp_path, format)
+    target = place(tmp_path, format, "completed")
+    dynmesh.write(original, replace(partial, fps=fps, start=times[0], times=np.array(times)))
+    dynmesh.complete_file(original, source)
+    dynmesh.complete_file(source, target)
+    for path in (source, target):
+        again = dynmesh.read(path)
+        if format not in TIMED_ONE_BY_ONE:
+            assert again.times is None
+            continue
+        assert again.times is not None
+        np.testing.assert_allclose(again.times, times, rtol=1e-9)
+        assert again.start == again.times[0]
+        assert again.fps == (fps and pytest.approx(fps, rel=1e-11))
+
+
+def test_one_frame_may_have_a_time(tmp_path: Path, partial: dynmesh.Sequence, format: str) -> None:
+    path = place(tmp_path, format)
+    dynmesh.write(
+        path, dynmesh.Sequence(partial.vertices[:1], partial.faces, times=np.array([7.0]))
+    )
+    again = dynmesh.read(path)
+    if format in ("npz", "hdf5"):
+        np.testing.assert_array_equal(again.times, [7])
+    else:
+        assert again.times is None
+        assert again.start == (7 if format in ("usd", "alembic") else 0)
 
 
 def test_any_frames_can_be_asked_for(

@@ -13,8 +13,9 @@ import pytest
 from commands import dynmesh_command as run
 
 import dynmesh
-from dynmesh import file_completion, files
-from dynmesh.file_completion import OtherJobError, complete_file, unfinished_folder
+from dynmesh import cli, file_completion, files
+from dynmesh.checkpoint import Checkpoint, OtherJobError
+from dynmesh.file_completion import complete_file, unfinished_folder
 from dynmesh.streaming import default_settings
 
 RESUMABLE = [
@@ -35,8 +36,8 @@ def partial(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def eager(monkeypatch: pytest.MonkeyPatch) -> None:
     """A checkpoint after every frame."""
-    monkeypatch.setattr(file_completion._Checkpoint, "least_seconds_between", 0.0)
-    monkeypatch.setattr(file_completion._Checkpoint, "most_of_the_time", 1e9)
+    monkeypatch.setattr(Checkpoint, "least_seconds_between", 0.0)
+    monkeypatch.setattr(Checkpoint, "most_of_the_time", 1e9)
 
 
 def interrupted_after(n: int, error: BaseException) -> file_completion.Watch:
@@ -146,6 +147,7 @@ def test_two_processes_do_not_write_one_output(tmp_path: Path, partial: Path) ->
                 run("complete", partial, output, code=1)
                 shown = run("complete", partial, output, "--resume", code=1).stderr
                 assert "out.npz: is being written by another process" in shown
+                assert "kept" not in shown
             yield frame
 
     complete_file(partial, output, watch=watch)
@@ -158,7 +160,7 @@ def test_a_killed_process_can_be_resumed(tmp_path: Path, partial: Path, format: 
     output = output_path(tmp_path, format)
     program = (
         "import sys, time; from dynmesh import file_completion as f\n"
-        "f._Checkpoint.least_seconds_between = 0.0\n"
+        "f.Checkpoint.least_seconds_between = 0.0\n"
         "def slowly(frames, whole, done):\n"
         "    for frame in frames: time.sleep(0.02); yield frame\n"
         "f.complete_file(sys.argv[1], sys.argv[2], watch=slowly)"
@@ -191,8 +193,82 @@ def test_it_tells_what_it_did(tmp_path: Path, partial: Path) -> None:
     assert (report.frames, report.resumed_at) == (30, 0)
     assert report.seconds_per_frame is not None
     assert report.seconds_per_frame > 0
+    sequence = dynmesh.read(partial)
+    assert sequence.known is not None
+    n_known = int(sequence.known[1:].sum())
+    assert (report.known, report.filled, report.unseen) == (n_known, 29 * 2500 - n_known, 0)
     assert dynmesh.read(tmp_path / "out.npz").fps == 12.5
     with pytest.raises(FileExistsError, match=r"out\.npz: exists already; --overwrite replaces it"):
         complete_file(partial, tmp_path / "out.npz")
     with pytest.raises(ValueError, match=r"partial\.npz: is the input; writing over it"):
         complete_file(partial, partial, overwrite=True)
+
+
+def test_what_cannot_go_on_is_refused_before_any_work(tmp_path: Path, partial: Path) -> None:
+    for name, format in (("out.abc", None), ("out.usdc", None), ("out", "usd")):
+        with pytest.raises(ValueError, match=rf"{name}: files of this .*; npz, .* and pvd can"):
+            complete_file(tmp_path / "none.npz", tmp_path / name, output_format=format, resume=True)
+    shown = run("complete", partial, tmp_path / "out.abc", "--resume", code=1).stderr
+    assert "out.abc: files of this format cannot be resumed; npz, hdf5" in shown
+    assert not list(tmp_path.iterdir())
+
+
+def shell(monkeypatch: pytest.MonkeyPatch, *arguments: object, interrupt: int = -1) -> int:
+    """Runs the command in this process, interrupted after some frames; returns its exit code."""
+
+    def track(frames: Iterator[Any], whole: int, _: str, done: int) -> Iterator[Any]:
+        return interrupted_after(interrupt, KeyboardInterrupt())(frames, whole, done)
+
+    monkeypatch.setattr("dynmesh.cli.completion.track", track)
+    monkeypatch.setattr(sys, "argv", ["dynmesh", *map(str, arguments)])
+    with pytest.raises(SystemExit) as caught:
+        cli.main()
+    return int(caught.value.code or 0)
+
+
+@pytest.mark.usefixtures("eager")
+def test_the_command_tells_what_an_interruption_leaves(
+    tmp_path: Path,
+    partial: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    out = tmp_path / "out.npz"
+    kept = f"{out}: what is done so far is kept; --resume goes on from there\n"
+    assert shell(monkeypatch, "complete", partial, out, interrupt=7) == 130
+    assert capfd.readouterr().err == kept
+    assert shell(monkeypatch, "complete", partial, out, interrupt=5) == 130
+    anew = f"{out}: begins anew; --resume goes on where a run was interrupted\n"
+    assert capfd.readouterr().err == anew + kept
+    assert shell(monkeypatch, "complete", partial, out, "--resume") == 0
+    shown = capfd.readouterr().err
+    assert f"{out}: went on at frame 5\n" in shown
+    assert f"{out}: 25 frames completed in" in shown
+    assert "anew" not in shown
+
+
+@pytest.mark.usefixtures("eager")
+def test_the_command_tells_when_it_cannot_go_on(
+    tmp_path: Path,
+    partial: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    out = tmp_path / "out.npz"
+    assert shell(monkeypatch, "complete", partial, out, interrupt=7) == 130
+    (unfinished_folder(out) / "files" / "vertices.npy").write_bytes(b"")
+    capfd.readouterr()
+    assert shell(monkeypatch, "complete", partial, out, "--resume") == 0
+    assert f"{out}: begins anew\n" in capfd.readouterr().err
+
+
+def test_the_command_tells_that_nothing_is_kept(
+    tmp_path: Path,
+    partial: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    out = tmp_path / "out.npz"
+    assert shell(monkeypatch, "complete", partial, out, interrupt=7) == 130
+    assert capfd.readouterr().err == f"{out}: interrupted; nothing is kept\n"
+    assert not list(tmp_path.iterdir())

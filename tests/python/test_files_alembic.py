@@ -44,26 +44,54 @@ def acyclic(*times: float) -> Any:
     return Core.TimeSampling(Core.TimeSamplingType(Core.AcyclicFlag.kAcyclic), stored)
 
 
+def cyclic(cycle: float, *times: float) -> Any:
+    stored = Core.TimeVector()
+    stored[:] = times
+    return Core.TimeSampling(Core.TimeSamplingType(len(times), cycle), stored)
+
+
 @pytest.mark.parametrize(
-    ("times", "fps", "start"),
+    ("sampling", "fps", "start", "times"),
     [
-        (None, None, 0),
-        (Core.TimeSampling(1 / 25, 0.04), 25, 1),
-        (Core.TimeSampling(1001 / 30000, 1001 * 1001 / 30000), 30000 / 1001, 1001),
-        (Core.TimeSampling(0.5, 0.25), 2, 0.5),
-        (Core.TimeSampling(1.0, 5.0), None, 5),
-        (acyclic(0.5, 0.75, 1.0), 4, 2),
-        (acyclic(0.5, 0.75, 2.0), None, 0.5),
+        (None, None, 0, None),
+        (Core.TimeSampling(1 / 25, 0.04), 25, 1, None),
+        (Core.TimeSampling(1001 / 30000, 1001 * 1001 / 30000), 30000 / 1001, 1001, None),
+        (Core.TimeSampling(0.5, 0.25), 2, 0.5, None),
+        (Core.TimeSampling(1.0, 5.0), None, 5, None),
+        (acyclic(0.5, 0.75, 1.0), 4, 2, None),
+        (acyclic(0.5, 0.75, 2.0), 4, 2, [2, 3, 8]),
+        (acyclic(1 / 24, 5 / 24, 6 / 24), 24, 1, [1, 5, 6]),
+        (acyclic(5.0, 6.0, 9.5), None, 5, [5, 6, 9.5]),
+        (cyclic(1.0, 0.0, 0.25), 4, 0, [0, 1, 4]),
     ],
 )
-def test_samples_are_frames(tmp_path: Path, times: Any, fps: float | None, start: float) -> None:
-    path = archive_of(tmp_path / "a.abc", ("Body", [1, 2, 3]), times=times)
+def test_samples_are_frames(
+    tmp_path: Path, sampling: Any, fps: float | None, start: float, times: list[float] | None
+) -> None:
+    path = archive_of(tmp_path / "a.abc", ("Body", [1, 2, 3]), times=sampling)
     sequence = dynmesh.read(path)
     np.testing.assert_array_equal(sequence.vertices[:, 0, 2], [1, 2, 3])
     np.testing.assert_array_equal(sequence.faces, [[0, 1, 2]])  # counterclockwise
     assert sequence.fps == (None if fps is None else pytest.approx(fps))
     assert sequence.start == start
+    assert (None if sequence.times is None else sequence.times.tolist()) == times
     assert sequence.name == "/Body"
+
+
+def test_uneven_samples_are_counted_at_the_rate_of_the_program(tmp_path: Path) -> None:
+    path = tmp_path / "a.abc"
+    archive = Abc.CreateArchiveWithInfo(str(path), 24.0, "another program", "")
+    times = [1001, 1003, 1005, 1010]
+    sampling = archive.addTimeSampling(acyclic(*(time / 24 for time in times)))
+    add_mesh(archive, "Body", [1, 2, 3, 4], sampling)
+    del archive
+    again = dynmesh.read(path)
+    assert again.fps == 24
+    np.testing.assert_array_equal(again.times, times)
+    dynmesh.write(tmp_path / "b.abc", again)
+    found = Abc.IArchive(str(tmp_path / "b.abc")).getTop().getChild("Body")
+    stored = Geometry.IPolyMesh(found.getParent(), "Body").getSchema().getTimeSampling()
+    np.testing.assert_array_equal([stored.getSampleTime(i) for i in range(4)], np.array(times) / 24)
 
 
 def test_a_mesh_is_chosen(tmp_path: Path) -> None:

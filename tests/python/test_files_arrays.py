@@ -35,6 +35,8 @@ def sequence(dtype: Any = np.float32, **more: Any) -> dynmesh.Sequence:
         "up_axis": "z",
         "name": "/welt/Körper",
         "start": 1000.5,
+        "times": np.array([1000.5, 1001, 1002, 1007, 1008, 1009.25]),
+        "metres_per_unit": 0.01,
         "generation": rng.integers(-1, 9, (N, K)).astype(np.int32),
         "age": rng.integers(0, 2**31 - 1, (N, K)).astype(np.int32),
     }
@@ -62,7 +64,8 @@ def test_hdf5_keeps_everything(tmp_path: Path, dtype: Any) -> None:
     for suffix in (".h5", ".hdf5"):
         dynmesh.write(tmp_path / f"a{suffix}", before)
         again = dynmesh.read(tmp_path / f"a{suffix}")
-        assert_same(before, again, *HISTORY, "fps", "up_axis", "name", "start")
+        said = ("fps", "up_axis", "name", "start", "times", "metres_per_unit")
+        assert_same(before, again, *HISTORY, *said)
         assert again.polygons is not None
         np.testing.assert_array_equal(again.polygons.sizes, polygons.sizes)
         np.testing.assert_array_equal(again.polygons.corners, polygons.corners)
@@ -215,6 +218,15 @@ GOOD: dict[str, Any] = {
         (GOOD | {"fps": [24, 25]}, "fps: must be one number"),
         (GOOD | {"fps": "25"}, "fps: must be one number"),
         (GOOD | {"up_axis": "x"}, "up_axis: must be 'y' or 'z', not 'x'"),
+        (
+            GOOD | {"times": [1.0, 2, 3]},
+            r"times: must have shape \(2,\), as vertices say, not \(3,",
+        ),
+        (GOOD | {"times": [2, 2]}, "times: must be finite and ascend, but frame 1 is at 2.0"),
+        (GOOD | {"times": [np.nan, 2]}, "times: must be finite and ascend, but frame 0 is at nan"),
+        (GOOD | {"times": [1, np.inf]}, "times: must be finite and ascend, but frame 1 is at inf"),
+        (GOOD | {"times": "one, two"}, "times: must be numbers, not <U"),
+        (GOOD | {"metres_per_unit": 0}, "metres_per_unit: must be positive and finite, not 0"),
     ],
 )
 def test_hdf5_without_a_sequence_is_refused(

@@ -200,10 +200,11 @@ def test_every_encoding_of_vtk_is_read(
         (["7", "8", "9"], None, 7),
         (["0", "0.0333333", "0.0666667"], 30, 0),
         (["10", "10.5", "11"], 2, 20),
-        (["0.2", "0.3", "0.5"], None, 0.2),
+        (["0.2", "0.3", "0.5"], 10, 2),
+        (["1", "2", "7"], None, 1),
     ],
 )
-def test_even_steps_are_frames_per_second(
+def test_steps_are_frames_per_second(
     tmp_path: Path, mesh: Mesh, times: list[str], fps: float | None, start: float
 ) -> None:
     entries = []
@@ -215,6 +216,8 @@ def test_even_steps_are_frames_per_second(
     assert (again.fps is None) == (fps is None)
     assert fps is None or again.fps == pytest.approx(fps, rel=1e-5)
     assert again.start == start
+    if again.times is not None:
+        np.testing.assert_array_equal(again.times / (fps or 1), np.array(times, np.float64))
     np.testing.assert_array_equal(again.vertices[:, 0, 1], [0, 1, 2])  # in the order of time
 
 

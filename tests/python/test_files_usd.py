@@ -41,15 +41,11 @@ def layer(path: Path, *prims: str, about: str = "") -> Path:
         ("timeCodesPerSecond = 25", {"t1": 1, "t2": 2, "t3": 3}, [1, 2, 3], 25, 1),
         ("framesPerSecond = 30", {"t1_25": 1, "t2_25": 2}, [1, 2], 30, 1.25),
         ("", {"t1": 1, "t2": 2}, [1, 2], None, 1),
-        ("", {"t2": 1, "t4": 2}, [1, 2], None, 2),
         ("timeCodesPerSecond = 24", {"t6": 1, "t8": 2, "t10": 3}, [1, 2, 3], 12, 3),
         ("timeCodesPerSecond = 24", {"t1": 1, "t1_5": 2, "t2": 3}, [1, 2, 3], 48, 2),
         ("timeCodesPerSecond = 24", {"t7": 1}, [1], 24, 7),
         # what an exporter left out, since nothing moved
         ("timeCodesPerSecond = 24", {"t1": 1, "t2": 2, "t5": 2, "t6": 3}, [1, *[2] * 4, 3], 24, 1),
-        # what is missing
-        ("timeCodesPerSecond = 24", {"t1": 1, "t2": 2, "t4": 3}, [1, 2, 3], None, 1),
-        ("timeCodesPerSecond = 24", {"t1": 1, "t2": 2, "t3_3": 3}, [1, 2, 3], None, 1),
     ],
 )
 def test_samples_are_frames(
@@ -65,11 +61,33 @@ def test_samples_are_frames(
     np.testing.assert_array_equal(sequence.vertices[:, 0, 2], heights)
     assert sequence.fps == (None if fps is None else pytest.approx(fps))
     assert sequence.start == start
+    assert sequence.times is None
+
+
+@pytest.mark.parametrize(
+    ("about", "times", "fps"),
+    [
+        ("timeCodesPerSecond = 25", [1, 2, 4], 25),
+        ("framesPerSecond = 30", [1, 2, 3.3], 30),
+        ("", [1, 2, 4], None),
+        ("", [2, 4, 6], None),
+        ("", [0, 0.5, 1], None),
+    ],
+)
+def test_times_are_time_codes_where_they_do_not_follow(
+    tmp_path: Path, about: str, times: list[float], fps: float | None
+) -> None:
+    samples = {f"t{time}".replace(".", "_"): i for i, time in enumerate(times)}
+    sequence = dynmesh.read(layer(tmp_path / "a.usda", mesh(points_at(**samples)), about=about))
+    np.testing.assert_array_equal(sequence.times, times)
+    np.testing.assert_array_equal(sequence.vertices[:, 0, 2], [0, 1, 2])
+    assert (sequence.fps, sequence.start) == (fps, times[0])
 
 
 def test_points_without_samples_are_one_frame(tmp_path: Path) -> None:
     path = layer(tmp_path / "a.usda", mesh(f"point3f[] points = {REST}"), about='upAxis = "Z"')
     sequence = dynmesh.read(path)
+    assert sequence.metres_per_unit is None  # whatever USD falls back to
     np.testing.assert_array_equal(sequence.vertices, [[(0, 0, 0), (1, 0, 0), (0, 1, 0)]])
     np.testing.assert_array_equal(sequence.faces, [[0, 1, 2]])
     assert sequence.up_axis == "z"
@@ -108,12 +126,12 @@ def known(value: str, *, kind: str = "bool[]", interpolation: str = "vertex") ->
             "3 corners are announced, but there are 2",
         ),
         (
-            mesh("point3f[] points.timeSamples = {1: [(0, 0, 0), (1, 0, 0)], 2: [(0, 0, 0)]}"),
-            "time 2: points has 1 values, but the mesh has 2 vertices in its first frame",
+            mesh(f"point3f[] points.timeSamples = {{1: {REST}, 2: [(0, 0, 0)]}}"),
+            "time 2: points has 1 values, but the mesh has 3 vertices in its first frame",
         ),
         (
-            mesh("point3f[] points.timeSamples = {1: [(0, 0, 0)], 2: None}"),
-            "time 2: points has 0 values, but the mesh has 1 vertices",
+            mesh(f"point3f[] points.timeSamples = {{1: {REST}, 2: None}}"),
+            "time 2: points has 0 values, but the mesh has 3 vertices",
         ),
         (
             mesh(
@@ -218,14 +236,28 @@ def test_what_is_missing_from_the_mesh_is_said(
     assert capfd.readouterr() == ("", "")
 
 
-@pytest.mark.parametrize(("times", "start"), [((1, 2), 1), ((1001.5, 1002.5), 1001.5), ((4, 6), 2)])
+@pytest.mark.parametrize("about", ["timeCodesPerSecond = 25", "framesPerSecond = 30", ""])
+@pytest.mark.parametrize(
+    "times",
+    [
+        (1, 2, 3),
+        (1001.5, 1002.5, 1003.5),
+        (-6, -4, -2),
+        (1001, 1004, 1007),
+        (0.1, 0.2, 0.3),
+        (1, 2, 3, 7, 8, 9),
+        (100.25, 100.5, 101, 101.125),
+        (5,),
+    ],
+)
 def test_a_result_is_laid_over_its_original(
-    tmp_path: Path, times: tuple[float, float], start: float
+    tmp_path: Path, times: tuple[float, ...], about: str
 ) -> None:
     skin = 'def Material "Skin" {}\n'
+    samples = {f"t{time}".replace(".", "_"): i + 1 for i, time in enumerate(times)}
     body = mesh(
-        points_at(**{f"t{time}".replace(".", "_"): i + 1 for i, time in enumerate(times)}),
-        'uniform token subdivisionScheme = "none"',
+        points_at(**samples),
+        'uniform token orientation = "leftHanded"',
         'texCoord2f[] primvars:st = [(0, 0), (1, 0), (0, 1)] (interpolation = "vertex")',
         "rel material:binding = </World/Skin>",
     ).replace('"Body" {', '"Body" (prepend apiSchemas = ["MaterialBindingAPI"]) {')
@@ -234,49 +266,76 @@ def test_a_result_is_laid_over_its_original(
     original = layer(
         tmp_path / "original.usda",
         f'def Xform "World" {{\n{place}\n{skin}{body}}}',
-        about='timeCodesPerSecond = 24\nupAxis = "Z"\ndefaultPrim = "World"',
+        about=f'{about}\nupAxis = "Z"\nmetersPerUnit = 1\ndefaultPrim = "World"',
     )
     completed = tmp_path / "completed.usdc"
     with dynmesh.open(original) as reader, dynmesh.files.create_like(reader, completed) as writer:
         for frame in reader:
             writer.append(frame.points * 10 + 7)
     layers = "subLayers = [@completed.usdc@, @original.usda@]"
-    over = layer(tmp_path / "both.usda", about=f"{layers}\ntimeCodesPerSecond = 24")
-    for path, (first, second) in ((over, times), (completed, (start, start + 1))):
-        stage = Usd.Stage.Open(str(path))
-        found = UsdGeom.Mesh(stage.GetPrimAtPath("/World/Body"))
-        points = [np.array(found.GetPointsAttr().Get(t)) for t in (first, second)]
-        np.testing.assert_array_equal(np.array(points)[:, 0], [(7, 7, 17), (7, 7, 27)])
-        extent = np.array(found.GetExtentAttr().Get(second))
-        np.testing.assert_array_equal(extent, [(7, 7, 27), (17, 17, 27)])
-        assert found.GetFaceVertexCountsAttr().Get() == [3]
-        assert [p.GetPath() for p in stage.Traverse() if p.IsA(UsdGeom.Mesh)] == [found.GetPath()]
-        assert stage.GetDefaultPrim() == (
-            stage.GetPrimAtPath("/World") if path == completed else Usd.Prim()
-        )
-    stage = Usd.Stage.Open(str(over))
-    world, body_prim = stage.GetPrimAtPath("/World"), stage.GetPrimAtPath("/World/Body")
+    over = Usd.Stage.Open(str(layer(tmp_path / "both.usda", about=f"{layers}\n{about}")))
+    found = UsdGeom.Mesh(over.GetPrimAtPath("/World/Body"))
+    for attribute in (found.GetPointsAttr(), found.GetExtentAttr()):
+        np.testing.assert_allclose(attribute.GetTimeSamples(), times, rtol=1e-14)
+    for i, time in enumerate(times):
+        height = 17 + 10 * i
+        expected = [(7, 7, height), (17, 7, height), (7, 17, height)]
+        np.testing.assert_array_equal(found.GetPointsAttr().Get(time), expected)
+        extent = [(7, 7, height), (17, 17, height)]
+        np.testing.assert_array_equal(found.GetExtentAttr().Get(time), extent)
+    assert found.GetFaceVertexCountsAttr().Get() == [3]
+    assert found.GetSubdivisionSchemeAttr().Get() == "catmullClark"
+    assert found.GetOrientationAttr().Get() == "leftHanded"
+    assert [p.GetPath() for p in over.Traverse() if p.IsA(UsdGeom.Mesh)] == [found.GetPath()]
+    world = over.GetPrimAtPath("/World")
     assert world.GetTypeName() == "Xform"
     assert tuple(UsdGeom.Xformable(world).GetLocalTransformation().GetRow3(3)) == (1, 2, 3)
-    assert len(UsdGeom.PrimvarsAPI(body_prim).GetPrimvar("st").Get()) == 3
-    assert body_prim.GetRelationship("material:binding").GetTargets() == ["/World/Skin"]
+    assert len(UsdGeom.PrimvarsAPI(found).GetPrimvar("st").Get()) == 3
+    assert found.GetPrim().GetRelationship("material:binding").GetTargets() == ["/World/Skin"]
+
+    alone = Usd.Stage.Open(str(completed))
+    found = UsdGeom.Mesh(alone.GetPrimAtPath("/World/Body"))
+    seconds = np.array(found.GetPointsAttr().GetTimeSamples()) / alone.GetTimeCodesPerSecond()
+    rate = Usd.Stage.Open(str(original)).GetTimeCodesPerSecond()
+    np.testing.assert_allclose(seconds, np.array(times) / rate, rtol=1e-14)
+    limits = (alone.GetStartTimeCode(), alone.GetEndTimeCode())
+    np.testing.assert_array_equal(limits, np.array(found.GetPointsAttr().GetTimeSamples())[[0, -1]])
+    assert UsdGeom.GetStageMetersPerUnit(alone) == 1
+    assert alone.GetDefaultPrim() == alone.GetPrimAtPath("/World")
+    assert [p.GetPath() for p in alone.Traverse() if p.IsA(UsdGeom.Mesh)] == [found.GetPath()]
+
+
+def test_what_comes_from_a_scene_says_nothing_of_subdivision(tmp_path: Path) -> None:
+    for file, name, scheme in (("a.usda", "/World/Body", None), ("b.usda", None, "none")):
+        sequence = dynmesh.Sequence(np.zeros((1, 3, 3)), np.array([[0, 1, 2]]), name=name)
+        dynmesh.write(tmp_path / file, sequence)
+        stage = Usd.Stage.Open(str(tmp_path / file))
+        attribute = stage.GetPrimAtPath(name or "/mesh").GetAttribute("subdivisionScheme")
+        assert (attribute.Get() if attribute.HasAuthoredValue() else None) == scheme
+        assert not stage.HasAuthoredMetadata("metersPerUnit")
 
 
 def test_what_is_written_says_all_of_itself(tmp_path: Path) -> None:
     vertices = np.zeros((3, 4, 3))
     vertices[1, 2] = np.nan
     sequence = dynmesh.Sequence(
-        vertices, np.array([[0, 1, 2]]), fps=25, up_axis="y", name="a:b/1 é", start=1001
+        vertices,
+        np.array([[0, 1, 2]]),
+        fps=25,
+        up_axis="y",
+        name="a:b/1 é",
+        start=1001,
+        metres_per_unit=0.01,
     )
     dynmesh.write(tmp_path / "a.usda", sequence)
     stage = Usd.Stage.Open(str(tmp_path / "a.usda"))
     assert (stage.GetStartTimeCode(), stage.GetEndTimeCode()) == (1001, 1003)
     assert (stage.GetTimeCodesPerSecond(), stage.GetFramesPerSecond()) == (25, 25)
     assert UsdGeom.GetStageUpAxis(stage) == "Y"
+    assert UsdGeom.GetStageMetersPerUnit(stage) == 0.01
     assert stage.GetDefaultPrim().GetPath() == "/a_b"
     found: Any = next(p for p in stage.Traverse() if p.IsA(UsdGeom.Mesh))
     assert Sdf.Path.IsValidPathString(str(found.GetPath()))
-    assert UsdGeom.Mesh(found).GetSubdivisionSchemeAttr().Get() == "none"
     assert (tmp_path / "a.usda").read_bytes().startswith(b"#usda")
 
 

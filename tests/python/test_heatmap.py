@@ -134,15 +134,6 @@ def test_a_reference_must_be_of_use_and_fit(path: Path, tmp_path: Path, mesh: Me
                 list(Heatmap(reference, reference=reader).frames(range(5)))
 
 
-def test_a_face_without_vertex_is_refused_by_name(tmp_path: Path, mesh: Mesh) -> None:
-    write(tmp_path / "bad.npz", Sequence(mesh.vertices[None], mesh.faces + 40))
-    with (
-        open_sequence(tmp_path / "bad.npz") as reader,
-        pytest.raises(ValueError, match=r"bad.npz: .*face"),
-    ):
-        Heatmap(reader)
-
-
 def test_scales_cover_what_is_shown(path: Path) -> None:
     with open_sequence(path) as reader:
         for colour in ("generation", "age", "known"):

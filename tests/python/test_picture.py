@@ -122,11 +122,11 @@ def test_nothing_to_see_is_refused(sequence: Sequence, tmp_path: Path) -> None:
 def test_progress_is_told(sequence: Sequence, tmp_path: Path) -> None:
     watched: list[Any] = []
 
-    def watch(numbers: Any, total: int) -> Any:
+    def watch(frames: Any, total: int) -> Any:
         watched.append(total)
-        for number in numbers:
-            watched.append(number)
-            yield number
+        for frame in frames:
+            watched.append(frame.number)
+            yield frame
 
     draw(sequence, tmp_path, numbers=[3, 1], watch=watch)
     assert watched == [2, 3, 1]

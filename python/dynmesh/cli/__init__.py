@@ -1,21 +1,38 @@
 """The command `dynmesh`: the package for people with a shell and a file."""
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand
 
 from .._core import __version__
 from .._terminal import fail
-from .completion import batch, complete
+from .batch import batch
+from .completion import complete
+from .description import info
 from .evaluation import evaluate, reproduce
 from .pictures import picture, view
-from .sequences import convert, degrade, info, synth
+from .sequences import convert, degrade, synth
+
+
+class _Command(TyperCommand):
+    """A command that says why there may be too many arguments."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        try:
+            return super().parse_args(ctx, args)
+        except Exception as error:  # typer hides what it raises
+            if "extra argument" in str(error):
+                ctx.fail(f"{error}; quote a pattern, as '*.ply'")
+            raise
+
 
 app = typer.Typer(
     name="dynmesh",
     help="Completes dynamic meshes: one connectivity, a whole first frame, holes in the others.\n\n"
     "A sequence is an animated mesh in any of the formats that `dynmesh convert --help` lists. A "
-    "vertex is missing in a frame where its position is not a number, or where a mask says so.",
+    "vertex is missing in a frame where its mask says so or, in a file without masks, where its "
+    "position is not a number.",
     rich_markup_mode="markdown",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -32,7 +49,7 @@ for command in (
     batch,
     reproduce,
 ):
-    app.command()(command)
+    app.command(cls=_Command)(command)
 
 
 def _print_version(wanted: bool) -> None:

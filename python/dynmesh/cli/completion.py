@@ -1,19 +1,13 @@
-"""The commands that complete: one sequence, or an archive of them."""
+"""The command that completes a sequence."""
 
-from collections import Counter
 from collections.abc import Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor
-from contextlib import contextmanager
-from multiprocessing import get_context
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from .._extras import require
-from .._terminal import counter, say, track
-from ..batch import Result, complete_files, read_jobs
-from ..file_completion import FileReport, check_output, complete_file, unfinished_folder
+from .._terminal import say, track
+from ..file_completion import FileReport, check_output, complete_file, is_unfinished
 from ..streaming import Settings
 from .options import (
     Faces,
@@ -29,6 +23,7 @@ from .options import (
     Unseen,
     source_of,
 )
+from .zeros import Zeros
 
 
 def complete(
@@ -69,6 +64,15 @@ def complete(
         "unseen": unseen.value,
     }
     check_output(output, output_format, overwrite=overwrite)
+    was_unfinished = is_unfinished(output)
+    zeros = Zeros()
+
+    def watch(frames: Iterator[Any], whole: int, done: int) -> Iterator[Any]:
+        if was_unfinished and not done:
+            hint = "" if resume else "; --resume goes on where a run was interrupted"
+            say(f"{output}: begins anew{hint}")
+        return track(zeros.watch(frames, done), whole, "completing", done)
+
     try:
         report = complete_file(
             path,
@@ -79,78 +83,24 @@ def complete(
             provenance=provenance,
             overwrite=overwrite,
             resume=resume,
-            watch=lambda frames, whole, done: track(frames, whole, "completing", done),
+            watch=watch,
             **settings,
         )
-    except (OSError, KeyboardInterrupt):
-        if unfinished_folder(output).exists():
+    except BlockingIOError:  # of another process
+        raise
+    except (OSError, KeyboardInterrupt) as error:
+        if is_unfinished(output):
             say(f"{output}: what is done so far is kept; --resume goes on from there")
+        elif isinstance(error, KeyboardInterrupt):
+            say(f"{output}: interrupted; nothing is kept")
         raise
     if report.resumed_at:
         say(f"{output}: went on at frame {report.resumed_at}")
-    _say_how_fast(output, report)
+    _say_what_was_done(output, report)
+    zeros.say_if_many()
 
 
-def batch(
-    jobs: Annotated[
-        Path,
-        typer.Argument(
-            metavar="JOBS.csv",
-            help="A table with a line for each file: columns input, output and, where wanted, "
-            "the options of `dynmesh complete`, as extra_iterations. Paths are relative to it.",
-        ),
-    ],
-    workers: Annotated[
-        int, typer.Option(metavar="N", help="Processes on this machine.", min=1)
-    ] = 1,
-    scheduler: Annotated[
-        str | None,
-        typer.Option(metavar="ADDRESS", help="A Dask scheduler whose workers do it instead."),
-    ] = None,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace outputs that exist, not skip them.")
-    ] = False,
-) -> None:
-    """Complete many files; one that fails does not stop the others.
-
-    Run again, it does what is left to do. The exit code is 1 if a job failed.
-    """
-    table = read_jobs(jobs)
-    with counter(len(table), "completing") as count, _executor(workers, scheduler) as executor:
-
-        def watch(result: Result) -> None:
-            count()
-            if result.status == "failed":
-                say(f"failed: {result.reason}")
-
-        results = complete_files(table, executor, overwrite=overwrite, watch=watch)
-    counts = Counter(result.status for result in results)
-    say(
-        f"{counts['done']} done, {counts['exists']} there already, {counts['failed']} failed "
-        f"of {len(results)} jobs"
-    )
-    if counts["failed"]:
-        raise typer.Exit(1)
-
-
-@contextmanager
-def _executor(workers: int, scheduler: str | None) -> Iterator[Executor | None]:
-    if scheduler is not None:
-        distributed = require("distributed", extra="batch")
-        try:
-            client = distributed.Client(scheduler, timeout="10s")
-        except (OSError, ValueError) as error:
-            raise OSError(f"--scheduler: there is none at {scheduler}") from error
-        with client, client.get_executor() as executor:
-            yield executor
-    elif workers > 1:
-        with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as executor:
-            yield executor
-    else:
-        yield None
-
-
-def _say_how_fast(output: Path, report: FileReport) -> None:
+def _say_what_was_done(output: Path, report: FileReport) -> None:
     seconds = report.seconds_per_frame
     if seconds is None:
         say(f"{output}: frame 0 alone; there was nothing to complete")
@@ -160,3 +110,10 @@ def _say_how_fast(output: Path, report: FileReport) -> None:
         f"{output}: {done} frames completed in {1e3 * seconds:.3g} ms each (median), "
         f"{1 / seconds:.0f} frames per second beside reading and writing"
     )
+    if report.filled + report.unseen == 0:
+        say(f"{output}: nothing was missing")
+        return
+    counts = {"known": report.known, "filled in": report.filled, "unseen": report.unseen}
+    whole = sum(counts.values())
+    shares = ", ".join(f"{what} {100 * n / whole:.3g} %" for what, n in counts.items())
+    say(f"{output}: {shares} of the vertices after frame 0")

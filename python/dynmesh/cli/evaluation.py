@@ -10,12 +10,14 @@ from rich.table import Table
 
 from .. import evaluation, files
 from .._terminal import WorkBar, say, track
-from .options import Axis, Seed
+from .options import Axis, Faces, Prim, Seed, share_out
 
 
 def evaluate(
     completed: Annotated[Path, typer.Argument(metavar="COMPLETED", help="What was filled in.")],
     reference: Annotated[Path, typer.Argument(metavar="REFERENCE", help="The truth.")],
+    faces: Faces = None,
+    prim: Prim = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")] = False,
 ) -> None:
     """Measure the error of a completed sequence.
@@ -23,9 +25,10 @@ def evaluate(
     All figures are in bounding-box diagonals of the reference's first frame. NMSVE is the paper's
     normalised mean square visual error; the others are of the distance between a vertex and its
     true position: mean, root mean square and 99th percentile in the mean frame, and the largest of
-    all. Frame 0 is left out.
+    all. Frame 0 is left out. --faces and --prim are for both files, as far as they take them.
     """
-    with files.open(completed) as ours, files.open(reference) as truth:
+    source, source_of_truth = share_out({"faces": faces, "prim": prim}, completed, reference)
+    with files.open(completed, **source) as ours, files.open(reference, **source_of_truth) as truth:
         result = evaluation.evaluate(ours, truth, track(ours, ours.n_frames, "measuring"))
     if as_json:
         print(json.dumps(_as_json(result), indent=2))

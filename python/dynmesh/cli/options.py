@@ -4,17 +4,20 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, cast
 
 import typer
 
 from .. import files
-from ..file_completion import Source
+from ..checkpoint import Source
 
 _names = ", ".join(files.formats)
 
 InputPath = Annotated[
-    Path, typer.Argument(metavar="IN", help="A sequence: a file, a pattern, a glob or a folder.")
+    Path,
+    typer.Argument(
+        metavar="IN", help="A sequence: a file, a folder, or a pattern or glob in quotes."
+    ),
 ]
 OutputPath = Annotated[Path, typer.Argument(metavar="OUT", help="The result.")]
 Format = Annotated[
@@ -91,6 +94,17 @@ def source_of(
         "known": mask,
         "missing": None if missing is None else "zero",
     }
+
+
+def share_out(source: Source, path: Path, reference: Path) -> tuple[Source, Source]:
+    """How to read a sequence and its reference: --faces and --prim are for whichever takes them.
+
+    What neither takes stays with the sequence, whose reader refuses it.
+    """
+    ours = files.format_of(path, source.get("format")).takes
+    theirs = files.format_of(reference).takes
+    kept = {name: value for name, value in source.items() if name in ours or name not in theirs}
+    return cast(Source, kept), cast(Source, {name: source.get(name) for name in theirs})
 
 
 @contextmanager

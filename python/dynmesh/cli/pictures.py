@@ -10,19 +10,22 @@ import typer
 
 from .. import files
 from .._terminal import say, track
+from ..checkpoint import Source
 from ..files import Reader
+from ..heatmap import likely_up
 from .options import (
     Axis,
     Faces,
     Format,
     InputPath,
     MaskFile,
-    Missing,
     MissingValue,
     Overwrite,
     Prim,
+    share_out,
     source_of,
 )
+from .zeros import Zeros
 
 
 class Colour(StrEnum):
@@ -71,7 +74,9 @@ def view(
     """Write a page that plays a sequence in any browser, without a network."""
     from ..view import view as write
 
-    with _opened(path, reference, format, faces, prim, mask, missing) as (reader, truth):
+    zeros = Zeros()
+    source = source_of(format, faces, prim, mask, missing)
+    with _opened(path, reference, source) as (reader, truth):
         _check_output(output, overwrite, ".html")
         shown = write(
             reader,
@@ -82,9 +87,11 @@ def view(
             azimuth=azimuth,
             max_frames=max_frames,
             max_vertices=max_vertices,
-            watch=lambda frames, n: track(frames, n, "reading"),
+            watch=lambda frames, n: track(zeros.watch_shown(frames), n, "reading"),
         )
+        _say_if_guessed(up, reader)
     say(f"{output}: open it in a browser" + (f"; it shows {shown}" if str(shown) else ""))
+    zeros.say_if_many()
 
 
 def picture(
@@ -113,7 +120,9 @@ def picture(
     from ..picture import evenly_spaced
     from ..picture import picture as draw
 
-    with _opened(path, reference, format, faces, prim, mask, missing) as (reader, truth):
+    zeros = Zeros()
+    source = source_of(format, faces, prim, mask, missing)
+    with _opened(path, reference, source) as (reader, truth):
         _check_output(output, overwrite, ".png")
         draw(
             reader,
@@ -124,26 +133,32 @@ def picture(
             up=None if up is None else up.value,
             azimuth=azimuth,
             size=(size, size),
-            watch=lambda numbers, n: track(numbers, n, "drawing"),
+            watch=lambda frames, n: track(zeros.watch_shown(frames), n, "reading"),
         )
+        _say_if_guessed(up, reader)
     say(f"{output}: drawn")
+    zeros.say_if_many()
 
 
 @contextmanager
 def _opened(
     path: Path,
     reference: Path | None,
-    format: str | None,
-    faces: Path | None,
-    prim: str | None,
-    mask: Path | None,
-    missing: Missing | None,
+    source: Source,
 ) -> Iterator[tuple[Reader, Reader | None]]:
     with ExitStack() as stack:
-        source = source_of(format, faces, prim, mask, missing)
-        reader = stack.enter_context(files.open(path, **source))
-        truth = None if reference is None else stack.enter_context(files.open(reference))
-        yield reader, truth
+        truth = None
+        if reference is not None:
+            source, source_of_truth = share_out(source, path, reference)
+            truth = stack.enter_context(files.open(reference, **source_of_truth))
+        yield stack.enter_context(files.open(path, **source)), truth
+
+
+def _say_if_guessed(up: Axis | None, reader: Reader) -> None:
+    said = reader.header.up_axis
+    if up is None and said is None:
+        guess = likely_up(next(iter(reader)).points, said)
+        say(f"{guess} is taken for up; --up {'y' if guess == 'z' else 'z'} if it is not")
 
 
 def _check_output(path: Path, overwrite: bool, suffix: str) -> None:

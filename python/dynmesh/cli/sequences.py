@@ -7,13 +7,10 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from rich.console import Console
-from rich.table import Table
 
 from .. import degrade as degradation
-from .. import evaluation, files
+from .. import files
 from .. import synth as built_in
-from .._core import Completer
 from .._terminal import say, track
 from ..file_completion import check_output
 from ..sequence import Mask, Positions
@@ -156,45 +153,19 @@ def convert(
     """Write a sequence in another format; docs/formats.md says what each keeps."""
     with files.open(path, **source_of(format, faces, prim, mask, missing)) as reader:
         check_output(output, output_format, overwrite=overwrite, reader=reader)
-        header = replace(reader.header, fps=fps or reader.fps)
+        dropped = reader.has_provenance and not files.keeps_provenance(output, output_format)
+        header = replace(
+            reader.header,
+            fps=fps or reader.fps,
+            has_provenance=reader.has_provenance and not dropped,
+        )
         with files.begin(output, header, format=output_format) as writer:
             for frame in track(reader, reader.n_frames, "converting"):
-                writer.append(frame.points, frame.known, generation=frame.generation, age=frame.age)
+                traces = {} if dropped else {"generation": frame.generation, "age": frame.age}
+                writer.append(frame.points, frame.known, **traces)
+    if dropped:
+        say(f"{output}: generation and age are left out, as this format holds none")
     say(f"{output}: {reader.n_frames} frames of {reader.n_vertices} vertices")
-
-
-def info(
-    path: InputPath,
-    format: Format = None,
-    faces: Faces = None,
-    prim: Prim = None,
-    mask: MaskFile = None,
-    missing: MissingValue = None,
-) -> None:
-    """Say what a sequence holds, and what is odd about its mesh."""
-    with files.open(path, **source_of(format, faces, prim, mask, missing)) as reader:
-        shares = list(track(_known_shares(reader), reader.n_frames, "reading"))
-        first = next(iter(reader)).points
-        topology = Completer(reader.faces, first).topology
-        table = Table.grid(padding=(0, 2))
-        table.add_row("frames", str(reader.n_frames))
-        table.add_row("frames per second", "not said" if reader.fps is None else f"{reader.fps:g}")
-        table.add_row("first frame", f"{reader.header.start:.15g}")
-        table.add_row("vertices", f"{reader.n_vertices}, {reader.dtype}")
-        table.add_row("faces", str(len(reader.faces)))
-        table.add_row("known after frame 0", _describe_shares(shares[1:]))
-        table.add_row(
-            "bounding-box diagonal", f"{evaluation.bounding_box_diagonal(first):g}, of frame 0"
-        )
-        table.add_row("components", str(topology.components))
-        table.add_row("isolated vertices", str(topology.isolated_vertices))
-        table.add_row("boundary edges", str(topology.boundary_edges))
-        table.add_row("refused faces", str(len(topology.refused_faces)))
-        for index, reason in topology.refused_faces[:10]:
-            table.add_row("", f"face {index}: {reason}")
-        if len(topology.refused_faces) > 10:
-            table.add_row("", f"and {len(topology.refused_faces) - 10} more")
-    Console().print(table)
 
 
 def _bounding_box(reader: files.Reader) -> Positions:
@@ -206,17 +177,3 @@ def _bounding_box(reader: files.Reader) -> Positions:
             corners[0] = np.minimum(corners[0], finite.min(axis=0))
             corners[1] = np.maximum(corners[1], finite.max(axis=0))
     return corners
-
-
-def _known_shares(reader: files.Reader) -> Iterator[float]:
-    for points, known in reader:
-        observed = np.isfinite(points).all(axis=1)
-        if known is not None:
-            observed &= known
-        yield float(observed.mean())
-
-
-def _describe_shares(shares: list[float]) -> str:
-    if not shares:
-        return "there is no other frame"
-    return f"{100 * np.mean(shares):.1f} % ({100 * min(shares):.1f} to {100 * max(shares):.1f} %)"

@@ -4,29 +4,28 @@ Each format has a module with a reader and a writer; all of them work one frame 
 does not grow with the length of a sequence. `interface.py` says what they have in common.
 """
 
-import os
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..polygons import Polygons
 from ..sequence import Sequence
-from .alembic import alembic
-from .hdf5 import hdf5
-from .interface import Format, Frame, Header, Reader, Template, Writer, naming
+from .choice import (
+    PathLike,
+    existing,
+    format_of,
+    formats,
+    keeps_provenance,
+    listed,
+    new_folder,
+    resumable,
+    writer_of,
+)
+from .interface import Frame, Header, Reader, Template, Writer, naming
 from .masks import MaskedReader
-from .mdd import mdd
-from .npy import npy
-from .npz import npz
-from .numbered import files_in
-from .obj import obj
-from .paraview import pvd
-from .pc2 import pc2
-from .ply import ply
-from .usd import usd, usdz
 
 __all__ = [
     "Frame",
@@ -38,20 +37,17 @@ __all__ = [
     "create",
     "create_like",
     "existing",
+    "format_of",
     "formats",
+    "keeps_provenance",
+    "listed",
     "naming",
     "new_folder",
     "open",
     "read",
+    "resumable",
     "write",
 ]
-
-PathLike: TypeAlias = str | os.PathLike[str]
-
-formats: dict[str, Format] = {
-    format.name: format for format in (npz, hdf5, npy, pc2, mdd, ply, obj, pvd, usd, usdz, alembic)
-}
-"""All formats by name."""
 
 
 def open(
@@ -84,7 +80,7 @@ def open(
     if missing not in (None, "zero"):
         raise ValueError(f"missing: must be 'zero' or None, not {missing!r}")
     with naming(path):
-        reader = _format_of(path, format).reader(path, _template(faces), prim)
+        reader = format_of(path, format).reader(path, _template(faces), prim)
     if known is None and missing is None:
         return reader
     try:
@@ -106,6 +102,8 @@ def create(
     up_axis: str | None = None,
     name: str | None = None,
     start: float = 0,
+    times: NDArray[np.float64] | None = None,
+    metres_per_unit: float | None = None,
     with_known: bool = False,
     with_provenance: bool = False,
     format: str | None = None,
@@ -123,6 +121,8 @@ def create(
         up_axis: "y" or "z", if known.
         name: of the mesh in the file, for formats that hold several.
         start: the number of the first frame in the file; see :class:`dynmesh.Sequence`.
+        times: (n,) the number of each frame in the file, if they do not follow from `start`.
+        metres_per_unit: how long a unit of the positions is, if known.
         with_known: whether each frame comes with its mask.
         with_provenance: whether each frame comes with the generation and age of its vertices.
         format: one of :data:`dynmesh.files.formats`; None goes by the suffix.
@@ -133,8 +133,8 @@ def create(
         TypeError, ValueError: an argument is of the wrong kind or shape.
     """
     header = Header(
-        faces, n_frames, n_vertices, dtype, fps, polygons, up_axis, name, start, with_known,
-        with_provenance,
+        faces, n_frames, n_vertices, dtype, fps, polygons, up_axis, name, start, times,
+        metres_per_unit, with_known, with_provenance,
     )  # fmt: skip
     return begin(path, header, format=format)
 
@@ -150,21 +150,7 @@ def begin(
     """As :func:`create`, with a header; `folder` and `resume_at` as :class:`Writer` says."""
     path = Path(path)
     with naming(path):
-        return _writer_of(path, format)(path, header, folder=folder, resume_at=resume_at)
-
-
-def existing(path: PathLike, format: str | None = None) -> list[Path]:
-    """The files there are now that writing to `path` would replace."""
-    path = Path(path)
-    with naming(path):
-        return _writer_of(path, format).existing(path)
-
-
-def new_folder(path: PathLike, format: str | None = None) -> Path | None:
-    """The folder that writing to `path` would make; None where it must be there already."""
-    path = Path(path)
-    with naming(path):
-        return _writer_of(path, format).new_folder(path)
+        return writer_of(path, format)(path, header, folder=folder, resume_at=resume_at)
 
 
 def create_like(
@@ -198,7 +184,7 @@ def read(path: PathLike, **options: Any) -> Sequence:
                 age[i] = np.asarray(frame.age)
         return Sequence(
             vertices, header.faces, known, header.fps, header.polygons, header.up_axis,
-            header.name, header.start, generation, age,
+            header.name, header.start, header.times, header.metres_per_unit, generation, age,
         )  # fmt: skip
 
 
@@ -219,6 +205,8 @@ def write(path: PathLike, sequence: Sequence, *, format: str | None = None) -> N
         up_axis=sequence.up_axis,
         name=sequence.name,
         start=sequence.start,
+        times=sequence.times,
+        metres_per_unit=sequence.metres_per_unit,
         with_known=sequence.known is not None,
         with_provenance=sequence.generation is not None,
         format=format,
@@ -230,43 +218,6 @@ def write(path: PathLike, sequence: Sequence, *, format: str | None = None) -> N
                 generation=None if sequence.generation is None else sequence.generation[i],
                 age=None if sequence.age is None else sequence.age[i],
             )
-
-
-def _format_of(path: Path, name: str | None) -> Format:
-    """The format of that name, or that the path shows."""
-    if name is not None:
-        if name not in formats:
-            raise ValueError(f"the format '{name}' is not known, but {_listed(formats)}")
-        return formats[name]
-    if path.is_dir():
-        return _format_in(path)
-    suffix = path.suffix.lower()
-    for format in formats.values():
-        if suffix in format.suffixes:
-            return format
-    suffixes = [suffix for format in formats.values() for suffix in format.suffixes]
-    raise ValueError(f"the format '{path.suffix}' is not known, but {_listed(suffixes)}")
-
-
-def _format_in(folder: Path) -> Format:
-    """The format of the frames in a folder."""
-    found = [format for format in (ply, obj) if files_in(folder, format.suffixes[0])]
-    if len(found) == 1:
-        return found[0]
-    what = "both .ply and .obj files" if found else "no .ply or .obj files"
-    raise ValueError(f"is a folder with {what}: name the format with --format, in Python format=")
-
-
-def _writer_of(path: Path, format: str | None) -> type[Writer]:
-    chosen = _format_of(path, format)
-    if chosen.writer is None:
-        raise ValueError(f"{chosen.name} files are only read")
-    return chosen.writer
-
-
-def _listed(names: Any) -> str:
-    *others, last = names
-    return f"{', '.join(others)} and {last}" if others else str(last)
 
 
 def _template(faces: Any) -> Template | None:

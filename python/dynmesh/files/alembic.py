@@ -19,7 +19,7 @@ from .._extras import require
 from ..polygons import Polygons, as_polygons, check_polygons, split_polygons
 from .interface import Format, Frame, Header, Reader, Template, Writer, refuse_template
 from .scenes import check_same_faces, choose_mesh
-from .times import first_frame, spacing
+from .times import Timing, broadcast, frame_number, frame_seconds, spacing, uneven
 
 parameters = {"known": "Uchar", "generation": "Int32", "age": "Int32"}
 """What a vertex has beside its position, and the kind of geometry parameter that holds it."""
@@ -30,8 +30,8 @@ class AlembicReader(Reader):
 
     Alembic knows the time of every sample, but without more it is one second from sample to sample.
     So `fps` is None, and the times are the numbers of the frames, where samples are one second
-    apart and the archive does not hold the rate of the program that wrote it; and where they are
-    not evenly spaced.
+    apart and the archive does not hold the rate of the program that wrote it. Where samples are not
+    evenly spaced, frames are counted at that rate or, without it, at the samples' usual one.
     """
 
     def __init__(self, path: Path, template: Template | None, prim: str | None) -> None:
@@ -55,16 +55,14 @@ class AlembicReader(Reader):
             raise ValueError("the mesh has no positions")
         faces, polygons = split_polygons(_turned(_faces(self._mesh)))
         self._parameters = _parameters(self._mesh.getSchema(), n_frames)
-        fps, start = _timing(self._archive, self._positions)
         return Header(
             faces=faces,
             n_frames=n_frames,
             n_vertices=len(self._positions.getValue(0)),
             dtype=np.dtype(np.float32),
-            fps=fps,
             polygons=polygons,
             name=self._mesh.getFullName(),
-            start=start,
+            **_timing(self._archive, self._positions)._asdict(),
             has_known="known" in self._parameters,
             has_provenance="age" in self._parameters,
         )
@@ -137,17 +135,20 @@ def _turned(polygons: Polygons) -> Polygons:
     return Polygons(polygons.sizes, polygons.corners[last - np.arange(len(last))])
 
 
-def _timing(archive: Any, positions: Any) -> tuple[float | None, float]:
-    """Frames per second, if the archive tells them, and the number of the first frame."""
+def _timing(archive: Any, positions: Any) -> Timing:
+    """Frames per second, if the archive tells them, and the numbers of the frames."""
     sampling = positions.getTimeSampling()
     kind = sampling.getTimeSamplingType()
     times = [sampling.getSampleTime(i) for i in range(positions.getNumSamples())]
     step = kind.getTimePerCycle() if kind.isUniform() else spacing(times)
-    fps = 1 / step if step else None
-    said = _alembic("Abc").GetArchiveInfo(archive).get("dccFPS")
-    if step == 1 and (times[0] == 0 or not said):
-        fps = float(said) if said else None
-    return fps, first_frame(times[0], fps)
+    said = _alembic("Abc").GetArchiveInfo(archive).get("dccFPS")  # six decimals
+    rate = next((fps for fps in broadcast if round(fps, 6) == said), said or None)
+    if step is None and len(times) > 1:
+        return uneven(times, rate)
+    fps = 1 / step if step else rate
+    if step == 1 and (times[0] == 0 or rate is None):
+        fps = rate
+    return Timing(fps, frame_number(times[0], fps))
 
 
 def _parameters(schema: Any, n_frames: int) -> dict[str, Any]:
@@ -193,9 +194,7 @@ class AlembicWriter(Writer):
         header = self.header
         about = ("dynmesh", "") if header.fps is None else (header.fps, "dynmesh", "")
         self._archive = abc.CreateArchiveWithInfo(self._file.name, *about)
-        fps = header.fps or 1
-        times = core.TimeSampling(1 / fps, header.start / fps)
-        sampling = self._archive.addTimeSampling(times)
+        sampling = self._archive.addTimeSampling(self._times(core))
         *parents, name = [part for part in (header.name or "").split("/") if part] or ["mesh"]
         parent = self._archive.getTop()
         for above in parents:
@@ -210,6 +209,14 @@ class AlembicWriter(Writer):
             )
             parameter.setTimeSampling(sampling)
             self._parameters[name] = parameter
+
+    def _times(self, core: Any) -> Any:
+        fps = self.header.fps or 1
+        if self.header.times is None:
+            return core.TimeSampling(1 / fps, self.header.start / fps)
+        times = core.TimeVector()
+        times[:] = frame_seconds(self.header).tolist()
+        return core.TimeSampling(core.TimeSamplingType(core.AcyclicFlag.kAcyclic), times)
 
     def _append(self, frame: Frame) -> None:
         imath, geometry = require("imath", extra="alembic"), _alembic("AbcGeom")
@@ -279,4 +286,11 @@ def _translating(kind: type[Exception], what: str) -> Iterator[None]:
         raise kind(f"{what}: {str(error).splitlines()[-1]}") from error
 
 
-alembic = Format("alembic", (".abc",), "a mesh in an Alembic archive", AlembicReader, AlembicWriter)
+alembic = Format(
+    "alembic",
+    (".abc",),
+    "a mesh in an Alembic archive",
+    AlembicReader,
+    AlembicWriter,
+    frozenset({"prim"}),
+)

@@ -20,6 +20,7 @@ from .interface import (
     refuse_template,
 )
 from .numbered import FrameNames, find_files, names_to_write
+from .times import Timing
 
 
 class FramesReader(Reader):
@@ -29,9 +30,7 @@ class FramesReader(Reader):
     scanners write points alone. A subclass says how to read one file.
     """
 
-    def __init__(
-        self, path: Path, files: list[Path], start: float, fps: float | None = None
-    ) -> None:
+    def __init__(self, path: Path, files: list[Path], timing: Timing) -> None:
         """Reads the first file."""
         if not files:
             raise ValueError("names no file")
@@ -45,9 +44,8 @@ class FramesReader(Reader):
             n_frames=len(files),
             n_vertices=len(frame.points),
             dtype=frame.points.dtype,
-            fps=fps,
             polygons=polygons,
-            start=start,
+            **timing._asdict(),
             has_known=frame.known is not None,
             has_provenance=frame.generation is not None,
         )
@@ -100,7 +98,8 @@ class NumberedReader(FramesReader):
         """Finds the files and reads the first."""
         refuse_template(template)
         refuse_mesh_name(prim)
-        super().__init__(path, *find_files(path, self.suffix))
+        files, start = find_files(path, self.suffix)
+        super().__init__(path, files, Timing(None, start))
 
 
 def _check_first(n_vertices: int, polygons: Polygons) -> None:

@@ -1,8 +1,8 @@
 """HDF5: datasets of the root, under the same names as in `.npz`.
 
 `known` is a bool dataset as h5py writes it, an enumeration of FALSE and TRUE in 8 bits; mere
-integers are refused, since they may as well be weights or labels. `fps`, `up_axis`, `name` and
-`start` may also be attributes of the root. Datasets in groups are left alone.
+integers are refused, since they may as well be weights or labels. `fps`, `up_axis`, `name`,
+`start` and `metres_per_unit` may also be attributes of the root. Datasets in groups are left alone.
 """
 
 import contextlib
@@ -27,7 +27,7 @@ from .interface import (
 )
 from .named import arrays_once, header_of, kinds_per_frame, once, per_frame, rows_of
 
-attributes = ("fps", "up_axis", "name", "start")
+attributes = ("fps", "up_axis", "name", "start", "metres_per_unit")
 # Frames that share compressed chunks are read one after another: hold the chunks until the last.
 chunk_cache = {"rdcc_nbytes": 48 << 20, "rdcc_nslots": 10007}
 room_for_hdf5 = 1 << 20  # what describes the arrays takes a few kilobytes

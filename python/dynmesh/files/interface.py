@@ -18,11 +18,15 @@ from ..sequence import (
     Mask,
     Positions,
     Provenance,
+    check_corners,
     check_description,
     check_faces,
     check_known,
     check_provenance,
+    check_times,
     check_vertices,
+    rate,
+    summary,
 )
 
 
@@ -62,6 +66,9 @@ class Header:
         up_axis: "y" or "z", or None.
         name: of the mesh among others in its file, or None.
         start: the number of the first frame in its file; see :class:`dynmesh.Sequence`.
+        times: (n,) float64, the number of each frame in its file, or None where they follow from
+            `start`.
+        metres_per_unit: how long a unit of the positions is, or None.
         has_known: whether each frame has a known mask.
         has_provenance: whether each frame has the generation and the age of its vertices.
     """
@@ -75,6 +82,8 @@ class Header:
     up_axis: str | None = None
     name: str | None = None
     start: float = 0
+    times: NDArray[np.float64] | None = None
+    metres_per_unit: float | None = None
     has_known: bool = False
     has_provenance: bool = False
 
@@ -82,7 +91,9 @@ class Header:
         """Refuses what does not fit together."""
         check_vertices(self.dtype, (self.n_frames, self.n_vertices, 3))
         check_faces(self.faces.dtype, self.faces.shape)
-        check_description(self.fps, self.polygons, self.up_axis, self.start)
+        check_corners(self.faces, self.n_vertices)
+        check_times(self.times, self.n_frames)
+        check_description(self.fps, self.polygons, self.up_axis, self.start, self.metres_per_unit)
 
 
 class Reader(ABC):
@@ -138,6 +149,12 @@ class Reader(ABC):
     def files(self) -> list[Path]:
         """The files that are read."""
         return [self.path]
+
+    def __repr__(self) -> str:
+        """What the file holds, without the numbers."""
+        counts = summary(self.n_frames, self.n_vertices, len(self.faces), self.dtype)
+        masks = "with masks" if self.has_known else "no masks"
+        return f"{type(self).__name__}({str(self.path)!r}: {counts}, {masks}, {rate(self.fps)})"
 
     def __iter__(self) -> Iterator[Frame]:
         """Yields all frames, from frame 0 on."""
@@ -396,6 +413,8 @@ class Format:
         reader: makes a reader of a path, a template for its faces or None, and the name of one mesh
             among others or None.
         writer: makes a writer; None where the format is only read.
+        takes: what its reader takes beside the path: "faces", from elsewhere; "prim", the name of
+            one mesh among others.
     """
 
     name: str
@@ -403,6 +422,7 @@ class Format:
     what: str
     reader: Callable[[Path, Template | None, str | None], Reader]
     writer: type[Writer] | None
+    takes: frozenset[str] = frozenset()
 
 
 @contextlib.contextmanager

@@ -15,12 +15,10 @@ from numpy.typing import NDArray
 
 from .interface import Format
 from .pointcache import PointCacheReader, PointCacheWriter
-from .times import shortened
+from .times import broadcast, shortened
 
 counts = struct.Struct(">ii")
 dtype = np.dtype(">f4")
-broadcast = (23.976, 29.97, 59.94, 24000 / 1001, 30000 / 1001, 60000 / 1001)
-"""Frames per second in use that need more digits than a few times tell."""
 
 
 class MddReader(PointCacheReader):
@@ -84,4 +82,11 @@ class MddWriter(PointCacheWriter):
         return counts.pack(header.n_frames, header.n_vertices) + times.astype(dtype).tobytes()
 
 
-mdd = Format("mdd", (".mdd",), "point cache of LightWave and Blender", MddReader, MddWriter)
+mdd = Format(
+    "mdd",
+    (".mdd",),
+    "point cache of LightWave and Blender",
+    MddReader,
+    MddWriter,
+    frozenset({"faces"}),
+)

@@ -14,7 +14,10 @@ from ..sequence import check_faces, check_known, check_provenance, check_vertice
 from .interface import Frame, Header
 
 per_frame = ("vertices", "known", "generation", "age")
-once = ("faces", "fps", "polygon_sizes", "polygon_corners", "up_axis", "name", "start")
+once = (
+    "faces", "fps", "polygon_sizes", "polygon_corners", "up_axis", "name", "start", "times",
+    "metres_per_unit",
+)  # fmt: skip
 
 
 def header_of(
@@ -52,6 +55,10 @@ def header_of(
         for name in ("generation", "age"):
             own_shape, own_dtype = kind_of(name)
             check_provenance(name, own_dtype, own_shape, shape[:2])
+
+    def number(name: str) -> float | None:
+        return _number(name, array_of(name)) if name in names else None
+
     polygons = None
     if "polygon_sizes" in names:
         polygons = Polygons(array_of("polygon_sizes"), array_of("polygon_corners"))
@@ -60,11 +67,13 @@ def header_of(
         n_frames=shape[0],
         n_vertices=shape[1],
         dtype=dtype.newbyteorder("="),
-        fps=_number("fps", array_of("fps")) if "fps" in names else None,
+        fps=number("fps"),
         polygons=polygons,
         up_axis=str(array_of("up_axis")) if "up_axis" in names else None,
         name=str(array_of("name")) if "name" in names else None,
-        start=_number("start", array_of("start")) if "start" in names else 0,
+        start=number("start") or 0,
+        times=_numbers("times", array_of("times")) if "times" in names else None,
+        metres_per_unit=number("metres_per_unit"),
         has_known="known" in names,
         has_provenance="age" in names,
     )
@@ -74,6 +83,12 @@ def _number(name: str, array: NDArray[Any]) -> float:
     if array.size != 1 or array.dtype.kind not in "fiu":
         raise ValueError(f"{name}: must be one number, not {array.dtype} of shape {array.shape}")
     return float(array.reshape(()))
+
+
+def _numbers(name: str, array: NDArray[Any]) -> NDArray[np.float64]:
+    if array.dtype.kind not in "fiu":
+        raise TypeError(f"{name}: must be numbers, not {array.dtype}")
+    return array.astype(np.float64)
 
 
 def kinds_per_frame(header: Header) -> dict[str, tuple[tuple[int, ...], np.dtype[Any]]]:
@@ -106,6 +121,10 @@ def arrays_once(header: Header) -> dict[str, Any]:
         "up_axis": header.up_axis,
         "name": header.name,
         "start": np.float64(header.start) if header.start else None,
+        "times": header.times,
+        "metres_per_unit": (
+            None if header.metres_per_unit is None else np.float64(header.metres_per_unit)
+        ),
     }
     if header.polygons is not None:
         arrays["polygon_sizes"], arrays["polygon_corners"] = header.polygons

@@ -130,4 +130,6 @@ class NpyWriter(RowFilesWriter):
         return [file for file in files if file.exists()]
 
 
-npy = Format("npy", (".npy",), "one numpy array of positions", NpyReader, NpyWriter)
+npy = Format(
+    "npy", (".npy",), "one numpy array of positions", NpyReader, NpyWriter, frozenset({"faces"})
+)

@@ -3,8 +3,9 @@
 `walk.pvd` lists `walk/walk_0000.vtp` and so on with the time of each. A VTP file has the points,
 the polygons and, where a sequence has them, the point data `known`, `generation` and `age`.
 
-Times are in seconds, or frame numbers where nobody knows the frames per second: so even steps, if
-not of 1, are read as frames per second, and other steps as none. One time alone tells nothing.
+Times are in seconds, or frame numbers where nobody knows the frames per second: so steps, if not of
+1, are read as frames per second, the usual step where they are not even. One time alone tells
+nothing.
 """
 
 import contextlib
@@ -26,7 +27,7 @@ from ..polygons import Polygons, as_polygons
 from .frame_files import FramesReader, FramesWriter
 from .interface import Format, Frame, Template, refuse_mesh_name, refuse_template
 from .numbered import FrameNames
-from .times import first_frame
+from .times import Timing, frame_number, frame_seconds, rate_of, uneven
 
 out_of_disk_space = 20007  # vtkErrorCode::OutOfDiskSpaceError
 
@@ -41,9 +42,7 @@ class PvdReader(FramesReader):
         refuse_template(template)
         refuse_mesh_name(prim)
         times, files = _read_index(path)
-        fps = _frames_per_second(times)
-        start = first_frame(times[0], fps) if len(times) > 1 else 0
-        super().__init__(path, files, start, fps)
+        super().__init__(path, files, _timing(times))
 
     @property
     def files(self) -> list[Path]:
@@ -98,13 +97,14 @@ def _read_index(path: Path) -> tuple[list[float], list[Path]]:
     return times, [path.parent / by_time[time] for time in times]
 
 
-def _frames_per_second(times: list[float]) -> float | None:
+def _timing(times: list[float]) -> Timing:
     if len(times) < 2:
-        return None
+        return Timing(None, 0)
     step = (times[-1] - times[0]) / (len(times) - 1)
-    if math.isclose(step, 1) or not np.allclose(np.diff(times), step, rtol=1e-3, atol=0):
-        return None
-    return float(f"{1 / step:.12g}")  # as it was before it was divided by
+    if not np.allclose(np.diff(times), step, rtol=1e-3, atol=0):
+        return uneven(times)
+    fps = rate_of(step)
+    return Timing(fps, frame_number(times[0], fps))
 
 
 def _read_mesh(file: Path) -> Any:
@@ -225,11 +225,11 @@ class PvdWriter(FramesWriter):
             "VTKFile", type="Collection", version="0.1", byte_order="LittleEndian"
         )
         collection = ElementTree.SubElement(root, "Collection")
-        for i, number in enumerate(self._numbers):
+        for number, time in zip(self._numbers, frame_seconds(self.header).tolist(), strict=True):
             ElementTree.SubElement(
                 collection,
                 "DataSet",
-                timestep=str((self.header.start + i) / (self.header.fps or 1)),
+                timestep=str(time),
                 part="0",
                 file=f"{self._names.folder.name}/{self._names.name(number)}",
             )

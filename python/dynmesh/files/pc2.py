@@ -47,4 +47,11 @@ class Pc2Writer(PointCacheWriter):
         return layout.pack(signature, 1, header.n_vertices, header.start, 1.0, header.n_frames)
 
 
-pc2 = Format("pc2", (".pc2",), "point cache of 3ds Max and Blender", Pc2Reader, Pc2Writer)
+pc2 = Format(
+    "pc2",
+    (".pc2",),
+    "point cache of 3ds Max and Blender",
+    Pc2Reader,
+    Pc2Writer,
+    frozenset({"faces"}),
+)

@@ -128,7 +128,9 @@ class PointCacheWriter(Writer):
         mesh = self.path.with_suffix(".obj")
         if kept == 0 and not (mesh.exists() and self._has_same_faces(mesh)):
             own = self.folder / mesh.name
-            single = replace(header, n_frames=1, dtype=np.dtype(np.float32), has_known=False)
+            single = replace(
+                header, n_frames=1, times=None, dtype=np.dtype(np.float32), has_known=False
+            )
             self._mesh_writer = ObjWriter(own, single, folder=self.folder / "mesh")
         begin = self._header_bytes()
         end = len(begin) + kept * header.n_vertices * 3 * self.dtype_in_file.itemsize

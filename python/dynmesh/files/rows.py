@@ -1,5 +1,6 @@
 """Arrays in numpy's own format, read and written row by row."""
 
+import contextlib
 import os
 from abc import abstractmethod
 from pathlib import Path
@@ -38,17 +39,21 @@ class RowFile:
         """Begins the file, or opens it and forgets all but its first `kept` rows."""
         self.path = path
         row_size = dtype.itemsize * int(np.prod(shape[1:]))
-        self._file: IO[bytes] = path.open("r+b" if kept else "wb")
-        if kept == 0:
-            header = {"descr": npy.dtype_to_descr(dtype), "fortran_order": False, "shape": shape}
-            npy.write_array_header_1_0(self._file, header)
-        else:
-            read_header(self._file)
-            end = self._file.tell() + kept * row_size
-            if os.fstat(self._file.fileno()).st_size < end:
-                raise ValueError(f"{path.name} ends before row {kept}")
-            self._file.truncate(end)
-            self._file.seek(end)
+        with contextlib.ExitStack() as stack:
+            file: IO[bytes] = stack.enter_context(path.open("r+b" if kept else "wb"))
+            if kept == 0:
+                kind = npy.dtype_to_descr(dtype)
+                header = {"descr": kind, "fortran_order": False, "shape": shape}
+                npy.write_array_header_1_0(file, header)
+            else:
+                read_header(file)
+                end = file.tell() + kept * row_size
+                if os.fstat(file.fileno()).st_size < end:
+                    raise ValueError(f"{path.name} ends before row {kept}")
+                file.truncate(end)
+                file.seek(end)
+            self._file = file
+            stack.pop_all()  # the file stays open
 
     def append(self, row: NDArray[Any]) -> None:
         """Adds a row."""

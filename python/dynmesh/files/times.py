@@ -1,12 +1,28 @@
-"""Frames per second and the number of the first frame, told from times in seconds.
+"""When the frames are: their rate and their numbers, told from times, and the other way round.
 
-Where nobody knows the frames per second, formats that hold times get the numbers of the frames.
+Where nobody knows the frames per second, formats that hold seconds get the numbers of the frames.
 """
 
 import math
+import statistics
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
+
+from .interface import Header
+
+broadcast = (23.976, 29.97, 59.94, 24000 / 1001, 30000 / 1001, 60000 / 1001)
+"""Frames per second in use that need more digits than some files have."""
+
+
+class Timing(NamedTuple):
+    """What a header says of when the frames are, under the same names."""
+
+    fps: float | None
+    start: float
+    times: NDArray[np.float64] | None = None
 
 
 def spacing(times: Sequence[float]) -> float | None:
@@ -17,11 +33,40 @@ def spacing(times: Sequence[float]) -> float | None:
     return float(step) if np.allclose(np.diff(times), step, rtol=1e-6, atol=0) else None
 
 
-def first_frame(time: float, fps: float | None) -> float:
+def rate_of(step: float) -> float | None:
+    """Frames per second; None where they are a second apart, as numbers are."""
+    return None if math.isclose(step, 1) else float(f"{1 / step:.12g}")  # as before its division
+
+
+def frame_number(time: float, fps: float | None, tolerance: float = 1e-9) -> float:
     """The number of the frame at this time, without what rounding has left of its division."""
     number = time * (fps or 1)
-    near = (n for n in shortened(number) if math.isclose(n, number, rel_tol=1e-9, abs_tol=1e-9))
+    near = (
+        n
+        for n in shortened(number)
+        if math.isclose(n, number, rel_tol=tolerance, abs_tol=tolerance)
+    )
     return next(near, number)
+
+
+def uneven(seconds: Sequence[float], fps: float | None = None) -> Timing:
+    """Of frames that are not evenly spaced: numbers by this rate, or else by their usual one."""
+    if fps is None:
+        fps = rate_of(statistics.median_low(np.diff(seconds).tolist()))
+    times = np.array([frame_number(second, fps) for second in seconds])
+    return Timing(fps, float(times[0]), times)
+
+
+def frame_numbers(header: Header) -> NDArray[np.float64]:
+    """(n,) the number of each frame."""
+    if header.times is not None:
+        return header.times
+    return header.start + np.arange(header.n_frames, dtype=np.float64)
+
+
+def frame_seconds(header: Header) -> NDArray[np.float64]:
+    """(n,) the time of each frame in seconds, or its number where nobody knows the rate."""
+    return frame_numbers(header) / (header.fps or 1)
 
 
 def shortened(number: float) -> Iterator[float]:

@@ -2,8 +2,8 @@
 
 Of the scene, only what the mesh itself says is read: its points, in its own space, and its faces.
 Transforms, skeletons, materials and everything else stay where they are. What is written has the
-mesh at the same path, so that it can be laid over the stage it came from, as a stronger sublayer:
-points, extent, faces and subdivision are then those written here; the rest is the stage's, normals
+mesh at the same path and times, so that it can be laid over the stage it came from, as a stronger
+sublayer: points, extent and faces are then those written here; the rest is the stage's, normals
 that followed its own points among it.
 
 The known mask is the primvar `known` (bool), `generation` and `age` (int) are primvars too, each
@@ -17,6 +17,7 @@ import numpy as np
 
 from ..polygons import as_polygons, split_polygons
 from .interface import Format, Frame, Header, Reader, Template, Writer, refuse_template
+from .times import frame_numbers
 from .usd_stage import (
     composed,
     faces_of,
@@ -37,7 +38,8 @@ class UsdReader(Reader):
 
     Exporters leave out samples where nothing moves: where the points before and after a gap are
     equal, the frames in between are there too. If the frames are evenly spaced then, `fps` follows
-    from the stage's time codes per second; if not, or if the stage does not say them, it is None.
+    from the stage's time codes per second; if not, `times` are time codes and `fps` says how many
+    of them are a second. If the stage does not say that, it is None.
     """
 
     def __init__(self, path: Path, template: Template | None, prim: str | None) -> None:
@@ -58,19 +60,21 @@ class UsdReader(Reader):
         if first is None:
             raise ValueError("the mesh has no points")
         faces, polygons = split_polygons(faces_of(self._mesh))
-        up_axis = stage.GetMetadata("upAxis") if stage.HasAuthoredMetadata("upAxis") else None
+        up_axis, metres_per_unit = (
+            stage.GetMetadata(name) if stage.HasAuthoredMetadata(name) else None
+            for name in ("upAxis", "metersPerUnit")
+        )
         self._primvars = primvars_of(self._mesh)
-        fps, start = timing(stage, self._times)
         return Header(
             faces=faces,
             n_frames=len(self._times),
             n_vertices=len(first),
             dtype=np.dtype(np.float32),
-            fps=fps,
             polygons=polygons,
             up_axis=up_axis.lower() if up_axis else None,
             name=str(self._mesh.GetPath()),
-            start=start,
+            metres_per_unit=metres_per_unit,
+            **timing(stage, self._times)._asdict(),
             has_known="known" in self._primvars,
             has_provenance="age" in self._primvars,
         )
@@ -95,10 +99,14 @@ class UsdReader(Reader):
 class UsdWriter(Writer):
     """A stage with one mesh, in the making; positions are rounded to float32.
 
-    There is a frame at every time code from `start` on, `fps` of them a second. They go into a
-    binary layer a few at a time, which does not need more memory the more there are; a `.usda` is
-    made from it in the end. A save writes over the layer's table of contents, so that a layer whose
-    saving was cut short is lost, and the writer cannot go on with it.
+    There is a frame at every time code from `start` on, or at each of `times`, `fps` time codes a
+    second. They go into a binary layer a few at a time, which does not need more memory the more
+    there are; a `.usda` is made from it in the end. A save writes over the layer's table of
+    contents, so that a layer whose saving was cut short is lost, and the writer cannot go on with
+    it.
+
+    A mesh without a name is a mesh of polygons. One that has a name comes from a scene, where it
+    may be subdivided: so nothing is said of that.
     """
 
     keeps_float64 = False
@@ -110,6 +118,7 @@ class UsdWriter(Writer):
         self._path = self.folder / "frames.usdc"
         header = self.header
         faces = as_polygons(header.faces, header.polygons)
+        self._times = frame_numbers(header).tolist()
         self._unsaved = 0
         with translating(OSError):
             self._stage = usd.Stage.Open(sdf.Layer.CreateNew(str(self._path.absolute())))
@@ -118,13 +127,16 @@ class UsdWriter(Writer):
                 self._stage.SetFramesPerSecond(header.fps)
             if header.up_axis is not None:
                 geometry.SetStageUpAxis(self._stage, header.up_axis.upper())
-            self._stage.SetStartTimeCode(header.start)
-            self._stage.SetEndTimeCode(header.start + header.n_frames - 1)
+            if header.metres_per_unit is not None:
+                geometry.SetStageMetersPerUnit(self._stage, header.metres_per_unit)
+            self._stage.SetStartTimeCode(self._times[0])
+            self._stage.SetEndTimeCode(self._times[-1])
             # The prims above become a `def` without a type: where this is laid over another stage,
             # its types show through; an `over` would leave the mesh undefined without that stage.
             mesh = geometry.Mesh.Define(self._stage, _prim_path(header.name))
             self._stage.SetDefaultPrim(self._stage.GetPrimAtPath(mesh.GetPath().GetPrefixes()[0]))
-            mesh.CreateSubdivisionSchemeAttr("none")
+            if header.name is None:
+                mesh.CreateSubdivisionSchemeAttr("none")
             mesh.CreateFaceVertexCountsAttr(library_array("IntArray", faces.sizes))
             mesh.CreateFaceVertexIndicesAttr(library_array("IntArray", faces.corners))
             self._points, self._extent = mesh.CreatePointsAttr(), mesh.CreateExtentAttr()
@@ -136,7 +148,7 @@ class UsdWriter(Writer):
             }
 
     def _append(self, frame: Frame) -> None:
-        points, time = frame.points, self.header.start + self._frame
+        points, time = frame.points, self._times[self._frame]
         finite = points[np.isfinite(points).all(axis=1)]
         with translating(OSError):
             self._points.Set(library_array("Vec3fArray", points), time)
@@ -181,5 +193,14 @@ def _prim_path(name: str | None) -> str:
     return "".join(f"/{part if valid(part) else tf.MakeValidIdentifier(part)}" for part in parts)
 
 
-usd = Format("usd", (".usd", ".usdc", ".usda"), "a mesh in a USD stage", UsdReader, UsdWriter)
-usdz = Format("usdz", (".usdz",), "a mesh in a packed USD stage", UsdReader, None)
+usd = Format(
+    "usd",
+    (".usd", ".usdc", ".usda"),
+    "a mesh in a USD stage",
+    UsdReader,
+    UsdWriter,
+    frozenset({"prim"}),
+)
+usdz = Format(
+    "usdz", (".usdz",), "a mesh in a packed USD stage", UsdReader, None, frozenset({"prim"})
+)

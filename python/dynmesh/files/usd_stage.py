@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from .._extras import require
 from ..polygons import Polygons
 from .scenes import check_same_faces, choose_mesh
-from .times import first_frame, spacing
+from .times import Timing, frame_number, spacing
 
 primvars = {"known": "BoolArray", "generation": "IntArray", "age": "IntArray"}
 """What a vertex has beside its position, and the type of all vertices' values."""
@@ -67,17 +67,21 @@ def frame_times(points: Any) -> list[float]:
     return [float(time) for time in samples]
 
 
-def timing(stage: Any, times: Sequence[float]) -> tuple[float | None, float]:
-    """Frames per second, if the stage says them, and the number of the first frame.
+def timing(stage: Any, times: Sequence[float]) -> Timing:
+    """Frames per second, if the stage says them, and the numbers of the frames.
 
-    Where frames are n time codes apart, that number is an n-th of the first time code: so what is
-    written from it, with a time code per frame, begins in the same second.
+    Where the stage says its rate and frames are n time codes apart, the first number is an n-th of
+    the first time code: so what is written from it, with a time code per frame, begins in the same
+    second. Where they are not evenly spaced, or nobody knows the rate, the numbers are time codes.
     """
     said = any(map(stage.HasAuthoredMetadata, ("timeCodesPerSecond", "framesPerSecond")))
+    rate = float(stage.GetTimeCodesPerSecond()) if said else None
     step = 1.0 if len(times) == 1 else spacing(times)
-    if step is None or not said:
-        return None, times[0]
-    return float(stage.GetTimeCodesPerSecond()) / step, first_frame(times[0], 1 / step)
+    if step is None or (rate is None and step != 1):
+        return Timing(rate, times[0], np.array(times))
+    # Laid over its original, a sample is where the first one was, to the last digits of it.
+    start = frame_number(times[0], 1 / step, tolerance=1e-15)
+    return Timing(None if rate is None else rate / step, start)
 
 
 def faces_of(mesh: Any) -> Polygons:

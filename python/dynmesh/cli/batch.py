@@ -1,0 +1,96 @@
+"""The command that completes an archive of sequences."""
+
+from collections import Counter
+from collections.abc import Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import ExitStack, contextmanager
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .._extras import require
+from .._terminal import counter, say
+from ..batch import Result, complete_files
+from ..job_table import optional_columns, read_jobs, report_file
+
+
+def batch(
+    jobs: Annotated[
+        Path,
+        typer.Argument(
+            metavar="JOBS.csv",
+            help="A table with a line for each file. Columns are input, output and, where wanted, "
+            f"{', '.join(optional_columns)}: the options of `dynmesh complete`. An empty value is "
+            "the default. Paths are relative to the table.",
+        ),
+    ],
+    workers: Annotated[
+        int, typer.Option(metavar="N", help="Processes on this machine.", min=1)
+    ] = 1,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help="A Dask scheduler whose workers do it instead."),
+    ] = None,
+    report: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.csv",
+            help="Also write a table of what became of each: input, output, status, reason, "
+            "frames, seconds. An existing one is replaced.",
+        ),
+    ] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace outputs that exist, not skip them.")
+    ] = False,
+) -> None:
+    """Complete many files; one that fails does not stop the others.
+
+    Run again, it does what is left to do. The exit code is 1 if a job failed. A table is, for
+    example:
+
+        input,output,missing,provenance
+        scans/monday,completed/monday.h5,zero,yes
+        scans/tuesday,completed/tuesday.h5,,
+    """
+    table = read_jobs(jobs)
+    if report is not None and report.resolve() == jobs.resolve():
+        raise ValueError(f"{report}: is the table of jobs; writing over it would lose it")
+    with ExitStack() as stack:
+        add = None if report is None else stack.enter_context(report_file(report))
+        executor = stack.enter_context(_executor(workers, scheduler))
+        count = stack.enter_context(counter(len(table), "completing"))
+
+        def watch(result: Result) -> None:
+            count()
+            if add is not None:
+                add(result)
+            if result.status == "failed":
+                say(f"failed: {result.reason}")
+
+        results = complete_files(table, executor, overwrite=overwrite, watch=watch)
+    counts = Counter(result.status for result in results)
+    say(
+        f"{counts['done']} done, {counts['exists']} there already, {counts['failed']} failed "
+        f"of {len(results)} jobs"
+    )
+    if counts["failed"]:
+        raise typer.Exit(1)
+
+
+@contextmanager
+def _executor(workers: int, scheduler: str | None) -> Iterator[Executor | None]:
+    if scheduler is not None:
+        distributed = require("distributed", extra="batch")
+        try:
+            client = distributed.Client(scheduler, timeout="10s")
+        except (OSError, ValueError) as error:
+            raise OSError(f"--scheduler: there is none at {scheduler}") from error
+        with client, client.get_executor() as executor:
+            yield executor
+    elif workers > 1:
+        with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as executor:
+            yield executor
+    else:
+        yield None

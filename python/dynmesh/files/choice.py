@@ -1,0 +1,105 @@
+"""Which format a file has, and what a writer of that format would do."""
+
+import errno
+import glob
+import os
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TypeAlias
+
+from .alembic import alembic
+from .hdf5 import hdf5
+from .interface import Format, Writer, naming
+from .mdd import mdd
+from .npy import npy
+from .npz import npz
+from .numbered import files_in
+from .obj import obj
+from .paraview import pvd
+from .pc2 import pc2
+from .ply import ply
+from .usd import usd, usdz
+
+PathLike: TypeAlias = str | os.PathLike[str]
+
+formats: dict[str, Format] = {
+    format.name: format for format in (npz, hdf5, npy, pc2, mdd, ply, obj, pvd, usd, usdz, alembic)
+}
+"""All formats by name."""
+
+
+def format_of(path: PathLike, name: str | None = None) -> Format:
+    """The format of that name, or else that of the sequence which is read from `path`."""
+    path = Path(path)
+    if name is None and not path.suffix and not path.exists() and not glob.has_magic(str(path)):
+        raise FileNotFoundError(errno.ENOENT, "there is no such file or folder", str(path))
+    with naming(path):
+        return _choose(path, name, "name the format with --format, in Python format=")
+
+
+def writer_of(path: PathLike, format: str | None = None) -> type[Writer]:
+    """What writes to `path`."""
+    path = Path(path)
+    with naming(path):
+        otherwise = f"write {path / 'frame_%04d.ply'}, or give --output-format"
+        chosen = _choose(path, format, otherwise)
+        if chosen.writer is None:
+            raise ValueError(f"{chosen.name} files are only read")
+        return chosen.writer
+
+
+def keeps_provenance(path: PathLike, format: str | None = None) -> bool:
+    """Whether a file written to `path` can hold the generation and the age of its vertices."""
+    return writer_of(path, format).keeps_provenance
+
+
+def resumable(path: PathLike, format: str | None = None) -> bool:
+    """Whether a writer can go on with an unfinished file of one that is gone."""
+    return writer_of(path, format).resumable
+
+
+def existing(path: PathLike, format: str | None = None) -> list[Path]:
+    """The files there are now that writing to `path` would replace."""
+    path = Path(path)
+    with naming(path):
+        return writer_of(path, format).existing(path)
+
+
+def new_folder(path: PathLike, format: str | None = None) -> Path | None:
+    """The folder that writing to `path` would make; None where it must be there already."""
+    path = Path(path)
+    with naming(path):
+        return writer_of(path, format).new_folder(path)
+
+
+def listed(names: Iterable[str]) -> str:
+    """The names as people write them."""
+    *others, last = names
+    return f"{', '.join(others)} and {last}" if others else last
+
+
+def _choose(path: Path, name: str | None, otherwise: str) -> Format:
+    """The format of that name, or that the path shows; `otherwise` is what the user can do."""
+    if name is not None:
+        if name not in formats:
+            raise ValueError(f"the format '{name}' is not known, but {listed(formats)}")
+        return formats[name]
+    if path.is_dir():
+        return _format_in(path, otherwise)
+    if not path.suffix:
+        raise ValueError(f"has no suffix that tells its format: {otherwise}")
+    suffix = path.suffix.lower()
+    for format in formats.values():
+        if suffix in format.suffixes:
+            return format
+    suffixes = [suffix for format in formats.values() for suffix in format.suffixes]
+    raise ValueError(f"the format '{path.suffix}' is not known, but {listed(suffixes)}")
+
+
+def _format_in(folder: Path, otherwise: str) -> Format:
+    """The format of the frames in a folder."""
+    found = [format for format in (ply, obj) if files_in(folder, format.suffixes[0])]
+    if len(found) == 1:
+        return found[0]
+    what = "both .ply and .obj files" if found else "no .ply or .obj files"
+    raise ValueError(f"is a folder with {what}: {otherwise}")

@@ -1,0 +1,128 @@
+"""Tables of files to complete, and of what became of them."""
+
+import csv
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, cast
+
+from .batch import Job, Result
+from .checkpoint import Source
+from .streaming import Settings
+
+
+def read_jobs(path: Path) -> list[Job]:
+    """Reads jobs from a table with a line for each.
+
+    Args:
+        path: comma-separated values. The first line names the columns: `input`, `output` and, where
+            wanted, `format`, `output_format`, `faces`, `prim`, `mask`, `missing`, `fps`,
+            `provenance`, `revisit`, `extra_iterations`, `unseen`, as the options of ``dynmesh
+            complete`` are called. An empty value is the default. Paths are relative to the table.
+
+    Raises:
+        OSError: it cannot be read.
+        ValueError: it is no such table; the message names the line and the value.
+    """
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            table = csv.DictReader(file, strict=True)
+            columns = table.fieldnames or []
+            _check_columns(path, columns)
+            return [_job_of(path, table.line_num, row) for row in table]
+    except (csv.Error, UnicodeDecodeError) as error:
+        raise ValueError(f"{path}: is no table of comma-separated values: {error}") from error
+
+
+@contextmanager
+def report_file(path: Path) -> Iterator[Callable[[Result], None]]:
+    """Begins a table with a line for each result, as it comes; an existing file is replaced.
+
+    Args:
+        path: comma-separated values. The columns are `input`, `output`, `status`, `reason`,
+            `frames` and `seconds`, as :class:`dynmesh.batch.Result` says.
+
+    Yields:
+        What adds a result.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    with path.open("w", newline="", encoding="utf-8") as file:
+        table = csv.writer(file)
+        table.writerow(["input", "output", "status", "reason", "frames", "seconds"])
+
+        def add(result: Result) -> None:
+            job = result.job
+            outcome = (result.status, result.reason, result.frames, f"{result.seconds:.3f}")
+            table.writerow([job.input, job.output, *outcome])
+            file.flush()  # a killed process leaves what it knew
+
+        yield add
+
+
+def _check_columns(path: Path, columns: Iterable[str]) -> None:
+    for needed in ("input", "output"):
+        if needed not in columns:
+            raise ValueError(f"{path}: has no column '{needed}'")
+    for column in columns:
+        if column not in ("input", "output", *_columns):
+            raise ValueError(
+                f"{path}: the column '{column}' is not known, but {', '.join(_columns)}"
+            )
+
+
+def _job_of(path: Path, line: int, row: Mapping[str, Any]) -> Job:
+    place = f"{path}: line {line}"
+    if None in row or None in row.values():
+        raise ValueError(f"{place}: has more or fewer values than there are columns")
+    for needed in ("input", "output"):
+        if not row[needed]:
+            raise ValueError(f"{place}: {needed} is empty")
+    values: dict[str, Any] = {}
+    for column, parse in _columns.items():
+        if text := row.get(column):
+            try:
+                values[column] = parse(text)
+            except ValueError as error:
+                raise ValueError(f"{place}: {column}: {error}") from error
+    for column in ("faces", "mask"):
+        if column in values:
+            values[column] = path.parent / values[column]
+    if "mask" in values:
+        values["known"] = values.pop("mask")
+    source = {name: values.pop(name) for name in Source.__annotations__ if name in values}
+    return Job(
+        path.parent / row["input"],
+        path.parent / row["output"],
+        cast(Source, source),
+        values.pop("output_format", None),
+        values.pop("fps", None),
+        values.pop("provenance", False),
+        cast(Settings, values),
+    )
+
+
+def _flag(text: str) -> bool:
+    flags = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
+    if text.lower() not in flags:
+        raise ValueError(f"must be true or false, not '{text}'")
+    return flags[text.lower()]
+
+
+_columns: dict[str, Callable[[str], Any]] = {
+    "format": str,
+    "output_format": str,
+    "faces": str,
+    "prim": str,
+    "mask": str,
+    "missing": str,
+    "fps": float,
+    "provenance": _flag,
+    "revisit": _flag,
+    "extra_iterations": int,
+    "unseen": str,
+}
+
+optional_columns = tuple(_columns)
+"""Which columns a table of jobs may have beside `input` and `output`."""
