@@ -1,7 +1,8 @@
 """Reading and writing sequences: the one place that knows file formats.
 
 Each format has a module with a reader and a writer; all of them work one frame at a time, so memory
-does not grow with the length of a sequence. `interface.py` says what they have in common.
+does not grow with the length of a sequence. `reader.py` and `writer.py` say what
+they have in common.
 """
 
 from dataclasses import replace
@@ -24,8 +25,12 @@ from .choice import (
     resumable,
     writer_of,
 )
-from .interface import Frame, Header, Reader, Template, Writer, naming
+from .format import Template
+from .header import Frame, Header
 from .masks import MaskedReader
+from .naming import naming
+from .reader import Reader
+from .writer import Writer
 
 __all__ = [
     "Frame",

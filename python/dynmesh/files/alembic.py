@@ -17,9 +17,12 @@ from numpy.typing import NDArray
 
 from .._extras import require
 from ..polygons import Polygons, as_polygons, check_polygons, split_polygons
-from .interface import Format, Frame, Header, Reader, Template, Writer, refuse_template
+from .format import Format, Template, refuse_template
+from .header import Frame, Header
+from .reader import Reader
 from .scenes import check_same_faces, choose_mesh
 from .times import Timing, broadcast, frame_number, frame_seconds, spacing, uneven
+from .writer import Writer
 
 parameters = {"known": "Uchar", "generation": "Int32", "age": "Int32"}
 """What a vertex has beside its position, and the kind of geometry parameter that holds it."""

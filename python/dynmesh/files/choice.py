@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import TypeAlias
 
 from .alembic import alembic
+from .format import Format
 from .hdf5 import hdf5
-from .interface import Format, Writer, naming
 from .mdd import mdd
+from .naming import naming
 from .npy import npy
 from .npz import npz
 from .numbered import files_in
@@ -19,6 +20,7 @@ from .paraview import pvd
 from .pc2 import pc2
 from .ply import ply
 from .usd import usd, usdz
+from .writer import Writer
 
 PathLike: TypeAlias = str | os.PathLike[str]
 

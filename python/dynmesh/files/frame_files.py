@@ -9,18 +9,13 @@ from typing import ClassVar
 import numpy as np
 
 from ..polygons import Polygons, check_polygons, split_polygons
-from .interface import (
-    Frame,
-    Header,
-    Reader,
-    Template,
-    Writer,
-    naming,
-    refuse_mesh_name,
-    refuse_template,
-)
+from .format import Template, refuse_mesh_name, refuse_template
+from .header import Frame, Header
+from .naming import naming
 from .numbered import FrameNames, find_files, names_to_write
+from .reader import Reader
 from .times import Timing
+from .writer import Writer
 
 
 class FramesReader(Reader):

@@ -16,16 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._extras import require
-from .interface import (
-    Format,
-    Frame,
-    Reader,
-    Template,
-    Writer,
-    refuse_mesh_name,
-    refuse_template,
-)
+from .format import Format, Template, refuse_mesh_name, refuse_template
+from .header import Frame
 from .named import arrays_once, header_of, kinds_per_frame, once, per_frame, rows_of
+from .reader import Reader
+from .writer import Writer
 
 attributes = ("fps", "up_axis", "name", "start", "metres_per_unit")
 # Frames that share compressed chunks are read one after another: hold the chunks until the last.

@@ -8,7 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from ..sequence import Mask, check_known
-from .interface import Frame, Reader, naming
+from .header import Frame
+from .naming import naming
+from .reader import Reader
 
 
 class MaskedReader(Reader):

@@ -13,7 +13,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .interface import Format
+from .format import Format
 from .pointcache import PointCacheReader, PointCacheWriter
 from .times import broadcast, shortened
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..polygons import Polygons
 from ..sequence import check_faces, check_known, check_provenance, check_vertices
-from .interface import Frame, Header
+from .header import Frame, Header
 
 per_frame = ("vertices", "known", "generation", "age")
 once = (

@@ -15,8 +15,11 @@ from numpy.typing import NDArray
 
 from ..sequence import check_faces, check_known, check_provenance, check_vertices
 from .flat import FlatRows
-from .interface import Format, Frame, Header, Reader, Template, naming, refuse_mesh_name
+from .format import Format, Template, refuse_mesh_name
+from .header import Frame, Header
 from .named import per_frame
+from .naming import naming
+from .reader import Reader
 from .rows import RowFilesWriter, read_header
 from .template import find_template
 

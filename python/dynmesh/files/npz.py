@@ -15,16 +15,10 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from .interface import (
-    Format,
-    Frame,
-    Header,
-    Reader,
-    Template,
-    refuse_mesh_name,
-    refuse_template,
-)
+from .format import Format, Template, refuse_mesh_name, refuse_template
+from .header import Frame, Header
 from .named import arrays_once, header_of, per_frame
+from .reader import Reader
 from .rows import RowFilesWriter, read_header
 
 

@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from ..polygons import Polygons, as_polygons
+from .format import Format
 from .frame_files import FramesWriter, NumberedReader
-from .interface import Format, Frame
+from .header import Frame
 
 
 class ObjReader(NumberedReader):

@@ -24,8 +24,9 @@ from numpy.typing import NDArray
 
 from .._extras import require
 from ..polygons import Polygons, as_polygons
+from .format import Format, Template, refuse_mesh_name, refuse_template
 from .frame_files import FramesReader, FramesWriter
-from .interface import Format, Frame, Template, refuse_mesh_name, refuse_template
+from .header import Frame
 from .numbered import FrameNames
 from .times import Timing, frame_number, frame_seconds, rate_of, uneven
 

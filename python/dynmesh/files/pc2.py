@@ -10,7 +10,7 @@ from typing import IO
 
 import numpy as np
 
-from .interface import Format
+from .format import Format
 from .pointcache import PointCacheReader, PointCacheWriter
 
 signature = b"POINTCACHE2\0"

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..polygons import Polygons, as_polygons
+from .format import Format
 from .frame_files import FramesWriter, NumberedReader
-from .interface import Format, Frame
+from .header import Frame
 from .ply_binary import read_binary
 from .ply_elements import Columns, Lists, read_header, scalar_types
 from .ply_text import read_text

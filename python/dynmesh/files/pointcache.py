@@ -17,10 +17,14 @@ import numpy as np
 
 from ..polygons import as_polygons
 from .flat import FlatRows
-from .interface import Frame, Header, Reader, Template, Writer, naming, refuse_mesh_name
+from .format import Template, refuse_mesh_name
+from .header import Frame, Header
+from .naming import naming
 from .obj import ObjReader, ObjWriter
 from .ply import PlyReader
+from .reader import Reader
 from .template import find_template
+from .writer import Writer
 
 largest_count = 2**31 - 1
 

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from .interface import Frame, Writer
+from .header import Frame
 from .named import kinds_per_frame, rows_of
+from .writer import Writer
 
 
 class ArrayHeader(NamedTuple):

@@ -3,7 +3,8 @@
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from .interface import Template, naming
+from .format import Template
+from .naming import naming
 
 
 def find_template(

@@ -16,7 +16,9 @@ from pathlib import Path
 import numpy as np
 
 from ..polygons import as_polygons, split_polygons
-from .interface import Format, Frame, Header, Reader, Template, Writer, refuse_template
+from .format import Format, Template, refuse_template
+from .header import Frame, Header
+from .reader import Reader
 from .times import frame_numbers
 from .usd_stage import (
     composed,
@@ -31,6 +33,7 @@ from .usd_stage import (
     translating,
     value_at,
 )
+from .writer import Writer
 
 
 class UsdReader(Reader):

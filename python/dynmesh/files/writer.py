@@ -1,189 +1,21 @@
-"""What every file format offers: a reader and a writer of one sequence, frame by frame."""
+"""What every writer offers: a file that appears when it is whole, and not before."""
 
 import contextlib
 import os
 import shutil
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Generator, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
-from typing import Any, ClassVar, Self
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..polygons import Polygons
-from ..sequence import (
-    Mask,
-    Positions,
-    Provenance,
-    check_corners,
-    check_description,
-    check_faces,
-    check_known,
-    check_provenance,
-    check_times,
-    check_vertices,
-    rate,
-    summary,
-)
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Frame:
-    """One frame of a sequence. ``points, known = frame`` takes it apart.
-
-    Attributes:
-        points: (k, 3)
-        known: (k,), or None where the sequence has no masks.
-        generation: (k,), or None where the sequence has no provenance.
-        age: (k,), or None as `generation`.
-    """
-
-    points: Positions
-    known: Mask | None = None
-    generation: Provenance | None = None
-    age: Provenance | None = None
-
-    def __iter__(self) -> Iterator[Any]:
-        """Yields the points and the mask."""
-        yield self.points
-        yield self.known
-
-
-@dataclass(frozen=True, eq=False)
-class Header:
-    """What a file says of all its frames.
-
-    Attributes:
-        faces: (m, 3) integers, triangles.
-        n_frames: n.
-        n_vertices: k.
-        dtype: of the positions, float32 or float64.
-        fps: frames per second, or None.
-        polygons: the faces before they were cut into triangles, or None where they were triangles.
-        up_axis: "y" or "z", or None.
-        name: of the mesh among others in its file, or None.
-        start: the number of the first frame in its file; see :class:`dynmesh.Sequence`.
-        times: (n,) float64, the number of each frame in its file, or None where they follow from
-            `start`.
-        metres_per_unit: how long a unit of the positions is, or None.
-        has_known: whether each frame has a known mask.
-        has_provenance: whether each frame has the generation and the age of its vertices.
-    """
-
-    faces: NDArray[np.integer[Any]]
-    n_frames: int
-    n_vertices: int
-    dtype: np.dtype[Any]
-    fps: float | None = None
-    polygons: Polygons | None = None
-    up_axis: str | None = None
-    name: str | None = None
-    start: float = 0
-    times: NDArray[np.float64] | None = None
-    metres_per_unit: float | None = None
-    has_known: bool = False
-    has_provenance: bool = False
-
-    def __post_init__(self) -> None:
-        """Refuses what does not fit together."""
-        check_vertices(self.dtype, (self.n_frames, self.n_vertices, 3))
-        check_faces(self.faces.dtype, self.faces.shape)
-        check_corners(self.faces, self.n_vertices)
-        check_times(self.times, self.n_frames)
-        check_description(self.fps, self.polygons, self.up_axis, self.start, self.metres_per_unit)
-
-
-class Reader(ABC):
-    """A sequence in a file: what :func:`dynmesh.open` returns.
-
-    Iterating yields every :class:`Frame`, always from frame 0 on. Use it in a ``with`` statement.
-    A subclass opens its file in ``__init__`` and then calls this class's.
-    """
-
-    def __init__(self, path: Path, header: Header) -> None:
-        """Is called when the file is open and its header read."""
-        self.path = path
-        self.header = header
-        if header.n_frames == 0:
-            raise ValueError("holds no frame, but frame 0 is needed, complete")
-
-    @property
-    def faces(self) -> NDArray[np.integer[Any]]:
-        """(m, 3) integers, triangles."""
-        return self.header.faces
-
-    @property
-    def n_frames(self) -> int:
-        """How many frames there are."""
-        return self.header.n_frames
-
-    @property
-    def n_vertices(self) -> int:
-        """How many vertices each frame has."""
-        return self.header.n_vertices
-
-    @property
-    def dtype(self) -> np.dtype[Any]:
-        """Of the positions, float32 or float64."""
-        return self.header.dtype
-
-    @property
-    def has_known(self) -> bool:
-        """Whether each frame has a known mask."""
-        return self.header.has_known
-
-    @property
-    def has_provenance(self) -> bool:
-        """Whether each frame has the generation and the age of its vertices."""
-        return self.header.has_provenance
-
-    @property
-    def fps(self) -> float | None:
-        """Frames per second, or None where the file does not say."""
-        return self.header.fps
-
-    @property
-    def files(self) -> list[Path]:
-        """The files that are read."""
-        return [self.path]
-
-    def __repr__(self) -> str:
-        """What the file holds, without the numbers."""
-        counts = summary(self.n_frames, self.n_vertices, len(self.faces), self.dtype)
-        masks = "with masks" if self.has_known else "no masks"
-        return f"{type(self).__name__}({str(self.path)!r}: {counts}, {masks}, {rate(self.fps)})"
-
-    def __iter__(self) -> Iterator[Frame]:
-        """Yields all frames, from frame 0 on."""
-        return self.frames()
-
-    def frames(
-        self, start: int = 0, stop: int | None = None, step: int = 1
-    ) -> Generator[Frame, None, None]:
-        """Yields the frames ``range(start, stop, step)``; several may be under way at once.
-
-        They are counted from 0, whatever number the file gives the first.
-        """
-        with naming(self.path):
-            yield from self._frames(range(self.n_frames)[start:stop:step])
-
-    @abstractmethod
-    def _frames(self, numbers: range) -> Iterator[Frame]:
-        """Yields the frames of these numbers, which ascend and exist."""
-
-    def close(self) -> None:  # noqa: B027 (most hold nothing open between frames)
-        """Closes the file."""
-
-    def __enter__(self) -> Self:
-        """Is the reader itself."""
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        """Closes the file."""
-        self.close()
+from ..sequence import Mask, Positions, Provenance, check_known, check_provenance
+from .header import Frame, Header
+from .naming import naming
 
 
 class Writer(ABC):
@@ -390,59 +222,3 @@ class Writer(ABC):
 
 class _AbandonedError(Exception):
     """A ``with`` statement ended by an exception of its own, which goes on by itself."""
-
-
-@dataclass(frozen=True, eq=False)
-class Template:
-    """A mesh that lends its faces to a file that has none."""
-
-    faces: NDArray[np.integer[Any]]
-    polygons: Polygons | None
-    n_vertices: int | None
-    """None where only faces were given."""
-
-
-@dataclass(frozen=True)
-class Format:
-    """A file format.
-
-    Attributes:
-        name: by which people choose it, as "npz".
-        suffixes: of file names, in lower case, as ".npz".
-        what: one line for people.
-        reader: makes a reader of a path, a template for its faces or None, and the name of one mesh
-            among others or None.
-        writer: makes a writer; None where the format is only read.
-        takes: what its reader takes beside the path: "faces", from elsewhere; "prim", the name of
-            one mesh among others.
-    """
-
-    name: str
-    suffixes: tuple[str, ...]
-    what: str
-    reader: Callable[[Path, Template | None, str | None], Reader]
-    writer: type[Writer] | None
-    takes: frozenset[str] = frozenset()
-
-
-@contextlib.contextmanager
-def naming(path: Path) -> Iterator[None]:
-    """Puts the file's name before what is wrong with it, always a ValueError."""
-    try:
-        yield
-    except (ValueError, TypeError, EOFError) as error:
-        if str(error).startswith(f"{path}: "):
-            raise
-        raise ValueError(f"{path}: {error}") from error
-
-
-def refuse_template(template: Template | None) -> None:
-    """For formats with faces of their own."""
-    if template is not None:
-        raise ValueError("has faces of its own; faces from elsewhere are for .npy, .pc2 and .mdd")
-
-
-def refuse_mesh_name(prim: str | None) -> None:
-    """For formats that hold one mesh only."""
-    if prim is not None:
-        raise ValueError("holds one mesh; a prim is named in USD and Alembic files only")

@@ -1,0 +1,86 @@
+"""One frame of a sequence, and what a file says of all of them."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..polygons import Polygons
+from ..sequence import (
+    Mask,
+    Positions,
+    Provenance,
+    check_corners,
+    check_description,
+    check_faces,
+    check_times,
+    check_vertices,
+)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Frame:
+    """One frame of a sequence. ``points, known = frame`` takes it apart.
+
+    Attributes:
+        points: (k, 3)
+        known: (k,), or None where the sequence has no masks.
+        generation: (k,), or None where the sequence has no provenance.
+        age: (k,), or None as `generation`.
+    """
+
+    points: Positions
+    known: Mask | None = None
+    generation: Provenance | None = None
+    age: Provenance | None = None
+
+    def __iter__(self) -> Iterator[Any]:
+        """Yields the points and the mask."""
+        yield self.points
+        yield self.known
+
+
+@dataclass(frozen=True, eq=False)
+class Header:
+    """What a file says of all its frames.
+
+    Attributes:
+        faces: (m, 3) integers, triangles.
+        n_frames: n.
+        n_vertices: k.
+        dtype: of the positions, float32 or float64.
+        fps: frames per second, or None.
+        polygons: the faces before they were cut into triangles, or None where they were triangles.
+        up_axis: "y" or "z", or None.
+        name: of the mesh among others in its file, or None.
+        start: the number of the first frame in its file; see :class:`dynmesh.Sequence`.
+        times: (n,) float64, the number of each frame in its file, or None where they follow from
+            `start`.
+        metres_per_unit: how long a unit of the positions is, or None.
+        has_known: whether each frame has a known mask.
+        has_provenance: whether each frame has the generation and the age of its vertices.
+    """
+
+    faces: NDArray[np.integer[Any]]
+    n_frames: int
+    n_vertices: int
+    dtype: np.dtype[Any]
+    fps: float | None = None
+    polygons: Polygons | None = None
+    up_axis: str | None = None
+    name: str | None = None
+    start: float = 0
+    times: NDArray[np.float64] | None = None
+    metres_per_unit: float | None = None
+    has_known: bool = False
+    has_provenance: bool = False
+
+    def __post_init__(self) -> None:
+        """Refuses what does not fit together."""
+        check_vertices(self.dtype, (self.n_frames, self.n_vertices, 3))
+        check_faces(self.faces.dtype, self.faces.shape)
+        check_corners(self.faces, self.n_vertices)
+        check_times(self.times, self.n_frames)
+        check_description(self.fps, self.polygons, self.up_axis, self.start, self.metres_per_unit)

@@ -1,0 +1,16 @@
+"""Errors that name their file."""
+
+import contextlib
+from collections.abc import Iterator
+from pathlib import Path
+
+
+@contextlib.contextmanager
+def naming(path: Path) -> Iterator[None]:
+    """Puts the file's name before what is wrong with it, always a ValueError."""
+    try:
+        yield
+    except (ValueError, TypeError, EOFError) as error:
+        if str(error).startswith(f"{path}: "):
+            raise
+        raise ValueError(f"{path}: {error}") from error

@@ -1,0 +1,103 @@
+"""What every reader offers: a sequence, frame by frame."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Generator, Iterator
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..sequence import rate, summary
+from .header import Frame, Header
+from .naming import naming
+
+
+class Reader(ABC):
+    """A sequence in a file: what :func:`dynmesh.open` returns.
+
+    Iterating yields every :class:`Frame`, always from frame 0 on. Use it in a ``with`` statement.
+    A subclass opens its file in ``__init__`` and then calls this class's.
+    """
+
+    def __init__(self, path: Path, header: Header) -> None:
+        """Is called when the file is open and its header read."""
+        self.path = path
+        self.header = header
+        if header.n_frames == 0:
+            raise ValueError("holds no frame, but frame 0 is needed, complete")
+
+    @property
+    def faces(self) -> NDArray[np.integer[Any]]:
+        """(m, 3) integers, triangles."""
+        return self.header.faces
+
+    @property
+    def n_frames(self) -> int:
+        """How many frames there are."""
+        return self.header.n_frames
+
+    @property
+    def n_vertices(self) -> int:
+        """How many vertices each frame has."""
+        return self.header.n_vertices
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        """Of the positions, float32 or float64."""
+        return self.header.dtype
+
+    @property
+    def has_known(self) -> bool:
+        """Whether each frame has a known mask."""
+        return self.header.has_known
+
+    @property
+    def has_provenance(self) -> bool:
+        """Whether each frame has the generation and the age of its vertices."""
+        return self.header.has_provenance
+
+    @property
+    def fps(self) -> float | None:
+        """Frames per second, or None where the file does not say."""
+        return self.header.fps
+
+    @property
+    def files(self) -> list[Path]:
+        """The files that are read."""
+        return [self.path]
+
+    def __repr__(self) -> str:
+        """What the file holds, without the numbers."""
+        counts = summary(self.n_frames, self.n_vertices, len(self.faces), self.dtype)
+        masks = "with masks" if self.has_known else "no masks"
+        return f"{type(self).__name__}({str(self.path)!r}: {counts}, {masks}, {rate(self.fps)})"
+
+    def __iter__(self) -> Iterator[Frame]:
+        """Yields all frames, from frame 0 on."""
+        return self.frames()
+
+    def frames(
+        self, start: int = 0, stop: int | None = None, step: int = 1
+    ) -> Generator[Frame, None, None]:
+        """Yields the frames ``range(start, stop, step)``; several may be under way at once.
+
+        They are counted from 0, whatever number the file gives the first.
+        """
+        with naming(self.path):
+            yield from self._frames(range(self.n_frames)[start:stop:step])
+
+    @abstractmethod
+    def _frames(self, numbers: range) -> Iterator[Frame]:
+        """Yields the frames of these numbers, which ascend and exist."""
+
+    def close(self) -> None:  # noqa: B027 (most hold nothing open between frames)
+        """Closes the file."""
+
+    def __enter__(self) -> Self:
+        """Is the reader itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Closes the file."""
+        self.close()
