@@ -1,0 +1,72 @@
+/// Completes the same frames every time, for callgrind to count the instructions: a number that
+/// does not depend on what else the machine does.
+///
+///     dynmesh-instructions MASK
+///
+/// `benchmarks/instructions.py` runs it.
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <dynmesh/completer.hpp>
+#include <string_view>
+#include <vector>
+
+#include "meshes.hpp"
+
+using namespace dynmesh;
+
+namespace {
+
+constexpr std::size_t side = 100;
+constexpr std::size_t k = side * side;
+
+/// Empty for an unknown name.
+std::vector<std::uint8_t> mask_of(std::string_view name) {
+  if (name == "10%") return testing::random_mask(k, 0.1, 1);
+  if (name == "30%") return testing::random_mask(k, 0.3, 1);
+  if (name == "50%") return testing::random_mask(k, 0.5, 1);
+  if (name == "70%") return testing::random_mask(k, 0.7, 1);
+  if (name != "half" && name != "patches") return {};
+  std::vector<std::uint8_t> mask(k, 1);
+  for (std::size_t v = 0; v < k; ++v) {
+    const auto x = static_cast<int>(v / side);
+    const auto y = static_cast<int>(v % side);
+    const auto from_centre = [](int place) { return place % 50 - 25; };
+    const int distance = from_centre(x) * from_centre(x) + from_centre(y) * from_centre(y);
+    if (name == "half" ? v < k / 2 : distance < 240) mask[v] = 0;
+  }
+  return mask;
+}
+
+}  // namespace
+
+/// callgrind counts in here alone, which is why the name must last.
+extern "C" __attribute__((noinline)) void counted_frame(Completer<float>& completer,
+                                                        Points<const float> points, KnownMask known,
+                                                        Points<float> completed) {
+  completer.push(points, known, completed);
+}
+
+int main(int argc, char** argv) {
+  const auto known = mask_of(argc == 2 ? argv[1] : "");
+  if (known.empty()) {
+    std::fputs("usage: dynmesh-instructions 10%|30%|50%|70%|half|patches\n", stderr);
+    return 2;
+  }
+  const auto mesh = testing::sheet<float>(static_cast<int>(side));
+  const auto turned = testing::turned(mesh.vertices, 0.01);
+  std::vector<float> completed(3 * k);
+  Completer<float> completer(mesh.faces(), mesh.points());
+  counted_frame(completer, {turned.data(), k}, {known.data(), k}, {completed.data(), k});
+
+  // What the count depends on beside the program: who compiled it, and which loops it chose.
+  std::string_view processor = "portable";
+#if defined(__x86_64__)
+  __builtin_cpu_init();
+  if (__builtin_cpu_supports("sse4.2") != 0) processor = "x86-64-v2";
+  if (__builtin_cpu_supports("avx2") != 0) processor = "x86-64-v3";
+#endif
+  std::printf("%s, %s\n", DYNMESH_COMPILER, processor.data());
+  return 0;
+}

@@ -1,0 +1,87 @@
+"""Instructions of one frame, by callgrind: a number that noise does not touch.
+
+It depends on the compiler and on the processor's level, so instructions.json holds a reference for
+each pair that somebody recorded.
+"""
+
+import json
+import re
+import shutil
+import subprocess
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from .subjects import require
+
+MASKS = ("10%", "30%", "50%", "70%", "half", "patches")
+TOLERANCE = 0.02
+REFERENCE = Path(__file__).with_name("instructions.json")
+
+
+@dataclass
+class Counts:
+    """What was counted.
+
+    Attributes:
+        build: compiler and level of the processor.
+        per_frame: by mask, on a sheet of 10 000 vertices.
+    """
+
+    build: str
+    per_frame: dict[str, int]
+
+
+def measure(masks: tuple[str, ...] = MASKS) -> Counts:
+    """Counts. ImportError where the program is not built or valgrind is not there."""
+    if shutil.which("valgrind") is None:
+        raise ImportError("valgrind is not installed: script/bench installs it")
+    per_frame = {}
+    build = ""
+    for mask in masks:
+        build, per_frame[mask] = _count(require("dynmesh-instructions"), mask)
+    return Counts(build, per_frame)
+
+
+def _count(program: Path, mask: str) -> tuple[str, int]:
+    with tempfile.TemporaryDirectory() as folder:
+        written = Path(folder) / "callgrind.out"
+        command = ["valgrind", "--quiet", "--tool=callgrind", "--toggle-collect=counted_frame"]
+        command += [f"--callgrind-out-file={written}", str(program), mask]
+        ran = subprocess.run(command, check=True, capture_output=True, text=True)
+        (counted,) = re.findall(r"^summary: (\d+)$", written.read_text(), re.MULTILINE)
+    return ran.stdout.strip(), int(counted)
+
+
+def references() -> dict[str, dict[str, int]]:
+    """The recorded counts by build and mask."""
+    if not REFERENCE.exists():
+        return {}
+    recorded: dict[str, dict[str, int]] = json.loads(REFERENCE.read_text())
+    return recorded
+
+
+def record(counts: Counts) -> None:
+    """Makes these counts the reference of their build."""
+    recorded = references() | {counts.build: counts.per_frame}
+    REFERENCE.write_text(json.dumps(recorded, indent=2) + "\n")
+
+
+def changes(counts: Counts) -> list[str]:
+    """Says for which masks a frame takes more or fewer instructions than the reference.
+
+    Raises:
+        LookupError: nobody recorded a reference for this build.
+    """
+    recorded = references()
+    if counts.build not in recorded:
+        raise LookupError(
+            f"no reference for {counts.build}: script/bench --record-instructions makes one"
+        )
+    found = []
+    for mask, count in counts.per_frame.items():
+        expected = recorded[counts.build][mask]
+        if abs(count - expected) > TOLERANCE * expected:
+            change = count / expected - 1
+            found.append(f"{mask}: {count} instructions, {change:+.1%} against the reference")
+    return found

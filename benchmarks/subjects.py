@@ -1,0 +1,115 @@
+"""The C++ side, without Python in between: see cpp/subjects.cpp."""
+
+import ctypes
+import os
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dynmesh.sequence import Mask
+
+from .scenes import Faces, Frames
+
+REPOSITORY = Path(__file__).parents[1]
+
+
+def programs() -> Path:
+    """The folder of the compiled parts, where script/bench or DYNMESH_BENCHMARKS has it."""
+    built = REPOSITORY / "build" / "bench" / "benchmarks" / "cpp"
+    return Path(os.environ.get("DYNMESH_BENCHMARKS", built))
+
+
+def require(name: str) -> Path:
+    """A compiled part; ImportError where it is not built."""
+    path = programs() / name
+    if not path.exists():
+        raise ImportError(f"{name} is not built: script/bench builds it")
+    return path
+
+
+@lru_cache
+def _library() -> ctypes.CDLL:
+    library = ctypes.CDLL(str(require("dynmesh-subjects.so")))
+    size, pointer = ctypes.c_size_t, ctypes.c_void_p
+    library.subject_create.argtypes = [pointer, size, pointer, size, ctypes.c_int32]
+    library.subject_create.restype = pointer
+    library.subject_destroy.argtypes = [pointer]
+    library.subject_reset.argtypes = [pointer, pointer, size]
+    library.subject_push.argtypes = [pointer] * 3 + [size, pointer, size, pointer, pointer]
+    library.subject_push_sparse.argtypes = [pointer, pointer, pointer, size, pointer, size]
+    library.subject_push_sparse.restype = ctypes.c_int64
+    return library
+
+
+def _address(array: NDArray[Any]) -> int:
+    assert array.flags.c_contiguous
+    return array.ctypes.data
+
+
+class CppSubject:
+    """A C++ completer, or with 0 threads its plain twin.
+
+    Attributes:
+        completed: the last frame, (k, 3).
+    """
+
+    def __init__(self, faces: Faces, first_frame: Frames, threads: int) -> None:
+        """Builds it; ImportError without the library, ValueError where it refuses."""
+        self._library = _library()
+        self.completed: Frames = first_frame.copy()
+        self._subject = self._library.subject_create(
+            _address(faces), len(faces), _address(first_frame), len(first_frame), threads
+        )
+        if not self._subject:
+            raise ValueError(f"threads: {threads} are refused")
+
+    def __del__(self) -> None:
+        """Frees its memory."""
+        if getattr(self, "_subject", None):
+            self._library.subject_destroy(self._subject)
+
+    def reset(self, frame: Frames) -> None:
+        """Begins again with a whole frame."""
+        self._library.subject_reset(self._subject, _address(frame), len(frame))
+
+    def push(
+        self, frames: Frames, masks: Mask | None, order: NDArray[np.int64]
+    ) -> NDArray[np.float64]:
+        """Completes `frames[order]` one after another; returns the seconds of each.
+
+        Args:
+            frames: (n, k, 3).
+            masks: (n, k), or None: rows that are not finite are missing.
+            order: numbers of frames.
+        """
+        n_vertices = len(self.completed)
+        assert frames.dtype == np.float32
+        assert frames.shape[1:] == (n_vertices, 3)
+        assert order.dtype == np.int64
+        nanoseconds = np.full(len(order), -1, np.int64)  # written to, so that it is there
+        self._library.subject_push(
+            self._subject,
+            _address(frames),
+            None if masks is None else _address(masks),
+            n_vertices,
+            _address(order),
+            len(order),
+            _address(self.completed),
+            _address(nanoseconds),
+        )
+        return np.asarray(1e-9 * nanoseconds, np.float64)
+
+    def push_sparse(self, indices: NDArray[np.int32], points: Frames) -> float:
+        """Completes a frame from what was observed alone; returns the seconds."""
+        nanoseconds: int = self._library.subject_push_sparse(
+            self._subject,
+            _address(indices),
+            _address(points),
+            len(indices),
+            _address(self.completed),
+            len(self.completed),
+        )
+        return 1e-9 * nanoseconds

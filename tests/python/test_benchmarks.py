@@ -1,0 +1,104 @@
+"""The benchmarks run, and their tables are whole. What they measure is for script/bench to say."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from conftest import REPOSITORY
+
+PAGE = REPOSITORY / "docs" / "speed.md"
+SECTIONS = ("low-resolution", "subdivided", "largest", "sizes", "unknown", "overhead", "latency")
+
+
+def benchmarks(programs: Path, *arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    """Runs them as script/bench does."""
+    parts = programs / "benchmarks" / "cpp"
+    if not (parts / "dynmesh-subjects.so").exists():
+        pytest.skip("the C++ part is not built: cmake --preset develop; cmake --build ...")
+    command = [sys.executable, "-m", "benchmarks", *map(str, arguments)]
+    environment = os.environ | {"DYNMESH_BENCHMARKS": str(parts)}
+    return subprocess.run(
+        command, cwd=REPOSITORY, env=environment, capture_output=True, text=True, check=False
+    )
+
+
+@pytest.fixture(scope="module")
+def measured(programs: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a run on small meshes."""
+    folder = tmp_path_factory.mktemp("measured")
+    result = benchmarks(programs, "--tiny", "--out", folder, "--only", *SECTIONS)
+    assert result.returncode == 0, result.stderr
+    return folder
+
+
+def named_tables(text: str) -> dict[str, list[list[str]]]:
+    """The cells of each table, its head first."""
+    parts = re.split(r"^\*\*(.*)\*\*$", text, flags=re.MULTILINE)[1:]
+    named = zip(parts[::2], parts[1::2], strict=True)
+    return {
+        name: [[cell.strip() for cell in row.split("|")[1:-1]] for row in rows if "---" not in row]
+        for name, part in named
+        if (rows := re.findall(r"^\|.*\|$", part, flags=re.MULTILINE))
+    }
+
+
+def is_number(cell: str) -> bool:
+    """Whether it is a positive one, bold or not."""
+    return re.fullmatch(r"(\*\*)?\d+(\.\d+)?(e-\d+)?(\*\*)?", cell) is not None
+
+
+def test_tables_are_whole(measured: Path) -> None:
+    tables = named_tables((measured / "tables.md").read_text())
+    for name, (head, *rows) in tables.items():
+        assert rows, name
+        assert all(len(row) == len(head) for row in rows), name
+        assert not re.search("nan|inf", str(rows)), name
+    for part in ("low-resolution", "subdivided"):
+        for kind in ("ratios", "errors"):
+            head, *rows = tables[f"{part}-{kind}"]
+            assert head[1:] == ["10 %", "30 %", "50 %", "70 %", "camera", "patches"]
+            # Threads and libigl are not there on every machine, and stand as dashes then.
+            own = [r for r in rows if not re.search("threads|libigl", r[0])]
+            assert len(own) == (4 if kind == "ratios" else 2)
+            assert all(is_number(cell) for row in own for cell in row[1:])
+    assert tables["numbering"][0][-1] == "ratio"
+    assert all(is_number(r[-1]) for r in tables["numbering"][1:] if "threads" not in r[2])
+    assert all(is_number(cell) for row in tables["latency"][1:] for cell in row[3:])
+
+
+def test_the_plain_implementation_has_the_same_errors(measured: Path) -> None:
+    rows: list[dict[str, Any]] = json.loads((measured / "results.json").read_text())["comparison"]
+    natural = [row for row in rows if row["numbering"] == "natural"]
+    nmsve = {(row["part"], row["mask"], row["method"]): row["nmsve"] for row in natural}
+    pairs = [(part, mask) for part, mask, method in nmsve if method == "dynmesh"]
+    assert len(pairs) == 18
+    for part, mask in pairs:
+        plain = nmsve[part, mask, "plain C++"]
+        assert nmsve[part, mask, "dynmesh"] == pytest.approx(plain, rel=1e-3)
+
+
+def test_tables_and_figures_come_from_the_stored_run_too(measured: Path, programs: Path) -> None:
+    again = measured / "again"
+    result = benchmarks(programs, "--results", measured / "results.json", "--out", again)
+    assert result.returncode == 0, result.stderr
+    assert (again / "tables.md").read_text() == (measured / "tables.md").read_text()
+    figures = {path.name for path in again.glob("*.png")}
+    assert figures == {path.name for path in (REPOSITORY / "docs/figures/speed").iterdir()}
+
+
+def test_the_page_has_a_place_for_each_table(measured: Path) -> None:
+    places = re.findall(r"^<!-- (?!end)(.*) -->$", PAGE.read_text(), flags=re.MULTILINE)
+    named = re.findall(r"^\*\*(.*)\*\*$", (measured / "tables.md").read_text(), re.MULTILINE)
+    assert sorted(places) == sorted([*named, "cpp", "instructions"])
+
+
+def test_a_frame_takes_no_more_instructions_than_recorded(programs: Path) -> None:
+    result = benchmarks(programs, "--instructions")
+    if result.returncode == 2:  # no valgrind here, or another compiler or processor
+        pytest.skip(result.stderr.strip())
+    assert result.returncode == 0, result.stderr + "script/bench --record-instructions accepts it"
