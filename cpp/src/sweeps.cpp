@@ -226,10 +226,13 @@ bool take(const PackedRows<const Real>& rows, const std::uint8_t* observed, Real
   const Index* row_of = rows.row_of;
   Bits<Real> beyond{};
   if (row_of == nullptr && observed != nullptr) {
-    for (Index v = first; v < last; ++v) {
-      const Quad<Real> point = load_row(data + 3 * static_cast<std::size_t>(v), v + 1 == last);
+    for (Index v = first; v < last - 1; ++v) {
+      const Quad<Real> point = load_row(data + 3 * static_cast<std::size_t>(v), false);
       beyond |= take_one(point, observed + v, limit, v, points, known);
     }
+    const Index v = last - 1;
+    const Quad<Real> point = load_row(data + 3 * static_cast<std::size_t>(v), true);
+    beyond |= take_one(point, observed + v, limit, v, points, known);
   } else {
     for (Index v = first; v < last; ++v) {
       const auto row = static_cast<std::size_t>(row_of != nullptr ? row_of[v] : v);

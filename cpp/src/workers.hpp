@@ -24,7 +24,7 @@ class Workers {
   /// when all are done; at most a million. `work` must not throw. Allocates nothing.
   template <class Work>
   void for_each(Index count, Work&& work) {
-    if (threads_.empty() || count < 2) {
+    if (threads_.empty() || count < fewest_shared) {
       for (Index i = 0; i < count; ++i) work(i);
       return;
     }
@@ -33,6 +33,9 @@ class Workers {
   }
 
  private:
+  /// Fewer are done alone before others are awake.
+  static constexpr Index fewest_shared = 24;
+
   using Piece = void (*)(void* context, Index i);
 
   void run(Index count, Piece piece, void* context);

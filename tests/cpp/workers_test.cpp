@@ -12,7 +12,7 @@ TEST_CASE("every piece is done once, and all before the call returns") {
   for (const Index threads : {1, 2, 5}) {
     Workers workers(threads);
     for (int call = 0; call < 3000; ++call) {
-      const Index count = call % 40;
+      const Index count = call % 80;
       std::vector<std::atomic<int>> done(static_cast<std::size_t>(count));
       workers.for_each(count, [&](Index i) { ++done[static_cast<std::size_t>(i)]; });
       for (const auto& times : done) REQUIRE(times == 1);
