@@ -9,9 +9,9 @@ import numpy as np
 
 import dynmesh
 from dynmesh.evaluation import bounding_box_diagonal
-from dynmesh.sequence import Positions
+from dynmesh.sequence import Mask, Positions
 
-from .rivals import COPY, DYNMESH, FAST, SLOW, Dynmesh, prepare
+from .rivals import COPY, DYNMESH, FAST, SLOW, Dynmesh, Method, prepare
 from .scenes import Scene
 
 
@@ -72,32 +72,21 @@ def compare(
     fast = prepare(scene, FAST, wanted, missing)
     slow = prepare(scene, SLOW, wanted, missing)
     for mask, known in scene.masks.items():
-        generations: list[int] = []
-
-        def empty(name: str, mask: str = mask) -> Measurement:
-            share = float(scene.masks[mask][1:].mean())
-            size = scene.n_vertices
-            return Measurement(scene.part, scene.name, scene.numbering, mask, name, size, share, 0)
-
-        results = {name: empty(name) for name in wanted}
-        frames = range(1, len(known))
-        for name, method in fast.items():
-            completed = []
-            method.reset()
-            for number in frames:
-                method.complete(scene.frames[number], known[number])
-                completed.append(method.completed.copy())
-                if name == DYNMESH and isinstance(method, Dynmesh):
-                    generations.append(method.completer.report.iterations)
-            if with_error and name != COPY:
-                results[name].nmsve = errors(scene, frames, completed)
+        about = scene.part, scene.name, scene.numbering, mask
+        share = float(known[1:].mean())
+        generations, nmsve = _complete_once(scene, fast, known, with_error=with_error)
+        results = {
+            name: Measurement(*about, name, scene.n_vertices, share, generations) for name in wanted
+        }
+        for name, of_frames in nmsve.items():
+            results[name].nmsve = of_frames
         for method in slow.values():
             method.reset()
-        for part in np.array_split(frames[:slow_frames], laps):
+        for part in np.array_split(np.arange(1, len(known))[:slow_frames], laps):
             with no_collection():
                 for name, method in fast.items():
                     method.reset()
-                    for number in frames:
+                    for number in range(1, len(known)):
                         seconds = method.complete(scene.frames[number], known[number])
                         results[name].seconds.append(seconds)
                 for name, method in slow.items():
@@ -106,9 +95,27 @@ def compare(
                         results[name].seconds.append(seconds)
                         if with_error:
                             results[name].nmsve += errors(scene, [number], [method.completed])
-        for result in results.values():
-            result.generations = float(np.mean(generations))
-            yield result
+        yield from results.values()
+
+
+def _complete_once(
+    scene: Scene, methods: dict[str, Method], known: Mask, *, with_error: bool
+) -> tuple[float, dict[str, list[float]]]:
+    """Mean generations of dynmesh, and the NMSVE of each method's frames."""
+    generations: list[int] = []
+    nmsve = {}
+    numbers = range(1, len(known))
+    for name, method in methods.items():
+        completed = []
+        method.reset()
+        for number in numbers:
+            method.complete(scene.frames[number], known[number])
+            completed.append(method.completed.copy())
+            if name == DYNMESH and isinstance(method, Dynmesh):
+                generations.append(method.completer.report.iterations)
+        if with_error and name != COPY:
+            nmsve[name] = errors(scene, numbers, completed)
+    return float(np.mean(generations)), nmsve
 
 
 def errors(scene: Scene, numbers: Iterable[int], completed: list[Positions]) -> list[float]:

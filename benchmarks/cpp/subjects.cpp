@@ -12,6 +12,7 @@
 #include <dynmesh/topology.hpp>
 #include <exception>
 #include <memory>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -25,6 +26,8 @@ class Subject {
   Subject() = default;
   Subject(const Subject&) = delete;
   Subject& operator=(const Subject&) = delete;
+  Subject(Subject&&) = delete;
+  Subject& operator=(Subject&&) = delete;
   virtual ~Subject() = default;
   virtual void reset(Points<const float> frame) = 0;
   virtual void push(Points<const float> points, KnownMask known, Points<float> completed) = 0;
@@ -157,7 +160,7 @@ DYNMESH_FOR_PYTHON std::int64_t subject_push_sparse(void* subject, const std::in
                                                     const float* points, std::size_t n,
                                                     float* completed, std::size_t n_vertices) {
   using namespace dynmesh;
-  auto& pushed = static_cast<Product&>(*static_cast<Subject*>(subject));
+  auto& pushed = dynamic_cast<Product&>(*static_cast<Subject*>(subject));
   return nanoseconds_of([&] {
     pushed.push_sparse({indices, n}, {points, n}, {completed, n_vertices});
   });

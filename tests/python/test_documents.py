@@ -102,6 +102,7 @@ def test_pages_do_what_they_say(name: str, tmp_path: Path) -> None:
         "docs/gallery.md",
         "docs/method.md",
         "docs/results.md",
+        "docs/speed.md",
     ],
 )
 def test_links_lead_somewhere(name: str) -> None:
