@@ -68,7 +68,7 @@ def record(counts: Counts) -> None:
 
 
 def changes(counts: Counts) -> list[str]:
-    """Says for which masks a frame takes more or fewer instructions than the reference.
+    """Says for which masks a frame takes more instructions than the reference.
 
     Raises:
         LookupError: nobody recorded a reference for this build.
@@ -81,7 +81,7 @@ def changes(counts: Counts) -> list[str]:
     found = []
     for mask, count in counts.per_frame.items():
         expected = recorded[counts.build][mask]
-        if abs(count - expected) > TOLERANCE * expected:
+        if count - expected > TOLERANCE * expected:
             change = count / expected - 1
             found.append(f"{mask}: {count} instructions, {change:+.1%} against the reference")
     return found

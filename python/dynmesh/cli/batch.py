@@ -1,5 +1,6 @@
 """The command that completes an archive of sequences."""
 
+import logging
 from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
@@ -83,6 +84,8 @@ def batch(
 def _executor(workers: int, scheduler: str | None) -> Iterator[Executor | None]:
     if scheduler is not None:
         distributed = require("distributed", extra="batch")
+        # A worker that dies is no matter: its jobs go to others.
+        logging.getLogger("distributed").setLevel(logging.ERROR)
         try:
             client = distributed.Client(scheduler, timeout="10s")
         except (OSError, ValueError) as error:
