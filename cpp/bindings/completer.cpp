@@ -294,7 +294,10 @@ Attributes:
     filled: vertices estimated by the method.
     unseen: vertices not tied to a known one. known + filled + unseen = k.
     iterations: of the method.
-    seconds: wall time inside the core.)doc";
+    seconds: wall time inside the core.
+    blend: b of method "detail", the share of frame 0's shape; 0 of "motion".
+    factor_seconds, rotation_seconds, solve_seconds: where the time of "detail" went, except for
+        what both methods do; 0 of "motion".)doc";
 
 }  // namespace
 
@@ -305,6 +308,13 @@ void bind_completer(py::module_& module) {
       .def_readonly("unseen", &FrameReport::unseen)
       .def_readonly("iterations", &FrameReport::iterations)
       .def_readonly("seconds", &FrameReport::seconds)
+      .def_property_readonly("blend", [](const FrameReport& r) { return r.stages.blend; })
+      .def_property_readonly("factor_seconds",
+                             [](const FrameReport& r) { return r.stages.factor_seconds; })
+      .def_property_readonly("rotation_seconds",
+                             [](const FrameReport& r) { return r.stages.rotation_seconds; })
+      .def_property_readonly("solve_seconds",
+                             [](const FrameReport& r) { return r.stages.solve_seconds; })
       .def("__repr__", [](const FrameReport& report) {
         return py::str("FrameReport(known={}, filled={}, unseen={}, iterations={}, seconds={:.6f})")
             .format(report.known, report.filled, report.unseen, report.iterations, report.seconds);
