@@ -1,15 +1,14 @@
 /// What method detail measures shape by: K = M^-1/2 C of frame 0, from which it is built once.
 #pragma once
 
-#include <array>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <span>
 #include <vector>
 
-namespace dynmesh {
+#include "intrinsic_delaunay.hpp"
 
-using Triangle = std::array<Index, 3>;
+namespace dynmesh {
 
 /// C is symmetric, so K^T r = C (M^-1/2 r): one matrix serves both products.
 struct DetailOperator {
@@ -22,12 +21,10 @@ struct DetailOperator {
   [[nodiscard]] std::size_t size() const { return scale.size(); }
 };
 
-/// C: the cotangent Laplacian; M: vertex areas, a third of the triangles around, floored at 0.2 of
-/// their mean. Lengths are in mean edges of `frame`, so that the scale of the mesh cancels.
-///
-/// Everything is finite whatever the mesh: cotangents below 0.05 (obtuse angles and right ones)
-/// count as 0.05 and beyond 1000 (needles) as 1000, each triangle adds to its own edges however
-/// many share them, and an edge that no triangle of three distinct vertices has weighs 0.05.
+/// C: the cotangent Laplacian of the intrinsic Delaunay triangulation of `frame`; M: vertex areas, a
+/// third of its triangles around, floored at 0.2 of their mean. Lengths are in mean edges of
+/// `frame`, so that the scale of the mesh cancels. An edge of a face with a repeated vertex, which
+/// spans no triangle, weighs 0.05 for each such face. Everything is finite whatever the mesh.
 template <class Real>
 DetailOperator build_detail_operator(std::span<const Triangle> faces, const Cells& cells,
                                      std::span<const Vector3<Real>> frame);
