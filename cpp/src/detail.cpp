@@ -92,9 +92,8 @@ Detail<Real>::Detail(std::vector<Triangle> faces, const Topology& topology, Work
       local_blend_(topology.cells),
       solved_(topology.cells.size()),
       counts_(topology.cells.size()) {
-  for (Positions* positions :
-       {&first_memory_, &memory_, &x_, &kx_, &turned_, &change_, &step_, &change_step_, &r0_, &r1_,
-        &scaled_}) {
+  for (Positions* positions : {&first_memory_, &memory_, &x_, &kx_, &turned_, &change_, &step_,
+                               &change_step_, &r0_, &r1_, &scaled_}) {
     positions->resize(topology.cells.size());
   }
 }

@@ -20,8 +20,8 @@
 namespace dynmesh {
 
 /// The positions X of a frame minimise |K X - Q (m_prev + b (m_first - m_prev))|^2, anchors fixed.
-/// K, of frame 0, sees detail; m_first and m_prev, in the axes of frame 0, are the detail of frame 0
-/// and of the last frame; Q turns them into this frame; b is what the anchors say.
+/// K, of frame 0, sees detail; m_first and m_prev, in the axes of frame 0, are the detail of frame
+/// 0 and of the last frame; Q turns them into this frame; b is what the anchors say.
 ///
 /// Allocates in `reset`, and in `estimate` where the factor is larger than all before.
 template <class Real>
@@ -56,7 +56,7 @@ class Detail final : public Estimator<Real> {
   Workers& workers_;
   Rotations rotations_;
   LocalBlend local_blend_;
-  DetailOperator operator_;              // K
+  DetailOperator operator_;               // K
   std::unique_ptr<MaskedFactor> factor_;  // of K^T K at the satellites
   std::vector<std::uint8_t> solved_;      // (k,) the satellites
   std::vector<std::uint8_t> counts_;      // (k,) vertices of components that hold an anchor
@@ -71,7 +71,7 @@ class Detail final : public Estimator<Real> {
   Positions change_step_;   // and what a unit of b adds
   Positions r0_;            // residuals, as in blend.hpp
   Positions r1_;
-  Positions scaled_;        // M^-1/2 times something
+  Positions scaled_;  // M^-1/2 times something
   StageReport report_;
 };
 

@@ -29,8 +29,8 @@ void add_edge(std::vector<Entry>& entries, Index a, Index b, double weight) {
 /// Sums the entries into rows.
 void assemble(std::vector<Entry>& entries, DetailOperator& target) {
   // Stable, so that both halves of a symmetric matrix are summed in the same order.
-  std::ranges::stable_sort(
-      entries, {}, [](const Entry& entry) { return std::pair(entry.row, entry.column); });
+  std::ranges::stable_sort(entries, {},
+                           [](const Entry& entry) { return std::pair(entry.row, entry.column); });
   target.offsets.assign(target.size() + 1, 0);
   for (std::size_t e = 0; e < entries.size(); ++e) {
     const Entry& entry = entries[e];

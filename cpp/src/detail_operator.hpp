@@ -21,8 +21,8 @@ struct DetailOperator {
   [[nodiscard]] std::size_t size() const { return scale.size(); }
 };
 
-/// C: the cotangent Laplacian of the intrinsic Delaunay triangulation of `frame`; M: vertex areas, a
-/// third of its triangles around, floored at 0.2 of their mean. Lengths are in mean edges of
+/// C: the cotangent Laplacian of the intrinsic Delaunay triangulation of `frame`; M: vertex areas,
+/// a third of its triangles around, floored at 0.2 of their mean. Lengths are in mean edges of
 /// `frame`, so that the scale of the mesh cancels. An edge of a face with a repeated vertex, which
 /// spans no triangle, weighs 0.05 for each such face. Everything is finite whatever the mesh.
 template <class Real>

@@ -131,8 +131,7 @@ bool is_worth_joining(const Block& joined) {
 
 /// Runs of columns with nearly the same rows. A block may join the one before it where that is a
 /// subtree below it: the rows of a child are among those of its parent.
-std::vector<Block> find_blocks(const std::vector<Index>& parent,
-                               const std::vector<Index>& counts) {
+std::vector<Block> find_blocks(const std::vector<Index>& parent, const std::vector<Index>& counts) {
   std::vector<Block> blocks;
   for (Index j = 0; j < static_cast<Index>(parent.size()); ++j) {
     Block block = {j, 1, counts[at(j)], static_cast<double>(counts[at(j)])};

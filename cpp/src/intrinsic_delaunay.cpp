@@ -96,7 +96,8 @@ class Flipping {
     const IntrinsicTriangle far = triangle(other);
     if (near.cotangent(side.side) + far.cotangent(other.side) >= -tolerance) return false;
 
-    // Both triangles in the plane: the edge from u at 0 along x to v, w to its left, z to its right.
+    // Both triangles in the plane: the edge from u at 0 along x to v, w to its left, z to its
+    // right.
     const double edge = near.lengths[side.side];
     const double vw = near.lengths[following(side.side)];
     const double wu = near.lengths[preceding(side.side)];
@@ -186,13 +187,14 @@ std::vector<IntrinsicTriangle> intrinsic_delaunay(std::span<const Triangle> face
     for (std::size_t s = 0; s < 3; ++s) {
       const auto& a = frame[static_cast<std::size_t>(face[s])];
       const auto& b = frame[static_cast<std::size_t>(face[following(s)])];
-      triangle.lengths[s] = std::hypot(static_cast<double>(b.x) / unit - static_cast<double>(a.x) / unit,
-                                       static_cast<double>(b.y) / unit - static_cast<double>(a.y) / unit,
-                                       static_cast<double>(b.z) / unit - static_cast<double>(a.z) / unit);
+      triangle.lengths[s] =
+          std::hypot(static_cast<double>(b.x) / unit - static_cast<double>(a.x) / unit,
+                     static_cast<double>(b.y) / unit - static_cast<double>(a.y) / unit,
+                     static_cast<double>(b.z) / unit - static_cast<double>(a.z) / unit);
     }
     for (std::size_t s = 0; s < 3; ++s) {
-      const double excess = triangle.lengths[following(s)] + triangle.lengths[preceding(s)] -
-                            triangle.lengths[s];
+      const double excess =
+          triangle.lengths[following(s)] + triangle.lengths[preceding(s)] - triangle.lengths[s];
       missing = std::max(missing, slack - excess);
     }
     triangles.push_back(triangle);

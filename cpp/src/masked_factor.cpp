@@ -153,8 +153,8 @@ void MaskedFactor::find_rows(Index supernode) {
   }
   if (static_cast<Index>(rows_.size()) == panel.below) return;
   const Index place = place_at_[at(rows_[at(panel.below)])];
-  const auto up = std::upper_bound(plan_.firsts.begin(), plan_.firsts.end(), place) -
-                  plan_.firsts.begin() - 1;
+  const auto up =
+      std::upper_bound(plan_.firsts.begin(), plan_.firsts.end(), place) - plan_.firsts.begin() - 1;
   sibling_[at(mine)] = first_child_[static_cast<std::size_t>(up)];
   first_child_[static_cast<std::size_t>(up)] = mine;
 }

@@ -32,9 +32,9 @@ class MaskedFactor {
 
  private:
   struct Panel {
-    Index first;       // row of the submatrix, in the order of elimination, that it begins with
+    Index first;  // row of the submatrix, in the order of elimination, that it begins with
     Index columns;
-    Index below;       // its rows further down are rows_[below] to rows_[below + n_below - 1]
+    Index below;  // its rows further down are rows_[below] to rows_[below + n_below - 1]
     Index n_below;
     std::size_t data;  // where its numbers begin in factor_
   };
@@ -53,22 +53,22 @@ class MaskedFactor {
   std::vector<double> least_pivots_;  // (n,) by places
 
   std::vector<std::uint8_t> mask_;
-  std::vector<Index> row_of_;     // (n,) row of the submatrix at each place, -1 where masked out
-  std::vector<Index> place_at_;   // the place of each row of the submatrix
-  std::vector<Index> panel_of_;   // and its panel
+  std::vector<Index> row_of_;    // (n,) row of the submatrix at each place, -1 where masked out
+  std::vector<Index> place_at_;  // the place of each row of the submatrix
+  std::vector<Index> panel_of_;  // and its panel
   std::vector<Panel> panels_;
   std::vector<Index> rows_;
   std::vector<double> factor_;
-  std::vector<double> inverse_;   // one over the diagonal of the factor
+  std::vector<double> inverse_;  // one over the diagonal of the factor
 
   // Of the panel in the making.
-  std::vector<Index> seen_;       // (n,) by places: the last supernode that has a row there
+  std::vector<Index> seen_;         // (n,) by places: the last supernode that has a row there
   std::vector<Index> first_child_;  // (supernodes,) panels whose first row below is in it
   std::vector<Index> sibling_;
-  std::vector<Index> local_;      // row of the panel for a row of the submatrix
-  std::vector<Index> next_;       // (panels,) lists of the panels that reach into a later one
+  std::vector<Index> local_;  // row of the panel for a row of the submatrix
+  std::vector<Index> next_;   // (panels,) lists of the panels that reach into a later one
   std::vector<Index> head_;
-  std::vector<Index> reached_;    // (panels,) rows below that are done with
+  std::vector<Index> reached_;  // (panels,) rows below that are done with
   std::vector<double> products_;
   std::vector<double> work_;
   std::vector<Vector3<double>> values_;  // right-hand sides in the order of elimination

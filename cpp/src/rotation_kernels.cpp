@@ -61,8 +61,8 @@ struct Covariances {
 }
 
 /// A step towards the rotation R with the largest tr(R^T S): with P = R^T S, the gradient is the
-/// axial vector a of P and the Hessian G = tr(P) 1 - (P + P^T) / 2. A shift that vanishes at the end
-/// makes the step that of a whole turn far from it; where G is not safely positive, the scalar
+/// axial vector a of P and the Hessian G = tr(P) 1 - (P + P^T) / 2. A shift that vanishes at the
+/// end makes the step that of a whole turn far from it; where G is not safely positive, the scalar
 /// step of Mueller, Bender, Chentanez and Macklin (2016) climbs as well. Returns |step|^2.
 [[gnu::always_inline]] inline Quad turn_once(const Covariances& s, Turns& q) {
   const Covariances r = matrix_of(q);
@@ -92,8 +92,8 @@ struct Covariances {
   const Quad czz = xx * yy - xy * xy;
   const Quad determinant = xx * cxx + xy * cxy + xz * cxz;
   const Quad threshold = 1e-4 * size;
-  const Bits is_safe = (xx > threshold) & (czz > threshold * size) &
-                       (determinant > threshold * size * size);
+  const Bits is_safe =
+      (xx > threshold) & (czz > threshold * size) & (determinant > threshold * size * size);
   const Quad newton = 1 / (is_safe ? determinant : Quad{} + 1);
   const Quad scalar = 2 / larger(trace + size, Quad{} + 1e-300);
   const Quad wx = is_safe ? newton * (cxx * ax + cxy * ay + cxz * az) : scalar * ax;

@@ -36,9 +36,8 @@ void Rotations::fit(std::span<const Vector3<double>> frame) {
   const RotationData data = {cells_.offsets.data(), cells_.neighbours.data(), &rest_edges_[0],
                              frame.data(),          covariances_.data(),      quaternions_.data()};
   const auto for_each_stretch = [&](auto kernel) {
-    workers_.for_each((k + stretch - 1) / stretch, [&](Index s) {
-      kernel(data, s * stretch, std::min(k, (s + 1) * stretch));
-    });
+    workers_.for_each((k + stretch - 1) / stretch,
+                      [&](Index s) { kernel(data, s * stretch, std::min(k, (s + 1) * stretch)); });
   };
   for_each_stretch(kernels_.measure);
   for_each_stretch(kernels_.turn);

@@ -11,10 +11,10 @@
 
 namespace dynmesh {
 
-/// Q_i: the rotation that best carries the cell of vertex i in frame 0 to the current one: its edges
-/// weighted by one over their squared length in frame 0, the covariance averaged once with those of
-/// the neighbours. Each fit starts from the last one, so that a vertex whose cell does not tell
-/// keeps its rotation. Allocates in the constructor only.
+/// Q_i: the rotation that best carries the cell of vertex i in frame 0 to the current one: its
+/// edges weighted by one over their squared length in frame 0, the covariance averaged once with
+/// those of the neighbours. Each fit starts from the last one, so that a vertex whose cell does not
+/// tell keeps its rotation. Allocates in the constructor only.
 class Rotations {
  public:
   /// `cells` and `workers` must outlive this object.

@@ -24,14 +24,11 @@ void check_settings(const Settings& settings) {
       throw std::invalid_argument("extra_iterations: is a setting of method motion, not of detail");
     }
   }
-  if (settings.noise) {
-    throw std::invalid_argument(
-        "noise: is not available in this version, which takes anchors exactly as they are");
-  }
-  if (settings.reject_outliers) {
-    throw std::invalid_argument(
-        "reject_outliers: is not available in this version, which takes anchors exactly as they are");
-  }
+  const std::string exactly = std::string(": is no setting of method ") +
+                              (settings.method == Method::detail ? "detail" : "motion") +
+                              ", which takes anchors exactly as they are";
+  if (settings.noise) throw std::invalid_argument("noise" + exactly);
+  if (settings.reject_outliers) throw std::invalid_argument("reject_outliers" + exactly);
 }
 
 Method method_from_name(std::string_view name) {
