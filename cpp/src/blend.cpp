@@ -25,24 +25,34 @@ double dot(const Vector3<double>& a, const Vector3<double>& b) {
 
 }  // namespace
 
-double global_blend(Residuals r0, Residuals r1) {
+double global_blend(Residuals residuals) {
   double h = 0;
   double q = 0;
-  for (std::size_t i = 0; i < r0.size(); ++i) {
-    h -= dot(r1[i], r0[i]);
-    q += dot(r1[i], r1[i]);
+  for (std::size_t i = 0; i < residuals.size(); i += 2) {
+    h -= dot(residuals[i + 1], residuals[i]);
+    q += dot(residuals[i + 1], residuals[i + 1]);
   }
   const double blend = h / (caution * q);
   return std::isfinite(blend) ? blend : 0;
 }
 
 LocalBlend::LocalBlend(const Cells& cells)
-    : cells_(cells), fits_(cells.size()), averaged_(cells.size()), blend_(cells.size()) {}
+    : cells_(cells),
+      shares_(cells.size()),
+      fits_(cells.size()),
+      averaged_(cells.size()),
+      blend_(cells.size()) {
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const std::size_t n = cells[static_cast<Index>(i)].size();
+    shares_[i] = n == 0 ? 0 : 1 / static_cast<double>(n);
+  }
+}
 
-std::span<const double> LocalBlend::find(Residuals r0, Residuals r1, double global) {
+std::span<const double> LocalBlend::find(Residuals residuals, double global) {
   double sum = 0;
   for (std::size_t i = 0; i < fits_.size(); ++i) {
-    fits_[i] = {-dot(r1[i], r0[i]), dot(r1[i], r1[i])};
+    const Vector3<double>& r1 = residuals[2 * i + 1];
+    fits_[i] = {-dot(r1, residuals[2 * i]), dot(r1, r1)};
     sum += fits_[i].q;
   }
   const double eta = pull * sum / static_cast<double>(fits_.size());
@@ -54,8 +64,7 @@ std::span<const double> LocalBlend::find(Residuals r0, Residuals r1, double glob
         mean.h += fits_[static_cast<std::size_t>(j)].h;
         mean.q += fits_[static_cast<std::size_t>(j)].q;
       }
-      const double share = cell.empty() ? 0 : 1 / static_cast<double>(cell.size());
-      averaged_[i] = {share * mean.h, share * mean.q};
+      averaged_[i] = {shares_[i] * mean.h, shares_[i] * mean.q};
     }
     std::swap(fits_, averaged_);
   }

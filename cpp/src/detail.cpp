@@ -1,6 +1,7 @@
 #include "detail.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 #include "geometry.hpp"
@@ -27,6 +28,23 @@ class Stopwatch {
   double& seconds_;
   Clock::time_point start_ = Clock::now();
 };
+
+template <class Real>
+Vector3<double> in_double(const Vector3<Real>& v) {
+  return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)};
+}
+
+OperatorData data_of(const DetailOperator& k) {
+  return {k.offsets.data(), k.columns.data(), k.values.data(), k.scale.data()};
+}
+
+/// Calls `work(first, last)` for rows that any of the threads may take.
+template <class Work>
+void for_each_stretch(Workers& workers, std::size_t rows, const Work& work) {
+  const auto n = static_cast<Index>(rows);
+  workers.for_each((n + stretch - 1) / stretch,
+                   [&](Index s) { work(s * stretch, std::min(n, (s + 1) * stretch)); });
+}
 
 /// N = K^T K = C M^-1 C.
 SymmetricMatrix normal_matrix(const DetailOperator& k) {
@@ -60,27 +78,6 @@ SymmetricMatrix normal_matrix(const DetailOperator& k) {
   return normal;
 }
 
-/// A rotation matrix, by rows.
-struct Turn {
-  Vector3<double> rows[3];
-
-  explicit Turn(const Quaternion& q) {
-    const double xx = 2 * q.x * q.x, yy = 2 * q.y * q.y, zz = 2 * q.z * q.z;
-    const double xy = 2 * q.x * q.y, xz = 2 * q.x * q.z, yz = 2 * q.y * q.z;
-    const double wx = 2 * q.w * q.x, wy = 2 * q.w * q.y, wz = 2 * q.w * q.z;
-    rows[0] = {1 - yy - zz, xy - wz, xz + wy};
-    rows[1] = {xy + wz, 1 - xx - zz, yz - wx};
-    rows[2] = {xz - wy, yz + wx, 1 - xx - yy};
-  }
-  [[nodiscard]] Vector3<double> forth(const Vector3<double>& v) const {
-    const auto along = [&](const Vector3<double>& r) { return r.x * v.x + r.y * v.y + r.z * v.z; };
-    return {along(rows[0]), along(rows[1]), along(rows[2])};
-  }
-  [[nodiscard]] Vector3<double> back(const Vector3<double>& v) const {
-    return v.x * rows[0] + v.y * rows[1] + v.z * rows[2];
-  }
-};
-
 }  // namespace
 
 template <class Real>
@@ -88,13 +85,15 @@ Detail<Real>::Detail(std::vector<Triangle> faces, const Topology& topology, Work
     : faces_(std::move(faces)),
       topology_(topology),
       workers_(workers),
+      kernels_(*runnable_operator_kernels().front()),
       rotations_(topology.cells, workers),
       local_blend_(topology.cells),
       solved_(topology.cells.size()),
       counts_(topology.cells.size()) {
-  for (Positions* positions : {&first_memory_, &memory_, &x_, &kx_, &turned_, &change_, &step_,
-                               &change_step_, &r0_, &r1_, &scaled_}) {
-    positions->resize(topology.cells.size());
+  const std::size_t k = topology.cells.size();
+  for (Field* field : {&first_memory_, &x_, &kx_}) field->resize(k);
+  for (Field* field : {&memory_, &turned_, &residual_, &solution_, &step_, &k_step_}) {
+    field->resize(2 * k);
   }
 }
 
@@ -104,53 +103,43 @@ void Detail<Real>::reset(Frame first_frame) {
   factor_ = std::make_unique<MaskedFactor>(normal_matrix(operator_));
   take(first_frame);
   rotations_.reset(x_, static_cast<double>(mean_edge_length(topology_.cells, first_frame)));
-  apply_operator(x_, first_memory_);
-  memory_ = first_memory_;
+  apply_operator(x_, 1, first_memory_);
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    memory_[2 * v] = first_memory_[v];
+    memory_[2 * v + 1] = {};
+  }
   report_ = {};
 }
 
 template <class Real>
 void Detail<Real>::take(Frame frame) {
-  for (std::size_t v = 0; v < frame.size(); ++v) {
-    x_[v] = {static_cast<double>(frame[v].x), static_cast<double>(frame[v].y),
-             static_cast<double>(frame[v].z)};
+  for (std::size_t v = 0; v < frame.size(); ++v) x_[v] = in_double(frame[v]);
+}
+
+/// products = K x.
+template <class Real>
+void Detail<Real>::apply_operator(const Field& x, int fields, Field& products) {
+  const OperatorData k = data_of(operator_);
+  for_each_stretch(workers_, topology_.cells.size(), [&](Index first, Index last) {
+    kernels_.apply(k, x.data(), fields, products.data(), first, last);
+  });
+}
+
+/// The steps that bring K X closest to itself plus M^1/2 times residual_.
+template <class Real>
+void Detail<Real>::solve(int fields) {
+  const auto rows = factor_->order();
+  const OperatorData k = data_of(operator_);
+  for_each_stretch(workers_, rows.size(), [&](Index first, Index last) {
+    kernels_.apply_transposed(k, residual_.data(), fields, rows.data(), solution_.data(), first,
+                              last);
+  });
+  factor_->solve(solution_, fields);
+  const auto width = static_cast<std::size_t>(fields);
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    const auto v = static_cast<std::size_t>(rows[r]);
+    for (std::size_t f = 0; f < width; ++f) step_[width * v + f] = solution_[width * r + f];
   }
-}
-
-/// kx = K x.
-template <class Real>
-void Detail<Real>::apply_operator(const Positions& x, Positions& kx) {
-  const auto k = static_cast<Index>(x.size());
-  workers_.for_each((k + stretch - 1) / stretch, [&](Index s) {
-    const auto last = static_cast<std::size_t>(std::min(k, (s + 1) * stretch));
-    for (auto i = static_cast<std::size_t>(s * stretch); i < last; ++i) {
-      Vector3<double> sum;
-      for (Index e = operator_.offsets[i]; e < operator_.offsets[i + 1]; ++e) {
-        const auto entry = static_cast<std::size_t>(e);
-        sum = sum + operator_.values[entry] * x[static_cast<std::size_t>(operator_.columns[entry])];
-      }
-      kx[i] = operator_.scale[i] * sum;
-    }
-  });
-}
-
-/// ktr = K^T r.
-template <class Real>
-void Detail<Real>::apply_transposed(const Positions& r, Positions& ktr) {
-  for (std::size_t i = 0; i < r.size(); ++i) scaled_[i] = operator_.scale[i] * r[i];
-  const auto k = static_cast<Index>(r.size());
-  workers_.for_each((k + stretch - 1) / stretch, [&](Index s) {
-    const auto last = static_cast<std::size_t>(std::min(k, (s + 1) * stretch));
-    for (auto i = static_cast<std::size_t>(s * stretch); i < last; ++i) {
-      Vector3<double> sum;
-      for (Index e = operator_.offsets[i]; e < operator_.offsets[i + 1]; ++e) {
-        const auto entry = static_cast<std::size_t>(e);
-        sum = sum +
-              operator_.values[entry] * scaled_[static_cast<std::size_t>(operator_.columns[entry])];
-      }
-      ktr[i] = sum;
-    }
-  });
 }
 
 template <class Real>
@@ -159,36 +148,14 @@ Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
   generations.classify(topology_.cells, known);
   report_ = {};
   if (generations.reached() == 0) return 0;
-
-  const auto generation = generations.of_vertices();
-  for (std::size_t v = 0; v < known.size(); ++v) {
-    solved_[v] = generation[v] > 0 ? 1 : 0;
-    counts_[v] = generation[v] >= 0 ? 1 : 0;
-  }
   {
     const Stopwatch stopwatch(report_.factor_seconds);
+    find_satellites(generations);
     factor_->factorize(solved_);
   }
   {
-    // The smoothest motion from the last frame: min |K (X - X_prev)|^2.
     const Stopwatch stopwatch(report_.solve_seconds);
-    take(previous);
-    for (std::size_t v = 0; v < known.size(); ++v) {
-      change_[v] = {};
-      if (generation[v] != Generations::anchor) continue;
-      const Vector3<double> point = {static_cast<double>(points[v].x),
-                                     static_cast<double>(points[v].y),
-                                     static_cast<double>(points[v].z)};
-      change_[v] = point - x_[v];
-      x_[v] = point;
-    }
-    apply_operator(change_, kx_);
-    apply_transposed(kx_, step_);
-    factor_->solve(step_);
-    for (std::size_t v = 0; v < known.size(); ++v) {
-      if (solved_[v] != 0) x_[v] = x_[v] - step_[v];
-    }
-    apply_operator(x_, kx_);
+    move_smoothly(previous, points);
   }
   for (int round = 0; round < rounds; ++round) {
     {
@@ -197,12 +164,12 @@ Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
       turn_memory();
     }
     const Stopwatch stopwatch(report_.solve_seconds);
-    solve_round();
+    solve_for_blend();
   }
   const Stopwatch stopwatch(report_.solve_seconds);
-  solve_local_blend();
-  for (std::size_t v = 0; v < known.size(); ++v) {
-    if (solved_[v] == 0) continue;
+  solve_with_local_blend();
+  for (const Index satellite : factor_->order()) {
+    const auto v = static_cast<std::size_t>(satellite);
     points[v] = {static_cast<Real>(x_[v].x), static_cast<Real>(x_[v].y),
                  static_cast<Real>(x_[v].z)};
   }
@@ -210,61 +177,99 @@ Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
 }
 
 template <class Real>
-void Detail<Real>::turn_memory() {
-  const auto quaternions = rotations_.quaternions();
-  for (std::size_t v = 0; v < memory_.size(); ++v) {
-    const Turn turn(quaternions[v]);
-    turned_[v] = turn.forth(memory_[v]);
-    change_[v] = turn.forth(first_memory_[v] - memory_[v]);
+void Detail<Real>::find_satellites(const Generations& generations) {
+  const auto generation = generations.of_vertices();
+  for (std::size_t v = 0; v < generation.size(); ++v) {
+    solved_[v] = generation[v] > 0 ? 1 : 0;
+    counts_[v] = generation[v] >= 0 ? 1 : 0;
   }
+}
+
+/// The smoothest motion from the last frame that the anchors allow: min |K (X - X_prev)|^2.
+template <class Real>
+void Detail<Real>::move_smoothly(Frame previous, std::span<const Vector3<Real>> points) {
+  take(previous);
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    step_[v] = {};
+    if (solved_[v] != 0 || counts_[v] == 0) continue;
+    const Vector3<double> anchor = in_double(points[v]);
+    step_[v] = anchor - x_[v];
+    x_[v] = anchor;
+  }
+  apply_operator(step_, 1, k_step_);
+  for (std::size_t v = 0; v < x_.size(); ++v) residual_[v] = -operator_.scale[v] * k_step_[v];
+  solve(1);
+  for (const Index satellite : factor_->order()) {
+    const auto v = static_cast<std::size_t>(satellite);
+    x_[v] = x_[v] + step_[v];
+  }
+  std::ranges::fill(step_, Vector3<double>{});
+  apply_operator(x_, 1, kx_);
+}
+
+template <class Real>
+void Detail<Real>::turn_memory() {
+  for_each_stretch(workers_, x_.size(), [&](Index first, Index last) {
+    kernels_.turn(rotations_.quaternions().data(), memory_.data(), turned_.data(), first, last);
+  });
 }
 
 /// The best X for these rotations, and the blend that the anchors support.
 template <class Real>
-void Detail<Real>::solve_round() {
-  for (std::size_t v = 0; v < x_.size(); ++v) r0_[v] = turned_[v] - kx_[v];
-  apply_transposed(r0_, step_);
-  apply_transposed(change_, change_step_);
-  factor_->solve(step_, change_step_);
+void Detail<Real>::solve_for_blend() {
   for (std::size_t v = 0; v < x_.size(); ++v) {
-    if (solved_[v] == 0) step_[v] = change_step_[v] = {};
+    const double scale = operator_.scale[v];
+    residual_[2 * v] = scale * (turned_[2 * v] - kx_[v]);
+    residual_[2 * v + 1] = scale * turned_[2 * v + 1];
   }
-  apply_operator(step_, r0_);
-  apply_operator(change_step_, r1_);
+  solve(2);
+  apply_operator(step_, 2, k_step_);
   for (std::size_t v = 0; v < x_.size(); ++v) {
-    const bool counts = counts_[v] != 0;
-    r0_[v] = counts ? kx_[v] + r0_[v] - turned_[v] : Vector3<double>{};
-    r1_[v] = counts ? r1_[v] - change_[v] : Vector3<double>{};
+    const Vector3<double> r0 = k_step_[2 * v] + kx_[v] - turned_[2 * v];
+    const Vector3<double> r1 = k_step_[2 * v + 1] - turned_[2 * v + 1];
+    k_step_[2 * v] = counts_[v] * r0;
+    k_step_[2 * v + 1] = counts_[v] * r1;
   }
-  const double b = report_.blend = global_blend(r0_, r1_);
+  const double b = report_.blend = global_blend(k_step_);
   for (std::size_t v = 0; v < x_.size(); ++v) {
-    x_[v] = x_[v] + step_[v] + b * change_step_[v];
-    kx_[v] = r0_[v] + turned_[v] + b * (r1_[v] + change_[v]);
+    x_[v] = x_[v] + step_[2 * v] + b * step_[2 * v + 1];
+    kx_[v] = k_step_[2 * v] + turned_[2 * v] + b * (k_step_[2 * v + 1] + turned_[2 * v + 1]);
   }
 }
 
 /// The same rotations once more, with a blend that varies over the surface.
 template <class Real>
-void Detail<Real>::solve_local_blend() {
-  const auto blend = local_blend_.find(r0_, r1_, report_.blend);
-  for (std::size_t v = 0; v < x_.size(); ++v) r0_[v] = turned_[v] + blend[v] * change_[v] - kx_[v];
-  apply_transposed(r0_, step_);
-  factor_->solve(step_);
+void Detail<Real>::solve_with_local_blend() {
+  const auto blend = local_blend_.find(k_step_, report_.blend);
   for (std::size_t v = 0; v < x_.size(); ++v) {
-    if (solved_[v] != 0) x_[v] = x_[v] + step_[v];
+    residual_[v] = operator_.scale[v] * (turned_[2 * v] + blend[v] * turned_[2 * v + 1] - kx_[v]);
+  }
+  solve(1);
+  for (const Index satellite : factor_->order()) {
+    const auto v = static_cast<std::size_t>(satellite);
+    x_[v] = x_[v] + step_[v];
   }
 }
 
 template <class Real>
 void Detail<Real>::remember(Frame completed) {
+  const Stopwatch stopwatch(report_.rotation_seconds);
   take(completed);
-  {
-    const Stopwatch stopwatch(report_.rotation_seconds);
-    rotations_.fit(x_);
+  rotations_.fit(x_);
+  take_memory();
+}
+
+/// m_prev = Q^T K X.
+template <class Real>
+void Detail<Real>::take_memory() {
+  apply_operator(x_, 1, kx_);
+  for_each_stretch(workers_, x_.size(), [&](Index first, Index last) {
+    kernels_.turn_back(rotations_.quaternions().data(), kx_.data(), turned_.data(), first, last);
+  });
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    memory_[2 * v] = turned_[v];
+    memory_[2 * v + 1] = first_memory_[v] - turned_[v];
   }
-  apply_operator(x_, kx_);
-  const auto quaternions = std::as_const(rotations_).quaternions();
-  for (std::size_t v = 0; v < x_.size(); ++v) memory_[v] = Turn(quaternions[v]).back(kx_[v]);
 }
 
 template <class Real>
@@ -280,9 +285,7 @@ void Detail<Real>::recall(const Memory& memory, Frame completed) {
     return Quaternion{row[0], row[1], row[2], row[3]};
   });
   take(completed);
-  apply_operator(x_, kx_);
-  const auto quaternions = std::as_const(rotations_).quaternions();
-  for (std::size_t v = 0; v < x_.size(); ++v) memory_[v] = Turn(quaternions[v]).back(kx_[v]);
+  take_memory();
 }
 
 template class Detail<float>;

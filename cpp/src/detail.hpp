@@ -1,7 +1,6 @@
 /// Method detail: completion that keeps the shape of frame 0, turned with the motion.
 #pragma once
 
-#include <chrono>
 #include <cstdint>
 #include <dynmesh/estimator.hpp>
 #include <dynmesh/generations.hpp>
@@ -14,6 +13,7 @@
 #include "blend.hpp"
 #include "detail_operator.hpp"
 #include "masked_factor.hpp"
+#include "operator_kernels.hpp"
 #include "rotations.hpp"
 #include "workers.hpp"
 
@@ -42,36 +42,39 @@ class Detail final : public Estimator<Real> {
   [[nodiscard]] StageReport stages() const override { return report_; }
 
  private:
-  using Positions = std::vector<Vector3<double>>;
+  /// One or two Vector3 for each vertex.
+  using Field = std::vector<Vector3<double>>;
 
   void take(Frame frame);
-  void apply_operator(const Positions& x, Positions& kx);
-  void apply_transposed(const Positions& r, Positions& ktr);
+  void apply_operator(const Field& x, int fields, Field& products);
+  void solve(int fields);
+  void find_satellites(const Generations& generations);
+  void move_smoothly(Frame previous, std::span<const Vector3<Real>> points);
   void turn_memory();
-  void solve_round();
-  void solve_local_blend();
+  void solve_for_blend();
+  void solve_with_local_blend();
+  void take_memory();
 
   std::vector<Triangle> faces_;
   const Topology& topology_;
   Workers& workers_;
+  const OperatorKernels& kernels_;
   Rotations rotations_;
   LocalBlend local_blend_;
   DetailOperator operator_;               // K
   std::unique_ptr<MaskedFactor> factor_;  // of K^T K at the satellites
   std::vector<std::uint8_t> solved_;      // (k,) the satellites
-  std::vector<std::uint8_t> counts_;      // (k,) vertices of components that hold an anchor
+  std::vector<double> counts_;            // (k,) 1 in components that hold an anchor, else 0
 
-  Positions first_memory_;  // m_first
-  Positions memory_;        // m_prev
-  Positions x_;             // X
-  Positions kx_;            // K X
-  Positions turned_;        // Q m_prev
-  Positions change_;        // Q (m_first - m_prev)
-  Positions step_;          // right-hand sides and solutions: towards the shape of the last frame
-  Positions change_step_;   // and what a unit of b adds
-  Positions r0_;            // residuals, as in blend.hpp
-  Positions r1_;
-  Positions scaled_;  // M^-1/2 times something
+  Field first_memory_;  // m_first
+  Field memory_;        // m_prev and m_first - m_prev
+  Field turned_;        // Q times both
+  Field x_;             // X
+  Field kx_;            // K X
+  Field residual_;      // M^-1/2 times what K^T is multiplied with, one or two fields
+  Field solution_;      // one or two fields for each satellite, in the order of elimination
+  Field step_;          // the same for each vertex, 0 where it is no satellite
+  Field k_step_;        // K times it, and then r0 and r1 as blend.hpp has them
   StageReport report_;
 };
 

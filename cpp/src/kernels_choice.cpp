@@ -1,4 +1,5 @@
 #include "dense_kernels.hpp"
+#include "operator_kernels.hpp"
 #include "rotation_kernels.hpp"
 
 namespace dynmesh {
@@ -6,6 +7,7 @@ namespace dynmesh {
 #define DYNMESH_DECLARE_KERNELS(name)            \
   namespace name {                               \
   extern const DenseKernels dense_kernels;       \
+  extern const OperatorKernels operator_kernels; \
   extern const RotationKernels rotation_kernels; \
   }
 #ifdef DYNMESH_X86_64
@@ -43,6 +45,10 @@ std::vector<const Kernels*> runnable([[maybe_unused]] const Kernels* v3,
 
 std::vector<const DenseKernels*> runnable_dense_kernels() {
   return DYNMESH_RUNNABLE(dense_kernels);
+}
+
+std::vector<const OperatorKernels*> runnable_operator_kernels() {
+  return DYNMESH_RUNNABLE(operator_kernels);
 }
 
 std::vector<const RotationKernels*> runnable_rotation_kernels() {

@@ -63,6 +63,7 @@ MaskedFactor::MaskedFactor(SymmetricMatrix matrix, const DenseKernels& kernels)
   const auto supernodes = at(plan_.supernodes());
   row_of_.resize(n);
   place_at_.reserve(n);
+  order_.reserve(n);
   panel_of_.resize(n);
   panels_.reserve(supernodes);
   rows_.reserve(plan_.rows.size());
@@ -76,11 +77,10 @@ MaskedFactor::MaskedFactor(SymmetricMatrix matrix, const DenseKernels& kernels)
   reached_.resize(supernodes);
   products_.resize(at(most_below) * widest_supernode);
   work_.resize(at(8 * widest_supernode * widest_supernode));
-  values_.resize(2 * n);
 }
 
-void MaskedFactor::factorize(std::span<const std::uint8_t> mask) {
-  if (std::ranges::equal(mask, mask_)) return;
+bool MaskedFactor::factorize(std::span<const std::uint8_t> mask) {
+  if (std::ranges::equal(mask, mask_)) return false;
   mask_.assign(mask.begin(), mask.end());
   thin_out(mask);
   std::fill_n(head_.begin(), panels_.size(), none);
@@ -97,15 +97,19 @@ void MaskedFactor::factorize(std::span<const std::uint8_t> mask) {
     reached_[at(p)] = 0;
     queue(p, 0);
   }
+  return true;
 }
 
 /// Finds the panels of the submatrix and the rows that they really have.
 void MaskedFactor::thin_out(std::span<const std::uint8_t> mask) {
   place_at_.clear();
+  order_.clear();
   for (std::size_t place = 0; place < row_of_.size(); ++place) {
     const bool is_in = mask[at(plan_.column_at[place])] != 0;
     row_of_[place] = is_in ? static_cast<Index>(place_at_.size()) : none;
-    if (is_in) place_at_.push_back(static_cast<Index>(place));
+    if (!is_in) continue;
+    place_at_.push_back(static_cast<Index>(place));
+    order_.push_back(plan_.column_at[place]);
   }
   panels_.clear();
   rows_.clear();
@@ -214,43 +218,17 @@ void MaskedFactor::queue(Index p, Index row) {
   head_[target] = p;
 }
 
-template <int fields>
-void MaskedFactor::solve_all() {
+void MaskedFactor::solve(std::span<Vector3<double>> values, int fields) const {
+  double* numbers = &values[0].x;
   for (const Panel& panel : panels_) {
     kernels_.solve_forward(&factor_[panel.data], panel.columns + panel.n_below, panel.columns,
                            &inverse_[at(panel.first)], panel.first, rows_.data() + panel.below,
-                           &values_[0].x, fields);
+                           numbers, fields);
   }
   for (auto panel = panels_.rbegin(); panel != panels_.rend(); ++panel) {
     kernels_.solve_backward(&factor_[panel->data], panel->columns + panel->n_below, panel->columns,
                             &inverse_[at(panel->first)], panel->first, rows_.data() + panel->below,
-                            &values_[0].x, fields);
-  }
-}
-
-void MaskedFactor::solve(std::span<Vector3<double>> values) {
-  auto& quads = values_;
-  for (std::size_t r = 0; r < place_at_.size(); ++r) {
-    quads[r] = values[at(plan_.column_at[at(place_at_[r])])];
-  }
-  solve_all<1>();
-  for (std::size_t r = 0; r < place_at_.size(); ++r) {
-    values[at(plan_.column_at[at(place_at_[r])])] = quads[r];
-  }
-}
-
-void MaskedFactor::solve(std::span<Vector3<double>> values, std::span<Vector3<double>> others) {
-  auto& quads = values_;
-  for (std::size_t r = 0; r < place_at_.size(); ++r) {
-    const auto column = at(plan_.column_at[at(place_at_[r])]);
-    quads[2 * r] = values[column];
-    quads[2 * r + 1] = others[column];
-  }
-  solve_all<2>();
-  for (std::size_t r = 0; r < place_at_.size(); ++r) {
-    const auto column = at(plan_.column_at[at(place_at_[r])]);
-    values[column] = quads[2 * r];
-    others[column] = quads[2 * r + 1];
+                            numbers, fields);
   }
 }
 

@@ -20,15 +20,17 @@ class MaskedFactor {
   explicit MaskedFactor(SymmetricMatrix matrix,
                         const DenseKernels& kernels = *runnable_dense_kernels().front());
 
-  /// Factors the rows and columns with `mask[i] != 0`; the factor is kept where the mask is that of
-  /// the last call. Directions in which the submatrix is singular in double precision stay out of
-  /// the solutions. Allocates only where the factor is larger than all before.
-  void factorize(std::span<const std::uint8_t> mask);
+  /// Factors the rows and columns with `mask[i] != 0`, and returns true; or keeps the factor of the
+  /// last call, where the mask is the same, and returns false. Allocates only where the factor is
+  /// larger than all before.
+  bool factorize(std::span<const std::uint8_t> mask);
 
-  /// Replaces `values` (n,) at the rows of the mask by the solution for them; others are left.
-  void solve(std::span<Vector3<double>> values);
-  /// The same for two right-hand sides at once.
-  void solve(std::span<Vector3<double>> values, std::span<Vector3<double>> others);
+  /// The rows and columns that are factored, in the order of elimination.
+  [[nodiscard]] std::span<const Index> order() const { return order_; }
+
+  /// Replaces right-hand sides, one or two `fields` for each row of `order()`, by the solutions.
+  /// Directions in which the submatrix is singular in double precision stay out of them.
+  void solve(std::span<Vector3<double>> values, int fields) const;
 
  private:
   struct Panel {
@@ -44,8 +46,6 @@ class MaskedFactor {
   void fill(const Panel& panel);
   void subtract_descendants(Index panel);
   void queue(Index panel, Index row);
-  template <int fields>
-  void solve_all();
 
   SymmetricMatrix matrix_;  // rows and columns by their places
   Elimination plan_;
@@ -53,7 +53,8 @@ class MaskedFactor {
   std::vector<double> least_pivots_;  // (n,) by places
 
   std::vector<std::uint8_t> mask_;
-  std::vector<Index> row_of_;    // (n,) row of the submatrix at each place, -1 where masked out
+  std::vector<Index> row_of_;  // (n,) row of the submatrix at each place, -1 where masked out
+  std::vector<Index> order_;
   std::vector<Index> place_at_;  // the place of each row of the submatrix
   std::vector<Index> panel_of_;  // and its panel
   std::vector<Panel> panels_;
@@ -71,7 +72,6 @@ class MaskedFactor {
   std::vector<Index> reached_;  // (panels,) rows below that are done with
   std::vector<double> products_;
   std::vector<double> work_;
-  std::vector<Vector3<double>> values_;  // right-hand sides in the order of elimination
 };
 
 }  // namespace dynmesh

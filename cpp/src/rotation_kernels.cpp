@@ -112,7 +112,7 @@ struct Covariances {
 
 void turn(const RotationData& data, Index first, Index last) {
   constexpr int most_steps = 8;
-  constexpr double small_step = 1e-10;  // squared: the next one would be its square
+  constexpr double small_step = 1e-7;  // squared; what is left after it is about its square
   for (Index i = first; i < last; i += 4) {
     Covariances s;
     Turns q;
@@ -144,14 +144,14 @@ void turn(const RotationData& data, Index first, Index last) {
     }
     for (int step = 0; step < most_steps; ++step) {
       const Quad moved = turn_once(s, q);
-      const Quad norm = 1 / root(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
-      q.w *= norm;
-      q.x *= norm;
-      q.y *= norm;
-      q.z *= norm;
       const Bits goes_on = moved > small_step;
       if ((goes_on[0] | goes_on[1] | goes_on[2] | goes_on[3]) == 0) break;
     }
+    const Quad norm = 1 / root(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
+    q.w *= norm;
+    q.x *= norm;
+    q.y *= norm;
+    q.z *= norm;
     for (int lane = 0; lane < 4 && i + lane < last; ++lane) {
       data.quaternions[i + lane] = {q.w[lane], q.x[lane], q.y[lane], q.z[lane]};
     }
