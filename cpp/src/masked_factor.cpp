@@ -61,6 +61,7 @@ MaskedFactor::MaskedFactor(SymmetricMatrix matrix, const DenseKernels& kernels)
     most_below = std::max(most_below, plan_.row_offsets[at(s) + 1] - plan_.row_offsets[at(s)]);
   }
   const auto supernodes = at(plan_.supernodes());
+  mask_.reserve(n);
   row_of_.resize(n);
   place_at_.reserve(n);
   order_.reserve(n);

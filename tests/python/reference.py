@@ -176,7 +176,7 @@ def flip_to_delaunay(
         at_u = angle(v, w, u) + angle(z, v, u)
         squared = length(u, w) ** 2 + length(u, z) ** 2
         diagonal = np.sqrt(squared - 2 * length(u, w) * length(u, z) * np.cos(at_u))
-        assert (w, z) not in third and (z, w) not in third, "a flip joins two vertices twice"
+        assert not {(w, z), (z, w)} & third.keys(), "a flip joins two vertices twice"
         del third[u, v], third[v, u]
         lengths[min(w, z), max(w, z)] = float(diagonal)
         for a, b, c in [(z, w, u), (w, z, v)]:
@@ -288,7 +288,9 @@ class Detail:
         fit = np.stack([-(r1 * r0).sum(axis=1), (r1 * r1).sum(axis=1)], axis=1)
         eta = 0.3 * fit[:, 1].mean()
         for _ in range(10):
-            fit = sum_to(i, fit[j], self.k) / np.maximum(np.bincount(i, minlength=self.k), 1)[:, None]
+            fit = (
+                sum_to(i, fit[j], self.k) / np.maximum(np.bincount(i, minlength=self.k), 1)[:, None]
+            )
         blend = np.full(self.k, self.blend)
         if eta > 0:
             blend = (fit[:, 0] + eta * self.blend) / (fit[:, 1] + eta)
