@@ -224,10 +224,12 @@ Args:
         `topology`; their edges count all the same.
     first_frame: (k, 3) float32 or float64, complete and finite. Positions of the other dtype that
         come later are converted.
-    method: "motion", the paper's averaged motion vectors (Arvanitis et al. 2017, section 3).
-    revisit: True: every iteration estimates all satellites reached so far. False: each is estimated
+    method: "motion", the paper's averaged motion vectors (Arvanitis et al. 2017, section 3);
+        "detail", which keeps the shape of frame 0 and of the last frame, turned with the motion: a
+        fraction of the error, at twenty to forty times the cost.
+    revisit: of "motion". True: every iteration estimates all satellites reached so far. False: each is estimated
         once, and errors feed on themselves from frame to frame.
-    extra_iterations: after the one that reaches the last satellite, 0 to 1 000 000; without
+    extra_iterations: of "motion", after the one that reaches the last satellite, 0 to 1 000 000; without
         `revisit` they change nothing.
     unseen: for vertices that no chain of edges ties to a known one. "follow": their component
         moves rigidly, as the nearest surface does; "hold": they stay.
@@ -295,7 +297,10 @@ Attributes:
     filled: vertices estimated by the method.
     unseen: vertices not tied to a known one. known + filled + unseen = k.
     iterations: of the method.
-    seconds: wall time inside the core.)doc";
+    seconds: wall time inside the core.
+    blend: b of method "detail", the share of frame 0's shape; 0 of "motion".
+    factor_seconds, rotation_seconds, solve_seconds: where the time of "detail" went, except for
+        what both methods do; 0 of "motion".)doc";
 
 }  // namespace
 
@@ -306,6 +311,13 @@ void bind_completer(py::module_& module) {
       .def_readonly("unseen", &FrameReport::unseen)
       .def_readonly("iterations", &FrameReport::iterations)
       .def_readonly("seconds", &FrameReport::seconds)
+      .def_property_readonly("blend", [](const FrameReport& r) { return r.stages.blend; })
+      .def_property_readonly("factor_seconds",
+                             [](const FrameReport& r) { return r.stages.factor_seconds; })
+      .def_property_readonly("rotation_seconds",
+                             [](const FrameReport& r) { return r.stages.rotation_seconds; })
+      .def_property_readonly("solve_seconds",
+                             [](const FrameReport& r) { return r.stages.solve_seconds; })
       .def("__repr__", [](const FrameReport& report) {
         return py::str("FrameReport(known={}, filled={}, unseen={}, iterations={}, seconds={:.6f})")
             .format(report.known, report.filled, report.unseen, report.iterations, report.seconds);

@@ -115,7 +115,9 @@ std::span<const Index> indices_of(const std::int32_t* indices, std::int64_t n_in
 
 Method method_of(std::int32_t method) {
   if (method == DYNMESH_METHOD_MOTION) return Method::motion;
-  refuse("method", "must be DYNMESH_METHOD_MOTION (0), not " + std::to_string(method));
+  if (method == DYNMESH_METHOD_DETAIL) return Method::detail;
+  refuse("method", "must be DYNMESH_METHOD_MOTION (0) or DYNMESH_METHOD_DETAIL (1), not " +
+                       std::to_string(method));
 }
 
 UnseenRule unseen_rule_of(std::int32_t rule) {

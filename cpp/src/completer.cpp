@@ -10,6 +10,7 @@
 #include <string>
 #include <utility>
 
+#include "detail.hpp"
 #include "exchange.hpp"
 #include "fast_motion.hpp"
 #include "geometry.hpp"
@@ -116,9 +117,24 @@ std::unique_ptr<const Topology> in_places(Topology topology, Numbering& numberin
                                                                  : renumber(topology, numbering));
 }
 
+std::vector<Triangle> faces_in_places(Faces faces, const Numbering& numbering) {
+  std::vector<Triangle> placed(faces.count);
+  for (std::size_t f = 0; f < faces.count; ++f) {
+    std::ranges::transform(faces[f], placed[f].begin(), [&](Index v) {
+      return static_cast<Index>(numbering.place(static_cast<std::size_t>(v)));
+    });
+  }
+  return placed;
+}
+
 template <class Real>
-std::unique_ptr<Estimator<Real>> estimator_of(const Cells& cells, const Settings& settings,
+std::unique_ptr<Estimator<Real>> estimator_of(Faces faces, const Numbering& numbering,
+                                              const Topology& topology, const Settings& settings,
                                               Workers& workers) {
+  if (settings.method == Method::detail) {
+    return std::make_unique<Detail<Real>>(faces_in_places(faces, numbering), topology, workers);
+  }
+  const Cells& cells = topology.cells;
   if (settings.revisit && FastMotion<Real>::takes(cells.size())) {
     return std::make_unique<FastMotion<Real>>(cells, settings.extra_iterations, workers);
   }
@@ -136,7 +152,7 @@ Completer<Real>::Completer(Faces faces, Points<const Real> first_frame, const Se
       workers_(std::make_unique<Workers>(settings.threads)),
       exchange_(std::make_unique<Exchange<Real>>(*numbering_, *workers_)),
       generations_(first_frame.count),
-      estimator_(estimator_of<Real>(topology_->cells, settings, *workers_)),
+      estimator_(estimator_of<Real>(faces, *numbering_, *topology_, settings, *workers_)),
       unseen_(*topology_, settings.unseen),
       current_(first_frame.count),
       known_(first_frame.count),
@@ -266,6 +282,7 @@ FrameReport Completer<Real>::complete(Points<Real> completed, Clock::time_point 
   report_.filled = generations_.reached();
   report_.unseen = generations_.unseen_vertices();
   report_.iterations = static_cast<std::size_t>(iterations);
+  report_.stages = estimator_->stages();
   report_.seconds = std::chrono::duration<double>(Clock::now() - start).count();
   return report_;
 }

@@ -20,7 +20,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little,
               "states are stored as they lie in memory");
 
-constexpr std::array<char, 8> magic = {'d', 'y', 'n', 'm', 'e', 's', 'h', '1'};
+constexpr std::array<char, 8> magic = {'d', 'y', 'n', 'm', 'e', 's', 'h', '2'};
 
 [[noreturn]] void refuse(const std::string& why) { throw std::invalid_argument("state: " + why); }
 
@@ -46,7 +46,7 @@ std::uint64_t hash_of(std::span<const std::byte> bytes) {
   return hash;
 }
 
-static_assert(sizeof(FrameReport) == 40, "stored without padding");
+static_assert(sizeof(FrameReport) == 72, "stored without padding");
 
 class Writer {
  public:
@@ -144,6 +144,10 @@ std::vector<std::byte> Completer<Real>::state() const {
   writer.write(to_vertices(*numbering_, previous_));
   writer.write(age().data(), n_vertices());
   writer.write(known.data(), n_vertices());
+  const auto memory = estimator_->memory();
+  const auto memory_rows = static_cast<std::uint64_t>(memory.size());
+  writer.write(&memory_rows, 1);
+  if (memory_rows > 0) writer.write(to_vertices(*numbering_, memory).data(), n_vertices());
   return writer.take_sealed();
 }
 
@@ -163,6 +167,10 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   reader.read(previous);
   reader.read(age.data(), n_vertices());
   reader.read(known.data(), n_vertices());
+  std::uint64_t memory_rows = 0;
+  reader.read(&memory_rows, 1);
+  typename Estimator<Real>::Memory memory(memory_rows > 0 ? n_vertices() : 0);
+  reader.read(memory.data(), memory.size());
   std::uint64_t seal = 0;
   reader.read(&seal, 1);
   if (reader.rest() != 0) refuse(std::to_string(reader.rest()) + " bytes too long");
@@ -172,6 +180,7 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   previous_ = to_places(*numbering_, previous);
   age_ = to_places(*numbering_, age);
   generations_.classify(topology_->cells, to_places(*numbering_, known));
+  if (!memory.empty()) estimator_->recall(to_places(*numbering_, memory), previous_);
   report_ = report;
 }
 

@@ -16,23 +16,26 @@ void check_settings(const Settings& settings) {
     throw std::invalid_argument("threads: must be from 1 to " + std::to_string(most_threads) +
                                 ", not " + std::to_string(settings.threads));
   }
-  if (settings.noise) {
-    throw std::invalid_argument(
-        "noise: is no setting of method motion, which takes anchors exactly as they are");
+  if (settings.method == Method::detail) {
+    if (!settings.revisit) {
+      throw std::invalid_argument("revisit: is a setting of method motion, not of detail");
+    }
+    if (settings.extra_iterations != 0) {
+      throw std::invalid_argument("extra_iterations: is a setting of method motion, not of detail");
+    }
   }
-  if (settings.reject_outliers) {
-    throw std::invalid_argument(
-        "reject_outliers: is no setting of method motion, which takes anchors exactly as they are");
-  }
+  const std::string exactly = std::string(": is no setting of method ") +
+                              (settings.method == Method::detail ? "detail" : "motion") +
+                              ", which takes anchors exactly as they are";
+  if (settings.noise) throw std::invalid_argument("noise" + exactly);
+  if (settings.reject_outliers) throw std::invalid_argument("reject_outliers" + exactly);
 }
 
 Method method_from_name(std::string_view name) {
   if (name == "motion") return Method::motion;
-  if (name == "detail") {
-    throw std::invalid_argument(
-        "method: 'detail' is not available in this version; 'motion' is the one there is");
-  }
-  throw std::invalid_argument("method: must be 'motion', not '" + std::string(name) + "'");
+  if (name == "detail") return Method::detail;
+  throw std::invalid_argument("method: must be 'motion' or 'detail', not '" + std::string(name) +
+                              "'");
 }
 
 UnseenRule unseen_rule_from_name(std::string_view name) {

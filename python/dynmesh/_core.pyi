@@ -33,6 +33,14 @@ class FrameReport:
     def iterations(self) -> int: ...
     @property
     def seconds(self) -> float: ...
+    @property
+    def blend(self) -> float: ...
+    @property
+    def factor_seconds(self) -> float: ...
+    @property
+    def rotation_seconds(self) -> float: ...
+    @property
+    def solve_seconds(self) -> float: ...
 
 class Completer:
     def __init__(
@@ -40,7 +48,7 @@ class Completer:
         faces: _Integers,
         first_frame: Positions,
         *,
-        method: Literal["motion"] = "motion",
+        method: Literal["motion", "detail"] = "motion",
         revisit: bool = True,
         extra_iterations: int = 0,
         unseen: Literal["follow", "hold"] = "follow",

@@ -14,7 +14,7 @@ from .sequence import Mask, Positions
 class Settings(TypedDict, total=False):
     """The settings of :class:`dynmesh.Completer`, which documents them."""
 
-    method: Literal["motion"]
+    method: Literal["motion", "detail"]
     revisit: bool
     extra_iterations: int
     unseen: Literal["follow", "hold"]

@@ -58,6 +58,26 @@ TEST_CASE_TEMPLATE("frames allocate nothing", Real, float, double) {
   }
 }
 
+TEST_CASE("method detail allocates only where its factor is larger than all before") {
+  const auto mesh = join(sheet<float>(20), sheet<float>(5, 30.0));
+  const std::size_t k = mesh.size();
+  Completer<float> completer(mesh.faces(), mesh.points(), {.method = Method::detail});
+  std::vector<float> out(3 * k);
+  const auto push = [&](const std::vector<std::uint8_t>& known) {
+    completer.push(mesh.points(), {known.data(), k}, {out.data(), k});
+  };
+  std::vector<std::uint8_t> one_each(k, 0);
+  one_each[7] = one_each[410] = 1;
+  push(one_each);
+  for (const double share : {1.0, 0.0, 0.01, 0.3, 0.9}) {
+    const auto known = random_mask(k, share, 5);
+    const std::size_t before = allocations;
+    push(known);
+    push(one_each);
+    CHECK(allocations == before);
+  }
+}
+
 TEST_CASE("nor do they in C") {
   const auto mesh = sheet<float>(20);
   constexpr std::int64_t k = 400;

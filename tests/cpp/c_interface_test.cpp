@@ -396,7 +396,8 @@ TEST_CASE("a completer is not made of what it cannot work with") {
     change(settings);
     refused(faces, n_faces, &frame, &settings, message);
   };
-  setting([](auto& s) { s.method = 7; }, "method: must be DYNMESH_METHOD_MOTION (0), not 7");
+  setting([](auto& s) { s.method = 7; },
+          "method: must be DYNMESH_METHOD_MOTION (0) or DYNMESH_METHOD_DETAIL (1), not 7");
   setting([](auto& s) { s.unseen = -1; },
           "unseen: must be DYNMESH_UNSEEN_HOLD (0) or DYNMESH_UNSEEN_FOLLOW (1), not -1");
   setting([](auto& s) { s.extra_iterations = -1; },

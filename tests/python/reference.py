@@ -146,3 +146,152 @@ def nmsve(edges: Edges, reference: Array, completed: Array) -> float:
         total += float(np.linalg.norm(reference[v] - completed[v]))
         total += float(np.linalg.norm(laplacian(reference, v) - laplacian(completed, v)))
     return total / (2 * len(reference))
+
+
+def flip_to_delaunay(
+    faces: NDArray[np.int64], lengths: dict[tuple[int, int], float]
+) -> tuple[list[list[int]], dict[tuple[int, int], float]]:
+    """Edge flips on a manifold mesh whose flips never join two vertices twice: dictionaries do."""
+    triangles = {tuple(int(v) for v in face) for face in faces}
+    third = {}
+    for a, b, c in triangles:
+        third.update({(a, b): c, (b, c): a, (c, a): b})
+
+    def length(a: int, b: int) -> float:
+        return lengths[min(a, b), max(a, b)]
+
+    def angle(a: int, b: int, c: int) -> float:
+        """At c."""
+        x, y, z = length(b, c), length(c, a), length(a, b)
+        return float(np.arccos(np.clip((x * x + y * y - z * z) / (2 * x * y), -1, 1)))
+
+    open_edges = list(third)
+    while open_edges:
+        u, v = open_edges.pop()
+        if (u, v) not in third or (v, u) not in third:
+            continue
+        w, z = third[u, v], third[v, u]
+        if angle(u, v, w) + angle(v, u, z) <= np.pi + 1e-9:
+            continue
+        at_u = angle(v, w, u) + angle(z, v, u)
+        squared = length(u, w) ** 2 + length(u, z) ** 2
+        diagonal = np.sqrt(squared - 2 * length(u, w) * length(u, z) * np.cos(at_u))
+        assert not {(w, z), (z, w)} & third.keys(), "a flip joins two vertices twice"
+        del third[u, v], third[v, u]
+        lengths[min(w, z), max(w, z)] = float(diagonal)
+        for a, b, c in [(z, w, u), (w, z, v)]:
+            third.update({(a, b): c, (b, c): a, (c, a): b})
+        open_edges += [(w, u), (u, z), (z, v), (v, w)]
+    flipped = {(a, b, c) for (a, b), c in third.items() if a < b and a < c}
+    return [list(face) for face in sorted(flipped)], lengths
+
+
+class Detail:
+    """Completion that keeps the shape (`method="detail"`), on manifold meshes without needles."""
+
+    def __init__(self, faces: NDArray[np.int64], first_frame: Array) -> None:
+        """Frame 0: the operator, and the detail of frame 0 twice."""
+        self.k = len(first_frame)
+        self.edges = directed_edges(faces)
+        self.label = components(self.edges, self.k)
+        i, j = self.edges
+        self.h = mean_edge(self.edges, first_frame)
+        self.rest_edges = (first_frame[j] - first_frame[i]) / self.h
+        self.operator = self._operator(faces, first_frame / self.h)
+        self.q = np.tile(np.eye(3), (self.k, 1, 1))
+        self.first_memory = self.operator @ first_frame
+        self.memory = self.first_memory
+        self.previous = first_frame
+        self.blend = 0.0
+
+    def _operator(self, faces: NDArray[np.int64], frame: Array) -> Any:
+        lengths = {}
+        missing = 0.0
+        for face in faces:
+            sides = []
+            for a, b in [(0, 1), (1, 2), (2, 0)]:
+                u, v = sorted((int(face[a]), int(face[b])))
+                lengths[u, v] = float(np.linalg.norm(frame[u] - frame[v]))
+                sides.append(lengths[u, v])
+            missing = max(missing, 1e-4 - (sum(sides) - 2 * max(sides)))
+        lengths = {edge: length + missing for edge, length in lengths.items()}
+        triangles, lengths = flip_to_delaunay(faces, lengths)
+        laplacian = np.zeros((self.k, self.k))
+        area = np.zeros(self.k)
+        for face in triangles:
+            for n in range(3):
+                a, b, c = face[n], face[(n + 1) % 3], face[(n + 2) % 3]
+                x = lengths[min(b, c), max(b, c)]
+                y = lengths[min(c, a), max(c, a)]
+                z = lengths[min(a, b), max(a, b)]
+                cosine = (x * x + y * y - z * z) / (2 * x * y)  # of the angle at c
+                sine = np.sqrt(1 - cosine**2)
+                weight = cosine / sine / 2
+                laplacian[[a, b], [b, a]] -= weight
+                laplacian[[a, b], [a, b]] += weight
+                area[[a, b, c]] += x * y * sine / 2 / 3 / 3  # each corner comes round once
+        area = np.maximum(area, 0.2 * area.mean())
+        return laplacian / np.sqrt(area)[:, None]
+
+    def _fit(self, frame: Array) -> None:
+        """Q from the singular value decomposition of each covariance."""
+        i, j = self.edges
+        weight = 1 / np.maximum((self.rest_edges**2).sum(axis=1), 1e-12)
+        outer = (frame[j] - frame[i])[:, :, None] * (weight[:, None] * self.rest_edges)[:, None, :]
+        covariance = sum_to(i, outer.reshape(-1, 9), self.k)
+        around = sum_to(i, covariance[j], self.k)
+        u, _, vt = np.linalg.svd((covariance + around).reshape(-1, 3, 3))
+        sign = np.ones((self.k, 3))
+        sign[:, 2] = np.sign(np.linalg.det(u @ vt))
+        self.q = (u * sign[:, None, :]) @ vt
+
+    def _turn(self, memory: Array) -> Array:
+        return np.einsum("nij,nj->ni", self.q, memory)
+
+    def complete(self, points: Array, known: NDArray[np.bool_]) -> Array:
+        """One frame; unseen vertices stay."""
+        seen = np.isin(self.label, self.label[known])
+        solved = seen & ~known
+        x = np.where(known[:, None], points, self.previous)
+        if solved.any():
+            x = self._solve(x, solved, seen)
+        self._fit(x)
+        self.memory = np.einsum("nji,nj->ni", self.q, self.operator @ x)
+        self.previous = x
+        return x
+
+    def _solve(self, x: Array, solved: NDArray[np.bool_], seen: NDArray[np.bool_]) -> Array:
+        columns = self.operator[:, solved]
+        normal = columns.T @ columns
+
+        def closest(anchored: Array, target: Array) -> Array:
+            """The frame with the anchors of `anchored` whose detail is closest to the target."""
+            anchored = np.where(solved[:, None], 0.0, anchored)
+            right_side = columns.T @ (target - self.operator @ anchored)
+            anchored[solved] = np.linalg.solve(normal, right_side)
+            return anchored
+
+        x = closest(x, self.operator @ self.previous)
+        for _ in range(3):
+            self._fit(x)
+            turned = self._turn(self.memory)
+            change = self._turn(self.first_memory - self.memory)
+            x0 = closest(x, turned)
+            x1 = closest(np.zeros_like(x), change)
+            r0 = np.where(seen[:, None], self.operator @ x0 - turned, 0.0)
+            r1 = np.where(seen[:, None], self.operator @ x1 - change, 0.0)
+            square = (r1 * r1).sum()
+            self.blend = -(r1 * r0).sum() / (1.001 * square) if square > 0 else 0.0
+            x = x0 + self.blend * x1
+
+        i, j = self.edges
+        fit = np.stack([-(r1 * r0).sum(axis=1), (r1 * r1).sum(axis=1)], axis=1)
+        eta = 0.3 * fit[:, 1].mean()
+        for _ in range(10):
+            fit = (
+                sum_to(i, fit[j], self.k) / np.maximum(np.bincount(i, minlength=self.k), 1)[:, None]
+            )
+        blend = np.full(self.k, self.blend)
+        if eta > 0:
+            blend = (fit[:, 0] + eta * self.blend) / (fit[:, 1] + eta)
+        return closest(x, turned + np.clip(blend, -0.5, 1.5)[:, None] * change)

@@ -24,6 +24,7 @@ struct FrameReport {
   std::size_t unseen = 0;      ///< not tied to an anchor: held, or moved rigidly
   std::size_t iterations = 0;  ///< of the method
   double seconds = 0;          ///< wall time of the call
+  StageReport stages;          ///< where it went, and the blend that was found
 };
 
 struct Numbering;

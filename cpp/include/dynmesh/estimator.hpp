@@ -1,18 +1,30 @@
 /// The seam between the completer and its methods.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <dynmesh/generations.hpp>
 #include <dynmesh/types.hpp>
 #include <span>
+#include <vector>
 
 namespace dynmesh {
+
+/// How an estimate was made; zeros where a method has no such stage.
+struct StageReport {
+  double blend = 0;             ///< b of method detail: the share of frame 0's shape
+  double factor_seconds = 0;    ///< factoring the system of the unknown vertices
+  double rotation_seconds = 0;  ///< fitting rotations
+  double solve_seconds = 0;     ///< everything else
+};
 
 /// One way to estimate the satellites of a frame. Frames have one Vector3 per vertex.
 template <class Real>
 class Estimator {
  public:
   using Frame = std::span<const Vector3<Real>>;
+  /// A row for each vertex, or empty.
+  using Memory = std::vector<std::array<double, 4>>;
 
   Estimator() = default;
   Estimator(const Estimator&) = delete;
@@ -32,6 +44,14 @@ class Estimator {
 
   /// Takes note of a completed frame, unseen vertices and all, before the next `estimate`.
   virtual void remember(Frame completed) = 0;
+
+  /// What later estimates depend on beside frame 0 and the last completed frame, to be stored.
+  [[nodiscard]] virtual Memory memory() const { return {}; }
+  /// Takes it up again after `reset`; `completed` is the last completed frame.
+  virtual void recall(const Memory& /*memory*/, Frame /*completed*/) {}
+
+  /// Of the last `estimate` and `remember`.
+  [[nodiscard]] virtual StageReport stages() const { return {}; }
 };
 
 }  // namespace dynmesh

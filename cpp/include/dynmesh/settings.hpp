@@ -10,7 +10,8 @@
 namespace dynmesh {
 
 enum class Method {
-  motion  ///< the paper's averaged motion vectors: motion.hpp
+  motion,  ///< the paper's averaged motion vectors: motion.hpp
+  detail   ///< the shape of frame 0 and of the last frame, turned with the motion
 };
 
 struct Settings {
@@ -18,10 +19,12 @@ struct Settings {
 
   /// true: every iteration estimates all satellites reached so far. false: each satellite is
   /// estimated once, when it is reached, and errors feed on themselves from frame to frame.
+  /// A setting of method motion; detail refuses false.
   bool revisit = true;
 
   /// Iterations after the one that reaches the last satellite, 0 to 1 000 000. Ten take off a third
   /// of the error on many sequences, and add to it on some; without `revisit` they change nothing.
+  /// A setting of method motion; detail refuses all but 0.
   Index extra_iterations = 0;
 
   UnseenRule unseen = UnseenRule::follow;
@@ -40,7 +43,7 @@ struct Settings {
 /// Throws std::invalid_argument that names the setting and its value.
 DYNMESH_EXPORT void check_settings(const Settings& settings);
 
-/// "motion". Throws std::invalid_argument for another name.
+/// "motion" or "detail". Throws std::invalid_argument for another name.
 DYNMESH_EXPORT Method method_from_name(std::string_view name);
 /// "hold" or "follow". Throws std::invalid_argument for another name.
 DYNMESH_EXPORT UnseenRule unseen_rule_from_name(std::string_view name);

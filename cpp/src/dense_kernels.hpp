@@ -1,0 +1,38 @@
+/// The inner loops of the masked factorisation, as fast as the processor allows.
+///
+/// A panel is a dense block of a triangular factor: `rows` rows of `columns` numbers, packed, row
+/// after row; its first `columns` rows are the triangle. dense_kernels.cpp is compiled once for
+/// each kind of processor; `runnable_dense_kernels` tells which may be used.
+#pragma once
+
+#include <dynmesh/types.hpp>
+#include <vector>
+
+namespace dynmesh {
+
+struct DenseKernels {
+  /// products (m, stride) = a (m, c) times the transpose of b (n, c), with stride = n rounded up to
+  /// a multiple of 4; what stands beyond column n means nothing. `work` holds 4 (n + 3) c numbers.
+  void (*multiply)(const double* a, Index m, const double* b, Index n, Index c, double* products,
+                   double* work);
+
+  /// Turns a panel of the matrix into one of its Cholesky factor, in place, and the diagonal into
+  /// `inverse` (columns,), one over it. A pivot not above its `least` is left out: inverse 0, zeros
+  /// below. Of the triangle's upper half nothing is read. `work` holds 32 * 32 numbers.
+  void (*factor)(double* panel, Index rows, Index columns, const double* least, double* inverse,
+                 double* work);
+
+  /// One step of solving with the factor: `values` are quads of one right-hand side, (n, fields)
+  /// quads row after row; the panel's own rows stand from row `first` on, those below it at the
+  /// rows `below`.
+  void (*solve_forward)(const double* panel, Index rows, Index columns, const double* inverse,
+                        Index first, const Index* below, double* values, int fields);
+  /// And with its transpose.
+  void (*solve_backward)(const double* panel, Index rows, Index columns, const double* inverse,
+                         Index first, const Index* below, double* values, int fields);
+};
+
+/// Those that this processor can run, the best first.
+std::vector<const DenseKernels*> runnable_dense_kernels();
+
+}  // namespace dynmesh

@@ -1,0 +1,294 @@
+#include "detail.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "geometry.hpp"
+
+namespace dynmesh {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// Rounds of turning and solving; two nearly suffice.
+constexpr int rounds = 3;
+
+constexpr Index stretch = 512;  // vertices that a thread takes at a time
+
+/// Adds the time of its scope to a stage.
+class Stopwatch {
+ public:
+  explicit Stopwatch(double& seconds) : seconds_(seconds) {}
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+  ~Stopwatch() { seconds_ += std::chrono::duration<double>(Clock::now() - start_).count(); }
+
+ private:
+  double& seconds_;
+  Clock::time_point start_ = Clock::now();
+};
+
+template <class Real>
+Vector3<double> in_double(const Vector3<Real>& v) {
+  return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)};
+}
+
+OperatorData data_of(const DetailOperator& k) {
+  return {k.offsets.data(), k.columns.data(), k.values.data(), k.scale.data()};
+}
+
+/// Calls `work(first, last)` for rows that any of the threads may take.
+template <class Work>
+void for_each_stretch(Workers& workers, std::size_t rows, const Work& work) {
+  const auto n = static_cast<Index>(rows);
+  workers.for_each((n + stretch - 1) / stretch,
+                   [&](Index s) { work(s * stretch, std::min(n, (s + 1) * stretch)); });
+}
+
+/// N = K^T K = C M^-1 C.
+SymmetricMatrix normal_matrix(const DetailOperator& k) {
+  SymmetricMatrix normal;
+  normal.offsets.push_back(0);
+  std::vector<double> sums(k.size(), 0);
+  std::vector<std::uint8_t> is_set(k.size(), 0);
+  std::vector<Index> rows;
+  const auto at = [](Index i) { return static_cast<std::size_t>(i); };
+  for (std::size_t j = 0; j < k.size(); ++j) {
+    rows.clear();
+    for (Index e = k.offsets[j]; e < k.offsets[j + 1]; ++e) {
+      const std::size_t l = at(k.columns[at(e)]);
+      const double weight = k.values[at(e)] * k.scale[l] * k.scale[l];
+      for (Index f = k.offsets[l]; f < k.offsets[l + 1]; ++f) {
+        const Index i = k.columns[at(f)];
+        if (is_set[at(i)] == 0) rows.push_back(i);
+        is_set[at(i)] = 1;
+        sums[at(i)] += weight * k.values[at(f)];
+      }
+    }
+    std::sort(rows.begin(), rows.end());
+    for (const Index i : rows) {
+      normal.rows.push_back(i);
+      normal.values.push_back(sums[at(i)]);
+      sums[at(i)] = 0;
+      is_set[at(i)] = 0;
+    }
+    normal.offsets.push_back(static_cast<Index>(normal.rows.size()));
+  }
+  return normal;
+}
+
+}  // namespace
+
+template <class Real>
+Detail<Real>::Detail(std::vector<Triangle> faces, const Topology& topology, Workers& workers)
+    : faces_(std::move(faces)),
+      topology_(topology),
+      workers_(workers),
+      kernels_(*runnable_operator_kernels().front()),
+      rotations_(topology.cells, workers),
+      local_blend_(topology.cells),
+      solved_(topology.cells.size()),
+      counts_(topology.cells.size()) {
+  const std::size_t k = topology.cells.size();
+  for (Field* field : {&first_memory_, &x_, &kx_}) field->resize(k);
+  for (Field* field : {&memory_, &turned_, &residual_, &solution_, &step_, &k_step_}) {
+    field->resize(2 * k);
+  }
+}
+
+template <class Real>
+void Detail<Real>::reset(Frame first_frame) {
+  operator_ = build_detail_operator<Real>(faces_, topology_.cells, first_frame);
+  factor_ = std::make_unique<MaskedFactor>(normal_matrix(operator_));
+  take(first_frame);
+  rotations_.reset(x_, static_cast<double>(mean_edge_length(topology_.cells, first_frame)));
+  apply_operator(x_, 1, first_memory_);
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    memory_[2 * v] = first_memory_[v];
+    memory_[2 * v + 1] = {};
+  }
+  report_ = {};
+}
+
+template <class Real>
+void Detail<Real>::take(Frame frame) {
+  for (std::size_t v = 0; v < frame.size(); ++v) x_[v] = in_double(frame[v]);
+}
+
+/// products = K x.
+template <class Real>
+void Detail<Real>::apply_operator(const Field& x, int fields, Field& products) {
+  const OperatorData k = data_of(operator_);
+  for_each_stretch(workers_, topology_.cells.size(), [&](Index first, Index last) {
+    kernels_.apply(k, x.data(), fields, products.data(), first, last);
+  });
+}
+
+/// The steps that bring K X closest to itself plus M^1/2 times residual_.
+template <class Real>
+void Detail<Real>::solve(int fields) {
+  const auto rows = factor_->order();
+  const OperatorData k = data_of(operator_);
+  for_each_stretch(workers_, rows.size(), [&](Index first, Index last) {
+    kernels_.apply_transposed(k, residual_.data(), fields, rows.data(), solution_.data(), first,
+                              last);
+  });
+  factor_->solve(solution_, fields);
+  const auto width = static_cast<std::size_t>(fields);
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    const auto v = static_cast<std::size_t>(rows[r]);
+    for (std::size_t f = 0; f < width; ++f) step_[width * v + f] = solution_[width * r + f];
+  }
+}
+
+template <class Real>
+Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
+                             std::span<const std::uint8_t> known, Generations& generations) {
+  generations.classify(topology_.cells, known);
+  report_ = {};
+  if (generations.reached() == 0) return 0;
+  {
+    const Stopwatch stopwatch(report_.factor_seconds);
+    find_satellites(generations);
+    factor_->factorize(solved_);
+  }
+  {
+    const Stopwatch stopwatch(report_.solve_seconds);
+    move_smoothly(previous, points);
+  }
+  for (int round = 0; round < rounds; ++round) {
+    {
+      const Stopwatch stopwatch(report_.rotation_seconds);
+      rotations_.fit(x_);
+      turn_memory();
+    }
+    const Stopwatch stopwatch(report_.solve_seconds);
+    solve_for_blend();
+  }
+  const Stopwatch stopwatch(report_.solve_seconds);
+  solve_with_local_blend();
+  for (const Index satellite : factor_->order()) {
+    const auto v = static_cast<std::size_t>(satellite);
+    points[v] = {static_cast<Real>(x_[v].x), static_cast<Real>(x_[v].y),
+                 static_cast<Real>(x_[v].z)};
+  }
+  return rounds;
+}
+
+template <class Real>
+void Detail<Real>::find_satellites(const Generations& generations) {
+  const auto generation = generations.of_vertices();
+  for (std::size_t v = 0; v < generation.size(); ++v) {
+    solved_[v] = generation[v] > 0 ? 1 : 0;
+    counts_[v] = generation[v] >= 0 ? 1 : 0;
+  }
+}
+
+/// The smoothest motion from the last frame that the anchors allow: min |K (X - X_prev)|^2.
+template <class Real>
+void Detail<Real>::move_smoothly(Frame previous, std::span<const Vector3<Real>> points) {
+  take(previous);
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    step_[v] = {};
+    if (solved_[v] != 0 || counts_[v] == 0) continue;
+    const Vector3<double> anchor = in_double(points[v]);
+    step_[v] = anchor - x_[v];
+    x_[v] = anchor;
+  }
+  apply_operator(step_, 1, k_step_);
+  for (std::size_t v = 0; v < x_.size(); ++v) residual_[v] = -operator_.scale[v] * k_step_[v];
+  solve(1);
+  for (const Index satellite : factor_->order()) {
+    const auto v = static_cast<std::size_t>(satellite);
+    x_[v] = x_[v] + step_[v];
+  }
+  std::ranges::fill(step_, Vector3<double>{});
+  apply_operator(x_, 1, kx_);
+}
+
+template <class Real>
+void Detail<Real>::turn_memory() {
+  for_each_stretch(workers_, x_.size(), [&](Index first, Index last) {
+    kernels_.turn(rotations_.quaternions().data(), memory_.data(), turned_.data(), first, last);
+  });
+}
+
+/// The best X for these rotations, and the blend that the anchors support.
+template <class Real>
+void Detail<Real>::solve_for_blend() {
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    const double scale = operator_.scale[v];
+    residual_[2 * v] = scale * (turned_[2 * v] - kx_[v]);
+    residual_[2 * v + 1] = scale * turned_[2 * v + 1];
+  }
+  solve(2);
+  apply_operator(step_, 2, k_step_);
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    const Vector3<double> r0 = k_step_[2 * v] + kx_[v] - turned_[2 * v];
+    const Vector3<double> r1 = k_step_[2 * v + 1] - turned_[2 * v + 1];
+    k_step_[2 * v] = counts_[v] * r0;
+    k_step_[2 * v + 1] = counts_[v] * r1;
+  }
+  const double b = report_.blend = global_blend(k_step_);
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    x_[v] = x_[v] + step_[2 * v] + b * step_[2 * v + 1];
+    kx_[v] = k_step_[2 * v] + turned_[2 * v] + b * (k_step_[2 * v + 1] + turned_[2 * v + 1]);
+  }
+}
+
+/// The same rotations once more, with a blend that varies over the surface.
+template <class Real>
+void Detail<Real>::solve_with_local_blend() {
+  const auto blend = local_blend_.find(k_step_, report_.blend);
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    residual_[v] = operator_.scale[v] * (turned_[2 * v] + blend[v] * turned_[2 * v + 1] - kx_[v]);
+  }
+  solve(1);
+  for (const Index satellite : factor_->order()) {
+    const auto v = static_cast<std::size_t>(satellite);
+    x_[v] = x_[v] + step_[v];
+  }
+}
+
+template <class Real>
+void Detail<Real>::remember(Frame completed) {
+  const Stopwatch stopwatch(report_.rotation_seconds);
+  take(completed);
+  rotations_.fit(x_);
+  take_memory();
+}
+
+/// m_prev = Q^T K X.
+template <class Real>
+void Detail<Real>::take_memory() {
+  apply_operator(x_, 1, kx_);
+  for_each_stretch(workers_, x_.size(), [&](Index first, Index last) {
+    kernels_.turn_back(rotations_.quaternions().data(), kx_.data(), turned_.data(), first, last);
+  });
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    memory_[2 * v] = turned_[v];
+    memory_[2 * v + 1] = first_memory_[v] - turned_[v];
+  }
+}
+
+template <class Real>
+typename Detail<Real>::Memory Detail<Real>::memory() const {
+  Memory memory;
+  for (const Quaternion& q : rotations_.quaternions()) memory.push_back({q.w, q.x, q.y, q.z});
+  return memory;
+}
+
+template <class Real>
+void Detail<Real>::recall(const Memory& memory, Frame completed) {
+  std::ranges::transform(memory, rotations_.quaternions().begin(), [](const auto& row) {
+    return Quaternion{row[0], row[1], row[2], row[3]};
+  });
+  take(completed);
+  take_memory();
+}
+
+template class Detail<float>;
+template class Detail<double>;
+
+}  // namespace dynmesh

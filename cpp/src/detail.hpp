@@ -1,0 +1,81 @@
+/// Method detail: completion that keeps the shape of frame 0, turned with the motion.
+#pragma once
+
+#include <cstdint>
+#include <dynmesh/estimator.hpp>
+#include <dynmesh/generations.hpp>
+#include <dynmesh/topology.hpp>
+#include <dynmesh/types.hpp>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "blend.hpp"
+#include "detail_operator.hpp"
+#include "masked_factor.hpp"
+#include "operator_kernels.hpp"
+#include "rotations.hpp"
+#include "workers.hpp"
+
+namespace dynmesh {
+
+/// The positions X of a frame minimise |K X - Q (m_prev + b (m_first - m_prev))|^2, anchors fixed.
+/// K, of frame 0, sees detail; m_first and m_prev, in the axes of frame 0, are the detail of frame
+/// 0 and of the last frame; Q turns them into this frame; b is what the anchors say.
+///
+/// Allocates in `reset`, and in `estimate` where the factor is larger than all before.
+template <class Real>
+class Detail final : public Estimator<Real> {
+ public:
+  using typename Estimator<Real>::Frame;
+  using typename Estimator<Real>::Memory;
+
+  /// `topology` and `workers` must outlive this object.
+  Detail(std::vector<Triangle> faces, const Topology& topology, Workers& workers);
+
+  void reset(Frame first_frame) override;
+  Index estimate(Frame previous, std::span<Vector3<Real>> points,
+                 std::span<const std::uint8_t> known, Generations& generations) override;
+  void remember(Frame completed) override;
+  [[nodiscard]] Memory memory() const override;
+  void recall(const Memory& memory, Frame completed) override;
+  [[nodiscard]] StageReport stages() const override { return report_; }
+
+ private:
+  /// One or two Vector3 for each vertex.
+  using Field = std::vector<Vector3<double>>;
+
+  void take(Frame frame);
+  void apply_operator(const Field& x, int fields, Field& products);
+  void solve(int fields);
+  void find_satellites(const Generations& generations);
+  void move_smoothly(Frame previous, std::span<const Vector3<Real>> points);
+  void turn_memory();
+  void solve_for_blend();
+  void solve_with_local_blend();
+  void take_memory();
+
+  std::vector<Triangle> faces_;
+  const Topology& topology_;
+  Workers& workers_;
+  const OperatorKernels& kernels_;
+  Rotations rotations_;
+  LocalBlend local_blend_;
+  DetailOperator operator_;               // K
+  std::unique_ptr<MaskedFactor> factor_;  // of K^T K at the satellites
+  std::vector<std::uint8_t> solved_;      // (k,) the satellites
+  std::vector<double> counts_;            // (k,) 1 in components that hold an anchor, else 0
+
+  Field first_memory_;  // m_first
+  Field memory_;        // m_prev and m_first - m_prev
+  Field turned_;        // Q times both
+  Field x_;             // X
+  Field kx_;            // K X
+  Field residual_;      // M^-1/2 times what K^T is multiplied with, one or two fields
+  Field solution_;      // one or two fields for each satellite, in the order of elimination
+  Field step_;          // the same for each vertex, 0 where it is no satellite
+  Field k_step_;        // K times it, and then r0 and r1 as blend.hpp has them
+  StageReport report_;
+};
+
+}  // namespace dynmesh

@@ -1,0 +1,83 @@
+#include "detail_operator.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "geometry.hpp"
+
+namespace dynmesh {
+namespace {
+
+constexpr double bare_edge_weight = 0.05;
+constexpr double least_area = 0.2;  // of a vertex, in mean vertex areas
+
+struct Entry {
+  Index row;
+  Index column;
+  double value;
+};
+
+void add_edge(std::vector<Entry>& entries, Index a, Index b, double weight) {
+  if (a == b) return;
+  entries.push_back({a, a, weight});
+  entries.push_back({b, b, weight});
+  entries.push_back({a, b, -weight});
+  entries.push_back({b, a, -weight});
+}
+
+/// Sums the entries into rows.
+void assemble(std::vector<Entry>& entries, DetailOperator& target) {
+  // Stable, so that both halves of a symmetric matrix are summed in the same order.
+  std::ranges::stable_sort(entries, {},
+                           [](const Entry& entry) { return std::pair(entry.row, entry.column); });
+  target.offsets.assign(target.size() + 1, 0);
+  for (std::size_t e = 0; e < entries.size(); ++e) {
+    const Entry& entry = entries[e];
+    if (e == 0 || entries[e - 1].row != entry.row || entries[e - 1].column != entry.column) {
+      target.columns.push_back(entry.column);
+      target.values.push_back(0);
+      ++target.offsets[static_cast<std::size_t>(entry.row) + 1];
+    }
+    target.values.back() += entry.value;
+  }
+  std::partial_sum(target.offsets.begin(), target.offsets.end(), target.offsets.begin());
+}
+
+}  // namespace
+
+template <class Real>
+DetailOperator build_detail_operator(std::span<const Triangle> faces, const Cells& cells,
+                                     std::span<const Vector3<Real>> frame) {
+  DetailOperator result;
+  auto& areas = result.scale;
+  areas.assign(frame.size(), 0);
+  std::vector<Entry> entries;
+  const auto h = static_cast<double>(mean_edge_length(cells, frame));
+  for (const IntrinsicTriangle& triangle : intrinsic_delaunay(faces, frame, h)) {
+    for (std::size_t side = 0; side < 3; ++side) {
+      const Index a = triangle.vertices[side];
+      add_edge(entries, a, triangle.vertices[(side + 1) % 3], triangle.cotangent(side) / 2);
+      areas[static_cast<std::size_t>(a)] += triangle.area() / 3;
+    }
+  }
+  for (const auto& [a, b, c] : faces) {
+    if (a != b && b != c && c != a) continue;
+    const Index other = a == b ? c : b;
+    add_edge(entries, a, other, bare_edge_weight);
+  }
+  assemble(entries, result);
+
+  const double mean =
+      std::accumulate(areas.begin(), areas.end(), 0.0) / static_cast<double>(areas.size());
+  const double floor = mean > 0 ? least_area * mean : 1;
+  for (double& area : areas) area = 1 / std::sqrt(std::max(area, floor));
+  return result;
+}
+
+template DetailOperator build_detail_operator(std::span<const Triangle>, const Cells&,
+                                              std::span<const Vector3<float>>);
+template DetailOperator build_detail_operator(std::span<const Triangle>, const Cells&,
+                                              std::span<const Vector3<double>>);
+
+}  // namespace dynmesh

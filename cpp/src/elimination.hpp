@@ -1,0 +1,42 @@
+/// The order in which a sparse symmetric matrix is factored, and the blocks that its factor falls
+/// into: found once for the whole matrix, used for any of its principal submatrices.
+#pragma once
+
+#include <dynmesh/types.hpp>
+#include <span>
+#include <vector>
+
+namespace dynmesh {
+
+/// A sparse symmetric matrix: both triangles, rows ascending in each column.
+struct SymmetricMatrix {
+  std::vector<Index> offsets;
+  std::vector<Index> rows;
+  std::vector<double> values;
+
+  [[nodiscard]] std::size_t size() const { return offsets.size() - 1; }
+};
+
+/// Places are positions in the order of elimination. Supernode s is the columns at places firsts[s]
+/// to firsts[s + 1] - 1; below them the factor may have entries in the rows at places
+/// rows[row_offsets[s]] to rows[row_offsets[s + 1] - 1], ascending, and in no others, whichever
+/// rows and columns of the matrix are left out (Rose, Tarjan and Lueker 1976: a submatrix fills in
+/// where the whole does, or less).
+struct Elimination {
+  std::vector<Index> column_at;  ///< (n,) the column at each place
+  std::vector<Index> place_of;   ///< (n,) the place of each column
+  std::vector<Index> firsts;
+  std::vector<Index> row_offsets;
+  std::vector<Index> rows;
+
+  [[nodiscard]] Index supernodes() const { return static_cast<Index>(firsts.size()) - 1; }
+};
+
+/// Supernodes have at most this many columns, so that their diagonal blocks stay in the fastest
+/// cache.
+constexpr Index widest_supernode = 32;
+
+/// Approximate minimum degree; columns with nearly the same rows share a supernode.
+Elimination plan_elimination(const SymmetricMatrix& matrix);
+
+}  // namespace dynmesh

@@ -1,0 +1,163 @@
+"""Method detail against its literal transcription, and its identities."""
+
+from pathlib import Path
+from typing import Any, Literal
+
+import meshes
+import numpy as np
+import pytest
+import reference
+from hypothesis import given
+from hypothesis import strategies as st
+from meshes import Array, Mesh
+from numpy.typing import NDArray
+
+import dynmesh
+
+
+def bent(vertices: Array, amount: float) -> Array:
+    """Rolled up about y, and moved."""
+    angle = amount * vertices[:, 0]
+    radius = 1 / amount + vertices[:, 2]
+    x, z = radius * np.sin(angle), radius * np.cos(angle) - 1 / amount
+    return np.stack([x + amount, vertices[:, 1], z], axis=1)
+
+
+def slanted(n: int) -> Mesh:
+    """A sheet whose triangles are far from Delaunay."""
+    mesh = meshes.sheet(n)
+    vertices = mesh.vertices.copy()
+    vertices[:, 0] += 0.9 * vertices[:, 1]
+    return Mesh(mesh.faces, vertices)
+
+
+def error(
+    faces: NDArray[Any],
+    truth: Array,
+    masks: list[NDArray[np.bool_]],
+    method: Literal["motion", "detail"],
+) -> float:
+    """The mean NMSVE of the frames after the first."""
+    completer = dynmesh.Completer(faces, truth[0], method=method)
+    completed = truth.copy()
+    for n in range(1, len(truth)):
+        completer.push(truth[n], masks[n], out=completed[n])
+    return float(dynmesh.metrics.nmsve(faces, truth, completed)[1:].mean())
+
+
+@pytest.mark.parametrize("share", [0.05, 0.3, 0.7])
+@pytest.mark.parametrize("shape", ["sheet", "slanted", "two parts"])
+def test_frames_equal_the_transcription(shape: str, share: float, rng: np.random.Generator) -> None:
+    mesh = {
+        "sheet": meshes.sheet(14),
+        "slanted": slanted(14),
+        "two parts": meshes.join(slanted(12), meshes.sheet(5, 30.0)),
+    }[shape]
+    k = len(mesh.vertices)
+    completer = dynmesh.Completer(mesh.faces, mesh.vertices, method="detail", unseen="hold")
+    expected = reference.Detail(mesh.faces, mesh.vertices)
+    for n in range(1, 7):
+        points = bent(mesh.vertices, 0.02 * n) + 0.02 * rng.normal(size=(k, 3))
+        known = rng.random(k) < share
+        if shape == "two parts" and n % 2 == 0:
+            known[144:] = False  # unseen
+        completed = completer.push(points, known)
+        np.testing.assert_allclose(
+            completed, expected.complete(points, known), rtol=0, atol=1e-6 * expected.h
+        )
+        assert completer.report.blend == pytest.approx(expected.blend, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "n_frames", "share", "most"),
+    [
+        ("crane", 80, 0.1, 0.20),
+        ("crane", 80, 0.5, 0.22),
+        ("horse_gallop", 48, 0.3, 0.24),
+        ("flag_sim_50x50", 150, 0.3, 0.85),
+        ("ict_face_arkit", 60, 0.3, 0.37),
+        ("ea_bone", 200, 0.3, 0.20),
+        ("ocean_sim_50x50", 100, 0.3, 0.90),
+    ],
+)
+def test_recorded_sequences_keep_their_shape(
+    data: Path, name: str, n_frames: int, share: float, most: float
+) -> None:
+    sequence = dynmesh.read(data / f"{name}.npz")
+    truth = sequence.vertices[:n_frames].astype(np.float64)
+    masks = list(dynmesh.degrade.random_known(n_frames, truth.shape[1], share, seed=3))
+    assert error(sequence.faces, truth, masks, "detail") < most * error(
+        sequence.faces, truth, masks, "motion"
+    )
+
+
+def test_nothing_drifts(data: Path) -> None:
+    sequence = dynmesh.read(data / "horse_gallop.npz")
+    n_frames = len(sequence.vertices)
+    truth = np.tile(sequence.vertices, (10, 1, 1))
+    completer = dynmesh.Completer(sequence.faces, truth[0], method="detail")
+    completed = truth.copy()
+    for n, known in enumerate(
+        dynmesh.degrade.random_known(len(truth), truth.shape[1], 0.1, seed=3)
+    ):
+        if n > 0:
+            completer.push(truth[n], known, out=completed[n])
+    of_cycles = dynmesh.metrics.nmsve(sequence.faces, truth, completed).reshape(10, n_frames)
+    assert of_cycles[1:].mean(axis=1).max() < 1.1 * of_cycles[0, 1:].mean()
+
+
+@given(meshes.meshes(), st.data())
+def test_any_mesh_is_completed_to_something_finite(mesh: Mesh, data: st.DataObject) -> None:
+    rng = np.random.default_rng(data.draw(st.integers(0, 2**32 - 1)))
+    scale = data.draw(st.sampled_from([1e-4, 1.0, 1e6]))
+    completer = dynmesh.Completer(mesh.faces, scale * mesh.vertices, method="detail")
+    for n in range(4):
+        points = scale * (meshes.turned(mesh.vertices, 0.2 * n) + 0.1 * rng.normal(size=3))
+        known = data.draw(meshes.masks(len(points)))
+        completed = completer.push(points, known)
+        assert np.abs(completed).max() < 100 * scale
+        np.testing.assert_array_equal(completed[known], points[known])
+        assert completer.report.known + completer.report.filled + completer.report.unseen == len(
+            points
+        )
+
+
+@given(meshes.meshes(), st.data())
+def test_names_and_order_do_not_matter(mesh: Mesh, data: st.DataObject) -> None:
+    k = len(mesh.vertices)
+    rng = np.random.default_rng(data.draw(st.integers(0, 2**32 - 1)))
+    known = data.draw(meshes.masks(k))
+    points = mesh.vertices + 0.02 * rng.normal(size=(k, 3))
+    renamed = rng.permutation(k)  # vertex v becomes renamed[v]
+    old = np.argsort(renamed)
+    other = dynmesh.Completer(
+        renamed[mesh.faces], mesh.vertices[old], method="detail", unseen="hold"
+    )
+    completer = dynmesh.Completer(mesh.faces, mesh.vertices, method="detail", unseen="hold")
+    np.testing.assert_allclose(
+        other.push(points[old], known[old])[renamed],
+        completer.push(points, known),
+        rtol=0,
+        atol=1e-4,
+    )
+
+
+def test_the_report_says_where_the_time_went(mesh: Mesh) -> None:
+    completer = dynmesh.Completer(mesh.faces, mesh.vertices, method="detail")
+    known = np.arange(len(mesh.vertices)) % 3 == 0
+    completer.push(mesh.vertices, known)
+    assert completer.report.blend == 0  # frame 0 is the last frame
+    completer.push(bent(mesh.vertices, 0.1), known)
+    completer.push(mesh.vertices, known)
+    report = completer.report
+    assert report.blend > 0.5  # back in the shape of frame 0
+    stages = [report.factor_seconds, report.rotation_seconds, report.solve_seconds]
+    assert 0 < sum(stages) < report.seconds
+    assert min(stages) >= 0
+
+
+def test_settings_of_motion_are_refused(mesh: Mesh) -> None:
+    with pytest.raises(ValueError, match="revisit: is a setting of method motion"):
+        dynmesh.Completer(mesh.faces, mesh.vertices, method="detail", revisit=False)
+    with pytest.raises(ValueError, match="extra_iterations: is a setting of method motion"):
+        dynmesh.Completer(mesh.faces, mesh.vertices, method="detail", extra_iterations=3)
