@@ -132,7 +132,8 @@ std::unique_ptr<Estimator<Real>> estimator_of(Faces faces, const Numbering& numb
                                               const Topology& topology, const Settings& settings,
                                               Workers& workers) {
   if (settings.method == Method::detail) {
-    return std::make_unique<Detail<Real>>(faces_in_places(faces, numbering), topology, workers);
+    return std::make_unique<Detail<Real>>(faces_in_places(faces, numbering), topology,
+                                          settings.noise, workers);
   }
   const Cells& cells = topology.cells;
   if (settings.revisit && FastMotion<Real>::takes(cells.size())) {
