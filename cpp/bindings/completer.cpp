@@ -215,7 +215,7 @@ Completes a dynamic mesh, one frame at a time.
         frame = completer.push(points, known)
 
 Each frame is completed from itself and the past alone. Calls that take a frame return the completed
-one, (k, 3) of the dtype of `first_frame`: known vertices exactly as given, everything else
+one, (k, 3) of the dtype of `first_frame`: known vertices exactly as given unless `noise` is set, everything else
 estimated. They release the GIL. Bad input raises ValueError, or TypeError where the kind is wrong,
 with what, where and the value; the completer is then as it was before the call.
 
@@ -233,7 +233,10 @@ Args:
         `revisit` they change nothing.
     unseen: for vertices that no chain of edges ties to a known one. "follow": their component
         moves rigidly, as the nearest surface does; "hold": they stay.
-    noise, reject_outliers: not in this version.
+    noise: of "detail": the standard deviation of known positions, in their unit, positive. They
+        then move too, as far as the shape around them says. None: they are exact.
+    reject_outliers: of "detail": True: known vertices whose motion contradicts that of the known
+        ones around them are taken as unknown.
     threads: that a frame may use; this version knows 1.
 
 One thread at a time: a call while another thread is inside raises RuntimeError.)doc";
@@ -296,6 +299,7 @@ Attributes:
     filled: vertices estimated by the method.
     unseen: vertices not tied to a known one. known + filled + unseen = k.
     iterations: of the method.
+    rejected: vertices that were observed, but taken as unknown: outliers.
     seconds: wall time inside the core.
     blend: b of method "detail", the share of frame 0's shape; 0 of "motion".
     factor_seconds, rotation_seconds, solve_seconds: where the time of "detail" went, except for
@@ -309,6 +313,7 @@ void bind_completer(py::module_& module) {
       .def_readonly("filled", &FrameReport::filled)
       .def_readonly("unseen", &FrameReport::unseen)
       .def_readonly("iterations", &FrameReport::iterations)
+      .def_readonly("rejected", &FrameReport::rejected)
       .def_readonly("seconds", &FrameReport::seconds)
       .def_property_readonly("blend", [](const FrameReport& r) { return r.stages.blend; })
       .def_property_readonly("factor_seconds",

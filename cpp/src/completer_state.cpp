@@ -47,7 +47,7 @@ std::uint64_t hash_of(std::span<const std::byte> bytes) {
   return hash;
 }
 
-static_assert(sizeof(FrameReport) == 72, "stored without padding");
+static_assert(sizeof(FrameReport) == 80, "stored without padding");
 
 class Writer {
  public:

@@ -166,3 +166,30 @@ def test_settings_of_motion_are_refused(mesh: Mesh) -> None:
         dynmesh.Completer(mesh.faces, mesh.vertices, method="detail", revisit=False)
     with pytest.raises(ValueError, match="extra_iterations: is a setting of method motion"):
         dynmesh.Completer(mesh.faces, mesh.vertices, method="detail", extra_iterations=3)
+
+
+def test_outliers_are_rejected_and_counted(rng: np.random.Generator) -> None:
+    mesh = meshes.sheet(20)
+    k = len(mesh.vertices)
+    completer = dynmesh.Completer(mesh.faces, mesh.vertices, method="detail", reject_outliers=True)
+    for n in range(1, 5):
+        truth = bent(mesh.vertices, 0.02 * n)
+        known = rng.random(k) < 0.3
+        points = truth.copy()
+        outliers = rng.choice(np.flatnonzero(known), 4, replace=False)
+        points[outliers] += 10 * rng.normal(size=(4, 3))
+        completed = completer.push(points, known)
+        assert completer.report.rejected == 4
+        assert (completer.generation[outliers] > 0).all()
+        assert np.abs(completed - truth).max() < 0.3
+
+
+def test_noise_is_smoothed_away(rng: np.random.Generator) -> None:
+    mesh = meshes.sheet(20)
+    known = np.ones(len(mesh.vertices), bool)
+    completer = dynmesh.Completer(mesh.faces, mesh.vertices, method="detail", noise=0.05)
+    for n in range(1, 9):
+        truth = bent(mesh.vertices, 0.02 * n)
+        noisy = truth + 0.05 * rng.normal(size=truth.shape)
+        completed = completer.push(noisy, known)
+    assert np.linalg.norm(completed - truth) < 0.5 * np.linalg.norm(noisy - truth)

@@ -29,9 +29,9 @@ struct Settings {
 
   UnseenRule unseen = UnseenRule::follow;
 
-  /// Standard deviation of the anchors' noise, in the unit of the positions, positive; none: they are
-  /// exact. With noise, anchors move too, as far as the shape around them says. A setting of method
-  /// detail; motion, which takes anchors exactly as they are, refuses it.
+  /// Standard deviation of the anchors' noise, in the unit of the positions, positive; none: they
+  /// are exact. With noise, anchors move too, as far as the shape around them says. A setting of
+  /// method detail; motion, which takes anchors exactly as they are, refuses it.
   std::optional<double> noise = std::nullopt;
   /// Whether anchors whose motion contradicts that of the anchors around them are taken as unknown:
   /// outliers.hpp. A setting of method detail; motion refuses it.
