@@ -215,8 +215,8 @@ Completes a dynamic mesh, one frame at a time.
         frame = completer.push(points, known)
 
 Each frame is completed from itself and the past alone. Calls that take a frame return the completed
-one, (k, 3) of the dtype of `first_frame`: known vertices exactly as given, everything else
-estimated. They release the GIL. Bad input raises ValueError, or TypeError where the kind is wrong,
+one, (k, 3) of the dtype of `first_frame`: known vertices exactly as given unless `noise` is set,
+everything else estimated. They release the GIL. Bad input raises ValueError, or TypeError where the kind is wrong,
 with what, where and the value; the completer is then as it was before the call.
 
 Args:
@@ -227,13 +227,16 @@ Args:
     method: "motion", the paper's averaged motion vectors (Arvanitis et al. 2017, section 3);
         "detail", which keeps the shape of frame 0 and of the last frame, turned with the motion: a
         fraction of the error, at twenty to forty times the cost.
-    revisit: of "motion". True: every iteration estimates all satellites reached so far. False: each is estimated
-        once, and errors feed on themselves from frame to frame.
-    extra_iterations: of "motion", after the one that reaches the last satellite, 0 to 1 000 000; without
-        `revisit` they change nothing.
+    revisit: of "motion". True: every iteration estimates all satellites reached so far. False: each
+        is estimated once, and errors feed on themselves from frame to frame.
+    extra_iterations: of "motion", after the one that reaches the last satellite, 0 to 1 000 000;
+        without `revisit` they change nothing.
     unseen: for vertices that no chain of edges ties to a known one. "follow": their component
         moves rigidly, as the nearest surface does; "hold": they stay.
-    noise, reject_outliers: settings of another method; refused by "motion".
+    noise: of "detail": the standard deviation of known positions, in their unit, positive. They
+        then move too, as far as the shape around them says. None: they are exact.
+    reject_outliers: of "detail": True: known vertices whose motion contradicts that of the known
+        ones around them are taken as unknown.
     threads: that a frame may use, 1 to 256; results are the same to the last bit. Worth it from
         some ten thousand vertices on.
 
@@ -297,6 +300,7 @@ Attributes:
     filled: vertices estimated by the method.
     unseen: vertices not tied to a known one. known + filled + unseen = k.
     iterations: of the method.
+    rejected: vertices that were observed, but taken as unknown: outliers.
     seconds: wall time inside the core.
     blend: b of method "detail", the share of frame 0's shape; 0 of "motion".
     factor_seconds, rotation_seconds, solve_seconds: where the time of "detail" went, except for
@@ -310,6 +314,7 @@ void bind_completer(py::module_& module) {
       .def_readonly("filled", &FrameReport::filled)
       .def_readonly("unseen", &FrameReport::unseen)
       .def_readonly("iterations", &FrameReport::iterations)
+      .def_readonly("rejected", &FrameReport::rejected)
       .def_readonly("seconds", &FrameReport::seconds)
       .def_property_readonly("blend", [](const FrameReport& r) { return r.stages.blend; })
       .def_property_readonly("factor_seconds",

@@ -19,20 +19,15 @@ constexpr double pull = 0.3;
 constexpr double least_blend = -0.5;
 constexpr double largest_blend = 1.5;
 
-double dot(const Vector3<double>& a, const Vector3<double>& b) {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-
 }  // namespace
 
-double global_blend(Residuals residuals) {
-  double h = 0;
-  double q = 0;
-  for (std::size_t i = 0; i < residuals.size(); i += 2) {
-    h -= dot(residuals[i + 1], residuals[i]);
-    q += dot(residuals[i + 1], residuals[i + 1]);
+double global_blend(std::span<const BlendFit> fits) {
+  BlendFit sum;
+  for (const BlendFit& fit : fits) {
+    sum.h += fit.h;
+    sum.q += fit.q;
   }
-  const double blend = h / (caution * q);
+  const double blend = sum.h / (caution * sum.q);
   return std::isfinite(blend) ? blend : 0;
 }
 
@@ -48,18 +43,17 @@ LocalBlend::LocalBlend(const Cells& cells)
   }
 }
 
-std::span<const double> LocalBlend::find(Residuals residuals, double global) {
+std::span<const double> LocalBlend::find(std::span<const BlendFit> fits, double global) {
   double sum = 0;
-  for (std::size_t i = 0; i < fits_.size(); ++i) {
-    const Vector3<double>& r1 = residuals[2 * i + 1];
-    fits_[i] = {-dot(r1, residuals[2 * i]), dot(r1, r1)};
-    sum += fits_[i].q;
+  for (std::size_t i = 0; i < fits.size(); ++i) {
+    fits_[i] = fits[i];
+    sum += fits[i].q;
   }
-  const double eta = pull * sum / static_cast<double>(fits_.size());
+  const double eta = pull * sum / static_cast<double>(fits.size());
   for (int n = 0; n < averagings; ++n) {
     for (std::size_t i = 0; i < fits_.size(); ++i) {
       const auto cell = cells_[static_cast<Index>(i)];
-      Fit mean{};
+      BlendFit mean;
       for (const Index j : cell) {
         mean.h += fits_[static_cast<std::size_t>(j)].h;
         mean.q += fits_[static_cast<std::size_t>(j)].q;

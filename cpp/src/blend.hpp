@@ -8,12 +8,20 @@
 
 namespace dynmesh {
 
-/// Residuals of a frame, two for each vertex: r0 with the shape of the last frame, and r1, what a
-/// unit of b adds to it.
-using Residuals = std::span<const Vector3<double>>;
+/// What one vertex says about b, by the residuals r0, with the shape of the last frame, and r1,
+/// what a unit of b adds to it.
+struct BlendFit {
+  double h = 0;  ///< -r1 . r0
+  double q = 0;  ///< |r1|^2
 
-/// b that makes |r0 + b r1| smallest, a little short of it; 0 where r1 is 0.
-double global_blend(Residuals residuals);
+  void add(const Vector3<double>& r0, const Vector3<double>& r1, double weight = 1) {
+    h -= weight * (r1.x * r0.x + r1.y * r0.y + r1.z * r0.z);
+    q += weight * squared_norm(r1);
+  }
+};
+
+/// b that makes the sum of |r0 + b r1|^2 smallest, a little short of it; 0 where all r1 are 0.
+double global_blend(std::span<const BlendFit> fits);
 
 /// The blend of each vertex by the residuals around it, drawn to the global one.
 class LocalBlend {
@@ -21,20 +29,14 @@ class LocalBlend {
   /// `cells` must outlive this object. Allocates here only.
   explicit LocalBlend(const Cells& cells);
 
-  /// (k,) from -0.5 to 1.5; `global` where r1 is 0.
-  std::span<const double> find(Residuals residuals, double global);
+  /// (k,) from -0.5 to 1.5; `global` where r1 is 0 all around.
+  std::span<const double> find(std::span<const BlendFit> fits, double global);
 
  private:
-  /// h_i = -r1_i . r0_i and q_i = |r1_i|^2.
-  struct Fit {
-    double h;
-    double q;
-  };
-
   const Cells& cells_;
   std::vector<double> shares_;  // (k,) one over the size of the cell
-  std::vector<Fit> fits_;
-  std::vector<Fit> averaged_;
+  std::vector<BlendFit> fits_;
+  std::vector<BlendFit> averaged_;
   std::vector<double> blend_;
 };
 

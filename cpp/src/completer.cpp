@@ -15,6 +15,7 @@
 #include "fast_motion.hpp"
 #include "geometry.hpp"
 #include "numbering.hpp"
+#include "outliers.hpp"
 #include "overlap.hpp"
 #include "workers.hpp"
 
@@ -132,7 +133,8 @@ std::unique_ptr<Estimator<Real>> estimator_of(Faces faces, const Numbering& numb
                                               const Topology& topology, const Settings& settings,
                                               Workers& workers) {
   if (settings.method == Method::detail) {
-    return std::make_unique<Detail<Real>>(faces_in_places(faces, numbering), topology, workers);
+    return std::make_unique<Detail<Real>>(faces_in_places(faces, numbering), topology,
+                                          settings.noise, workers);
   }
   const Cells& cells = topology.cells;
   if (settings.revisit && FastMotion<Real>::takes(cells.size())) {
@@ -152,6 +154,8 @@ Completer<Real>::Completer(Faces faces, Points<const Real> first_frame, const Se
       workers_(std::make_unique<Workers>(settings.threads)),
       exchange_(std::make_unique<Exchange<Real>>(*numbering_, *workers_)),
       generations_(first_frame.count),
+      outliers_(settings.reject_outliers ? std::make_unique<Outliers<Real>>(topology_->cells)
+                                         : nullptr),
       estimator_(estimator_of<Real>(faces, *numbering_, *topology_, settings, *workers_)),
       unseen_(*topology_, settings.unseen),
       current_(first_frame.count),
@@ -175,6 +179,7 @@ template <class Real>
 void Completer<Real>::begin(const std::vector<Vector3<Real>>& first_frame) {
   unseen_.reset(first_frame);
   estimator_->reset(first_frame);
+  if (outliers_) outliers_->reset(first_frame);
   first_frame_ = first_frame;
   previous_ = first_frame;
   std::ranges::fill(known_, std::uint8_t{1});
@@ -266,6 +271,7 @@ void Completer<Real>::read(Points<const Real> points, KnownMask known) {
 /// here fails, so the calls above have checked everything before the first change of state.
 template <class Real>
 FrameReport Completer<Real>::complete(Points<Real> completed, Clock::time_point start) {
+  report_.rejected = outliers_ ? outliers_->drop(previous_, current_, known_) : 0;
   // Anchors, satellites and unseen vertices; eq. (3), (4).
   const Index iterations = estimator_->estimate(previous_, current_, known_, generations_);
   unseen_.place(previous_, current_, generations_);

@@ -32,9 +32,10 @@ struct Header {
   std::uint32_t revisit;
   std::int32_t extra_iterations;
   std::uint32_t unseen;
-  std::uint32_t reserved;
+  std::uint32_t reject_outliers;
   std::uint64_t n_vertices;
   std::uint64_t cells;  // a hash
+  double noise;         // 0 for none
 };
 
 /// FNV-1a.
@@ -46,7 +47,7 @@ std::uint64_t hash_of(std::span<const std::byte> bytes) {
   return hash;
 }
 
-static_assert(sizeof(FrameReport) == 72, "stored without padding");
+static_assert(sizeof(FrameReport) == 80, "stored without padding");
 
 class Writer {
  public:
@@ -106,9 +107,10 @@ Header header_of(const Settings& settings, const Cells& cells) {
           settings.revisit ? 1U : 0U,
           settings.extra_iterations,
           static_cast<std::uint32_t>(settings.unseen),
-          0,
+          settings.reject_outliers ? 1U : 0U,
           cells.size(),
-          hash_of(cells)};
+          hash_of(cells),
+          settings.noise.value_or(0)};
 }
 
 void check_header(const Header& found, const Header& expected) {
@@ -123,7 +125,8 @@ void check_header(const Header& found, const Header& expected) {
   }
   if (found.cells != expected.cells) refuse("of a mesh with other faces");
   if (found.method != expected.method || found.revisit != expected.revisit ||
-      found.extra_iterations != expected.extra_iterations || found.unseen != expected.unseen) {
+      found.extra_iterations != expected.extra_iterations || found.unseen != expected.unseen ||
+      found.reject_outliers != expected.reject_outliers || found.noise != expected.noise) {
     refuse("of a completer with other settings");
   }
 }
@@ -145,9 +148,10 @@ std::vector<std::byte> Completer<Real>::state() const {
   writer.write(age().data(), n_vertices());
   writer.write(known.data(), n_vertices());
   const auto memory = estimator_->memory();
-  const auto memory_rows = static_cast<std::uint64_t>(memory.size());
+  const auto memory_rows = static_cast<std::uint64_t>(memory.rows.size());
   writer.write(&memory_rows, 1);
-  if (memory_rows > 0) writer.write(to_vertices(*numbering_, memory).data(), n_vertices());
+  if (memory_rows > 0) writer.write(to_vertices(*numbering_, memory.rows).data(), n_vertices());
+  writer.write(&memory.anchor_weight, 1);
   return writer.take_sealed();
 }
 
@@ -169,8 +173,10 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   reader.read(known.data(), n_vertices());
   std::uint64_t memory_rows = 0;
   reader.read(&memory_rows, 1);
-  typename Estimator<Real>::Memory memory(memory_rows > 0 ? n_vertices() : 0);
-  reader.read(memory.data(), memory.size());
+  typename Estimator<Real>::Memory memory;
+  memory.rows.resize(memory_rows > 0 ? n_vertices() : 0);
+  reader.read(memory.rows.data(), memory.rows.size());
+  reader.read(&memory.anchor_weight, 1);
   std::uint64_t seal = 0;
   reader.read(&seal, 1);
   if (reader.rest() != 0) refuse(std::to_string(reader.rest()) + " bytes too long");
@@ -180,7 +186,10 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   previous_ = to_places(*numbering_, previous);
   age_ = to_places(*numbering_, age);
   generations_.classify(topology_->cells, to_places(*numbering_, known));
-  if (!memory.empty()) estimator_->recall(to_places(*numbering_, memory), previous_);
+  if (!memory.rows.empty()) {
+    memory.rows = to_places(*numbering_, memory.rows);
+    estimator_->recall(memory, previous_);
+  }
   report_ = report;
 }
 

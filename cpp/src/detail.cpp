@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <utility>
 
 #include "geometry.hpp"
@@ -13,6 +14,11 @@ using Clock = std::chrono::steady_clock;
 
 /// Rounds of turning and solving; two nearly suffice.
 constexpr int rounds = 3;
+
+// lambda, times the squared mean edge of frame 0.
+constexpr double first_weight = 10;
+constexpr double least_weight = 1e-3;
+constexpr double largest_weight = 1e3;
 
 constexpr Index stretch = 512;  // vertices that a thread takes at a time
 
@@ -81,7 +87,8 @@ SymmetricMatrix normal_matrix(const DetailOperator& k) {
 }  // namespace
 
 template <class Real>
-Detail<Real>::Detail(std::vector<Triangle> faces, const Topology& topology, Workers& workers)
+Detail<Real>::Detail(std::vector<Triangle> faces, const Topology& topology,
+                     std::optional<double> noise, Workers& workers)
     : faces_(std::move(faces)),
       topology_(topology),
       workers_(workers),
@@ -89,9 +96,13 @@ Detail<Real>::Detail(std::vector<Triangle> faces, const Topology& topology, Work
       rotations_(topology.cells, workers),
       local_blend_(topology.cells),
       solved_(topology.cells.size()),
-      counts_(topology.cells.size()) {
+      is_anchor_(topology.cells.size()),
+      counts_(topology.cells.size()),
+      blend_fits_(topology.cells.size()),
+      anchor_weights_(noise ? topology.cells.size() : 0),
+      noise_(noise) {
   const std::size_t k = topology.cells.size();
-  for (Field* field : {&first_memory_, &x_, &kx_}) field->resize(k);
+  for (Field* field : {&first_memory_, &observed_, &x_, &kx_}) field->resize(k);
   for (Field* field : {&memory_, &turned_, &residual_, &solution_, &step_, &k_step_}) {
     field->resize(2 * k);
   }
@@ -108,6 +119,7 @@ void Detail<Real>::reset(Frame first_frame) {
     memory_[2 * v] = first_memory_[v];
     memory_[2 * v + 1] = {};
   }
+  weight_ = first_weight;
   report_ = {};
 }
 
@@ -125,7 +137,8 @@ void Detail<Real>::apply_operator(const Field& x, int fields, Field& products) {
   });
 }
 
-/// The steps that bring K X closest to itself plus M^1/2 times residual_.
+/// The steps that bring K X closest to itself plus M^1/2 times residual_; the first field of them
+/// also takes noisy anchors closer to where they were observed.
 template <class Real>
 void Detail<Real>::solve(int fields) {
   const auto rows = factor_->order();
@@ -134,8 +147,12 @@ void Detail<Real>::solve(int fields) {
     kernels_.apply_transposed(k, residual_.data(), fields, rows.data(), solution_.data(), first,
                               last);
   });
-  factor_->solve(solution_, fields);
   const auto width = static_cast<std::size_t>(fields);
+  for (std::size_t r = 0; noise_ && r < rows.size(); ++r) {
+    const auto v = static_cast<std::size_t>(rows[r]);
+    solution_[width * r] = solution_[width * r] + anchor_weights_[v] * (observed_[v] - x_[v]);
+  }
+  factor_->solve(solution_, fields);
   for (std::size_t r = 0; r < rows.size(); ++r) {
     const auto v = static_cast<std::size_t>(rows[r]);
     for (std::size_t f = 0; f < width; ++f) step_[width * v + f] = solution_[width * r + f];
@@ -147,15 +164,15 @@ Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
                              std::span<const std::uint8_t> known, Generations& generations) {
   generations.classify(topology_.cells, known);
   report_ = {};
-  if (generations.reached() == 0) return 0;
+  if (generations.reached() == 0 && (!noise_ || generations.anchors() == 0)) return 0;
+  take_anchors(previous, points, generations);
   {
     const Stopwatch stopwatch(report_.factor_seconds);
-    find_satellites(generations);
-    factor_->factorize(solved_);
+    factor_->factorize(solved_, anchor_weights_);
   }
   {
     const Stopwatch stopwatch(report_.solve_seconds);
-    move_smoothly(previous, points);
+    move_smoothly();
   }
   for (int round = 0; round < rounds; ++round) {
     {
@@ -168,8 +185,9 @@ Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
   }
   const Stopwatch stopwatch(report_.solve_seconds);
   solve_with_local_blend();
-  for (const Index satellite : factor_->order()) {
-    const auto v = static_cast<std::size_t>(satellite);
+  if (noise_) weigh_anchors();
+  for (const Index solved : factor_->order()) {
+    const auto v = static_cast<std::size_t>(solved);
     points[v] = {static_cast<Real>(x_[v].x), static_cast<Real>(x_[v].y),
                  static_cast<Real>(x_[v].z)};
   }
@@ -177,30 +195,36 @@ Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
 }
 
 template <class Real>
-void Detail<Real>::find_satellites(const Generations& generations) {
+void Detail<Real>::take_anchors(Frame previous, std::span<const Vector3<Real>> points,
+                                const Generations& generations) {
+  take(previous);
   const auto generation = generations.of_vertices();
   for (std::size_t v = 0; v < generation.size(); ++v) {
-    solved_[v] = generation[v] > 0 ? 1 : 0;
-    counts_[v] = generation[v] >= 0 ? 1 : 0;
+    const bool is_anchor = generation[v] == Generations::anchor;
+    is_anchor_[v] = is_anchor ? 1 : 0;
+    counts_[v] = generation[v] != Generations::unseen ? 1 : 0;
+    solved_[v] = generation[v] > 0 || (noise_ && is_anchor) ? 1 : 0;
+    observed_[v] = is_anchor ? in_double(points[v]) : x_[v];
+    if (noise_) anchor_weights_[v] = is_anchor ? weight_ : 0;
   }
 }
 
 /// The smoothest motion from the last frame that the anchors allow: min |K (X - X_prev)|^2.
 template <class Real>
-void Detail<Real>::move_smoothly(Frame previous, std::span<const Vector3<Real>> points) {
-  take(previous);
-  for (std::size_t v = 0; v < x_.size(); ++v) {
-    step_[v] = {};
-    if (solved_[v] != 0 || counts_[v] == 0) continue;
-    const Vector3<double> anchor = in_double(points[v]);
-    step_[v] = anchor - x_[v];
-    x_[v] = anchor;
+void Detail<Real>::move_smoothly() {
+  if (noise_) {
+    std::ranges::fill(residual_, Vector3<double>{});
+  } else {
+    for (std::size_t v = 0; v < x_.size(); ++v) step_[v] = observed_[v] - x_[v];
+    apply_operator(step_, 1, k_step_);
+    for (std::size_t v = 0; v < x_.size(); ++v) {
+      residual_[v] = -operator_.scale[v] * k_step_[v];
+      x_[v] = observed_[v];
+    }
   }
-  apply_operator(step_, 1, k_step_);
-  for (std::size_t v = 0; v < x_.size(); ++v) residual_[v] = -operator_.scale[v] * k_step_[v];
   solve(1);
-  for (const Index satellite : factor_->order()) {
-    const auto v = static_cast<std::size_t>(satellite);
+  for (const Index solved : factor_->order()) {
+    const auto v = static_cast<std::size_t>(solved);
     x_[v] = x_[v] + step_[v];
   }
   std::ranges::fill(step_, Vector3<double>{});
@@ -225,30 +249,51 @@ void Detail<Real>::solve_for_blend() {
   solve(2);
   apply_operator(step_, 2, k_step_);
   for (std::size_t v = 0; v < x_.size(); ++v) {
-    const Vector3<double> r0 = k_step_[2 * v] + kx_[v] - turned_[2 * v];
-    const Vector3<double> r1 = k_step_[2 * v + 1] - turned_[2 * v + 1];
-    k_step_[2 * v] = counts_[v] * r0;
-    k_step_[2 * v + 1] = counts_[v] * r1;
+    blend_fits_[v] = {};
+    if (counts_[v] == 0) continue;
+    blend_fits_[v].add(kx_[v] + k_step_[2 * v] - turned_[2 * v],
+                       k_step_[2 * v + 1] - turned_[2 * v + 1]);
+    if (!noise_) continue;
+    blend_fits_[v].add(x_[v] + step_[2 * v] - observed_[v], step_[2 * v + 1], anchor_weights_[v]);
   }
-  const double b = report_.blend = global_blend(k_step_);
+  const double b = report_.blend = global_blend(blend_fits_);
   for (std::size_t v = 0; v < x_.size(); ++v) {
     x_[v] = x_[v] + step_[2 * v] + b * step_[2 * v + 1];
-    kx_[v] = k_step_[2 * v] + turned_[2 * v] + b * (k_step_[2 * v + 1] + turned_[2 * v + 1]);
+    kx_[v] = kx_[v] + k_step_[2 * v] + b * k_step_[2 * v + 1];
   }
 }
 
 /// The same rotations once more, with a blend that varies over the surface.
 template <class Real>
 void Detail<Real>::solve_with_local_blend() {
-  const auto blend = local_blend_.find(k_step_, report_.blend);
+  const auto blend = local_blend_.find(blend_fits_, report_.blend);
   for (std::size_t v = 0; v < x_.size(); ++v) {
     residual_[v] = operator_.scale[v] * (turned_[2 * v] + blend[v] * turned_[2 * v + 1] - kx_[v]);
   }
   solve(1);
-  for (const Index satellite : factor_->order()) {
-    const auto v = static_cast<std::size_t>(satellite);
+  for (const Index solved : factor_->order()) {
+    const auto v = static_cast<std::size_t>(solved);
     x_[v] = x_[v] + step_[v];
   }
+}
+
+/// The errors of the shape per coordinate, sigma_L^2 = (E + lambda |q|^2) / (3 anchors) with E the
+/// energy and q how far anchors moved, tell the weight of the next frame's anchors.
+template <class Real>
+void Detail<Real>::weigh_anchors() {
+  apply_operator(x_, 1, k_step_);
+  double energy = 0;
+  double anchors = 0;
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    // residual_ is the target less kx_ times the scale, from the last solve.
+    const Vector3<double> target = kx_[v] + (1 / operator_.scale[v]) * residual_[v];
+    energy += counts_[v] * squared_norm(k_step_[v] - target);
+    energy += anchor_weights_[v] * squared_norm(x_[v] - observed_[v]);
+    anchors += is_anchor_[v];
+  }
+  const double found = energy / (3 * anchors * *noise_ * *noise_);
+  if (!std::isfinite(found)) return;
+  weight_ = (weight_ + std::clamp(found, least_weight, largest_weight)) / 2;
 }
 
 template <class Real>
@@ -275,15 +320,17 @@ void Detail<Real>::take_memory() {
 template <class Real>
 typename Detail<Real>::Memory Detail<Real>::memory() const {
   Memory memory;
-  for (const Quaternion& q : rotations_.quaternions()) memory.push_back({q.w, q.x, q.y, q.z});
+  for (const Quaternion& q : rotations_.quaternions()) memory.rows.push_back({q.w, q.x, q.y, q.z});
+  memory.anchor_weight = weight_;
   return memory;
 }
 
 template <class Real>
 void Detail<Real>::recall(const Memory& memory, Frame completed) {
-  std::ranges::transform(memory, rotations_.quaternions().begin(), [](const auto& row) {
+  std::ranges::transform(memory.rows, rotations_.quaternions().begin(), [](const auto& row) {
     return Quaternion{row[0], row[1], row[2], row[3]};
   });
+  weight_ = memory.anchor_weight;
   take(completed);
   take_memory();
 }

@@ -7,6 +7,7 @@
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -23,6 +24,10 @@ namespace dynmesh {
 /// K, of frame 0, sees detail; m_first and m_prev, in the axes of frame 0, are the detail of frame
 /// 0 and of the last frame; Q turns them into this frame; b is what the anchors say.
 ///
+/// With noise, anchors are not fixed but drawn to where they were observed, by lambda times their
+/// squared distance; lambda weighs the errors of the shape, as they were found in frames before,
+/// against those of the anchors.
+///
 /// Allocates in `reset`, and in `estimate` where the factor is larger than all before.
 template <class Real>
 class Detail final : public Estimator<Real> {
@@ -31,7 +36,9 @@ class Detail final : public Estimator<Real> {
   using typename Estimator<Real>::Memory;
 
   /// `topology` and `workers` must outlive this object.
-  Detail(std::vector<Triangle> faces, const Topology& topology, Workers& workers);
+  /// `noise`: the standard deviation of the anchors, positive; none: they are exact.
+  Detail(std::vector<Triangle> faces, const Topology& topology, std::optional<double> noise,
+         Workers& workers);
 
   void reset(Frame first_frame) override;
   Index estimate(Frame previous, std::span<Vector3<Real>> points,
@@ -48,11 +55,13 @@ class Detail final : public Estimator<Real> {
   void take(Frame frame);
   void apply_operator(const Field& x, int fields, Field& products);
   void solve(int fields);
-  void find_satellites(const Generations& generations);
-  void move_smoothly(Frame previous, std::span<const Vector3<Real>> points);
+  void take_anchors(Frame previous, std::span<const Vector3<Real>> points,
+                    const Generations& generations);
+  void move_smoothly();
   void turn_memory();
   void solve_for_blend();
   void solve_with_local_blend();
+  void weigh_anchors();
   void take_memory();
 
   std::vector<Triangle> faces_;
@@ -62,19 +71,25 @@ class Detail final : public Estimator<Real> {
   Rotations rotations_;
   LocalBlend local_blend_;
   DetailOperator operator_;               // K
-  std::unique_ptr<MaskedFactor> factor_;  // of K^T K at the satellites
-  std::vector<std::uint8_t> solved_;      // (k,) the satellites
+  std::unique_ptr<MaskedFactor> factor_;  // of K^T K at what is not fixed
+  std::vector<std::uint8_t> solved_;      // (k,) what is not fixed: satellites, noisy anchors
+  std::vector<std::uint8_t> is_anchor_;   // (k,)
   std::vector<double> counts_;            // (k,) 1 in components that hold an anchor, else 0
 
   Field first_memory_;  // m_first
   Field memory_;        // m_prev and m_first - m_prev
   Field turned_;        // Q times both
+  Field observed_;      // the anchors as they were given
   Field x_;             // X
   Field kx_;            // K X
   Field residual_;      // M^-1/2 times what K^T is multiplied with, one or two fields
-  Field solution_;      // one or two fields for each satellite, in the order of elimination
-  Field step_;          // the same for each vertex, 0 where it is no satellite
-  Field k_step_;        // K times it, and then r0 and r1 as blend.hpp has them
+  Field solution_;      // one or two fields for each row solved, in the order of elimination
+  Field step_;          // the same for each vertex, 0 where it is fixed
+  Field k_step_;        // K times it
+  std::vector<BlendFit> blend_fits_;
+  std::vector<double> anchor_weights_;  // (k,) lambda at noisy anchors, else 0
+  std::optional<double> noise_;
+  double weight_ = 0;  // lambda, in the unit of K
   StageReport report_;
 };
 

@@ -62,6 +62,7 @@ MaskedFactor::MaskedFactor(SymmetricMatrix matrix, const DenseKernels& kernels)
   }
   const auto supernodes = at(plan_.supernodes());
   mask_.reserve(n);
+  added_.reserve(n);
   row_of_.resize(n);
   place_at_.reserve(n);
   order_.reserve(n);
@@ -80,10 +81,14 @@ MaskedFactor::MaskedFactor(SymmetricMatrix matrix, const DenseKernels& kernels)
   work_.resize(at(8 * widest_supernode * widest_supernode));
 }
 
-bool MaskedFactor::factorize(std::span<const std::uint8_t> mask) {
-  if (std::ranges::equal(mask, mask_)) return false;
-  mask_.assign(mask.begin(), mask.end());
-  thin_out(mask);
+bool MaskedFactor::factorize(std::span<const std::uint8_t> mask, std::span<const double> added) {
+  const bool is_same_mask = std::ranges::equal(mask, mask_);
+  if (is_same_mask && std::ranges::equal(added, added_)) return false;
+  added_.assign(added.begin(), added.end());
+  if (!is_same_mask) {
+    mask_.assign(mask.begin(), mask.end());
+    thin_out(mask);
+  }
   std::fill_n(head_.begin(), panels_.size(), none);
   for (Index p = 0; p < static_cast<Index>(panels_.size()); ++p) {
     const Panel& panel = panels_[at(p)];
@@ -179,6 +184,7 @@ void MaskedFactor::fill(const Panel& panel) {
       if (row == none) continue;
       data[at(local_[at(row)]) * at(panel.columns) + at(j)] = matrix_.values[at(e)];
     }
+    if (!added_.empty()) data[at(j * panel.columns + j)] += added_[at(plan_.column_at[place])];
   }
 }
 

@@ -20,10 +20,10 @@ class MaskedFactor {
   explicit MaskedFactor(SymmetricMatrix matrix,
                         const DenseKernels& kernels = *runnable_dense_kernels().front());
 
-  /// Factors the rows and columns with `mask[i] != 0`, and returns true; or keeps the factor of the
-  /// last call, where the mask is the same, and returns false. Allocates only where the factor is
-  /// larger than all before.
-  bool factorize(std::span<const std::uint8_t> mask);
+  /// Factors the rows and columns with `mask[i] != 0`, with `added` (n,) on the diagonal, unless it
+  /// is empty, and returns true; or keeps the factor of the last call, where both are the same, and
+  /// returns false. Allocates only where the factor is larger than all before.
+  bool factorize(std::span<const std::uint8_t> mask, std::span<const double> added = {});
 
   /// The rows and columns that are factored, in the order of elimination.
   [[nodiscard]] std::span<const Index> order() const { return order_; }
@@ -53,6 +53,7 @@ class MaskedFactor {
   std::vector<double> least_pivots_;  // (n,) by places
 
   std::vector<std::uint8_t> mask_;
+  std::vector<double> added_;
   std::vector<Index> row_of_;  // (n,) row of the submatrix at each place, -1 where masked out
   std::vector<Index> order_;
   std::vector<Index> place_at_;  // the place of each row of the submatrix

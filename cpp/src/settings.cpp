@@ -1,3 +1,4 @@
+#include <cmath>
 #include <dynmesh/settings.hpp>
 #include <stdexcept>
 #include <string>
@@ -24,11 +25,16 @@ void check_settings(const Settings& settings) {
       throw std::invalid_argument("extra_iterations: is a setting of method motion, not of detail");
     }
   }
-  const std::string exactly = std::string(": is no setting of method ") +
-                              (settings.method == Method::detail ? "detail" : "motion") +
-                              ", which takes anchors exactly as they are";
-  if (settings.noise) throw std::invalid_argument("noise" + exactly);
-  if (settings.reject_outliers) throw std::invalid_argument("reject_outliers" + exactly);
+  if (settings.method == Method::motion) {
+    const std::string exactly =
+        ": is no setting of method motion, which takes anchors exactly as they are";
+    if (settings.noise) throw std::invalid_argument("noise" + exactly);
+    if (settings.reject_outliers) throw std::invalid_argument("reject_outliers" + exactly);
+  }
+  if (settings.noise && !(*settings.noise > 0 && std::isfinite(*settings.noise))) {
+    throw std::invalid_argument("noise: must be positive and finite, not " +
+                                std::to_string(*settings.noise));
+  }
 }
 
 Method method_from_name(std::string_view name) {

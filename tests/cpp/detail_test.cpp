@@ -182,8 +182,12 @@ TEST_CASE("scale changes nothing") {
 TEST_CASE("a completer continues from its state to the last bit") {
   const auto mesh = join(sheet<float>(9), sheet<float>(4, 20));
   const std::size_t k = mesh.size();
-  Completer<float> completer(mesh.faces(), mesh.points(), detail);
-  Completer<float> other(mesh.faces(), mesh.points(), detail);
+  std::optional<double> noise;
+  SUBCASE("exact") {}
+  SUBCASE("noisy") { noise = 0.1; }
+  const Settings settings = {.method = Method::detail, .noise = noise};
+  Completer<float> completer(mesh.faces(), mesh.points(), settings);
+  Completer<float> other(mesh.faces(), mesh.points(), settings);
   const auto frame = [&](unsigned n) { return turned(mesh.vertices, 0.1 * n); };
   push(completer, frame(9), random_mask(k, 0.5, 9));
   completer.reset({frame(1).data(), k});
@@ -218,7 +222,9 @@ TEST_CASE("settings of motion are refused") {
   CHECK(message({.method = Method::detail, .revisit = false}).starts_with("revisit: "));
   CHECK(
       message({.method = Method::detail, .extra_iterations = 1}).starts_with("extra_iterations: "));
-  CHECK(message({.method = Method::detail, .noise = 0.1}).starts_with("noise: "));
+  CHECK(message({.method = Method::detail, .noise = 0.0}).starts_with("noise: must be positive"));
+  CHECK(message({.method = Method::detail, .noise = std::numeric_limits<double>::infinity()})
+            .starts_with("noise: must be positive"));
 }
 
 }  // namespace

@@ -189,8 +189,12 @@ def flip_to_delaunay(
 class Detail:
     """Completion that keeps the shape (`method="detail"`), on manifold meshes without needles."""
 
-    def __init__(self, faces: NDArray[np.int64], first_frame: Array) -> None:
-        """Frame 0: the operator, and the detail of frame 0 twice."""
+    def __init__(
+        self, faces: NDArray[np.int64], first_frame: Array, noise: float | None = None
+    ) -> None:
+        """Frame 0: the operator, and the detail of frame 0 twice. `noise` makes anchors soft."""
+        self.noise = noise
+        self.weight = 10.0  # lambda h^2
         self.k = len(first_frame)
         self.edges = directed_edges(faces)
         self.label = components(self.edges, self.k)
@@ -246,40 +250,53 @@ class Detail:
         self.q = (u * sign[:, None, :]) @ vt
 
     def _turn(self, memory: Array) -> Array:
-        return np.einsum("nij,nj->ni", self.q, memory)
+        return np.asarray(np.einsum("nij,nj->ni", self.q, memory))
 
     def complete(self, points: Array, known: NDArray[np.bool_]) -> Array:
         """One frame; unseen vertices stay."""
         seen = np.isin(self.label, self.label[known])
-        solved = seen & ~known
-        x = np.where(known[:, None], points, self.previous)
-        if solved.any():
-            x = self._solve(x, solved, seen)
+        x = self.previous
+        if (seen & ~known).any() or (self.noise is not None and seen.any()):
+            x = self._solve(points, known, seen)
+        elif seen.any():
+            x = np.where(known[:, None], points, x)
         self._fit(x)
         self.memory = np.einsum("nji,nj->ni", self.q, self.operator @ x)
         self.previous = x
         return x
 
-    def _solve(self, x: Array, solved: NDArray[np.bool_], seen: NDArray[np.bool_]) -> Array:
+    def _closest(
+        self, target: Array, anchors: Array, known: NDArray[np.bool_], seen: NDArray[np.bool_]
+    ) -> Array:
+        """The frame whose detail is closest to the target, and whose anchors are so to theirs."""
+        solved = seen & ~known if self.noise is None else seen
+        fixed = np.where(solved[:, None], 0.0, np.where(known[:, None], anchors, self.previous))
         columns = self.operator[:, solved]
-        normal = columns.T @ columns
+        weight = np.diag(self.weight * known[solved]) if self.noise is not None else 0.0
+        right_side = columns.T @ (target - self.operator @ fixed)
+        if self.noise is not None:
+            right_side += self.weight * np.where(known[:, None], anchors, 0.0)[solved]
+        x = fixed.copy()
+        x[solved] = np.linalg.solve(columns.T @ columns + weight, right_side)
+        return x
 
-        def closest(anchored: Array, target: Array) -> Array:
-            """The frame with the anchors of `anchored` whose detail is closest to the target."""
-            anchored = np.where(solved[:, None], 0.0, anchored)
-            right_side = columns.T @ (target - self.operator @ anchored)
-            anchored[solved] = np.linalg.solve(normal, right_side)
-            return anchored
+    def _solve(self, points: Array, known: NDArray[np.bool_], seen: NDArray[np.bool_]) -> Array:
+        still = np.zeros_like(self.previous)
+        soft = np.sqrt(self.weight) * known[:, None] * (self.noise is not None)
+        anchors = np.where(known[:, None], points, 0.0)
 
-        x = closest(x, self.operator @ self.previous)
+        x = self._closest(self.operator @ self.previous, anchors, known, seen)
         for _ in range(3):
             self._fit(x)
             turned = self._turn(self.memory)
             change = self._turn(self.first_memory - self.memory)
-            x0 = closest(x, turned)
-            x1 = closest(np.zeros_like(x), change)
-            r0 = np.where(seen[:, None], self.operator @ x0 - turned, 0.0)
-            r1 = np.where(seen[:, None], self.operator @ x1 - change, 0.0)
+            x0 = self._closest(turned, anchors, known, seen)
+            x1 = self._closest(change, still, known, seen) - np.where(
+                seen[:, None], 0.0, self.previous
+            )
+            rows = seen[:, None]
+            r0 = np.hstack([(self.operator @ x0 - turned) * rows, soft * (x0 - anchors)])
+            r1 = np.hstack([(self.operator @ x1 - change) * rows, soft * x1])
             square = (r1 * r1).sum()
             self.blend = -(r1 * r0).sum() / (1.001 * square) if square > 0 else 0.0
             x = x0 + self.blend * x1
@@ -288,10 +305,16 @@ class Detail:
         fit = np.stack([-(r1 * r0).sum(axis=1), (r1 * r1).sum(axis=1)], axis=1)
         eta = 0.3 * fit[:, 1].mean()
         for _ in range(10):
-            fit = (
-                sum_to(i, fit[j], self.k) / np.maximum(np.bincount(i, minlength=self.k), 1)[:, None]
-            )
+            valence = np.maximum(np.bincount(i, minlength=self.k), 1)
+            fit = sum_to(i, fit[j], self.k) / valence[:, None]
         blend = np.full(self.k, self.blend)
         if eta > 0:
             blend = (fit[:, 0] + eta * self.blend) / (fit[:, 1] + eta)
-        return closest(x, turned + np.clip(blend, -0.5, 1.5)[:, None] * change)
+        target = turned + np.clip(blend, -0.5, 1.5)[:, None] * change
+        x = self._closest(target, anchors, known, seen)
+        if self.noise is not None:
+            energy = (((self.operator @ x - target) * rows) ** 2).sum()
+            energy += ((soft * (x - anchors)) ** 2).sum()
+            weight = energy / (3 * known.sum() * self.noise**2)
+            self.weight = (self.weight + np.clip(weight, 1e-3, 1e3)) / 2
+        return x

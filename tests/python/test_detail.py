@@ -47,20 +47,25 @@ def error(
 
 @pytest.mark.parametrize("share", [0.05, 0.3, 0.7])
 @pytest.mark.parametrize("shape", ["sheet", "slanted", "two parts"])
-def test_frames_equal_the_transcription(shape: str, share: float, rng: np.random.Generator) -> None:
+@pytest.mark.parametrize("noise", [None, 0.02, 0.5])
+def test_frames_equal_the_transcription(
+    shape: str, share: float, noise: float | None, rng: np.random.Generator
+) -> None:
     mesh = {
-        "sheet": meshes.sheet(14),
-        "slanted": slanted(14),
-        "two parts": meshes.join(slanted(12), meshes.sheet(5, 30.0)),
+        "sheet": meshes.sheet(10),
+        "slanted": slanted(10),
+        "two parts": meshes.join(slanted(8), meshes.sheet(4, 30.0)),
     }[shape]
     k = len(mesh.vertices)
-    completer = dynmesh.Completer(mesh.faces, mesh.vertices, method="detail", unseen="hold")
-    expected = reference.Detail(mesh.faces, mesh.vertices)
-    for n in range(1, 7):
+    completer = dynmesh.Completer(
+        mesh.faces, mesh.vertices, method="detail", unseen="hold", noise=noise
+    )
+    expected = reference.Detail(mesh.faces, mesh.vertices, noise)
+    for n in range(1, 5):
         points = bent(mesh.vertices, 0.02 * n) + 0.02 * rng.normal(size=(k, 3))
         known = rng.random(k) < share
         if shape == "two parts" and n % 2 == 0:
-            known[144:] = False  # unseen
+            known[64:] = False  # unseen
         completed = completer.push(points, known)
         np.testing.assert_allclose(
             completed, expected.complete(points, known), rtol=0, atol=1e-6 * expected.h
@@ -161,3 +166,30 @@ def test_settings_of_motion_are_refused(mesh: Mesh) -> None:
         dynmesh.Completer(mesh.faces, mesh.vertices, method="detail", revisit=False)
     with pytest.raises(ValueError, match="extra_iterations: is a setting of method motion"):
         dynmesh.Completer(mesh.faces, mesh.vertices, method="detail", extra_iterations=3)
+
+
+def test_outliers_are_rejected_and_counted(rng: np.random.Generator) -> None:
+    mesh = meshes.sheet(20)
+    k = len(mesh.vertices)
+    completer = dynmesh.Completer(mesh.faces, mesh.vertices, method="detail", reject_outliers=True)
+    for n in range(1, 5):
+        truth = bent(mesh.vertices, 0.02 * n)
+        known = rng.random(k) < 0.3
+        points = truth.copy()
+        outliers = rng.choice(np.flatnonzero(known), 4, replace=False)
+        points[outliers] += 10 * rng.normal(size=(4, 3))
+        completed = completer.push(points, known)
+        assert completer.report.rejected == 4
+        assert (completer.generation[outliers] > 0).all()
+        assert np.abs(completed - truth).max() < 0.3
+
+
+def test_noise_is_smoothed_away(rng: np.random.Generator) -> None:
+    mesh = meshes.sheet(20)
+    known = np.ones(len(mesh.vertices), bool)
+    completer = dynmesh.Completer(mesh.faces, mesh.vertices, method="detail", noise=0.05)
+    for n in range(1, 9):
+        truth = bent(mesh.vertices, 0.02 * n)
+        noisy = truth + 0.05 * rng.normal(size=truth.shape)
+        completed = completer.push(noisy, known)
+    assert np.linalg.norm(completed - truth) < 0.5 * np.linalg.norm(noisy - truth)

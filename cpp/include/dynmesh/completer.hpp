@@ -23,6 +23,7 @@ struct FrameReport {
   std::size_t filled = 0;      ///< satellites, estimated by the method
   std::size_t unseen = 0;      ///< not tied to an anchor: held, or moved rigidly
   std::size_t iterations = 0;  ///< of the method
+  std::size_t rejected = 0;    ///< observed, but taken as unknown: outliers
   double seconds = 0;          ///< wall time of the call
   StageReport stages;          ///< where it went, and the blend that was found
 };
@@ -31,15 +32,18 @@ struct Numbering;
 class Workers;
 template <class Real>
 class Exchange;
+template <class Real>
+class Outliers;
 
 /// Completes the frames of one dynamic mesh in their order, each from itself and the past alone.
 ///
-/// `push`, `push_sparse` and `skip` write the completed frame, anchors exactly as given, to
-/// `completed` and return its report. They allocate nothing. Every one of them throws
-/// std::invalid_argument for bad input (wrong counts, null pointers, a known position that is not
-/// finite or has a coordinate beyond 1e18 for float and 1e200 for double, indices out of range or
-/// twice), saying what, where and with which value, and then leaves the completer as it was.
-/// `completed` may be the very view that `points` is, or other columns of the same interleaved
+/// `push`, `push_sparse` and `skip` write the completed frame, anchors exactly as given unless the
+/// settings say that they are noisy, to `completed` and return its report. They allocate nothing,
+/// except that method detail makes room for a factor larger than all before. Every one of them
+/// throws std::invalid_argument for bad input (wrong counts, null pointers, a known position that
+/// is not finite or has a coordinate beyond 1e18 for float and 1e200 for double, indices out of
+/// range or twice), saying what, where and with which value, and then leaves the completer as it
+/// was. `completed` may be the very view that `points` is, or other columns of the same interleaved
 /// buffer; output that would overwrite input in any other way is refused.
 ///
 /// Completed frames are finite always: an estimate that would leave the range above, which takes a
@@ -110,6 +114,7 @@ class DYNMESH_EXPORT Completer {
   std::unique_ptr<Workers> workers_;
   std::unique_ptr<Exchange<Real>> exchange_;
   Generations generations_;
+  std::unique_ptr<Outliers<Real>> outliers_;  // null where none are looked for
   std::unique_ptr<Estimator<Real>> estimator_;
   Unseen<Real> unseen_;
 

@@ -112,12 +112,12 @@ typedef struct dynmesh_settings {
   /// does. Hold: they stay where they were.
   int32_t unseen;
 
-  /// Default: NaN, none. Standard deviation of the known positions. Both methods take them
-  /// exactly and refuse any number, even 0.
+  /// Default: NaN, none. Standard deviation of the known positions, positive; they move too then.
+  /// DYNMESH_METHOD_MOTION takes them exactly and refuses any number.
   double noise;
 
-  /// Default: 0. Not zero: known positions that contradict their neighbours are dropped, which both
-  /// methods refuse.
+  /// Default: 0. Not zero: known positions that contradict their neighbours are taken as
+  /// unknown, which DYNMESH_METHOD_MOTION refuses.
   int32_t reject_outliers;
 
   /// Default: 1. Threads that a frame may use, the caller's among them, up to 256. The others sleep

@@ -23,8 +23,10 @@ template <class Real>
 class Estimator {
  public:
   using Frame = std::span<const Vector3<Real>>;
-  /// A row for each vertex, or empty.
-  using Memory = std::vector<std::array<double, 4>>;
+  struct Memory {
+    std::vector<std::array<double, 4>> rows;  ///< one for each vertex, or none
+    double anchor_weight = 0;
+  };
 
   Estimator() = default;
   Estimator(const Estimator&) = delete;
@@ -38,7 +40,8 @@ class Estimator {
 
   /// Classifies the vertices and fills in the satellites of `points`, where the anchors, those with
   /// `known[v] == 1` and not 0, already stand, from them and from the previous completed frame.
-  /// Unseen vertices are left alone. Returns the number of iterations.
+  /// Unseen vertices are left alone; anchors too, unless the method takes them to be noisy. Returns
+  /// the number of iterations.
   virtual Index estimate(Frame previous, std::span<Vector3<Real>> points,
                          std::span<const std::uint8_t> known, Generations& generations) = 0;
 

@@ -29,10 +29,12 @@ struct Settings {
 
   UnseenRule unseen = UnseenRule::follow;
 
-  /// Standard deviation of the anchors' noise, in the unit of the positions. Not a setting of
-  /// method motion, which takes anchors exactly and refuses it.
+  /// Standard deviation of the anchors' noise, in the unit of the positions, positive; none: they
+  /// are exact. With noise, anchors move too, as far as the shape around them says. A setting of
+  /// method detail; motion, which takes anchors exactly as they are, refuses it.
   std::optional<double> noise = std::nullopt;
-  /// Whether anchors that contradict their neighbours are dropped. As `noise`.
+  /// Whether anchors whose motion contradicts that of the anchors around them are taken as unknown:
+  /// outliers.hpp. A setting of method detail; motion refuses it.
   bool reject_outliers = false;
 
   /// Threads that a frame may use, the caller's among them, 1 to 256. Others sleep between frames.

@@ -1,0 +1,73 @@
+#include "outliers.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+
+#include "meshes.hpp"
+
+namespace dynmesh::testing {
+namespace {
+
+std::vector<Vector3<double>> frame_of(const std::vector<double>& vertices) {
+  std::vector<Vector3<double>> frame;
+  for (std::size_t i = 0; i < vertices.size(); i += 3) {
+    frame.push_back({vertices[i], vertices[i + 1], vertices[i + 2]});
+  }
+  return frame;
+}
+
+TEST_CASE("anchors that leave their neighbours are dropped, and no others") {
+  const auto mesh = sheet<double>(20);
+  const Topology topology = build_topology(mesh.faces(), mesh.size());
+  const auto previous = frame_of(mesh.vertices);
+  Outliers<double> outliers(topology.cells);
+  outliers.reset(previous);
+  for (const double share : {0.05, 0.3, 1.0}) {
+    auto known = random_mask(mesh.size(), share, 3);
+    auto points = frame_of(turned(mesh.vertices, 0.2));
+    CHECK(outliers.drop(previous, points, known) == 0);
+
+    auto expected = known;
+    const std::vector<std::size_t> far_away = {0, 57, 210, 399};
+    for (const std::size_t v : far_away) {
+      points[v] = points[v] + Vector3<double>{0, 6, -8};
+      known[v] = 1;
+      expected[v] = 0;
+    }
+    CHECK(outliers.drop(previous, points, known) == far_away.size());
+    CHECK(known == expected);
+  }
+}
+
+TEST_CASE("a limb may start to move on a still body") {
+  const auto mesh = sheet<double>(20);
+  const Topology topology = build_topology(mesh.faces(), mesh.size());
+  const auto previous = frame_of(mesh.vertices);
+  auto points = previous;
+  for (std::size_t v = 0; v < 100; ++v) {  // the first five rows, the more the further away
+    points[v].z += 4e-4 * static_cast<double>(5 - v / 20);
+  }
+  Outliers<double> outliers(topology.cells);
+  outliers.reset(previous);
+  std::vector<std::uint8_t> known(mesh.size(), 1);
+  CHECK(outliers.drop(previous, points, known) == 0);
+}
+
+TEST_CASE("few anchors say nothing") {
+  const auto mesh = sheet<double>(5);
+  const Topology topology = build_topology(mesh.faces(), mesh.size());
+  const auto previous = frame_of(mesh.vertices);
+  auto points = previous;
+  points[3].x = 100;
+  Outliers<double> outliers(topology.cells);
+  outliers.reset(previous);
+  auto known = mask(mesh.size(), {3, 10, 20});
+  CHECK(outliers.drop(previous, points, known) == 0);
+  known[21] = 1;
+  CHECK(outliers.drop(previous, points, known) == 1);
+  CHECK(known[3] == 0);
+}
+
+}  // namespace
+}  // namespace dynmesh::testing
