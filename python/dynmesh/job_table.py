@@ -17,8 +17,9 @@ def read_jobs(path: Path) -> list[Job]:
     Args:
         path: comma-separated values. The first line names the columns: `input`, `output` and, where
             wanted, `format`, `output_format`, `faces`, `prim`, `mask`, `missing`, `fps`,
-            `provenance`, `revisit`, `extra_iterations`, `unseen`, as the options of ``dynmesh
-            complete`` are called. An empty value is the default. Paths are relative to the table.
+            `provenance`, `method`, `revisit`, `extra_iterations`, `unseen`, as the options of
+            ``dynmesh complete`` are called. An empty value is the default. Paths are relative to
+            the table.
 
     Raises:
         OSError: it cannot be read.
@@ -119,6 +120,7 @@ _columns: dict[str, Callable[[str], Any]] = {
     "missing": str,
     "fps": float,
     "provenance": _flag,
+    "method": str,
     "revisit": _flag,
     "extra_iterations": int,
     "unseen": str,

@@ -329,3 +329,17 @@ def test_a_sequence_is_converted_there_and_back(folder: Path, tmp_path: Path) ->
     assert "30.0 %" in shown
     error = run("convert", tmp_path / "new", tmp_path / "x.npz", "--format", "fbx", code=1).stderr
     assert "the format 'fbx' is not known, but npz" in error
+
+
+def test_the_method_can_be_chosen(folder: Path, tmp_path: Path) -> None:
+    partial = dynmesh.read(folder / "partial.npz")
+    run("complete", folder / "partial.npz", tmp_path / "out.npz", "--method", "detail")
+    expected = list(
+        dynmesh.complete(partial.faces, partial.vertices, partial.known, method="detail")  # type: ignore[arg-type]
+    )
+    np.testing.assert_array_equal(dynmesh.read(tmp_path / "out.npz").vertices, expected)
+    error = run(
+        "complete", folder / "partial.npz", tmp_path / "no.npz", "--method", "detail",
+        "--extra-iterations", "2", code=1,
+    ).stderr  # fmt: skip
+    assert "extra_iterations: is a setting of method motion, not of detail" in error

@@ -15,6 +15,7 @@ from .options import (
     FramesPerSecond,
     InputPath,
     MaskFile,
+    Method,
     MissingValue,
     OutputFormat,
     OutputPath,
@@ -29,6 +30,10 @@ from .zeros import Zeros
 def complete(
     path: InputPath,
     output: OutputPath,
+    method: Annotated[
+        Method,
+        typer.Option(help="motion: the paper's, fast. detail: keeps the shape, truer and slower."),
+    ] = Method.motion,
     revisit: Annotated[
         bool, typer.Option(help="Estimate a satellite again at every iteration, or only once.")
     ] = True,
@@ -59,6 +64,7 @@ def complete(
 ) -> None:
     """Fill in the missing vertices of every frame, from that frame and the past alone."""
     settings: Settings = {
+        "method": method.value,
         "revisit": revisit,
         "extra_iterations": extra_iterations,
         "unseen": unseen.value,

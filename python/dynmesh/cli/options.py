@@ -72,6 +72,13 @@ class Axis(StrEnum):
         return float(self == Axis.x), float(self == Axis.y), float(self == Axis.z)
 
 
+class Method(StrEnum):
+    """How vertices are estimated."""
+
+    motion = "motion"
+    detail = "detail"
+
+
 class Unseen(StrEnum):
     """What becomes of vertices that no edges tie to a known one."""
 
