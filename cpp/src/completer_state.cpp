@@ -79,6 +79,7 @@ class Reader {
   template <class T>
   void read(T* values, std::size_t count) {
     static_assert(std::is_trivially_copyable_v<T>);
+    if (count == 0) return;
     if (rest_.size() < count * sizeof(T)) refuse("cut off");
     std::memcpy(values, rest_.data(), count * sizeof(T));
     rest_ = rest_.subspan(count * sizeof(T));

@@ -335,7 +335,7 @@ def test_the_method_can_be_chosen(folder: Path, tmp_path: Path) -> None:
     partial = dynmesh.read(folder / "partial.npz")
     run("complete", folder / "partial.npz", tmp_path / "out.npz", "--method", "detail")
     expected = list(
-        dynmesh.complete(partial.faces, partial.vertices, partial.known, method="detail")  # type: ignore[arg-type]
+        dynmesh.complete(partial.faces, partial.vertices, partial.known, method="detail")
     )
     np.testing.assert_array_equal(dynmesh.read(tmp_path / "out.npz").vertices, expected)
     error = run(

@@ -117,6 +117,9 @@ def test_lost_frames_and_keyframes() -> None:
 @pytest.mark.parametrize(("dtype", "share"), [("float32", 29), ("float64", 53)])
 def test_size_of_a_state(dtype: str, share: int) -> None:
     truth = dynmesh.synth.ocean(1)
-    completer = dynmesh.Completer(truth.faces, truth.vertices[0].astype(dtype))
-    assert len(completer.state()) == 96 + share * completer.n_vertices
+    first = truth.vertices[0].astype(dtype)
+    completer = dynmesh.Completer(truth.faces, first)
+    assert len(completer.state()) == 160 + share * completer.n_vertices
+    detail = dynmesh.Completer(truth.faces, first, method="detail")
+    assert len(detail.state()) == 160 + (share + 32) * detail.n_vertices
     assert f"{share} with `{'float' if share == 29 else 'double'}`" in DOCUMENT

@@ -400,14 +400,14 @@ def read_only(points: Any) -> Any:
         ),
         (
             ValueError,
-            r"method: 'detail' is not available in this version",
+            r"noise: must be positive and finite, not 0",
             [[0, 1, 2]],
             np.eye(3),
-            {"method": "detail"},
+            {"method": "detail", "noise": 0.0},
         ),
         (
             ValueError,
-            r"method: must be 'motion', not 'lsm'",
+            r"method: must be 'motion' or 'detail', not 'lsm'",
             [[0, 1, 2]],
             np.eye(3),
             {"method": "lsm"},
