@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numeric>
 
 #include "geometry.hpp"
@@ -73,6 +74,37 @@ DetailOperator build_detail_operator(std::span<const Triangle> faces, const Cell
   const double floor = mean > 0 ? least_area * mean : 1;
   for (double& area : areas) area = 1 / std::sqrt(std::max(area, floor));
   return result;
+}
+
+SymmetricMatrix normal_matrix(const DetailOperator& k) {
+  SymmetricMatrix normal;
+  normal.offsets.push_back(0);
+  std::vector<double> sums(k.size(), 0);
+  std::vector<std::uint8_t> is_set(k.size(), 0);
+  std::vector<Index> rows;
+  const auto at = [](Index i) { return static_cast<std::size_t>(i); };
+  for (std::size_t j = 0; j < k.size(); ++j) {
+    rows.clear();
+    for (Index e = k.offsets[j]; e < k.offsets[j + 1]; ++e) {
+      const std::size_t l = at(k.columns[at(e)]);
+      const double weight = k.values[at(e)] * k.scale[l] * k.scale[l];
+      for (Index f = k.offsets[l]; f < k.offsets[l + 1]; ++f) {
+        const Index i = k.columns[at(f)];
+        if (is_set[at(i)] == 0) rows.push_back(i);
+        is_set[at(i)] = 1;
+        sums[at(i)] += weight * k.values[at(f)];
+      }
+    }
+    std::sort(rows.begin(), rows.end());
+    for (const Index i : rows) {
+      normal.rows.push_back(i);
+      normal.values.push_back(sums[at(i)]);
+      sums[at(i)] = 0;
+      is_set[at(i)] = 0;
+    }
+    normal.offsets.push_back(static_cast<Index>(normal.rows.size()));
+  }
+  return normal;
 }
 
 template DetailOperator build_detail_operator(std::span<const Triangle>, const Cells&,

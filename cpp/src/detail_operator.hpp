@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "elimination.hpp"
 #include "intrinsic_delaunay.hpp"
 
 namespace dynmesh {
@@ -28,5 +29,8 @@ struct DetailOperator {
 template <class Real>
 DetailOperator build_detail_operator(std::span<const Triangle> faces, const Cells& cells,
                                      std::span<const Vector3<Real>> frame);
+
+/// N = K^T K = C M^-1 C.
+SymmetricMatrix normal_matrix(const DetailOperator& k);
 
 }  // namespace dynmesh
