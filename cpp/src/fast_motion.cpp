@@ -21,6 +21,7 @@ FastMotion<Real>::FastMotion(const Cells& cells, Index extra_iterations, Workers
       extra_iterations_(extra_iterations),
       neighbours_(places * cells.size()),
       valence_(cells.size()),
+      narrow_(cells.size()),
       weights_(2 * cells.size()),
       before_(cells.size()),
       after_(cells.size()),
@@ -28,6 +29,8 @@ FastMotion<Real>::FastMotion(const Cells& cells, Index extra_iterations, Workers
       rows_(cells.size()) {
   for (std::size_t j = 0; j < cells.size(); ++j) {
     const auto cell = cells[static_cast<Index>(j)];
+    narrow_[j] = cell.size() <= places ? 1 : 0;
+    if (cell.size() > places) wide_.push_back(static_cast<Index>(j));
     valence_[j] = static_cast<std::uint8_t>(std::min<std::size_t>(cell.size(), places + 1));
     for (std::size_t place = 0; place < places; ++place) {
       // Empty places hold the vertex itself, and weigh nothing.
@@ -36,8 +39,18 @@ FastMotion<Real>::FastMotion(const Cells& cells, Index extra_iterations, Workers
     }
   }
   const auto k = static_cast<Index>(cells.size());
+  Index wide = 0;
   for (Index first = 0; first < k; first += stretch) {
-    stretches_.push_back({first, std::min(first + stretch, k), 0, 0, 0});
+    Rows rows{};
+    rows.first = first;
+    rows.last = std::min(first + stretch, k);
+    rows.first_wide = wide;
+    while (wide < static_cast<Index>(wide_.size()) &&
+           wide_[static_cast<std::size_t>(wide)] < rows.last) {
+      ++wide;
+    }
+    rows.last_wide = wide;
+    stretches_.push_back(rows);
   }
 }
 
@@ -70,6 +83,8 @@ Index FastMotion<Real>::estimate(Frame previous, std::span<Vector3<Real>> points
                                  std::span<const std::uint8_t> known, Generations& generations) {
   data_.neighbours = neighbours_.data();
   data_.valence = valence_.data();
+  data_.narrow = narrow_.data();
+  data_.wide = wide_.data();
   data_.cell_offsets = cells_.offsets.data();
   data_.cell_neighbours = cells_.neighbours.data();
   data_.known = known.data();
@@ -82,7 +97,7 @@ Index FastMotion<Real>::estimate(Frame previous, std::span<Vector3<Real>> points
   data_.visits = visits_.data();
   data_.rows = rows_.data();
 
-  for_each_stretch([&](Rows& rows) { rows = sweeps_.prepare(data_, rows.first, rows.last); });
+  for_each_stretch([&](Rows& rows) { rows = sweeps_.prepare(data_, rows); });
   Index unknown = 0;
   for (const Rows& rows : stretches_) unknown += rows.narrow + rows.wide;
 

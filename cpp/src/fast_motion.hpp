@@ -42,6 +42,8 @@ class FastMotion final : public Estimator<Real> {
 
   LargeVector<std::uint32_t> neighbours_;
   LargeVector<std::uint8_t> valence_;
+  LargeVector<std::uint8_t> narrow_;
+  std::vector<Index> wide_;
   LargeVector<Vector3<Real>> weights_;  // two quads per vertex
   LargeVector<Vector3<Real>> before_;
   LargeVector<Vector3<Real>> after_;

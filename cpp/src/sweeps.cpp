@@ -183,7 +183,10 @@ template <class Real>
 /// All ones where the magnitude is at most `limit`, and zero for what is not a number.
 template <class Real>
 [[gnu::always_inline]] inline Bits<Real> within(Quad<Real> v, Real limit) {
-  return (v <= limit) & (v >= -limit);
+  // Without the sign bit.
+  const Bits<Real> bits =
+      reinterpret_cast<Bits<Real>>(v) & ~reinterpret_cast<Bits<Real>>(-Quad<Real>{});
+  return reinterpret_cast<Quad<Real>>(bits) <= limit;
 }
 
 /// So many rows ahead, one that lies elsewhere is called for.
@@ -199,6 +202,14 @@ template <class Real>
     point[3] = Real(0);
   }
   return point;
+}
+
+template <class Real>
+[[gnu::always_inline]] inline void put_row(Real* data, Index row, Quad<Real> point) {
+  Real* at = data + 3 * static_cast<std::size_t>(row);
+  at[0] = point[0];
+  at[1] = point[1];
+  at[2] = point[2];
 }
 
 /// Takes one vertex; returns ones where a known coordinate is beyond the limit.
@@ -226,13 +237,15 @@ bool take(const PackedRows<const Real>& rows, const std::uint8_t* observed, Real
   const Index* row_of = rows.row_of;
   Bits<Real> beyond{};
   if (row_of == nullptr && observed != nullptr) {
+    for (Index v = first; v < last; ++v) known[v] = observed[v] != 0 ? 1 : 0;
+    const auto place = [&](Index v, Quad<Real> point) {
+      quad_of(points, v) = point;
+      beyond |= ~within<Real>(point, limit) & (Bits<Real>{} - Index{known[v]});
+    };
     for (Index v = first; v < last - 1; ++v) {
-      const Quad<Real> point = load_row(data + 3 * static_cast<std::size_t>(v), false);
-      beyond |= take_one(point, observed + v, limit, v, points, known);
+      place(v, load_row(data + 3 * static_cast<std::size_t>(v), false));
     }
-    const Index v = last - 1;
-    const Quad<Real> point = load_row(data + 3 * static_cast<std::size_t>(v), true);
-    beyond |= take_one(point, observed + v, limit, v, points, known);
+    place(last - 1, load_row(data + 3 * static_cast<std::size_t>(last - 1), true));
   } else {
     for (Index v = first; v < last; ++v) {
       const auto row = static_cast<std::size_t>(row_of != nullptr ? row_of[v] : v);
@@ -255,46 +268,54 @@ void give(Real* points, const Real* previous, Real limit, Index first, Index las
   using Unaligned [[gnu::aligned(sizeof(Real)), gnu::may_alias]] = Quad<Real>;
   Real* data = rows.data;
   const Index* row_of = rows.row_of;
-  for (Index v = first; v < last; ++v) {
+  Bits<Real> beyond{};
+  if (row_of == nullptr) {
+    // One store a row; what it spills into the next row is overwritten at once.
+    for (Index v = first; v < last - 1; ++v) {
+      const Quad<Real> point = quad_of<Real>(points, v);
+      beyond |= ~within<Real>(point, limit);
+      *reinterpret_cast<Unaligned*>(data + 3 * static_cast<std::size_t>(v)) = point;
+    }
+  }
+  for (Index v = row_of == nullptr ? last - 1 : first; v < last; ++v) {
     if (row_of != nullptr && v + ahead < last) {
       __builtin_prefetch(data + 3 * static_cast<std::size_t>(row_of[v + ahead]), 1);
     }
-    Quad<Real> point = quad_of<Real>(points, v);
-    const Bits<Real> good = within<Real>(point, limit);
-    if (__builtin_expect((good[0] & good[1] & good[2]) == 0, 0)) {
-      point = quad_of(previous, v);
-      quad_of(points, v) = point;
-    }
-    Real* row = data + 3 * static_cast<std::size_t>(row_of != nullptr ? row_of[v] : v);
-    if (row_of == nullptr && v + 1 < last) {
-      // One store; what it spills into the next row is overwritten at once.
-      *reinterpret_cast<Unaligned*>(row) = point;
-    } else {
-      row[0] = point[0];
-      row[1] = point[1];
-      row[2] = point[2];
-    }
+    const Quad<Real> point = quad_of<Real>(points, v);
+    beyond |= ~within<Real>(point, limit);
+    put_row(data, row_of != nullptr ? row_of[v] : v, point);
+  }
+  if (__builtin_expect((beyond[0] | beyond[1] | beyond[2]) == 0, 1)) return;
+  for (Index v = first; v < last; ++v) {
+    const Bits<Real> good = within<Real>(quad_of<Real>(points, v), limit);
+    if ((good[0] & good[1] & good[2]) != 0) continue;
+    quad_of(points, v) = quad_of(previous, v);
+    put_row(data, row_of != nullptr ? row_of[v] : v, quad_of(previous, v));
   }
 }
 
 template <class Real>
-Rows prepare(const SweepData<Real>& arrays, Index first, Index last) {
+Rows prepare(const SweepData<Real>& arrays, const Rows& stretch_rows) {
   const SweepData<Real> data = arrays;  // which no write below can change
-  Rows rows = {first, last, 0, 0, 0};
-  for (Index v = first; v < last; ++v) {
+  Rows rows = stretch_rows;
+  Index narrow_rows = 0;
+  for (Index v = rows.first; v < rows.last; ++v) {
     const Index known = data.known[v];  // 0 or 1
-    Quad<Real> motion = quad_of<Real>(data.points, v) - quad_of(data.previous, v);
+    Quad<Real> motion = quad_of<Real>(data.points, v) - quad_of<Real>(data.previous, v);
     motion[3] = Real(1);
     const Bits<Real> all = Bits<Real>{} - known;
     motion = reinterpret_cast<Quad<Real>>(reinterpret_cast<Bits<Real>>(motion) & all);
     quad_of(data.before, v) = motion;
     quad_of(data.after, v) = motion;
     data.generation[v] = 0;
-
-    const Index narrow = data.valence[v] <= places ? 1 : 0;
-    data.rows[first + rows.narrow] = v;
-    rows.narrow += (1 - known) & narrow;
-    if (__builtin_expect((1 - known) & (1 - narrow), 0)) data.rows[last - ++rows.wide] = v;
+    data.rows[rows.first + narrow_rows] = v;
+    narrow_rows += (1 - known) & data.narrow[v];
+  }
+  rows.narrow = narrow_rows;
+  rows.wide = 0;
+  for (Index w = rows.first_wide; w < rows.last_wide; ++w) {
+    const Index v = data.wide[w];
+    if (data.known[v] == 0) data.rows[rows.last - ++rows.wide] = v;
   }
   return rows;
 }

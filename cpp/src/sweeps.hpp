@@ -32,6 +32,8 @@ struct SweepData {
   // Of the mesh; `neighbours` has eight places per vertex, each the offset of a quad in bytes.
   const std::uint32_t* neighbours;
   const std::uint8_t* valence;   // (k,) how many of the places are taken; more than 8: see cells
+  const std::uint8_t* narrow;    // (k,) 1 where there are no more than eight, else 0
+  const Index* wide;             // the vertices with more, ascending
   const Index* cell_offsets;     // (k + 1,) of
   const Index* cell_neighbours;  // the cells of vertices with more neighbours
   Real inverse_mean_edge;        // 1 / h
@@ -53,6 +55,8 @@ struct SweepData {
 struct Rows {
   Index first;
   Index last;
+  Index first_wide;  // in the list of all vertices with more neighbours, its part of them
+  Index last_wide;
   Index narrow;
   Index wide;
   Index reached;  // of them, after the last iteration
@@ -75,8 +79,8 @@ struct Sweeps {
   /// Writes them. A vertex beyond `limit`, or not a number, first goes back to `previous`.
   void (*give)(Real* points, const Real* previous, Real limit, Index first, Index last,
                const PackedRows<Real>& rows);
-  /// Sets the estimates of the vertices from `first` to `last` and finds out which are unknown.
-  Rows (*prepare)(const SweepData<Real>& data, Index first, Index last);
+  /// Sets the estimates of the vertices of a stretch and finds out which are unknown.
+  Rows (*prepare)(const SweepData<Real>& data, const Rows& stretch);
   /// Iteration 1. Returns how many of the rows were reached so far, as `next` does.
   Index (*first)(const SweepData<Real>& data, const Rows& rows);
   /// Iteration t = 2, 3, ...
