@@ -1,12 +1,13 @@
 #include "exchange.hpp"
 
-#include <algorithm>
 #include <atomic>
 
 #include "geometry.hpp"
 
 namespace dynmesh {
 namespace {
+
+constexpr Index stretch = 1024;  // vertices that a thread takes at a time
 
 template <class Real>
 bool is_packed(const Points<Real>& rows) {
@@ -17,27 +18,20 @@ bool is_packed(const Points<Real>& rows) {
 
 template <class Real>
 Exchange<Real>::Exchange(const Numbering& numbering, Workers& workers)
-    : numbering_(numbering), workers_(workers), sweeps_(*runnable_sweeps<Real>().front()) {}
-
-template <class Real>
-template <class Work>
-void Exchange<Real>::for_each_stretch(std::size_t n_vertices, Work&& work) {
-  const auto k = static_cast<Index>(n_vertices);
-  workers_.for_each((k + stretch - 1) / stretch,
-                    [&](Index i) { work(i * stretch, std::min(k, (i + 1) * stretch)); });
-}
+    : numbering_(numbering), workers_(workers), kernels_(*runnable_row_kernels<Real>().front()) {}
 
 template <class Real>
 bool Exchange<Real>::read(Points<const Real> rows, KnownMask known, std::span<Vector3<Real>> points,
                           std::span<std::uint8_t> is_known) {
+  const auto k = static_cast<Index>(points.size());
   const Index* vertex_at = numbering_.is_natural() ? nullptr : numbering_.vertex_at.data();
   std::atomic<bool> in_range{true};
-  for_each_stretch(points.size(), [&](Index first, Index last) {
+  workers_.for_each_stretch(k, stretch, [&](Index first, Index last) {
     bool good = true;
     if (is_packed(rows) && (known.data == nullptr || known.stride == 1)) {
       const PackedRows<const Real> packed = {rows.data, vertex_at};
-      good = sweeps_.take(packed, known.data, largest_coordinate<Real>, first, last, &points[0].x,
-                          is_known.data());
+      good = kernels_.take(packed, known.data, largest_coordinate<Real>, first, last, &points[0].x,
+                           is_known.data());
     } else {
       for (auto place = static_cast<std::size_t>(first); place < static_cast<std::size_t>(last);
            ++place) {
@@ -57,11 +51,12 @@ bool Exchange<Real>::read(Points<const Real> rows, KnownMask known, std::span<Ve
 template <class Real>
 void Exchange<Real>::write(std::span<Vector3<Real>> points, std::span<const Vector3<Real>> previous,
                            Points<Real> rows) {
+  const auto k = static_cast<Index>(points.size());
   const Index* vertex_at = numbering_.is_natural() ? nullptr : numbering_.vertex_at.data();
-  for_each_stretch(points.size(), [&](Index first, Index last) {
+  workers_.for_each_stretch(k, stretch, [&](Index first, Index last) {
     if (is_packed(rows)) {
-      sweeps_.give(&points[0].x, &previous[0].x, largest_coordinate<Real>, first, last,
-                   {rows.data, vertex_at});
+      kernels_.give(&points[0].x, &previous[0].x, largest_coordinate<Real>, first, last,
+                    {rows.data, vertex_at});
       return;
     }
     for (auto place = static_cast<std::size_t>(first); place < static_cast<std::size_t>(last);

@@ -5,7 +5,7 @@
 #include <span>
 
 #include "numbering.hpp"
-#include "sweeps.hpp"
+#include "row_kernels.hpp"
 #include "workers.hpp"
 
 namespace dynmesh {
@@ -41,12 +41,9 @@ class Exchange {
              Points<Real> rows);
 
  private:
-  template <class Work>
-  void for_each_stretch(std::size_t n_vertices, Work&& work);
-
   const Numbering& numbering_;
   Workers& workers_;
-  const Sweeps<Real>& sweeps_;
+  const RowKernels<Real>& kernels_;
 };
 
 }  // namespace dynmesh

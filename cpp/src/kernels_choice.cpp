@@ -1,14 +1,20 @@
 #include "dense_kernels.hpp"
 #include "operator_kernels.hpp"
 #include "rotation_kernels.hpp"
+#include "row_kernels.hpp"
+#include "sweeps.hpp"
 
 namespace dynmesh {
 
-#define DYNMESH_DECLARE_KERNELS(name)            \
-  namespace name {                               \
-  extern const DenseKernels dense_kernels;       \
-  extern const OperatorKernels operator_kernels; \
-  extern const RotationKernels rotation_kernels; \
+#define DYNMESH_DECLARE_KERNELS(name)                     \
+  namespace name {                                        \
+  extern const DenseKernels dense_kernels;                \
+  extern const OperatorKernels operator_kernels;          \
+  extern const RotationKernels rotation_kernels;          \
+  extern const RowKernels<float> row_kernels_of_floats;   \
+  extern const RowKernels<double> row_kernels_of_doubles; \
+  extern const Sweeps<float> sweeps_of_floats;            \
+  extern const Sweeps<double> sweeps_of_doubles;          \
   }
 #ifdef DYNMESH_X86_64
 DYNMESH_DECLARE_KERNELS(x86_64_v2)
@@ -53,6 +59,26 @@ std::vector<const OperatorKernels*> runnable_operator_kernels() {
 
 std::vector<const RotationKernels*> runnable_rotation_kernels() {
   return DYNMESH_RUNNABLE(rotation_kernels);
+}
+
+template <>
+std::vector<const RowKernels<float>*> runnable_row_kernels() {
+  return DYNMESH_RUNNABLE(row_kernels_of_floats);
+}
+
+template <>
+std::vector<const RowKernels<double>*> runnable_row_kernels() {
+  return DYNMESH_RUNNABLE(row_kernels_of_doubles);
+}
+
+template <>
+std::vector<const Sweeps<float>*> runnable_sweeps() {
+  return DYNMESH_RUNNABLE(sweeps_of_floats);
+}
+
+template <>
+std::vector<const Sweeps<double>*> runnable_sweeps() {
+  return DYNMESH_RUNNABLE(sweeps_of_doubles);
 }
 
 }  // namespace dynmesh

@@ -1,52 +1,9 @@
 #include "sweeps.hpp"
 
-// Compiled several times with different instructions, each in a namespace of its own. Nothing here
-// may be instantiated elsewhere too, or the linker could choose the wrong one: so no templates and
-// no inline functions of the standard library.
-#ifndef DYNMESH_SWEEPS
-#define DYNMESH_SWEEPS portable
-#endif
+#include "lanes.hpp"
 
-namespace dynmesh::DYNMESH_SWEEPS {
+namespace dynmesh::DYNMESH_KERNELS {
 namespace {
-
-template <class Real>
-struct Lanes;
-template <>
-struct Lanes<float> {
-  using Quad [[gnu::vector_size(16), gnu::may_alias]] = float;
-  using Bits [[gnu::vector_size(16), gnu::may_alias]] = std::int32_t;
-};
-template <>
-struct Lanes<double> {
-  using Quad [[gnu::vector_size(32), gnu::may_alias]] = double;
-  using Bits [[gnu::vector_size(32), gnu::may_alias]] = std::int64_t;
-};
-template <class Real>
-using Quad = typename Lanes<Real>::Quad;
-template <class Real>
-using Bits = typename Lanes<Real>::Bits;
-
-template <class Real>
-[[gnu::always_inline]] inline const Quad<Real>& quad(const Real* quads, std::uint32_t offset) {
-  return *reinterpret_cast<const Quad<Real>*>(reinterpret_cast<const char*>(quads) + offset);
-}
-template <class Real>
-[[gnu::always_inline]] inline Quad<Real>& quad_of(Real* quads, Index vertex) {
-  return reinterpret_cast<Quad<Real>*>(quads)[vertex];
-}
-template <class Real>
-[[gnu::always_inline]] inline const Quad<Real>& quad_of(const Real* quads, Index vertex) {
-  return reinterpret_cast<const Quad<Real>*>(quads)[vertex];
-}
-template <int place, class Vector>
-[[gnu::always_inline]] inline Vector spread(Vector v) {
-  return __builtin_shufflevector(v, v, place, place, place, place);
-}
-template <class Vector>
-[[gnu::always_inline]] inline Vector larger(Vector a, Vector b) {
-  return a > b ? a : b;
-}
 
 /// 1 / |a - v_j|^2 and so on, as Motion::inverse_squared_distance. Distances may be of any number
 /// of neighbours, one in each lane of `x`, `y` and `z`.
@@ -180,120 +137,6 @@ template <class Real>
   return reached;
 }
 
-/// All ones where the magnitude is at most `limit`, and zero for what is not a number.
-template <class Real>
-[[gnu::always_inline]] inline Bits<Real> within(Quad<Real> v, Real limit) {
-  // Without the sign bit.
-  const Bits<Real> bits =
-      reinterpret_cast<Bits<Real>>(v) & ~reinterpret_cast<Bits<Real>>(-Quad<Real>{});
-  return reinterpret_cast<Quad<Real>>(bits) <= limit;
-}
-
-/// So many rows ahead, one that lies elsewhere is called for.
-constexpr Index ahead = 24;
-
-/// A row of three, by one load where there is something behind it.
-template <class Real>
-[[gnu::always_inline]] inline Quad<Real> load_row(const Real* row, bool is_last) {
-  using Unaligned [[gnu::aligned(sizeof(Real)), gnu::may_alias]] = Quad<Real>;
-  Quad<Real> point = {row[0], row[1], row[2], Real(0)};
-  if (!is_last) {
-    point = *reinterpret_cast<const Unaligned*>(row);
-    point[3] = Real(0);
-  }
-  return point;
-}
-
-template <class Real>
-[[gnu::always_inline]] inline void put_row(Real* data, Index row, Quad<Real> point) {
-  Real* at = data + 3 * static_cast<std::size_t>(row);
-  at[0] = point[0];
-  at[1] = point[1];
-  at[2] = point[2];
-}
-
-/// Takes one vertex; returns ones where a known coordinate is beyond the limit.
-template <class Real>
-[[gnu::always_inline]] inline Bits<Real> take_one(Quad<Real> point, const std::uint8_t* observed,
-                                                  Real limit, Index v, Real* points,
-                                                  std::uint8_t* known) {
-  constexpr Real largest = sizeof(Real) == 4 ? Real(3.4028234e38) : Real(1.7976931348623157e308);
-  Index is_known = 0;
-  if (observed != nullptr) {
-    is_known = *observed != 0 ? 1 : 0;
-  } else {
-    const Bits<Real> finite = within<Real>(point, largest);
-    is_known = static_cast<Index>(finite[0] & finite[1] & finite[2]) & 1;
-  }
-  known[v] = static_cast<std::uint8_t>(is_known);
-  quad_of(points, v) = point;
-  return ~within<Real>(point, limit) & (Bits<Real>{} - is_known);
-}
-
-template <class Real>
-bool take(const PackedRows<const Real>& rows, const std::uint8_t* observed, Real limit, Index first,
-          Index last, Real* points, std::uint8_t* known) {
-  const Real* data = rows.data;
-  const Index* row_of = rows.row_of;
-  Bits<Real> beyond{};
-  if (row_of == nullptr && observed != nullptr) {
-    for (Index v = first; v < last; ++v) known[v] = observed[v] != 0 ? 1 : 0;
-    const auto place = [&](Index v, Quad<Real> point) {
-      quad_of(points, v) = point;
-      beyond |= ~within<Real>(point, limit) & (Bits<Real>{} - Index{known[v]});
-    };
-    for (Index v = first; v < last - 1; ++v) {
-      place(v, load_row(data + 3 * static_cast<std::size_t>(v), false));
-    }
-    place(last - 1, load_row(data + 3 * static_cast<std::size_t>(last - 1), true));
-  } else {
-    for (Index v = first; v < last; ++v) {
-      const auto row = static_cast<std::size_t>(row_of != nullptr ? row_of[v] : v);
-      if (row_of != nullptr && v + ahead < last) {
-        const auto later = static_cast<std::size_t>(row_of[v + ahead]);
-        __builtin_prefetch(data + 3 * later);
-        if (observed != nullptr) __builtin_prefetch(observed + later);
-      }
-      const Quad<Real> point = load_row(data + 3 * row, row_of != nullptr || v + 1 == last);
-      const std::uint8_t* of_row = observed != nullptr ? observed + row : nullptr;
-      beyond |= take_one(point, of_row, limit, v, points, known);
-    }
-  }
-  return (beyond[0] | beyond[1] | beyond[2]) == 0;
-}
-
-template <class Real>
-void give(Real* points, const Real* previous, Real limit, Index first, Index last,
-          const PackedRows<Real>& rows) {
-  using Unaligned [[gnu::aligned(sizeof(Real)), gnu::may_alias]] = Quad<Real>;
-  Real* data = rows.data;
-  const Index* row_of = rows.row_of;
-  Bits<Real> beyond{};
-  if (row_of == nullptr) {
-    // One store a row; what it spills into the next row is overwritten at once.
-    for (Index v = first; v < last - 1; ++v) {
-      const Quad<Real> point = quad_of<Real>(points, v);
-      beyond |= ~within<Real>(point, limit);
-      *reinterpret_cast<Unaligned*>(data + 3 * static_cast<std::size_t>(v)) = point;
-    }
-  }
-  for (Index v = row_of == nullptr ? last - 1 : first; v < last; ++v) {
-    if (row_of != nullptr && v + ahead < last) {
-      __builtin_prefetch(data + 3 * static_cast<std::size_t>(row_of[v + ahead]), 1);
-    }
-    const Quad<Real> point = quad_of<Real>(points, v);
-    beyond |= ~within<Real>(point, limit);
-    put_row(data, row_of != nullptr ? row_of[v] : v, point);
-  }
-  if (__builtin_expect((beyond[0] | beyond[1] | beyond[2]) == 0, 1)) return;
-  for (Index v = first; v < last; ++v) {
-    const Bits<Real> good = within<Real>(quad_of<Real>(points, v), limit);
-    if ((good[0] & good[1] & good[2]) != 0) continue;
-    quad_of(points, v) = quad_of(previous, v);
-    put_row(data, row_of != nullptr ? row_of[v] : v, quad_of(previous, v));
-  }
-}
-
 template <class Real>
 Rows prepare(const SweepData<Real>& arrays, const Rows& stretch_rows) {
   const SweepData<Real> data = arrays;  // which no write below can change
@@ -392,11 +235,11 @@ void finish(const SweepData<Real>& arrays, const Rows& of_rows, Index iterations
 
 }  // namespace
 
-extern const Sweeps<float> of_floats;
-extern const Sweeps<double> of_doubles;
-const Sweeps<float> of_floats = {take<float>,        give<float>,       prepare<float>,
-                                 first_sweep<float>, next_sweep<float>, finish<float>};
-const Sweeps<double> of_doubles = {take<double>,        give<double>,       prepare<double>,
-                                   first_sweep<double>, next_sweep<double>, finish<double>};
+extern const Sweeps<float> sweeps_of_floats;
+extern const Sweeps<double> sweeps_of_doubles;
+const Sweeps<float> sweeps_of_floats = {prepare<float>, first_sweep<float>, next_sweep<float>,
+                                        finish<float>};
+const Sweeps<double> sweeps_of_doubles = {prepare<double>, first_sweep<double>, next_sweep<double>,
+                                          finish<double>};
 
-}  // namespace dynmesh::DYNMESH_SWEEPS
+}  // namespace dynmesh::DYNMESH_KERNELS

@@ -62,23 +62,8 @@ struct Rows {
   Index reached;  // of them, after the last iteration
 };
 
-/// A frame in the caller's memory: packed rows of three Reals.
-template <class Real>
-struct PackedRows {
-  Real* data;
-  const Index* row_of;  // (k,) the row of each vertex, or null where that is its number
-};
-
 template <class Real>
 struct Sweeps {
-  /// Reads the vertices from `first` to `last` into `points`. `observed` has a byte for each row;
-  /// if null, the rows that are finite are known. Returns whether all known ones lie within
-  /// `limit`.
-  bool (*take)(const PackedRows<const Real>& rows, const std::uint8_t* observed, Real limit,
-               Index first, Index last, Real* points, std::uint8_t* known);
-  /// Writes them. A vertex beyond `limit`, or not a number, first goes back to `previous`.
-  void (*give)(Real* points, const Real* previous, Real limit, Index first, Index last,
-               const PackedRows<Real>& rows);
   /// Sets the estimates of the vertices of a stretch and finds out which are unknown.
   Rows (*prepare)(const SweepData<Real>& data, const Rows& stretch);
   /// Iteration 1. Returns how many of the rows were reached so far, as `next` does.

@@ -1,6 +1,7 @@
 /// Threads that share the work of one frame.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <dynmesh/types.hpp>
@@ -30,6 +31,14 @@ class Workers {
     }
     run(
         count, [](void* context, Index i) { (*static_cast<Work*>(context))(i); }, &work);
+  }
+
+  /// The same for numbers from 0 to `count` - 1, cut into stretches of `length`: calls
+  /// `work(first, last)`, `last` not included.
+  template <class Work>
+  void for_each_stretch(Index count, Index length, const Work& work) {
+    for_each((count + length - 1) / length,
+             [&](Index i) { work(i * length, std::min(count, (i + 1) * length)); });
   }
 
  private:

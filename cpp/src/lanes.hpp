@@ -1,0 +1,66 @@
+/// Four numbers at a time, for the inner loops.
+///
+/// These (lanes.hpp and the files that include it) are compiled several times with different
+/// instructions, each in a namespace of its own; kernels_choice.cpp tells which may run. Nothing in
+/// there may be instantiated elsewhere too, or the linker could choose the wrong one: so no
+/// templates and no inline functions of the standard library.
+#pragma once
+
+#include <dynmesh/types.hpp>
+
+#ifndef DYNMESH_KERNELS
+#define DYNMESH_KERNELS portable
+#endif
+
+namespace dynmesh::DYNMESH_KERNELS {
+namespace {
+
+template <class Real>
+struct Lanes;
+template <>
+struct Lanes<float> {
+  using Quad [[gnu::vector_size(16), gnu::may_alias]] = float;
+  using Bits [[gnu::vector_size(16), gnu::may_alias]] = std::int32_t;
+};
+template <>
+struct Lanes<double> {
+  using Quad [[gnu::vector_size(32), gnu::may_alias]] = double;
+  using Bits [[gnu::vector_size(32), gnu::may_alias]] = std::int64_t;
+};
+template <class Real>
+using Quad = typename Lanes<Real>::Quad;
+template <class Real>
+using Bits = typename Lanes<Real>::Bits;
+
+template <class Real>
+[[gnu::always_inline]] inline const Quad<Real>& quad(const Real* quads, std::uint32_t offset) {
+  return *reinterpret_cast<const Quad<Real>*>(reinterpret_cast<const char*>(quads) + offset);
+}
+template <class Real>
+[[gnu::always_inline]] inline Quad<Real>& quad_of(Real* quads, Index vertex) {
+  return reinterpret_cast<Quad<Real>*>(quads)[vertex];
+}
+template <class Real>
+[[gnu::always_inline]] inline const Quad<Real>& quad_of(const Real* quads, Index vertex) {
+  return reinterpret_cast<const Quad<Real>*>(quads)[vertex];
+}
+template <int place, class Vector>
+[[gnu::always_inline]] inline Vector spread(Vector v) {
+  return __builtin_shufflevector(v, v, place, place, place, place);
+}
+template <class Vector>
+[[gnu::always_inline]] inline Vector larger(Vector a, Vector b) {
+  return a > b ? a : b;
+}
+
+/// All ones where the magnitude is at most `limit`, and zero for what is not a number.
+template <class Real>
+[[gnu::always_inline]] inline Bits<Real> within(Quad<Real> v, Real limit) {
+  // Without the sign bit.
+  const Bits<Real> bits =
+      reinterpret_cast<Bits<Real>>(v) & ~reinterpret_cast<Bits<Real>>(-Quad<Real>{});
+  return reinterpret_cast<Quad<Real>>(bits) <= limit;
+}
+
+}  // namespace
+}  // namespace dynmesh::DYNMESH_KERNELS
