@@ -75,8 +75,9 @@ def _print(diagnosis: Diagnosis, format_name: str) -> None:
         table.add_row(*row)
     table.add_row("known after frame 0", _describe_shares(diagnosis.known_share[1:].tolist()))
     table.add_row("bounding-box diagonal", f"{diagnosis.diagonal:g}, of frame 0")
-    for row in _topology_rows(diagnosis.topology):
-        table.add_row(*row)
+    if diagnosis.topology is not None:
+        for row in _topology_rows(diagnosis.topology):
+            table.add_row(*row)
     console.print(table)
     console.print()
     if not diagnosis.findings:

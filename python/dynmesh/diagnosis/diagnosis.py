@@ -23,7 +23,7 @@ class Diagnosis:
     Attributes:
         findings: the most important first; empty where nothing is odd.
         header: what the file says.
-        topology: what the core says of the connectivity.
+        topology: what the core says of the connectivity; None where there are no faces.
         first_frame: (k, 3), NaN where frame 0 lacks a vertex.
         diagonal: of the bounding box of frame 0, in the unit of the positions.
         known_share: (n,) float64, of each frame the share of the vertices that was observed.
@@ -36,7 +36,7 @@ class Diagnosis:
 
     findings: tuple[Finding, ...]
     header: Header
-    topology: TopologyReport
+    topology: TopologyReport | None
     first_frame: Positions
     diagonal: float
     known_share: NDArray[np.float64]
@@ -88,13 +88,9 @@ class Diagnosis:
                 "has_provenance": header.has_provenance,
             },
             "mesh": {
+                **_topology_as_dict(self.topology),
                 "triangles": len(header.faces),
                 "polygons": None if header.polygons is None else len(header.polygons.sizes),
-                "components": self.topology.components,
-                "isolated_vertices": self.topology.isolated_vertices,
-                "boundary_edges": self.topology.boundary_edges,
-                "closed": self.topology.boundary_edges == 0,
-                "refused_faces": len(self.topology.refused_faces),
                 "diagonal": self.diagonal,
             },
             "known_share": {
@@ -107,6 +103,14 @@ class Diagnosis:
                 "most": float(motion.max()) if len(motion) else None,
             },
         }
+
+
+def _topology_as_dict(topology: TopologyReport | None) -> dict[str, Any]:
+    names = ("components", "isolated_vertices", "boundary_edges")
+    told = {name: None if topology is None else getattr(topology, name) for name in names}
+    closed = None if topology is None else topology.boundary_edges == 0
+    refused = None if topology is None else len(topology.refused_faces)
+    return {**told, "closed": closed, "refused_faces": refused}
 
 
 def _finding_as_dict(finding: Finding) -> dict[str, Any]:

@@ -16,6 +16,7 @@ SEVERITIES: tuple[Severity, ...] = ("error", "warning", "note")
 CODES = (
     "first_frame_incomplete",
     "known_not_finite",
+    "no_faces",
     "scrambled_frames",
     "zeros",
     "leaps",

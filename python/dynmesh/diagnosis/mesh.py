@@ -28,7 +28,7 @@ class Mesh:
         lengths: (e,) of the edges in frame 0, NaN where an end was not observed.
         mean_edge: of frame 0, 1 where there is none.
         diagonal: of frame 0's bounding box.
-        topology: what the core says.
+        topology: what the core says; None where there are no faces.
     """
 
     faces: Faces
@@ -39,7 +39,7 @@ class Mesh:
     lengths: NDArray[np.float64]
     mean_edge: float
     diagonal: float
-    topology: TopologyReport
+    topology: TopologyReport | None
 
     @classmethod
     def of(cls, faces: Faces, points: Positions, observed: Mask) -> "Mesh":
@@ -61,7 +61,7 @@ class Mesh:
             lengths,
             mean_edge or 1.0,
             bounding_box_diagonal(first[observed]) if observed.any() else 0.0,
-            Completer(faces, first).topology,
+            Completer(faces, first).topology if len(faces) else None,
         )
 
 

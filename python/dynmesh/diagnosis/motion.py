@@ -11,13 +11,14 @@ from .mesh import Mesh
 
 _RECENT = 3  # frames: of what was last seen before, motion is not told
 _FEWEST = 3  # vertices that tell the motion of a frame
+_ENOUGH = 30  # vertices seen in the frame before as well, so that no others are asked
 
 _AROUND = 4  # frames on each side, without the next ones, that a frame's motion is compared to
 _MANY_TIMES = 6
 _LEAST_LEAP = 0.02  # of the diagonal
 
 _FAR = 4  # mean edges
-_SCRAMBLED = 0.2  # of the vertices
+_SCRAMBLED = 0.4  # of the edges
 
 
 class Motion:
@@ -47,11 +48,13 @@ class Motion:
     def watch(self, number: int, points: Positions, observed: Mask) -> None:
         """Takes the next frame."""
         gap = number - self._last_seen
-        moved = np.flatnonzero(observed & (gap <= _RECENT))
+        moved = np.flatnonzero(observed & (gap == 1))
+        if len(moved) < _ENOUGH:
+            moved = np.flatnonzero(observed & (gap <= _RECENT))
         distance = np.linalg.norm(points[moved].astype(np.float64) - self._last[moved], axis=1)
         unit = self._mesh.diagonal or 1.0
-        enough = len(moved) >= min(_FEWEST, len(points))
-        self.medians.append(float(np.median(distance / gap[moved]) / unit) if enough else np.nan)
+        told = len(moved) >= min(_FEWEST, len(points))
+        self.medians.append(float(np.median(distance / gap[moved]) / unit) if told else np.nan)
         from_last = gap[moved] == 1
         if np.count_nonzero(from_last) >= _FEWEST and not distance[from_last].any():
             self._repeated.append(number)
@@ -68,7 +71,7 @@ class Motion:
                 len(self._scrambled),
                 Where.of(frames=self._scrambled),
                 f"{counted(len(self._scrambled), 'frame')} torn to shreds, with up to "
-                f"{percent(self._worst_share)} of the vertices far from all their neighbours: "
+                f"{percent(self._worst_share)} of the edges more than {_FAR} mean edges too long: "
                 f"{frames_listed(self._scrambled)}.",
                 "The vertices do not correspond to those of frame 0, or are of another unit. "
                 "dynmesh completes tracked meshes: number the vertices alike in all frames.",
@@ -106,7 +109,7 @@ class Motion:
         both = observed[ends].all(axis=1)
         n_known = np.bincount(ends[both].reshape(-1), minlength=k)
         astray = (n_far == n_known) & (n_known >= 2)
-        share = float(astray.sum() / max(1, int((n_known >= 2).sum())))
+        share = len(far) / int(both.sum())
         if share > _SCRAMBLED:
             self._scrambled.append(number)
             self._worst_share = max(self._worst_share, share)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_COLOURS = (
+COLOURS = (
     "#cc3311", "#0077bb", "#ee9900", "#009944", "#aa3399",
     "#00aacc", "#774411", "#ff66aa", "#808000", "#333388",
     "#ddcc00", "#66cc44", "#ff8866", "#005555", "#bb88ee", "#550022",
@@ -63,7 +63,7 @@ def draw(diagnosis: Diagnosis, output: Path, *, heading: str, size: int = 640) -
         OSError: it cannot be written.
         ImportError: pyvista is missing.
     """
-    colours = {f.code: _COLOURS[i % len(_COLOURS)] for i, f in enumerate(diagnosis.findings)}
+    colours = {f.code: COLOURS[i % len(COLOURS)] for i, f in enumerate(diagnosis.findings)}
     pyplot = require("matplotlib.figure", extra="view")
     matplotlib = require("matplotlib", extra="view")
     images = _sides(diagnosis, colours, size)
@@ -127,6 +127,8 @@ def _mark(
         dots = points[inside]
     dots = dots[np.isfinite(dots).all(axis=1)]
     size = 2.2 if len(dots) <= 30 else 1.6 if len(dots) <= 300 else 0.9
+    if len(finding.where.faces) > 30:
+        size = 0.5  # the paint is seen between them
     drawn = row[painted]
     return Mark(colour, drawn[drawn >= 0], dots, size)
 

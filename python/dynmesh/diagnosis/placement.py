@@ -49,9 +49,10 @@ class Placement:
     def likely_unit(self) -> Unit | None:
         """The unit in which it is as large as a person, if it can be one."""
         mesh = self._mesh
-        sheet = mesh.topology.boundary_edges > _MOSTLY_CLOSED * len(mesh.ends)
-        if sheet or not mesh.observed.any() or not len(mesh.faces):
+        if mesh.topology is None or not mesh.observed.any():
             return None
+        if mesh.topology.boundary_edges > _MOSTLY_CLOSED * len(mesh.ends):
+            return None  # a sheet
         extent = float(np.ptp(mesh.first[mesh.observed].astype(np.float64), axis=0).max())
         return next((u for u in UNITS if _PERSON[0] <= extent * u.metres <= _PERSON[1]), None)
 
@@ -86,7 +87,7 @@ class Placement:
                 "unlikely_unit",
                 "note",
                 1,
-                Where.of(),
+                Where(),
                 f"The file says that a unit is {said:g} m, so that the mesh is "
                 f"{extent * said:.3g} m long; a guess: if it is a person or an animal, the unit is "
                 f"{likely.name}.",

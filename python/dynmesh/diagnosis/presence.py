@@ -138,6 +138,7 @@ class Presence:
         )
 
     def _shares(self, shares: NDArray[np.float64]) -> Iterator[Finding]:
+        shares = np.where(shares > 0, np.maximum(np.round(shares, 3), 1e-3), 0)  # 10 % is 10.0 %
         none = np.flatnonzero(shares == 0) + 1
         hardly = np.flatnonzero((shares > 0) & (shares < _HARDLY_ANY)) + 1
         few = np.flatnonzero((shares >= _HARDLY_ANY) & (shares < _FEW)) + 1
@@ -178,15 +179,20 @@ class Presence:
         never = np.flatnonzero(~self._seen)
         if not len(never):
             return
+        ends = self._mesh.ends
+        beside_seen = np.zeros(self._n_vertices, np.bool_)
+        beside_seen[ends[self._seen[ends].any(axis=1)]] = True
+        patches = not beside_seen[never].all()
         yield Finding(
             "never_seen",
-            "warning",
+            "warning" if patches else "note",
             len(never),
             Where.of(vertices=never),
             f"{counted(len(never), 'vertex')}, {percent(len(never) / self._n_vertices)} of all, "
-            f"never seen after frame 0: {listed('vertex', never)}.",
-            "All that is known of them is where they began; errors there add up. --method detail "
-            "keeps their shape; --provenance tells which they are.",
+            f"never seen after frame 0, {'in patches' if patches else 'all beside seen ones'}: "
+            f"{listed('vertex', never)}.",
+            "All that is known of them is where they began. Single ones do little harm; in patches "
+            "errors add up, and --method detail keeps their shape.",
         )
 
     def _long_unseen(self) -> Iterator[Finding]:

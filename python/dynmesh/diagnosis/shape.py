@@ -14,17 +14,32 @@ _SMALL_PART = 0.01  # of the vertices
 
 def examine(mesh: Mesh) -> Iterator[Finding]:
     """Yields what is odd about the parts and the triangles."""
+    if mesh.topology is None:
+        yield _no_faces(mesh)
+        return
     yield from _isolated(mesh)
     yield from _thin(mesh)
     yield from _components(mesh)
 
 
+def _no_faces(mesh: Mesh) -> Finding:
+    return Finding(
+        "no_faces",
+        "error",
+        1,
+        Where(),
+        f"There are no faces, {counted(len(mesh.first), 'vertex')} only.",
+        "It cannot be completed: motion goes along the edges of faces. Give the mesh with --faces, "
+        "if the file holds positions alone.",
+    )
+
+
 def _isolated(mesh: Mesh) -> Iterator[Finding]:
-    if not mesh.topology.isolated_vertices:
-        return
     alone = np.ones(len(mesh.first), np.bool_)
     alone[mesh.ends] = False
     places = np.flatnonzero(alone)
+    if not len(places):
+        return
     yield Finding(
         "isolated_vertices",
         "warning",
@@ -75,10 +90,10 @@ def _thin(mesh: Mesh) -> Iterator[Finding]:
 
 
 def _components(mesh: Mesh) -> Iterator[Finding]:
-    if mesh.topology.components - mesh.topology.isolated_vertices < 2:
-        return
     sizes = np.bincount(mesh.component)
     parts = np.sort(sizes[sizes > 1])[::-1]
+    if len(parts) < 2:
+        return
     small = (sizes < _SMALL_PART * len(mesh.first)) & (sizes > 1)
     places = np.flatnonzero(small[mesh.component])
     shown = ", ".join(map(str, parts[:4])) + (f", ... {parts[-1]}" if len(parts) > 4 else "")

@@ -144,11 +144,7 @@ def _non_manifold(mesh: Mesh, edges: FaceEdges) -> Iterator[Finding]:
             advice,
             worst,
         )
-    touching = [
-        index
-        for index, reason in mesh.topology.refused_faces
-        if reason.startswith(("vertex ", "its vertices "))
-    ]
+    touching = _touching(mesh)
     if touching:
         yield Finding(
             "non_manifold_vertices",
@@ -159,6 +155,12 @@ def _non_manifold(mesh: Mesh, edges: FaceEdges) -> Iterator[Finding]:
             f"{listed('face', touching)}.",
             advice,
         )
+
+
+def _touching(mesh: Mesh) -> list[int]:
+    """The faces that the core refused because sheets touch in one of their vertices."""
+    refused = [] if mesh.topology is None else mesh.topology.refused_faces
+    return [face for face, why in refused if why.startswith(("vertex ", "its vertices "))]
 
 
 def _flipped(mesh: Mesh, edges: FaceEdges) -> Iterator[Finding]:
@@ -216,8 +218,9 @@ def _small_holes(mesh: Mesh, edges: FaceEdges) -> Iterator[Finding]:
     part = np.bincount(mesh.component)[mesh.component[loops]]
     small = (lengths <= _SMALL_HOLE) & (part > 2 * lengths**2)  # a patch has a short rim as well
     ends_meeting = np.bincount(rim.reshape(-1))
-    odd = np.isin(loops, loop[(ends_meeting[rim] != 2).any(axis=1)])
-    small &= ~odd  # the rim of a fin goes nowhere
+    touched = np.isin(rim, mesh.faces[_touching(mesh)])  # a sheet that touches in a point
+    astray = (ends_meeting[rim] != 2).any(axis=1)  # the rim of a fin, which goes nowhere
+    small &= ~np.isin(loops, loop[astray | touched.any(axis=1)])
     if not small.any():
         return
     places = np.unique(rim[small[which.reshape(-1)]])
