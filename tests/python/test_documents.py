@@ -90,6 +90,9 @@ def test_pages_do_what_they_say(name: str, tmp_path: Path) -> None:
     for text in printed:
         for table in re.findall(r"(?:^\|.*\n)+", text, flags=re.MULTILINE):
             assert table in document
+    if name == "docs/diagnosis.md":
+        (answer,) = blocks("console", document)
+        assert answer in "".join(f"{line.rstrip()}\n" for line in printed[0].splitlines())
     page = Path(name).stem
     shown = set(re.findall(rf"\]\((figures/{page}/.*?)\)", document))
     assert shown == {str(p.relative_to(tmp_path)) for p in tmp_path.glob(f"figures/{page}/*")}
