@@ -16,7 +16,7 @@ from .._terminal import say, track
 from ..diagnosis import Diagnosis, diagnose
 from ..diagnosis.finding import SEVERITIES
 from ..files import Frame, Header
-from .options import Faces, Format, InputPath, MaskFile, MissingValue, Overwrite, Prim, source_of
+from .options import Faces, Format, InputPath, MaskFile, MissingValue, Prim, source_of
 from .pictures import check_output
 
 _PATIENCE = 2.0  # seconds without a bar
@@ -39,7 +39,9 @@ def info(
     prim: Prim = None,
     mask: MaskFile = None,
     missing: MissingValue = None,
-    overwrite: Overwrite = False,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace PNG if it exists.")
+    ] = False,
 ) -> None:
     """Say what a sequence holds, and what is odd about its mesh and its motion.
 

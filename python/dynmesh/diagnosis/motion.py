@@ -11,7 +11,7 @@ from .mesh import Mesh
 
 _RECENT = 3  # frames: of what was last seen before, motion is not told
 _FEWEST = 3  # vertices that tell the motion of a frame
-_ENOUGH = 30  # vertices seen in the frame before as well, so that no others are asked
+_ENOUGH = 30  # vertices seen in the frame before as well to go by them alone
 
 _AROUND = 4  # frames on each side, without the next ones, that a frame's motion is compared to
 _MANY_TIMES = 6
@@ -56,7 +56,9 @@ class Motion:
         told = len(moved) >= min(_FEWEST, len(points))
         self.medians.append(float(np.median(distance / gap[moved]) / unit) if told else np.nan)
         from_last = gap[moved] == 1
-        if np.count_nonzero(from_last) >= _FEWEST and not distance[from_last].any():
+        n_from_last = int(np.count_nonzero(from_last))
+        # Few may well be still by themselves, as those of a foot on the ground.
+        if n_from_last >= min(_ENOUGH, len(points)) and not distance[from_last].any():
             self._repeated.append(number)
         self._find_astray(number, points, observed)
         self._last[observed] = points[observed]

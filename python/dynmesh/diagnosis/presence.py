@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ..files import Frame
 from ..sequence import Mask, Positions
-from .finding import MOST_PLACES, Finding, Where, counted, frames_listed, listed, percent
+from .finding import MOST_PLACES, Finding, Severity, Where, counted, frames_listed, listed, percent
 from .mesh import Mesh
 
 _FEW = 0.1
@@ -156,7 +156,7 @@ class Presence:
                 "ahead.",
                 longest,
             )
-        ways = (
+        ways: tuple[tuple[str, Severity, NDArray[np.int64], str, str], ...] = (
             ("hardly_any_anchors", "warning", hardly, "2 %", "errors grow from frame to frame; use "
              "--method detail, or --extra-iterations 10"),
             ("few_anchors", "note", few, "10 %", "--method detail is several times truer there"),
@@ -166,7 +166,7 @@ class Presence:
                 least = shares[frames - 1].min()
                 yield Finding(
                     code,
-                    severity,  # type: ignore[arg-type]
+                    severity,
                     len(frames),
                     Where.of(frames=frames),
                     f"{counted(len(frames), 'frame')} of which less than {limit} is known, at "
