@@ -13,6 +13,7 @@ Completion" (WSCG 2017).
 
 from . import baselines, batch, degrade, metrics, synth
 from ._core import Completer, FrameReport, TopologyReport, __version__, cells
+from .diagnosis import Diagnosis, Finding, diagnose
 from .file_completion import FileReport, complete_file
 from .files import Frame, Header, Reader, Writer, create, create_like, open, read, write
 from .matrices import adjacency, laplacian
@@ -22,7 +23,9 @@ from .streaming import complete
 
 __all__ = [
     "Completer",
+    "Diagnosis",
     "FileReport",
+    "Finding",
     "Frame",
     "FrameReport",
     "Header",
@@ -41,6 +44,7 @@ __all__ = [
     "create",
     "create_like",
     "degrade",
+    "diagnose",
     "laplacian",
     "metrics",
     "open",

@@ -1,6 +1,7 @@
 """What people see in a terminal: messages and progress, all on standard error."""
 
 import sys
+import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import NoReturn, TypeVar
@@ -35,7 +36,9 @@ def fail(why: str) -> NoReturn:
     sys.exit(1)
 
 
-def track(items: Iterable[T], total: int, what: str, done: int = 0) -> Iterator[T]:
+def track(
+    items: Iterable[T], total: int, what: str, done: int = 0, patience: float = 0
+) -> Iterator[T]:
     """Passes items on while a bar shows how many have gone by, and how fast.
 
     Args:
@@ -43,6 +46,7 @@ def track(items: Iterable[T], total: int, what: str, done: int = 0) -> Iterator[
         total: how many there are in all.
         what: is done with them.
         done: how many were done before.
+        patience: seconds before there is a bar.
     """
     columns = (
         TextColumn(what),
@@ -51,8 +55,19 @@ def track(items: Iterable[T], total: int, what: str, done: int = 0) -> Iterator[
         _FramesPerSecond(),
         TimeRemainingColumn(),
     )
-    with Progress(*columns, console=_console, disable=not _console.is_terminal) as progress:
-        yield from progress.track(items, total, completed=done)
+    progress = Progress(*columns, console=_console, disable=not _console.is_terminal)
+    task = progress.add_task(what, total=total, completed=done)
+    show_at = time.monotonic() + patience
+    try:
+        if patience == 0:
+            progress.start()
+        for item in items:
+            if time.monotonic() >= show_at:
+                progress.start()  # again does nothing
+            yield item
+            progress.advance(task)
+    finally:
+        progress.stop()
 
 
 @contextmanager

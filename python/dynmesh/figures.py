@@ -5,7 +5,8 @@ Everything is rendered off screen with pyvista (extra `view`).
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -125,10 +126,7 @@ def render(
     surface = pyvista.PolyData.from_regular_faces(
         np.asarray(points, np.float32), np.asarray(faces, np.int64)
     )
-    plotter = pyvista.Plotter(off_screen=True, window_size=view.size, lighting="light kit")
-    try:
-        plotter.set_background("white")
-        plotter.enable_anti_aliasing("ssaa")
+    with _stage(view) as plotter:
         if known is not None:
             rgb = np.where(known[:, None], _rgb(KNOWN_COLOUR), _rgb(MISSING_COLOUR))
             plotter.add_mesh(surface, scalars=rgb, rgb=True, smooth_shading=True, ambient=0.3)
@@ -160,10 +158,55 @@ def render(
                 plotter.add_mesh(cloud, scalars=surface["places"][dots], **size, **style)
         else:
             plotter.add_mesh(surface, color=SURFACE_COLOUR, smooth_shading=True, ambient=0.05)
-        _aim(plotter, view)
-        return np.asarray(plotter.screenshot(return_img=True), np.uint8)[..., :3]
-    finally:
-        plotter.close()
+        return _taken(plotter, view)
+
+
+@dataclass(frozen=True, eq=False)
+class Mark:
+    """Something that stands out in a picture of a mesh.
+
+    Attributes:
+        colour: as "#rrggbb".
+        faces: (f,) integers, of the faces to paint.
+        points: (p, 3) where to put dots.
+        size: of the dots, in hundredths of the picture.
+    """
+
+    colour: str
+    faces: NDArray[np.integer[Any]]
+    points: Positions
+    size: float
+
+
+def render_marked(
+    faces: NDArray[np.integer[Any]], points: Positions, view: View, marks: Sequence[Mark]
+) -> Image:
+    """Draws one frame with marks on it, each over those before it.
+
+    Takes, returns and raises what :func:`render` does.
+    """
+    _check(faces, points, None, None, None, None)
+    pyvista = _pyvista()
+    rgb = np.tile(_rgb(SURFACE_COLOUR), (len(faces), 1))
+    for mark in marks:
+        rgb[mark.faces] = _rgb(mark.colour)
+    surface = pyvista.PolyData.from_regular_faces(
+        np.asarray(points, np.float32), np.asarray(faces, np.int64)
+    )
+    surface.cell_data["colour"] = rgb
+    with _stage(view) as plotter:
+        if len(faces):
+            plotter.add_mesh(surface, scalars="colour", rgb=True, ambient=0.25, diffuse=0.85)
+        for mark in marks:
+            if len(mark.points):
+                plotter.add_mesh(
+                    pyvista.PolyData(np.asarray(mark.points, np.float32)),
+                    color=mark.colour,
+                    point_size=mark.size / 100 * max(view.size),
+                    render_points_as_spheres=True,
+                    ambient=0.4,
+                )
+        return _taken(plotter, view)
 
 
 def cropped(images: list[Image], margin: int = 12) -> list[Image]:
@@ -208,6 +251,23 @@ def _pyvista() -> Any:
         # Without a screen: else VTK looks for one and complains that there is none.
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
     return require("pyvista", extra="view")
+
+
+@contextmanager
+def _stage(view: View) -> Iterator[Any]:
+    """A plotter without a window, closed in the end."""
+    plotter = _pyvista().Plotter(off_screen=True, window_size=view.size, lighting="light kit")
+    try:
+        plotter.set_background("white")
+        plotter.enable_anti_aliasing("ssaa")
+        yield plotter
+    finally:
+        plotter.close()
+
+
+def _taken(plotter: Any, view: View) -> Image:
+    _aim(plotter, view)
+    return np.asarray(plotter.screenshot(return_img=True), np.uint8)[..., :3]
 
 
 def _vector(values: NDArray[np.floating[Any]]) -> Vector:

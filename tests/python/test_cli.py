@@ -142,12 +142,16 @@ def test_info_tells_polygons_axis_and_name(tmp_path: Path) -> None:
     assert re.search(r"^name +/\[b\]/body *$", shown, re.MULTILINE)
 
 
-def test_info_names_the_file_that_it_cannot_take(tmp_path: Path) -> None:
+def test_info_says_why_a_file_cannot_be_completed(tmp_path: Path) -> None:
     points = np.random.default_rng(0).random((2, 3, 3))
     points[0, 1] = np.nan
     dynmesh.write(tmp_path / "a.npz", dynmesh.Sequence(points, np.array([[0, 1, 2]])))
+    shown = run("info", tmp_path / "a.npz").stdout
+    assert re.search(r"^error +Frame 0 lacks 1 of 3 vertices: vertex 1\.", shown, re.MULTILINE)
+    run("info", tmp_path / "a.npz", "--strict", code=1)
+    (tmp_path / "a.npz").write_bytes(b"no archive")
     error = run("info", tmp_path / "a.npz", code=1).stderr
-    assert error.startswith(f"dynmesh: {tmp_path / 'a.npz'}: first_frame: ")
+    assert error.startswith(f"dynmesh: {tmp_path / 'a.npz'}: ")
 
 
 def test_zeros_that_may_be_holes_are_told(folder: Path, tmp_path: Path) -> None:
@@ -166,7 +170,6 @@ def test_zeros_that_may_be_holes_are_told(folder: Path, tmp_path: Path) -> None:
         "if nothing was observed there, --missing zero"
     )
     commands: list[tuple[str, list[str | Path]]] = [
-        ("info", []),
         ("complete", [tmp_path / "a.npz", "--overwrite"]),
         ("view", ["-o", tmp_path / "a.html", "--overwrite"]),
         ("picture", ["-o", tmp_path / "a.png", "--size", "50", "--frame", "9", "--overwrite"]),
@@ -176,8 +179,18 @@ def test_zeros_that_may_be_holes_are_told(folder: Path, tmp_path: Path) -> None:
         assert shown.splitlines().count(hint) == 1, shown
         options.append("--missing=zero")
         assert "exactly (0, 0, 0)" not in run(command, zeros, *options).stderr
+    one = ("-o", tmp_path / "a.png", "--size", "50", "--frame", "9", "--overwrite")
     for path in (masked, tmp_path / "few.npz"):
-        assert "exactly (0, 0, 0)" not in run("info", path).stderr
+        assert "exactly (0, 0, 0)" not in run("picture", path, *one).stderr
+
+    def told(*arguments: str | Path) -> str:
+        return " ".join(run("info", *arguments).stdout.split())
+
+    assert "exactly (0, 0, 0), 70 % of all" in told(zeros)
+    assert "Say --missing zero" in told(zeros)
+    assert "exactly (0, 0, 0)" not in told(zeros, "--missing=zero")
+    assert "exactly (0, 0, 0)" not in told(masked)
+    assert "780 positions after frame 0 of exactly (0, 0, 0), 0.8 %" in told(tmp_path / "few.npz")
 
 
 def test_complete_tells_what_it_did(folder: Path, tmp_path: Path) -> None:

@@ -77,7 +77,9 @@ def test_the_table_of_errors_is_what_the_command_prints(data: Path, tmp_path: Pa
     assert printed.strip() in README
 
 
-@pytest.mark.parametrize("name", ["docs/formats.md", "docs/gallery.md", "docs/method.md"])
+@pytest.mark.parametrize(
+    "name", ["docs/diagnosis.md", "docs/formats.md", "docs/gallery.md", "docs/method.md"]
+)
 def test_pages_do_what_they_say(name: str, tmp_path: Path) -> None:
     document = (REPOSITORY / name).read_text()
     for folder in ("benchmarks", "docs"):  # commands name files of the repository
@@ -88,6 +90,9 @@ def test_pages_do_what_they_say(name: str, tmp_path: Path) -> None:
     for text in printed:
         for table in re.findall(r"(?:^\|.*\n)+", text, flags=re.MULTILINE):
             assert table in document
+    if name == "docs/diagnosis.md":
+        (answer,) = blocks("console", document)
+        assert answer in "".join(f"{line.rstrip()}\n" for line in printed[0].splitlines())
     page = Path(name).stem
     shown = set(re.findall(rf"\]\((figures/{page}/.*?)\)", document))
     assert shown == {str(p.relative_to(tmp_path)) for p in tmp_path.glob(f"figures/{page}/*")}
@@ -97,6 +102,7 @@ def test_pages_do_what_they_say(name: str, tmp_path: Path) -> None:
     "name",
     [
         "README.md",
+        "docs/diagnosis.md",
         "docs/embedding.md",
         "docs/formats.md",
         "docs/gallery.md",

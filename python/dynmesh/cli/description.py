@@ -1,49 +1,103 @@
-"""The command that describes a sequence."""
+"""The command that describes a sequence, and says what is odd about it."""
 
 from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+import typer
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from .. import evaluation, files
-from .._core import Completer, TopologyReport
-from .._terminal import track
+from .. import files
+from .._core import TopologyReport
+from .._terminal import say, track
+from ..diagnosis import Diagnosis, diagnose
+from ..diagnosis.finding import SEVERITIES
 from ..files import Frame, Header
 from .options import Faces, Format, InputPath, MaskFile, MissingValue, Prim, source_of
-from .zeros import Zeros
+from .pictures import check_output
+
+_PATIENCE = 2.0  # seconds without a bar
+_REFUSED_SHOWN = 3
+_STYLES = {"error": "bold red", "warning": "yellow", "note": "cyan"}
 
 
 def info(
     path: InputPath,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")] = False,
+    picture: Annotated[
+        Path | None,
+        typer.Option(metavar="PNG", help="Also draw where it is odd; needs the extra view."),
+    ] = None,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="End with 1 if there is an error or a warning.")
+    ] = False,
     format: Format = None,
     faces: Faces = None,
     prim: Prim = None,
     mask: MaskFile = None,
     missing: MissingValue = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace PNG if it exists.")
+    ] = False,
 ) -> None:
-    """Say what a sequence holds, and what is odd about its mesh."""
-    zeros = Zeros()
-    table = Table.grid(padding=(0, 2))
+    """Say what a sequence holds, and what is odd about its mesh and its motion.
+
+    An error keeps it from being completed; a warning makes the result worse, or tells that
+    something is broken; a note is worth knowing. All of them are explained in docs/diagnosis.md.
+    """
+    if picture is not None:
+        check_output(picture, overwrite, ".png")
     with files.open(path, **source_of(format, faces, prim, mask, missing)) as reader:
-        table.add_row("format", files.format_of(path, format).name)
-        for row in _header_rows(reader.header):
-            table.add_row(*row)
-        frames = track(zeros.watch(reader), reader.n_frames, "reading")
-        table.add_row("known after frame 0", _describe_shares(list(_known_shares(frames))[1:]))
-        first = next(iter(reader)).points
-        diagonal = evaluation.bounding_box_diagonal(first)
-        table.add_row("bounding-box diagonal", f"{diagonal:g}, of frame 0")
-        with files.naming(path):
-            topology = Completer(reader.faces, first).topology
-        for row in _topology_rows(topology):
-            table.add_row(*row)
-    Console().print(table)
-    zeros.say_if_many()
+        diagnosis = diagnose(reader, watch=_watch)
+    if as_json:
+        print(diagnosis.as_json())
+    else:
+        _print(diagnosis, files.format_of(path, format).name)
+    if picture is not None:
+        from ..diagnosis.picture import draw
+
+        draw(diagnosis, picture, heading=path.name)
+        say(f"{picture}: drawn")
+    if strict and diagnosis.severity in ("error", "warning"):
+        raise typer.Exit(1)
 
 
-def _header_rows(header: Header) -> Iterator[tuple[str, str]]:
+def _watch(frames: Iterable[Frame], total: int) -> Iterable[Frame]:
+    return track(frames, total, "reading", patience=_PATIENCE)
+
+
+def _print(diagnosis: Diagnosis, format_name: str) -> None:
+    console = Console()
+    table = Table.grid(padding=(0, 2))
+    table.add_row("format", format_name)
+    for row in _header_rows(diagnosis):
+        table.add_row(*row)
+    table.add_row("known after frame 0", _describe_shares(diagnosis.known_share[1:].tolist()))
+    table.add_row("bounding-box diagonal", f"{diagnosis.diagonal:g}, of frame 0")
+    if diagnosis.topology is not None:
+        for row in _topology_rows(diagnosis.topology):
+            table.add_row(*row)
+    console.print(table)
+    console.print()
+    if not diagnosis.findings:
+        console.print("Nothing odd was found.")
+        return
+    counts = [(diagnosis.count(severity), severity) for severity in SEVERITIES]
+    told = [f"{n} {severity}{'s' if n > 1 else ''}" for n, severity in counts if n]
+    console.print(", ".join(told), highlight=False)
+    findings = Table.grid(padding=(0, 2))
+    for finding in diagnosis.findings:
+        style = _STYLES[finding.severity]
+        findings.add_row(f"[{style}]{finding.severity}[/]", escape(finding.message))
+        findings.add_row("", f"[dim]{escape(finding.advice)}[/]")
+    console.print(findings, highlight=False)
+
+
+def _header_rows(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
+    header: Header = diagnosis.header
     yield "frames", str(header.n_frames)
     yield "frames per second", "not said" if header.fps is None else f"{header.fps:g}"
     if header.times is None:
@@ -57,9 +111,11 @@ def _header_rows(header: Header) -> Iterator[tuple[str, str]]:
     else:
         n_polygons = len(header.polygons.sizes)
         yield "faces", f"{n_polygons} polygons, cut into {len(header.faces)} triangles"
-    yield "up axis", header.up_axis or "not said"
-    unit = header.metres_per_unit
-    yield "unit of length", "not said" if unit is None else f"{unit:g} m"
+    yield "up axis", header.up_axis or f"not said; looks like {diagnosis.likely_up}"
+    likely = diagnosis.likely_unit
+    guess = f"; a guess: {likely.name}, if it is a person or an animal" if likely else ""
+    said = header.metres_per_unit
+    yield "unit of length", f"not said{guess}" if said is None else f"{said:g} m"
     yield "name", escape(header.name or "not said")
     yield "known masks", "yes" if header.has_known else "no"
     yield "generation and age", "yes" if header.has_provenance else "no"
@@ -68,20 +124,13 @@ def _header_rows(header: Header) -> Iterator[tuple[str, str]]:
 def _topology_rows(topology: TopologyReport) -> Iterator[tuple[str, str]]:
     yield "components", str(topology.components)
     yield "isolated vertices", str(topology.isolated_vertices)
-    yield "boundary edges", str(topology.boundary_edges)
+    closed = "" if topology.boundary_edges else ", closed"
+    yield "boundary edges", f"{topology.boundary_edges}{closed}"
     yield "refused faces", str(len(topology.refused_faces))
-    for index, reason in topology.refused_faces[:10]:
+    for index, reason in topology.refused_faces[:_REFUSED_SHOWN]:
         yield "", f"face {index}: {reason}"
-    if len(topology.refused_faces) > 10:
-        yield "", f"and {len(topology.refused_faces) - 10} more"
-
-
-def _known_shares(frames: Iterable[Frame]) -> Iterator[float]:
-    for points, known in frames:
-        observed = np.isfinite(points).all(axis=1)
-        if known is not None:
-            observed &= known
-        yield float(observed.mean())
+    if len(topology.refused_faces) > _REFUSED_SHOWN:
+        yield "", f"and {len(topology.refused_faces) - _REFUSED_SHOWN} more"
 
 
 def _describe_shares(shares: list[float]) -> str:

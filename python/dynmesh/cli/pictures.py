@@ -77,7 +77,7 @@ def view(
     zeros = Zeros()
     source = source_of(format, faces, prim, mask, missing)
     with _opened(path, reference, source) as (reader, truth):
-        _check_output(output, overwrite, ".html")
+        check_output(output, overwrite, ".html")
         shown = write(
             reader,
             output,
@@ -123,7 +123,7 @@ def picture(
     zeros = Zeros()
     source = source_of(format, faces, prim, mask, missing)
     with _opened(path, reference, source) as (reader, truth):
-        _check_output(output, overwrite, ".png")
+        check_output(output, overwrite, ".png")
         draw(
             reader,
             output,
@@ -161,7 +161,8 @@ def _say_if_guessed(up: Axis | None, reader: Reader) -> None:
         say(f"{guess} is taken for up; --up {'y' if guess == 'z' else 'z'} if it is not")
 
 
-def _check_output(path: Path, overwrite: bool, suffix: str) -> None:
+def check_output(path: Path, overwrite: bool, suffix: str) -> None:
+    """Refuses what a picture or page cannot be written to."""
     if path.suffix.lower() != suffix:
         raise ValueError(f"{path}: must end in {suffix}")
     if not path.parent.is_dir():

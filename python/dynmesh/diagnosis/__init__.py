@@ -1,0 +1,95 @@
+"""What is odd about a sequence: its mesh, what was observed of it, and how it moves."""
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import closing
+from itertools import chain
+from typing import Any
+
+import numpy as np
+
+from .. import files
+from ..files import Frame, Header, PathLike, Reader
+from ..sequence import Sequence
+from . import shape, surface
+from .diagnosis import Diagnosis
+from .finding import CODES, SEVERITIES, Finding, Severity, Where
+from .mesh import Mesh
+from .motion import Motion
+from .placement import Placement
+from .presence import Presence, observed_in
+
+__all__ = ["Diagnosis", "Finding", "Severity", "Where", "diagnose"]
+
+Watch = Callable[[Iterable[Frame], int], Iterable[Frame]]
+
+
+def diagnose(
+    source: PathLike | Reader | Sequence, *, watch: Watch | None = None, **options: Any
+) -> Diagnosis:
+    """Looks for what is odd about a sequence, in one pass and in constant memory.
+
+    Args:
+        source: a file in any format, what :func:`dynmesh.open` returned, or a sequence in memory.
+        watch: gets the frames and how many there are, and passes them on while they are read.
+        options: how to open a file, as for :func:`dynmesh.open`.
+
+    Raises:
+        OSError, ImportError, TypeError, ValueError: it cannot be read, as :func:`dynmesh.open`
+            says. Whatever is wrong with the mesh and the positions is a finding instead.
+    """
+    if isinstance(source, Sequence):
+        return _diagnose(_header_of(source), _frames_of(source), watch)
+    if isinstance(source, Reader):
+        with files.naming(source.path), closing(source.frames()) as frames:
+            return _diagnose(source.header, frames, watch)
+    with files.open(source, **options) as reader:
+        return diagnose(reader, watch=watch)
+
+
+def _diagnose(header: Header, frames: Iterator[Frame], watch: Watch | None) -> Diagnosis:
+    watched = iter(frames if watch is None else watch(frames, header.n_frames))
+    first = next(watched)
+    start = Mesh.of(header.faces, first.points, observed_in(first))
+    presence, motion, placement = Presence(start, first), Motion(start), Placement(header, start)
+    for number, frame in enumerate(watched, 1):
+        observed = presence.watch(number, frame, observed_in(frame))
+        motion.watch(number, frame.points, observed)
+        placement.watch(number, frame.points, observed)
+    found = chain(
+        presence.findings(),
+        motion.findings(),
+        placement.findings(),
+        surface.examine(start),
+        shape.examine(start),
+    )
+    return Diagnosis(
+        findings=tuple(sorted(found, key=_importance)),
+        header=header,
+        topology=start.topology,
+        first_frame=np.where(start.observed[:, None], start.first, np.nan).astype(header.dtype),
+        diagonal=start.diagonal,
+        known_share=np.array(presence.shares),
+        motion=np.array(motion.medians),
+        likely_up=placement.likely_up,
+        likely_unit=placement.likely_unit,
+    )
+
+
+def _importance(finding: Finding) -> tuple[int, int]:
+    return SEVERITIES.index(finding.severity), CODES.index(finding.code)
+
+
+def _header_of(sequence: Sequence) -> Header:
+    n_frames, n_vertices, _ = sequence.vertices.shape
+    if n_frames == 0:
+        raise ValueError("holds no frame, but frame 0 is needed")
+    return Header(
+        sequence.faces, n_frames, n_vertices, sequence.vertices.dtype, sequence.fps,
+        sequence.polygons, sequence.up_axis, sequence.name, sequence.start, sequence.times,
+        sequence.metres_per_unit, sequence.known is not None, sequence.generation is not None,
+    )  # fmt: skip
+
+
+def _frames_of(sequence: Sequence) -> Iterator[Frame]:
+    for i, points in enumerate(sequence.vertices):
+        yield Frame(points, None if sequence.known is None else sequence.known[i])

@@ -1,0 +1,140 @@
+"""What a diagnosis consists of."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Severity = Literal["error", "warning", "note"]
+"""error: it cannot be completed. warning: the result will suffer, or something is broken. note:
+worth knowing."""
+
+SEVERITIES: tuple[Severity, ...] = ("error", "warning", "note")
+
+CODES = (
+    "first_frame_incomplete",
+    "known_not_finite",
+    "no_faces",
+    "scrambled_frames",
+    "zeros",
+    "leaps",
+    "outliers",
+    "frames_without_anchors",
+    "hardly_any_anchors",
+    "never_seen",
+    "component_unseen",
+    "coincident_vertices",
+    "isolated_vertices",
+    "far_from_origin",
+    "non_manifold_edges",
+    "non_manifold_vertices",
+    "flat_faces",
+    "degenerate_faces",
+    "duplicate_faces",
+    "flipped_faces",
+    "one_sided_surface",
+    "few_anchors",
+    "repeated_frames",
+    "several_components",
+    "small_holes",
+    "needle_faces",
+    "unlikely_unit",
+)
+"""Of all findings that there are, the most important first."""
+
+Indices = NDArray[np.int64]
+
+MOST_PLACES = 10_000
+"""A finding lists at most so many vertices, faces and frames, the first ones."""
+
+_MOST_SHOWN = 5
+
+
+def _none() -> Indices:
+    return np.empty(0, np.int64)
+
+
+@dataclass(frozen=True, eq=False)
+class Where:
+    """The places of a finding, ascending, at most `MOST_PLACES` of each kind.
+
+    Attributes:
+        vertices: int64
+        faces: int64, rows of the sequence's triangles.
+        frames: int64, counted from 0.
+    """
+
+    vertices: Indices = field(default_factory=_none)
+    faces: Indices = field(default_factory=_none)
+    frames: Indices = field(default_factory=_none)
+
+    @classmethod
+    def of(cls, *, vertices: Any = (), faces: Any = (), frames: Any = ()) -> "Where":
+        """The first places of each kind, as they come."""
+        return cls(*(np.asarray(p, np.int64)[:MOST_PLACES] for p in (vertices, faces, frames)))
+
+
+@dataclass(frozen=True, eq=False)
+class Finding:
+    """One thing that is odd.
+
+    Attributes:
+        code: what it is, for programs; these names stay.
+        severity: how much it matters.
+        count: how many there are, of what the message counts.
+        where: the first of them.
+        message: what was found, in a sentence.
+        advice: what it means for completion, and what to do.
+        worst: the worst value, in the unit that docs/diagnosis.md names for this code, or None.
+    """
+
+    code: str
+    severity: Severity
+    count: int
+    where: Where
+    message: str
+    advice: str
+    worst: float | None = None
+
+
+def counted(count: int, what: str) -> str:
+    """A number with its noun, as "1 vertex" and "2 vertices"."""
+    plural = "vertices" if what == "vertex" else f"{what}s"
+    return f"{count} {what if count == 1 else plural}"
+
+
+def listed(what: str, places: Sequence[int] | Indices) -> str:
+    """The first few places, as "vertices 3, 7 and 12 others"."""
+    shown = [str(int(place)) for place in places[:_MOST_SHOWN]]
+    return _joined(what, shown, len(places), len(places) - len(shown))
+
+
+def frames_listed(frames: Sequence[int] | Indices) -> str:
+    """The first few frames, neighbours as a stretch: "frames 3, 7 to 9 and 12 others"."""
+    numbers = np.asarray(frames)
+    stretches = np.split(numbers, np.flatnonzero(np.diff(numbers) > 1) + 1)
+    few = stretches[:_MOST_SHOWN]
+    shown: list[str] = []
+    for stretch in few:
+        first, last = int(stretch[0]), int(stretch[-1])
+        shown += [f"{first} to {last}"] if last - first > 1 else [str(f) for f in stretch]
+    return _joined("frame", shown, len(numbers), len(numbers) - sum(len(s) for s in few))
+
+
+def percent(share: float) -> str:
+    """A share for people; never 0 % or 100 % of what is not."""
+    if 0 < share < 0.0005:
+        return "less than 0.1 %"
+    if 0.9995 < share < 1:
+        return "more than 99.9 %"
+    return f"{100 * share:.3g} %"
+
+
+def _joined(what: str, shown: list[str], count: int, others: int) -> str:
+    noun = counted(count, what).partition(" ")[2]
+    if others > 0:
+        return f"{noun} {', '.join(shown)} and {counted(others, 'other')}"
+    last = shown[-1]
+    return f"{noun} {', '.join(shown[:-1])} and {last}" if len(shown) > 1 else f"{noun} {last}"

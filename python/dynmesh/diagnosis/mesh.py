@@ -1,0 +1,71 @@
+"""The mesh of a sequence, as its diagnosis needs it."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._core import Completer, TopologyReport, cells
+from ..evaluation import bounding_box_diagonal
+from ..sequence import Mask, Positions
+from .connection import connected
+from .finding import Indices
+
+Faces = NDArray[np.integer[Any]]
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """A mesh with what its diagnosis needs.
+
+    Attributes:
+        faces: (m, 3) integers.
+        first: (k, 3) frame 0; zeros where a vertex was not observed.
+        observed: (k,) bool, in frame 0.
+        component: (k,) int64, numbered from 0.
+        ends: (e, 2) int64, the vertices of each edge.
+        lengths: (e,) of the edges in frame 0, NaN where an end was not observed.
+        mean_edge: of frame 0, 1 where there is none.
+        diagonal: of frame 0's bounding box.
+        topology: what the core says; None where there are no faces.
+    """
+
+    faces: Faces
+    first: Positions
+    observed: Mask
+    component: Indices
+    ends: Indices
+    lengths: NDArray[np.float64]
+    mean_edge: float
+    diagonal: float
+    topology: TopologyReport | None
+
+    @classmethod
+    def of(cls, faces: Faces, points: Positions, observed: Mask) -> "Mesh":
+        """Of the points of frame 0, which mean nothing where they were not observed."""
+        first = np.where(observed[:, None], points, 0).astype(points.dtype)
+        offsets, neighbours = cells(faces, len(first))
+        own = np.repeat(np.arange(len(first)), np.diff(offsets))
+        ends = np.stack([own, neighbours], axis=1)[own < neighbours].astype(np.int64)
+        lengths = np.linalg.norm(np.diff(first[ends].astype(np.float64), axis=1)[:, 0], axis=1)
+        lengths[~observed[ends].all(axis=1)] = np.nan
+        mean_edge = float(np.nanmean(lengths)) if np.isfinite(lengths).any() else 0.0
+        roots = connected(len(first), ends[:, 0], ends[:, 1])
+        return cls(
+            faces,
+            first,
+            observed,
+            np.unique(roots, return_inverse=True)[1].reshape(-1),
+            ends,
+            lengths,
+            mean_edge or 1.0,
+            bounding_box_diagonal(first[observed]) if observed.any() else 0.0,
+            Completer(faces, first).topology if len(faces) else None,
+        )
+
+
+def has_repeated_corner(faces: Faces) -> Mask:
+    """(m,) bool: which faces have a vertex twice."""
+    a, b, c = faces.T
+    return np.asarray((a == b) | (b == c) | (c == a))

@@ -1,0 +1,181 @@
+"""What is odd about the motion: frames that leap or repeat, vertices that are astray."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..sequence import Mask, Positions
+from .finding import Finding, Where, counted, frames_listed, listed, percent
+from .mesh import Mesh
+
+_RECENT = 3  # frames: of what was last seen before, motion is not told
+_FEWEST = 3  # vertices that tell the motion of a frame
+_ENOUGH = 30  # vertices seen in the frame before as well to go by them alone
+
+_AROUND = 4  # frames on each side, without the next ones, that a frame's motion is compared to
+_MANY_TIMES = 6
+_LEAST_LEAP = 0.02  # of the diagonal
+
+_FAR = 4  # mean edges
+_SCRAMBLED = 0.4  # of the edges
+
+
+class Motion:
+    """Watches how the vertices move, frame by frame.
+
+    Attributes:
+        medians: of each frame so far, the median distance that a vertex moved per frame, in
+            diagonals of frame 0; NaN where too few were seen lately.
+    """
+
+    def __init__(self, mesh: Mesh) -> None:
+        """Begins with frame 0."""
+        self.medians: list[float] = [np.nan]
+        self._mesh = mesh
+        k = len(mesh.first)
+        self._last = mesh.first.copy()
+        self._last_seen = np.where(mesh.observed, 0, -_RECENT - 1)
+        self._repeated: list[int] = []
+        self._astray = np.zeros(k, np.bool_)
+        self._astray_frames: list[int] = []
+        self._n_astray = 0
+        self._farthest = 0.0
+        self._scrambled: list[int] = []
+        self._worst_share = 0.0
+        self._limits = (mesh.lengths + _FAR * mesh.mean_edge) ** 2  # NaN: compared to nothing
+
+    def watch(self, number: int, points: Positions, observed: Mask) -> None:
+        """Takes the next frame."""
+        gap = number - self._last_seen
+        moved = np.flatnonzero(observed & (gap == 1))
+        if len(moved) < _ENOUGH:
+            moved = np.flatnonzero(observed & (gap <= _RECENT))
+        distance = np.linalg.norm(points[moved].astype(np.float64) - self._last[moved], axis=1)
+        unit = self._mesh.diagonal or 1.0
+        told = len(moved) >= min(_FEWEST, len(points))
+        self.medians.append(float(np.median(distance / gap[moved]) / unit) if told else np.nan)
+        from_last = gap[moved] == 1
+        n_from_last = int(np.count_nonzero(from_last))
+        # Few may well be still by themselves, as those of a foot on the ground.
+        if n_from_last >= min(_ENOUGH, len(points)) and not distance[from_last].any():
+            self._repeated.append(number)
+        self._find_astray(number, points, observed)
+        self._last[observed] = points[observed]
+        self._last_seen[observed] = number
+
+    def findings(self) -> Iterator[Finding]:
+        """Yields what is odd, when all frames have gone by."""
+        if self._scrambled:
+            yield Finding(
+                "scrambled_frames",
+                "warning",
+                len(self._scrambled),
+                Where.of(frames=self._scrambled),
+                f"{counted(len(self._scrambled), 'frame')} torn to shreds, with up to "
+                f"{percent(self._worst_share)} of the edges more than {_FAR} mean edges too long: "
+                f"{frames_listed(self._scrambled)}.",
+                "The vertices do not correspond to those of frame 0, or are of another unit. "
+                "dynmesh completes tracked meshes: number the vertices alike in all frames.",
+                self._worst_share,
+            )
+        yield from self._leaps()
+        if self._n_astray:
+            places = np.flatnonzero(self._astray)
+            yield Finding(
+                "outliers",
+                "warning",
+                self._n_astray,
+                Where.of(vertices=places, frames=self._astray_frames),
+                f"{counted(self._n_astray, 'position')} astray, more than {_FAR} mean edges from "
+                f"all neighbours, at worst {self._farthest:.3g}, in "
+                f"{frames_listed(self._astray_frames)}: {listed('vertex', places)}.",
+                "Anchors are taken as they are, and pull what is filled in around them. In Python, "
+                'Completer(..., method="detail", reject_outliers=True) leaves them out; else call '
+                "them missing in the mask.",
+                self._farthest,
+            )
+        yield from self._repeats()
+
+    def _find_astray(self, number: int, points: Positions, observed: Mask) -> None:
+        ends = self._mesh.ends
+        steps = points[ends[:, 0]] - points[ends[:, 1]]
+        # What is not observed may be anything; it is sorted out among the few that are far.
+        with np.errstate(invalid="ignore", over="ignore"):
+            far = np.flatnonzero(np.einsum("ij,ij->i", steps, steps) > self._limits)
+        far = far[observed[ends[far]].all(axis=1)]
+        if not len(far):
+            return
+        k = len(points)
+        n_far = np.bincount(ends[far].reshape(-1), minlength=k)
+        both = observed[ends].all(axis=1)
+        n_known = np.bincount(ends[both].reshape(-1), minlength=k)
+        astray = (n_far == n_known) & (n_known >= 2)
+        share = len(far) / int(both.sum())
+        if share > _SCRAMBLED:
+            self._scrambled.append(number)
+            self._worst_share = max(self._worst_share, share)
+        elif astray.any():
+            self._n_astray += int(np.count_nonzero(astray))
+            self._astray |= astray
+            self._astray_frames.append(number)
+            pairs = far[astray[ends[far]].any(axis=1)]
+            a, b = points[ends[pairs]].astype(np.float64).transpose(1, 0, 2)
+            length = np.linalg.norm(a - b, axis=1) / self._mesh.mean_edge
+            nearest = np.full(k, np.inf)
+            for end in ends[pairs].T:
+                np.minimum.at(nearest, end, length)
+            self._farthest = max(self._farthest, float(nearest[astray].max()))
+
+    def _leaps(self) -> Iterator[Finding]:
+        medians = np.array(self.medians)
+        frames = np.array([t for t in range(1, len(medians)) if _leaps_at(medians, t)], np.int64)
+        scrambled = np.array(self._scrambled, np.int64)
+        frames = np.setdiff1d(frames, np.concatenate([scrambled, scrambled + 1]))
+        if not len(frames):
+            return
+        worst = float(medians[frames].max())
+        typical = float(np.nanmedian(medians))
+        yield Finding(
+            "leaps",
+            "warning",
+            len(frames),
+            Where.of(frames=frames),
+            f"{counted(len(frames), 'frame')} leaping far beyond those around, at worst by "
+            f"{worst:.3g} diagonals where {typical:.2g} is usual: {frames_listed(frames)}.",
+            "A cut, frames left out, or a frame in another place (two leaps, there and back). "
+            "What is unknown is carried along badly: begin a new sequence at a cut, and leave "
+            "single bad frames out.",
+            worst,
+        )
+
+    def _repeats(self) -> Iterator[Finding]:
+        if not self._repeated:
+            return
+        n = len(self._repeated)
+        if n == len(self.medians) - 1:
+            message = f"Nothing moves: all {n + 1} frames are the same where they were seen twice."
+        else:
+            which = frames_listed(self._repeated)
+            message = f"{counted(n, 'frame')} the same as the one before: {which}."
+        yield Finding(
+            "repeated_frames",
+            "note",
+            n,
+            Where.of(frames=self._repeated),
+            message,
+            "A still subject, or a capture that hung and wrote a frame again. Completion does not "
+            "mind; leave repeated frames out if they are followed by a leap.",
+        )
+
+
+def _leaps_at(medians: NDArray[np.float64], t: int) -> bool:
+    """Whether a frame moves far more than those before and after it, its next ones left out."""
+    if not medians[t] > _LEAST_LEAP:
+        return False
+    before, after = (
+        medians[max(1, t - 1 - _AROUND) : max(1, t - 1)],
+        medians[t + 2 : t + 2 + _AROUND],
+    )
+    usual = [float(np.nanmedian(side)) for side in (before, after) if np.isfinite(side).any()]
+    return bool(usual) and medians[t] > _MANY_TIMES * max(usual)

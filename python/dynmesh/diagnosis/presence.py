@@ -1,0 +1,245 @@
+"""What is odd about what was observed: what is missing where, and values that are none."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..files import Frame
+from ..sequence import Mask, Positions
+from .finding import MOST_PLACES, Finding, Severity, Where, counted, frames_listed, listed, percent
+from .mesh import Mesh
+
+_FEW = 0.1
+_HARDLY_ANY = 0.02
+_LONG = 10  # frames
+_LARGEST = 1e18  # beyond it the square of a float32 is infinite
+
+
+def is_position(points: Positions) -> Mask:
+    """(k,) bool: where a position can be worked with."""
+    with np.errstate(invalid="ignore"):
+        return np.asarray((np.abs(points) < _LARGEST).all(axis=1))
+
+
+def observed_in(frame: Frame) -> Mask:
+    """(k,) bool: where a frame says something that can be worked with."""
+    there = is_position(frame.points)
+    return there if frame.known is None else there & frame.known
+
+
+class Presence:
+    """Watches what is there, frame by frame.
+
+    Attributes:
+        shares: of each frame so far, the share of the vertices that was observed.
+    """
+
+    def __init__(self, mesh: Mesh, first: Frame) -> None:
+        """Begins with frame 0."""
+        self.shares: list[float] = []
+        self._mesh = mesh
+        self._n_vertices = len(mesh.first)
+        self._missing = np.flatnonzero(~mesh.observed)
+        self._first_whole: int | None = None
+        self._seen = np.zeros(self._n_vertices, np.bool_)
+        self._unusable = _Places(self._n_vertices)
+        self._zeros = _Places(self._n_vertices)
+        self._is_zero_at_first = ~mesh.first.any(axis=1) & mesh.observed
+        n_components = int(mesh.component.max()) + 1
+        self._sizes = np.bincount(mesh.component)
+        self._unseen_for = np.zeros(n_components, np.int64)
+        self._longest = np.zeros(n_components, np.int64)
+        self._longest_end = np.zeros(n_components, np.int64)
+        self._count(0, first, mesh.observed)
+
+    def watch(self, number: int, frame: Frame, observed: Mask) -> Mask:
+        """Takes the next frame; returns where its positions are to be believed."""
+        self._count(number, frame, observed)
+        self._seen |= observed
+        if self._first_whole is None and observed.all():
+            self._first_whole = number
+        zero = observed & ~frame.points.any(axis=1) & ~self._is_zero_at_first
+        self._zeros.add(number, zero)
+        known = np.bincount(self._mesh.component[observed], minlength=len(self._sizes))
+        self._unseen_for = np.where(known == 0, self._unseen_for + 1, 0)
+        longer = self._unseen_for > self._longest
+        self._longest[longer] = self._unseen_for[longer]
+        self._longest_end[longer] = number
+        return observed & ~zero
+
+    def findings(self) -> Iterator[Finding]:
+        """Yields what is odd, when all frames have gone by."""
+        yield from self._frame_0()
+        yield from self._not_finite()
+        yield from self._zero_rows()
+        shares = np.array(self.shares[1:])
+        yield from self._shares(shares)
+        if len(shares) and shares.any():
+            yield from self._never_seen()
+            yield from self._long_unseen()
+
+    def _count(self, number: int, frame: Frame, observed: Mask) -> None:
+        self.shares.append(float(observed.mean()))
+        # Without masks what is not finite is missing, but what is too large is not.
+        said = np.isfinite(frame.points).all(axis=1) if frame.known is None else frame.known
+        self._unusable.add(number, said & ~observed)
+
+    def _frame_0(self) -> Iterator[Finding]:
+        missing = self._missing
+        if not len(missing):
+            return
+        whole = "No frame is whole: fill frame 0 from a template or a still scan."
+        if self._first_whole is not None:
+            whole = (
+                f"Frame {self._first_whole} is the first whole one: begin there, or fill frame 0 "
+                "from a template or a still scan."
+            )
+        yield Finding(
+            "first_frame_incomplete",
+            "error",
+            len(missing),
+            Where.of(vertices=missing, frames=[0]),
+            f"Frame 0 lacks {len(missing)} of {counted(self._n_vertices, 'vertex')}: "
+            f"{listed('vertex', missing)}.",
+            f"It cannot be completed: frame 0 is where everything moves from. {whole}",
+        )
+
+    def _not_finite(self) -> Iterator[Finding]:
+        bad = self._unusable
+        if bad.count:
+            yield Finding(
+                "known_not_finite",
+                "error",
+                bad.count,
+                bad.where,
+                f"{counted(bad.count, 'position')} called known but not finite, or beyond 1e18, in "
+                f"{frames_listed(bad.frames)}: {listed('vertex', bad.vertices)}.",
+                "It cannot be completed: such a frame is refused. Call them missing in the mask, "
+                "or write them as NaN in a file without masks.",
+            )
+
+    def _zero_rows(self) -> Iterator[Finding]:
+        zeros = self._zeros
+        if not zeros.count:
+            return
+        share = zeros.count / (self._n_vertices * (len(self.shares) - 1))
+        yield Finding(
+            "zeros",
+            "warning",
+            zeros.count,
+            zeros.where,
+            f"{counted(zeros.count, 'position')} after frame 0 of exactly (0, 0, 0), "
+            f"{percent(share)} of all, in {frames_listed(zeros.frames)}: "
+            f"{listed('vertex', zeros.vertices)}.",
+            "Probably nothing was observed there, and the sensor wrote zeros; taken for positions "
+            "they tear the mesh to the origin. Say --missing zero.",
+            share,
+        )
+
+    def _shares(self, shares: NDArray[np.float64]) -> Iterator[Finding]:
+        shares = np.where(shares > 0, np.maximum(np.round(shares, 3), 1e-3), 0)  # 10 % is 10.0 %
+        none = np.flatnonzero(shares == 0) + 1
+        hardly = np.flatnonzero((shares > 0) & (shares < _HARDLY_ANY)) + 1
+        few = np.flatnonzero((shares >= _HARDLY_ANY) & (shares < _FEW)) + 1
+        if len(none):
+            longest = max(len(s) for s in np.split(none, np.flatnonzero(np.diff(none) > 1) + 1))
+            yield Finding(
+                "frames_without_anchors",
+                "warning",
+                len(none),
+                Where.of(frames=none),
+                f"{counted(len(none), 'frame')} of which nothing is known, at most {longest} in a "
+                f"row: {frames_listed(none)}.",
+                "The mesh stands still there and leaps after it. Where all is lost nothing can be "
+                "completed from the past; interpolate afterwards, if that is allowed to look "
+                "ahead.",
+                longest,
+            )
+        ways: tuple[tuple[str, Severity, NDArray[np.int64], str, str], ...] = (
+            ("hardly_any_anchors", "warning", hardly, "2 %", "errors grow from frame to frame; use "
+             "--method detail, or --extra-iterations 10"),
+            ("few_anchors", "note", few, "10 %", "--method detail is several times truer there"),
+        )  # fmt: skip
+        for code, severity, frames, limit, what in ways:
+            if len(frames):
+                least = shares[frames - 1].min()
+                yield Finding(
+                    code,
+                    severity,
+                    len(frames),
+                    Where.of(frames=frames),
+                    f"{counted(len(frames), 'frame')} of which less than {limit} is known, at "
+                    f"worst {percent(float(least))}: {frames_listed(frames)}.",
+                    f"With so few anchors {what}.",
+                    float(least),
+                )
+
+    def _never_seen(self) -> Iterator[Finding]:
+        never = np.flatnonzero(~self._seen)
+        if not len(never):
+            return
+        ends = self._mesh.ends
+        beside_seen = np.zeros(self._n_vertices, np.bool_)
+        beside_seen[ends[self._seen[ends].any(axis=1)]] = True
+        patches = not beside_seen[never].all()
+        yield Finding(
+            "never_seen",
+            "warning" if patches else "note",
+            len(never),
+            Where.of(vertices=never),
+            f"{counted(len(never), 'vertex')}, {percent(len(never) / self._n_vertices)} of all, "
+            f"never seen after frame 0, {'in patches' if patches else 'all beside seen ones'}: "
+            f"{listed('vertex', never)}.",
+            "All that is known of them is where they began. Single ones do little harm; in patches "
+            "errors add up, and --method detail keeps their shape.",
+        )
+
+    def _long_unseen(self) -> Iterator[Finding]:
+        if len(self._sizes) == 1:
+            return  # then the frame has no anchors, which is said already
+        long = np.flatnonzero((self._longest >= _LONG) & (self._sizes > 1))
+        if not len(long):
+            return
+        worst = long[self._longest[long].argmax()]
+        end = int(self._longest_end[worst])
+        length = int(self._longest[worst])
+        vertices = np.flatnonzero(np.isin(self._mesh.component, long))
+        parts = f"{counted(len(long), 'part')} of {len(self._sizes)}"
+        member = int(np.flatnonzero(self._mesh.component == worst)[0])
+        yield Finding(
+            "component_unseen",
+            "warning",
+            len(long),
+            Where.of(vertices=vertices, frames=np.arange(end - length + 1, end + 1)),
+            f"{parts} of the mesh unseen for {_LONG} frames or more; longest the part of "
+            f"{counted(int(self._sizes[worst]), 'vertex')} around vertex {member}, "
+            f"{length} frames, {end - length + 1} to {end}.",
+            "It follows the parts nearest to it as a rigid body meanwhile (--unseen follow), and "
+            "leaps when it is seen again. Weld it to its neighbours if they belong together.",
+            length,
+        )
+
+
+class _Places:
+    """Counts vertices in frames, and keeps the first places."""
+
+    def __init__(self, n_vertices: int) -> None:
+        self.count = 0
+        self.frames: list[int] = []
+        self._met = np.zeros(n_vertices, np.bool_)
+
+    def add(self, number: int, mask: Mask) -> None:
+        n = int(np.count_nonzero(mask))
+        if n:
+            self.count += n
+            self.frames.append(number)
+            self._met |= mask
+
+    @property
+    def vertices(self) -> NDArray[np.int64]:
+        return np.flatnonzero(self._met)
+
+    @property
+    def where(self) -> Where:
+        return Where.of(vertices=self.vertices[:MOST_PLACES], frames=self.frames)

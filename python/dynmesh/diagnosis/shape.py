@@ -1,0 +1,110 @@
+"""What is odd about the parts of a mesh and the shape of its triangles."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from .finding import Finding, Where, counted, listed
+from .mesh import Mesh, has_repeated_corner
+
+_FLAT = 1e-4  # height over longest edge: float32 positions hardly tell it from 0
+_THIN = 0.01
+_SMALL_PART = 0.01  # of the vertices
+
+
+def examine(mesh: Mesh) -> Iterator[Finding]:
+    """Yields what is odd about the parts and the triangles."""
+    if mesh.topology is None:
+        yield _no_faces(mesh)
+        return
+    yield from _isolated(mesh)
+    yield from _thin(mesh)
+    yield from _components(mesh)
+
+
+def _no_faces(mesh: Mesh) -> Finding:
+    return Finding(
+        "no_faces",
+        "error",
+        1,
+        Where(),
+        f"There are no faces, {counted(len(mesh.first), 'vertex')} only.",
+        "It cannot be completed: motion goes along the edges of faces. Give the mesh with --faces, "
+        "if the file holds positions alone.",
+    )
+
+
+def _isolated(mesh: Mesh) -> Iterator[Finding]:
+    alone = np.ones(len(mesh.first), np.bool_)
+    alone[mesh.ends] = False
+    places = np.flatnonzero(alone)
+    if not len(places):
+        return
+    yield Finding(
+        "isolated_vertices",
+        "warning",
+        len(places),
+        Where.of(vertices=places),
+        f"{counted(len(places), 'vertex')} without an edge: {listed('vertex', places)}.",
+        "Nothing is next to them: where they are missing they follow the nearest part of the "
+        "surface. Leave them out when the mesh is exported, unless they are markers.",
+    )
+
+
+def _thin(mesh: Mesh) -> Iterator[Finding]:
+    observed = mesh.observed[mesh.faces].all(axis=1)
+    whole = np.flatnonzero(observed & ~has_repeated_corner(mesh.faces))
+    corners = mesh.first[mesh.faces[whole]].astype(np.float64)
+    sides = corners[:, [1, 2, 0]] - corners
+    longest = (sides**2).sum(axis=2).max(axis=1, initial=0)
+    doubled = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+    height = np.divide(doubled, longest, out=np.zeros_like(doubled), where=longest > 0)
+    flat, thin = whole[height <= _FLAT], whole[(height > _FLAT) & (height < _THIN)]
+    advice = (
+        "A very short edge ties its ends so strongly that other neighbours hardly count, and noise "
+        "turns such triangles over. "
+    )
+    if len(flat):
+        yield Finding(
+            "flat_faces",
+            "warning",
+            len(flat),
+            Where.of(faces=flat),
+            f"{counted(len(flat), 'triangle')} of no area, or nearly none, in frame 0: "
+            f"{listed('face', flat)}.",
+            advice + "Collapse their short edges, or remesh.",
+            float(height.min()),
+        )
+    if len(thin):
+        worst = float(height[height > _FLAT].min())
+        yield Finding(
+            "needle_faces",
+            "note",
+            len(thin),
+            Where.of(faces=thin),
+            f"{counted(len(thin), 'needle')}, triangles less than a hundredth as high as long, at "
+            f"worst {worst:.2g}: {listed('face', thin)}.",
+            advice + "A few do no harm.",
+            worst,
+        )
+
+
+def _components(mesh: Mesh) -> Iterator[Finding]:
+    sizes = np.bincount(mesh.component)
+    parts = np.sort(sizes[sizes > 1])[::-1]
+    if len(parts) < 2:
+        return
+    small = (sizes < _SMALL_PART * len(mesh.first)) & (sizes > 1)
+    places = np.flatnonzero(small[mesh.component])
+    shown = ", ".join(map(str, parts[:4])) + (f", ... {parts[-1]}" if len(parts) > 4 else "")
+    tail = f"; of less than 1 %: {small.sum()}" if small.any() else ""
+    yield Finding(
+        "several_components",
+        "note",
+        len(parts),
+        Where.of(vertices=places),
+        f"{len(parts)} separate parts, of {shown} vertices{tail}.",
+        "A part of which a frame shows nothing follows the motion of the parts nearest to it "
+        "(--unseen follow). If parts should hang together, weld them.",
+        float(parts[-1]),
+    )

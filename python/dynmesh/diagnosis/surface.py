@@ -1,0 +1,238 @@
+"""What is odd about how the faces hang together."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..sequence import Mask
+from .connection import connected
+from .finding import Finding, Indices, Where, counted, listed
+from .mesh import Faces, Mesh, has_repeated_corner
+
+_SMALL_HOLE = 20  # edges
+
+
+def examine(mesh: Mesh) -> Iterator[Finding]:
+    """Yields what is odd about the surface."""
+    edges = FaceEdges.of(mesh.faces)
+    yield from _coincident(mesh, edges)
+    yield from _repeated_corners(mesh)
+    yield from _duplicates(mesh)
+    yield from _non_manifold(mesh, edges)
+    yield from _flipped(mesh, edges)
+    yield from _small_holes(mesh, edges)
+
+
+@dataclass(frozen=True, eq=False)
+class FaceEdges:
+    """The sides of all faces but degenerate and duplicate ones, those of one edge together.
+
+    Attributes:
+        face: (s,) of each side.
+        ends: (s, 2) ascending.
+        forward: (s,) bool: its face goes from the first end to the second.
+        starts: (e,) where the sides of each edge begin.
+        counts: (e,) how many sides each has.
+    """
+
+    face: Indices
+    ends: Indices
+    forward: Mask
+    starts: Indices
+    counts: Indices
+
+    @classmethod
+    def of(cls, faces: Faces) -> "FaceEdges":
+        """Sorts the sides."""
+        kept = np.flatnonzero(~has_repeated_corner(faces) & ~_is_duplicate(faces))
+        corners = faces[kept].astype(np.int64)
+        begin, end = corners.reshape(-1), corners[:, [1, 2, 0]].reshape(-1)
+        ends = np.stack([np.minimum(begin, end), np.maximum(begin, end)], axis=1)
+        order = np.lexsort(ends.T[::-1])
+        ends = ends[order]
+        new = np.ones(len(ends), np.bool_)
+        new[1:] = (ends[1:] != ends[:-1]).any(axis=1)
+        starts = np.flatnonzero(new)
+        counts = np.diff(np.append(starts, len(ends)))
+        return cls(np.repeat(kept, 3)[order], ends, (begin < end)[order], starts, counts)
+
+    def sides_of(self, edges: Mask) -> Mask:
+        """Which sides are of these edges."""
+        return np.repeat(edges, self.counts)
+
+
+def _coincident(mesh: Mesh, edges: FaceEdges) -> Iterator[Finding]:
+    there = np.flatnonzero(mesh.observed)
+    points = mesh.first[there]
+    order = np.lexsort(points.T)
+    same = (points[order[1:]] == points[order[:-1]]).all(axis=1)
+    together = np.zeros(len(there), np.bool_)
+    together[1:] |= same
+    together[:-1] |= same
+    places = np.sort(there[order[together]])
+    if not len(places):
+        return
+    rim = np.unique(edges.ends[edges.sides_of(edges.counts == 1)])
+    torn = int(np.isin(places, rim).sum())
+    yield Finding(
+        "coincident_vertices",
+        "warning",
+        len(places),
+        Where.of(vertices=places),
+        f"{counted(len(places), 'vertex')} in exactly the place of another in frame 0, {torn} of "
+        f"them on a rim of the surface: {listed('vertex', places)}.",
+        "The surface is probably cut there, as exporters do along texture seams, and both sides "
+        "are completed each for itself and gape. Weld them before (merge by distance).",
+    )
+
+
+def _repeated_corners(mesh: Mesh) -> Iterator[Finding]:
+    places = np.flatnonzero(has_repeated_corner(mesh.faces))
+    if len(places):
+        yield Finding(
+            "degenerate_faces",
+            "warning",
+            len(places),
+            Where.of(faces=places),
+            f"{counted(len(places), 'triangle')} with a vertex twice: {listed('face', places)}.",
+            "They are no surface, and are left out; their edges still count. Delete them.",
+        )
+
+
+def _is_duplicate(faces: Faces) -> Mask:
+    corners = np.sort(faces, axis=1)
+    order = np.lexsort(corners.T)  # is stable: the first of equal faces stays first
+    duplicate = np.zeros(len(faces), np.bool_)
+    duplicate[order[1:]] = (corners[order[1:]] == corners[order[:-1]]).all(axis=1)
+    return duplicate & ~has_repeated_corner(faces)
+
+
+def _duplicates(mesh: Mesh) -> Iterator[Finding]:
+    places = np.flatnonzero(_is_duplicate(mesh.faces))
+    if len(places):
+        yield Finding(
+            "duplicate_faces",
+            "warning",
+            len(places),
+            Where.of(faces=places),
+            f"{counted(len(places), 'triangle')} of the same three vertices as an earlier one: "
+            f"{listed('face', places)}.",
+            "They do no harm to completion, but flicker in pictures. Delete them.",
+        )
+
+
+def _non_manifold(mesh: Mesh, edges: FaceEdges) -> Iterator[Finding]:
+    crowded = edges.counts > 2
+    advice = (
+        "Completion goes on across them, but pulls together what may only touch, and method detail "
+        "knows no single shape there. Separate the sheets, or delete the inner faces."
+    )
+    if crowded.any():
+        sides = edges.sides_of(crowded)
+        first = [f"{a}-{b}" for a, b in edges.ends[edges.starts[crowded]][:3].tolist()]
+        worst = int(edges.counts.max())
+        n_edges = int(crowded.sum())
+        more = ", ..." if n_edges > len(first) else ""
+        yield Finding(
+            "non_manifold_edges",
+            "warning",
+            n_edges,
+            Where.of(vertices=np.unique(edges.ends[sides]), faces=np.unique(edges.face[sides])),
+            f"{counted(n_edges, 'edge')} with more than two triangles, at most {worst}: "
+            f"{', '.join(first)}{more}.",
+            advice,
+            worst,
+        )
+    touching = _touching(mesh)
+    if touching:
+        yield Finding(
+            "non_manifold_vertices",
+            "warning",
+            len(touching),
+            Where.of(faces=touching),
+            f"{counted(len(touching), 'triangle')} at vertices where sheets touch in a point: "
+            f"{listed('face', touching)}.",
+            advice,
+        )
+
+
+def _touching(mesh: Mesh) -> list[int]:
+    """The faces that the core refused because sheets touch in one of their vertices."""
+    refused = [] if mesh.topology is None else mesh.topology.refused_faces
+    return [face for face, why in refused if why.startswith(("vertex ", "its vertices "))]
+
+
+def _flipped(mesh: Mesh, edges: FaceEdges) -> Iterator[Finding]:
+    pairs = edges.starts[edges.counts == 2]
+    one, other = edges.face[pairs], edges.face[pairs + 1]
+    agree = edges.forward[pairs] != edges.forward[pairs + 1]
+    if agree.all():
+        return
+    # Every face stands there twice, as it is and turned over; what can be seen together is tied.
+    m = len(mesh.faces)
+    across = np.where(agree, 0, m)
+    label = connected(
+        2 * m,
+        np.concatenate([one, one + m]),
+        np.concatenate([other + across, other + m - across]),
+    )
+    as_is, over = label[:m], label[m:]
+    surface = np.minimum(as_is, over)
+    kept, turned = as_is < over, over < as_is
+    n_kept, n_turned = (np.bincount(surface[side], minlength=m)[surface] for side in (kept, turned))
+    lesser = np.where(n_kept < n_turned, kept, turned)
+    places = np.flatnonzero(lesser)
+    n_edges = int((~agree).sum())
+    one_sided = np.flatnonzero(as_is == over)
+    if len(places):
+        yield Finding(
+            "flipped_faces",
+            "warning",
+            len(places),
+            Where.of(faces=places),
+            f"{counted(len(places), 'triangle')} turned over, against the larger part of their "
+            f"surface, along {counted(n_edges, 'edge')}: {listed('face', places)}.",
+            "Completion does not mind; normals, and all that is drawn or computed with them, do. "
+            "Make the orientation consistent (recalculate normals).",
+        )
+    if len(one_sided):
+        yield Finding(
+            "one_sided_surface",
+            "warning",
+            len(one_sided),
+            Where.of(faces=one_sided),
+            f"{counted(len(one_sided), 'triangle')} in a surface that has only one side, as a "
+            f"Moebius strip: {listed('face', one_sided)}.",
+            "Completion does not mind, but normals cannot be consistent. Look whether two edges "
+            "were glued the wrong way round.",
+        )
+
+
+def _small_holes(mesh: Mesh, edges: FaceEdges) -> Iterator[Finding]:
+    rim = edges.ends[edges.starts[edges.counts == 1]]
+    if not len(rim):
+        return
+    loop = connected(len(mesh.first), rim[:, 0], rim[:, 1])[rim[:, 0]]
+    loops, which, lengths = np.unique(loop, return_inverse=True, return_counts=True)
+    part = np.bincount(mesh.component)[mesh.component[loops]]
+    small = (lengths <= _SMALL_HOLE) & (part > 2 * lengths**2)  # a patch has a short rim as well
+    ends_meeting = np.bincount(rim.reshape(-1))
+    touched = np.isin(rim, mesh.faces[_touching(mesh)])  # a sheet that touches in a point
+    astray = (ends_meeting[rim] != 2).any(axis=1)  # the rim of a fin, which goes nowhere
+    small &= ~np.isin(loops, loop[astray | touched.any(axis=1)])
+    if not small.any():
+        return
+    places = np.unique(rim[small[which.reshape(-1)]])
+    worst = int(lengths[small].max())
+    yield Finding(
+        "small_holes",
+        "note",
+        int(small.sum()),
+        Where.of(vertices=places),
+        f"{counted(int(small.sum()), 'small hole')} in the surface, of at most {worst} edges: "
+        f"{listed('vertex', places)}.",
+        "No motion crosses a hole; a small one hardly matters. Faces are never added: fill it "
+        "before, if it should not be there.",
+        worst,
+    )

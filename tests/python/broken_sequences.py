@@ -1,0 +1,241 @@
+"""A broken sequence for each finding of a diagnosis, and sound ones."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from meshes import Array, Mesh, join, sheet
+
+from dynmesh import Sequence, synth
+
+N_FRAMES = 16
+
+
+def moving(mesh: Mesh, n_frames: int = N_FRAMES, dtype: Any = np.float64) -> Sequence:
+    """A mesh that drifts and swells, a little in every frame."""
+    times = np.arange(n_frames)[:, None, None]
+    waves = 0.1 * (np.sin(0.3 * times + mesh.vertices[:, :1]) - np.sin(mesh.vertices[:, :1]))
+    vertices = mesh.vertices * (1 + 0.002 * times) + np.array([0.05, 0.02, 0.01]) * times + waves
+    return Sequence(vertices.astype(dtype), mesh.faces)
+
+
+@lru_cache
+def walker() -> Sequence:
+    """The built-in figure."""
+    return synth.walker(40)
+
+
+def masked(sequence: Sequence) -> Array:
+    """All known, to be spoilt."""
+    return np.ones(sequence.vertices.shape[:2], np.bool_)
+
+
+def with_faces(*faces: list[int]) -> Sequence:
+    mesh = sheet(12)
+    return moving(mesh._replace(faces=np.concatenate([mesh.faces, np.array(faces)])))
+
+
+def with_points(*points: tuple[float, float, float], faces: list[list[int]]) -> Sequence:
+    """A sheet of 144 vertices, and more after them."""
+    mesh = sheet(12)
+    vertices = np.concatenate([mesh.vertices, np.array(points)])
+    added = np.array(faces, np.int64).reshape(-1, 3)
+    return moving(Mesh(np.concatenate([mesh.faces, added]), vertices))
+
+
+class Expected(NamedTuple):
+    """Of one finding."""
+
+    number: int
+    vertices: list[int] | None = None
+    faces: list[int] | None = None
+    frames: list[int] | None = None
+    also: tuple[str, ...] = ()
+    """Codes of what cannot but come along."""
+
+
+Broken = tuple[Sequence, Expected]
+
+
+def first_frame_incomplete() -> Broken:
+    sequence = moving(sheet(12))
+    sequence.vertices[0, [3, 7]] = np.nan
+    return sequence, Expected(2, [3, 7], frames=[0])
+
+
+def known_not_finite() -> Broken:
+    sequence = moving(sheet(12))
+    sequence.vertices[4, 5] = np.inf
+    sequence.vertices[6, 2] = np.nan
+    return replace(sequence, known=masked(sequence)), Expected(2, [2, 5], frames=[4, 6])
+
+
+def scrambled_frames() -> Broken:
+    sequence = moving(sheet(12))
+    sequence.vertices[5] = sequence.vertices[5, np.random.default_rng(0).permutation(144)]
+    return sequence, Expected(1, frames=[5])
+
+
+def zeros() -> Broken:
+    sequence = moving(sheet(12))
+    sequence.vertices[3:5, 10:14] = 0
+    return sequence, Expected(8, [10, 11, 12, 13], frames=[3, 4])
+
+
+def leaps() -> Broken:
+    sequence = moving(sheet(12))
+    sequence.vertices[6:] += 5  # a cut
+    sequence.vertices[12] -= 5  # a frame in another place
+    return sequence, Expected(3, frames=[6, 12, 13])
+
+
+def outliers() -> Broken:
+    sequence = moving(sheet(12))
+    sequence.vertices[4, 50] += [0, 0, 10]
+    return sequence, Expected(1, [50], frames=[4])
+
+
+def frames_without_anchors() -> Broken:
+    sequence = moving(sheet(12))
+    known = masked(sequence)
+    known[5:7] = False
+    return replace(sequence, known=known), Expected(2, frames=[5, 6])
+
+
+def hardly_any_anchors() -> Broken:
+    sequence = moving(sheet(12))
+    sequence.vertices[5, 2:] = np.nan
+    return sequence, Expected(1, frames=[5])
+
+
+def few_anchors() -> Broken:
+    sequence = moving(sheet(12))
+    sequence.vertices[5, 10:] = np.nan
+    return sequence, Expected(1, frames=[5])
+
+
+def never_seen() -> Broken:
+    sequence = moving(sheet(12))
+    sequence.vertices[1:, [8, 90]] = np.nan
+    return sequence, Expected(2, [8, 90])
+
+
+def never_seen_in_a_patch() -> Sequence:
+    sequence = moving(sheet(12))
+    sequence.vertices[1:, sheet(12).vertices[:, 0] < 2] = np.nan
+    return sequence
+
+
+def component_unseen() -> Broken:
+    sequence = moving(join(sheet(12), sheet(4, offset=20)))
+    sequence.vertices[2:13, 144:] = np.nan
+    expected = Expected(1, list(range(144, 160)), frames=list(range(2, 13)))
+    return sequence, expected._replace(also=("several_components",))
+
+
+def coincident_vertices() -> Broken:
+    flat = sheet(12)
+    flat.vertices[:, 2] = 0
+    mesh = join(flat, flat._replace(vertices=flat.vertices + np.array([11, 0, 0])))
+    seam = [i for i in range(288) if mesh.vertices[i, 0] == 11]
+    return moving(mesh), Expected(24, seam, also=("several_components",))
+
+
+def isolated_vertices() -> Broken:
+    return with_points((3, 3, 3), (4, 4, 4), faces=[]), Expected(2, [144, 145])
+
+
+def far_from_origin() -> Broken:
+    mesh = sheet(12)
+    return moving(mesh._replace(vertices=mesh.vertices + 1e5), dtype=np.float32), Expected(1)
+
+
+def non_manifold_edges() -> Broken:
+    sequence = with_points((5, 5, 2), faces=[[65, 66, 144]])  # a fin on an inner edge
+    around = [f for f, face in enumerate(sequence.faces.tolist()) if {65, 66} <= set(face)]
+    return sequence, Expected(1, [65, 66], faces=around)
+
+
+def non_manifold_vertices() -> Broken:
+    sequence = with_points((5, 5, 2), (6, 5, 2), faces=[[65, 144, 145]])
+    return sequence, Expected(1, faces=[242])
+
+
+def flat_faces() -> Broken:
+    sequence = with_points((20, 0, 0), (21, 0, 0), (22, 0, 0), faces=[[144, 145, 146]])
+    return sequence, Expected(1, faces=[242], also=("several_components",))
+
+
+def needle_faces() -> Broken:
+    sequence = with_points((20, 0, 0), (21, 0.005, 0), (22, 0, 0), faces=[[144, 145, 146]])
+    return sequence, Expected(1, faces=[242], also=("several_components",))
+
+
+def degenerate_faces() -> Broken:
+    return with_faces([5, 5, 6], [7, 7, 7]), Expected(2, faces=[242, 243])
+
+
+def duplicate_faces() -> Broken:
+    a, b, c = sheet(12).faces[0].tolist()
+    return with_faces([b, c, a], [b, a, c]), Expected(2, faces=[242, 243])
+
+
+def flipped_faces() -> Broken:
+    mesh = sheet(12)
+    turned = [0, 40, 41, 150]
+    mesh.faces[turned] = mesh.faces[turned, ::-1]
+    return moving(mesh), Expected(4, faces=turned)
+
+
+def one_sided_surface() -> Broken:
+    n = 60
+    angle = np.repeat(2 * np.pi * np.arange(n) / n, 2)
+    across = np.tile([-2.0, 2.0], n)
+    radius = 20 + across * np.cos(angle / 2)
+    strip = [radius * np.cos(angle), radius * np.sin(angle), across * np.sin(angle / 2)]
+    v = 2 * np.arange(n)
+    after = np.where(v + 2 == 2 * n, 1, v + 2), np.where(v + 2 == 2 * n, 0, v + 3)
+    faces = [np.stack([v, after[0], v + 1], 1), np.stack([v + 1, after[0], after[1]], 1)]
+    return moving(Mesh(np.concatenate(faces), np.stack(strip, 1))), Expected(120)
+
+
+def repeated_frames() -> Broken:
+    sequence = moving(sheet(12))
+    sequence.vertices[7:9] = sequence.vertices[6]
+    return sequence, Expected(2, frames=[7, 8])
+
+
+def several_components() -> Broken:
+    return moving(join(sheet(12), sheet(5, offset=20))), Expected(2)
+
+
+def small_holes() -> Broken:
+    mesh = sheet(12)
+    lost = 60  # an inner face
+    sequence = moving(mesh._replace(faces=np.delete(mesh.faces, lost, axis=0)))
+    return sequence, Expected(1, sorted(mesh.faces[lost].tolist()))
+
+
+def unlikely_unit() -> Broken:
+    return replace(walker(), metres_per_unit=0.01), Expected(1)
+
+
+def no_faces() -> Broken:
+    sequence = moving(sheet(12))
+    return replace(sequence, faces=np.empty((0, 3), np.int64)), Expected(1)
+
+
+BROKEN: dict[str, Callable[[], Broken]] = {
+    make.__name__: make
+    for make in (
+        first_frame_incomplete, known_not_finite, no_faces, scrambled_frames, zeros, leaps,
+        outliers, frames_without_anchors, hardly_any_anchors, few_anchors, never_seen,
+        component_unseen,
+        coincident_vertices, isolated_vertices, far_from_origin, non_manifold_edges,
+        non_manifold_vertices, flat_faces, needle_faces, degenerate_faces, duplicate_faces,
+        flipped_faces, one_sided_surface, repeated_frames, several_components, small_holes,
+        unlikely_unit,
+    )
+}  # fmt: skip

@@ -1,0 +1,268 @@
+"""What `dynmesh.diagnose` and `dynmesh info` find, and what they leave alone."""
+
+import io
+import json
+import re
+import tracemalloc
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from broken_sequences import BROKEN, N_FRAMES, moving, never_seen, never_seen_in_a_patch, walker
+from commands import dynmesh_command as run
+from conftest import REPOSITORY
+from hypothesis import given, settings
+from meshes import Mesh, meshes, sheet
+from rich.console import Console
+from typer.testing import CliRunner
+
+import dynmesh
+from dynmesh import Sequence, _terminal, cli, degrade, synth
+from dynmesh.diagnosis.finding import CODES, MOST_PLACES, SEVERITIES, frames_listed, listed
+from dynmesh.files import formats
+
+
+def info(*arguments: str | Path, code: int = 0) -> str:
+    """What the command prints, in this process."""
+    result = CliRunner().invoke(cli.app, ["info", *map(str, arguments)])
+    assert result.exit_code == code, result.output
+    return result.stdout
+
+
+def codes(diagnosis: dynmesh.Diagnosis) -> list[str]:
+    return [finding.code for finding in diagnosis.findings]
+
+
+@pytest.mark.parametrize("code", CODES)
+def test_what_is_broken_is_found_where_it_is(code: str) -> None:
+    sequence, expected = BROKEN[code]()
+    found = {finding.code: finding for finding in dynmesh.diagnose(sequence).findings}
+    assert set(found) == {code, *expected.also}
+    finding = found[code]
+    assert finding.count == expected.number
+    for name in ("vertices", "faces", "frames"):
+        places = getattr(expected, name)
+        if places is not None:
+            assert getattr(finding.where, name).tolist() == places
+
+
+@pytest.mark.parametrize(
+    "sequence",
+    [
+        moving(sheet(12)),
+        moving(sheet(12), 1),
+        moving(sheet(2), dtype=np.float32),
+        synth.ocean(20),
+    ],
+    ids=["sheet", "one frame", "square", "ocean"],
+)
+def test_nothing_is_odd_about_what_is_sound(sequence: Sequence) -> None:
+    diagnosis = dynmesh.diagnose(sequence)
+    assert codes(diagnosis) == []
+    assert diagnosis.severity is None
+
+
+def test_losing_vertices_alone_is_not_odd() -> None:
+    whole = walker()
+    assert codes(dynmesh.diagnose(whole)) == []
+    n_frames, k, _ = whole.vertices.shape
+    for share, expected in ((0.7, []), (0.3, []), (0.1, ["never_seen"])):
+        known = np.stack(list(degrade.random_known(n_frames, k, share)))
+        diagnosis = dynmesh.diagnose(replace(whole, known=known))
+        assert codes(diagnosis) == expected
+        assert diagnosis.severity in (None, "note")
+        holes = np.where(known[..., None], whole.vertices, np.float32(np.nan))
+        assert codes(dynmesh.diagnose(replace(whole, vertices=holes))) == expected
+
+
+def test_recordings_raise_no_false_alarm(data: Path) -> None:
+    small = {"horse_gallop": ["small_holes", "needle_faces"]}
+    people = {"crane": "metres", "horse_gallop": "metres"}
+    for path in sorted(data.glob("*.npz")):
+        diagnosis = dynmesh.diagnose(path)
+        assert codes(diagnosis) == small.get(path.stem, []), path
+        unit = diagnosis.likely_unit
+        assert (None if unit is None else unit.name) == people.get(path.stem), path
+
+
+def test_most_outliers_are_found_and_nothing_else() -> None:
+    truth = walker().vertices[:20]
+    frames = np.stack(list(degrade.add_outliers(truth, walker().faces, 0.01)))
+    astray = (frames != truth).any(axis=2)
+    (finding,) = dynmesh.diagnose(replace(walker(), vertices=frames)).findings
+    assert finding.code == "outliers"
+    assert 0.9 * astray.sum() < finding.count <= astray.sum()
+    assert not set(finding.where.vertices) - set(np.flatnonzero(astray.any(axis=0)))
+
+
+def test_patches_that_stay_hidden_matter_more() -> None:
+    assert dynmesh.diagnose(never_seen()[0]).severity == "note"
+    assert dynmesh.diagnose(never_seen_in_a_patch()).severity == "warning"
+
+
+@pytest.mark.parametrize("code", ["first_frame_incomplete", "known_not_finite"])
+def test_an_error_is_what_completion_refuses(code: str) -> None:
+    sequence, _ = BROKEN[code]()
+    assert dynmesh.diagnose(sequence).severity == "error"
+    known = None if sequence.known is None else iter(sequence.known)
+    with pytest.raises(ValueError, match="finite"):
+        list(dynmesh.complete(sequence.faces, iter(sequence.vertices), known))
+
+
+def test_frame_0_says_where_to_begin_instead() -> None:
+    sequence, _ = BROKEN["first_frame_incomplete"]()
+    sequence.vertices[1:3, 9] = np.nan
+    assert "Frame 3 is the first whole one" in dynmesh.diagnose(sequence).findings[0].advice
+    sequence.vertices[:, 9] = np.nan
+    assert "No frame is whole" in dynmesh.diagnose(sequence).findings[0].advice
+
+
+@pytest.mark.parametrize("scale", [1, 100, 1000])
+def test_units_of_people_are_guessed_and_no_others(scale: float) -> None:
+    person = replace(walker(), vertices=walker().vertices[:1])
+    unit = dynmesh.diagnose(replace(person, vertices=person.vertices * scale)).likely_unit
+    assert unit is not None
+    assert unit.metres * scale == 1
+    assert dynmesh.diagnose(replace(person, vertices=person.vertices * 7)).likely_unit is None
+    sheet_of_a_size = replace(person, faces=person.faces[:200])
+    assert dynmesh.diagnose(sheet_of_a_size).likely_unit is None
+
+
+def test_nothing_at_all_is_bearable() -> None:
+    nothing = np.full((3, 4, 3), np.nan)
+    no_faces = np.empty((0, 3), np.int64)
+    assert "first_frame_incomplete" in codes(dynmesh.diagnose(Sequence(nothing, no_faces)))
+    assert codes(dynmesh.diagnose(Sequence(nothing, np.array([[0, 1, 2]]))))[0] == CODES[0]
+    still = dynmesh.diagnose(Sequence(np.zeros((3, 4, 3)), np.array([[0, 1, 2], [1, 2, 3]])))
+    assert {"coincident_vertices", "flat_faces", "repeated_frames"} <= set(codes(still))
+    json.loads(still.as_json())
+    with pytest.raises(ValueError, match="no frame"):
+        dynmesh.diagnose(Sequence(np.empty((0, 4, 3)), no_faces))
+
+
+@settings(max_examples=150, deadline=None)
+@given(meshes())
+def test_any_mesh_is_told_as_the_core_tells_it(mesh: Mesh) -> None:
+    sequence = moving(mesh, 3)
+    diagnosis = dynmesh.diagnose(sequence)
+    topology = dynmesh.Completer(mesh.faces, mesh.vertices).topology
+    found = {finding.code: finding for finding in diagnosis.findings}
+
+    def places(code: str) -> list[int]:
+        return found[code].where.faces.tolist() if code in found else []
+
+    refused = topology.refused_faces
+    assert places("degenerate_faces") == [f for f, why in refused if why.startswith("degenerate")]
+    assert places("duplicate_faces") == [f for f, why in refused if why.startswith("duplicate")]
+    parts = topology.components - topology.isolated_vertices
+    assert ("several_components" in found) == (parts > 1)
+    if parts > 1:
+        assert found["several_components"].count == parts
+    isolated = found["isolated_vertices"].count if "isolated_vertices" in found else 0
+    assert isolated == topology.isolated_vertices
+    # Turned over, the flipped faces are flipped no more.
+    faces = mesh.faces.copy()
+    flipped = places("flipped_faces")
+    faces[flipped] = faces[flipped, ::-1]
+    assert "flipped_faces" not in codes(dynmesh.diagnose(replace(sequence, faces=faces)))
+    json.loads(diagnosis.as_json())
+
+
+def test_the_most_important_comes_first() -> None:
+    sequence, _ = BROKEN["needle_faces"]()
+    sequence.vertices[3, 10:14] = 0
+    sequence.vertices[0, 3] = np.nan
+    found = dynmesh.diagnose(sequence).findings
+    ranks = [(SEVERITIES.index(f.severity), CODES.index(f.code)) for f in found]
+    assert len(ranks) > 2
+    assert ranks == sorted(ranks)
+
+
+def test_json_holds_it_all_and_is_limited() -> None:
+    sequence, _ = BROKEN["outliers"]()
+    diagnosis = dynmesh.diagnose(sequence)
+    parsed = json.loads(diagnosis.as_json())
+    assert parsed == diagnosis.as_dict()
+    assert (parsed["schema"], parsed["version"]) == ("dynmesh-diagnosis", 1)
+    (finding,) = parsed["findings"]
+    assert finding["where"] == {"vertices": [50], "faces": [], "frames": [4]}
+    assert finding["worst"] == pytest.approx(10 / 1.1, rel=0.3)  # mean edges
+    assert parsed["sequence"]["frames"] == N_FRAMES
+    assert parsed["mesh"]["boundary_edges"] == 44
+    still = np.zeros((2, 3 * MOST_PLACES, 3)) + np.arange(3 * MOST_PLACES)[:, None]
+    alone = dynmesh.diagnose(Sequence(still, np.array([[0, 0, 0]])))
+    isolated = next(f for f in alone.findings if f.code == "isolated_vertices")
+    assert isolated.count == 3 * MOST_PLACES
+    assert len(isolated.where.vertices) == MOST_PLACES
+
+
+def test_places_are_listed_as_people_do() -> None:
+    assert listed("vertex", [4]) == "vertex 4"
+    assert listed("face", [4, 6]) == "faces 4 and 6"
+    assert listed("vertex", range(9)) == "vertices 0, 1, 2, 3, 4 and 4 others"
+    assert frames_listed([1, 2, 3, 7, 9, 10]) == "frames 1 to 3, 7, 9 and 10"
+
+
+@pytest.mark.parametrize("format", [name for name in formats if formats[name].writer])
+def test_a_file_is_told_as_the_sequence_is(format: str, tmp_path: Path) -> None:
+    sequence, _ = BROKEN["outliers"]()
+    suffix = formats[format].suffixes[0]
+    path = tmp_path / (f"a_%04d{suffix}" if format in ("ply", "obj") else f"a{suffix}")
+    try:
+        dynmesh.write(path, sequence)
+    except ImportError as error:
+        pytest.skip(str(error))
+    (finding,) = dynmesh.diagnose(path).findings
+    assert (finding.code, finding.where.frames.tolist()) == ("outliers", [4])
+    with dynmesh.open(path) as reader:
+        assert codes(dynmesh.diagnose(reader)) == ["outliers"]
+    assert "1 position astray" in info(path)
+
+
+def test_memory_does_not_grow_with_the_frames(tmp_path: Path) -> None:
+    ocean = synth.ocean(10)
+    peaks = []
+    for repetitions in (2, 20):  # 0.6 MB and 6 MB
+        dynmesh.write(
+            tmp_path / "a.npy",
+            replace(ocean, vertices=np.tile(ocean.vertices, (repetitions, 1, 1)), fps=None),
+        )
+        tracemalloc.start()
+        dynmesh.diagnose(tmp_path / "a.npy")
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert peaks[1] < peaks[0] + 300_000
+
+
+def test_the_command_says_it_in_every_way(tmp_path: Path) -> None:
+    sequence, _ = BROKEN["outliers"]()
+    path, sound = tmp_path / "a.npz", tmp_path / "sound.npz"
+    dynmesh.write(path, sequence)
+    dynmesh.write(sound, moving(sheet(12)))
+    shown = info(path)
+    assert "1 warning\n" in shown
+    assert re.search(r"^warning +1 position astray, more than 4 mean edges", shown, re.MULTILINE)
+    assert "Nothing odd was found." in info(sound, "--strict")
+    assert json.loads(info(path, "--json"))["severity"] == "warning"
+    assert json.loads(run("info", path, "--json", "--strict", code=1).stdout)["findings"]
+    holes = tmp_path / "holes.npz"  # no more than a note
+    dynmesh.write(holes, BROKEN["small_holes"]()[0])
+    assert "1 note\n" in info(holes, "--strict")
+    assert "no such file" in run("info", tmp_path / "b.npz", "--json", code=1).stderr.lower()
+
+
+def test_a_bar_waits_for_its_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    shown = io.StringIO()
+    monkeypatch.setattr(_terminal, "_console", Console(file=shown, force_terminal=True))
+    assert list(_terminal.track(range(3), 3, "reading", patience=60)) == [0, 1, 2]
+    assert "reading" not in shown.getvalue()
+    assert list(_terminal.track(range(3), 3, "reading")) == [0, 1, 2]
+    assert "reading" in shown.getvalue()
+
+
+def test_the_page_explains_every_finding() -> None:
+    page = (REPOSITORY / "docs" / "diagnosis.md").read_text()
+    explained = re.findall(r"^\| `(\w+)` \| (?:error|warning|note)", page, re.MULTILINE)
+    assert explained == sorted(explained, key=CODES.index)
+    assert set(explained) == set(CODES)

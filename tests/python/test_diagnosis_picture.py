@@ -1,0 +1,76 @@
+"""The picture of what is odd."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from broken_sequences import BROKEN, flipped_faces, leaps, moving
+from commands import dynmesh_command as run
+from meshes import Array, sheet
+from typer.testing import CliRunner
+
+import dynmesh
+from dynmesh import Sequence, cli
+
+
+class TestPicture:
+    """`draw`, and `dynmesh info --picture`."""
+
+    @pytest.fixture(autouse=True)
+    def _needs_pyvista(self) -> None:
+        pytest.importorskip("pyvista", reason="pictures need pyvista: pip install 'dynmesh[view]'")
+
+    @staticmethod
+    def pixels(sequence: Sequence, folder: Path) -> Array:
+        """(height, width, 3) of its picture."""
+        from PIL import Image
+
+        from dynmesh.diagnosis.picture import draw
+
+        draw(dynmesh.diagnose(sequence), folder / "a.png", heading="a", size=300)
+        with Image.open(folder / "a.png") as image:
+            assert image.format == "PNG"
+            return np.asarray(image.convert("RGB")).astype(int)
+
+    @staticmethod
+    def on_mesh(image: Array, colour: str) -> int:
+        """How many pixels left of the legend and above the strip have this hue, lit or not."""
+        height, width, _ = image.shape
+        sides = image[: height // 2, : int(0.68 * width)] / 255
+        wanted = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)]) / 255
+        saturated = np.ptp(sides, axis=2) > 0.2
+        cosine = (sides @ wanted) / (np.linalg.norm(sides, axis=2) + 1e-9) / np.linalg.norm(wanted)
+        return int((saturated & (cosine > 0.98)).sum())
+
+    @pytest.mark.parametrize("code", ["flipped_faces", "never_seen", "isolated_vertices"])
+    def test_what_is_odd_has_a_colour(self, code: str, tmp_path: Path) -> None:
+        from dynmesh.diagnosis.picture import COLOURS
+
+        sequence, _ = BROKEN[code]()
+        assert self.on_mesh(self.pixels(sequence, tmp_path), COLOURS[0]) > 15
+        assert self.on_mesh(self.pixels(moving(sheet(12)), tmp_path), COLOURS[0]) == 0
+
+    def test_every_finding_can_be_drawn(self, tmp_path: Path) -> None:
+        for code in ("first_frame_incomplete", "known_not_finite", "frames_without_anchors"):
+            assert np.ptp(self.pixels(BROKEN[code]()[0], tmp_path)) > 200
+        for points in (np.full((3, 4, 3), np.nan), np.zeros((3, 4, 3)), np.zeros((1, 4, 3))):
+            assert np.ptp(self.pixels(Sequence(points, np.array([[0, 1, 2]])), tmp_path)) > 200
+
+    def test_leaps_are_marked_along_the_frames(self, tmp_path: Path) -> None:
+        marked = self.pixels(leaps()[0], tmp_path)
+        sound = self.pixels(moving(sheet(12)), tmp_path)
+        strips = [image[-150:, : int(0.8 * image.shape[1])] for image in (marked, sound)]
+        red = [((s[..., 0] > 180) & (s[..., 1] < 90) & (s[..., 2] < 60)).sum() for s in strips]
+        assert red[0] > 40
+        assert red[1] == 0
+
+    def test_the_command_draws_it(self, tmp_path: Path) -> None:
+        path, png = tmp_path / "a.npz", tmp_path / "a.png"
+        dynmesh.write(path, flipped_faces()[0])
+        assert f"{png}: drawn" in run("info", path, "--picture", png).stderr
+        assert png.stat().st_size > 10_000
+        assert "--overwrite" in run("info", path, "--picture", png, code=1).stderr
+        with pytest.raises(ValueError, match=r"must end in \.png"):
+            CliRunner().invoke(
+                cli.app, ["info", str(path), "--picture", "a"], catch_exceptions=False
+            )
