@@ -216,29 +216,30 @@ Completes a dynamic mesh, one frame at a time.
 
 Each frame is completed from itself and the past alone. Calls that take a frame return the completed
 one, (k, 3) of the dtype of `first_frame`: known vertices exactly as given unless `noise` is set,
-everything else estimated. They release the GIL. Bad input raises ValueError, or TypeError where the kind is wrong,
-with what, where and the value; the completer is then as it was before the call.
+everything else estimated. They release the GIL. Bad input raises ValueError, or TypeError where the
+kind is wrong, with what, where and the value; the completer is then as it was before the call.
 
 Args:
     faces: (m, 3) integers, triangles. Faces that no half-edge mesh can hold are listed in
         `topology`; their edges count all the same.
     first_frame: (k, 3) float32 or float64, complete and finite. Positions of the other dtype that
         come later are converted.
-    method: "motion", the paper's averaged motion vectors (Arvanitis et al. 2017, section 3);
-        "detail", which keeps the shape of frame 0 and of the last frame, turned with the motion: a
-        fraction of the error, at twenty to forty times the cost.
-    revisit: of "motion". True: every iteration estimates all satellites reached so far. False: each
-        is estimated once, and errors feed on themselves from frame to frame.
-    extra_iterations: of "motion", after the one that reaches the last satellite, 0 to 1 000 000;
-        without `revisit` they change nothing.
-    unseen: for vertices that no chain of edges ties to a known one. "follow": their component
-        moves rigidly, as the nearest surface does; "hold": they stay.
-    noise: of "detail": the standard deviation of known positions, in their unit, positive. They
-        then move too, as far as the shape around them says. None: they are exact.
-    reject_outliers: of "detail": True: known vertices whose motion contradicts that of the known
-        ones around them are taken as unknown.
-    threads: that a frame may use, 1 to 256; results are the same to the last bit. Worth it from
-        some ten thousand vertices on.
+    method: "motion", the default: the paper's averaged motion vectors (Arvanitis et al. 2017,
+        section 3). "detail": keeps the shape of frame 0 and of the last frame, turned with the
+        motion: a fraction of the error, at twenty to forty times the cost; docs/method.md says how.
+    revisit: of "motion"; "detail" refuses False. True, the default: every iteration estimates all
+        satellites reached so far. False: each is estimated once, and errors feed on themselves.
+    extra_iterations: of "motion"; "detail" refuses all but 0, the default. Iterations after the one
+        that reaches the last satellite, 0 to 1 000 000; without `revisit` they change nothing.
+    unseen: for vertices that no chain of edges ties to a known one. "follow", the default: their
+        component moves rigidly, as the nearest surface does; "hold": they stay.
+    noise: of "detail"; "motion" refuses it. The standard deviation of known positions, in their
+        unit, positive: they then move too, as far as the shape around them says. None, the
+        default: they are exact.
+    reject_outliers: of "detail"; "motion" refuses True. True: known vertices whose motion
+        contradicts that of the known ones around them are taken as unknown. False is the default.
+    threads: that a frame may use, 1, the default, to 256; results are the same to the last bit.
+        Worth it from some ten thousand vertices on.
 
 One thread at a time: a call while another thread is inside raises RuntimeError.)doc";
 

@@ -10,6 +10,9 @@ namespace {
 /// Takes a thousandth off b, so that it stays 0 where the anchors say nothing.
 constexpr double caution = 1.001;
 
+/// The sum of |r1|^2 below which r1 is rounding errors, in |Q (m_first - m_prev)|^2.
+constexpr double rounding = 1e-18;
+
 /// How often residuals are averaged with the neighbours', which is how far a local blend looks.
 constexpr int averagings = 10;
 
@@ -20,6 +23,12 @@ constexpr double least_blend = -0.5;
 constexpr double largest_blend = 1.5;
 
 }  // namespace
+
+void drop_rounding_errors(std::span<BlendFit> fits, double change) {
+  double sum = 0;
+  for (const BlendFit& fit : fits) sum += fit.q;
+  if (sum <= rounding * change) std::ranges::fill(fits, BlendFit{});
+}
 
 double global_blend(std::span<const BlendFit> fits) {
   BlendFit sum;

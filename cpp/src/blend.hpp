@@ -20,6 +20,11 @@ struct BlendFit {
   }
 };
 
+/// Forgets all residuals if the r1 are rounding errors of zeros, next to the sum `change` of
+/// |Q (m_first - m_prev)|^2 that they are left of: a component with one anchor, say, takes on any
+/// shape, so that b would be one rounding error over another.
+void drop_rounding_errors(std::span<BlendFit> fits, double change);
+
 /// b that makes the sum of |r0 + b r1|^2 smallest, a little short of it; 0 where all r1 are 0.
 double global_blend(std::span<const BlendFit> fits);
 

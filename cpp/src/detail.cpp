@@ -216,14 +216,17 @@ void Detail<Real>::solve_for_blend() {
   }
   solve(2);
   apply_operator(step_, 2, k_step_);
+  double change = 0;
   for (std::size_t v = 0; v < x_.size(); ++v) {
     blend_fits_[v] = {};
     if (counts_[v] == 0) continue;
+    change += squared_norm(turned_[2 * v + 1]);
     blend_fits_[v].add(kx_[v] + k_step_[2 * v] - turned_[2 * v],
                        k_step_[2 * v + 1] - turned_[2 * v + 1]);
     if (!noise_) continue;
     blend_fits_[v].add(x_[v] + step_[2 * v] - observed_[v], step_[2 * v + 1], anchor_weights_[v]);
   }
+  drop_rounding_errors(blend_fits_, change);
   const double b = report_.blend = global_blend(blend_fits_);
   for (std::size_t v = 0; v < x_.size(); ++v) {
     x_[v] = x_[v] + step_[2 * v] + b * step_[2 * v + 1];

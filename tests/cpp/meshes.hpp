@@ -48,6 +48,37 @@ Mesh<Real> sheet(int n, double offset = 0) {
   return mesh;
 }
 
+/// n by n vertices around a torus: closed.
+inline Mesh<double> torus(int n) {
+  Mesh<double> mesh;
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) {
+      const double u = 2 * 3.14159265358979 * i / n;
+      const double v = 2 * 3.14159265358979 * j / n;
+      const double r = 3 + std::cos(v);
+      mesh.vertices.insert(mesh.vertices.end(), {r * std::cos(u), r * std::sin(u), std::sin(v)});
+      const Index a = i * n + j;
+      const Index b = i * n + (j + 1) % n;
+      const Index c = (i + 1) % n * n + j;
+      const Index d = (i + 1) % n * n + (j + 1) % n;
+      mesh.indices.insert(mesh.indices.end(), {a, c, b, b, c, d});
+    }
+  }
+  return mesh;
+}
+
+/// Each triangle by itself.
+template <class Real>
+Mesh<Real> taken_apart(const Mesh<Real>& mesh) {
+  Mesh<Real> apart;
+  for (const Index v : mesh.indices) {
+    const auto first = mesh.vertices.begin() + 3 * v;
+    apart.vertices.insert(apart.vertices.end(), first, first + 3);
+    apart.indices.push_back(static_cast<Index>(apart.indices.size()));
+  }
+  return apart;
+}
+
 /// Both meshes as one, unconnected.
 template <class Real>
 Mesh<Real> join(const Mesh<Real>& a, const Mesh<Real>& b) {

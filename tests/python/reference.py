@@ -298,7 +298,8 @@ class Detail:
             r0 = np.hstack([(self.operator @ x0 - turned) * rows, soft * (x0 - anchors)])
             r1 = np.hstack([(self.operator @ x1 - change) * rows, soft * x1])
             square = (r1 * r1).sum()
-            self.blend = -(r1 * r0).sum() / (1.001 * square) if square > 0 else 0.0
+            rounding = 1e-18 * ((change * rows) ** 2).sum()  # of r1 = 0
+            self.blend = -(r1 * r0).sum() / (1.001 * square) if square > rounding else 0.0
             x = x0 + self.blend * x1
 
         i, j = self.edges

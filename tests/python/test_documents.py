@@ -4,6 +4,7 @@ import os
 import re
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -95,6 +96,8 @@ def test_pages_do_what_they_say(name: str, tmp_path: Path) -> None:
         assert answer in "".join(f"{line.rstrip()}\n" for line in printed[0].splitlines())
     page = Path(name).stem
     shown = set(re.findall(rf"\]\((figures/{page}/.*?)\)", document))
+    if find_spec("igl") is None:
+        shown.discard("figures/method/hidden_side.png")
     assert shown == {str(p.relative_to(tmp_path)) for p in tmp_path.glob(f"figures/{page}/*")}
 
 

@@ -10,8 +10,13 @@
 namespace dynmesh {
 
 enum class Method {
-  motion,  ///< the paper's averaged motion vectors: motion.hpp
-  detail   ///< the shape of frame 0 and of the last frame, turned with the motion
+  /// The paper's averaged motion vectors: motion.hpp. Tenths of a millisecond at ten thousand
+  /// vertices, nothing allocated after construction.
+  motion,
+  /// Keeps the shape of frame 0 and of the last frame, turned with the motion: docs/method.md. A
+  /// fraction of the error at twenty to forty times the cost; allocates where its factor is larger
+  /// than all before.
+  detail
 };
 
 struct Settings {
@@ -27,12 +32,14 @@ struct Settings {
   /// A setting of method motion; detail refuses all but 0.
   Index extra_iterations = 0;
 
+  /// Vertices that no chain of edges ties to an anchor follow the nearest surface, or stay.
   UnseenRule unseen = UnseenRule::follow;
 
   /// Standard deviation of the anchors' noise, in the unit of the positions, positive; none: they
   /// are exact. With noise, anchors move too, as far as the shape around them says. A setting of
   /// method detail; motion, which takes anchors exactly as they are, refuses it.
   std::optional<double> noise = std::nullopt;
+
   /// Whether anchors whose motion contradicts that of the anchors around them are taken as unknown:
   /// outliers.hpp. A setting of method detail; motion refuses it.
   bool reject_outliers = false;

@@ -1,0 +1,59 @@
+"""The figure of method detail in docs/method.md."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from gallery import Scale, draw_sheet
+from libigl import Harmonic
+
+import dynmesh
+from dynmesh import figures
+from dynmesh.figures import View
+from dynmesh.reproduce.measure import Subject, vertex_error
+from dynmesh.reproduce.study import scenario_masks
+from dynmesh.sequence import Mask, Positions
+
+Complete = Callable[[Positions, Mask], Positions]
+
+ERRORS = Scale(
+    0.05,
+    0.01,
+    "distance from the true place / % of the diagonal",
+    {f"{tick:g}": tick for tick in (0.05, 0.1, 0.2, 0.5, 1, 2, 5)},
+)
+
+
+def draw_hidden_side(subject: Subject, number: int, azimuth: float, folder: Path) -> None:
+    """One frame of a subject that one camera saw, from the side that it did not see.
+
+    Raises:
+        ImportError: libigl is missing.
+    """
+    faces, first, truth = subject.faces, subject.vertices[0], subject.vertices[number]
+    methods: dict[str, Complete] = {
+        "motion": dynmesh.Completer(faces, first).push,
+        "detail": dynmesh.Completer(faces, first, method="detail").push,
+        "libigl, biharmonic": Harmonic(faces, first, order=2).complete,
+    }
+    view = View.of(truth, subject.up, azimuth, (640, 500))
+    masks = scenario_masks("camera", subject, 0)
+    surfaces = [figures.render(faces, truth, view)]
+    errors = [figures.render(faces, truth, view, known=masks[number])]
+    captions = ["blue: seen, red: hidden"]
+    for complete_frame in methods.values():
+        for n in range(1, number + 1):
+            frame = complete_frame(subject.vertices[n], masks[n])
+        values = vertex_error(subject, number, frame)
+        nmsve = dynmesh.metrics.nmsve(faces, truth, frame) / subject.diagonal
+        surfaces.append(figures.render(faces, frame, view))
+        errors.append(figures.render(faces, frame, view, values=values, limit=ERRORS.limit))
+        captions.append(f"NMSVE {100 * nmsve:.2g} %")
+    draw_sheet(
+        surfaces + errors,
+        ["original", *methods],
+        [f"frame {number}", "error"],
+        folder,
+        "hidden_side",
+        ERRORS,
+        [""] * len(surfaces) + captions,
+    )

@@ -1,0 +1,206 @@
+/// Method detail where little is known, or the mesh is not what anyone would make.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <dynmesh/completer.hpp>
+#include <vector>
+
+#include "meshes.hpp"
+#include "push.hpp"
+
+namespace dynmesh::testing {
+namespace {
+
+constexpr Settings detail = {.method = Method::detail};
+
+TEST_CASE_TEMPLATE("frames are finite and sensible whatever is known", Real, float, double) {
+  const auto mesh = join(sheet<Real>(9), sheet<Real>(4, 20));
+  const std::size_t k = mesh.size();
+  for (const UnseenRule rule : {UnseenRule::follow, UnseenRule::hold}) {
+    Completer<Real> completer(mesh.faces(), mesh.points(),
+                              {.method = Method::detail, .unseen = rule});
+    const std::vector<std::uint8_t> none(k, 0);
+    const auto only = [&](const std::vector<std::size_t>& vertices) {
+      auto known = none;
+      for (const std::size_t v : vertices) known[v] = 1;
+      return known;
+    };
+    auto only_first = random_mask(k, 0.3, 3);
+    std::fill(only_first.begin() + 81, only_first.end(), std::uint8_t{0});
+    const std::vector<std::vector<std::uint8_t>> masks = {
+        none,       only({40}), only({40, 85}),         only_first,
+        none,       only_first, random_mask(k, 0.5, 1), std::vector<std::uint8_t>(k, 1),
+        only({90}), only_first};
+    Real angle = 0;
+    for (const auto& known : masks) {
+      angle += Real(0.1);
+      const auto frame = translated<Real>(turned(mesh.vertices, angle), angle, 0, 0);
+      const auto completed = push(completer, frame, known);
+      CHECK(largest(completed) < 50);
+      for (std::size_t v = 0; v < k; ++v) {
+        if (known[v] != 0) CHECK(completed[3 * v] == frame[3 * v]);
+      }
+    }
+  }
+}
+
+TEST_CASE("one anchor carries the shape along") {
+  const auto mesh = sheet<double>(10);
+  Completer<double> completer(mesh.faces(), mesh.points(), detail);
+  const auto frame = translated<double>(mesh.vertices, 2, 3, -1);
+  CHECK(largest_difference(push(completer, frame, mask(mesh.size(), {37})), frame) < 1e-5);
+}
+
+TEST_CASE("degenerate meshes stay finite") {
+  auto mesh = sheet<double>(9);
+  SUBCASE("coincident vertices") {
+    for (const std::size_t v : {40, 41, 50}) {
+      std::copy_n(mesh.vertices.begin() + 93, 3, mesh.vertices.begin() + 3 * static_cast<int>(v));
+    }
+  }
+  SUBCASE("needles") {
+    for (std::size_t i = 0; i < mesh.vertices.size(); i += 3) mesh.vertices[i + 1] *= 1e-9;
+  }
+  SUBCASE("all on one line") {
+    for (std::size_t i = 0; i < mesh.vertices.size(); i += 3) {
+      mesh.vertices[i + 1] = mesh.vertices[i + 2] = 0;
+    }
+  }
+  SUBCASE("all in one place") { std::ranges::fill(mesh.vertices, 2.5); }
+  SUBCASE("single triangles and isolated vertices") {
+    for (std::size_t i = 0; i < mesh.indices.size(); ++i) {
+      mesh.indices[i] = static_cast<Index>(i % 75);
+    }
+  }
+  SUBCASE("faces with repeated vertices, and edges of many faces") {
+    for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
+      if (i % 4 == 0) mesh.indices[i] = mesh.indices[i + 1];
+      if (i % 5 == 0) mesh.indices[i] = 7;
+      if (i % 5 == 0) mesh.indices[i + 1] = 8;
+    }
+  }
+  Completer<double> completer(mesh.faces(), mesh.points(), detail);
+  for (unsigned n = 1; n <= 8; ++n) {
+    const auto frame = translated<double>(turned(mesh.vertices, 0.1 * n), 0.1 * n, 0, 0);
+    const auto completed = push(completer, frame, random_mask(mesh.size(), 0.1 * n, n));
+    CHECK(largest(completed) < 100);
+  }
+}
+
+TEST_CASE("an anchor far away harms no later frame") {
+  const auto mesh = sheet<double>(9);
+  Completer<double> completer(mesh.faces(), mesh.points(), detail);
+  auto outlier = mesh.vertices;
+  outlier[120] = 1e200;
+  push(completer, outlier, random_mask(mesh.size(), 0.5, 1));
+  auto known = random_mask(mesh.size(), 0.5, 2);
+  known[40] = 1;
+  CHECK(largest(push(completer, outlier, known)) <= 1e200);
+  push(completer, mesh.vertices, std::vector<std::uint8_t>(mesh.size(), 1));
+  const auto completed = push(completer, mesh.vertices, random_mask(mesh.size(), 0.5, 3));
+  CHECK(largest_difference(completed, mesh.vertices) < 1e-6);
+}
+
+TEST_CASE("scale changes nothing") {
+  const auto mesh = sheet<double>(9);
+  const auto complete = [&](double scale) {
+    auto vertices = mesh.vertices;
+    for (double& x : vertices) x *= scale;
+    Completer<double> completer(mesh.faces(), {vertices.data(), mesh.size()}, detail);
+    std::vector<double> completed;
+    for (unsigned n = 1; n <= 4; ++n) {
+      auto frame = turned(mesh.vertices, 0.2 * n);
+      for (std::size_t i = 2; i < frame.size(); i += 3) frame[i] *= 1 + 0.2 * n;
+      for (double& x : frame) x *= scale;
+      completed = push(completer, frame, random_mask(mesh.size(), 0.3, n));
+    }
+    for (double& x : completed) x /= scale;
+    return completed;
+  };
+  const auto expected = complete(1);
+  for (const double scale : {1e-4, 1e6, 1e-60, 1e60}) {
+    CHECK(largest_difference(complete(scale), expected) < 1e-9);
+  }
+}
+
+TEST_CASE("where nothing is known everything stays") {
+  const auto mesh = sheet<double>(9);
+  const std::vector<std::uint8_t> none(mesh.size(), 0);
+  Completer<double> completer(mesh.faces(), mesh.points(), detail);
+  CHECK(push(completer, mesh.vertices, none) == mesh.vertices);
+  const auto last = push(completer, turned(mesh.vertices, 0.2), random_mask(mesh.size(), 0.3, 1));
+  for (int n = 0; n < 3; ++n) CHECK(push(completer, mesh.vertices, none) == last);
+}
+
+TEST_CASE("a turn is followed on every kind of mesh, more closely than by motion") {
+  auto mesh = sheet<double>(12);
+  std::size_t first_unseen = mesh.size();
+  SUBCASE("open") {}
+  SUBCASE("closed") {
+    mesh = torus(12);
+    first_unseen = mesh.size();
+  }
+  SUBCASE("two vertices in one place") {
+    std::copy_n(mesh.vertices.begin() + 120, 3, mesh.vertices.begin() + 123);
+  }
+  SUBCASE("needles") {
+    for (std::size_t i = 0; i < mesh.vertices.size(); i += 3) mesh.vertices[i + 1] *= 1e-9;
+  }
+  SUBCASE("a row of needles") {
+    for (std::size_t v = 60; v < 72; ++v) mesh.vertices[3 * v + 1] = 4 + 1e-7;
+  }
+  SUBCASE("single triangles") {
+    mesh = taken_apart(mesh);
+    first_unseen = mesh.size();
+  }
+  SUBCASE("a part unseen") { mesh = join(mesh, sheet<double>(4, 14)); }
+  const auto error = [&](Method method, double scale) {
+    auto first = mesh.vertices;
+    for (double& x : first) x *= scale;
+    Completer<double> completer(mesh.faces(), {first.data(), mesh.size()}, {.method = method});
+    double sum = 0;
+    for (unsigned n = 1; n <= 8; ++n) {
+      auto frame = translated<double>(turned(mesh.vertices, 0.1 * n), 0.3 * n, -0.2 * n, 0.1 * n);
+      for (double& x : frame) x *= scale;
+      auto known = random_mask(mesh.size(), 0.3, n);
+      const auto unseen = static_cast<std::ptrdiff_t>(first_unseen);
+      std::fill(known.begin() + unseen, known.end(), std::uint8_t{0});
+      const auto completed = push(completer, frame, known);
+      for (std::size_t i = 0; i < frame.size(); ++i) sum += std::abs(completed[i] - frame[i]);
+    }
+    return sum / scale;
+  };
+  const double expected = error(Method::detail, 1);
+  CHECK(expected < 0.75 * error(Method::motion, 1));
+  for (const double scale : {1e-4, 1e6}) {
+    CHECK(error(Method::detail, scale) == doctest::Approx(expected).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("where the anchors leave the blend open it is not left to rounding errors") {
+  const auto mesh = taken_apart(sheet<double>(12));
+  const auto complete = [&](double scale) {
+    auto vertices = mesh.vertices;
+    for (double& x : vertices) x *= scale;
+    Completer<double> completer(mesh.faces(), {vertices.data(), mesh.size()}, detail);
+    std::vector<double> completed;
+    for (unsigned n = 1; n <= 60; ++n) {
+      auto frame = turned(mesh.vertices, 0.1 * n);
+      for (double& x : frame) x *= scale;
+      completed = push(completer, frame, random_mask(mesh.size(), n < 4 ? 0.5 : 0.02, n));
+    }
+    for (double& x : completed) x /= scale;
+    return completed;
+  };
+  const auto expected = complete(1);
+  CHECK(largest(expected) < 40);
+  for (const double scale : {1e-4, 1e6}) {
+    CHECK(largest_difference(complete(scale), expected) < 1e-6);
+  }
+}
+
+}  // namespace
+}  // namespace dynmesh::testing
