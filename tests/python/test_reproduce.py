@@ -47,6 +47,8 @@ def test_every_figure_is_there_and_wide_enough(results: Path) -> None:
         "figure12_camera_sheet",
         "figure12_patches_sheet",
         "figure13_two_readings",
+        "figure14_detail_and_libigl",
+        "figure15_sheet",
     }
     assert names == {path.stem for path in results.glob("*.svg")}
     for path in results.glob("*.png"):
@@ -75,19 +77,29 @@ def test_the_numbers_are_those_of_the_library(results: Path) -> None:
     lia = dynmesh.metrics.nmsve(sequence.faces, sequence.vertices, np.stack(smooth))[1:]
     assert sheet["grid"]["lia"]["0.3"]["nmsve_mean"] == pytest.approx(lia.mean() / diagonal)
     assert set(sheet["scenarios"]) == {"camera", "patches"}
+    detailed = np.stack(
+        list(dynmesh.complete(sequence.faces, sequence.vertices, masks, method="detail"))
+    )
+    detail = dynmesh.metrics.nmsve(sequence.faces, sequence.vertices, detailed)[1:]
+    assert sheet["grid"]["detail"]["0.3"]["nmsve_mean"] == pytest.approx(detail.mean() / diagonal)
+    assert set(sheet["grid"]["detail"]) == {"0.1", "0.3", "0.5", "0.7"}
     assert set(sheet["once_only"]) == {"0.1", "0.3", "0.5", "0.7"}
 
 
 def test_the_report_stands_alone_and_judges_every_claim(results: Path) -> None:
     page = (results / "report.html").read_text()
     assert not re.search(r"""(src|href)=["'](?!data:)""", page)
-    assert page.count("data:image/png;base64,") == 9
-    claims = json.loads((results / "results.json").read_text())["claims"]
+    assert page.count("data:image/png;base64,") == 11
+    numbers = json.loads((results / "results.json").read_text())
+    claims, of_detail = numbers["claims"], numbers["detail_claims"]
     assert len(claims) == 12
-    for claim in claims:
+    left_out = numbers["sequences"]["sheet"]["missing"]
+    assert len(of_detail) == 3 if left_out else 6
+    for claim in (*claims, *of_detail):
         assert claim["evidence"]
         assert isinstance(claim["holds"], bool)
-    assert len(re.findall(r"<td class='(?:yes|no)'>(?:holds|does not hold)</td>", page)) == 12
+    judged = re.findall(r"<td class='(?:yes|no)'>(?:holds|does not hold)</td>", page)
+    assert len(judged) == len(claims) + len(of_detail)
     assert "<td>seen by one camera</td>" in page
 
 
