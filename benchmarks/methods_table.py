@@ -32,7 +32,7 @@ from dynmesh.reproduce.study import PAPER_SHARES, scenario_masks
 from dynmesh.reproduce.style import percent
 from dynmesh.sequence import Mask
 
-from .markdown import Line, bold_below_one, milliseconds, number, table
+from .markdown import ABSENT, Line, bold_below_one, milliseconds, number, table
 
 RIVALS = {
     LIA_ON_MOTION: "LIA on motion",
@@ -77,12 +77,18 @@ def subject_of(folder: Path, name: str) -> Subject:
 def error_cells(outcomes: dict[Method, Outcome]) -> Line:
     """Motion's error times 10 000, and the others' relative to it: bold if better than detail."""
     motion, detail = outcomes[MOTION].error, outcomes[DETAIL].error
-    cells = [number(1e4 * motion), f"{detail / motion:.3f}"]
+    cells = [number(1e4 * motion), _relative(detail, motion)]
     for rival in RIVALS:
         error = outcomes[rival].error
-        cell = "fails" if np.isnan(error) else f"{error / motion:.3f}"
+        cell = _relative(error, motion)
         cells.append(f"**{cell}**" if error < detail else cell)
     return tuple(cells)
+
+
+def _relative(error: float, reference: float) -> str:
+    if np.isnan(error):
+        return "fails"
+    return f"{error / reference:.3f}" if reference > 0 else ABSENT
 
 
 def time_cells(outcomes: dict[Method, Outcome]) -> Line:

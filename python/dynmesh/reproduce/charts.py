@@ -69,20 +69,25 @@ def figure7(studies: list[Study], folder: Path) -> Path:
 def figure9(studies: list[Study], folder: Path) -> Path:
     """Error and time of the paper's methods against the share known, and error along the frames."""
     methods = {study.subject.name: list(COMPARED) for study in studies}
-    return _compared(studies, methods, folder, "figure9")
+    return _compared(studies, methods, folder, "figure9", with_bands=True)
 
 
 def figure14(studies: list[Study], folder: Path) -> Path:
-    """The same for detail beside motion and what libigl offers."""
+    """The same for detail beside motion and what libigl offers; bands would hide each other."""
     methods = {
         study.subject.name: [MOTION, *study.beyond[:1], LIA_ON_MOTION, *study.beyond[1:]]
         for study in studies
     }
-    return _compared(studies, methods, folder, "figure14_detail_and_libigl")
+    return _compared(studies, methods, folder, "figure14_detail_and_libigl", with_bands=False)
 
 
 def _compared(
-    studies: list[Study], methods: dict[str, list[Method]], folder: Path, name: str
+    studies: list[Study],
+    methods: dict[str, list[Method]],
+    folder: Path,
+    name: str,
+    *,
+    with_bands: bool,
 ) -> Path:
     labels: dict[str, Artist] = {}
     with new_figure(15, 4.8 * len(studies) + 0.7) as figure:
@@ -91,8 +96,11 @@ def _compared(
             for method in methods[study.subject.name]:
                 shares = study.shares(method)
                 runs = [study.grid[method.key, share] for share in shares]
-                _compare(row[0], shares, [r.nmsve for r in runs], method, (10, 90))
-                _compare(row[1], shares, [1e3 * r.seconds for r in runs], method, (25, 75))
+                if with_bands:
+                    _bands(row[0], shares, [r.nmsve for r in runs], method, (10, 90))
+                    _bands(row[1], shares, [1e3 * r.seconds for r in runs], method, (25, 75))
+                _line(row[0], shares, [r.nmsve.mean() for r in runs], method)
+                _line(row[1], shares, [1e3 * np.median(r.seconds) for r in runs], method)
                 _along_frames(row[2], study.grid[method.key, 0.3], method)
             row[0].set(ylabel=_ERROR_LABEL, title=_title(study))
             row[1].set(ylabel="time per frame / ms")
@@ -197,20 +205,21 @@ def _fitted_line(axis: "Axes", study: Study) -> None:
     axis.legend(loc="upper left")
 
 
-def _compare(
+def _bands(
     axis: "Axes",
     shares: list[float],
     values: list[Floats],
     method: Method,
     percentiles: tuple[float, float],
 ) -> None:
-    x = 100 * np.array(shares)
     low, high = zip(*(_spread(v, percentiles) for v in values), strict=True)
-    axis.fill_between(x, low, high, color=method.colour, alpha=0.12, linewidth=0)
-    means = (
-        [v.mean() for v in values] if percentiles == (10, 90) else [np.median(v) for v in values]
-    )
-    axis.plot(x, means, method.dash, color=method.colour, label=method.label)
+    percents = 100 * np.array(shares)
+    axis.fill_between(percents, low, high, color=method.colour, alpha=0.12, linewidth=0)
+
+
+def _line(axis: "Axes", shares: list[float], values: list[float], method: Method) -> None:
+    percents = 100 * np.array(shares)
+    axis.plot(percents, values, method.dash, color=method.colour, label=method.label)
 
 
 def _along_frames(axis: "Axes", run: Run, method: Method, label: str | None = None) -> None:

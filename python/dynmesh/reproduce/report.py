@@ -39,8 +39,8 @@ _TITLES = {
     "of at random.",
     "figure13": "Figure 13, beyond the paper: both readings of the weights. Estimated once only, "
     "errors feed on themselves.",
-    "figure14": "Figure 14, beyond the paper: detail beside motion, LIA on motion, libigl, as in "
-    "figure 9. Dashed: the rivals.",
+    "figure14": "Figure 14, beyond the paper: detail beside motion, LIA on motion and libigl. "
+    "Lines are as in figure 9; dashed are the rivals.",
     "figure15": "Figure 15, beyond the paper: motion, detail and libigl beside the original, and "
     "their errors, where few vertices are known.",
 }

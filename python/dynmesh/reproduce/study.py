@@ -36,7 +36,7 @@ class Plan:
     @classmethod
     def quick(cls) -> "Plan":
         """The same figures from fewer frames and shares."""
-        return cls((0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 0.9, 0.95), PAPER_SHARES, 50)
+        return cls((0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 0.9, 0.95), PAPER_SHARES, 30)
 
 
 @dataclass(frozen=True, eq=False)
