@@ -26,7 +26,7 @@ from .sizes import fit_line, fit_power_law, unknown_vertices
 _COLOURS = {
     DYNMESH: "#0072b2",
     TWO_THREADS: "#56b4e9",
-    DETAIL: "#44aa00",
+    DETAIL: "#000000",
     PLAIN: "#e69f00",
     COPY: "#888888",
     SCIPY: "#009e73",
