@@ -116,14 +116,12 @@ def detail_verdict(rows: list[Measurement]) -> str:
     for _, group in groupby(rows, key=lambda row: row.part):
         of_part = list(group)
         masks, means = _mean_errors(of_part)
-        better += [
-            f"{method} on {of_part[0].scene} ({mask})"
-            for method in _slow(of_part)
-            for mask in masks
-            if means[method, mask] < means[DETAIL, mask]
-        ]
+        for method in _slow(of_part):
+            lost = [mask for mask in masks if means[method, mask] < means[DETAIL, mask]]
+            if lost:
+                better.append(f"{method} on {of_part[0].scene} ({', '.join(lost)})")
     return (
-        f"More accurate than detail: {', '.join(better) or 'none of them, anywhere in this run'}."
+        f"More accurate than detail: {'; '.join(better) or 'none of them, anywhere in this run'}."
     )
 
 
