@@ -30,7 +30,7 @@ class Plan:
     frames: int = 99
     slow_frames: int = 99
     laps: int = 8
-    subdivided: tuple[int, int, int] = (20, 5, 5)
+    subdivided: tuple[int, int, int] = (20, 20, 5)
     largest: tuple[int, int, int] = (6, 0, 2)
     largest_grid: int = 1000
     structured_frames: int = 1

@@ -10,12 +10,23 @@ from dynmesh.reproduce.style import new_figure
 from .comparison import Measurement
 from .latency import Latency
 from .results import Results
-from .rivals import ARAP, BIHARMONIC, COPY, DYNMESH, HARMONIC, PLAIN, SCIPY, TWO_THREADS
+from .rivals import (
+    ARAP,
+    BIHARMONIC,
+    COPY,
+    DETAIL,
+    DYNMESH,
+    HARMONIC,
+    PLAIN,
+    SCIPY,
+    TWO_THREADS,
+)
 from .sizes import fit_line, fit_power_law, unknown_vertices
 
 _COLOURS = {
     DYNMESH: "#0072b2",
     TWO_THREADS: "#56b4e9",
+    DETAIL: "#000000",
     PLAIN: "#e69f00",
     COPY: "#888888",
     SCIPY: "#009e73",

@@ -5,33 +5,28 @@ same method completed before it. The rivals complete the motion since that frame
 better than completing positions.
 """
 
-import importlib
-import os
 import time
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any, Protocol, Unpack
 
 import numpy as np
 from scipy.sparse.linalg import spsolve
 
 import dynmesh
+from dynmesh.reproduce.libigl import Arap, Harmonic
 from dynmesh.sequence import Mask
+from dynmesh.streaming import Settings
 
 from .scenes import Frames, Scene
 from .subjects import CppSubject
 
-# libigl would take all cores for some of its steps.
-os.environ.setdefault("IGL_NUM_THREADS", "1")
-
 
 class Method(Protocol):
-    """A way to complete the frames of a scene.
+    """A way to complete the frames of a scene."""
 
-    Attributes:
-        completed: the last frame, (k, 3); what it holds is overwritten by the next.
-    """
-
-    completed: Any
+    @property
+    def completed(self) -> Any:
+        """The last frame, (k, 3); what it holds is overwritten by the next."""
 
     def reset(self) -> None:
         """Begins again with frame 0."""
@@ -43,10 +38,10 @@ class Method(Protocol):
 class Dynmesh:
     """``push`` with ``out=``, from Python."""
 
-    def __init__(self, scene: Scene, threads: int) -> None:
+    def __init__(self, scene: Scene, **settings: Unpack[Settings]) -> None:
         """ValueError for more threads than this version knows."""
         self._first = scene.frames[0]
-        self.completer = dynmesh.Completer(scene.faces, self._first, threads=threads)
+        self.completer = dynmesh.Completer(scene.faces, self._first, **settings)
         self.completed: Frames = self._first.copy()
 
     def reset(self) -> None:
@@ -130,61 +125,32 @@ class Scipy:
         return seconds
 
 
-class Harmonic:
-    """``igl.harmonic`` on motion vectors, with the operator of frame 0."""
+class Libigl:
+    """`dynmesh.reproduce.libigl`, each call whole."""
 
-    def __init__(self, scene: Scene, k: int) -> None:
-        """`k`: 1 harmonic, 2 biharmonic. ImportError without libigl."""
-        self._igl = importlib.import_module("igl")
-        self._first = scene.frames[0].astype(np.float64)
-        self._faces = scene.faces.astype(np.int64)
-        self._k = k
-        self.completed = self._first
+    def __init__(self, rival: Harmonic | Arap) -> None:
+        """Takes the one to time."""
+        self._rival = rival
+
+    @property
+    def completed(self) -> Any:
+        """As the protocol."""
+        return self._rival.completed
 
     def reset(self) -> None:
         """As the protocol."""
-        self.completed = self._first
+        self._rival.reset()
 
     def complete(self, points: Frames, known: Mask) -> float:
         """As the protocol."""
-        places = np.flatnonzero(known)
-        motion = points[known] - self.completed[known]
         start = time.perf_counter()
-        solution = self._igl.harmonic(self._first, self._faces, places, motion, self._k)
-        seconds = time.perf_counter() - start
-        self.completed = self.completed + solution
-        return seconds
-
-
-class Arap:
-    """``igl.ARAP``: as rigid as possible from frame 0, begun at the last completed frame."""
-
-    def __init__(self, scene: Scene) -> None:
-        """ImportError without libigl."""
-        self._igl = importlib.import_module("igl")
-        self._first = scene.frames[0].astype(np.float64)
-        self._faces = scene.faces.astype(np.int64)
-        self.completed = self._first
-
-    def reset(self) -> None:
-        """As the protocol."""
-        self.completed = self._first
-
-    def complete(self, points: Frames, known: Mask) -> float:
-        """As the protocol. The mask decides the factorisation, so that is made anew."""
-        places = np.flatnonzero(known).astype(np.int32)
-        given = points[known].astype(np.float64)
-        data = self._igl.ARAPData()
-        start = time.perf_counter()
-        self._igl.arap_precomputation(self._first, self._faces, 3, places, data)
-        completed = self._igl.arap_solve(given, data, self.completed)
-        seconds = time.perf_counter() - start
-        self.completed = completed
-        return seconds
+        self._rival.complete(points, known)
+        return time.perf_counter() - start
 
 
 DYNMESH = "dynmesh"
 TWO_THREADS = "dynmesh, two threads"
+DETAIL = "dynmesh, detail"
 PLAIN = "plain C++"
 COPY = "copy of the bytes"
 SCIPY = "SciPy spsolve"
@@ -193,17 +159,19 @@ BIHARMONIC = "libigl harmonic, k = 2"
 ARAP = "libigl ARAP"
 
 FAST: dict[str, Callable[[Scene], Method]] = {
-    DYNMESH: lambda scene: Dynmesh(scene, 1),
-    TWO_THREADS: lambda scene: Dynmesh(scene, 2),
+    DYNMESH: Dynmesh,
+    TWO_THREADS: lambda scene: Dynmesh(scene, threads=2),
     PLAIN: Plain,
     COPY: Copy,
 }
 SLOW: dict[str, Callable[[Scene], Method]] = {
+    DETAIL: lambda scene: Dynmesh(scene, method="detail"),
     SCIPY: Scipy,
-    HARMONIC: lambda scene: Harmonic(scene, 1),
-    BIHARMONIC: lambda scene: Harmonic(scene, 2),
-    ARAP: Arap,
+    HARMONIC: lambda scene: Libigl(Harmonic(scene.faces, scene.frames[0], order=1)),
+    BIHARMONIC: lambda scene: Libigl(Harmonic(scene.faces, scene.frames[0], order=2)),
+    ARAP: lambda scene: Libigl(Arap(scene.faces, scene.frames[0], rest="first")),
 }
+"""Those that solve for a frame, and take tens to thousands of times as long."""
 
 
 def prepare(

@@ -4,11 +4,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 from gallery import Scale, draw_sheet
-from libigl import Harmonic
 
 import dynmesh
 from dynmesh import figures
 from dynmesh.figures import View
+from dynmesh.reproduce.libigl import Harmonic
 from dynmesh.reproduce.measure import Subject, vertex_error
 from dynmesh.reproduce.study import scenario_masks
 from dynmesh.sequence import Mask, Positions

@@ -59,12 +59,12 @@ def test_tables_are_whole(measured: Path) -> None:
         assert all(len(row) == len(head) for row in rows), name
         assert not re.search("nan|inf", str(rows)), name
     for part in ("low-resolution", "subdivided"):
-        for kind in ("ratios", "errors"):
+        for kind in ("ratios", "errors", "detail"):
             head, *rows = tables[f"{part}-{kind}"]
             assert head[1:] == ["10 %", "30 %", "50 %", "70 %", "camera", "patches"]
             # Threads and libigl are not there on every machine, and stand as dashes then.
             own = [r for r in rows if not re.search("threads|libigl", r[0])]
-            assert len(own) == (4 if kind == "ratios" else 2)
+            assert len(own) == {"ratios": 5, "errors": 3, "detail": 5}[kind]
             assert all(is_number(cell) for row in own for cell in row[1:])
     assert tables["numbering"][0][-1] == "ratio"
     assert all(is_number(r[-1]) for r in tables["numbering"][1:] if "threads" not in r[2])

@@ -2,6 +2,8 @@
 
 import json
 import re
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +11,7 @@ import meshes
 import numpy as np
 import pytest
 from commands import dynmesh_command
+from conftest import REPOSITORY
 
 import dynmesh
 from dynmesh import figures
@@ -47,6 +50,8 @@ def test_every_figure_is_there_and_wide_enough(results: Path) -> None:
         "figure12_camera_sheet",
         "figure12_patches_sheet",
         "figure13_two_readings",
+        "figure14_detail_and_libigl",
+        "figure15_sheet",
     }
     assert names == {path.stem for path in results.glob("*.svg")}
     for path in results.glob("*.png"):
@@ -75,20 +80,77 @@ def test_the_numbers_are_those_of_the_library(results: Path) -> None:
     lia = dynmesh.metrics.nmsve(sequence.faces, sequence.vertices, np.stack(smooth))[1:]
     assert sheet["grid"]["lia"]["0.3"]["nmsve_mean"] == pytest.approx(lia.mean() / diagonal)
     assert set(sheet["scenarios"]) == {"camera", "patches"}
+    detailed = np.stack(
+        list(dynmesh.complete(sequence.faces, sequence.vertices, masks, method="detail"))
+    )
+    detail = dynmesh.metrics.nmsve(sequence.faces, sequence.vertices, detailed)[1:]
+    assert sheet["grid"]["detail"]["0.3"]["nmsve_mean"] == pytest.approx(detail.mean() / diagonal)
+    assert set(sheet["grid"]["detail"]) == {"0.1", "0.3", "0.5", "0.7"}
     assert set(sheet["once_only"]) == {"0.1", "0.3", "0.5", "0.7"}
 
 
 def test_the_report_stands_alone_and_judges_every_claim(results: Path) -> None:
     page = (results / "report.html").read_text()
     assert not re.search(r"""(src|href)=["'](?!data:)""", page)
-    assert page.count("data:image/png;base64,") == 9
-    claims = json.loads((results / "results.json").read_text())["claims"]
+    assert page.count("data:image/png;base64,") == 11
+    numbers = json.loads((results / "results.json").read_text())
+    claims, of_detail = numbers["claims"], numbers["detail_claims"]
     assert len(claims) == 12
-    for claim in claims:
+    left_out = numbers["sequences"]["sheet"]["missing"]
+    assert len(of_detail) == 3 if left_out else 6
+    for claim in (*claims, *of_detail):
         assert claim["evidence"]
         assert isinstance(claim["holds"], bool)
-    assert len(re.findall(r"<td class='(?:yes|no)'>(?:holds|does not hold)</td>", page)) == 12
+    judged = re.findall(r"<td class='(?:yes|no)'>(?:holds|does not hold)</td>", page)
+    assert len(judged) == len(claims) + len(of_detail)
     assert "<td>seen by one camera</td>" in page
+
+
+def module(name: str, *arguments: str | Path) -> str:
+    """Runs a module of the repository, and returns what it printed."""
+    command = [sys.executable, "-m", f"benchmarks.{name}", *map(str, arguments)]
+    result = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr
+    return result.stdout
+
+
+def test_the_page_of_results_is_made_from_the_runs(results: Path, tmp_path: Path) -> None:
+    places = {"sheet", "claims", "detail_claims", "methods"}
+    page, methods = tmp_path / "page.md", tmp_path / "methods.md"
+    page.write_text("".join(f"<!-- {name} -->\nbefore\n<!-- end -->\n" for name in places))
+    methods.write_text("| a table |\n")
+    module("results_page", results, results, methods, "--page", page)
+    text = page.read_text()
+    assert "before" not in text
+    assert "| a table |\n<!-- end -->" in text
+    run = json.loads((results / "results.json").read_text())["sequences"]["sheet"]["grid"]["motion"]
+    first = f"{1e4 * run['0.1']['nmsve_mean']:.3g}; {run['0.1']['milliseconds_median']:.3g} ms"
+    assert f"| motion (dynmesh) | {first} |" in text
+    assert text.count("| Fast enough for real time (16 ms a frame). |") == 1
+    assert (tmp_path / "figures" / "recorded" / "figure9.png").exists()
+
+    theirs = re.findall(
+        r"^<!-- (?!end)(.*) -->$", (REPOSITORY / "docs" / "results.md").read_text(), re.MULTILINE
+    )
+    sequences = {"walker", "ocean", "crane", "ocean_sim_50x50"}
+    assert sorted(theirs) == sorted(places - {"sheet"} | sequences)
+
+
+def test_the_table_of_methods_is_whole(results: Path) -> None:
+    pytest.importorskip("igl", reason="libigl is not installed")
+    printed = module("methods_table", results.parent, "sheet:4")
+    rows = [[cell.strip() for cell in row.split("|")[1:-1]] for row in printed.splitlines() if row]
+    errors, times = rows[:7], rows[7:]
+    assert [row[:2] for row in errors[2:]] == [row[:2] for row in times[2:]]
+    assert [row[1] for row in errors[2:]] == ["10 %", "30 %", "50 %", "70 %", "camera"]
+    assert errors[-1][2:] == ["0", *["-"] * 5]  # the camera sees all of a sheet
+    for row in (*errors[2:-1], *times[2:]):
+        assert row[0] == "sheet, 4 frames"
+        assert all(float(cell.strip("*")) > 0 for cell in row[2:])
+    for row in errors[2:-1]:
+        detail, *rivals = row[3:]
+        for rival in rivals:
+            assert (float(rival.strip("*")) < float(detail)) == rival.startswith("**")
 
 
 def test_what_cannot_be_evaluated_is_refused(tmp_path: Path) -> None:

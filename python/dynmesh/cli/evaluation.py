@@ -50,7 +50,7 @@ def reproduce(
         list[Path] | None,
         typer.Option(help="A sequence, or a folder of them; may be given again. [built-in ones]"),
     ] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="Two minutes instead of many.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="About a minute instead of many.")] = False,
     seed: Seed = 0,
     up: Annotated[
         Axis | None, typer.Option(help="The axis that is up in pictures of DATA. [y; z if flat]")

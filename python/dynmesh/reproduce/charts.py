@@ -1,4 +1,4 @@
-"""The figures of the paper that are curves: 7 and 9, and the two readings of its weights."""
+"""The figures that are curves and bars: the paper's 7 and 9, and what lies beyond."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .measure import Run
-from .methods import COMPARED, MOTION, ONCE, Method
+from .methods import BEYOND, COMPARED, LIA_ON_MOTION, MOTION, ONCE, Method
 from .study import PAPER_SHARES, SCENARIOS, Study
 from .style import new_figure, percent, save
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
 Floats = NDArray[np.float64]
@@ -66,15 +67,40 @@ def figure7(studies: list[Study], folder: Path) -> Path:
 
 
 def figure9(studies: list[Study], folder: Path) -> Path:
-    """Error and time of all methods against the share known, and error along the frames."""
+    """Error and time of the paper's methods against the share known, and error along the frames."""
+    methods = {study.subject.name: list(COMPARED) for study in studies}
+    return _compared(studies, methods, folder, "figure9", with_bands=True)
+
+
+def figure14(studies: list[Study], folder: Path) -> Path:
+    """The same for detail beside motion and what libigl offers; bands would hide each other."""
+    methods = {
+        study.subject.name: [MOTION, *study.beyond[:1], LIA_ON_MOTION, *study.beyond[1:]]
+        for study in studies
+    }
+    return _compared(studies, methods, folder, "figure14_detail_and_libigl", with_bands=False)
+
+
+def _compared(
+    studies: list[Study],
+    methods: dict[str, list[Method]],
+    folder: Path,
+    name: str,
+    *,
+    with_bands: bool,
+) -> Path:
+    labels: dict[str, Artist] = {}
     with new_figure(15, 4.8 * len(studies) + 0.7) as figure:
         axes = figure.subplots(len(studies), 3, squeeze=False)
         for row, study in zip(axes, studies, strict=True):
-            shares = sorted({share for _, share in study.grid})
-            for method in COMPARED:
+            for method in methods[study.subject.name]:
+                shares = study.shares(method)
                 runs = [study.grid[method.key, share] for share in shares]
-                _compare(row[0], shares, [r.nmsve for r in runs], method, (10, 90))
-                _compare(row[1], shares, [1e3 * r.seconds for r in runs], method, (25, 75))
+                if with_bands:
+                    _bands(row[0], shares, [r.nmsve for r in runs], method, (10, 90))
+                    _bands(row[1], shares, [1e3 * r.seconds for r in runs], method, (25, 75))
+                _line(row[0], shares, [r.nmsve.mean() for r in runs], method)
+                _line(row[1], shares, [1e3 * np.median(r.seconds) for r in runs], method)
                 _along_frames(row[2], study.grid[method.key, 0.3], method)
             row[0].set(ylabel=_ERROR_LABEL, title=_title(study))
             row[1].set(ylabel="time per frame / ms")
@@ -83,25 +109,29 @@ def figure9(studies: list[Study], folder: Path) -> Path:
                 axis.set(xlabel="known vertices / %")
             for axis in row:
                 axis.set_yscale("log")
-        handles, labels = axes[0, 0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=len(COMPARED))
-        return save(figure, folder, "figure9", is_chart=True)
+            handles = row[0].get_legend_handles_labels()
+            labels |= dict(zip(handles[1], handles[0], strict=True))
+        figure.legend(labels.values(), labels.keys(), loc="outside lower center", ncols=len(labels))
+        return save(figure, folder, name, is_chart=True)
 
 
 def figure12(studies: list[Study], folder: Path) -> Path:
     """Error of all methods where vertices are hidden from a camera, or by patches."""
-    with new_figure(13.5, 4.6) as figure:
+    methods = [*COMPARED, *(m for m in BEYOND if any(m in study.beyond for study in studies))]
+    width = 0.86 / len(methods)
+    with new_figure(13.5, 5.2) as figure:
         axes = figure.subplots(1, len(SCENARIOS), sharey=True)
         for axis, (name, words) in zip(axes, SCENARIOS.items(), strict=True):
-            for index, method in enumerate(COMPARED):
-                runs = [study.scenarios[name, method.key] for study in studies]
-                places = np.arange(len(studies)) + 0.13 * (index - (len(COMPARED) - 1) / 2)
+            for index, method in enumerate(methods):
+                having = [i for i, s in enumerate(studies) if (name, method.key) in s.scenarios]
+                runs = [studies[i].scenarios[name, method.key] for i in having]
+                places = np.array(having) + width * (index - (len(methods) - 1) / 2)
                 means = [run.nmsve.mean() for run in runs]
                 below, above = zip(*(_spread(r.nmsve, (10, 90)) for r in runs), strict=True)
                 axis.bar(
                     places,
                     means,
-                    0.12,
+                    0.92 * width,
                     color=method.colour,
                     label=method.label,
                     hatch="///" if method.dash == "--" else None,
@@ -175,20 +205,21 @@ def _fitted_line(axis: "Axes", study: Study) -> None:
     axis.legend(loc="upper left")
 
 
-def _compare(
+def _bands(
     axis: "Axes",
     shares: list[float],
     values: list[Floats],
     method: Method,
     percentiles: tuple[float, float],
 ) -> None:
-    x = 100 * np.array(shares)
     low, high = zip(*(_spread(v, percentiles) for v in values), strict=True)
-    axis.fill_between(x, low, high, color=method.colour, alpha=0.12, linewidth=0)
-    means = (
-        [v.mean() for v in values] if percentiles == (10, 90) else [np.median(v) for v in values]
-    )
-    axis.plot(x, means, method.dash, color=method.colour, label=method.label)
+    percents = 100 * np.array(shares)
+    axis.fill_between(percents, low, high, color=method.colour, alpha=0.12, linewidth=0)
+
+
+def _line(axis: "Axes", shares: list[float], values: list[float], method: Method) -> None:
+    percents = 100 * np.array(shares)
+    axis.plot(percents, values, method.dash, color=method.colour, label=method.label)
 
 
 def _along_frames(axis: "Axes", run: Run, method: Method, label: str | None = None) -> None:

@@ -1,4 +1,4 @@
-"""The paper's claims, each with the verdict of the run's own numbers."""
+"""The paper's claims and those of detail, each with the verdict of the run's own numbers."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -6,11 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from .charts import LinearFit
-from .methods import HARMONIC, LIA, LSM, MOTION, Method
+from .measure import Run
+from .methods import ARAP, BIHARMONIC, DETAIL, HARMONIC, LIA, LIA_ON_MOTION, LSM, MOTION, Method
 from .study import SCENARIOS, Study
 from .style import percent, scientific
 
 _REAL_TIME = 16.0  # ms: a frame at 60 Hz
+_FASTER_THAN_BIHARMONIC = 1.5
 
 
 @dataclass(frozen=True)
@@ -21,6 +23,14 @@ class Verdict:
     sequence: str
     holds: bool
     evidence: str
+
+
+@dataclass(frozen=True)
+class Claims:
+    """The verdicts on all sequences: on the paper's claims, and on those of detail."""
+
+    paper: list[Verdict]
+    detail: list[Verdict]
 
 
 def verdicts(study: Study) -> list[Verdict]:
@@ -44,43 +54,61 @@ def verdicts(study: Study) -> list[Verdict]:
     return [Verdict(claim, name, *check(study)) for claim, check in checks]
 
 
+def detail_verdicts(study: Study) -> list[Verdict]:
+    """What is claimed of detail, as far as its rivals could be measured."""
+    rivals = [(MOTION, "motion"), (LIA_ON_MOTION, "LIA on motion")]
+    rivals += [(BIHARMONIC, "libigl's biharmonic on motion"), (ARAP, "libigl's ARAP")]
+    found: dict[str, tuple[bool, str]] = {}
+    for method, name in rivals:
+        if method.key not in study.missing:
+            claim = f"Detail is more accurate than {name}, however vertices are lost."
+            found[claim] = _detail_better_than(study, method)
+    if BIHARMONIC.key not in study.missing:
+        claim = f"Detail is at least {_FASTER_THAN_BIHARMONIC:g} times as fast as the biharmonic."
+        found[claim] = _detail_faster(study)
+    found["Detail is fast enough for real time (16 ms a frame)."] = _detail_real_time(study)
+    return [Verdict(claim, study.subject.name, *verdict) for claim, verdict in found.items()]
+
+
 @dataclass(frozen=True)
 class Comparison:
-    """A rival's mean error and median time over those of motion: above 1, motion is better."""
+    """A rival's mean error and median time over those of ours: above 1, ours is better."""
 
     error: float
     time: float
 
 
-def compare(study: Study, rival: Method) -> dict[str, Comparison]:
-    """Motion against a rival in every setting, described in words."""
-    settings = {
-        f"{percent(share)} known": (study.grid[MOTION.key, share], study.grid[rival.key, share])
-        for share in _shares(study)
-    }
-    for name, words in SCENARIOS.items():
-        settings[words] = study.scenarios[name, MOTION.key], study.scenarios[name, rival.key]
+def compare(study: Study, ours: Method, rival: Method) -> dict[str, Comparison]:
+    """One of our methods against a rival wherever both were measured, described in words."""
     return {
         setting: Comparison(
-            _ratio(float(theirs.nmsve.mean()), float(ours.nmsve.mean())),
-            float(np.median(theirs.seconds) / np.median(ours.seconds)),
+            _ratio(float(theirs.nmsve.mean()), float(own.nmsve.mean())),
+            float(np.median(theirs.seconds) / np.median(own.seconds)),
         )
-        for setting, (ours, theirs) in settings.items()
+        for setting, (own, theirs) in _settings(study, ours, rival).items()
     }
 
 
-def _shares(study: Study) -> list[float]:
-    return sorted({share for _, share in study.grid})
+def _settings(study: Study, ours: Method, rival: Method) -> dict[str, tuple[Run, Run]]:
+    shares = [share for share in study.shares(ours) if share in study.shares(rival)]
+    runs = {
+        f"{percent(share)} known": (study.grid[ours.key, share], study.grid[rival.key, share])
+        for share in shares
+    }
+    for name, words in SCENARIOS.items():
+        runs[words] = study.scenarios[name, ours.key], study.scenarios[name, rival.key]
+    return runs
 
 
 def _errors(study: Study, method: Method) -> dict[float, float]:
-    return {share: float(study.grid[method.key, share].nmsve.mean()) for share in _shares(study)}
+    shares = study.shares(method)
+    return {share: float(study.grid[method.key, share].nmsve.mean()) for share in shares}
 
 
 def _times(study: Study, method: Method) -> dict[float, float]:
     return {
         share: float(1e3 * np.median(study.grid[method.key, share].seconds))
-        for share in _shares(study)
+        for share in study.shares(method)
     }
 
 
@@ -183,3 +211,28 @@ def _real_time(study: Study) -> tuple[bool, str]:
     usual = float(np.percentile(milliseconds, 95))
     words = f"19 of 20 frames, of all shares, within {usual:.3g} ms; the slowest took "
     return usual < _REAL_TIME, f"{words}{milliseconds.max():.3g} ms"
+
+
+def _detail_better_than(study: Study, rival: Method) -> tuple[bool, str]:
+    errors = {setting: c.error for setting, c in compare(study, DETAIL, rival).items()}
+    words = f"error of {rival.label} over that of detail: {_listed(errors)}"
+    return min(errors.values()) > 1, words
+
+
+def _detail_faster(study: Study) -> tuple[bool, str]:
+    times = {setting: c.time for setting, c in compare(study, DETAIL, BIHARMONIC).items()}
+    words = f"time of the biharmonic over that of detail: {_listed(times)}"
+    return min(times.values()) >= _FASTER_THAN_BIHARMONIC, words
+
+
+def _detail_real_time(study: Study) -> tuple[bool, str]:
+    runs = [run for (key, _), run in study.grid.items() if key == DETAIL.key]
+    runs += [run for (_, key), run in study.scenarios.items() if key == DETAIL.key]
+    milliseconds = 1e3 * np.concatenate([run.seconds for run in runs])
+    usual = float(np.percentile(milliseconds, 95))
+    words = f"19 of 20 frames within {usual:.3g} ms; the slowest took {milliseconds.max():.3g} ms"
+    return usual < _REAL_TIME, words
+
+
+def _listed(values: dict[str, float]) -> str:
+    return ", ".join(f"{value:.3g} ({setting})" for setting, value in values.items())

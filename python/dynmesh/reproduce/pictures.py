@@ -1,9 +1,9 @@
-"""The figures of the paper that show meshes: 8, 10 and 11, and what a camera leaves."""
+"""The figures that show meshes: the paper's 8, 10 and 11, and what lies beyond."""
 
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +12,14 @@ from .. import figures
 from ..figures import Image, View
 from ..sequence import Positions
 from .measure import Run, Subject, vertex_error
-from .methods import COMPARED, LIA, LSM, MOTION
+from .methods import COMPARED, HARMONIC, LIA, LSM, MOTION
 from .study import PAPER_SHARES, SCENARIOS, Study, pictured_frames
 from .style import new_figure, percent, save, scientific
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+T = TypeVar("T")
 
 _PANEL_WIDTH = 3.0  # inches
 
@@ -37,7 +39,7 @@ def figure8(study: Study, folder: Path) -> Path:
     return _sheet(
         f"{subject.name}, frame {number}: known (blue) and missing (red); error after completion",
         [images[: len(runs)], images[len(runs) :]],
-        titles,
+        [titles, [""] * len(runs)],
         [[""] * len(runs), captions],
         folder,
         f"figure8_{subject.name}",
@@ -62,8 +64,8 @@ def figure10(study: Study, folder: Path) -> Path:
         errors = [f"NMSVE {scientific(run.nmsve[number - 1])}" for run in runs]
         captions.append([f"frame {number}, {percent(share)} known", *errors])
     images = figures.cropped(images)
-    rows = [images[first : first + 4] for first in range(0, len(images), 4)]
-    titles = ["original", MOTION.label, LIA.label, LSM.label]
+    rows = _in_rows(images, 4)
+    titles = [["original", MOTION.label, LIA.label, LSM.label], *[[""] * 4] * (len(rows) - 1)]
     return _sheet(subject.name, rows, titles, captions, folder, f"figure10_{subject.name}")
 
 
@@ -77,7 +79,7 @@ def figure11(study: Study, folder: Path) -> Path:
     captions = ["", *(f"NMSVE {scientific(run.nmsve[number - 1])}" for run in runs)]
     titles = ["original", *(f"{percent(share)} known" for share in PAPER_SHARES)]
     heading = f"{subject.name}, frame {number}, completed by motion"
-    return _sheet(heading, [row], titles, [captions], folder, f"figure11_{subject.name}")
+    return _sheet(heading, [row], [titles], [captions], folder, f"figure11_{subject.name}")
 
 
 def figure12(study: Study, name: str, folder: Path) -> Path:
@@ -87,18 +89,45 @@ def figure12(study: Study, name: str, folder: Path) -> Path:
     # A camera hides the back: look at it from there.
     turned = replace(subject, azimuth=subject.azimuth + 180) if name == "camera" else subject
     view = _view(turned, [number])
-    methods = [method for method in COMPARED if method.key != "lia_harmonic"]
+    methods = [method for method in COMPARED if method not in (HARMONIC, LSM)]
+    methods = [*methods, *study.beyond]
     runs = [study.scenarios[name, method.key] for method in methods]
     truth = subject.vertices[number]
     dots = figures.render(subject.faces, truth, view, known=runs[0].masks[number])
     heat, limit = _heatmaps(subject, number, runs, view)
+    images = figures.cropped([dots, *heat])
+    labels = ["known (blue)", *(method.label for method in methods)]
+    captions = ["", *(f"NMSVE {scientific(run.nmsve[number - 1])}" for run in runs)]
     return _sheet(
         f"{subject.name}, frame {number}, {SCENARIOS[name]}: what is known, and the error after",
-        [figures.cropped([dots, *heat])],
-        ["known (blue)", *(method.label for method in methods)],
-        [["", *(f"NMSVE {scientific(run.nmsve[number - 1])}" for run in runs)]],
+        _in_rows(images, 4),
+        _in_rows(labels, 4),
+        _in_rows(captions, 4),
         folder,
         f"figure12_{name}_{subject.name}",
+        limit,
+    )
+
+
+def figure15(study: Study, folder: Path) -> Path:
+    """Original, motion, detail and what libigl offers, where few vertices are known."""
+    subject, share = study.subject, PAPER_SHARES[0]
+    (number,) = pictured_frames(subject)["figure15"]
+    methods = [MOTION, *study.beyond]
+    runs = [study.grid[method.key, share] for method in methods]
+    view = _view(subject, [number])
+    truth = subject.vertices[number]
+    surfaces = _surfaces(subject, number, [run.frames[number] for run in runs], view)
+    dots = figures.render(subject.faces, truth, view, known=runs[0].masks[number])
+    heat, limit = _heatmaps(subject, number, runs, view)
+    captions = ["known (blue)", *(f"NMSVE {scientific(run.nmsve[number - 1])}" for run in runs)]
+    return _sheet(
+        f"{subject.name}, frame {number}, {percent(share)} known",
+        _in_rows(figures.cropped([*surfaces, dots, *heat]), len(runs) + 1),
+        [["original", *(method.label for method in methods)], [""] * (len(runs) + 1)],
+        [[""] * (len(runs) + 1), captions],
+        folder,
+        f"figure15_{subject.name}",
         limit,
     )
 
@@ -134,14 +163,14 @@ def _heatmaps(
 def _sheet(
     heading: str,
     rows: list[list[Image]],
-    titles: list[str],
+    titles: list[list[str]],
     captions: list[list[str]],
     folder: Path,
     name: str,
     limit: float | None = None,
 ) -> Path:
-    """Pictures in a grid, titles over the columns, a caption under each, a bar for heatmaps."""
-    columns = len(titles)
+    """Pictures in rows, each with a title over it and a caption under it; a bar for heatmaps."""
+    columns = len(titles[0])
     width = _PANEL_WIDTH * columns + (0.9 if limit is not None else 0)
     heights = [_PANEL_WIDTH * row[0].shape[0] / row[0].shape[1] for row in rows]
     # Tall subjects would fill a page: their panels are made smaller instead.
@@ -150,18 +179,23 @@ def _sheet(
     with new_figure(max(width, 10.5), sum(heights) + 0.45 * len(rows) + 0.8) as figure:
         axes = figure.subplots(len(rows), columns, squeeze=False, height_ratios=heights)
         figure.suptitle(heading)
-        for row, images, texts in zip(axes, rows, captions, strict=True):
-            for axis, image, text in zip(row, images, texts, strict=True):
+        for axis in axes.ravel():
+            axis.set(xticks=[], yticks=[])
+            axis.grid(visible=False)
+            axis.spines[:].set_visible(False)
+        for row, images, heads, texts in zip(axes, rows, titles, captions, strict=True):
+            for axis, image, head, text in zip(row, images, heads, texts, strict=False):
                 axis.imshow(image, interpolation="antialiased")
+                axis.set_title(head, fontsize=12)
                 axis.set_xlabel(text)
-                axis.set(xticks=[], yticks=[])
-                axis.grid(visible=False)
-                axis.spines[:].set_visible(False)
-        for axis, title in zip(axes[0], titles, strict=True):
-            axis.set_title(title, fontsize=12)
         if limit is not None:
             _colour_bar(figure, axes.ravel(), limit)
         return save(figure, folder, name, is_chart=False)
+
+
+def _in_rows(values: Sequence[T], length: int) -> list[list[T]]:
+    """The last one may be shorter."""
+    return [list(values[first : first + length]) for first in range(0, len(values), length)]
 
 
 def _colour_bar(figure: "Figure", axes: NDArray[np.object_], limit: float) -> None:

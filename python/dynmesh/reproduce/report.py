@@ -3,6 +3,7 @@
 import base64
 import json
 import platform
+from collections.abc import Iterable
 from dataclasses import asdict
 from html import escape
 from pathlib import Path
@@ -11,8 +12,8 @@ import numpy as np
 
 from .._core import __version__
 from .charts import LinearFit
-from .claims import Verdict, compare
-from .methods import COMPARED, MOTION
+from .claims import Claims, Verdict, compare
+from .methods import BEYOND, COMPARED, DETAIL, LIA_ON_MOTION, MOTION, Method
 from .study import PAPER_SHARES, SCENARIOS, Study
 from .style import percent, scientific
 
@@ -38,12 +39,14 @@ _TITLES = {
     "of at random.",
     "figure13": "Figure 13, beyond the paper: both readings of the weights. Estimated once only, "
     "errors feed on themselves.",
+    "figure14": "Figure 14, beyond the paper: detail beside motion, LIA on motion and libigl. "
+    "Lines are as in figure 9; dashed are the rivals.",
+    "figure15": "Figure 15, beyond the paper: motion, detail and libigl beside the original, and "
+    "their errors, where few vertices are known.",
 }
 
 
-def write_results(
-    studies: list[Study], claims: list[Verdict], plan: str, seed: int, folder: Path
-) -> Path:
+def write_results(studies: list[Study], claims: Claims, plan: str, seed: int, folder: Path) -> Path:
     """Writes all numbers as JSON, NMSVE in bounding-box diagonals."""
     results = {
         "dynmesh": __version__,
@@ -52,7 +55,8 @@ def write_results(
         "plan": plan,
         "seed": seed,
         "sequences": {study.subject.name: _numbers(study) for study in studies},
-        "claims": [asdict(verdict) for verdict in claims],
+        "claims": [asdict(verdict) for verdict in claims.paper],
+        "detail_claims": [asdict(verdict) for verdict in claims.detail],
     }
     path = folder / "results.json"
     path.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
@@ -60,7 +64,7 @@ def write_results(
 
 
 def write_report(
-    studies: list[Study], claims: list[Verdict], plan: str, pictures: list[Path], folder: Path
+    studies: list[Study], claims: Claims, plan: str, pictures: list[Path], folder: Path
 ) -> Path:
     """Writes a page that stands alone, pictures and all."""
     parts = [
@@ -71,11 +75,23 @@ def write_report(
         f"Completion, WSCG 2017. Made by dynmesh {__version__}, {escape(plan)}. Times are of this "
         f"machine, one thread; NMSVE is in bounding-box diagonals of the first frame.</p>",
         "<h2>The claims</h2>",
-        _claims_table(claims),
+        _claims_table(claims.paper),
+        "<h2>Beyond the paper: detail</h2>",
+        "<p>Detail keeps the shape of the mesh. It is compared with motion, with LIA on motion and "
+        "with libigl: the biharmonic field of motion vectors, with the operator of the first "
+        "frame, and ARAP, as rigid as possible from the first frame.</p>",
+        *_left_out(studies),
+        _claims_table(claims.detail),
         "<h2>Where motion is better, and where not</h2>",
         "<p>Each rival's error and time as multiples of those of motion: above 1, motion is "
         "better; <span class='no'>below 1</span>, the rival is.</p>",
-        *(_comparison_table(study) for study in studies),
+        *(_comparison_table(study, MOTION, COMPARED) for study in studies),
+        "<h2>Where detail is better, and where not</h2>",
+        "<p>The same for detail.</p>",
+        *(
+            _comparison_table(study, DETAIL, (MOTION, LIA_ON_MOTION, *study.beyond))
+            for study in studies
+        ),
         *(_error_table(study) for study in studies),
         "<h2>Figures</h2>",
     ]
@@ -93,6 +109,7 @@ def write_report(
 
 
 def _numbers(study: Study) -> dict[str, object]:
+    methods = (*COMPARED, *study.beyond)
     return {
         "frames": study.subject.n_frames,
         "vertices": study.subject.n_vertices,
@@ -100,18 +117,28 @@ def _numbers(study: Study) -> dict[str, object]:
         "sweep": {str(share): run.summary() for share, run in study.sweep.items()},
         "grid": {
             method.key: {
-                str(share): run.summary()
-                for (key, share), run in study.grid.items()
-                if key == method.key
+                str(share): study.grid[method.key, share].summary()
+                for share in study.shares(method)
             }
-            for method in COMPARED
+            for method in methods
         },
         "once_only": {str(share): run.summary() for share, run in study.once.items()},
         "scenarios": {
-            name: {method.key: study.scenarios[name, method.key].summary() for method in COMPARED}
+            name: {method.key: study.scenarios[name, method.key].summary() for method in methods}
             for name in SCENARIOS
         },
+        "missing": study.missing,
     }
+
+
+def _left_out(studies: list[Study]) -> list[str]:
+    labels = {method.key: method.label for method in BEYOND}
+    return [
+        f"<p class='no'>Left out on {escape(study.subject.name)}: {escape(labels[key])}; "
+        f"{escape(why)}.</p>"
+        for study in studies
+        for key, why in study.missing.items()
+    ]
 
 
 def _claims_table(claims: list[Verdict]) -> str:
@@ -125,9 +152,9 @@ def _claims_table(claims: list[Verdict]) -> str:
     return f"<table>{head}{''.join(rows)}</table>"
 
 
-def _comparison_table(study: Study) -> str:
-    rivals = [method for method in COMPARED if method is not MOTION]
-    columns = [compare(study, rival) for rival in rivals]
+def _comparison_table(study: Study, ours: Method, methods: Iterable[Method]) -> str:
+    rivals = [method for method in methods if method is not ours]
+    columns = [compare(study, ours, rival) for rival in rivals]
     head = "".join(
         f"<th>{escape(c)}</th>" for c in [study.subject.name, *(r.label for r in rivals)]
     )
@@ -152,7 +179,7 @@ def _error_table(study: Study) -> str:
     columns = [*(percent(s) for s in PAPER_SHARES), *SCENARIOS]
     head = "".join(f"<th>{escape(c)}</th>" for c in ["method", *columns])
     rows = []
-    for method in COMPARED:
+    for method in (*COMPARED, *study.beyond):
         runs = [study.grid[method.key, share] for share in PAPER_SHARES]
         runs += [study.scenarios[name, method.key] for name in SCENARIOS]
         cells = "".join(

@@ -1,0 +1,115 @@
+"""What libigl offers in dynmesh's place, online, and the evaluation without it."""
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import meshes
+import numpy as np
+import pytest
+
+import dynmesh
+from dynmesh.reproduce import charts, pictures, report
+from dynmesh.reproduce.claims import Claims, detail_verdicts, verdicts
+from dynmesh.reproduce.libigl import Arap, Harmonic
+from dynmesh.reproduce.measure import Subject
+from dynmesh.reproduce.study import Plan, Study, study, trial
+
+
+def rivals(mesh: meshes.Mesh) -> dict[str, Any]:
+    pytest.importorskip("igl", reason="libigl is not installed")
+    faces, first = mesh.faces, mesh.vertices
+    return {
+        "harmonic": Harmonic(faces, first, order=1),
+        "biharmonic": Harmonic(faces, first, order=2),
+        "arap": Arap(faces, first, rest="first"),
+        "arap from previous": Arap(faces, first, rest="previous"),
+    }
+
+
+def test_known_vertices_stay_as_given_and_the_rest_is_not_read(rng: np.random.Generator) -> None:
+    mesh = meshes.sheet(8)
+    for name, rival in rivals(mesh).items():
+        close = 0.2 if "arap" in name else 1e-9  # libigl stops ARAP after ten iterations
+        for n in (1, 2):
+            known = rng.random(len(mesh.vertices)) < 0.4
+            moved = mesh.vertices + np.array([n, 0, 0])
+            points = np.where(known[:, None], moved, np.nan)
+            completed = rival.complete(points, known)
+            np.testing.assert_array_equal(completed[known], points[known], err_msg=name)
+            np.testing.assert_allclose(completed, moved, atol=close, err_msg=name)
+        rival.reset()
+        np.testing.assert_array_equal(rival.completed, mesh.vertices)
+
+
+def test_each_keeps_what_it_promises(rng: np.random.Generator) -> None:
+    mesh = meshes.sheet(9)
+    known = rng.random(81) < 0.2
+    turned = np.stack([meshes.turned(mesh.vertices, 0.1 * n) for n in range(4)])
+    errors = {}
+    for name, rival in rivals(mesh).items():
+        for frame in turned[1:]:
+            completed = rival.complete(frame, known)
+        errors[name] = np.abs(completed - turned[-1]).max()
+    assert max(errors["arap"], errors["arap from previous"]) < 0.1  # a turn is rigid
+    assert min(errors["harmonic"], errors["biharmonic"]) > 0.3
+
+    # Linear motion of a flat sheet is harmonic, where the border is known; k = 1 and 2 tell apart.
+    flat = meshes.Mesh(mesh.faces, mesh.vertices * [1, 1, 0])
+    x, y = flat.vertices[:, 0], flat.vertices[:, 1]
+    border = (x == x.min()) | (x == x.max()) | (y == y.min()) | (y == y.max())
+    sheared = flat.vertices + np.stack([0.1 * y, 0 * x, 0.2 * x], axis=1)
+    bowed = flat.vertices + np.stack([0 * x, 0 * x, (x - x.mean()) ** 2], axis=1)
+    two_rings = border | (x == np.unique(x)[1]) | (x == np.unique(x)[-2])
+    two_rings |= (y == np.unique(y)[1]) | (y == np.unique(y)[-2])
+    harmonic, biharmonic, *_ = rivals(flat).values()
+    np.testing.assert_allclose(harmonic.complete(sheared, border), sheared, atol=1e-9)
+    np.testing.assert_allclose(biharmonic.complete(sheared, two_rings), sheared, atol=1e-9)
+    for rival in (harmonic, biharmonic):
+        rival.reset()
+    assert np.abs(harmonic.complete(bowed, two_rings) - bowed).max() > 0.01
+    np.testing.assert_allclose(biharmonic.complete(bowed, two_rings), bowed, atol=1e-9)
+
+
+def small_subject(*, degenerate: bool) -> Subject:
+    mesh = meshes.sheet(7)
+    frames = np.stack([meshes.turned(mesh.vertices, 0.05 * n) for n in range(5)])
+    faces = np.concatenate([mesh.faces, [[0, 0, 1]]]) if degenerate else mesh.faces
+    return Subject("sheet", frames.astype(np.float32), faces, "z", 60.0)
+
+
+def test_what_libigl_cannot_solve_is_left_out_and_said() -> None:
+    pytest.importorskip("igl", reason="libigl is not installed")
+    assert trial(small_subject(degenerate=False), 0).missing == {}
+    missing = trial(small_subject(degenerate=True), 0).missing
+    assert missing == dict.fromkeys(["biharmonic_on_motion", "arap"], "its solution is not finite")
+
+
+def test_the_evaluation_does_without_libigl(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("matplotlib")
+    pytest.importorskip("pyvista")
+    monkeypatch.setitem(sys.modules, "igl", None)  # as if it were not installed
+    subject = small_subject(degenerate=False)
+    tried = trial(subject, 0)
+    done: Study = study(subject, Plan.quick(), 0, tried, lambda _: None)
+    claims = Claims(verdicts(done), detail_verdicts(done))
+    assert [v for v in claims.detail if "libigl" in v.claim or "biharmonic" in v.claim] == []
+    assert len(claims.detail) == 3
+    drawn = [
+        charts.figure12([done], tmp_path),
+        charts.figure14([done], tmp_path),
+        pictures.figure12(done, "camera", tmp_path),
+    ]
+    page = report.write_report([done], claims, "test", drawn, tmp_path).read_text()
+    assert "Left out on sheet: biharmonic on motion (libigl); this needs igl" in page
+    assert "Left out on sheet: ARAP (libigl); this needs igl" in page
+    numbers = json.loads(report.write_results([done], claims, "test", 0, tmp_path).read_text())
+    sheet = numbers["sequences"]["sheet"]
+    assert set(sheet["missing"]) == {"biharmonic_on_motion", "arap"}
+    assert "detail" in sheet["grid"]
+    assert "detail" in sheet["scenarios"]["camera"]
+    assert "arap" not in sheet["grid"]
+    assert dynmesh.__version__ == numbers["dynmesh"]
