@@ -96,7 +96,9 @@ def test_pages_do_what_they_say(name: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "name",
     [
+        "CONTRIBUTING.md",
         "README.md",
+        "SECURITY.md",
         "docs/embedding.md",
         "docs/formats.md",
         "docs/gallery.md",
