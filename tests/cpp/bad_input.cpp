@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdio>
 #include <dynmesh/dynmesh.hpp>
+#include <exception>
 #include <functional>
 #include <limits>
 #include <string>
@@ -19,12 +20,16 @@ using namespace dynmesh::testing;
 
 namespace {
 
-int faults = 0;
+/// How many cases went wrong.
+int& faults() {
+  static int count = 0;
+  return count;
+}
 
 void show(const char* interface, const char* call, const char* given, const std::string& answer) {
   std::printf("%s\t%s\t%s\t%s\n", interface, call, given, answer.c_str());
   if (!answer.empty()) return;
-  ++faults;
+  ++faults();
   std::fprintf(stderr, "%s, %s: was accepted\n", call, given);
 }
 
@@ -51,7 +56,7 @@ void try_cpp(World& world) {
     const auto before = c.state();
     show("C++", call, given, message_of(run));
     if (c.state() == before) return;
-    ++faults;
+    ++faults();
     std::fprintf(stderr, "%s, %s: changed the completer\n", call, given);
   };
   const auto with = [&](std::size_t place, double value) {
@@ -172,7 +177,7 @@ void try_c(World& world) {
   const auto n_faces = static_cast<std::int64_t>(world.mesh.faces().count);
   const std::int32_t* faces = world.mesh.indices.data();
   dynmesh_completer* c = nullptr;
-  if (dynmesh_create(faces, n_faces, &frame, &settings, &c) != DYNMESH_OK) ++faults;
+  if (dynmesh_create(faces, n_faces, &frame, &settings, &c) != DYNMESH_OK) ++faults();
   const auto state_of = [&] {
     std::vector<std::byte> state(static_cast<std::size_t>(dynmesh_state_size(c)));
     dynmesh_state(c, state.data(), static_cast<std::int64_t>(state.size()));
@@ -183,7 +188,7 @@ void try_c(World& world) {
     const std::string answer = status == DYNMESH_OK ? "" : dynmesh_last_message();
     show("C", call, given, answer.empty() ? "" : std::to_string(status) + ", " + answer);
     if (state_of() == before) return;
-    ++faults;
+    ++faults();
     std::fprintf(stderr, "%s, %s: changed the completer\n", call, given);
   };
 
@@ -267,17 +272,20 @@ void try_c(World& world) {
   tried("dynmesh_read_template", "`path`: a null pointer", dynmesh_read_template(nullptr, &mesh));
   tried("dynmesh_read_template", "a file that is not there",
         dynmesh_read_template("none.obj", &mesh));
-  if (other != nullptr || mesh != nullptr) ++faults;
+  if (other != nullptr || mesh != nullptr) ++faults();
   dynmesh_destroy(c);
 }
 
 }  // namespace
 
-int main() {
+int main() try {
   std::setvbuf(stdout, nullptr, _IOLBF, 0);
   World world;
   world.completer.push(world.points(), world.known(), world.out());
   try_cpp(world);
   try_c(world);
-  return faults == 0 ? 0 : 1;
+  return faults() == 0 ? 0 : 1;
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "%s\n", error.what());
+  return 1;
 }
