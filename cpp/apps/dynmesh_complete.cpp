@@ -59,6 +59,8 @@ Examples:
   sensor | dynmesh-complete --template body.ply --input - --output - | renderer
 )";
 
+// A signal handler reaches nothing else.
+// NOLINTNEXTLINE(cppcoreguidelines-avoid-non-const-global-variables)
 volatile std::sig_atomic_t caught_signal = 0;
 
 /// Reading and writing stop at the next frame, so that what was completed is not lost.

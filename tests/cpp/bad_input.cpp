@@ -114,7 +114,7 @@ void try_cpp(World& world) {
   tried("push", "`out`: one row further than `points`",
         push({out.data, k - 1 + 1, 3, 1}, known, {out.data + 3, k}));
   tried("push", "`out`: rows that overlap", push(points, known, {out.data, k, 1, 1}));
-  const auto sparse = [&](std::vector<Index> indices, Points<const double> observed) {
+  const auto sparse = [&](const std::vector<Index>& indices, Points<const double> observed) {
     return [=, &c] { c.push_sparse(indices, observed, out); };
   };
   tried("push_sparse", "`indices`: one twice", sparse({4, 7, 4}, {points.data, 3}));
@@ -127,7 +127,9 @@ void try_cpp(World& world) {
   tried("reset", "`frame`: one row too few", [&] { c.reset({points.data, k - 1}); });
 
   const auto state = c.state();
-  const auto restore = [&](std::vector<std::byte> bytes) { return [=, &c] { c.restore(bytes); }; };
+  const auto restore = [&](const std::vector<std::byte>& bytes) {
+    return [=, &c] { c.restore(bytes); };
+  };
   auto flipped = state;
   flipped[200] ^= std::byte{1};
   tried("restore", "`state`: empty", restore({}));
