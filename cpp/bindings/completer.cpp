@@ -64,10 +64,8 @@ class AnyCompleter {
       throw std::runtime_error(
           "this completer is in use by another thread; give each thread its own, or take turns");
     }
-    struct Leave {
-      std::atomic_flag& busy;
-      ~Leave() { busy.clear(); }
-    } const leave{busy_};
+    const auto clear = [](std::atomic_flag* busy) { busy->clear(); };
+    const std::unique_ptr<std::atomic_flag, decltype(clear)> leave(&busy_, clear);
     return std::visit([&](auto& completer) { return call(*completer); }, completer_);
   }
 
