@@ -11,6 +11,7 @@
 #include <exception>
 #include <filesystem>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -48,8 +49,9 @@ input or output, raw.
   --overwrite        replace an output file that exists
   --help, --version
 
-If the input ends within a frame, or an interrupt (Ctrl-C) ends the program, all
-whole frames before that are completed and written. Exit code: 0 done; 1 the data
+If the input ends within a frame or holds one that no completion can use, or an
+interrupt (Ctrl-C) ends the program, all whole frames before that are completed and
+written. Exit code: 0 done; 1 the data
 or a file is bad; 2 the call is; 130 or 143 interrupted.
 
 Examples:
@@ -57,6 +59,8 @@ Examples:
   sensor | dynmesh-complete --template body.ply --input - --output - | renderer
 )";
 
+// A signal handler reaches nothing else.
+// NOLINTNEXTLINE(cppcoreguidelines-avoid-non-const-global-variables)
 volatile std::sig_atomic_t caught_signal = 0;
 
 /// Reading and writing stop at the next frame, so that what was completed is not lost.
@@ -77,9 +81,11 @@ dynmesh::Index parse_count(const char* option, const std::string& text) {
   dynmesh::Index value = 0;
   const char* end = text.data() + text.size();
   const auto [stopped, error] = std::from_chars(text.data(), end, value);
-  if (error != std::errc() || stopped != end) {
+  if (stopped != end || error == std::errc::invalid_argument) {
     throw UsageError(std::string(option) + ": '" + text + "' is not a whole number");
   }
+  if (error != std::errc())
+    throw UsageError(std::string(option) + ": " + text + " is out of range");
   return value;
 }
 
@@ -161,11 +167,23 @@ void print(const dynmesh::FrameReport& report, std::size_t frame) {
                report.seconds);
 }
 
+/// What `call` returns; what the library refuses in it is said to be in `place`.
+template <class Call>
+auto blaming(const std::string& place, const Call& call) {
+  try {
+    return call();
+  } catch (const std::invalid_argument& error) {
+    throw DataError(place + ": " + error.what());
+  }
+}
+
 void complete(const Options& options) {
   (void)dynmesh::app::format_of(*options.input);
   (void)dynmesh::app::format_of(*options.output);
   const dynmesh::TemplateMesh mesh = dynmesh::read_template(*options.template_path);
-  dynmesh::Completer<float> completer(mesh.triangles(), mesh.points(), options.settings);
+  dynmesh::Completer<float> completer = blaming(*options.template_path, [&] {
+    return dynmesh::Completer<float>(mesh.triangles(), mesh.points(), options.settings);
+  });
 
   std::error_code missing;
   if (std::filesystem::equivalent(*options.input, *options.output, missing)) {
@@ -177,13 +195,15 @@ void complete(const Options& options) {
   const dynmesh::Points<float> points(frame.data(), completer.n_vertices());
   std::optional<DataError> damage;
   for (std::size_t number = 1;; ++number) {
+    dynmesh::FrameReport report;
     try {
       if (caught_signal != 0 || !reader.read(frame)) break;
+      report = blaming(*options.input + ": frame " + std::to_string(number),
+                       [&] { return completer.push(points, points); });
     } catch (const DataError& error) {
       damage = error;  // what was completed before it is worth having
       break;
     }
-    const auto report = completer.push(points, points);
     if (options.report) print(report, number);
     writer.write(frame);
   }

@@ -1,7 +1,9 @@
 #include "arrays.hpp"
 
+#include <cmath>
 #include <cstdint>
 #include <limits>
+#include <utility>
 
 namespace dynmesh {
 
@@ -9,15 +11,18 @@ py::array to_array(const char* argument, const py::object& object) {
   if (py::isinstance<py::array>(object)) {
     if (py::hasattr(object, "mask")) {
       throw py::type_error(std::string(argument) +
-                           ": is a masked array; say what is known by `known`, or by NaN");
+                           ": is a masked array, whose mask would be lost; give a plain one, and "
+                           "say by `known` what was observed");
     }
     return py::reinterpret_borrow<py::array>(object);
   }
-  return py::module_::import("numpy").attr("asarray")(object);
-}
-
-std::string type_name(py::handle object) {
-  return py::str(py::type::handle_of(object).attr("__name__"));
+  try {
+    return py::module_::import("numpy").attr("asarray")(object);
+  } catch (const py::error_already_set& error) {
+    if (!error.matches(PyExc_ValueError) && !error.matches(PyExc_TypeError)) throw;
+    throw py::value_error(std::string(argument) +
+                          ": is no array: " + std::string(py::str(error.value())));
+  }
 }
 
 std::string dtype_name(const py::array& array) { return py::str(array.dtype()); }
@@ -34,6 +39,25 @@ void check_floating(const char* argument, const py::array& array) {
   if (array.dtype().kind() == 'f' && (size == 4 || size == 8)) return;
   throw py::type_error(std::string(argument) + ": must be float32 or float64, not " +
                        dtype_name(array));
+}
+
+py::array_t<float> to_single(const py::array& array) {
+  const auto wide = as_type<double>(array);
+  const std::vector<py::ssize_t> shape(array.shape(), array.shape() + array.ndim());
+  py::array_t<float> single(shape);
+  const auto from = view_frame(wide, wide.data());
+  const auto to = view_frame(single, single.mutable_data());
+  constexpr float largest = std::numeric_limits<float>::max();
+  for (std::size_t i = 0; i < from.count; ++i) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double value = from(i, c);
+      // Comparisons that NaN and the infinities leave as they are.
+      const bool beyond = std::abs(value) > largest && std::isfinite(value);
+      to(i, c) = beyond ? std::copysign(largest, static_cast<float>(std::copysign(1.0, value)))
+                        : static_cast<float>(value);
+    }
+  }
+  return single;
 }
 
 KnownArgument::KnownArgument(const py::object& object) : array_(to_array("known", object)) {
@@ -64,18 +88,32 @@ IndicesArgument::IndicesArgument(const char* argument, const py::object& object,
     view_ = {array_.data(), static_cast<std::size_t>(array_.size())};
     return;
   }
-  const py::array_t<std::int64_t, py::array::c_style | py::array::forcecast> wide(array);
+  if (array.size() / 3 > std::numeric_limits<Index>::max()) {
+    throw py::value_error(std::string(argument) + ": has shape " +
+                          std::string(py::str(array.attr("shape"))) +
+                          ", which is more than 32-bit indices can count");
+  }
+  if (kind == 'u' && array.itemsize() == sizeof(std::uint64_t)) {
+    narrow<std::uint64_t>(argument, array, columns);
+  } else {
+    narrow<std::int64_t>(argument, array, columns);
+  }
+  view_ = narrowed_;
+}
+
+template <class Wide>
+void IndicesArgument::narrow(const char* argument, const py::array& array, py::ssize_t columns) {
+  const py::array_t<Wide, py::array::c_style | py::array::forcecast> wide(array);
   narrowed_.resize(static_cast<std::size_t>(wide.size()));
   for (std::size_t i = 0; i < narrowed_.size(); ++i) {
-    const std::int64_t value = wide.data()[i];
-    if (value < std::numeric_limits<Index>::min() || value > std::numeric_limits<Index>::max()) {
+    const Wide value = wide.data()[i];
+    if (!std::in_range<Index>(value)) {
       const std::size_t row = columns == 0 ? i : i / static_cast<std::size_t>(columns);
       throw py::value_error(std::string(argument) + ": row " + std::to_string(row) + " holds " +
                             std::to_string(value) + ", which is no vertex of any mesh");
     }
     narrowed_[i] = static_cast<Index>(value);
   }
-  view_ = narrowed_;
 }
 
 }  // namespace dynmesh

@@ -10,14 +10,17 @@
 #include <dynmesh/types.hpp>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <vector>
+
+#include "scalars.hpp"
 
 namespace dynmesh {
 
 namespace py = pybind11;
 
-/// numpy.asarray; numpy's own errors pass through. TypeError for a masked array, whose mask would
-/// be lost.
+/// numpy.asarray, whose errors get the argument's name. TypeError for a masked array, whose mask
+/// would be lost.
 py::array to_array(const char* argument, const py::object& object);
 
 /// ValueError unless `array` has this many axes and, where `columns` > 0, that last axis.
@@ -28,7 +31,6 @@ void check_shape(const char* argument, const py::array& array, py::ssize_t axes,
 void check_floating(const char* argument, const py::array& array);
 
 std::string dtype_name(const py::array& array);
-std::string type_name(py::handle object);
 
 /// Whether element strides can express the array's, and its elements are aligned.
 template <class T>
@@ -41,9 +43,16 @@ bool viewable(const py::array& array) {
   return in_elements;
 }
 
+/// The array rounded to float32; what is finite but beyond its range becomes the largest number, so
+/// that it is refused as too large, not taken as missing.
+py::array_t<float> to_single(const py::array& array);
+
 /// The array as `T`, itself where it is that already.
 template <class T>
 py::array_t<T> as_type(const py::array& array) {
+  if constexpr (std::is_same_v<T, float>) {
+    if (array.itemsize() == sizeof(double)) return to_single(array);
+  }
   py::array_t<T> typed = py::array_t<T, py::array::forcecast>(array);
   if (viewable<T>(typed)) return typed;
   return py::array_t<T, py::array::c_style | py::array::forcecast>(typed.attr("copy")());
@@ -95,6 +104,9 @@ class IndicesArgument {
   [[nodiscard]] Faces faces() const { return {view_.data(), view_.size() / 3}; }
 
  private:
+  template <class Wide>
+  void narrow(const char* argument, const py::array& array, py::ssize_t columns);
+
   py::array_t<Index> array_;
   std::vector<Index> narrowed_;
   std::span<const Index> view_;
@@ -112,7 +124,7 @@ class OutputArgument {
     if (!py::isinstance<py::array>(out)) {
       throw py::type_error("out: must be a numpy array, not " + type_name(out));
     }
-    const auto array = py::reinterpret_borrow<py::array>(out);
+    const auto array = to_array("out", out);
     if (!py::isinstance<py::array_t<Real>>(array)) {
       throw py::type_error("out: must be " + std::string(py::str(py::dtype::of<Real>())) +
                            ", as first_frame was, not " + dtype_name(array));

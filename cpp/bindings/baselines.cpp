@@ -7,10 +7,11 @@
 namespace dynmesh {
 namespace {
 
-Topology topology_of(const py::object& faces, std::size_t n_vertices) {
+Topology topology_of(const py::object& faces, const py::object& n_vertices) {
+  const std::size_t k = count_argument("n_vertices", n_vertices);
   const IndicesArgument indices("faces", faces, 3, "(m, 3)");
   const py::gil_scoped_release release;
-  return build_topology(indices.faces(), n_vertices);
+  return build_topology(indices.faces(), k);
 }
 
 /// (k, 3) positions or None.
@@ -84,24 +85,25 @@ Args:
 
 void bind_baselines(py::module_& module) {
   py::class_<LeastSquaresMesh>(module, "LeastSquaresMesh", mesh_doc)
-      .def(py::init([](const py::object& faces, std::size_t n_vertices) {
+      .def(py::init([](const py::object& faces, const py::object& n_vertices) {
              return LeastSquaresMesh(topology_of(faces, n_vertices));
            }),
            py::arg("faces"), py::arg("n_vertices"))
       .def("complete", &complete<LeastSquaresMesh>, py::arg("points"), py::arg("known"),
            py::kw_only(), py::arg("previous") = py::none(), complete_doc);
   py::class_<LaplacianInterpolation>(module, "LaplacianInterpolation", interpolation_doc)
-      .def(
-          py::init([](const py::object& faces, std::size_t n_vertices, const std::string& objective,
-                      const std::string& weights, const py::object& reference) {
-            const OptionalFrame frame("reference", reference);
-            return LaplacianInterpolation(topology_of(faces, n_vertices),
-                                          objective_from_name(objective),
-                                          weights_from_name(weights), frame.view());
-          }),
-          py::arg("faces"), py::arg("n_vertices"), py::kw_only(),
-          py::arg("objective") = "least_squares", py::arg("weights") = "uniform",
-          py::arg("reference") = py::none())
+      .def(py::init([](const py::object& faces, const py::object& n_vertices,
+                       const py::object& objective, const py::object& weights,
+                       const py::object& reference) {
+             const OptionalFrame frame("reference", reference);
+             return LaplacianInterpolation(
+                 topology_of(faces, n_vertices),
+                 objective_from_name(text_argument("objective", objective)),
+                 weights_from_name(text_argument("weights", weights)), frame.view());
+           }),
+           py::arg("faces"), py::arg("n_vertices"), py::kw_only(),
+           py::arg("objective") = "least_squares", py::arg("weights") = "uniform",
+           py::arg("reference") = py::none())
       .def("complete", &complete<LaplacianInterpolation>, py::arg("points"), py::arg("known"),
            py::kw_only(), py::arg("previous") = py::none(), complete_doc);
 }

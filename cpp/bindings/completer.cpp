@@ -9,54 +9,29 @@
 
 #include "arrays.hpp"
 #include "bindings.hpp"
+#include "scalars.hpp"
 
 namespace dynmesh {
 namespace {
 
-/// The keyword arguments of a completer, each checked by name: pybind11's own message would list
-/// every argument's type and say neither which is wrong nor why.
 Settings settings_of(const py::kwargs& keywords) {
   Settings settings;
   for (const auto& [key, value] : keywords) {
-    const auto name = key.cast<std::string>();
-    const py::handle given = value;
-    const auto expect = [&](bool fits, const char* kind) {
-      if (!fits) throw py::type_error(name + ": must be " + kind + ", not " + type_name(given));
-    };
-    const auto text = [&] {
-      expect(py::isinstance<py::str>(given), "a string");
-      return given.cast<std::string>();
-    };
-    const auto truth = [&] {
-      expect(py::isinstance<py::bool_>(given), "True or False");
-      return given.cast<bool>();
-    };
-    const auto count = [&] {
-      expect(PyIndex_Check(given.ptr()) != 0 && !py::isinstance<py::bool_>(given), "an integer");
-      int overflow = 0;
-      const auto number = py::reinterpret_steal<py::object>(PyNumber_Index(given.ptr()));
-      const long long wide = PyLong_AsLongLongAndOverflow(number.ptr(), &overflow);
-      if (overflow != 0 || wide != static_cast<Index>(wide)) {
-        throw py::value_error(name + ": is out of range, " + std::string(py::str(number)));
-      }
-      return static_cast<Index>(wide);
-    };
+    const auto name = text_argument("settings", key);
     if (name == "method") {
-      settings.method = method_from_name(text());
+      settings.method = method_from_name(text_argument(name, value));
     } else if (name == "revisit") {
-      settings.revisit = truth();
+      settings.revisit = truth_argument(name, value);
     } else if (name == "extra_iterations") {
-      settings.extra_iterations = count();
+      settings.extra_iterations = integer_argument(name, value);
     } else if (name == "unseen") {
-      settings.unseen = unseen_rule_from_name(text());
+      settings.unseen = unseen_rule_from_name(text_argument(name, value));
     } else if (name == "noise") {
-      const bool is_number = PyFloat_Check(given.ptr()) != 0 || PyLong_Check(given.ptr()) != 0;
-      expect(given.is_none() || is_number, "a number or None");
-      if (!given.is_none()) settings.noise = given.cast<double>();
+      if (!value.is_none()) settings.noise = number_argument(name, value);
     } else if (name == "reject_outliers") {
-      settings.reject_outliers = truth();
+      settings.reject_outliers = truth_argument(name, value);
     } else if (name == "threads") {
-      settings.threads = count();
+      settings.threads = integer_argument(name, value);
     } else {
       throw py::type_error(name +
                            ": is no setting; there are method, revisit, extra_iterations, unseen, "
@@ -89,10 +64,8 @@ class AnyCompleter {
       throw std::runtime_error(
           "this completer is in use by another thread; give each thread its own, or take turns");
     }
-    struct Leave {
-      std::atomic_flag& busy;
-      ~Leave() { busy.clear(); }
-    } const leave{busy_};
+    const auto clear = [](std::atomic_flag* busy) { busy->clear(); };
+    const std::unique_ptr<std::atomic_flag, decltype(clear)> leave(&busy_, clear);
     return std::visit([&](auto& completer) { return call(*completer); }, completer_);
   }
 

@@ -9,15 +9,13 @@
 namespace dynmesh {
 namespace {
 
-py::tuple cells(const py::object& faces, py::ssize_t n_vertices) {
-  if (n_vertices < 0) {
-    throw py::value_error("n_vertices: must not be negative, but is " + std::to_string(n_vertices));
-  }
+py::tuple cells(const py::object& faces, const py::object& n_vertices) {
+  const std::size_t k = count_argument("n_vertices", n_vertices);
   const IndicesArgument indices("faces", faces, 3, "(m, 3)");
   Topology topology;
   {
     const py::gil_scoped_release release;
-    topology = build_topology(indices.faces(), static_cast<std::size_t>(n_vertices));
+    topology = build_topology(indices.faces(), k);
   }
   const auto to_numpy = [](const std::vector<Index>& values) {
     return py::array_t<Index>(static_cast<py::ssize_t>(values.size()), values.data());

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "arguments.hpp"
 #include "geometry.hpp"
 
 namespace dynmesh {
@@ -38,22 +39,16 @@ Matrix laplacian(const Cells& cells, const Weight& weight) {
 
 double one(Index /*i*/, Index /*j*/) { return 1; }
 
-void check_rows(const char* argument, std::size_t rows, std::size_t k) {
-  if (rows != k) {
-    throw std::invalid_argument(std::string(argument) + ": has " + std::to_string(rows) +
-                                " rows, but the mesh has " + std::to_string(k) + " vertices");
-  }
-}
-
 std::vector<Vector3<double>> whole_frame(const char* argument, Points<const double> points,
                                          std::size_t k) {
-  check_rows(argument, points.count, k);
+  check_rows(argument, points.data, points.count, k);
   std::vector<Vector3<double>> frame(k);
   for (std::size_t v = 0; v < k; ++v) {
     frame[v] = {points(v, 0), points(v, 1), points(v, 2)};
     if (!is_finite(frame[v])) {
       throw std::invalid_argument(std::string(argument) + ": vertex " + std::to_string(v) +
-                                  " is not finite, but this frame must be whole");
+                                  " is at " + to_text(frame[v]) +
+                                  ", but this frame must be whole and finite");
     }
   }
   return frame;
@@ -69,8 +64,8 @@ struct Given {
   Given(const Topology& topology, Points<const double> points, KnownMask mask,
         Points<const double> previous) {
     const std::size_t k = topology.cells.size();
-    check_rows("points", points.count, k);
-    check_rows("known", mask.count, k);
+    check_rows("points", points.data, points.count, k);
+    check_rows("known", mask.data, mask.count, k);
     positions.setZero(static_cast<Eigen::Index>(k), 3);
     values.setZero(static_cast<Eigen::Index>(k), 3);
     origin.setZero(static_cast<Eigen::Index>(k), 3);
@@ -86,8 +81,8 @@ struct Given {
       if (known[v] == 0) continue;
       const Vector3<double> position = {points(v, 0), points(v, 1), points(v, 2)};
       if (!is_finite(position)) {
-        throw std::invalid_argument("points: row " + std::to_string(v) +
-                                    " is not finite, but known positions must be");
+        throw std::invalid_argument("points: row " + std::to_string(v) + " is at " +
+                                    to_text(position) + ", but known positions must be finite");
       }
       const auto row = static_cast<Eigen::Index>(v);
       positions.row(row) << position.x, position.y, position.z;
@@ -158,7 +153,7 @@ LeastSquaresMesh& LeastSquaresMesh::operator=(LeastSquaresMesh&&) noexcept = def
 void LeastSquaresMesh::complete(Points<const double> points, KnownMask known,
                                 Points<const double> previous, Points<double> completed) {
   System& system = *system_;
-  check_rows("completed", completed.count, system.topology.cells.size());
+  check_rows("completed", completed.data, completed.count, system.topology.cells.size());
   const Given given(system.topology, points, known, previous);
   for (Eigen::Index v = 0; v < system.normal.cols(); ++v) {
     system.normal.coeffRef(v, v) =
@@ -254,7 +249,7 @@ LaplacianInterpolation& LaplacianInterpolation::operator=(LaplacianInterpolation
 void LaplacianInterpolation::complete(Points<const double> points, KnownMask known,
                                       Points<const double> previous, Points<double> completed) {
   System& system = *system_;
-  check_rows("completed", completed.count, system.topology.cells.size());
+  check_rows("completed", completed.data, completed.count, system.topology.cells.size());
   const Given given(system.topology, points, known, previous);
   Columns solution = given.positions;
   if (std::ranges::count(given.known, 0) > 0) {

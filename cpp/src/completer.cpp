@@ -1,15 +1,14 @@
 #include <algorithm>
-#include <array>
 #include <chrono>
-#include <cmath>
-#include <cstdio>
 #include <dynmesh/completer.hpp>
 #include <dynmesh/motion.hpp>
 #include <initializer_list>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
+#include "arguments.hpp"
 #include "detail.hpp"
 #include "exchange.hpp"
 #include "fast_motion.hpp"
@@ -27,14 +26,6 @@ using Clock = std::chrono::steady_clock;
 template <class Real>
 Vector3<Real> row(const Points<const Real>& points, std::size_t i) {
   return {points(i, 0), points(i, 1), points(i, 2)};
-}
-
-template <class Real>
-std::string to_text(const Vector3<Real>& v) {
-  std::array<char, 96> text{};
-  std::snprintf(text.data(), text.size(), "(%.9g, %.9g, %.9g)", static_cast<double>(v.x),
-                static_cast<double>(v.y), static_cast<double>(v.z));
-  return text.data();
 }
 
 /// `place`: which row or vertex of the argument is at `v`.
@@ -63,17 +54,6 @@ std::vector<Vector3<Real>> complete_frame(const char* argument, Points<const Rea
   return frame;
 }
 
-void check_rows(const char* argument, const void* data, std::size_t rows, std::size_t n_vertices) {
-  if (rows != n_vertices) {
-    throw std::invalid_argument(std::string(argument) + ": has " + std::to_string(rows) +
-                                " rows, but the mesh has " + std::to_string(n_vertices) +
-                                " vertices");
-  }
-  if (rows > 0 && data == nullptr) {
-    throw std::invalid_argument(std::string(argument) + ": is a null pointer");
-  }
-}
-
 struct NamedExtent {
   const char* name = "";
   Extent extent;
@@ -99,7 +79,11 @@ void check_output(const Points<Real>& completed, std::size_t n_vertices,
 template <class Real>
 std::vector<Vector3<Real>> first_frame_of(Points<const Real> points) {
   if (points.count == 0) throw std::invalid_argument("first_frame: has no vertices");
-  check_rows("first_frame", points.data, points.count, points.count);
+  if (points.count > static_cast<std::size_t>(std::numeric_limits<Index>::max())) {
+    throw std::invalid_argument("first_frame: has " + std::to_string(points.count) +
+                                " rows, more than 32-bit indices can count");
+  }
+  check_pointer("first_frame", points.data, points.count);
   return complete_frame("first_frame", points);
 }
 
@@ -107,7 +91,6 @@ Topology topology_of(Faces faces, std::size_t n_vertices) {
   if (faces.count == 0) {
     throw std::invalid_argument("faces: is empty, but completion needs the mesh's connectivity");
   }
-  check_rows("faces", faces.data, faces.count, faces.count);
   return build_topology(faces, n_vertices);
 }
 
@@ -226,7 +209,7 @@ FrameReport Completer<Real>::push_sparse(std::span<const Index> indices, Points<
     throw std::invalid_argument("points: has " + std::to_string(points.count) + " rows for " +
                                 std::to_string(indices.size()) + " indices");
   }
-  check_rows("points", points.data, points.count, points.count);
+  check_pointer("points", points.data, points.count);
   check_output(completed, n_vertices(),
                {{"indices", Extent::of(indices)}, {"points", Extent::of(points)}});
   std::ranges::fill(known_, std::uint8_t{0});

@@ -5,8 +5,10 @@
 #include <bit>
 #include <cstring>
 #include <dynmesh/completer.hpp>
+#include <sstream>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 
@@ -74,13 +76,15 @@ class Writer {
 
 class Reader {
  public:
-  explicit Reader(std::span<const std::byte> bytes) : rest_(bytes) {}
+  explicit Reader(std::span<const std::byte> bytes) : size_(bytes.size()), rest_(bytes) {}
 
   template <class T>
   void read(T* values, std::size_t count) {
     static_assert(std::is_trivially_copyable_v<T>);
     if (count == 0) return;
-    if (rest_.size() < count * sizeof(T)) refuse("cut off");
+    if (rest_.size() < count * sizeof(T)) {
+      refuse("cut off: its " + std::to_string(size_) + " bytes are too few");
+    }
     std::memcpy(values, rest_.data(), count * sizeof(T));
     rest_ = rest_.subspan(count * sizeof(T));
   }
@@ -91,6 +95,7 @@ class Reader {
   [[nodiscard]] std::size_t rest() const { return rest_.size(); }
 
  private:
+  std::size_t size_;
   std::span<const std::byte> rest_;
 };
 
@@ -114,6 +119,18 @@ Header header_of(const Settings& settings, const Cells& cells) {
           settings.noise.value_or(0)};
 }
 
+std::string_view name_of(Method method) { return method == Method::motion ? "motion" : "detail"; }
+
+std::string_view name_of(UnseenRule rule) { return rule == UnseenRule::hold ? "hold" : "follow"; }
+
+template <class Value>
+void check_setting(const char* name, Value found, Value expected) {
+  if (found == expected) return;
+  std::ostringstream why;
+  why << "of a completer with other settings: " << name << " is " << found << ", not " << expected;
+  refuse(why.str());
+}
+
 void check_header(const Header& found, const Header& expected) {
   if (found.magic != expected.magic) refuse("not a completer state of this version");
   if (found.real_size != expected.real_size) {
@@ -125,11 +142,14 @@ void check_header(const Header& found, const Header& expected) {
            std::to_string(expected.n_vertices));
   }
   if (found.cells != expected.cells) refuse("of a mesh with other faces");
-  if (found.method != expected.method || found.revisit != expected.revisit ||
-      found.extra_iterations != expected.extra_iterations || found.unseen != expected.unseen ||
-      found.reject_outliers != expected.reject_outliers || found.noise != expected.noise) {
-    refuse("of a completer with other settings");
-  }
+  check_setting("method", name_of(static_cast<Method>(found.method)),
+                name_of(static_cast<Method>(expected.method)));
+  check_setting("revisit", found.revisit, expected.revisit);
+  check_setting("extra_iterations", found.extra_iterations, expected.extra_iterations);
+  check_setting("unseen", name_of(static_cast<UnseenRule>(found.unseen)),
+                name_of(static_cast<UnseenRule>(expected.unseen)));
+  check_setting("reject_outliers", found.reject_outliers, expected.reject_outliers);
+  check_setting("noise", found.noise, expected.noise);
 }
 
 }  // namespace
@@ -181,7 +201,9 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   std::uint64_t seal = 0;
   reader.read(&seal, 1);
   if (reader.rest() != 0) refuse(std::to_string(reader.rest()) + " bytes too long");
-  if (seal != hash_of(state.first(state.size() - sizeof seal))) refuse("damaged");
+  if (seal != hash_of(state.first(state.size() - sizeof seal))) {
+    refuse("damaged: its " + std::to_string(state.size()) + " bytes do not fit their checksum");
+  }
 
   begin(to_places(*numbering_, first_frame));
   previous_ = to_places(*numbering_, previous);

@@ -1,4 +1,6 @@
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <dynmesh/settings.hpp>
 #include <stdexcept>
 #include <string>
@@ -32,8 +34,10 @@ void check_settings(const Settings& settings) {
     if (settings.reject_outliers) throw std::invalid_argument("reject_outliers" + exactly);
   }
   if (settings.noise && !(*settings.noise > 0 && std::isfinite(*settings.noise))) {
-    throw std::invalid_argument("noise: must be positive and finite, not " +
-                                std::to_string(*settings.noise));
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.9g", *settings.noise);
+    throw std::invalid_argument(std::string("noise: must be positive and finite, not ") +
+                                text.data());
   }
 }
 

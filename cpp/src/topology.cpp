@@ -8,6 +8,7 @@
 #include <tuple>
 #include <utility>
 
+#include "arguments.hpp"
 #include "silent_openmesh.hpp"
 
 namespace dynmesh {
@@ -23,6 +24,7 @@ void check_indices(Faces faces, std::size_t n_vertices) {
                                 " vertices and " + std::to_string(faces.count) +
                                 " faces is larger than 32-bit indices can count");
   }
+  check_pointer("faces", faces.data, faces.count);
   for (std::size_t f = 0; f < faces.count; ++f) {
     for (const Index v : faces[f]) {
       if (v < 0 || static_cast<std::size_t>(v) >= n_vertices) {

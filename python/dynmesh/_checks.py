@@ -1,11 +1,14 @@
 """Refusals of arguments that are of the wrong kind (TypeError) or out of range (ValueError)."""
 
 import math
+import os
 from numbers import Real
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .sequence import Positions
+if TYPE_CHECKING:
+    from .sequence import Positions
 
 
 def check_integer(name: str, value: object, least: int) -> None:
@@ -45,22 +48,39 @@ def check_positive(name: str, value: float) -> None:
 
 def check_vector(name: str, value: tuple[float, float, float]) -> None:
     """Refuses what is not three finite numbers."""
+    if not hasattr(value, "__len__"):
+        raise TypeError(f"{name}: must be three numbers, not {value!r}")
     if len(value) != 3:
         raise ValueError(f"{name}: must be three numbers, not {value}")
     for coordinate in value:
         check_finite(name, coordinate)
 
 
-def check_positions(name: str, points: Positions) -> None:
+def check_array(name: str, value: object) -> None:
+    """Refuses what is no array."""
+    if not isinstance(value, np.ndarray):
+        raise TypeError(f"{name}: must be a numpy array, not {type(value).__name__}")
+
+
+def check_path(name: str, value: object, expected: str = "a path") -> None:
+    """Refuses what is no path; `expected` says what else might be given."""
+    if not isinstance(value, str | os.PathLike):
+        raise TypeError(f"{name}: must be {expected}, not {type(value).__name__}")
+
+
+def check_positions(name: str, points: "Positions") -> None:
     """Refuses what is not (k, 3) positions of at least one vertex."""
+    check_array(name, points)
     if points.dtype.kind != "f" or points.dtype.itemsize not in (4, 8):
         raise TypeError(f"{name}: must be float32 or float64, not {points.dtype}")
     if points.ndim != 2 or points.shape[1] != 3 or len(points) == 0:
         raise ValueError(f"{name}: must have shape (k, 3) with k at least 1, not {points.shape}")
 
 
-def check_complete(name: str, points: Positions) -> None:
+def check_complete(name: str, points: "Positions") -> None:
     """Refuses positions that are not all finite."""
     finite = np.isfinite(points).all(axis=1)
     if not finite.all():
-        raise ValueError(f"{name}: must be finite, but vertex {int(finite.argmin())} is not")
+        vertex = int(finite.argmin())
+        position = tuple(points[vertex].tolist())
+        raise ValueError(f"{name}: must be finite, but vertex {vertex} is at {position}")

@@ -37,7 +37,7 @@ def least_squares_mesh(
     Raises:
         ValueError, TypeError: bad input; among it a component without a known vertex.
     """
-    return LeastSquaresMesh(faces, len(points)).complete(points, known, previous=previous)
+    return LeastSquaresMesh(faces, _rows(points)).complete(points, known, previous=previous)
 
 
 def laplacian_interpolation(
@@ -65,6 +65,13 @@ def laplacian_interpolation(
         ValueError, TypeError: bad input; among it a component without a known vertex.
     """
     system = LaplacianInterpolation(
-        faces, len(points), objective=objective, weights=weights, reference=reference
+        faces, _rows(points), objective=objective, weights=weights, reference=reference
     )
     return system.complete(points, known, previous=previous)
+
+
+def _rows(points: Positions) -> int:
+    shape: tuple[int, ...] = np.shape(points)
+    if not shape:
+        raise TypeError(f"points: must be (k, 3) positions, not {points!r}")
+    return shape[0]

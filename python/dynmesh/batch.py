@@ -81,7 +81,12 @@ def complete_files(
     Raises:
         ValueError: two jobs have the same output.
     """
+    if not isinstance(jobs, Iterable):
+        raise TypeError(f"jobs: must be iterable, not {type(jobs).__name__}")
     jobs = list(jobs)
+    for number, job in enumerate(jobs):
+        if not isinstance(job, Job):
+            raise TypeError(f"jobs: place {number} holds no Job, but {job!r}")
     _check_outputs(jobs)
     results: dict[int, Result] = {}
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._checks import (
+    check_array,
     check_between,
     check_complete,
     check_finite,
@@ -90,9 +91,9 @@ def camera_known(
         ValueError: there is no camera; a face refers to a vertex
             that frame 0 does not have; a frame has another shape than frame 0.
     """
-    check_faces(faces.dtype, faces.shape)
-    if not callable(cameras) and len(cameras) == 0:
-        raise ValueError("cameras: must be at least one, but there is none")
+    _check_faces(faces)
+    if not callable(cameras):
+        _check_cameras(cameras, "there is none")
 
     def masks() -> Iterator[Mask]:
         for frame, points in _numbered(frames):
@@ -101,8 +102,7 @@ def camera_known(
                 yield np.ones(len(points), bool)
                 continue
             present = cameras(frame) if callable(cameras) else cameras
-            if len(present) == 0:
-                raise ValueError(f"cameras: must be at least one, but frame {frame} has none")
+            _check_cameras(present, f"frame {frame} has none")
             views = [visible(points, faces, camera) for camera in present]
             yield np.logical_or.reduce(views)
 
@@ -211,7 +211,7 @@ def add_noise(
     check_finite("sigma", sigma)
     if sigma < 0:
         raise ValueError(f"sigma: must be at least 0, not {sigma}")
-    check_faces(faces.dtype, faces.shape)
+    _check_faces(faces)
     check_integer("seed", seed, 0)
 
     def noise(frame: int, n_vertices: int) -> _Floats:
@@ -245,7 +245,7 @@ def add_outliers(
     """
     check_between("share", share, 0, 1)
     check_positive("distance", distance)
-    check_faces(faces.dtype, faces.shape)
+    _check_faces(faces)
     check_integer("seed", seed, 0)
 
     def outliers(frame: int, n_vertices: int) -> _Floats:
@@ -310,7 +310,15 @@ def _displaced(
             yield points
         else:
             moved = points + mean_edge * offsets(frame, len(points))
-            yield moved.astype(points.dtype)
+            with np.errstate(over="ignore"):
+                displaced = moved.astype(points.dtype)
+            lost = (np.isinf(displaced) & np.isfinite(points)).any(axis=1)
+            if lost.any():
+                raise ValueError(
+                    f"frame {frame}: vertex {int(lost.argmax())} would be moved out of the range "
+                    f"of {points.dtype}"
+                )
+            yield displaced
 
 
 def _mean_edge(first_frame: Positions, faces: _Integers) -> float:
@@ -335,6 +343,22 @@ def _numbered(frames: Iterable[Positions]) -> Iterator[tuple[int, Positions]]:
                 f"frame {frame}: must have shape {expected} as frame 0, not {points.shape}"
             )
         yield frame, points
+
+
+def _check_faces(faces: _Integers) -> None:
+    check_array("faces", faces)
+    check_faces(faces.dtype, faces.shape)
+
+
+def _check_cameras(cameras: Sequence[Camera], none: str) -> None:
+    """Refuses what are no cameras; `none` says where there are none."""
+    if not isinstance(cameras, Sequence):
+        raise TypeError(f"cameras: must be a sequence of cameras, not {cameras!r}")
+    if len(cameras) == 0:
+        raise ValueError(f"cameras: must be at least one, but {none}")
+    for number, camera in enumerate(cameras):
+        if not isinstance(camera, Camera):
+            raise TypeError(f"cameras: place {number} holds no camera, but {camera!r}")
 
 
 def _check_masks(n_frames: int, n_vertices: int, share: float, seed: int) -> None:

@@ -10,6 +10,7 @@ from typing import Any, Unpack
 import numpy as np
 
 from . import files
+from ._checks import check_path
 from ._core import Completer, FrameReport
 from ._lock import lock_folder
 from .checkpoint import Checkpoint, Saved, Source, describe_job
@@ -86,6 +87,10 @@ def complete_file(
         OSError, ImportError, TypeError, ValueError: what :func:`dynmesh.open`,
             :func:`dynmesh.create` and :func:`dynmesh.complete` raise.
     """
+    check_path("path", path)
+    check_path("output", output)
+    if watch is not None and not callable(watch):
+        raise TypeError(f"watch: must be callable, not {watch!r}")
     path, output = Path(path), Path(output)
     source = source or {}
     if resume:
@@ -93,7 +98,10 @@ def complete_file(
     with files.open(path, **source) as reader:
         check_output(output, output_format, overwrite=overwrite, reader=reader)
         header = replace(
-            reader.header, fps=fps or reader.fps, has_known=False, has_provenance=provenance
+            reader.header,
+            fps=reader.fps if fps is None else fps,
+            has_known=False,
+            has_provenance=provenance,
         )
         folder = unfinished_folder(output)
         with _folder_for(output, output_format), lock_folder(folder, output):

@@ -17,6 +17,8 @@ class Polygons(NamedTuple):
 
 def check_polygons(polygons: Polygons) -> None:
     """Refuses what cannot be polygons."""
+    if not isinstance(polygons, Polygons):
+        raise TypeError(f"polygons: must be Polygons, not {type(polygons).__name__}")
     for name, values in zip(("sizes", "corners"), polygons, strict=True):
         if values.dtype.kind not in "iu":
             raise TypeError(f"polygons: {name} must be integers, not {values.dtype}")

@@ -1,12 +1,12 @@
 """A dynamic mesh held in memory."""
 
-import math
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ._checks import check_array, check_number, check_positive
 from .polygons import Polygons, check_polygons
 
 Positions: TypeAlias = NDArray[np.floating[Any]]
@@ -68,8 +68,8 @@ class Sequence:
         for name in ("vertices", "faces", "known", "times", "generation", "age"):
             value = getattr(self, name)
             optional = name not in ("vertices", "faces")
-            if not isinstance(value, np.ndarray) and not (optional and value is None):
-                raise TypeError(f"{name}: must be a numpy array, not {type(value).__name__}")
+            if value is not None or not optional:
+                check_array(name, value)
         check_vertices(self.vertices.dtype, self.vertices.shape)
         check_faces(self.faces.dtype, self.faces.shape)
         check_corners(self.faces, self.vertices.shape[1])
@@ -82,7 +82,9 @@ class Sequence:
             if (values := getattr(self, name)) is not None:
                 check_provenance(name, values.dtype, values.shape, frames)
         check_times(self.times, len(self.vertices))
-        check_description(self.fps, self.polygons, self.up_axis, self.start, self.metres_per_unit)
+        check_description(
+            self.fps, self.polygons, self.up_axis, self.name, self.start, self.metres_per_unit
+        )
 
     def __repr__(self) -> str:
         """What it holds, without the numbers."""
@@ -173,16 +175,20 @@ def check_description(
     fps: float | None,
     polygons: Polygons | None,
     up_axis: str | None,
+    name: str | None,
     start: float,
     metres_per_unit: float | None,
 ) -> None:
     """Refuses what cannot be said of a sequence beside its frames."""
-    for name, value in (("fps", fps), ("metres_per_unit", metres_per_unit)):
-        if value is not None and not (math.isfinite(value) and value > 0):
-            raise ValueError(f"{name}: must be positive and finite, not {value}")
+    for argument, value in (("fps", fps), ("metres_per_unit", metres_per_unit)):
+        if value is not None:
+            check_positive(argument, value)
     if polygons is not None:
         check_polygons(polygons)
+    if not isinstance(name, str | None):
+        raise TypeError(f"name: must be a string or None, not {name!r}")
     if up_axis not in (None, "y", "z"):
         raise ValueError(f"up_axis: must be 'y' or 'z', not {up_axis!r}")
+    check_number("start", start)
     if not abs(start) <= largest_start:
         raise ValueError(f"start: must be from -2**53 to 2**53, not {start}")

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._core import Completer
-from .sequence import Mask, Positions
+from .sequence import Mask, Positions, check_known
 
 
 class Settings(TypedDict, total=False):
@@ -83,10 +83,13 @@ def begin(
     **settings: Unpack[Settings],
 ) -> Completer:
     """The completer of a sequence with this frame 0, which must be complete."""
-    if known is not None and not np.all(known):
-        vertex = int(np.argmin(known))
-        raise ValueError(f"known: vertex {vertex} is missing, but frame 0 must be complete")
-    return Completer(faces, points, **settings)
+    if known is not None and (missing := np.flatnonzero(np.equal(known, False))).size:
+        raise ValueError(f"known: vertex {missing[0]} is missing, but frame 0 must be complete")
+    completer = Completer(faces, points, **settings)
+    if known is not None:
+        mask = np.asarray(known)
+        check_known(mask.dtype, mask.shape, (completer.n_vertices,))
+    return completer
 
 
 def push_all(
@@ -104,6 +107,9 @@ def push_all(
 def _pair(
     frames: Iterable[Positions], known: Iterable[Mask] | None
 ) -> Iterator[tuple[Positions, Mask | None]]:
+    for name, given in (("frames", frames), ("known", known)):
+        if not isinstance(given, Iterable) and (given is not None or name == "frames"):
+            raise TypeError(f"{name}: must be iterable, not {type(given).__name__}")
     if known is None:
         yield from zip(frames, repeat(None), strict=False)
         return

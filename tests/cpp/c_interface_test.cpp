@@ -332,10 +332,11 @@ TEST_CASE("bad calls are refused with the completer's own words, and change noth
   refused(dynmesh_restore(nullptr, before.data(), size), "completer: is a null pointer");
   refused(dynmesh_restore(c, nullptr, size), "state: is a null pointer");
   refused(dynmesh_restore(c, before.data(), -1), "state: cannot have -1 bytes");
-  refused(dynmesh_restore(c, before.data(), size - 1), "state: cut off");
+  refused(dynmesh_restore(c, before.data(), size - 1), "state: cut off: its 623 bytes are too few");
   auto damaged = before;
   damaged[200] ^= std::byte{1};
-  refused(dynmesh_restore(c, damaged.data(), size), "state: damaged");
+  refused(dynmesh_restore(c, damaged.data(), size),
+          "state: damaged: its 624 bytes do not fit their checksum");
 
   std::int64_t face = 0;
   const char* reason = nullptr;

@@ -17,9 +17,9 @@ struct Mesh {
   std::vector<Real> vertices;
   std::vector<Index> indices;
 
-  std::size_t size() const { return vertices.size() / 3; }
-  Faces faces() const { return {indices.data(), indices.size() / 3}; }
-  Points<const Real> points() const { return {vertices.data(), size()}; }
+  [[nodiscard]] std::size_t size() const { return vertices.size() / 3; }
+  [[nodiscard]] Faces faces() const { return {indices.data(), indices.size() / 3}; }
+  [[nodiscard]] Points<const Real> points() const { return {vertices.data(), size()}; }
 };
 
 inline Faces faces_of(const std::vector<Index>& indices) {

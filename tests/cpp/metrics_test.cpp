@@ -32,7 +32,10 @@ TEST_CASE("NMSVE of one moved vertex of a triangle, by hand") {
   };
   const auto distance = [](P a, P b) { return std::hypot(a.x - b.x, a.y - b.y, a.z - b.z); };
   const auto minus = [](P a, P b) { return P{a.x - b.x, a.y - b.y, a.z - b.z}; };
-  const P a{0, 0, 0}, b{3, 0, 0}, c{0, 4, 0}, m{0, 0, 12};
+  const P a{0, 0, 0};
+  const P b{3, 0, 0};
+  const P c{0, 4, 0};
+  const P m{0, 0, 12};
   double sum = 12;
   sum += distance(minus(a, mean(b, 3, c, 4)), minus(m, mean(b, d1, c, d2)));
   sum += distance(minus(b, mean(a, 3, c, 5)), minus(b, mean(m, d1, c, 5)));

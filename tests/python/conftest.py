@@ -5,9 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import settings
 from meshes import Mesh, sheet
 
 REPOSITORY = Path(__file__).parents[2]
+
+# How long an example takes depends on what else the machine does.
+settings.register_profile("dynmesh", deadline=None)
+settings.load_profile("dynmesh")
 
 
 @pytest.fixture(scope="session")

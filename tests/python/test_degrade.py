@@ -564,7 +564,7 @@ def test_bad_masks_are_refused_at_the_call(
         ),
         (
             ValueError,
-            "first_frame: must be finite, but vertex 7 is not",
+            "first_frame: must be finite, but vertex 7 is at",
             lambda: degrade.orbit(NAN_FRAME),
         ),
         (
@@ -635,7 +635,7 @@ def test_bad_frames_are_refused_with_their_number(make: Any) -> None:
 
 @pytest.mark.parametrize("add", [degrade.add_noise, degrade.add_outliers])
 def test_a_first_frame_without_edges_is_refused(add: Any) -> None:
-    with pytest.raises(ValueError, match="frame 0: must be finite, but vertex 7 is not"):
+    with pytest.raises(ValueError, match="frame 0: must be finite, but vertex 7 is at"):
         list(add([NAN_FRAME], SHEET.faces, 0.1))
     with pytest.raises(ValueError, match="frame 0 must have edges longer than 0"):
         list(add([POINT], np.array([[0, 1, 2]]), 0.1))

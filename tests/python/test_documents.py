@@ -104,8 +104,10 @@ def test_pages_do_what_they_say(name: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "name",
     [
+        "CONTRIBUTING.md",
         "README.md",
         "docs/diagnosis.md",
+        "SECURITY.md",
         "docs/embedding.md",
         "docs/formats.md",
         "docs/gallery.md",

@@ -150,6 +150,17 @@ def test_whole_frames_before_a_cut_are_written(complete: Any, job: Job, tmp_path
     assert cache[32:] == job.completed[: 4 * size]
 
 
+def test_whole_frames_before_one_that_cannot_be_used_are_written(
+    complete: Any, job: Job, tmp_path: Path
+) -> None:
+    frames = job.partial.copy()
+    frames[2, 7] = 1e30
+    (tmp_path / "wild.raw").write_bytes(frames.tobytes())
+    error = complete(tmp_path / "wild.raw", tmp_path / "a.raw", code=1).stderr.decode()
+    assert "wild.raw: frame 3: points: row 7 is at (1.00000002e+30" in error
+    assert (tmp_path / "a.raw").read_bytes() == job.completed[: 2 * job.partial[0].nbytes]
+
+
 def test_a_reader_that_goes_away_ends_the_program(programs: Path, job: Job) -> None:
     command: list[str | Path] = [
         programs / "dynmesh-complete",

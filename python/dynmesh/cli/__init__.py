@@ -1,5 +1,6 @@
 """The command `dynmesh`: the package for people with a shell and a file."""
 
+from itertools import pairwise
 from typing import Annotated, Any
 
 import typer
@@ -16,15 +17,28 @@ from .sequences import convert, degrade, synth
 
 
 class _Command(TyperCommand):
-    """A command that says why there may be too many arguments."""
+    """A command that says which value is refused, and why there may be too many arguments."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        given = [*args]
         try:
             return super().parse_args(ctx, args)
         except Exception as error:  # typer hides what it raises
             if "extra argument" in str(error):
                 ctx.fail(f"{error}; quote a pattern, as '*.ply'")
+            value = _value_of(getattr(getattr(error, "param", None), "opts", []), given)
+            if value is not None and value not in str(error) and hasattr(error, "message"):
+                error.message += f", not '{value}'"
             raise
+
+
+def _value_of(names: list[str], arguments: list[str]) -> str | None:
+    """What the option of one of these names was given."""
+    for argument, following in pairwise([*arguments, ""]):
+        name, equals, value = argument.partition("=")
+        if name in names:
+            return value if equals else following
+    return None
 
 
 app = typer.Typer(

@@ -115,9 +115,9 @@ def share_out(source: Source, path: Path, reference: Path) -> tuple[Source, Sour
 
 
 @contextmanager
-def as_usage() -> Iterator[None]:
-    """A value that the library refuses is a wrong call."""
+def as_usage(option: str) -> Iterator[None]:
+    """A value of this option that the library refuses is a wrong call."""
     try:
         yield
     except ValueError as error:
-        raise typer.BadParameter(str(error)) from error
+        raise typer.BadParameter(str(error), param_hint=f"'{option}'") from error

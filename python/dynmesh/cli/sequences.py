@@ -106,21 +106,26 @@ def degrade(
         shape = (reader.n_frames, reader.n_vertices)
         masks: list[Iterator[Mask]] = []
         points: Iterator[Positions] = (frame.points for frame in reader)
-        with as_usage():
-            if known is not None:
+        if known is not None:
+            with as_usage("--known"):
                 masks.append(degradation.random_known(*shape, known, seed=seed))
-            if camera is not None:
-                axis = up or Axis(reader.header.up_axis or "z")
+        if camera is not None:
+            axis = up or Axis(reader.header.up_axis or "z")
+            with as_usage("--camera"):
                 cameras = degradation.orbit(_bounding_box(reader), camera, up=axis.vector)
                 frames = (frame.points for frame in reader)
                 masks.append(degradation.camera_known(frames, reader.faces, cameras))
-            if patches is not None:
+        if patches is not None:
+            with as_usage("--patches"):
                 masks.append(degradation.patch_known(reader.faces, *shape, patches, seed=seed))
-            if dropout is not None:
+        if dropout is not None:
+            with as_usage("--dropout"):
                 masks.append(degradation.dropout(*shape, dropout, seed=seed))
-            if noise is not None:
+        if noise is not None:
+            with as_usage("--noise"):
                 points = degradation.add_noise(points, reader.faces, noise, seed=seed)
-            if outliers is not None:
+        if outliers is not None:
+            with as_usage("--outliers"):
                 points = degradation.add_outliers(points, reader.faces, outliers, seed=seed)
         with files.create_like(reader, output, with_known=True, format=output_format) as writer:
             frames_known = (frame.known for frame in reader)

@@ -12,6 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from .._checks import check_path
 from ..polygons import Polygons
 from ..sequence import Sequence
 from .choice import (
@@ -81,6 +82,7 @@ def open(
         ImportError: a library is needed for this format; the message says how to install it.
         ValueError: it is no sequence; the message names the file and what is wrong.
     """
+    check_path("path", path)
     path = Path(path)
     if missing not in (None, "zero"):
         raise ValueError(f"missing: must be 'zero' or None, not {missing!r}")
@@ -138,7 +140,7 @@ def create(
         TypeError, ValueError: an argument is of the wrong kind or shape.
     """
     header = Header(
-        faces, n_frames, n_vertices, dtype, fps, polygons, up_axis, name, start, times,
+        faces, n_frames, n_vertices, np.dtype(dtype), fps, polygons, up_axis, name, start, times,
         metres_per_unit, with_known, with_provenance,
     )  # fmt: skip
     return begin(path, header, format=format)
@@ -153,6 +155,7 @@ def begin(
     resume_at: int = 0,
 ) -> Writer:
     """As :func:`create`, with a header; `folder` and `resume_at` as :class:`Writer` says."""
+    check_path("path", path)
     path = Path(path)
     with naming(path):
         return writer_of(path, format)(path, header, folder=folder, resume_at=resume_at)
@@ -198,6 +201,8 @@ def write(path: PathLike, sequence: Sequence, *, format: str | None = None) -> N
 
     Raises what :func:`create` does.
     """
+    if not isinstance(sequence, Sequence):
+        raise TypeError(f"sequence: must be a Sequence, not {type(sequence).__name__}")
     n_frames, n_vertices, _ = sequence.vertices.shape
     with create(
         path,
@@ -230,5 +235,6 @@ def _template(faces: Any) -> Template | None:
         return None
     if isinstance(faces, np.ndarray):
         return Template(faces, None, None)
+    check_path("faces", faces, "a numpy array or a path")
     with open(faces) as reader:
         return Template(reader.header.faces, reader.header.polygons, reader.n_vertices)

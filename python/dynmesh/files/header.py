@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._checks import check_array, check_integer
 from ..polygons import Polygons
 from ..sequence import (
     Mask,
@@ -79,8 +80,13 @@ class Header:
 
     def __post_init__(self) -> None:
         """Refuses what does not fit together."""
+        check_integer("n_frames", self.n_frames, 0)
+        check_integer("n_vertices", self.n_vertices, 0)
+        check_array("faces", self.faces)
         check_vertices(self.dtype, (self.n_frames, self.n_vertices, 3))
         check_faces(self.faces.dtype, self.faces.shape)
         check_corners(self.faces, self.n_vertices)
         check_times(self.times, self.n_frames)
-        check_description(self.fps, self.polygons, self.up_axis, self.start, self.metres_per_unit)
+        check_description(
+            self.fps, self.polygons, self.up_axis, self.name, self.start, self.metres_per_unit
+        )

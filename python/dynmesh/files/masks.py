@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .._checks import check_path
 from ..sequence import Mask, check_known
 from .header import Frame
 from .naming import naming
@@ -51,6 +52,7 @@ def _load(known: Mask | str | PathLike[str], shape: tuple[int, int]) -> Mask:
     if isinstance(known, np.ndarray):
         check_known(known.dtype, known.shape, shape)
         return known
+    check_path("known", known, "a numpy array or a path")
     path = Path(known)
     with naming(path):
         try:

@@ -1,0 +1,108 @@
+"""What a case of bad input is, and what it is tried on."""
+
+import contextlib
+import os
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from meshes import sheet, turned
+
+import dynmesh
+
+
+class World:
+    """A small mesh with 49 vertices, what moves on it, and a folder of files."""
+
+    def __init__(self, folder: Path) -> None:
+        mesh = sheet(7)
+        self.faces: Any = mesh.faces
+        self.vertices: Any = mesh.vertices
+        self.points: Any = turned(mesh.vertices, 0.2)
+        self.known: Any = np.arange(49) % 3 != 0
+        self.completer = self.make()
+        self.completer.push(turned(mesh.vertices, 0.1), self.known)
+        self.single = dynmesh.Completer(self.faces, self.vertices.astype(np.float32))
+        self.cameras = dynmesh.degrade.orbit(self.vertices, 1)
+        self.folder = folder
+        vertices = np.stack([self.vertices, self.points, self.points])
+        self.sequence = dynmesh.Sequence(vertices, self.faces, fps=30.0)
+        self.empty: Any = np.zeros((0, 3))
+
+    def make(self, **settings: Any) -> dynmesh.Completer:
+        """A completer of this mesh."""
+        return dynmesh.Completer(self.faces, self.vertices, **settings)
+
+    def with_value(self, value: float, row: int = 4) -> Any:
+        """The points, but for one coordinate."""
+        points = self.points.copy()
+        points[row, 1] = value
+        return points
+
+    def snapshot(self) -> Any:
+        """All that a refused call must leave as it is."""
+        arrays = (self.faces, self.vertices, self.points, self.known)
+        files = {path: path.stat() for path in sorted(self.folder.rglob("*"))}
+        return (
+            self.completer.state(),
+            self.single.state(),
+            [array.tobytes() for array in arrays],
+            [(str(path), stat.st_size, stat.st_mtime_ns) for path, stat in files.items()],
+        )
+
+
+@dataclass(frozen=True)
+class Case:
+    """Something wrong that is asked for.
+
+    Attributes:
+        call: of what, as the page names it.
+        given: what is wrong, in words.
+        run: does it.
+        error: what it must raise; a subclass will do.
+        names: what the message must contain: the argument, the place, the value.
+    """
+
+    call: str
+    given: str
+    run: Callable[[World], Any]
+    error: type[Exception]
+    names: tuple[str, ...]
+
+    def answer(self, world: World) -> Exception:
+        """What it raises, in the folder of the world.
+
+        Raises:
+            AssertionError: nothing.
+        """
+        with contextlib.chdir(world.folder):
+            try:
+                result = self.run(world)
+            except Exception as error:
+                return error
+        raise AssertionError(f"{self.call}, {self.given}: was accepted, and gave {result!r}")
+
+
+class Told(Exception):  # noqa: N818 (no error of this project)
+    """What was wrong, where it is printed or handed over and nothing is raised."""
+
+
+def shown(error: Exception) -> str:
+    """An answer as the page shows it."""
+    text = str(error).replace("\0", "\\0")
+    return text if isinstance(error, Told) else f"{type(error).__name__}: {text}"
+
+
+@contextlib.contextmanager
+def without_rights() -> Iterator[None]:
+    """Whoever runs the tests is no superuser for a while."""
+    if os.geteuid() != 0:
+        yield
+        return
+    os.seteuid(65534)  # nobody
+    try:
+        yield
+    finally:
+        os.seteuid(0)

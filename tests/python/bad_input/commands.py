@@ -1,0 +1,198 @@
+"""Cases of the commands: `dynmesh`, and `dynmesh-complete`, which is compiled."""
+
+import contextlib
+import io
+import os
+import re
+import struct
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+from unittest import mock
+
+from dynmesh import cli
+
+from .case import Case, Told, World
+from .files import on_a_full_disk
+
+
+def prepare(world: World) -> None:
+    """Puts there what the cases read, beside what `files.prepare` does."""
+    folder = world.folder
+    corners = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in world.vertices.tolist()]
+    faces = ["f " + " ".join(str(v + 1) for v in face) for face in world.faces.tolist()]
+    (folder / "body.obj").write_text("\n".join(corners + faces))
+    (folder / "nan.obj").write_text("v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n")
+    (folder / "wild.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n")
+    (folder / "flat.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\n")
+    (folder / "empty.obj").touch()
+    frames = world.sequence.vertices.astype("<f4")
+    (folder / "body.raw").write_bytes(frames.tobytes())
+    (folder / "cut.raw").write_bytes(frames.tobytes()[:-100])
+    wild = frames.copy()
+    wild[0, 4, 1] = 1e30
+    (folder / "wild.raw").write_bytes(wild.tobytes())
+    header = struct.pack("<12siiffi", b"POINTCACHE2\0", 1, 7, 0.0, 1.0, 2)
+    (folder / "other.pc2").write_bytes(header + bytes(7 * 12 * 2))
+    (folder / "renamed.raw").write_bytes((folder / "body.pc2").read_bytes())
+    (folder / "done.raw").write_bytes(b"precious")
+    for name, text in {
+        "no_column": "input\nbody.npz\n",
+        "odd_column": "input,output,colour\nbody.npz,new.npz,red\n",
+        "no_value": "input,output\n,new.npz\n",
+        "too_many": "input,output\nbody.npz,new.npz,more\n",
+        "no_number": "input,output,fps\nbody.npz,new.npz,fast\n",
+        "failing": "input,output\nnone.npz,new.npz\n",
+    }.items():
+        (folder / f"{name}.csv").write_text(text)
+
+
+def dynmesh_command(*arguments: str) -> None:
+    """Runs `dynmesh` in this process.
+
+    Raises:
+        Told: what it printed, with the exit code.
+    """
+    output, error = io.StringIO(), io.StringIO()
+    with (
+        mock.patch.object(sys, "argv", ["dynmesh", *arguments]),
+        mock.patch.dict(os.environ, {"COLUMNS": "1000", "TERM": "dumb"}),
+        contextlib.redirect_stdout(output),
+        contextlib.redirect_stderr(error),
+    ):
+        code = 0
+        try:
+            cli.main()
+        except SystemExit as ended:
+            code = int(ended.code or 0)
+    assert output.getvalue() == ""
+    if code:
+        raise Told(f"{_essence(error.getvalue())} (exit code {code})")
+
+
+def _essence(printed: str) -> str:
+    """Without the frame that stands around a refused call, and the usage above it."""
+    framed = re.findall(r"^│ (.*?) *│$", printed, flags=re.MULTILINE)
+    return " ".join(framed) or " / ".join(printed.strip().splitlines())
+
+
+def _shell(line: str, *names: str, full: bool = False) -> Case:
+    """A line as it is typed; it must not be successful."""
+
+    def run(_: World) -> None:
+        if full:
+            on_a_full_disk(lambda: dynmesh_command(*line.split()))
+        else:
+            dynmesh_command(*line.split())
+
+    given = f"`{line}`" + (", where no file may exceed 20 kB" if full else "")
+    return Case(f"dynmesh {line.split()[0]}", given, run, Told, names)
+
+
+shell = [
+    _shell("info none.npz", "none.npz:", "No such file", "exit code 1"),
+    _shell("info letter.npz", "letter.npz:", "damaged", "exit code 1"),
+    _shell("info holes.npz", "holes.npz:", "vertex 4", "nan", "exit code 1"),
+    _shell("info body.npz other.npz", "other.npz", "quote a pattern", "exit code 2"),
+    _shell("complete body.npz other.npz", "other.npz:", "--overwrite", "exit code 1"),
+    _shell("complete body.npz body.npz --overwrite", "body.npz:", "input", "exit code 1"),
+    _shell("complete body.npz folder.npz", "folder.npz", "exit code 1"),
+    _shell("complete body.npz no/new.npz", "no/new.npz:", "no folder no", "exit code 1"),
+    _shell("complete body.npz new.stl", "new.stl:", "'.stl'", "exit code 1"),
+    _shell("complete body.npz new", "new:", "no suffix", "exit code 1"),
+    _shell("complete body.npz new.npz --format fbx", "body.npz:", "'fbx'", "exit code 1"),
+    _shell("complete body.npz new.npz --mask none.npy", "none.npy:", "exit code 1"),
+    _shell("complete body.npz new.npz --mask mask.npy", "mask.npy:", "(3, 48)", "exit code 1"),
+    _shell("complete body.npz new.npz --faces body.obj", "body.npz:", "faces", "exit code 1"),
+    _shell("complete body.npz new.npz --prim /a", "body.npz:", "prim", "exit code 1"),
+    _shell("complete body.npz new.npz --fps 0", "fps:", "not 0", "exit code 1"),
+    _shell("complete body.npz new.npz --fps fast", "--fps", "'fast'", "exit code 2"),
+    _shell("complete body.npz new.npz --method lsm", "--method", "'lsm'", "exit code 2"),
+    _shell("complete body.npz new.npz --unseen x", "--unseen", "'x'", "exit code 2"),
+    _shell("complete body.npz new.npz --missing nan", "--missing", "'nan'", "exit code 2"),
+    _shell("complete body.npz new.npz --extra-iterations -1", "--extra-iterations", "-1", "code 2"),
+    _shell("complete body.npz new.npz --extra-iterations 1e9", "'1e9'", "exit code 2"),
+    _shell("complete body.npz new.npz --extra-iterations 10000000", "10000000", "exit code 1"),
+    _shell(
+        "complete body.npz new.npz --method detail --no-revisit", "revisit:", "detail", "code 1"
+    ),
+    _shell("complete body.npz new.npz --speed 3", "--speed", "exit code 2"),
+    _shell("complete body.npz", "OUT", "exit code 2"),
+    _shell("complete long.npz new.npz", "new.npz:", "exit code 1", full=True),
+    _shell("degrade body.npz new.npz", "--known", "--noise", "exit code 2"),
+    _shell("degrade body.npz new.npz --known 30", "--known", "30", "exit code 2"),
+    _shell("degrade body.npz new.npz --known nan", "--known", "nan", "exit code 2"),
+    _shell("degrade body.npz new.npz --camera 0", "--camera", "0", "exit code 2"),
+    _shell("degrade body.npz new.npz --noise -1", "--noise", "-1", "exit code 2"),
+    _shell("degrade body.npz new.npz --dropout 1", "--dropout", "1", "exit code 2"),
+    _shell("degrade body.npz new.npz --known 0.5 --seed -1", "--seed", "-1", "exit code 2"),
+    _shell("evaluate body.npz none.npz", "none.npz:", "exit code 1"),
+    _shell("evaluate body.npz long.npz", "3 frames", "40", "exit code 1"),
+    _shell("synth lake new.npz", "'lake'", "ocean", "exit code 2"),
+    _shell("synth ocean new.npz --frames 0", "--frames", "0", "exit code 2"),
+    _shell("convert body.npz other.npz", "other.npz:", "--overwrite", "exit code 1"),
+    _shell("convert long.npz new.npz", "new.npz:", "exit code 1", full=True),
+    _shell("view body.npz -o new.txt", "new.txt:", "exit code 1"),
+    _shell("view body.npz -o new.html --colour age", "age", "exit code 1"),
+    _shell("view body.npz -o new.html --max-frames 0", "--max-frames", "0", "exit code 2"),
+    _shell("picture body.npz -o new.jpg", "new.jpg:", ".png", "exit code 1"),
+    _shell("picture body.npz -o new.png --frame 3", "frame 3", "exit code 1"),
+    _shell("picture body.npz -o new.png --size 0", "--size", "0", "exit code 2"),
+    _shell("batch none.csv", "none.csv:", "No such file", "exit code 1"),
+    _shell("batch no_column.csv", "no_column.csv:", "'output'", "exit code 1"),
+    _shell("batch odd_column.csv", "odd_column.csv:", "'colour'", "exit code 1"),
+    _shell("batch no_value.csv", "no_value.csv: line 2", "input", "exit code 1"),
+    _shell("batch too_many.csv", "too_many.csv: line 2", "exit code 1"),
+    _shell("batch no_number.csv", "no_number.csv: line 2", "fps", "fast", "exit code 1"),
+    _shell("batch failing.csv", "none.npz:", "1 failed", "exit code 1"),
+    _shell("batch failing.csv --workers 0", "--workers", "0", "exit code 2"),
+    _shell("frobnicate body.npz", "frobnicate", "exit code 2"),
+]
+
+
+def compiled(programs: Path) -> list[Case]:
+    """Cases of the program in this folder."""
+
+    def case(line: str, *names: str) -> Case:
+        def run(_: World) -> None:
+            command: list[Any] = [programs.resolve() / "dynmesh-complete", *line.split()]
+            ended = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+            if ended.returncode:
+                printed = ended.stderr.strip().replace(str(command[0]), "dynmesh-complete")
+                printed = " / ".join(printed.splitlines())
+                raise Told(f"{printed} (exit code {ended.returncode})")
+
+        return Case("dynmesh-complete", f"`{line}`", run, Told, names)
+
+    body = "--template body.obj --input body.raw"
+    new = "--output new.raw"
+    return [
+        case(f"{body}", "--output is missing", "exit code 2"),
+        case(f"--template body.obj {new}", "--input is missing", "exit code 2"),
+        case(f"--input body.raw {new}", "--template is missing", "exit code 2"),
+        case(f"{body} {new} more", "'more'", "exit code 2"),
+        case(f"{body} {new} --speed", "'--speed'", "exit code 2"),
+        case(f"{body} {new} --unseen vanish", "--unseen:", "'vanish'", "exit code 2"),
+        case(f"{body} {new} --extra-iterations many", "--extra-iterations:", "'many'", "code 2"),
+        case(f"{body} {new} --extra-iterations -1", "--extra-iterations:", "-1", "exit code 2"),
+        case(f"{body} {new} --extra-iterations 99999999999", "out of range", "exit code 2"),
+        case(f"{body} {new} --extra-iterations 1.5", "'1.5'", "exit code 2"),
+        case(f"--template none.obj --input body.raw {new}", "none.obj:", "exit code 1"),
+        case(f"--template empty.obj --input body.raw {new}", "empty.obj:", "exit code 1"),
+        case(f"--template flat.obj --input body.raw {new}", "flat.obj: faces:", "exit code 1"),
+        case(f"--template nan.obj --input body.raw {new}", "nan.obj:", "line 2", "'nan'", "code 1"),
+        case(f"--template wild.obj --input body.raw {new}", "line 4", "vertex 9", "exit code 1"),
+        case(f"--template body.raw --input body.raw {new}", "body.raw:", ".obj", "exit code 1"),
+        case(f"--template body.obj --input none.raw {new}", "none.raw:", "exit code 1"),
+        case(f"--template body.obj --input frames {new}", "frames:", "exit code 1"),
+        case(f"--template body.obj --input body.npz {new}", "body.npz:", ".pc2", "exit code 2"),
+        case(f"--template body.obj --input other.pc2 {new}", "other.pc2:", "7", "49", "code 1"),
+        case(f"--template body.obj --input renamed.raw {new}", "renamed.raw:", "PC2", "code 1"),
+        case(f"--template body.obj --input wild.raw {new}", "wild.raw: frame 1:", "row 4", "e+30"),
+        case(f"{body} --output done.raw", "done.raw:", "--overwrite", "exit code 1"),
+        case(f"{body} --output body.raw --overwrite", "body.raw:", "input", "exit code 2"),
+        case(f"{body} --output no/new.raw", "no/new.raw:", "exit code 1"),
+        case(f"{body} --output new.npz", "new.npz:", ".pc2", "exit code 2"),
+        case(f"{body} --output /dev/full", "/dev/full:", "No space left", "exit code 1"),
+    ]

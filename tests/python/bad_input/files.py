@@ -1,0 +1,181 @@
+"""Cases of sequences in memory and in files."""
+
+import resource
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import dynmesh
+from dynmesh.batch import Job, complete_files
+
+from .case import Case, Told, World, without_rights
+
+_NAN = float("nan")
+Run = Callable[[World], Any]
+
+
+def prepare(world: World) -> None:
+    """Puts there what the cases read."""
+    folder, sequence = world.folder, world.sequence
+    dynmesh.write(folder / "body.npz", sequence)
+    dynmesh.write(folder / "other.npz", sequence)
+    dynmesh.write(folder / "body.pc2", sequence)
+    dynmesh.write(folder / "locked.npz", sequence)
+    (folder / "locked.npz").chmod(0)
+    data = (folder / "body.npz").read_bytes()
+    (folder / "cut.npz").write_bytes(data[: len(data) // 2])
+    (folder / "empty.npz").touch()
+    (folder / "letter.npz").write_text("Dear sir or madam,")
+    (folder / "body.fbx").write_bytes(data)
+    (folder / "body").write_bytes(data)
+    (folder / "folder.npz").mkdir()
+    (folder / "frames").mkdir()
+    points = sequence.vertices.copy()
+    points[0, 4, 1] = _NAN
+    dynmesh.write(folder / "holes.npz", replace(sequence, vertices=points))
+    big = np.random.default_rng(0).normal(size=(40, 49, 3))
+    dynmesh.write(folder / "long.npz", replace(sequence, vertices=big))
+    np.save(folder / "mask.npy", np.ones((3, 48), bool))
+    np.save(folder / "numbers.npy", np.ones((3, 49)))
+
+
+def _of(call: str) -> Callable[..., Case]:
+    def case(given: str, run: Run, error: type[Exception], *names: str) -> Case:
+        return Case(call, given, run, error, names)
+
+    return case
+
+
+def on_a_full_disk(run: Callable[[], Any]) -> Any:
+    """Where no file may become larger than 20 kB."""
+    # The system refuses to write as it does on a full disk.
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, hard))
+    try:
+        return run()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+def _without_rights(run: Callable[[], Any]) -> Any:
+    with without_rights():
+        return run()
+
+
+def _sequence(given: str, error: type[Exception], *names: str, **changed: Any) -> Case:
+    return Case("Sequence", given, lambda w: replace(w.sequence, **changed), error, names)
+
+
+sequences = [
+    _sequence("`vertices`: lists", TypeError, "vertices:", "list", vertices=[[[0.0, 0, 0]]]),
+    _sequence("`vertices`: one frame", ValueError, "vertices:", "(49, 3)", vertices=np.ones((49, 3))),
+    _sequence("`vertices`: integers", TypeError, "vertices:", "int64", vertices=np.ones((3, 49, 3), int)),
+    _sequence("`faces`: an index of 99", ValueError, "faces: face 0", "vertex 99", faces=np.array([[0, 1, 99]])),
+    _sequence("`known`: of one frame", ValueError, "known:", "(3, 49)", "(49,)", known=np.ones(49, bool)),
+    _sequence("`fps`: 0", ValueError, "fps:", "not 0", fps=0),
+    _sequence("`fps`: text", TypeError, "fps:", "'30'", fps="30"),
+    _sequence("`start`: NaN", ValueError, "start:", "nan", start=_NAN),
+    _sequence("`times` that do not ascend", ValueError, "times:", "frame 2", "1.0", times=np.array([0.0, 1, 1])),
+    _sequence("`up_axis`: x", ValueError, "up_axis:", "'x'", up_axis="x"),
+    _sequence("`name`: a number", TypeError, "name:", "3", name=3),
+    _sequence("`polygons`: a number", TypeError, "polygons:", "int", polygons=3),
+    _sequence("`generation` without `age`", ValueError, "generation, age:", generation=np.zeros((3, 49), int)),
+]  # fmt: skip
+
+_read = _of("read")
+_open = _of("open")
+_write = _of("write")
+_create = _of("create")
+
+reading = [
+    _read("a file that is not there", lambda _: dynmesh.read("none.npz"), FileNotFoundError, "none.npz"),
+    _read("a file that one may not read", lambda _: _without_rights(lambda: dynmesh.read("locked.npz")), PermissionError, "locked.npz", "denied"),
+    _read("a folder with a file's name", lambda _: dynmesh.read("folder.npz"), ValueError, "folder.npz:", "folder"),
+    _read("a folder of nothing", lambda _: dynmesh.read("frames"), ValueError, "frames:", "no .ply or .obj files"),
+    _read("an empty file", lambda _: dynmesh.read("empty.npz"), ValueError, "empty.npz:"),
+    _read("half a file", lambda _: dynmesh.read("cut.npz"), ValueError, "cut.npz:", "damaged"),
+    _read("something else under that name", lambda _: dynmesh.read("letter.npz"), ValueError, "letter.npz:", "damaged"),
+    _read("a format that is none", lambda _: dynmesh.read("body.fbx"), ValueError, "body.fbx:", "'.fbx'", ".npz"),
+    _read("no suffix", lambda _: dynmesh.read("body"), ValueError, "body:", "no suffix", "format="),
+    _read("`format='fbx'`", lambda _: dynmesh.read("body.npz", format="fbx"), ValueError, "body.npz:", "'fbx'", "npz"),
+    _read("another file's format", lambda _: dynmesh.read("body.npz", format="pc2"), ValueError, "body.npz:"),
+    _read("a name with a zero byte", lambda _: dynmesh.read("bo\0dy.npz"), ValueError, "null byte"),
+    _read("`path`: a number", lambda _: dynmesh.read(3), TypeError, "path:", "int"),  # type: ignore[arg-type]
+    _read("`faces` for a file with faces", lambda w: dynmesh.read("body.npz", faces=w.faces), ValueError, "body.npz:", "faces of its own"),
+    _read("`prim` for a file with one mesh", lambda _: dynmesh.read("body.npz", prim="/a"), ValueError, "body.npz:", "prim"),
+    _read("`known`: of one frame", lambda w: dynmesh.read("body.npz", known=w.known), ValueError, "known:", "(3, 49)", "(49,)"),
+    _read("`known`: a file with too few", lambda _: dynmesh.read("body.npz", known="mask.npy"), ValueError, "mask.npy: known:", "(3, 48)"),
+    _read("`known`: a file of numbers", lambda _: dynmesh.read("body.npz", known="numbers.npy"), ValueError, "numbers.npy: known:", "float64"),
+    _read("`known`: a list", lambda _: dynmesh.read("body.npz", known=[True]), TypeError, "known:", "array", "list"),
+    _read("`missing='nan'`", lambda _: dynmesh.read("body.npz", missing="nan"), ValueError, "missing:", "'nan'"),
+    _open("a file that is not there", lambda _: dynmesh.open("none.pc2"), FileNotFoundError, "none.pc2"),
+    _open("a pattern without files", lambda _: dynmesh.open("no_%04d.ply"), FileNotFoundError, "no_%04d.ply"),
+]  # fmt: skip
+
+
+def _begin(world: World, **changed: Any) -> Any:
+    given = {"faces": world.faces, "n_frames": 3, "n_vertices": 49, "dtype": np.float64}
+    return dynmesh.create("new.npz", **(given | changed))
+
+
+def _append(world: World, *frame: Any) -> None:
+    with _begin(world) as writer:
+        writer.append(*frame)
+
+
+writing = [
+    _write("no sequence", lambda _: dynmesh.write("new.npz", 5), TypeError, "sequence:", "int"),  # type: ignore[arg-type]
+    _write("into a folder that is not there", lambda w: dynmesh.write("no/new.npz", w.sequence), FileNotFoundError, "no/new.npz"),
+    _write("over a folder", lambda w: dynmesh.write("folder.npz", w.sequence), ValueError, "folder.npz:", "folder"),
+    _write("a format that is none", lambda w: dynmesh.write("new.stl", w.sequence), ValueError, "new.stl:", "'.stl'", ".ply"),
+    _write("more than 20 kB, where no file may exceed that", lambda _: on_a_full_disk(lambda: dynmesh.write("new.npz", dynmesh.read("long.npz"))), OSError, "new.npz"),
+    _create("`faces`: a list", lambda w: _begin(w, faces=[[0, 1, 2]]), TypeError, "faces:", "list"),
+    _create("`n_frames`: 3.0", lambda w: _begin(w, n_frames=3.0), TypeError, "n_frames:", "3.0"),
+    _create("`n_vertices`: -1", lambda w: _begin(w, n_vertices=-1), ValueError, "n_vertices:", "-1"),
+    _create("`dtype`: int", lambda w: _begin(w, dtype=int), TypeError, "int64"),
+    _create("frames of float32, announced as float64", lambda w: _append(w, w.points.astype(np.float32)), ValueError, "new.npz: frame 0:", "float64", "float32"),
+    _create("a mask that was not announced", lambda w: _append(w, w.points, w.known), ValueError, "new.npz: frame 0:", "mask"),
+    _create("fewer frames than announced", lambda w: _append(w, w.points), ValueError, "new.npz:", "1 of 3 frames"),
+]  # fmt: skip
+
+_complete = _of("complete_file")
+_batch = _of("batch.complete_files")
+
+
+def _to_new(world: World, path: str = "body.npz", **options: Any) -> Any:  # noqa: ARG001
+    return dynmesh.complete_file(path, "new.npz", **options)
+
+
+def _job(world: World, path: str, **more: Any) -> Any:  # noqa: ARG001
+    """What became of a job that failed, as the error that it is."""
+    (result,) = complete_files([Job(Path(path), Path("new.npz"), **more)])
+    assert result.status == "failed"
+    raise Told(result.reason)
+
+
+completing = [
+    _complete("a file that is not there", lambda w: _to_new(w, "none.npz"), FileNotFoundError, "none.npz"),
+    _complete("NaN in frame 0", lambda w: _to_new(w, "holes.npz"), ValueError, "holes.npz: first_frame: vertex 4", "nan"),
+    _complete("an output that exists", lambda _: dynmesh.complete_file("body.npz", "other.npz"), FileExistsError, "other.npz:", "overwrite=True"),
+    _complete("the input as output", lambda _: dynmesh.complete_file("body.npz", "body.npz", overwrite=True), ValueError, "body.npz:", "input"),
+    _complete("into a folder that is not there", lambda _: dynmesh.complete_file("body.npz", "no/new.npz"), FileNotFoundError, "no/new.npz:"),
+    _complete("more than 20 kB, where no file may exceed that", lambda w: on_a_full_disk(lambda: _to_new(w, "long.npz")), OSError, "new.npz"),
+    _complete("`fps`: 0", lambda w: _to_new(w, fps=0), ValueError, "fps:", "not 0"),
+    _complete("`threads`: 0", lambda w: _to_new(w, threads=0), ValueError, "threads:", "not 0"),
+    _complete("`speed=1`", lambda w: _to_new(w, speed=1), ValueError, "speed:", "no setting"),
+    _complete("`output_format='fbx'`", lambda w: _to_new(w, output_format="fbx"), ValueError, "new.npz:", "'fbx'"),
+    _complete("`watch`: a number", lambda w: _to_new(w, watch=3), TypeError, "watch:", "3"),
+    _complete("`resume` of what cannot be resumed", lambda _: dynmesh.complete_file("body.npz", "new.abc", resume=True), ValueError, "new.abc:", "resumed"),
+    _complete("`provenance` in what holds none", lambda _: dynmesh.complete_file("body.npz", "new.mdd", provenance=True), ValueError, "new.mdd:", "generation"),
+    _batch("`jobs`: None", lambda _: complete_files(None), TypeError, "jobs:", "NoneType"),  # type: ignore[arg-type]
+    _batch("names, not jobs", lambda _: complete_files(["body.npz"]), TypeError, "jobs: place 0", "'body.npz'"),  # type: ignore[list-item]
+    _batch("one output twice", lambda _: complete_files([Job(Path("a.npz"), Path("new.npz"))] * 2), ValueError, "new.npz:", "two jobs"),
+    _batch("a file that is not there (the job's reason)", lambda w: _job(w, "none.npz"), Told, "none.npz:"),
+    _batch("half a file (the job's reason)", lambda w: _job(w, "cut.npz"), Told, "cut.npz:", "damaged"),
+    _batch("`extra_iterations=-1` (the job's reason)", lambda w: _job(w, "body.npz", settings={"extra_iterations": -1}), Told, "extra_iterations:", "-1"),
+]  # fmt: skip
+
+cases = [*sequences, *reading, *writing, *completing]

@@ -1,0 +1,59 @@
+"""Every case of bad input is refused in words that help, and docs/robustness shows these words."""
+
+import re
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+from bad_input import commands
+from bad_input.case import Case, Told, World
+from bad_input.page import PATH, page, prepared, python_sections
+from conftest import REPOSITORY
+
+CASES = [case for cases in python_sections().values() for case in cases]
+
+
+@pytest.fixture(scope="module")
+def world(tmp_path_factory: pytest.TempPathFactory) -> World:
+    return prepared(tmp_path_factory.mktemp("world"))
+
+
+def check(case: Case, world: World, capfd: pytest.CaptureFixture[str]) -> None:
+    """It is refused as it should be, silently, and nothing has changed."""
+    before = world.snapshot()
+    capfd.readouterr()
+    error = case.answer(world)
+    assert capfd.readouterr() == ("", "")
+    assert isinstance(error, case.error), repr(error)
+    assert isinstance(error, (ValueError, TypeError, OSError, Told)), repr(error)
+    for name in case.names:
+        assert name in str(error)
+    assert world.snapshot() == before
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case.call}: {case.given}")
+def test_it_is_named_and_changes_nothing(
+    case: Case, world: World, capfd: pytest.CaptureFixture[str]
+) -> None:
+    check(case, world, capfd)
+
+
+def test_the_compiled_program_says_it_too(
+    programs: Path, world: World, capfd: pytest.CaptureFixture[str]
+) -> None:
+    for case in commands.compiled(programs):
+        check(case, world, capfd)
+
+
+def test_no_case_is_there_twice() -> None:
+    names = [(case.call, case.given) for case in CASES]
+    assert len(set(names)) == len(names) >= 300
+
+
+def test_the_page_shows_what_is_answered(programs: Path) -> None:
+    pinned = dict(
+        re.findall(r"^([\w-]+)==(\S+)", (REPOSITORY / "constraints.txt").read_text(), re.M)
+    )
+    if any(version(name) != pinned[name] for name in ("numpy", "typer")):
+        pytest.skip("the page quotes numpy and typer in the versions that constraints.txt pins")
+    assert PATH.read_text() == page(programs), "python tests/python/write_bad_input.py"
