@@ -17,9 +17,9 @@ def read_jobs(path: Path) -> list[Job]:
     Args:
         path: comma-separated values. The first line names the columns: `input`, `output` and, where
             wanted, `format`, `output_format`, `faces`, `prim`, `mask`, `missing`, `fps`,
-            `provenance`, `method`, `revisit`, `extra_iterations`, `unseen`, as the options of
-            ``dynmesh complete`` are called. An empty value is the default. Paths are relative to
-            the table.
+            `provenance`, `method`, `revisit`, `extra_iterations`, `unseen`, `noise`,
+            `reject_outliers`, `threads`, as the options of ``dynmesh complete`` are called. An
+            empty value is the default. Paths are relative to the table.
 
     Raises:
         OSError: it cannot be read.
@@ -124,6 +124,9 @@ _columns: dict[str, Callable[[str], Any]] = {
     "revisit": _flag,
     "extra_iterations": int,
     "unseen": str,
+    "noise": float,
+    "reject_outliers": _flag,
+    "threads": int,
 }
 
 optional_columns = tuple(_columns)

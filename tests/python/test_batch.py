@@ -75,12 +75,14 @@ def test_two_jobs_do_not_share_an_output(tmp_path: Path) -> None:
 def test_a_table_is_read(tmp_path: Path) -> None:
     table = tmp_path / "jobs.csv"
     table.write_text(
-        "input,output,extra_iterations,unseen,provenance,mask,fps,revisit\n"
-        'a.npz,b.npz,3,hold,yes,"a, mask.npy",25,\n'
-        "c.npz,d.npz,,,,,,false\n",
+        "input,output,extra_iterations,unseen,provenance,mask,fps,revisit,method,noise,"
+        "reject_outliers,threads\n"
+        'a.npz,b.npz,3,hold,yes,"a, mask.npy",25,,,,,\n'
+        "c.npz,d.npz,,,,,,false,,,,\n"
+        "e.npz,f.npz,,,,,,,detail,0.5,true,2\n",
         encoding="utf-8",
     )
-    first, second = read_jobs(table)
+    first, second, third = read_jobs(table)
     assert first == Job(
         tmp_path / "a.npz",
         tmp_path / "b.npz",
@@ -90,6 +92,12 @@ def test_a_table_is_read(tmp_path: Path) -> None:
         settings={"extra_iterations": 3, "unseen": "hold"},
     )
     assert second == Job(tmp_path / "c.npz", tmp_path / "d.npz", settings={"revisit": False})
+    assert third.settings == {
+        "method": "detail",
+        "noise": 0.5,
+        "reject_outliers": True,
+        "threads": 2,
+    }
 
 
 @pytest.mark.parametrize(

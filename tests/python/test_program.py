@@ -14,6 +14,7 @@ import pytest
 from numpy.typing import NDArray
 
 import dynmesh
+from dynmesh.streaming import Settings
 
 Floats = NDArray[np.float32]
 HEADER = "<12siiffi"
@@ -47,6 +48,7 @@ class Job:
 
     def __init__(self, folder: Path, sequence: dynmesh.Sequence, share: float = 0.3) -> None:
         self.folder = folder
+        self.sequence = sequence
         n, k, _ = sequence.vertices.shape
         masks = np.stack(list(dynmesh.degrade.random_known(n, k, share, seed=3)))
         self.partial: Floats = np.where(masks[..., None], sequence.vertices, np.float32("nan"))[1:]
@@ -129,10 +131,31 @@ def test_settings_and_report(complete: Any, job: Job, tmp_path: Path) -> None:
     first = json.loads(report[0])
     assert (first["frame"], first["known"], first["filled"], first["unseen"]) == (1, 750, 1750, 0)
     assert first["iterations"] >= 2
+    assert first["rejected"] == 0
     assert first["seconds"] > 0
     for option in (["--no-revisit"], ["--extra-iterations", "5"]):
         complete(job.raw, tmp_path / "b.raw", "--overwrite", *option)
         assert (tmp_path / "b.raw").read_bytes() != job.completed
+    complete(job.raw, tmp_path / "b.raw", "--overwrite", "--threads", "2")
+    assert (tmp_path / "b.raw").read_bytes() == job.completed
+
+
+@pytest.mark.parametrize(
+    ("options", "settings"),
+    [
+        ([], {"method": "detail"}),
+        (["--noise", "0.02"], {"method": "detail", "noise": 0.02}),
+        (["--reject-outliers"], {"method": "detail", "reject_outliers": True}),
+    ],
+)
+def test_method_detail(
+    complete: Any, job: Job, tmp_path: Path, options: list[str], settings: Settings
+) -> None:
+    complete(job.raw, tmp_path / "a.raw", "--method", "detail", *options)
+    first = job.sequence.vertices[0]
+    completer = dynmesh.Completer(job.sequence.faces, first, **settings)
+    expected = b"".join(completer.push(points).tobytes() for points in job.partial)
+    assert (tmp_path / "a.raw").read_bytes() == expected
 
 
 def test_whole_frames_before_a_cut_are_written(complete: Any, job: Job, tmp_path: Path) -> None:

@@ -43,6 +43,23 @@ def complete(
     unseen: Annotated[
         Unseen, typer.Option(help="What parts of the mesh without any known vertex do.")
     ] = Unseen.follow,
+    noise: Annotated[
+        float | None,
+        typer.Option(
+            metavar="SIGMA",
+            help="Of method detail: known positions are noisy, by this standard deviation in their "
+            "unit, and are smoothed.",
+        ),
+    ] = None,
+    reject_outliers: Annotated[
+        bool,
+        typer.Option(
+            "--reject-outliers",
+            help="Of method detail: take known positions that move unlike those around them as "
+            "missing.",
+        ),
+    ] = False,
+    threads: Annotated[int, typer.Option(help="That a frame may use.", min=1)] = 1,
     provenance: Annotated[
         bool,
         typer.Option(
@@ -68,6 +85,9 @@ def complete(
         "revisit": revisit,
         "extra_iterations": extra_iterations,
         "unseen": unseen.value,
+        "noise": noise,
+        "reject_outliers": reject_outliers,
+        "threads": threads,
     }
     check_output(output, output_format, overwrite=overwrite)
     was_unfinished = is_unfinished(output)

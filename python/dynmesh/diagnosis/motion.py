@@ -90,9 +90,9 @@ class Motion:
                 f"{counted(self._n_astray, 'position')} astray, more than {_FAR} mean edges from "
                 f"all neighbours, at worst {self._farthest:.3g}, in "
                 f"{frames_listed(self._astray_frames)}: {listed('vertex', places)}.",
-                "Anchors are taken as they are, and pull what is filled in around them. In Python, "
-                'Completer(..., method="detail", reject_outliers=True) leaves them out; else call '
-                "them missing in the mask.",
+                "Anchors are taken as they are, and pull what is filled in around them. "
+                "--method detail --reject-outliers leaves them out; else call them missing in the "
+                "mask.",
                 self._farthest,
             )
         yield from self._repeats()

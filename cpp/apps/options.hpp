@@ -1,0 +1,20 @@
+/// The command line of dynmesh-complete.
+#pragma once
+
+#include <dynmesh/settings.hpp>
+#include <optional>
+#include <string>
+
+namespace dynmesh::app {
+
+struct Options {
+  std::optional<std::string> template_path, input, output;
+  Settings settings;
+  bool report = false;
+  bool overwrite = false;
+};
+
+/// Nothing where the answer was printed already. Throws UsageError.
+std::optional<Options> parse_options(int argc, char** argv);
+
+}  // namespace dynmesh::app
