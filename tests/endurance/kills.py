@@ -108,8 +108,10 @@ def _kill_job(
         else:
             after = moment(generator, job.seconds)
             killed = run_in_fork(lambda: job.run(work, resume=True), kill_after=after)
-        tally.kills[job.kind] += killed
-        tally.left[job.kind, job.check(work)] += 1
+        left = job.check(work)
+        if killed:
+            tally.kills[job.kind] += 1
+            tally.left[job.kind, left] += 1
     tally.resumed[job.kind] += _finish(job, work)
 
 
@@ -171,7 +173,7 @@ class Batch:
         time.sleep(moment(generator, self._seconds))
         workers = _children(process.pid)
         process.kill()
-        tally.kills["batch"] += process.wait() == -signal.SIGKILL
+        killed = process.wait() == -signal.SIGKILL
         patience = time.monotonic() + 60
         while any(map(_runs, workers)):
             if time.monotonic() > patience:
@@ -182,7 +184,10 @@ class Batch:
         found = visible(self._work)
         if not found.items() <= self._whole.items():
             raise ValueError("batch: a file is not as without a kill")
-        tally.left["batch", "a part" if found else "nothing"] += 1
+        if killed:
+            tally.kills["batch"] += 1
+            left = "whole" if found == self._whole else "a part" if found else "nothing"
+            tally.left["batch", left] += 1
         if self._start().wait() != 0 or visible(self._work) != self._whole:
             raise ValueError("batch: the next run did not do what was left")
 

@@ -4,7 +4,7 @@
     script/soak MINUTES --fast      one after another
     script/soak --frames 1000000    so many frames of a small mesh, one after another
 
-Prints what happened, and what it took. The exit code is 1 if anything was not as promised.
+Prints what happened, and what it took, also when it is interrupted. The exit code is 1 if anything was not as promised.
 """
 
 import argparse
@@ -35,7 +35,11 @@ def main() -> None:
     stations = _stations(arguments.seed, small=small)
     memory = Memory()
     began = time.monotonic()
-    late = _run(stations, memory, arguments)
+    late = 0
+    try:
+        late = _run(stations, memory, arguments)
+    except KeyboardInterrupt:
+        print("interrupted; so far:", file=sys.stderr)
     seconds = time.monotonic() - began
     _print(Console(width=100), stations, memory)
     n_frames = sum(station.events.total() for station in stations)
