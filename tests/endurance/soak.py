@@ -4,7 +4,8 @@
     script/soak MINUTES --fast      one after another
     script/soak --frames 1000000    so many frames of a small mesh, one after another
 
-Prints what happened, and what it took, also when it is interrupted. The exit code is 1 if anything was not as promised.
+Prints what happened, and what it took, also when it is interrupted. The exit code is 1 if anything
+was not as promised.
 """
 
 import argparse
