@@ -99,7 +99,8 @@ def complete_file(
         folder = unfinished_folder(output)
         job = describe_job(reader, header, source, output_format, settings)
         checkpoint = Checkpoint(folder / "checkpoint.npz", job)
-        if _settle(folder, output, checkpoint) and resume and not overwrite:
+        settled = _settle(folder, output, checkpoint) and files.existing(output, output_format)
+        if settled and resume and not overwrite:
             return FileReport(header.n_frames, header.n_frames, None, 0, 0, 0)
         check_output(output, output_format, overwrite=overwrite, reader=reader)
         with _folder_for(output, output_format), lock_folder(folder, output):
@@ -141,7 +142,7 @@ def _settle(folder: Path, output: Path, checkpoint: Checkpoint) -> bool:
         return False
     with lock_folder(folder, output):
         placed = files.finish_placing(folder / "files")
-        same = placed and checkpoint.is_of_this_job()
+        same = placed and checkpoint.is_of_this_job()  # saved when the writer had begun
         if placed or not checkpoint.exists():
             _clear(folder)
     return same

@@ -44,6 +44,8 @@ def put_in_place(
 def finish_placing(folder: Path) -> bool:
     """Does what is left to do where :func:`put_in_place` was killed; whether all is in place.
 
+    It is, too, where the folder is empty or gone.
+
     Where somebody has since removed or changed what was in its place already, nothing is done.
 
     Raises:
@@ -52,7 +54,7 @@ def finish_placing(folder: Path) -> bool:
     try:
         plan: dict[str, Any] = json.loads((folder / _plan).read_text())
     except FileNotFoundError:
-        return False
+        return not folder.exists() or not any(folder.iterdir())
     places = {name: folder / place for name, place in plan["places"].items()}
     for name, place in places.items():
         file = folder / name if (folder / name).exists() else place

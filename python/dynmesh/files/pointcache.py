@@ -7,7 +7,6 @@ as `NAME.obj`. Positions of vertices that are not known are written as NaN, floa
 
 import contextlib
 import os
-import shutil
 from abc import abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -162,7 +161,6 @@ class PointCacheWriter(Writer):
         if self._frame == 0 and self._mesh_writer is not None:
             with self._mesh_writer:
                 self._mesh_writer.append(frame.points)
-            shutil.rmtree(self._mesh_writer.folder)
         self._file.write(frame.points.astype(self.dtype_in_file, copy=False).data)
 
     def _flush(self) -> None:

@@ -50,9 +50,9 @@ class Writer(ABC):
         Args:
             path: where the file will be.
             header: what it shall say of all its frames.
-            folder: where to work, if not in a fresh folder of an unused name; it is for the caller
-                to remove. After an exception it stays as it is, to go on with, and after the death
-                of the process for :func:`dynmesh.files.placing.finish_placing`.
+            folder: where to work, if not in a fresh folder of an unused name; after an exception
+                it stays as it is, to go on with, and after the death of the process for
+                :func:`dynmesh.files.finish_placing`.
             resume_at: how many frames of the unfinished file in `folder` stand; it must hold at
                 least as many, and further ones are forgotten. 0 begins anew.
         """
@@ -199,8 +199,7 @@ class Writer(ABC):
                 )
             self._finish()
             put_in_place(self.folder, self._destinations(), self._outdated(), plan=self._keep)
-            if not self._keep:
-                shutil.rmtree(self.folder, ignore_errors=True)
+            shutil.rmtree(self.folder, ignore_errors=True)
 
     @contextlib.contextmanager
     def _undoing(self) -> Iterator[None]:
