@@ -1,5 +1,5 @@
-#include <atomic>
 #include <dynmesh/completer.hpp>
+#include <dynmesh/one_at_a_time.hpp>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -60,13 +60,8 @@ class AnyCompleter {
 
   template <class Call>
   auto exclusively(const Call& call) {
-    if (busy_.test_and_set()) {
-      throw std::runtime_error(
-          "this completer is in use by another thread; give each thread its own, or take turns");
-    }
-    const auto clear = [](std::atomic_flag* busy) { busy->clear(); };
-    const std::unique_ptr<std::atomic_flag, decltype(clear)> leave(&busy_, clear);
-    return std::visit([&](auto& completer) { return call(*completer); }, completer_);
+    return turns_.enter(
+        [&] { return std::visit([&](auto& completer) { return call(*completer); }, completer_); });
   }
 
   static py::array_t<Index> copy(std::span<const Index> values) {
@@ -174,7 +169,7 @@ class AnyCompleter {
 
  private:
   std::variant<std::unique_ptr<Completer<float>>, std::unique_ptr<Completer<double>>> completer_;
-  std::atomic_flag busy_;
+  OneAtATime turns_;
 };
 
 constexpr const char* completer_doc =

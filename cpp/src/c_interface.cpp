@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <dynmesh/completer.hpp>
+#include <dynmesh/one_at_a_time.hpp>
 #include <dynmesh/settings.hpp>
 #include <dynmesh/template_mesh.hpp>
 #include <dynmesh/types.hpp>
@@ -27,6 +28,7 @@ static_assert(std::is_same_v<dynmesh::Index, std::int32_t>);
 
 struct dynmesh_completer {
   std::variant<dynmesh::Completer<float>, dynmesh::Completer<double>> any;
+  mutable dynmesh::OneAtATime turns{};
 };
 
 namespace dynmesh {
@@ -53,6 +55,8 @@ dynmesh_status guarded(const Call& call) noexcept {
     return fail(DYNMESH_INVALID_ARGUMENT, error.what());
   } catch (const std::bad_alloc&) {
     return fail(DYNMESH_OUT_OF_MEMORY, "out of memory");
+  } catch (const InUse& error) {
+    return fail(DYNMESH_IN_USE, error.what());
   } catch (const std::runtime_error& error) {  // read_template throws it, and nothing else
     return fail(DYNMESH_UNREADABLE_FILE, error.what());
   } catch (const std::exception& error) {
@@ -70,12 +74,21 @@ void check_pointer(const char* argument, const void* pointer) {
   if (pointer == nullptr) refuse(argument, "is a null pointer");
 }
 
-/// Calls `call` with the Completer<float> or Completer<double> in `handle`.
+/// Calls `call` with the Completer<float> or Completer<double> in `handle`, for what never changes.
+template <class Handle, class Call>
+dynmesh_status with_constant(Handle* handle, const Call& call) noexcept {
+  return guarded([&] {
+    check_pointer("completer", handle);
+    std::visit(call, handle->any);
+  });
+}
+
+/// The same for all else, while no other thread is inside.
 template <class Handle, class Call>
 dynmesh_status with(Handle* handle, const Call& call) noexcept {
   return guarded([&] {
     check_pointer("completer", handle);
-    std::visit(call, handle->any);
+    handle->turns.enter([&] { std::visit(call, handle->any); });
   });
 }
 
@@ -279,7 +292,7 @@ dynmesh_status dynmesh_restore(dynmesh_completer* completer, const void* state, 
 
 int64_t dynmesh_n_vertices(const dynmesh_completer* completer) {
   int64_t k = 0;
-  (void)with(completer, [&](const auto& c) { k = static_cast<int64_t>(c.n_vertices()); });
+  (void)with_constant(completer, [&](const auto& c) { k = static_cast<int64_t>(c.n_vertices()); });
   return k;
 }
 
@@ -304,7 +317,7 @@ dynmesh_status dynmesh_report(const dynmesh_completer* completer, dynmesh_frame_
 
 dynmesh_status dynmesh_topology(const dynmesh_completer* completer,
                                 dynmesh_topology_report* report) {
-  return with(completer, [&](const auto& c) {
+  return with_constant(completer, [&](const auto& c) {
     check_pointer("report", report);
     const TopologyReport& found = c.topology();
     *report = {static_cast<int64_t>(found.components),
@@ -316,7 +329,7 @@ dynmesh_status dynmesh_topology(const dynmesh_completer* completer,
 
 dynmesh_status dynmesh_refused_face(const dynmesh_completer* completer, int64_t number,
                                     int64_t* face, const char** reason) {
-  return with(completer, [&](const auto& c) {
+  return with_constant(completer, [&](const auto& c) {
     check_pointer("face", face);
     check_pointer("reason", reason);
     const auto& refused = c.topology().refused_faces;

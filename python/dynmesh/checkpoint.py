@@ -68,6 +68,17 @@ class Checkpoint:
             )
         return Saved(frames, state.tobytes())
 
+    def exists(self) -> bool:
+        """Whether there is anything to go on with, of whatever job."""
+        return self._path.exists()
+
+    def is_of_this_job(self) -> bool:
+        """Whether an earlier run of this job saved something."""
+        try:
+            return self.load() is not None
+        except ValueError:  # of another job, or damaged
+            return False
+
     def is_due(self) -> bool:
         """Whether it is time to save again."""
         return time.monotonic() >= self._next

@@ -27,7 +27,8 @@ class FileReport:
 
     Attributes:
         frames: in the output, frame 0 among them.
-        resumed_at: the first frame that this call completed, 0 unless it went on.
+        resumed_at: the first frame that this call completed, 0 unless it went on, `frames` where
+            there was nothing left but to put the output in its place.
         seconds_per_frame: median time in :meth:`dynmesh.Completer.push`, without reading and
             writing; None where there was nothing to complete.
         known: how many vertices were known in the frames that this call completed, all of them
@@ -62,7 +63,8 @@ def complete_file(
     The output appears under its name when it is whole. Until then it grows in a hidden folder
     beside it, where the completer's state is saved every few seconds if the format can be
     continued. After an interruption, a full disk or a killed process that folder is still there,
-    for `resume`; the next run without `resume` clears it.
+    for `resume`; the next run without `resume` clears it. A process that was killed while it moved
+    the several files of an output to their places is finished first of all by the next one.
 
     Args:
         path: the incomplete sequence, in any format; frame 0 must be whole.
@@ -96,7 +98,6 @@ def complete_file(
     if resume:
         _check_resumable(output, output_format)
     with files.open(path, **source) as reader:
-        check_output(output, output_format, overwrite=overwrite, reader=reader)
         header = replace(
             reader.header,
             fps=reader.fps if fps is None else fps,
@@ -104,9 +105,13 @@ def complete_file(
             has_provenance=provenance,
         )
         folder = unfinished_folder(output)
+        job = describe_job(reader, header, source, output_format, settings)
+        checkpoint = Checkpoint(folder / "checkpoint.npz", job)
+        settled = _settle(folder, output, checkpoint) and files.existing(output, output_format)
+        if settled and resume and not overwrite:
+            return FileReport(header.n_frames, header.n_frames, None, 0, 0, 0)
+        check_output(output, output_format, overwrite=overwrite, reader=reader)
         with _folder_for(output, output_format), lock_folder(folder, output):
-            job = describe_job(reader, header, source, output_format, settings)
-            checkpoint = Checkpoint(folder / "checkpoint.npz", job)
             saved = checkpoint.load() if resume else None
             with _clearing(folder):
                 files_folder = folder / "files"
@@ -125,6 +130,9 @@ def complete_file(
                         if writer.resumable and checkpoint.is_due():
                             writer.flush()
                             checkpoint.save(start + len(reports), completer.state())
+                    if writer.resumable and reports:
+                        writer.flush()
+                        checkpoint.save(start + len(reports), completer.state())
     pushed = reports if start else reports[1:]  # frame 0 is not pushed
     return FileReport(
         frames=header.n_frames,
@@ -134,6 +142,24 @@ def complete_file(
         filled=sum(report.filled for report in pushed),
         unseen=sum(report.unseen for report in pushed),
     )
+
+
+def _settle(folder: Path, output: Path, checkpoint: Checkpoint) -> bool:
+    """Ends what an earlier run was killed at the very end of; whether it was the same job."""
+    if not folder.exists():
+        return False
+    with lock_folder(folder, output):
+        placed = files.finish_placing(folder / "files")
+        same = placed and checkpoint.is_of_this_job()  # saved when the writer had begun
+        if placed or not checkpoint.exists():
+            _clear(folder)
+    return same
+
+
+def _clear(folder: Path) -> None:
+    """Removes an unfinished folder: first of all what makes another run go on with it."""
+    (folder / "checkpoint.npz").unlink(missing_ok=True)
+    shutil.rmtree(folder, ignore_errors=True)
 
 
 def unfinished_folder(output: Path) -> Path:
@@ -197,13 +223,13 @@ def _clearing(folder: Path) -> Iterator[None]:
     try:
         yield
     except (ValueError, TypeError):  # of the input, or of the job itself: no use to go on
-        shutil.rmtree(folder, ignore_errors=True)
+        _clear(folder)
         raise
     except BaseException:
         if not (folder / "checkpoint.npz").exists():
-            shutil.rmtree(folder, ignore_errors=True)
+            _clear(folder)
         raise
-    shutil.rmtree(folder, ignore_errors=True)
+    _clear(folder)
 
 
 def _begin_writer(

@@ -231,3 +231,23 @@ def test_a_worker_may_die_in_the_middle(tmp_path: Path) -> None:
     for i in range(n):
         np.testing.assert_array_equal(dynmesh.read(tmp_path / f"out{i}.npz").vertices, expected)
     assert not list(tmp_path.glob(".out*"))
+
+
+def running(pid: int) -> bool:
+    stat = Path(f"/proc/{pid}/stat")
+    return stat.exists() and stat.read_text().rpartition(")")[2].split()[0] != "Z"
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="Linux alone tells of children")
+def test_the_workers_of_a_killed_command_end(tmp_path: Path) -> None:
+    write_partial(tmp_path / "in.npz", n_frames=60)
+    table = tmp_path / "jobs.csv"
+    rows = "".join(f"in.npz,out{i}.npz,detail\n" for i in range(100))
+    table.write_text(f"input,output,method\n{rows}")
+    command = [sys.executable, "-m", "dynmesh", "batch", str(table), "--workers", "2"]
+    with subprocess.Popen(command, stderr=subprocess.DEVNULL) as batch:
+        wait_until(lambda: len(list(tmp_path.glob(".out*"))) == 2)  # both are at work
+        children = Path(f"/proc/{batch.pid}/task/{batch.pid}/children").read_text().split()
+        batch.kill()
+    assert len(children) >= 2
+    wait_until(lambda: not any(running(int(child)) for child in children))

@@ -12,8 +12,10 @@
 /// a state must come from dynmesh_state, and what was damaged on its way is refused. The library
 /// never keeps a pointer that it was given.
 ///
-/// Threads. One thread at a time for each completer, whatever the function. Different completers
-/// are independent.
+/// Threads. One thread at a time for each completer: while one is inside, whatever another calls
+/// is refused with DYNMESH_IN_USE, at once and without harm. dynmesh_n_vertices, dynmesh_topology
+/// and dynmesh_refused_face tell what never changes and may be called at any time; dynmesh_destroy
+/// only when nobody is inside or will be. Different completers are independent.
 ///
 /// Memory. dynmesh_push, dynmesh_push_sparse and dynmesh_skip allocate nothing where they succeed.
 ///
@@ -38,7 +40,8 @@ enum {
   DYNMESH_INVALID_ARGUMENT = 1,
   DYNMESH_OUT_OF_MEMORY = 2,
   DYNMESH_UNREADABLE_FILE = 3,  ///< of dynmesh_read_template alone
-  DYNMESH_INTERNAL_ERROR = 4    ///< a fault of dynmesh
+  DYNMESH_INTERNAL_ERROR = 4,   ///< a fault of dynmesh
+  DYNMESH_IN_USE = 5            ///< another thread is inside this completer
 };
 typedef int32_t dynmesh_status;
 
@@ -183,8 +186,8 @@ DYNMESH_EXPORT dynmesh_status dynmesh_skip(dynmesh_completer* completer, const d
 DYNMESH_EXPORT dynmesh_status dynmesh_reset(dynmesh_completer* completer,
                                             const dynmesh_points* frame);
 
-/// The bytes that dynmesh_state writes, the same for the life of the completer; 0 for null. Makes
-/// the state to measure it.
+/// The bytes that dynmesh_state writes, the same for the life of the completer; 0 for null and
+/// while another thread is inside. Makes the state to measure it.
 DYNMESH_EXPORT int64_t dynmesh_state_size(const dynmesh_completer* completer);
 
 /// Writes all that later frames depend on to `state`, which has room for `size` bytes; a smaller
@@ -202,7 +205,8 @@ DYNMESH_EXPORT dynmesh_status dynmesh_restore(dynmesh_completer* completer, cons
 DYNMESH_EXPORT int64_t dynmesh_n_vertices(const dynmesh_completer* completer);
 
 /// (k,) of the last frame: 0 known, g estimated and reached by iteration g, -1 unseen. Valid until
-/// the next call that changes the completer; null for null.
+/// the next call that changes the completer, by any thread; null for null and while another thread
+/// is inside.
 DYNMESH_EXPORT const int32_t* dynmesh_generation(const dynmesh_completer* completer);
 
 /// (k,) frames since the vertex was last observed. Valid as dynmesh_generation.

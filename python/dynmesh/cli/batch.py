@@ -1,11 +1,13 @@
 """The command that completes an archive of sequences."""
 
 import logging
+import os
+import threading
 from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import ExitStack, contextmanager
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
 from pathlib import Path
 from typing import Annotated
 
@@ -80,6 +82,18 @@ def batch(
         raise typer.Exit(1)
 
 
+def _end_with_parent() -> None:
+    """Ends a worker when the command is killed: it would wait for its next job for ever."""
+
+    def wait() -> None:
+        parent = parent_process()
+        if parent is not None:
+            parent.join()
+            os._exit(1)
+
+    threading.Thread(target=wait, daemon=True).start()
+
+
 @contextmanager
 def _executor(workers: int, scheduler: str | None) -> Iterator[Executor | None]:
     if scheduler is not None:
@@ -93,7 +107,8 @@ def _executor(workers: int, scheduler: str | None) -> Iterator[Executor | None]:
         with client, client.get_executor() as executor:
             yield executor
     elif workers > 1:
-        with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as executor:
+        spawn = get_context("spawn")
+        with ProcessPoolExecutor(workers, spawn, initializer=_end_with_parent) as executor:
             yield executor
     else:
         yield None

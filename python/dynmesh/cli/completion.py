@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from .._terminal import say, track
-from ..file_completion import FileReport, check_output, complete_file, is_unfinished
+from ..file_completion import FileReport, complete_file, is_unfinished
 from ..streaming import Settings
 from .options import (
     Faces,
@@ -89,7 +89,6 @@ def complete(
         "reject_outliers": reject_outliers,
         "threads": threads,
     }
-    check_output(output, output_format, overwrite=overwrite)
     was_unfinished = is_unfinished(output)
     zeros = Zeros()
 
@@ -120,6 +119,9 @@ def complete(
         elif isinstance(error, KeyboardInterrupt):
             say(f"{output}: interrupted; nothing is kept")
         raise
+    if report.resumed_at == report.frames:
+        say(f"{output}: was whole already when the earlier run was interrupted")
+        return
     if report.resumed_at:
         say(f"{output}: went on at frame {report.resumed_at}")
     _say_what_was_done(output, report)

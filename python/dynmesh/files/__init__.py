@@ -30,6 +30,7 @@ from .format import Template
 from .header import Frame, Header
 from .masks import MaskedReader
 from .naming import naming
+from .placing import finish_placing
 from .reader import Reader
 from .writer import Writer
 
@@ -43,6 +44,7 @@ __all__ = [
     "create",
     "create_like",
     "existing",
+    "finish_placing",
     "format_of",
     "formats",
     "keeps_provenance",

@@ -179,15 +179,14 @@ class FramesWriter(Writer):
     def _close(self) -> None:
         pass
 
-    def _publish(self) -> None:
-        """Replaces an older sequence of the same names, however long and wherever it starts."""
-        self._names.folder.mkdir(exist_ok=True)
-        for number in self._numbers:
-            name = self._names.name(number)
-            (self.folder / name).replace(self._names.folder / name)
-        for number, file in self._names.existing().items():
-            if number not in self._numbers:
-                file.unlink()
+    def _destinations(self) -> dict[str, Path]:
+        names = map(self._names.name, self._numbers)
+        return {name: self._names.folder / name for name in names}
+
+    def _outdated(self) -> list[Path]:
+        """An older sequence of the same names, however long it is and wherever it starts."""
+        existing = self._names.existing().items()
+        return [file for number, file in existing if number not in self._numbers]
 
     @contextlib.contextmanager
     def _undoing(self) -> Iterator[None]:

@@ -120,11 +120,10 @@ class NpyWriter(RowFilesWriter):
         super()._begin(kept)
         np.save(self._row_file("faces"), self.header.faces)
 
-    def _publish(self) -> None:
-        for file in self.existing(self.path):
-            if not (self.folder / file.name).exists():  # it goes with the sequence it belongs to
-                file.unlink()
-        super()._publish()
+    def _outdated(self) -> list[Path]:
+        """What goes with the older sequence that it belongs to."""
+        existing = self.existing(self.path)
+        return [file for file in existing if not (self.folder / file.name).exists()]
 
     @classmethod
     def existing(cls, path: Path) -> list[Path]:

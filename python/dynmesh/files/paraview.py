@@ -238,10 +238,8 @@ class PvdWriter(FramesWriter):
         index = ElementTree.ElementTree(root)
         index.write(self.folder / self.path.name, encoding="utf-8", xml_declaration=True)
 
-    def _publish(self) -> None:
-        """Replaces an older sequence of the same name, the index last."""
-        super()._publish()
-        (self.folder / self.path.name).replace(self.path)
+    def _destinations(self) -> dict[str, Path]:
+        return {**super()._destinations(), self.path.name: self.path}  # the index last
 
 
 pvd = Format("pvd", (".pvd",), "ParaView's index of a folder of VTP files", PvdReader, PvdWriter)

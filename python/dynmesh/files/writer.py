@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ..sequence import Mask, Positions, Provenance, check_known, check_provenance
 from .header import Frame, Header
 from .naming import naming
+from .placing import put_in_place
 
 
 class Writer(ABC):
@@ -50,7 +51,8 @@ class Writer(ABC):
             path: where the file will be.
             header: what it shall say of all its frames.
             folder: where to work, if not in a fresh folder of an unused name; after an exception
-                it stays as it is, to go on with.
+                it stays as it is, to go on with, and after the death of the process for
+                :func:`dynmesh.files.finish_placing`.
             resume_at: how many frames of the unfinished file in `folder` stand; it must hold at
                 least as many, and further ones are forgotten. 0 begins anew.
         """
@@ -95,10 +97,14 @@ class Writer(ABC):
     def _close(self) -> None:
         """Closes what is open, finished or not; may be called again."""
 
-    def _publish(self) -> None:
-        """Gives every file in `folder` its place; the one with the name that was asked for last."""
-        for file in sorted(self.folder.iterdir(), key=lambda file: file.name == self.path.name):
-            file.replace(self.path.with_name(file.name))
+    def _destinations(self) -> dict[str, Path]:
+        """Where every file in `folder` goes; the one with the name that was asked for last."""
+        files = sorted(self.folder.iterdir(), key=lambda file: file.name == self.path.name)
+        return {file.name: self.path.with_name(file.name) for file in files}
+
+    def _outdated(self) -> list[Path]:
+        """What an older sequence of that name has beside the files that are replaced."""
+        return []
 
     @classmethod
     def new_folder(cls, path: Path) -> Path | None:  # noqa: ARG003 (subclasses use it)
@@ -192,7 +198,7 @@ class Writer(ABC):
                     "were appended"
                 )
             self._finish()
-            self._publish()
+            put_in_place(self.folder, self._destinations(), self._outdated(), plan=self._keep)
             shutil.rmtree(self.folder, ignore_errors=True)
 
     @contextlib.contextmanager

@@ -1,0 +1,174 @@
+/// Several threads at once: on one completer, which refuses all but one, and on one each. Meant to
+/// be run under the thread sanitizer as well: -DDYNMESH_SANITIZE=thread.
+#include <doctest/doctest.h>
+#include <dynmesh/dynmesh.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstring>
+#include <dynmesh/completer.hpp>
+#include <dynmesh/one_at_a_time.hpp>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "meshes.hpp"
+
+namespace dynmesh::testing {
+namespace {
+
+template <class Work>
+void in_threads(int count, const Work& work) {
+  std::vector<std::thread> threads;
+  threads.reserve(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i) threads.emplace_back([&work, i] { work(i); });
+  for (auto& thread : threads) thread.join();
+}
+
+TEST_CASE("one call is let in at a time, and another one after it, however it ended") {
+  OneAtATime turns;
+  CHECK(turns.enter([&] {
+    const auto refused = message_of([&] { turns.enter([] { FAIL("two are inside"); }); });
+    CHECK(refused.starts_with("this completer is in use by another thread"));
+    return 5;
+  }) == 5);
+  CHECK(message_of([&] { turns.enter([] { throw std::logic_error("mine"); }); }) == "mine");
+  CHECK(turns.enter([] { return true; }));
+}
+
+TEST_CASE("what is guarded is never shared") {
+  OneAtATime turns;
+  int inside = 0;  // a plain number: the sanitizer sees whether two threads touch it
+  std::atomic<int> served{0};
+  std::atomic<int> refused{0};
+  in_threads(4, [&](int) {
+    for (int i = 0; i < 2000; ++i) {
+      try {
+        turns.enter([&] { ++inside; });
+        ++served;
+      } catch (const InUse&) {
+        ++refused;
+      }
+    }
+  });
+  CHECK(inside == served);
+  CHECK(served + refused == 8000);
+}
+
+struct Shared {
+  explicit Shared(const Mesh<float>& mesh, Index threads) : mesh_(mesh) {
+    dynmesh_settings settings;
+    REQUIRE(dynmesh_default_settings(&settings) == DYNMESH_OK);
+    settings.threads = threads;
+    const dynmesh_points first = {mesh.vertices.data(), static_cast<std::int64_t>(mesh.size()), 3,
+                                  1, DYNMESH_FLOAT32};
+    const auto n_faces = static_cast<std::int64_t>(mesh.faces().count);
+    REQUIRE(dynmesh_create(mesh.indices.data(), n_faces, &first, &settings, &completer) ==
+            DYNMESH_OK);
+  }
+  ~Shared() { dynmesh_destroy(completer); }
+  Shared(const Shared&) = delete;
+  Shared& operator=(const Shared&) = delete;
+
+  dynmesh_status push(const std::vector<float>& frame, const std::vector<std::uint8_t>& known,
+                      std::vector<float>& completed) const {
+    const auto k = static_cast<std::int64_t>(mesh_.size());
+    const dynmesh_points points = {frame.data(), k, 3, 1, DYNMESH_FLOAT32};
+    const dynmesh_mask mask = {known.data(), k, 1};
+    const dynmesh_output out = {completed.data(), k, 3, 1, DYNMESH_FLOAT32};
+    return dynmesh_push(completer, &points, &mask, &out, nullptr);
+  }
+
+  dynmesh_completer* completer = nullptr;
+
+ private:
+  const Mesh<float>& mesh_;
+};
+
+TEST_CASE("one completer in many threads serves or refuses, and stays whole") {
+  const auto mesh = sheet<float>(40);
+  const auto k = mesh.size();
+  const auto frame = turned(mesh.vertices, 0.1);
+  const auto known = random_mask(k, 0.2, 5);
+  for (const Index threads : {1, 2}) {
+    const Shared shared(mesh, threads);
+    std::atomic<int> pushed{0};
+    std::atomic<int> wrong{0};
+    const auto expect = [&](dynmesh_status status) {
+      const bool refused =
+          status == DYNMESH_IN_USE &&
+          std::string(dynmesh_last_message()).starts_with("this completer is in use by another");
+      if (status != DYNMESH_OK && !refused) ++wrong;
+      return status == DYNMESH_OK;
+    };
+    in_threads(4, [&](int number) {
+      std::vector<float> completed(3 * k);
+      std::vector<std::byte> state(200 + 100 * k);
+      dynmesh_frame_report report;
+      dynmesh_topology_report topology;
+      for (int i = 0; i < 60; ++i) {
+        if (expect(shared.push(frame, known, completed))) ++pushed;
+        if (number == 0) {
+          expect(dynmesh_report(shared.completer, &report));
+        } else if (number == 1) {
+          const auto size = static_cast<std::int64_t>(state.size());
+          expect(dynmesh_state(shared.completer, state.data(), size));
+        } else if (number == 2) {
+          (void)dynmesh_generation(shared.completer);
+          (void)dynmesh_age(shared.completer);
+          (void)dynmesh_state_size(shared.completer);
+        } else if (dynmesh_topology(shared.completer, &topology) != DYNMESH_OK ||
+                   dynmesh_n_vertices(shared.completer) != static_cast<std::int64_t>(k)) {
+          ++wrong;
+        }
+      }
+    });
+    CHECK(wrong == 0);
+    CHECK(pushed > 0);
+    // As one thread alone would have left it.
+    Completer<float> alone(mesh.faces(), mesh.points());
+    std::vector<float> expected(3 * k);
+    std::vector<float> completed(3 * k);
+    const auto push_alone = [&] {
+      alone.push({frame.data(), k}, {known.data(), k}, {expected.data(), k});
+    };
+    for (int i = 0; i < pushed; ++i) push_alone();
+    CHECK(std::equal(alone.age().begin(), alone.age().end(), dynmesh_age(shared.completer)));
+    push_alone();
+    CHECK(shared.push(frame, known, completed) == DYNMESH_OK);
+    CHECK(completed == expected);
+  }
+}
+
+template <class Real>
+std::vector<Real> complete_alone(const Mesh<Real>& mesh, const Settings& settings) {
+  const std::size_t k = mesh.size();
+  Completer<Real> completer(mesh.faces(), mesh.points(), settings);
+  std::vector<Real> completed(3 * k);
+  for (unsigned i = 1; i < 6; ++i) {
+    const auto frame = turned(mesh.vertices, 0.03 * i);
+    const auto known = random_mask(k, 0.1 + 0.1 * i, i);
+    completer.push({frame.data(), k}, {known.data(), k}, {completed.data(), k});
+  }
+  return completed;
+}
+
+TEST_CASE_TEMPLATE("a completer in each thread works as it would alone", Real, float, double) {
+  const auto mesh = sheet<Real>(30);
+  for (const Method method : {Method::motion, Method::detail}) {
+    Settings settings;
+    settings.method = method;
+    const auto expected = complete_alone(mesh, settings);
+    std::atomic<int> same{0};
+    in_threads(4, [&](int number) {
+      Settings own = settings;
+      own.threads = 1 + number % 2;
+      if (complete_alone(mesh, own) == expected) ++same;
+    });
+    CHECK(same == 4);
+  }
+}
+
+}  // namespace
+}  // namespace dynmesh::testing

@@ -1,0 +1,181 @@
+"""Jobs from file to file that are killed, and what they may leave behind."""
+
+import contextlib
+import os
+import random
+import signal
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+
+import dynmesh
+from dynmesh.checkpoint import Checkpoint
+from dynmesh.file_completion import complete_file
+
+OUTPUTS = {
+    "npz": "out.npz",
+    "hdf5": "out.h5",
+    "npy": "out.npy",
+    "pc2": "out.pc2",
+    "ply": "out",
+    "ply, by a pattern": "new/frame_%04d.ply",
+}
+FORMATS = {"ply": "ply"}  # where the name does not tell
+
+Files = dict[str, bytes]
+
+
+class Job:
+    """One completion, its output and what that must be.
+
+    Attributes:
+        kind: of the output, one of :data:`OUTPUTS`.
+        source: the incomplete sequence.
+        pause: seconds between two frames, so that there is time to be killed.
+        whole: what it must be in the end.
+        seconds: that it takes.
+    """
+
+    def __init__(self, kind: str, source: Path, pause: float) -> None:
+        """Does nothing yet."""
+        self.kind, self.source, self.pause = kind, source, pause
+        self.whole: Files = {}
+        self.seconds = 0.0
+
+    def complete_once(self, folder: Path) -> None:
+        """Completes it, uninterrupted, and notes what came out and how long it took."""
+        folder.mkdir(exist_ok=True)
+        began = time.monotonic()
+        run_in_fork(lambda: self.run(folder))
+        self.seconds = time.monotonic() - began
+        self.whole = visible(folder)
+        if not self.whole:
+            raise ValueError(f"{self.kind}: nothing came out")
+
+    def output(self, folder: Path) -> Path:
+        """Where it goes in that folder."""
+        return folder / OUTPUTS[self.kind]
+
+    def run(
+        self,
+        folder: Path,
+        *,
+        source: Path | None = None,
+        resume: bool = False,
+        overwrite: bool = False,
+    ) -> int:
+        """Runs it in this process; the first frame that it completed, -1 if the output exists."""
+        Checkpoint.least_seconds_between = 0.0
+        Checkpoint.most_of_the_time = 0.2
+
+        def slowly(frames: Iterator[Any], *_: int) -> Iterator[Any]:
+            for frame in frames:
+                time.sleep(self.pause)
+                yield frame
+
+        with contextlib.suppress(FileExistsError):
+            return complete_file(
+                source or self.source,
+                self.output(folder),
+                output_format=FORMATS.get(self.kind),
+                provenance=self.kind != "pc2",
+                resume=resume,
+                overwrite=overwrite,
+                watch=slowly,
+            ).resumed_at
+        return -1
+
+    def check(self, folder: Path, older: Files | None = None) -> str:
+        """What a kill left in sight: "nothing", "whole", "a part" or "older"; else ValueError."""
+        found = visible(folder)
+        if found == self.whole:
+            return "whole"
+        if older and found.items() <= older.items():
+            return "older" if found == older else "a part"
+        if not found:
+            return "nothing"
+        main = OUTPUTS[self.kind]
+        if main not in found and found.items() <= self.whole.items():
+            return "a part"
+        wrong = sorted(name for name in found if found[name] != self.whole.get(name))
+        raise ValueError(f"{self.kind}: there are {sorted(found)}, of which {wrong} are not right")
+
+    def check_end(self, folder: Path) -> None:
+        """The output must be whole, and all that there is."""
+        if self.check(folder) != "whole":
+            raise ValueError(f"{self.kind}: is not whole after the run that went to the end")
+        files = [str(path.relative_to(folder)) for path in folder.rglob(".*")]
+        if files:
+            raise ValueError(f"{self.kind}: {files} stayed behind")
+
+
+def make_source(path: Path, frames: int = 40) -> Path:
+    """Writes an ocean with holes."""
+    ocean = dynmesh.synth.ocean(frames, grid=20, seed=3)
+    known = np.random.default_rng(1).random(ocean.vertices.shape[:2]) < 0.3
+    known[0] = True
+    dynmesh.write(path, dynmesh.Sequence(ocean.vertices, ocean.faces, known, 30.0))
+    return path
+
+
+def visible(folder: Path) -> Files:
+    """The files that are not hidden, and their bytes."""
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and not any(part[0] == "." for part in path.relative_to(folder).parts)
+    }
+
+
+def run_in_fork(job: Any, kill_after: float | None = None) -> bool:
+    """Runs a job in a child of this process; whether it was killed before it ended by itself.
+
+    Raises:
+        ValueError: the job failed.
+    """
+    child = os.fork()
+    if child == 0:
+        _run_and_exit(job)
+    if kill_after is not None:
+        time.sleep(kill_after)
+        os.kill(child, signal.SIGKILL)
+    _, status = os.waitpid(child, 0)
+    if os.WIFSIGNALED(status) and os.WTERMSIG(status) == signal.SIGKILL:
+        return True
+    if status != 0:
+        raise ValueError(f"a job ended with status {status}")
+    return False
+
+
+def _run_and_exit(job: Any) -> NoReturn:
+    try:
+        job()
+    except BaseException as error:
+        print(f"{type(error).__name__}: {error}", file=sys.stderr, flush=True)
+        os._exit(1)
+    os._exit(0)
+
+
+def kill_at_change(n: int) -> None:
+    """Lets this process be killed just before its n-th change to a file system, counted from 1."""
+    changes = {"os.rename", "os.remove", "os.rmdir", "os.mkdir", "os.truncate"}
+    count = 0
+
+    def look(event: str, arguments: tuple[Any, ...]) -> None:
+        nonlocal count
+        writes = event == "open" and isinstance(arguments[1], str) and arguments[1][0] in "wxa"
+        if writes or event in changes:
+            count += 1
+            if count == n:
+                os.kill(os.getpid(), signal.SIGKILL)
+
+    sys.addaudithook(look)
+
+
+def moment(generator: random.Random, seconds: float) -> float:
+    """Uniformly within the run, and a little after its end."""
+    return generator.uniform(0, 1.05 * seconds)

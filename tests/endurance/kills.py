@@ -1,0 +1,270 @@
+"""Kills jobs that complete files, at any moment, and sees whether anything is lost.
+
+    script/kill-test [KILLS]
+
+A third of the jobs are processes as a shell starts them, which take long to begin; the others are
+forks of this one, killed while they work. Half of the kills hit a run that goes on after an earlier
+kill. With `--moments` jobs are killed before every change that they make to a file system, one
+after another. The exit code is 1 if anything was not as promised.
+"""
+
+import argparse
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from pathlib import Path
+
+from jobs import OUTPUTS, Job, kill_at_change, make_source, moment, run_in_fork, visible
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+_SHELL = (
+    "import sys; sys.path.insert(0, sys.argv.pop(1))\n"
+    "from pathlib import Path\n"
+    "from jobs import Job\n"
+    "kind, source, folder, pause = sys.argv[1:]\n"
+    "Job(kind, Path(source), float(pause)).run(Path(folder), resume=True)\n"
+)
+
+
+class Tally:
+    """What happened.
+
+    Attributes:
+        kills: that hit a running job.
+        left: what they left in sight.
+        resumed: runs that went on after a kill, and did not begin anew.
+        wrong: what was not as promised, in words.
+    """
+
+    def __init__(self) -> None:
+        """Begins at nothing."""
+        self.kills: Counter[str] = Counter()
+        self.left: Counter[tuple[str, str]] = Counter()
+        self.resumed: Counter[str] = Counter()
+        self.wrong: list[str] = []
+
+
+def main() -> None:
+    """Kills and reports."""
+    parser = argparse.ArgumentParser(prog="script/kill-test", description=__doc__.split("\n")[0])
+    parser.add_argument("kills", nargs="?", type=int, default=100, help="how many in all")
+    parser.add_argument("--moments", type=int, metavar="N", help="every N-th change of each job")
+    parser.add_argument("--seed", type=int, default=0, help="of the moments")
+    arguments = parser.parse_args()
+    tally = Tally()
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        if arguments.moments:
+            _kill_at_moments(folder, arguments.moments, tally)
+        else:
+            _kill_at_random(folder, arguments.kills, random.Random(arguments.seed), tally)
+    _print(tally)
+    sys.exit(1 if tally.wrong else 0)
+
+
+def _kill_at_random(folder: Path, kills: int, generator: random.Random, tally: Tally) -> None:
+    source = make_source(folder / "partial.npz")
+    jobs = []
+    for kind in OUTPUTS:
+        own = folder / kind
+        own.mkdir()
+        jobs.append(Job(kind, source, pause=0.005))
+        jobs[-1].complete_once(own)
+    ways: list[Job | Batch] = [*jobs, *jobs, Batch(folder / "batch", source)]
+    with Progress(console=Console(stderr=True)) as bar:
+        task = bar.add_task("killing", total=kills)
+        number = 0
+        while tally.kills.total() < kills and len(tally.wrong) < kills:
+            way = ways[number % len(ways)]
+            number += 1
+            try:
+                if isinstance(way, Batch):
+                    way.kill(generator, tally)
+                else:
+                    by_shell = number % 3 == 0
+                    _kill_job(way, folder / "work", generator, tally, by_shell=by_shell)
+            except ValueError as error:
+                tally.wrong.append(str(error))
+            bar.update(task, completed=tally.kills.total())
+
+
+def _kill_job(
+    job: Job, work: Path, generator: random.Random, tally: Tally, *, by_shell: bool
+) -> None:
+    """Kills a run, in half of the cases the next one as well, and lets the last one end."""
+    shutil.rmtree(work, ignore_errors=True)
+    work.mkdir()
+    for _ in range(generator.choice((1, 2))):
+        if by_shell:
+            killed = _kill_process(job, work, generator)
+        else:
+            after = moment(generator, job.seconds)
+            killed = run_in_fork(lambda: job.run(work, resume=True), kill_after=after)
+        left = job.check(work)
+        if killed:
+            tally.kills[job.kind] += 1
+            tally.left[job.kind, left] += 1
+    tally.resumed[job.kind] += _finish(job, work)
+
+
+def _finish(job: Job, work: Path, *, overwrite: bool = False) -> bool:
+    """Runs a job to its end; whether it went on."""
+    note = work.with_name("resumed_at")
+    run_in_fork(lambda: note.write_text(str(job.run(work, resume=True, overwrite=overwrite))))
+    job.check_end(work)
+    return int(note.read_text()) > 0
+
+
+def _kill_process(job: Job, work: Path, generator: random.Random) -> bool:
+    here = str(Path(__file__).parent)
+    command = [sys.executable, "-c", _SHELL, here, job.kind, str(job.source), str(work)]
+    began = time.monotonic()
+    with subprocess.Popen([*command, str(job.pause)]) as process:
+        while not any(work.iterdir()) and process.poll() is None:
+            time.sleep(0.002)  # it begins
+        if time.monotonic() - began > 60:
+            raise ValueError(f"{job.kind}: a process did not begin within a minute")
+        time.sleep(moment(generator, job.seconds))
+        process.kill()
+        return process.wait() == -signal.SIGKILL
+
+
+class Batch:
+    """`dynmesh batch` with two workers and a job for each kind of output."""
+
+    def __init__(self, folder: Path, source: Path) -> None:
+        """Does nothing yet."""
+        self._source = source
+        self._work = folder / "work"
+        self._whole: dict[str, bytes] = {}
+        self._seconds = 0.0
+
+    def _run_once(self) -> None:
+        self._work.parent.mkdir()
+        began = time.monotonic()
+        if self._start().wait() != 0:
+            raise ValueError("batch: does not run")
+        self._seconds = time.monotonic() - began
+        self._whole = visible(self._work)
+
+    def _start(self) -> subprocess.Popen[bytes]:
+        self._work.mkdir(exist_ok=True)
+        table = self._work.with_name("jobs.csv")
+        names = [OUTPUTS[kind] for kind in ("npz", "hdf5", "npy", "pc2")]
+        rows = "".join(f"{self._source},work/{name}\n" for name in names)
+        table.write_text(f"input,output\n{rows}")
+        command = [sys.executable, "-m", "dynmesh", "batch", str(table), "--workers", "2"]
+        return subprocess.Popen(command, stderr=subprocess.DEVNULL)
+
+    def kill(self, generator: random.Random, tally: Tally) -> None:
+        """Kills the command; its workers must end, and the next one must do what is left."""
+        if not self._whole:
+            self._run_once()
+        shutil.rmtree(self._work)
+        process = self._start()
+        time.sleep(moment(generator, self._seconds))
+        workers = _children(process.pid)
+        process.kill()
+        killed = process.wait() == -signal.SIGKILL
+        patience = time.monotonic() + 60
+        while any(map(_runs, workers)):
+            if time.monotonic() > patience:
+                for worker in workers:
+                    os.kill(worker, signal.SIGKILL)
+                raise ValueError("batch: a worker outlived the command")
+            time.sleep(0.02)
+        found = visible(self._work)
+        if not found.items() <= self._whole.items():
+            raise ValueError("batch: a file is not as without a kill")
+        if killed:
+            tally.kills["batch"] += 1
+            left = "whole" if found == self._whole else "a part" if found else "nothing"
+            tally.left["batch", left] += 1
+        if self._start().wait() != 0 or visible(self._work) != self._whole:
+            raise ValueError("batch: the next run did not do what was left")
+
+
+def _children(pid: int) -> list[int]:
+    """Of a process; Linux alone tells."""
+    found = []
+    for thread in Path(f"/proc/{pid}/task").glob("*/children"):
+        found += [int(child) for child in thread.read_text().split()]
+    return found
+
+
+def _runs(pid: int) -> bool:
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+    return state != "Z"
+
+
+def _kill_at_moments(folder: Path, step: int, tally: Tally) -> None:
+    """Kills each job before its first change to the file system, its second, and so on.
+
+    Once with nothing there before, and once over an older and longer output.
+    """
+    source = make_source(folder / "partial.npz", frames=5)
+    older = make_source(folder / "older.npz", frames=7)
+    for kind in OUTPUTS:
+        own = folder / kind
+        own.mkdir()
+        job = Job(kind, source, pause=0.0)
+        job.complete_once(own / "reference")
+        for before in (None, older):
+            n = 1
+            while _kill_at(job, own / "work", n, before, tally):
+                n += step
+
+
+def _kill_at(job: Job, work: Path, n: int, before: Path | None, tally: Tally) -> bool:
+    """Whether the job made as many changes."""
+    shutil.rmtree(work, ignore_errors=True)
+    work.mkdir()
+    if before is not None:
+        run_in_fork(lambda: job.run(work, source=before))
+    older = visible(work)
+
+    def run() -> None:
+        kill_at_change(n)
+        job.run(work, resume=True, overwrite=before is not None)
+
+    if not run_in_fork(run):
+        return False
+    tally.kills[job.kind] += 1
+    try:
+        left = job.check(work, older)
+        tally.left[job.kind, left] += 1
+        tally.resumed[job.kind] += _finish(job, work, overwrite=left == "older")
+    except ValueError as error:
+        tally.wrong.append(f"before change {n}: {error}")
+    return True
+
+
+def _print(tally: Tally) -> None:
+    outcomes = ("nothing", "a part", "whole", "older")
+    table = Table(title="Killed jobs", title_justify="left")
+    table.add_column("output")
+    for heading in ("kills", *(f"left {outcome}" for outcome in outcomes), "went on"):
+        table.add_column(heading, justify="right")
+    for kind in (*OUTPUTS, "batch"):
+        if tally.kills[kind]:
+            left = [tally.left[kind, outcome] for outcome in outcomes]
+            table.add_row(kind, *map(str, (tally.kills[kind], *left, tally.resumed[kind])))
+    Console(width=100).print(table)
+    for wrong in tally.wrong[:20]:
+        print(wrong, file=sys.stderr)
+    print(f"{tally.kills.total()} kills, {len(tally.wrong)} corruptions")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,94 @@
+"""Latencies and memory over a run of any length, in constant memory themselves."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+
+PERCENTILES = (50.0, 90.0, 99.0, 99.9)
+
+_SHORTEST = 1e-7  # seconds
+_RATIO = 1.01  # from one bin to the next, so percentiles are true to a per cent
+_N_BINS = 2200  # up to five minutes
+
+
+class Latencies:
+    """A histogram with bins of equal ratio.
+
+    Attributes:
+        largest: seconds.
+    """
+
+    def __init__(self) -> None:
+        """Begins empty."""
+        self._counts = np.zeros(_N_BINS, np.int64)
+        self.largest = 0.0
+
+    def add(self, seconds: float) -> None:
+        """Counts one call."""
+        place = np.log(max(seconds, _SHORTEST) / _SHORTEST) / np.log(_RATIO)
+        self._counts[min(int(place), _N_BINS - 1)] += 1
+        self.largest = max(self.largest, seconds)
+
+    def __iadd__(self, other: "Latencies") -> "Latencies":
+        """Adds all calls of another one."""
+        self._counts += other._counts
+        self.largest = max(self.largest, other.largest)
+        return self
+
+    @property
+    def count(self) -> int:
+        """How many calls there were."""
+        return int(self._counts.sum())
+
+    def percentile(self, share: float) -> float:
+        """Seconds that this share of the calls, in per cent, took at most; NaN without calls."""
+        if self.count == 0:
+            return float("nan")
+        place = np.searchsorted(np.cumsum(self._counts), share / 100 * self.count)
+        return min(_SHORTEST * _RATIO ** (int(place) + 1), self.largest)
+
+
+class Memory:
+    """How much of the process is in memory, sampled while it runs.
+
+    A fixed number of samples spread over the run: whenever they are full, every other one goes.
+
+    Attributes:
+        peak: MB, of all samples that were ever taken.
+    """
+
+    def __init__(self, most: int = 512) -> None:
+        """Takes at most this many samples, an even number."""
+        self._most = most
+        self._samples: list[float] = []
+        self._calls = 0
+        self._every = 1
+        self.peak = 0.0
+
+    def sample(self) -> None:
+        """Looks now."""
+        now = resident()
+        self.peak = max(self.peak, now)
+        if self._calls % self._every == 0:
+            self._samples.append(now)
+        self._calls += 1
+        if len(self._samples) == self._most:
+            self._samples = self._samples[::2]
+            self._every *= 2
+
+    @property
+    def growth(self) -> float:
+        """MB that came on top after the first third: the mean of the last tenth less that before.
+
+        The first third is left out, as it makes room for the largest frames.
+        """
+        third, tenth = len(self._samples) // 3, max(1, len(self._samples) // 10)
+        before = self._samples[third : third + tenth]
+        return float(np.mean(self._samples[-tenth:]) - np.mean(before))
+
+
+def resident() -> float:
+    """MB of this process that are in memory now."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6

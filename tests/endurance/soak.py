@@ -1,0 +1,188 @@
+"""Lets completers run for long, with everything that goes wrong in a live capture.
+
+    script/soak MINUTES             frames at 60 Hz
+    script/soak MINUTES --fast      one after another
+    script/soak --frames 1000000    so many frames of a small mesh, one after another
+
+Prints what happened, and what it took, also when it is interrupted. The exit code is 1 if anything
+was not as promised.
+"""
+
+import argparse
+import sys
+import time
+from collections import Counter
+from typing import Any
+
+import numpy as np
+from measures import PERCENTILES, Latencies, Memory
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+from stations import Station
+
+import dynmesh
+
+MOST_GROWTH = 0.02  # of the memory, plus
+MOST_GROWTH_MB = 2.0
+MOST_SLOWDOWN = 1.5  # of the median, from the first third of a run to the last
+SHORTEST_JUDGED = 60.0  # seconds: what runs for less tells nothing of a slowdown
+
+
+def main() -> None:
+    """Runs and reports."""
+    arguments = _arguments()
+    small = arguments.frames is not None
+    stations = _stations(arguments.seed, small=small)
+    memory = Memory()
+    began = time.monotonic()
+    late = 0
+    try:
+        late = _run(stations, memory, arguments)
+    except KeyboardInterrupt:
+        print("interrupted; so far:", file=sys.stderr)
+    seconds = time.monotonic() - began
+    _print(Console(width=100), stations, memory)
+    n_frames = sum(station.events.total() for station in stations)
+    missed = f"; {late} ticks were missed" if late else ""
+    print(f"{n_frames} frames in {seconds:.0f} s{missed}")
+    violations = [violation for station in stations for violation in station.violations]
+    violations += _not_steady(stations, memory, seconds)
+    for violation in violations[:20]:
+        print(violation, file=sys.stderr)
+    print(f"{len(violations)} violations")
+    sys.exit(1 if violations else 0)
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="script/soak", description=__doc__.split("\n")[0])
+    parser.add_argument("minutes", nargs="?", type=float, help="how long")
+    parser.add_argument("--frames", type=int, help="instead: how many, of a small mesh")
+    parser.add_argument("--fast", action="store_true", help="do not wait for the next tick")
+    parser.add_argument("--rate", type=float, default=60.0, help="ticks per second")
+    parser.add_argument("--seed", type=int, default=0, help="of what happens when")
+    arguments = parser.parse_args()
+    if (arguments.minutes is None) == (arguments.frames is None):
+        parser.error("say either for how many MINUTES or how many --frames")
+    return arguments
+
+
+def _stations(seed: int, *, small: bool) -> list[Station]:
+    """Several completers at once, of both methods, both precisions and several settings."""
+
+    def ocean(grid: int) -> dynmesh.Sequence:
+        return dynmesh.synth.ocean(60, grid=min(grid, 8) if small else grid, seed=3)
+
+    large = ocean(8) if small else dynmesh.synth.walker(60)
+    noisy = {"noise": 1e-3, "reject_outliers": True}
+    kinds: list[tuple[str, dynmesh.Sequence, type, dict[str, Any]]] = [
+        ("motion", large, np.float32, {}),
+        ("motion, 2 threads", large, np.float32, {"threads": 2}),
+        ("motion, float64, 5 extra", ocean(50), np.float64, {"extra_iterations": 5}),
+        ("motion, once only", ocean(50), np.float32, {"revisit": False, "unseen": "hold"}),
+        ("detail", ocean(50), np.float32, {"method": "detail"}),
+        ("detail, noise", ocean(25), np.float64, {"method": "detail", "threads": 2, **noisy}),
+    ]
+    return [
+        Station(
+            name,
+            mesh.vertices.astype(dtype),
+            mesh.faces.astype(np.int32),
+            seed + number,
+            **settings,
+        )
+        for number, (name, mesh, dtype, settings) in enumerate(kinds)
+    ]
+
+
+def _run(stations: list[Station], memory: Memory, arguments: argparse.Namespace) -> int:
+    """Gives every station a frame in each tick; how many ticks were missed."""
+    whole = arguments.frames
+    seconds = 60 * (arguments.minutes or 0.0)
+    paced = whole is None and not arguments.fast
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
+    began = looked = time.monotonic()
+    ticks = done = late = 0
+    with Progress(
+        *columns, TimeRemainingColumn(), console=Console(stderr=True), auto_refresh=False
+    ) as bar:
+        task = bar.add_task("frames" if whole else "seconds", total=whole or seconds)
+        while True:
+            now = time.monotonic()
+            progress = done / whole if whole else (now - began) / seconds
+            if progress >= 1:
+                return late
+            if now - looked > 0.5:
+                looked = now
+                memory.sample()
+                bar.update(task, completed=done if whole else int(now - began), refresh=True)
+            if paced:
+                due = began + ticks / arguments.rate
+                if now < due:
+                    time.sleep(due - now)
+                elif ticks and now > due + 1 / arguments.rate:
+                    on_time = int((now - began) * arguments.rate)
+                    late += on_time - ticks
+                    ticks = on_time
+            for station in stations:
+                station.step(progress)
+            ticks += 1
+            done += len(stations)
+
+
+def _print(console: Console, stations: list[Station], memory: Memory) -> None:
+    waits = _table("Milliseconds in a call", "calls")
+    works = _table("Milliseconds of processor time, of the calling thread", "last third / first")
+    for station in stations:
+        work = Latencies()
+        for third in station.processor_times:
+            work += third
+        waits.add_row(station.name, *_shown(station.latencies), str(station.latencies.count))
+        works.add_row(station.name, *_shown(work), f"{_slowdown(station):.2f}")
+    console.print(waits)
+    console.print(works)
+    for title, counts in (
+        ("What happened", [station.events for station in stations]),
+        ("Refused, as it must be", [station.refusals for station in stations]),
+    ):
+        table = Table("", "times", title=title, title_justify="left")
+        for what, count in sum(counts, Counter[str]()).most_common():
+            table.add_row(what, str(count))
+        table.add_row("all", str(sum(c.total() for c in counts)))
+        console.print(table)
+    print(f"memory: {memory.peak:.1f} MB at most, {memory.growth:+.2f} MB after the first third")
+
+
+def _table(title: str, last: str) -> Table:
+    table = Table("settings", title=title, title_justify="left")
+    for heading in (*(f"{p:g} %" for p in PERCENTILES), "max", last):
+        table.add_column(heading, justify="right")
+    return table
+
+
+def _shown(latencies: Latencies) -> list[str]:
+    seconds = [*map(latencies.percentile, PERCENTILES), latencies.largest]
+    return [f"{1e3 * s:.3f}" for s in seconds]
+
+
+def _slowdown(station: Station) -> float:
+    """Of the median."""
+    first, _, last = (third.percentile(50) for third in station.processor_times)
+    return last / first
+
+
+def _not_steady(stations: list[Station], memory: Memory, seconds: float) -> list[str]:
+    found = []
+    if memory.growth > MOST_GROWTH * memory.peak + MOST_GROWTH_MB:
+        found.append(f"memory grew by {memory.growth:.1f} MB after the first third")
+    if seconds >= SHORTEST_JUDGED:
+        found += [
+            f"{station.name}: the last third was slower by a factor of {_slowdown(station):.2f}"
+            for station in stations
+            if _slowdown(station) > MOST_SLOWDOWN
+        ]
+    return found
+
+
+if __name__ == "__main__":
+    main()

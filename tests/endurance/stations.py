@@ -1,0 +1,204 @@
+"""A completer in use: whatever may happen to one, with everything checked that is promised."""
+
+import random
+import time
+from collections import Counter
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from bad_calls import BAD_CALLS
+from measures import Latencies
+from numpy.typing import NDArray
+
+import dynmesh
+
+Array = NDArray[Any]
+
+# How often each thing happens, in a thousand frames.
+EVENTS = {
+    "masked": 480,
+    "holes as NaN": 200,
+    "sparse": 100,
+    "into out=": 50,
+    "in place": 50,
+    "nothing arrived": 30,
+    "nothing known": 20,
+    "all known": 20,
+    "bad call": 40,
+    "state, restore": 6,
+    "reset": 3,
+    "new completer": 1,
+}
+
+
+class Station:
+    """One completer and the endless stream of frames that it is given.
+
+    Attributes:
+        name: of the settings.
+        events: how often each thing happened.
+        refusals: how often each bad call was refused as it must be.
+        violations: what was not as promised, in words.
+        latencies: of all calls that completed a frame.
+        processor_times: of the calling thread in them, in the three thirds of the run: what does
+            not depend on who else uses the machine, or not as much.
+    """
+
+    def __init__(
+        self, name: str, frames: Array, faces: NDArray[np.int32], seed: int, **settings: Any
+    ) -> None:
+        """`frames` are whole and played to and fro."""
+        self.name = name
+        self.events: Counter[str] = Counter()
+        self.refusals: Counter[str] = Counter()
+        self.violations: list[str] = []
+        self.latencies = Latencies()
+        self.processor_times = [Latencies(), Latencies(), Latencies()]
+        self._random = random.Random(seed)
+        self._rng = np.random.default_rng(seed)
+        self._frames, self._faces, self._settings = frames, faces, settings
+        self._exact = settings.get("noise") is None and not settings.get("reject_outliers")
+        self._masks = self._make_masks()
+        self._completer, self._twin = self._new(), self._new()
+        self._number = 0
+        self._third = 0
+        self._make_room()
+
+    def step(self, progress: float) -> None:
+        """Gives it the next frame; `progress` is how much of the run is over."""
+        self._third = min(int(3 * progress), 2)
+        self._number += 1
+        (event,) = self._random.choices(list(EVENTS), list(EVENTS.values()))
+        points = self._points()
+        known = self._random.choice(self._masks)
+        self.events[event] += 1
+        try:
+            self._do(event, points, known)
+        except Exception as error:  # a violation, whatever it is; the run goes on
+            self._blame(event, f"raised {type(error).__name__}: {error}")
+
+    def _new(self) -> dynmesh.Completer:
+        return dynmesh.Completer(self._faces, self._frames[0], **self._settings)
+
+    def _points(self) -> Array:
+        there_and_back = 2 * (len(self._frames) - 1)
+        place = self._number % there_and_back
+        points: Array = self._frames[min(place, there_and_back - place)]
+        return points
+
+    def _make_masks(self) -> list[NDArray[np.bool_]]:
+        """Random ones of all shares, and what one sees from some sides."""
+        k = len(self._frames[0])
+        shares = np.linspace(0.05, 0.95, 19)
+        masks = [self._rng.random(k) < share for share in shares]
+        centred = self._frames[0] - self._frames[0].mean(axis=0)
+        for side in self._rng.normal(size=(8, 3)):
+            masks.append(centred @ side > 0)
+        for mask in masks:
+            mask[self._rng.integers(k)] = True
+        return masks
+
+    def _make_room(self) -> None:
+        """Memory grows with the largest factor so far: have that now."""
+        for completer in (self._completer, self._twin):
+            completer.skip()
+            for known in self._masks:
+                completer.push(self._frames[0], known)
+            completer.reset(self._frames[0])
+
+    def _do(self, event: str, points: Array, known: NDArray[np.bool_]) -> None:
+        completer = self._completer
+        match event:
+            case "masked":
+                given = self._with_rubbish(points, known)
+                self._push(event, points, known, lambda: completer.push(given, known))
+            case "holes as NaN":
+                given = np.where(known[:, None], points, points.dtype.type(np.nan))
+                self._push(event, points, known, lambda: completer.push(given))
+            case "sparse":
+                indices = self._rng.permutation(np.flatnonzero(known))
+                given = points[indices]
+                self._push(event, points, known, lambda: completer.push_sparse(indices, given))
+            case "into out=":
+                out = np.empty_like(points)
+                self._push(event, points, known, lambda: completer.push(points, known, out=out))
+            case "in place":
+                own = self._with_rubbish(points, known)
+                self._push(event, points, known, lambda: completer.push(own, known, out=own))
+            case "nothing arrived":
+                self._push(event, points, np.zeros_like(known), completer.skip)
+            case "nothing known":
+                none = np.zeros_like(known)
+                self._push(event, points, none, lambda: completer.push(points, none))
+            case "all known":
+                every = np.ones_like(known)
+                self._push(event, points, every, lambda: completer.push(points))
+            case "bad call":
+                self._refuse(points, known)
+            case "state, restore":
+                self._move_on(event, points, known)
+            case "reset":
+                completer.reset(points)
+                if not np.array_equal(completer.skip(), points):
+                    self._blame(event, "the frame did not stay as it was reset to")
+            case "new completer":
+                self._completer = self._new()
+
+    def _with_rubbish(self, points: Array, known: NDArray[np.bool_]) -> Array:
+        """What is not known may hold anything."""
+        given = points.copy()
+        rubbish = self._random.choice([np.nan, np.inf, -np.inf, 1e38, 0.0])
+        given[~known] = rubbish
+        return given
+
+    def _push(
+        self, event: str, points: Array, known: NDArray[np.bool_], call: Callable[[], Array]
+    ) -> Array:
+        began, began_work = time.perf_counter(), time.thread_time()
+        completed = call()
+        self.processor_times[self._third].add(time.thread_time() - began_work)
+        self.latencies.add(time.perf_counter() - began)
+        if completed.shape != points.shape or completed.dtype != points.dtype:
+            self._blame(event, f"answered {completed.dtype} of shape {completed.shape}")
+        elif not np.isfinite(completed).all():
+            self._blame(event, "a completed position is not finite")
+        elif self._exact and not np.array_equal(completed[known], points[known]):
+            self._blame(event, "an anchor is not where it was given")
+        report = self._completer.report
+        n_known = int(np.count_nonzero(known))
+        if report.known + report.rejected != n_known:
+            self._blame(event, f"reports {report.known} known, not {n_known}")
+        if report.known + report.filled + report.unseen != len(points):
+            self._blame(event, "the report's numbers do not add up")
+        return completed
+
+    def _refuse(self, points: Array, known: NDArray[np.bool_]) -> None:
+        """A bad call must raise what it should, and leave the completer as it was."""
+        kind = self._random.choice(list(BAD_CALLS))
+        bad = BAD_CALLS[kind]
+        before = self._completer.state()
+        try:
+            bad.call(self._completer, points, known)
+        except Exception as error:  # which one, is the question
+            if type(error) is bad.error and str(error).startswith(bad.argument):
+                self.refusals[kind] += 1
+            else:
+                self._blame(kind, f"raised {type(error).__name__}: {error}")
+        else:
+            self._blame(kind, "was not refused")
+        if self._completer.state() != before:
+            self._blame(kind, "changed the completer")
+        self._move_on(kind, points, known)
+
+    def _move_on(self, event: str, points: Array, known: NDArray[np.bool_]) -> None:
+        """A completer that takes up the state must complete the next frame alike; it goes on."""
+        self._twin.restore(self._completer.state())
+        expected = self._completer.push(points, known)
+        self._completer, self._twin = self._twin, self._completer
+        got = self._push(event, points, known, lambda: self._completer.push(points, known))
+        if not np.array_equal(expected, got):
+            self._blame(event, "the restored completer completed the frame differently")
+
+    def _blame(self, event: str, what: str) -> None:
+        self.violations.append(f"{self.name}, frame {self._number}, {event}: {what}")

@@ -1,0 +1,98 @@
+"""Short runs of what script/soak and script/kill-test do for long; and that they find faults."""
+
+import importlib
+import subprocess
+import sys
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import REPOSITORY
+
+import dynmesh
+
+ENDURANCE = REPOSITORY / "tests" / "endurance"
+
+
+def run(script: str, *arguments: str) -> str:
+    command = [sys.executable, str(ENDURANCE / script), *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def test_a_short_soak() -> None:
+    shown = run("soak.py", "--frames", "6000")
+    assert "6000 frames in" in shown
+    assert shown.endswith("\n0 violations\n")
+
+
+class Faulty:
+    """A completer with a fault."""
+
+    def __init__(self, completer: dynmesh.Completer, fault: str) -> None:
+        self._completer, self._fault = completer, fault
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._completer, name)
+
+    def push(self, points: Any, known: Any = None, out: Any = None) -> Any:
+        if self._fault == "takes anything":
+            try:
+                return self._completer.push(points, known, out=out)
+            except ValueError:
+                return self._completer.skip()
+        try:
+            completed = self._completer.push(points, known, out=out)
+        except ValueError as error:
+            if self._fault == "moves on when it refuses":
+                self._completer.skip()
+            if self._fault == "says something else":
+                raise ValueError("no") from error
+            raise
+        if self._fault == "moves anchors":
+            completed += 1e-3
+        if self._fault == "leaves a NaN":
+            completed[-1] = np.nan
+        return completed
+
+    def restore(self, state: bytes) -> None:
+        self._completer.restore(state)
+        if self._fault == "restores something else":
+            self._completer.reset(self._completer.skip() + 1)
+
+
+@pytest.mark.parametrize(
+    ("fault", "what"),
+    [
+        ("none", ""),
+        ("moves anchors", "an anchor is not where it was given"),
+        ("leaves a NaN", "not finite"),
+        ("takes anything", "was not refused"),
+        ("moves on when it refuses", "changed the completer"),
+        ("says something else", "raised ValueError: no"),
+        ("restores something else", "completed the frame differently"),
+    ],
+)
+def test_a_soak_finds_faults(fault: str, what: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(ENDURANCE))
+    stations = importlib.import_module("stations")
+    sea = dynmesh.synth.ocean(8, grid=6)
+
+    class Station(stations.Station):  # type: ignore[misc, name-defined]
+        def _new(self) -> Any:
+            return Faulty(super()._new(), fault)
+
+    station = Station("faulty", sea.vertices, sea.faces, seed=1)
+    for number in range(1500):
+        station.step(number / 1500)
+    assert bool(station.violations) == (fault != "none")
+    assert any(what in violation for violation in station.violations) == (fault != "none")
+
+
+def test_jobs_killed_at_random_lose_nothing() -> None:
+    assert run("kills.py", "6").endswith(" kills, 0 corruptions\n")
+
+
+def test_jobs_killed_before_a_change_lose_nothing() -> None:
+    assert " 0 corruptions\n" in run("kills.py", "--moments", "10", "--seed", "1")

@@ -1,0 +1,180 @@
+"""One completer in many threads, one in each, and completers that a fork takes along."""
+
+import subprocess
+import sys
+import threading
+from collections import Counter
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from meshes import sheet, turned
+
+import dynmesh
+
+MESH = sheet(60)
+FRAME = turned(MESH.vertices, 0.1)
+KNOWN = np.random.default_rng(0).random(len(FRAME)) < 0.2
+
+
+def in_threads(count: int, work: Callable[[int], None]) -> None:
+    """Raises what any of them raised."""
+    errors: list[BaseException] = []
+
+    def guarded(number: int) -> None:
+        try:
+            work(number)
+        except BaseException as error:
+            errors.append(error)
+
+    threads = [threading.Thread(target=guarded, args=(number,)) for number in range(count)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    if errors:
+        raise errors[0]
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_whatever_a_thread_calls_is_served_or_refused(threads: int) -> None:
+    completer = dynmesh.Completer(MESH.faces, MESH.vertices, threads=threads)
+    outcomes: Counter[str] = Counter()
+    completer.push(FRAME, KNOWN)
+
+    def look(what: str) -> Any:
+        value = getattr(completer, what)
+        return value() if callable(value) else value
+
+    def work(number: int) -> None:
+        for _ in range(100):
+            what = ("push", "report", "generation", "age", "state")[number]
+            try:
+                if what == "push":
+                    completer.push(FRAME, KNOWN)
+                else:
+                    found = look(what)
+                    if what == "report":
+                        assert found.known == KNOWN.sum()
+                        assert found.known + found.filled == len(KNOWN)
+                    elif what == "age":  # of one frame, not of two
+                        assert len(np.unique(found[~KNOWN])) == 1
+                    elif what == "generation":
+                        assert ((found == 0) == KNOWN).all()
+                    else:
+                        other = dynmesh.Completer(MESH.faces, MESH.vertices)
+                        other.restore(found)  # sealed: a torn one is refused
+                outcomes[what] += 1
+            except RuntimeError as error:
+                if "this completer is in use by another thread" not in str(error):
+                    raise
+            assert completer.topology.components == 1  # of what never changes, at any time
+            assert completer.n_vertices == len(FRAME)
+
+    in_threads(5, work)
+    alone = dynmesh.Completer(MESH.faces, MESH.vertices)
+    for _ in range(1 + outcomes["push"]):
+        alone.push(FRAME, KNOWN)
+    np.testing.assert_array_equal(completer.age, alone.age)
+    np.testing.assert_array_equal(completer.push(FRAME, KNOWN), alone.push(FRAME, KNOWN))
+
+
+class CallsBack:
+    """An array-like that calls the completer while the completer reads it."""
+
+    def __init__(self, completer: dynmesh.Completer) -> None:
+        self.completer = completer
+
+    def __array__(self, *_: Any, **__: Any) -> Any:
+        return self.completer.skip()
+
+
+def test_a_call_from_within_a_call_is_refused() -> None:
+    completer = dynmesh.Completer(MESH.faces, MESH.vertices)
+    before = completer.state()
+    with pytest.raises(RuntimeError, match="in use by another"):
+        completer.push(CallsBack(completer))  # type: ignore[arg-type]
+    assert completer.state() == before
+
+
+@pytest.mark.parametrize("method", ["motion", "detail"])
+def test_a_completer_in_each_thread_works_as_alone(method: Any) -> None:
+    mesh = sheet(25)
+    masks = np.random.default_rng(1).random((12, len(mesh.vertices))) < 0.2
+    frames = [turned(mesh.vertices, 0.02 * i) for i in range(12)]
+
+    def run(threads: int) -> Any:
+        completer = dynmesh.Completer(mesh.faces, mesh.vertices, method=method, threads=threads)
+        return [completer.push(frame, known) for frame, known in zip(frames, masks, strict=True)]
+
+    expected = run(1)
+    results: dict[int, Any] = {}
+    in_threads(6, lambda number: results.update({number: run(1 + number % 2)}))
+    for result in results.values():
+        np.testing.assert_array_equal(result, expected)
+
+
+FORKS = """
+import os, sys, threading, time
+import numpy as np
+import dynmesh
+
+sea = dynmesh.synth.ocean(6, grid=60, seed=1)
+known = np.random.default_rng(0).random(sea.vertices.shape[1]) < 0.3
+
+def ends(child):
+    patience = time.monotonic() + 60
+    while time.monotonic() < patience:
+        pid, status = os.waitpid(child, os.WNOHANG)
+        if pid:
+            return os.waitstatus_to_exitcode(status)
+        time.sleep(0.005)
+    os.kill(child, 9)
+    os.waitpid(child, 0)
+    return "hangs"
+
+for method in ("motion", "detail"):
+    completer = dynmesh.Completer(sea.faces, sea.vertices[0], method=method, threads=2)
+    alone = dynmesh.Completer(sea.faces, sea.vertices[0], method=method)
+    completer.push(sea.vertices[1], known), alone.push(sea.vertices[1], known)
+    expected = [alone.push(frame, known) for frame in sea.vertices[2:]]
+    for _ in range(5):  # a completer at rest works on in the child, and is destroyed there
+        child = os.fork()
+        if child == 0:
+            got = [completer.push(frame, known) for frame in sea.vertices[2:]]
+            same = np.array_equal(got, expected)
+            del completer
+            os._exit(0 if same else 3)
+        assert (code := ends(child)) == 0, code
+
+    over = False
+    def push_on():
+        while not over:
+            completer.push(sea.vertices[1], known)
+    thread = threading.Thread(target=push_on)
+    thread.start()
+    codes = set()
+    for _ in range(20):  # one at work is in use for ever there, by a thread that does not exist
+        child = os.fork()
+        if child == 0:
+            try:
+                completer.push(sea.vertices[2], known)
+            except RuntimeError:
+                del completer
+                os._exit(5)
+            os._exit(0)
+        codes.add(ends(child))
+        time.sleep(0.003)
+    over = True
+    thread.join()
+    assert codes <= {0, 5}, codes
+print("all ended")
+"""
+
+
+@pytest.mark.skipif(not hasattr(__import__("os"), "fork"), reason="there is no fork here")
+def test_a_fork_takes_completers_along() -> None:
+    command = [sys.executable, "-W", "ignore::DeprecationWarning", "-c", FORKS]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
+    assert (done.stdout, done.stderr) == ("all ended\n", "")
