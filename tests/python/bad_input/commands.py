@@ -93,7 +93,7 @@ def _shell(line: str, *names: str, full: bool = False) -> Case:
 shell = [
     _shell("info none.npz", "none.npz:", "No such file", "exit code 1"),
     _shell("info letter.npz", "letter.npz:", "damaged", "exit code 1"),
-    _shell("info holes.npz", "holes.npz:", "vertex 4", "nan", "exit code 1"),
+    _shell("complete holes.npz new.npz", "holes.npz", "vertex 4", "nan", "exit code 1"),
     _shell("info body.npz other.npz", "other.npz", "quote a pattern", "exit code 2"),
     _shell("complete body.npz other.npz", "other.npz:", "--overwrite", "exit code 1"),
     _shell("complete body.npz body.npz --overwrite", "body.npz:", "input", "exit code 1"),
@@ -117,6 +117,9 @@ shell = [
     _shell(
         "complete body.npz new.npz --method detail --no-revisit", "revisit:", "detail", "code 1"
     ),
+    _shell("complete body.npz new.npz --noise 0.1", "noise:", "motion", "exit code 1"),
+    _shell("complete body.npz new.npz --method detail --noise -1", "noise:", "not -1", "code 1"),
+    _shell("complete body.npz new.npz --threads 0", "--threads", "0", "exit code 2"),
     _shell("complete body.npz new.npz --speed 3", "--speed", "exit code 2"),
     _shell("complete body.npz", "OUT", "exit code 2"),
     _shell("complete long.npz new.npz", "new.npz:", "exit code 1", full=True),
