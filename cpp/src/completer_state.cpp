@@ -132,6 +132,33 @@ void check_header(const Header& found, const Header& expected) {
   }
 }
 
+/// The seal tells what was damaged, not what was made up. Nothing that later frames could not bear
+/// gets in here, wherever the bytes are from.
+template <class Real>
+void check_frame(const std::vector<Vector3<Real>>& frame) {
+  const auto wrong = std::ranges::find_if_not(frame, is_in_range<Real>);
+  if (wrong == frame.end()) return;
+  refuse("holds a position of vertex " + std::to_string(wrong - frame.begin()) +
+         " that is not finite, or too large");
+}
+
+void check_frame_counts(const FrameReport& report, std::size_t n_vertices) {
+  for (const std::size_t count : {report.known, report.filled, report.unseen}) {
+    if (count > n_vertices) refuse("reports on " + std::to_string(count) + " vertices");
+  }
+  if (report.known + report.filled + report.unseen == n_vertices) return;
+  refuse("reports on another number of vertices");
+}
+
+void check_ages(std::span<const Index> age, std::span<const std::uint8_t> known) {
+  for (std::size_t v = 0; v < age.size(); ++v) {
+    if (age[v] < 0 || known[v] > 1) {
+      refuse("says of vertex " + std::to_string(v) + " that its age is " + std::to_string(age[v]) +
+             " and its mask " + std::to_string(known[v]));
+    }
+  }
+}
+
 }  // namespace
 
 template <class Real>
@@ -182,6 +209,12 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   reader.read(&seal, 1);
   if (reader.rest() != 0) refuse(std::to_string(reader.rest()) + " bytes too long");
   if (seal != hash_of(state.first(state.size() - sizeof seal))) refuse("damaged");
+  check_frame(first_frame);
+  check_frame(previous);
+  check_frame_counts(report, n_vertices());
+  check_ages(age, known);
+  const bool has_every_row = memory_rows == memory.rows.size();
+  if (!has_every_row || !estimator_->accepts(memory)) refuse("holds no memory of this method");
 
   begin(to_places(*numbering_, first_frame));
   previous_ = to_places(*numbering_, previous);
