@@ -218,4 +218,4 @@ def _into(push: Callable[..., Array], points: Array, known: Array) -> Array:
 
 
 TestAnyCalls = AnyCalls.TestCase
-TestAnyCalls.settings = settings(max_examples=30 * LONGER, stateful_step_count=30, deadline=None)
+TestAnyCalls.settings = settings(max_examples=20 * LONGER, stateful_step_count=30, deadline=None)
