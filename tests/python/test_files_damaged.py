@@ -162,7 +162,7 @@ def test_an_archive_that_claims_billions(tmp_path: Path, name: str) -> None:
     mesh = sheet(3)
     arrays = {"vertices": mesh.vertices[None], "faces": mesh.faces}
     path = tmp_path / "claims.npz"
-    np.savez(path, **arrays)
+    np.savez(path, vertices=arrays["vertices"], faces=arrays["faces"])
     content = path.read_bytes()
     shape = str(arrays[name].shape).encode()
     huge = shape.replace(b"(9,", b"(2147483648,").replace(b" 9,", b" 2147483648,")
@@ -178,6 +178,20 @@ def test_an_archive_that_claims_billions(tmp_path: Path, name: str) -> None:
         assert tracemalloc.get_traced_memory()[1] < 32 << 20
     finally:
         tracemalloc.stop()
+
+
+@pytest.mark.parametrize("name", ["vertices", "faces"])
+def test_a_dataset_that_claims_billions(tmp_path: Path, name: str) -> None:
+    h5py = pytest.importorskip("h5py")
+    path = tmp_path / "claims.h5"
+    shapes = {"vertices": (2, 3, 3), "faces": (1, 3)}
+    shapes[name] = (2, 2**31 - 1, 3)[-len(shapes[name]) :]
+    with h5py.File(path, "w") as file:
+        for dataset, shape in shapes.items():
+            dtype = "f4" if dataset == "vertices" else "i4"
+            file.create_dataset(dataset, shape, dtype, chunks=True)
+    with pytest.raises(ValueError, match=rf"claims\.h5: {name}: would have .* bytes, but the file"):
+        dynmesh.read(path)
 
 
 def test_an_index_in_an_unknown_encoding(files: Files) -> None:

@@ -71,12 +71,12 @@ class AnyCalls(RuleBasedStateMachine):
         scale = data.draw(st.sampled_from([0.0, 0.1, 3.0, 1e12]))
         points = self.first[rng.integers(0, self.k, n)] + scale * rng.normal(size=(n, 3))
         points = points.astype(data.draw(st.sampled_from([np.float32, np.float64])))
-        layout = data.draw(st.sampled_from(["C", "F", "reversed", "wide"]))
+        layout = data.draw(st.sampled_from(["packed", "columns", "reversed", "wide"]))
         if layout == "reversed":
             return points[::-1].copy()[::-1]
         if layout == "wide":
             return np.hstack([points, points])[:, :3]
-        return np.array(points, order=layout)
+        return np.asfortranarray(points) if layout == "columns" else points
 
     def frame(self, known: Array, points: Array, call: Callable[[Completer], Array]) -> None:
         """Makes a call that must be accepted, in which `points` are seen where `known`."""
@@ -172,10 +172,10 @@ class AnyCalls(RuleBasedStateMachine):
             lambda: c.push(np.zeros((k + 1, 3)), None),
             lambda: c.push(np.zeros((k, 2)), None),
             lambda: c.push(np.zeros(3 * k), None),
-            lambda: c.push(good.astype(int), None),  # type: ignore[arg-type]
-            lambda: c.push(good.astype(complex), None),  # type: ignore[arg-type]
+            lambda: c.push(good.astype(int), None),
+            lambda: c.push(good.astype(complex), None),
             lambda: c.push(None, None),  # type: ignore[arg-type]
-            lambda: c.push(good, all_known.astype(np.uint8)),  # type: ignore[arg-type]
+            lambda: c.push(good, all_known.astype(np.uint8)),
             lambda: c.push(good, all_known[:-1]),
             lambda: c.push(good, all_known[None]),
             lambda: c.push(bad, all_known),
@@ -186,7 +186,7 @@ class AnyCalls(RuleBasedStateMachine):
             lambda: c.push_sparse(np.array([k]), good[:1]),
             lambda: c.push_sparse(np.array([-1]), good[:1]),
             lambda: c.push_sparse(np.array([0, 0]), np.zeros((2, 3))),
-            lambda: c.push_sparse(np.array([0.0]), good[:1]),  # type: ignore[arg-type]
+            lambda: c.push_sparse(np.array([0.0]), good[:1]),
             lambda: c.push_sparse(np.array([0]), np.zeros((2, 3))),
             lambda: c.push_sparse(np.array([2**63], np.uint64), good[:1]),
             lambda: c.skip(out=np.zeros((k, 3), int)),
