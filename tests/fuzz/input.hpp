@@ -71,12 +71,15 @@ Real coordinate(Input& input, bool tame) {
   return static_cast<Real>(input.take<std::int16_t>()) / 64;
 }
 
-/// A folder of this process's own, for readers that want a file.
+/// A folder of this process's own, for readers that want a file; in memory, where there is such.
 inline const std::filesystem::path& scratch() {
   struct Folder {
-    std::filesystem::path path =
-        std::filesystem::temp_directory_path() / ("dynmesh-fuzz-" + std::to_string(getpid()));
-    Folder() { std::filesystem::create_directories(path); }
+    std::filesystem::path path = "/dev/shm";
+    Folder() {
+      if (!std::filesystem::is_directory(path)) path = std::filesystem::temp_directory_path();
+      path /= "dynmesh-fuzz-" + std::to_string(getpid());
+      std::filesystem::create_directories(path);
+    }
     ~Folder() {
       std::error_code ignored;
       std::filesystem::remove_all(path, ignored);
