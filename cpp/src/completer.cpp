@@ -261,7 +261,8 @@ FrameReport Completer<Real>::complete(Points<Real> completed, Clock::time_point 
   // Where the recursion diverges, it must not end in a NaN that never leaves: such a vertex stays.
   exchange_->write(current_, previous_, completed);
   for (std::size_t v = 0; v < n_vertices(); ++v) {
-    age_[v] = known_[v] != 0 ? 0 : age_[v] + 1;
+    const Index older = age_[v] + (age_[v] < std::numeric_limits<Index>::max() ? 1 : 0);
+    age_[v] = known_[v] != 0 ? 0 : older;
   }
   generation_for_caller_.clear();
   age_for_caller_.clear();

@@ -8,7 +8,6 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 #include <type_traits>
 #include <utility>
 
@@ -119,12 +118,13 @@ Header header_of(const Settings& settings, const Cells& cells) {
           settings.noise.value_or(0)};
 }
 
-std::string_view name_of(Method method) { return method == Method::motion ? "motion" : "detail"; }
-
-std::string_view name_of(UnseenRule rule) { return rule == UnseenRule::hold ? "hold" : "follow"; }
+/// The name at such a place, as of an enumeration's value; the bytes may hold any other, too.
+std::string name_in(std::span<const char* const> names, std::uint32_t value) {
+  return value < names.size() ? names[value] : std::to_string(value);
+}
 
 template <class Value>
-void check_setting(const char* name, Value found, Value expected) {
+void check_setting(const char* name, const Value& found, const Value& expected) {
   if (found == expected) return;
   std::ostringstream why;
   why << "of a completer with other settings: " << name << " is " << found << ", not " << expected;
@@ -142,14 +142,41 @@ void check_header(const Header& found, const Header& expected) {
            std::to_string(expected.n_vertices));
   }
   if (found.cells != expected.cells) refuse("of a mesh with other faces");
-  check_setting("method", name_of(static_cast<Method>(found.method)),
-                name_of(static_cast<Method>(expected.method)));
+  constexpr std::array methods = {"motion", "detail"};
+  check_setting("method", name_in(methods, found.method), name_in(methods, expected.method));
   check_setting("revisit", found.revisit, expected.revisit);
   check_setting("extra_iterations", found.extra_iterations, expected.extra_iterations);
-  check_setting("unseen", name_of(static_cast<UnseenRule>(found.unseen)),
-                name_of(static_cast<UnseenRule>(expected.unseen)));
+  constexpr std::array rules = {"hold", "follow"};
+  check_setting("unseen", name_in(rules, found.unseen), name_in(rules, expected.unseen));
   check_setting("reject_outliers", found.reject_outliers, expected.reject_outliers);
   check_setting("noise", found.noise, expected.noise);
+}
+
+/// The seal tells what was damaged, not what was made up. Nothing that later frames could not bear
+/// gets in here, wherever the bytes are from.
+template <class Real>
+void check_frame(const std::vector<Vector3<Real>>& frame) {
+  const auto wrong = std::ranges::find_if_not(frame, is_in_range<Real>);
+  if (wrong == frame.end()) return;
+  refuse("holds a position of vertex " + std::to_string(wrong - frame.begin()) +
+         " that is not finite, or too large");
+}
+
+void check_frame_counts(const FrameReport& report, std::size_t n_vertices) {
+  for (const std::size_t count : {report.known, report.filled, report.unseen}) {
+    if (count > n_vertices) refuse("reports on " + std::to_string(count) + " vertices");
+  }
+  if (report.known + report.filled + report.unseen == n_vertices) return;
+  refuse("reports on another number of vertices");
+}
+
+void check_ages(std::span<const Index> age, std::span<const std::uint8_t> known) {
+  for (std::size_t v = 0; v < age.size(); ++v) {
+    if (age[v] < 0 || known[v] > 1) {
+      refuse("says of vertex " + std::to_string(v) + " that its age is " + std::to_string(age[v]) +
+             " and its mask " + std::to_string(known[v]));
+    }
+  }
 }
 
 }  // namespace
@@ -204,6 +231,12 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   if (seal != hash_of(state.first(state.size() - sizeof seal))) {
     refuse("damaged: its " + std::to_string(state.size()) + " bytes do not fit their checksum");
   }
+  check_frame(first_frame);
+  check_frame(previous);
+  check_frame_counts(report, n_vertices());
+  check_ages(age, known);
+  const bool has_every_row = memory_rows == memory.rows.size();
+  if (!has_every_row || !estimator_->accepts(memory)) refuse("holds no memory of this method");
 
   begin(to_places(*numbering_, first_frame));
   previous_ = to_places(*numbering_, previous);

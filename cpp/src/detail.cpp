@@ -297,6 +297,17 @@ typename Detail<Real>::Memory Detail<Real>::memory() const {
 }
 
 template <class Real>
+bool Detail<Real>::accepts(const Memory& memory) const {
+  constexpr double rounding = 1e-6;
+  const auto is_rotation = [](const auto& row) {
+    const double norm = row[0] * row[0] + row[1] * row[1] + row[2] * row[2] + row[3] * row[3];
+    return std::abs(norm - 1) <= rounding;
+  };
+  return memory.rows.size() == x_.size() && std::ranges::all_of(memory.rows, is_rotation) &&
+         memory.anchor_weight >= least_weight && memory.anchor_weight <= largest_weight;
+}
+
+template <class Real>
 void Detail<Real>::recall(const Memory& memory, Frame completed) {
   std::ranges::transform(memory.rows, rotations_.quaternions().begin(), [](const auto& row) {
     return Quaternion{row[0], row[1], row[2], row[3]};

@@ -45,6 +45,7 @@ class Detail final : public Estimator<Real> {
                  std::span<const std::uint8_t> known, Generations& generations) override;
   void remember(Frame completed) override;
   [[nodiscard]] Memory memory() const override;
+  [[nodiscard]] bool accepts(const Memory& memory) const override;
   void recall(const Memory& memory, Frame completed) override;
   [[nodiscard]] StageReport stages() const override { return report_; }
 

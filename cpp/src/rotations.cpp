@@ -33,7 +33,7 @@ void Rotations::reset(std::span<const Vector3<double>> first_frame, double mean_
 
 void Rotations::fit(std::span<const Vector3<double>> frame) {
   const auto k = static_cast<Index>(cells_.size());
-  const RotationData data = {cells_.offsets.data(), cells_.neighbours.data(), &rest_edges_[0],
+  const RotationData data = {cells_.offsets.data(), cells_.neighbours.data(), rest_edges_.data(),
                              frame.data(),          covariances_.data(),      quaternions_.data()};
   const auto for_each_stretch = [&](auto kernel) {
     workers_.for_each((k + stretch - 1) / stretch,

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "meshes.hpp"
+#include "seal.hpp"
 
 namespace dynmesh::testing {
 namespace {
@@ -158,6 +159,50 @@ TEST_CASE("a restored state continues with the same bytes") {
     std::vector<float> single(mesh.vertices.begin(), mesh.vertices.end());
     Completer<float> floats(mesh.faces(), {single.data(), k});
     refused(floats.state(), "32-bit");
+  }
+}
+
+TEST_CASE("a state that was made up is refused where later frames could not bear it") {
+  const auto mesh = sheet<float>(4);
+  const std::size_t k = mesh.size();
+  for (const Method method : {Method::motion, Method::detail}) {
+    Completer<float> completer(mesh.faces(), mesh.points(), {.method = method});
+    const auto state = completer.state();
+    const std::size_t frames = 136;  // where frame 0 begins, after the header and the report
+    const std::size_t ages = frames + 2 * k * 3 * sizeof(float);
+    const std::size_t masks = ages + k * sizeof(Index);
+    const std::size_t rows = masks + k;
+    const auto refused = [&](std::size_t place, const auto& value, const std::string& why) {
+      auto bytes = state;
+      std::memcpy(&bytes[place], &value, sizeof value);
+      seal(bytes);
+      CHECK(message_of([&] { completer.restore(bytes); }).find(why) != std::string::npos);
+      CHECK(completer.state() == state);
+    };
+    refused(56, std::uint64_t{17}, "reports on 17 vertices");
+    refused(56, std::uint64_t{15}, "reports on another number of vertices");
+    refused(frames, std::numeric_limits<float>::quiet_NaN(), "position of vertex 0");
+    refused(ages - sizeof(float), 1e30F, "position of vertex 15");
+    refused(ages + sizeof(Index), Index{-1}, "vertex 1 that its age is -1");
+    refused(masks + 2, std::uint8_t{2}, "its mask 2");
+    refused(rows, std::uint64_t{15}, method == Method::detail ? "memory" : "cut off");
+    refused(state.size() - 16, -1.0, "memory");
+    if (method == Method::detail) refused(rows + 8, 2.0, "memory");
+    // It is refused for this alone.
+    CHECK_NOTHROW(completer.restore(state));
+  }
+
+  SUBCASE("and ages do not run over") {
+    Completer<float> completer(mesh.faces(), mesh.points());
+    auto state = completer.state();
+    const Index oldest = std::numeric_limits<Index>::max();
+    std::memcpy(&state[136 + 2 * k * 3 * sizeof(float)], &oldest, sizeof oldest);
+    seal(state);
+    completer.restore(state);
+    std::vector<float> out(3 * k);
+    completer.skip({out.data(), k});
+    CHECK(completer.age()[0] == oldest);
+    CHECK(completer.age()[1] == 1);
   }
 }
 

@@ -112,10 +112,92 @@ TEST_CASE("what a reader would lose is refused") {
   CHECK(refusal("empty.obj", "") != "");
   CHECK(refusal("empty.off", "").find("ends before") != std::string::npos);
   CHECK(refusal("empty.ply", "") != "");
+  CHECK(refusal("long.obj", "v 0 0 0\nv 1 0 1e39\nv 0 1 0\nf 1 2 3\n").find("'1e39'") !=
+        std::string::npos);
+  CHECK(refusal("hexadecimal.obj", "v 0 0 0\nv 1 0 0x10\nv 0 1 0\nf 1 2 3\n").find("'0x10'") !=
+        std::string::npos);
   CHECK(refusal("a.stl", "solid\n").find("a template is read from .obj, .ply or .off") !=
         std::string::npos);
   CHECK(message_of([] { read_template("no-such-folder/x.obj"); }) ==
         "no-such-folder/x.obj: cannot be opened");
+}
+
+std::string binary_ply(const std::string& x_type, const std::string& count_type,
+                       const std::string& body) {
+  return "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty " + x_type +
+         " x\nproperty float y\nproperty float z\nelement face 1\nproperty list " + count_type +
+         " int vertex_indices\nend_header\n" + body;
+}
+
+TEST_CASE("what a reader would not survive is refused") {
+  const std::string header = "ply\nformat ascii 1.0\n";
+  CHECK(refusal("head.ply", header + "element vertex 3\nproperty float x\n")
+            .ends_with("ends in its header"));
+  CHECK(refusal("order.ply", header + "property float x\nelement vertex 3\nend_header\n")
+            .ends_with("line 3 does not belong in the header of a PLY file"));
+  CHECK(refusal("bare.ply", header + "element vertex 9999999999\nend_header\n") != "");
+  CHECK(refusal("bare.ply", header + "element q 99999999999999\nend_header\n").find("'q'") !=
+        std::string::npos);
+  for (const char* face :
+       {"4294967290 0 1 2\n", "-3 0 1 2\n", "2 0 1\n", "3 0 1 9\n", "3 0 1 -1\n", "3.5 0 1 2\n"}) {
+    CAPTURE(face);
+    CHECK(refusal("face.ply", std::string(triangle_ply) + "0 0 0\n1 0 0\n0 1 0\n" + face) != "");
+    CHECK(refusal("face.off", std::string("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n") + face) != "");
+  }
+  const std::string zeros(36, '\0');
+  CHECK(refusal("face.ply", binary_ply("float", "int", zeros + "\xff\xff\xff\x7f")) != "");
+  CHECK(refusal("face.ply", binary_ply("float", "int", zeros + "\xff\xff\xff\xff")) != "");
+  // OpenMesh reads this as zeros, and says so on standard error.
+  CHECK(refusal("int.ply", binary_ply("int", "uchar", zeros)).find("must be float or double") !=
+        std::string::npos);
+}
+
+TEST_CASE("what a reader would get wrong is read all the same") {
+  const std::vector<float> vertices = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  SUBCASE("lists among the vertices and the faces of a PLY, and other elements") {
+    const TemporaryFile file(
+        "lists.ply",
+        "ply\nformat ascii 1.0\ncomment by hand\nelement camera 1\nproperty list uint float view\n"
+        "element vertex 3\nproperty float x\nproperty list uchar float weights\nproperty float y\n"
+        "property float z\nelement face 1\nproperty uchar red\n"
+        "property list ushort uint vertex_index\nproperty list uchar float texcoord\nend_header\n"
+        "3 7 8 9\n0 2 5 5 0 0\n1 0 0 0\n0 1 5 1 0\n255 3 0 1 2 6 0 0 1 0 1 1\n");
+    const TemplateMesh mesh = read_template(file.path());
+    CHECK(mesh.vertices == vertices);
+    CHECK(mesh.faces == std::vector<Index>{0, 1, 2});
+  }
+  SUBCASE("big-endian numbers, with counts of 32 bits") {
+    std::string body;
+    const auto append = [&](std::uint32_t value) {
+      for (int shift = 24; shift >= 0; shift -= 8) body += static_cast<char>(value >> shift);
+    };
+    for (const float x : vertices) append(std::bit_cast<std::uint32_t>(x));
+    for (const std::uint32_t number : {3, 0, 1, 2}) append(number);
+    std::string content = binary_ply("float", "uint", body);
+    content.replace(content.find("little"), 6, "big");
+    const TemporaryFile file("big.ply", content);
+    const TemplateMesh mesh = read_template(file.path());
+    CHECK(mesh.vertices == vertices);
+    CHECK(mesh.faces == std::vector<Index>{0, 1, 2});
+  }
+  SUBCASE("an OBJ with a material, a texture coordinate of one number, and a large polygon") {
+    std::string content = "mtllib no-such-file\nvt 0.5\nusemtl red\n";
+    std::string face = "f";
+    for (int v = 1; v <= 20000; ++v) {
+      content.append("v ").append(std::to_string(v)).append(" 0 0\n");
+      face.append(" ").append(std::to_string(v)).append("/1");
+    }
+    const TemporaryFile file("material.obj", content + face + " # comment\n");
+    CHECK(read_template(file.path()).triangles().count == 19998);
+  }
+  SUBCASE("an OFF with colours") {
+    const TemporaryFile file("colours.off",
+                             "COFF 3 1 0\n0 0 0 1 1 1 1\n1 0 0 1 1 1 1\n0 1 0 1 1 1 1\n"
+                             "3 0 1 2 255 0 0\n");
+    const TemplateMesh mesh = read_template(file.path());
+    CHECK(mesh.vertices == vertices);
+    CHECK(mesh.faces == std::vector<Index>{0, 1, 2});
+  }
 }
 
 }  // namespace

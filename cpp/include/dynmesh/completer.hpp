@@ -80,7 +80,8 @@ class DYNMESH_EXPORT Completer {
 
   /// All that later frames depend on, in a form (little-endian, versioned) that may be stored and
   /// moved. `restore` takes it up in any completer of the same faces, Real and settings; one that
-  /// does not fit, or is damaged, throws std::invalid_argument.
+  /// does not fit, is damaged, or holds what no completer can come to, throws
+  /// std::invalid_argument: the bytes may be anything.
   [[nodiscard]] std::vector<std::byte> state() const;
   void restore(std::span<const std::byte> state);
 

@@ -8,9 +8,8 @@
 /// Arguments. Pointers must not be null unless it says so; a null one, a negative number and
 /// whatever the completer can see of bad data is refused. What it cannot see is the caller's to
 /// guarantee: that counts and strides describe memory that is there, and that a handle is alive.
-/// The values of positions, indices and masks, and the bytes of a mesh file, may be anything;
-/// a state must come from dynmesh_state, and what was damaged on its way is refused. The library
-/// never keeps a pointer that it was given.
+/// The values of positions, indices and masks, and the bytes of a mesh file or a state, may be
+/// anything. The library never keeps a pointer that it was given.
 ///
 /// Threads. One thread at a time for each completer: while one is inside, whatever another calls
 /// is refused with DYNMESH_IN_USE, at once and without harm. dynmesh_n_vertices, dynmesh_topology

@@ -50,6 +50,10 @@ class Estimator {
 
   /// What later estimates depend on beside frame 0 and the last completed frame, to be stored.
   [[nodiscard]] virtual Memory memory() const { return {}; }
+  /// Whether such an estimator can have had this memory.
+  [[nodiscard]] virtual bool accepts(const Memory& memory) const {
+    return memory.rows.empty() && memory.anchor_weight == 0;
+  }
   /// Takes it up again after `reset`; `completed` is the last completed frame.
   virtual void recall(const Memory& /*memory*/, Frame /*completed*/) {}
 

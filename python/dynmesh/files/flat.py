@@ -8,6 +8,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 
+def check_size(size: int, begin: int, n_frames: int, row_size: int) -> None:
+    """Refuses a file that is not as long as it says of itself.
+
+    Args:
+        size: of the file, in bytes.
+        begin: how many bytes come before the rows.
+        n_frames: how many rows there should be.
+        row_size: of each, in bytes.
+    """
+    expected = begin + n_frames * row_size
+    if size < begin:
+        raise ValueError(f"ends in its header, after {size} of {begin} bytes")
+    if size < expected:
+        number, rest = divmod(size - begin, row_size)
+        where = "in the middle of" if rest else "before"
+        raise ValueError(
+            f"ends {where} frame {number} of {n_frames}: "
+            f"its header tells of {expected} bytes, but there are {size}"
+        )
+    if size > expected:
+        raise ValueError(
+            f"goes on after its {n_frames} frames: "
+            f"its header tells of {expected} bytes, but there are {size}"
+        )
+
+
 class FlatRows:
     """The rows of an array in a file, mapped into memory one at a time.
 
@@ -33,22 +59,7 @@ class FlatRows:
         self._begin = begin
         self.shape, self.dtype = shape, dtype
         self._row_size = dtype.itemsize * math.prod(shape[1:])
-        size = path.stat().st_size
-        expected = begin + shape[0] * self._row_size
-        if size < begin:
-            raise ValueError(f"ends in its header, after {size} of {begin} bytes")
-        if size < expected:
-            number, rest = divmod(size - begin, self._row_size)
-            where = "in the middle of" if rest else "before"
-            raise ValueError(
-                f"ends {where} frame {number} of {shape[0]}: "
-                f"its header tells of {expected} bytes, but there are {size}"
-            )
-        if size > expected:
-            raise ValueError(
-                f"goes on after its {shape[0]} frames: "
-                f"its header tells of {expected} bytes, but there are {size}"
-            )
+        check_size(path.stat().st_size, begin, shape[0], self._row_size)
         self._file = path.open("rb")
 
     def read(self, number: int) -> NDArray[Any]:

@@ -25,6 +25,8 @@ from .writer import Writer
 attributes = ("fps", "up_axis", "name", "start", "metres_per_unit")
 # Frames that share compressed chunks are read one after another: hold the chunks until the last.
 chunk_cache = {"rdcc_nbytes": 48 << 20, "rdcc_nslots": 10007}
+most_packed = 100_000
+"""Times its size that a file may hold: compression and what was never written take some of it."""
 room_for_hdf5 = 1 << 20  # what describes the arrays takes a few kilobytes
 
 
@@ -48,6 +50,9 @@ class Hdf5Reader(Reader):
         dataset = self._file[name]
         if not isinstance(dataset, self._h5py.Dataset):
             raise ValueError(f"{name}: must be a dataset, not a {type(dataset).__name__.lower()}")
+        size = Path(self._file.filename).stat().st_size
+        if dataset.nbytes > most_packed * size:
+            raise ValueError(f"{name}: would have {dataset.nbytes} bytes, but the file has {size}")
         return dataset
 
     def _kind(self, name: str) -> tuple[tuple[int, ...], np.dtype[Any]]:

@@ -12,6 +12,7 @@ from ..sequence import Mask, check_known
 from .header import Frame
 from .naming import naming
 from .reader import Reader
+from .rows import read_header
 
 
 class MaskedReader(Reader):
@@ -56,6 +57,8 @@ def _load(known: Mask | str | PathLike[str], shape: tuple[int, int]) -> Mask:
     path = Path(known)
     with naming(path):
         try:
+            with path.open("rb") as file:
+                read_header(file)  # numpy does not look before it makes room
             mask = np.asanyarray(np.load(path, mmap_mode="r", allow_pickle=False))
         except (ValueError, EOFError) as error:
             raise ValueError(f"is no .npy file with a mask: {error}") from error

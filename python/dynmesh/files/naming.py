@@ -7,10 +7,14 @@ from pathlib import Path
 
 @contextlib.contextmanager
 def naming(path: Path) -> Iterator[None]:
-    """Puts the file's name before what is wrong with it, always a ValueError."""
+    """Puts the file's name before what is wrong with it: a ValueError, or an OSError as it is."""
     try:
         yield
     except (ValueError, TypeError, EOFError) as error:
         if str(error).startswith(f"{path}: "):
             raise
         raise ValueError(f"{path}: {error}") from error
+    except OSError as error:
+        if error.filename is not None or error.errno is None:
+            raise
+        raise OSError(error.errno, error.strerror, str(path)) from error

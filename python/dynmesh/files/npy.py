@@ -20,7 +20,7 @@ from .header import Frame, Header
 from .named import per_frame
 from .naming import naming
 from .reader import Reader
-from .rows import RowFilesWriter, read_header
+from .rows import RowFilesWriter, load_array, read_header
 from .template import find_template
 
 
@@ -105,7 +105,7 @@ class NpyReader(Reader):
 
 
 def _load_faces(path: Path) -> Template:
-    faces = np.load(path, allow_pickle=False)
+    faces = load_array(path)
     check_faces(faces.dtype, faces.shape)
     return Template(faces, None, None)
 

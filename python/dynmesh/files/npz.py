@@ -5,8 +5,13 @@ same names; polygons are `polygon_sizes` and `polygon_corners`.
 """
 
 import contextlib
+import errno
+import lzma
+import math
 import shutil
+import struct
 import zipfile
+import zlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -15,11 +20,15 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
+from .flat import check_size
 from .format import Format, Template, refuse_mesh_name, refuse_template
 from .header import Frame, Header
 from .named import arrays_once, header_of, per_frame
 from .reader import Reader
-from .rows import RowFilesWriter, read_header
+from .rows import RowFilesWriter, read_array, read_header
+
+most_deflated = 1032
+"""Times its size that a member of an archive may grow when it is read."""
 
 
 class _Rows:
@@ -29,14 +38,17 @@ class _Rows:
         self._whole: NDArray[Any] | None = None
         with contextlib.ExitStack() as stack:
             self._file = stack.enter_context(archive.open(f"{name}.npy"))
+            size = archive.getinfo(f"{name}.npy").file_size
             try:
                 self.shape, by_columns, self.dtype = read_header(self._file)
+                self._begin = self._file.tell()
+                row_size = math.prod(self.shape[1:]) * self.dtype.itemsize
+                n_frames = self.shape[0] if self.shape else 1
+                check_size(size, self._begin, n_frames, row_size)
             except ValueError as error:
                 raise ValueError(f"{name}: {error}") from error
-            self._begin = self._file.tell()
             if by_columns:  # no row lies in one piece
-                with archive.open(f"{name}.npy") as file:
-                    self._whole = npy.read_array(file)
+                self._whole = _read_member(archive, name)
             stack.pop_all()
 
     def read(self, number: int) -> NDArray[Any]:
@@ -58,6 +70,12 @@ class _Rows:
         self._file.close()
 
 
+def _read_member(archive: zipfile.ZipFile, name: str) -> NDArray[Any]:
+    member = archive.getinfo(f"{name}.npy")
+    with archive.open(member) as file:
+        return read_array(file, member.file_size)
+
+
 class NpzReader(Reader):
     """A sequence in an archive of arrays."""
 
@@ -67,6 +85,7 @@ class NpzReader(Reader):
         refuse_mesh_name(prim)
         with contextlib.ExitStack() as stack, _explaining():
             self._archive = stack.enter_context(zipfile.ZipFile(path))
+            _check_sizes(self._archive, path.stat().st_size)
             super().__init__(path, self._header())
             stack.pop_all()  # the archive stays open
 
@@ -80,8 +99,10 @@ class NpzReader(Reader):
             return rows.shape, rows.dtype
 
     def _array(self, name: str) -> NDArray[Any]:
-        with self._archive.open(f"{name}.npy") as file:
-            return npy.read_array(file, allow_pickle=False)
+        try:
+            return _read_member(self._archive, name)
+        except ValueError as error:
+            raise ValueError(f"{name}: {error}") from error
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
         with contextlib.ExitStack() as stack, _explaining():
@@ -123,11 +144,29 @@ class NpzWriter(RowFilesWriter):
                 rows.path.unlink()
 
 
+def _check_sizes(archive: zipfile.ZipFile, size: int) -> None:
+    """Refuses members that would be longer than the archive can hold."""
+    for member in archive.infolist():
+        known = member.compress_type in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+        if known and member.file_size > most_deflated * size:
+            raise ValueError(
+                f"is damaged: {member.filename} would have {member.file_size} bytes, "
+                f"but the archive has {size}"
+            )
+
+
 @contextlib.contextmanager
 def _explaining() -> Iterator[None]:
     try:
         yield
-    except zipfile.BadZipFile as error:
+    except OSError as error:
+        if error.errno != errno.EINVAL:  # which is a place before the beginning
+            raise
+        raise ValueError(f"is damaged or no .npz archive: {error}") from error
+    except (
+        zipfile.BadZipFile, zlib.error, lzma.LZMAError, struct.error, EOFError, KeyError,
+        NotImplementedError, OverflowError, RuntimeError,
+    ) as error:  # fmt: skip
         raise ValueError(f"is damaged or no .npz archive: {error}") from error
 
 

@@ -78,7 +78,7 @@ def _read_index(path: Path) -> tuple[list[float], list[Path]]:
     """The times, ascending, and the file of each."""
     try:
         root = ElementTree.parse(path).getroot()
-    except ElementTree.ParseError as error:
+    except (ElementTree.ParseError, LookupError) as error:  # an encoding may be unknown
         raise ValueError(f"is damaged or no PVD file: {error}") from error
     if root.get("type") != "Collection":
         raise ValueError(f"is no PVD file, which has the type Collection, not {root.get('type')}")

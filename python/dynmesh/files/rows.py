@@ -1,9 +1,12 @@
 """Arrays in numpy's own format, read and written row by row."""
 
 import contextlib
+import math
 import os
+import warnings
 from abc import abstractmethod
 from pathlib import Path
+from tokenize import TokenError
 from typing import IO, Any, NamedTuple, Self
 
 import numpy as np
@@ -13,6 +16,9 @@ from numpy.typing import NDArray
 from .header import Frame
 from .named import kinds_per_frame, rows_of
 from .writer import Writer
+
+longest_header = 10_000
+"""In bytes; numpy refuses to read a longer one."""
 
 
 class ArrayHeader(NamedTuple):
@@ -24,13 +30,47 @@ class ArrayHeader(NamedTuple):
 
 
 def read_header(file: IO[bytes]) -> ArrayHeader:
-    """Reads up to where the numbers begin; refuses Python objects."""
+    """Reads from the beginning up to where the numbers begin.
+
+    Raises:
+        ValueError: it is no array, or one of Python objects.
+    """
     version = npy.read_magic(file)
+    length = int.from_bytes(file.read(4 if version > (1, 0) else 2), "little")
+    if length > longest_header:  # numpy makes room for it before it looks
+        raise ValueError(f"is damaged: its header would have {length} bytes")
+    file.seek(npy.MAGIC_LEN)
     read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
-    header = ArrayHeader(*read(file))
+    try:
+        with warnings.catch_warnings(action="ignore", category=UserWarning):  # Python 2 wrote it
+            header = ArrayHeader(*read(file))
+    except (TokenError, SyntaxError, TypeError) as error:
+        raise ValueError(f"is damaged: its header cannot be read: {error}") from error
     if header.dtype.hasobject:
         raise ValueError("holds Python objects, not numbers")
+    if min(header.shape, default=0) < 0:
+        raise ValueError(f"declares an array of shape {header.shape}")
     return header
+
+
+def read_array(file: IO[bytes], size: int) -> NDArray[Any]:
+    """The whole array in a file of so many bytes, which is compared with what it tells of itself.
+
+    Raises:
+        ValueError: what :func:`read_header` raises, or the file is shorter or longer.
+    """
+    shape, by_columns, dtype = read_header(file)
+    expected = file.tell() + math.prod(shape) * dtype.itemsize
+    if size != expected:
+        raise ValueError(f"its header tells of {expected} bytes, but there are {size}")
+    numbers = np.frombuffer(bytearray(file.read()), dtype)
+    return numbers.reshape(shape, order="F" if by_columns else "C")
+
+
+def load_array(path: Path) -> NDArray[Any]:
+    """The whole array in a `.npy` file, as :func:`read_array`."""
+    with path.open("rb") as file:
+        return read_array(file, os.fstat(file.fileno()).st_size)
 
 
 class RowFile:

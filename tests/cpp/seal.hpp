@@ -1,0 +1,21 @@
+/// The seal of a completer's state, for tests that make states up.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+
+namespace dynmesh::testing {
+
+/// Makes the last eight bytes the hash (FNV-1a) of those before them.
+inline void seal(std::span<std::byte> state) {
+  std::uint64_t hash = 14695981039346656037ULL;
+  const std::size_t n = state.size() - sizeof hash;
+  for (const std::byte byte : state.first(n)) {
+    hash = (hash ^ static_cast<std::uint64_t>(byte)) * 1099511628211ULL;
+  }
+  std::memcpy(&state[n], &hash, sizeof hash);
+}
+
+}  // namespace dynmesh::testing

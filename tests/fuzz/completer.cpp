@@ -1,0 +1,365 @@
+/// Completers of any mesh and settings, and any calls, good and bad, beside a twin that gets the
+/// good ones alone, packed and on one thread.
+#include <cmath>
+#include <dynmesh/completer.hpp>
+#include <dynmesh/motion.hpp>
+#include <memory>
+#include <stdexcept>
+
+#include "../cpp/seal.hpp"
+#include "input.hpp"
+#include "made_up.hpp"
+
+namespace dynmesh::fuzz {
+namespace {
+
+constexpr std::size_t most_vertices = 40;
+constexpr std::size_t most_calls = 24;
+
+template <class Real>
+class Trial {
+ public:
+  explicit Trial(Input& input) : input_(input) {}
+
+  void run() {
+    tame_ = input_.below(4) != 0;
+    k_ = input_.below(32) == 0 ? 0 : 1 + input_.below(most_vertices);
+    settings_ = settings_of(input_);
+    faces_ = k_ == 0 ? std::vector<Index>{} : faces_of(input_, k_);
+    const auto first = positions(k_);
+    try {
+      subject_ = make(first, settings_);
+    } catch (const std::invalid_argument&) {
+      return;
+    }
+    Settings alone = settings_;
+    alone.threads = 1;
+    twin_ = make(first, alone);
+    first_ = previous_ = first;
+    for (std::size_t call = 0; call < most_calls && !input_.empty(); ++call) step();
+  }
+
+ private:
+  using Known = std::vector<std::uint8_t>;
+
+  std::unique_ptr<Completer<Real>> make(const std::vector<Real>& first, const Settings& settings) {
+    return std::make_unique<Completer<Real>>(Faces{faces_.data(), faces_.size() / 3},
+                                             Points<const Real>(first.data(), first.size() / 3),
+                                             settings);
+  }
+
+  std::vector<Real> positions(std::size_t rows) {
+    const bool from_last = tame_ && previous_.size() == 3 * rows && input_.flip();
+    std::vector<Real> packed(3 * rows);
+    for (std::size_t i = 0; i < packed.size(); ++i) {
+      packed[i] = coordinate<Real>(input_, tame_);
+      if (from_last) packed[i] = previous_[i] + packed[i] / 16;
+    }
+    return packed;
+  }
+
+  Known mask() {
+    Known known(k_);
+    std::uint64_t bits = input_.take<std::uint64_t>();
+    if (input_.flip()) bits &= input_.take<std::uint64_t>();
+    for (std::size_t v = 0; v < k_; ++v) known[v] = (bits >> (v % 64)) & 1U;
+    return known;
+  }
+
+  void step() {
+    switch (input_.below(12)) {
+      case 0:
+      case 1:
+      case 2:
+        return push_with_mask();
+      case 3:
+      case 4:
+        return push_finite_rows();
+      case 5:
+        return push_sparse();
+      case 6:
+        return skip();
+      case 7:
+        return reset();
+      case 8:
+        return move();
+      case 9:
+        return restore_anything();
+      case 10:
+        return overlapping();
+      default:
+        return misfit();
+    }
+  }
+
+  /// Calls `call`, which must either do its work or throw and change nothing.
+  template <class Call>
+  bool accepted(const Call& call) {
+    const auto before = subject_->state();
+    try {
+      call();
+      return true;
+    } catch (const std::invalid_argument& error) {
+      require(std::string(error.what()).find(": ") != std::string::npos,
+              "an error names its cause");
+      require(subject_->state() == before, "a refusal changes nothing");
+      return false;
+    }
+  }
+
+  void push_with_mask() {
+    const auto packed = positions(k_);
+    const Known known = mask();
+    const std::ptrdiff_t stride = input_.flip() ? 1 : 3;
+    Known spread(3 * k_ + 1, 1);
+    for (std::size_t v = 0; v < k_; ++v) {
+      spread[v * static_cast<std::size_t>(stride)] = known[v] != 0 ? 1 + (v & 0x7f) : 0;
+    }
+    Rows<Real> rows(input_, k_);
+    rows.fill(packed);
+    const bool in_place = input_.flip();
+    Rows<Real> apart(input_, k_);
+    Rows<Real>& out = in_place ? rows : apart;
+    if (!accepted([&] {
+          subject_->push(rows.view(), KnownMask(spread.data(), k_, stride), out.view());
+        })) {
+      require(same_bytes<Real>(rows.packed(), packed), "a refusal writes nothing");
+      return;
+    }
+    finish(packed, known, out.packed(), [&](auto completed) {
+      twin_->push(view(packed), {known.data(), k_}, completed);
+    });
+  }
+
+  void push_finite_rows() {
+    auto packed = positions(k_);
+    const Known known = mask();
+    for (std::size_t v = 0; v < k_; ++v) {
+      if (known[v] == 0) packed[3 * v + v % 3] = std::numeric_limits<Real>::quiet_NaN();
+    }
+    Rows<Real> rows(input_, k_);
+    rows.fill(packed);
+    if (!accepted([&] { subject_->push(rows.view(), rows.view()); })) return;
+    Known finite(k_);
+    for (std::size_t v = 0; v < k_; ++v) {
+      const Real* p = &packed[3 * v];
+      finite[v] = std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]) ? 1 : 0;
+    }
+    finish(packed, finite, rows.packed(), [&](auto completed) {
+      twin_->push(view(packed), {finite.data(), k_}, completed);
+    });
+  }
+
+  void push_sparse() {
+    const std::size_t n = input_.below(k_ + 2);
+    std::vector<Index> indices;
+    for (std::size_t i = 0; i < n; ++i) indices.push_back(static_cast<Index>(input_.below(k_ + 1)));
+    if (input_.flip()) {  // often enough they are good ones
+      std::ranges::sort(indices);
+      indices.erase(std::unique(indices.begin(), indices.end()), indices.end());
+      if (!indices.empty() && indices.back() == static_cast<Index>(k_)) indices.pop_back();
+    }
+    const auto observed = positions(indices.size());
+    Rows<Real> rows(input_, indices.size());
+    rows.fill(observed);
+    Rows<Real> out(input_, k_);
+    if (!accepted([&] { subject_->push_sparse(indices, rows.view(), out.view()); })) return;
+    std::vector<Real> packed(3 * k_, Real{0});
+    Known known(k_);
+    for (std::size_t i = 0; i < indices.size(); ++i) {
+      const auto v = static_cast<std::size_t>(indices[i]);
+      require(known[v] == 0, "no index is accepted twice");
+      known[v] = 1;
+      std::copy_n(&observed[3 * i], 3, &packed[3 * v]);
+    }
+    finish(packed, known, out.packed(), [&](auto completed) {
+      twin_->push(view(packed), {known.data(), k_}, completed);
+    });
+  }
+
+  void skip() {
+    Rows<Real> out(input_, k_);
+    subject_->skip(out.view());
+    finish(std::vector<Real>(3 * k_), Known(k_), out.packed(),
+           [&](auto completed) { twin_->skip(completed); });
+  }
+
+  void reset() {
+    const auto packed = positions(k_);
+    if (!accepted([&] { subject_->reset(view(packed)); })) return;
+    twin_->reset(view(packed));
+    first_ = previous_ = packed;
+    for (const Index age : subject_->age()) require(age == 0, "all is known after a reset");
+  }
+
+  /// The state goes on in a completer of its own.
+  void move() {
+    const auto state = subject_->state();
+    auto other = make(std::vector<Real>(3 * k_, Real{1}), settings_);
+    other->restore(state);
+    require(other->state() == state, "a state restores to itself");
+    require(std::ranges::equal(other->generation(), subject_->generation()), "generations move");
+    subject_ = std::move(other);
+  }
+
+  /// Some bytes of a state changed, or cut, and sealed again: what it lets in it must live with.
+  void restore_anything() {
+    auto state = subject_->state();
+    const std::size_t changes = input_.below(6);
+    for (std::size_t i = 0; i < changes && !state.empty(); ++i) {
+      const std::size_t place = input_.take<std::uint16_t>() % state.size();
+      switch (input_.below(4)) {
+        case 0:
+          state[place] = std::byte{input_.take<std::uint8_t>()};
+          break;
+        case 1: {
+          const auto value = coordinate<Real>(input_, false);
+          const std::size_t at = place & ~(sizeof value - 1);
+          if (at + sizeof value <= state.size()) std::memcpy(&state[at], &value, sizeof value);
+          break;
+        }
+        case 2:
+          state[place] ^= std::byte{input_.take<std::uint8_t>()};
+          break;
+        default:
+          state.resize(place);
+      }
+    }
+    if (state.size() >= 8 && input_.below(16) != 0) testing::seal(state);
+    if (!accepted([&] { subject_->restore(state); })) return;
+    require(subject_->state() == state, "what is accepted is kept");
+    twin_->restore(state);
+    first_.clear();
+  }
+
+  void overlapping() {
+    std::vector<Real> memory(6 * k_ + 8, Real{1});
+    const auto shift = static_cast<std::ptrdiff_t>(1 + input_.below(3 * k_ + 1));
+    const bool is_apart = shift >= static_cast<std::ptrdiff_t>(3 * k_);
+    if (is_apart) return;
+    const bool ok = accepted([&] {
+      subject_->push(Points<const Real>(memory.data(), k_),
+                     Points<Real>(memory.data() + shift, k_));
+    });
+    require(!ok, "output over input is refused");
+    require(!accepted([&] { subject_->skip(Points<Real>(memory.data(), k_, 0)); }) || k_ == 1,
+            "rows in one place are refused");
+  }
+
+  void misfit() {
+    std::vector<Real> memory(3 * k_ + 3, Real{1});
+    const Points<Real> right(memory.data(), k_);
+    const Points<Real> longer(memory.data(), k_ + 1);
+    const Points<Real> none(nullptr, k_);
+    const Known known(k_ + 1, 1);
+    const auto refused = [&](const auto& call) { require(!accepted(call), "misfits are refused"); };
+    refused([&] { subject_->push(longer, right); });
+    refused([&] { subject_->push(none, right); });
+    refused([&] { subject_->push(right, longer); });
+    refused([&] { subject_->push(right, none); });
+    refused([&] { subject_->push(right, KnownMask(known.data(), k_ + 1), right); });
+    refused([&] {
+      subject_->push(right, KnownMask(static_cast<const std::uint8_t*>(nullptr), k_), right);
+    });
+    refused([&] { subject_->skip(longer); });
+    refused([&] { subject_->reset(longer); });
+  }
+
+  static Points<const Real> view(const std::vector<Real>& packed) {
+    return {packed.data(), packed.size() / 3};
+  }
+
+  static std::vector<Vector3<Real>> rows_of(const std::vector<Real>& packed) {
+    std::vector<Vector3<Real>> rows(packed.size() / 3);
+    for (std::size_t v = 0; v < rows.size(); ++v) {
+      rows[v] = {packed[3 * v], packed[3 * v + 1], packed[3 * v + 2]};
+    }
+    return rows;
+  }
+
+  /// After a frame: `known` of `packed` went in, `completed` came out.
+  template <class Push>
+  void finish(const std::vector<Real>& packed, const Known& known,
+              const std::vector<Real>& completed, const Push& push_twin) {
+    const FrameReport& report = subject_->report();
+    require(report.known + report.filled + report.unseen == k_, "every vertex is counted");
+    std::size_t given = 0;
+    for (std::size_t v = 0; v < k_; ++v) {
+      for (std::size_t c = 3 * v; c < 3 * v + 3; ++c) {
+        require(std::isfinite(completed[c]), "completed frames are finite");
+      }
+      given += known[v];
+      const bool is_anchor = subject_->generation()[v] == 0;
+      require((subject_->age()[v] == 0) == is_anchor, "anchors are of age 0, others are older");
+      require(!is_anchor || known[v] != 0, "anchors were given");
+      require(is_anchor || known[v] == 0 || settings_.reject_outliers,
+              "what was given is an anchor");
+      if (!is_anchor || settings_.noise) continue;
+      require(std::memcmp(&completed[3 * v], &packed[3 * v], 3 * sizeof(Real)) == 0,
+              "anchors are as given, to the last bit");
+    }
+    require(report.known + report.rejected == given, "anchors are counted");
+
+    std::vector<Real> of_twin(3 * k_);
+    push_twin(Points<Real>(of_twin.data(), k_));
+    require(same_bytes<Real>(of_twin, completed), "the twin comes to the same");
+    require(std::ranges::equal(twin_->generation(), subject_->generation()), "and by the same way");
+    if (tame_ && !first_.empty() && settings_.method == Method::motion && settings_.revisit) {
+      compare_with_plain(packed, known, completed);
+    }
+    previous_ = completed;
+  }
+
+  /// Motion, as the paper has it. Averages are as exact as what they are of.
+  void compare_with_plain(const std::vector<Real>& packed, const Known& known,
+                          const std::vector<Real>& completed) {
+    const Topology topology = build_topology({faces_.data(), faces_.size() / 3}, k_);
+    Motion<Real> plain(topology.cells, true, settings_.extra_iterations);
+    const std::vector<Vector3<Real>> first = rows_of(first_);
+    const std::vector<Vector3<Real>> previous = rows_of(previous_);
+    std::vector<Vector3<Real>> points = rows_of(packed);
+    Real largest = 1;
+    for (std::size_t v = 0; v < k_; ++v) {
+      for (std::size_t c = 3 * v; c < 3 * v + 3; ++c) {
+        largest = std::max(largest, std::abs(previous_[c]));
+        if (known[v] != 0) largest = std::max(largest, std::abs(packed[c]));
+      }
+    }
+    plain.reset(first);
+    Generations generations(k_);
+    plain.estimate(previous, points, known, generations);
+    const Real tolerance = 4096 * std::numeric_limits<Real>::epsilon() * largest;
+    for (std::size_t v = 0; v < k_; ++v) {
+      require(generations.of_vertices()[v] == subject_->generation()[v],
+              "generations are the same");
+      if (generations.of_vertices()[v] <= 0) continue;
+      const Real error = std::max({std::abs(points[v].x - completed[3 * v]),
+                                   std::abs(points[v].y - completed[3 * v + 1]),
+                                   std::abs(points[v].z - completed[3 * v + 2])});
+      require(error <= tolerance, "the fast way comes to what the plain one does");
+    }
+  }
+
+  Input& input_;
+  bool tame_ = true;
+  std::size_t k_ = 0;
+  Settings settings_;
+  std::vector<Index> faces_;
+  std::unique_ptr<Completer<Real>> subject_;
+  std::unique_ptr<Completer<Real>> twin_;
+  std::vector<Real> first_;     // frame 0; empty where it came out of a made-up state
+  std::vector<Real> previous_;  // the last completed frame
+};
+
+}  // namespace
+}  // namespace dynmesh::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  dynmesh::fuzz::Input input(data, size);
+  if (input.flip()) {
+    dynmesh::fuzz::Trial<double>(input).run();
+  } else {
+    dynmesh::fuzz::Trial<float>(input).run();
+  }
+  return 0;
+}
