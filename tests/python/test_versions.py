@@ -1,0 +1,48 @@
+"""The version is written once, in CMakeLists.txt, and is the same wherever it can be asked for."""
+
+import re
+import subprocess
+from importlib import metadata
+from pathlib import Path
+
+import pytest
+from conftest import REPOSITORY
+
+import dynmesh
+
+
+def found(pattern: str, path: Path) -> str:
+    """What the only group of `pattern` matches in a file."""
+    (match,) = re.findall(pattern, path.read_text(), flags=re.MULTILINE)
+    return str(match)
+
+
+@pytest.fixture
+def version() -> str:
+    return found(r"project\(dynmesh VERSION (\S+)", REPOSITORY / "CMakeLists.txt")
+
+
+def test_python_package_and_citation(version: str) -> None:
+    assert dynmesh.__version__ == version
+    assert metadata.version("dynmesh") == version
+    # A citation cannot be made while building: it is the one copy to change by hand.
+    assert found(r"^version: (\S+)$", REPOSITORY / "CITATION.cff") == version
+
+
+def test_cpp_header_and_program(version: str, programs: Path) -> None:
+    header = programs / "include" / "dynmesh" / "version.hpp"
+    assert found(r'DYNMESH_VERSION "(\S+)"', header) == version
+    parts = [found(rf"DYNMESH_VERSION_{x} (\d+)", header) for x in ("MAJOR", "MINOR", "PATCH")]
+    assert ".".join(parts) == version
+    shown = subprocess.run(
+        [programs / "dynmesh-complete", "--version"], capture_output=True, text=True, check=True
+    )
+    assert shown.stdout == f"dynmesh-complete {version}\n"
+
+
+def test_shared_library_and_its_package_files(version: str, shared_library: Path) -> None:
+    folder = shared_library.parent
+    assert found(r"^Version: (\S+)$", folder / "dynmesh.pc") == version
+    package_version = folder / "dynmesh-config-version.cmake"
+    assert found(r'^set\(PACKAGE_VERSION "(\S+)"\)$', package_version) == version
+    assert shared_library.resolve().name == f"libdynmesh.so.{version}"
