@@ -12,8 +12,12 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Rounds of turning and solving; two nearly suffice.
-constexpr int rounds = 3;
+/// Rounds of turning and solving: with the last shape, for the blend, and with it.
+constexpr Index rounds = 3;
+
+/// The share that a frame has in the memory of how shape changes: of what it shows some is that
+/// earlier frames erred, and later ones average that out.
+constexpr double newest = 0.3;
 
 // lambda, times the squared mean edge of frame 0.
 constexpr double first_weight = 10;
@@ -66,13 +70,14 @@ Detail<Real>::Detail(std::vector<Triangle> faces, const Topology& topology,
       solved_(topology.cells.size()),
       is_anchor_(topology.cells.size()),
       counts_(topology.cells.size()),
+      no_blend_(topology.cells.size()),
       blend_fits_(topology.cells.size()),
       anchor_weights_(noise ? topology.cells.size() : 0),
       noise_(noise) {
   const std::size_t k = topology.cells.size();
-  for (Field* field : {&first_memory_, &observed_, &x_, &kx_}) field->resize(k);
-  for (Field* field : {&memory_, &turned_, &residual_, &solution_, &step_, &k_step_}) {
-    field->resize(2 * k);
+  for (Field* field : {&first_memory_, &observed_, &x_, &kx_, &step_, &target_}) field->resize(k);
+  for (Field* field : {&memory_, &turned_, &residual_, &solution_, &steps_, &k_step_}) {
+    field->resize(3 * k);
   }
 }
 
@@ -84,8 +89,9 @@ void Detail<Real>::reset(Frame first_frame) {
   rotations_.reset(x_, static_cast<double>(mean_edge_length(topology_.cells, first_frame)));
   apply_operator(x_, 1, first_memory_);
   for (std::size_t v = 0; v < x_.size(); ++v) {
-    memory_[2 * v] = first_memory_[v];
-    memory_[2 * v + 1] = {};
+    memory_[3 * v] = first_memory_[v];
+    memory_[3 * v + 1] = {};
+    memory_[3 * v + 2] = {};
   }
   weight_ = first_weight;
   report_ = {};
@@ -108,7 +114,7 @@ void Detail<Real>::apply_operator(const Field& x, int fields, Field& products) {
 /// The steps that bring K X closest to itself plus M^1/2 times residual_; the first field of them
 /// also takes noisy anchors closer to where they were observed.
 template <class Real>
-void Detail<Real>::solve(int fields) {
+void Detail<Real>::solve(int fields, Field& steps) {
   const auto rows = factor_->order();
   const OperatorData k = data_of(operator_);
   for_each_stretch(workers_, rows.size(), [&](Index first, Index last) {
@@ -123,7 +129,7 @@ void Detail<Real>::solve(int fields) {
   factor_->solve(solution_, fields);
   for (std::size_t r = 0; r < rows.size(); ++r) {
     const auto v = static_cast<std::size_t>(rows[r]);
-    for (std::size_t f = 0; f < width; ++f) step_[width * v + f] = solution_[width * r + f];
+    for (std::size_t f = 0; f < width; ++f) steps[width * v + f] = solution_[width * r + f];
   }
 }
 
@@ -142,17 +148,12 @@ Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
     const Stopwatch stopwatch(report_.solve_seconds);
     move_smoothly();
   }
-  for (int round = 0; round < rounds; ++round) {
-    {
-      const Stopwatch stopwatch(report_.rotation_seconds);
-      rotations_.fit(x_);
-      turn_memory();
-    }
-    const Stopwatch stopwatch(report_.solve_seconds);
-    solve_for_blend();
-  }
-  const Stopwatch stopwatch(report_.solve_seconds);
-  solve_with_local_blend();
+  fit_rotations();
+  solve_for(no_blend_, 0);
+  fit_rotations();
+  const Blend found = solve_for_blend();
+  fit_rotations();
+  solve_for(local_blend_.find(blend_fits_, found.b), found.c);
   if (noise_) weigh_anchors();
   for (const Index solved : factor_->order()) {
     const auto v = static_cast<std::size_t>(solved);
@@ -190,72 +191,91 @@ void Detail<Real>::move_smoothly() {
       x_[v] = observed_[v];
     }
   }
-  solve(1);
+  take_step();
+}
+
+/// Solves for the one field in residual_.
+template <class Real>
+void Detail<Real>::take_step() {
+  solve(1, step_);
   for (const Index solved : factor_->order()) {
     const auto v = static_cast<std::size_t>(solved);
     x_[v] = x_[v] + step_[v];
   }
-  std::ranges::fill(step_, Vector3<double>{});
   apply_operator(x_, 1, kx_);
 }
 
+/// And turns the memory by them.
 template <class Real>
-void Detail<Real>::turn_memory() {
+void Detail<Real>::fit_rotations() {
+  const Stopwatch stopwatch(report_.rotation_seconds);
+  rotations_.fit(x_);
   for_each_stretch(workers_, x_.size(), [&](Index first, Index last) {
     kernels_.turn(rotations_.quaternions().data(), memory_.data(), turned_.data(), first, last);
   });
 }
 
-/// The best X for these rotations, and the blend that the anchors support.
+/// The best X for these rotations and blends.
 template <class Real>
-void Detail<Real>::solve_for_blend() {
+void Detail<Real>::solve_for(std::span<const double> blend, double change) {
+  const Stopwatch stopwatch(report_.solve_seconds);
   for (std::size_t v = 0; v < x_.size(); ++v) {
-    const double scale = operator_.scale[v];
-    residual_[2 * v] = scale * (turned_[2 * v] - kx_[v]);
-    residual_[2 * v + 1] = scale * turned_[2 * v + 1];
+    target_[v] = turned_[3 * v] + blend[v] * turned_[3 * v + 1] + change * turned_[3 * v + 2];
+    residual_[v] = operator_.scale[v] * (target_[v] - kx_[v]);
   }
-  solve(2);
-  apply_operator(step_, 2, k_step_);
-  for (std::size_t v = 0; v < x_.size(); ++v) {
-    blend_fits_[v] = {};
-    if (counts_[v] == 0) continue;
-    blend_fits_[v].add(kx_[v] + k_step_[2 * v] - turned_[2 * v],
-                       k_step_[2 * v + 1] - turned_[2 * v + 1]);
-    if (!noise_) continue;
-    blend_fits_[v].add(x_[v] + step_[2 * v] - observed_[v], step_[2 * v + 1], anchor_weights_[v]);
-  }
-  const double b = report_.blend = global_blend(blend_fits_);
-  for (std::size_t v = 0; v < x_.size(); ++v) {
-    x_[v] = x_[v] + step_[2 * v] + b * step_[2 * v + 1];
-    kx_[v] = kx_[v] + k_step_[2 * v] + b * k_step_[2 * v + 1];
-  }
+  take_step();
 }
 
-/// The same rotations once more, with a blend that varies over the surface.
+/// The best X for these rotations, and the blend that the anchors support.
 template <class Real>
-void Detail<Real>::solve_with_local_blend() {
-  const auto blend = local_blend_.find(blend_fits_, report_.blend);
+Blend Detail<Real>::solve_for_blend() {
+  const Stopwatch stopwatch(report_.solve_seconds);
   for (std::size_t v = 0; v < x_.size(); ++v) {
-    residual_[v] = operator_.scale[v] * (turned_[2 * v] + blend[v] * turned_[2 * v + 1] - kx_[v]);
+    const double scale = operator_.scale[v];
+    residual_[3 * v] = scale * (turned_[3 * v] - kx_[v]);
+    residual_[3 * v + 1] = scale * turned_[3 * v + 1];
+    residual_[3 * v + 2] = scale * turned_[3 * v + 2];
   }
-  solve(1);
-  for (const Index solved : factor_->order()) {
-    const auto v = static_cast<std::size_t>(solved);
-    x_[v] = x_[v] + step_[v];
+  std::ranges::fill(steps_, Vector3<double>{});
+  solve(3, steps_);
+  apply_operator(steps_, 3, k_step_);
+  ResidualSums sums;
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    find_residuals(v, [&](const Residuals& residuals) { sums.add(residuals); });
   }
+  const auto [b, c] = global_blend(sums);
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    blend_fits_[v] = {};
+    find_residuals(v, [&](const Residuals& residuals) { blend_fits_[v].add(residuals, c); });
+  }
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    x_[v] = x_[v] + steps_[3 * v] + b * steps_[3 * v + 1] + c * steps_[3 * v + 2];
+    kx_[v] = kx_[v] + k_step_[3 * v] + b * k_step_[3 * v + 1] + c * k_step_[3 * v + 2];
+  }
+  report_.blend = b;
+  return {b, c};
+}
+
+/// Calls `visit` with what the steps leave of the shape at a vertex, and of its distance from where
+/// it was observed.
+template <class Real>
+void Detail<Real>::find_residuals(std::size_t v, const auto& visit) const {
+  if (counts_[v] == 0) return;
+  visit(Residuals{kx_[v] + k_step_[3 * v] - turned_[3 * v], k_step_[3 * v + 1] - turned_[3 * v + 1],
+                  k_step_[3 * v + 2] - turned_[3 * v + 2]});
+  if (!noise_) return;
+  visit(Residuals{x_[v] + steps_[3 * v] - observed_[v], steps_[3 * v + 1], steps_[3 * v + 2],
+                  anchor_weights_[v]});
 }
 
 /// The errors of the shape per coordinate, sigma_L^2 = (E + lambda |q|^2) / (3 anchors) with E the
 /// energy and q how far anchors moved, tell the weight of the next frame's anchors.
 template <class Real>
 void Detail<Real>::weigh_anchors() {
-  apply_operator(x_, 1, k_step_);
   double energy = 0;
   double anchors = 0;
   for (std::size_t v = 0; v < x_.size(); ++v) {
-    // residual_ is the target less kx_ times the scale, from the last solve.
-    const Vector3<double> target = kx_[v] + (1 / operator_.scale[v]) * residual_[v];
-    energy += counts_[v] * squared_norm(k_step_[v] - target);
+    energy += counts_[v] * squared_norm(kx_[v] - target_[v]);
     energy += anchor_weights_[v] * squared_norm(x_[v] - observed_[v]);
     anchors += is_anchor_[v];
   }
@@ -269,10 +289,16 @@ void Detail<Real>::remember(Frame completed) {
   const Stopwatch stopwatch(report_.rotation_seconds);
   take(completed);
   rotations_.fit(x_);
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    memory_[3 * v + 2] = (1 - newest) * memory_[3 * v + 2] - newest * memory_[3 * v];
+  }
   take_memory();
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    memory_[3 * v + 2] = memory_[3 * v + 2] + newest * memory_[3 * v];
+  }
 }
 
-/// m_prev = Q^T K X.
+/// m_prev = Q^T K X, and m_first - m_prev.
 template <class Real>
 void Detail<Real>::take_memory() {
   apply_operator(x_, 1, kx_);
@@ -280,15 +306,19 @@ void Detail<Real>::take_memory() {
     kernels_.turn_back(rotations_.quaternions().data(), kx_.data(), turned_.data(), first, last);
   });
   for (std::size_t v = 0; v < x_.size(); ++v) {
-    memory_[2 * v] = turned_[v];
-    memory_[2 * v + 1] = first_memory_[v] - turned_[v];
+    memory_[3 * v] = turned_[v];
+    memory_[3 * v + 1] = first_memory_[v] - turned_[v];
   }
 }
 
 template <class Real>
 typename Detail<Real>::Memory Detail<Real>::memory() const {
   Memory memory;
-  for (const Quaternion& q : rotations_.quaternions()) memory.rows.push_back({q.w, q.x, q.y, q.z});
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    const Quaternion& q = rotations_.quaternions()[v];
+    const Vector3<double>& u = memory_[3 * v + 2];
+    memory.rows.push_back({q.w, q.x, q.y, q.z, u.x, u.y, u.z});
+  }
   memory.anchor_weight = weight_;
   return memory;
 }
@@ -301,6 +331,9 @@ void Detail<Real>::recall(const Memory& memory, Frame completed) {
   weight_ = memory.anchor_weight;
   take(completed);
   take_memory();
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    memory_[3 * v + 2] = {memory.rows[v][4], memory.rows[v][5], memory.rows[v][6]};
+  }
 }
 
 template class Detail<float>;

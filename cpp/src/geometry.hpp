@@ -19,6 +19,11 @@ bool is_finite(const Vector3<Real>& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
+template <class Real>
+Real dot(const Vector3<Real>& a, const Vector3<Real>& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
 /// h: the mean edge length of `frame`, 1 where that is zero or there is no edge.
 template <class Real>
 Real mean_edge_length(const Cells& cells, std::span<const Vector3<Real>> frame) {
