@@ -12,11 +12,12 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Rounds of turning and solving: with the last shape, for the blend, and with it.
+/// Rounds of turning and solving: the first finds the blend.
 constexpr Index rounds = 3;
 
 /// The share that a frame has in the memory of how shape changes: of what it shows some is that
-/// earlier frames erred, and later ones average that out.
+/// earlier frames erred, and later ones average that out. A change by more than a mean edge is an
+/// error as a whole.
 constexpr double newest = 0.3;
 
 // lambda, times the squared mean edge of frame 0.
@@ -70,12 +71,12 @@ Detail<Real>::Detail(std::vector<Triangle> faces, const Topology& topology,
       solved_(topology.cells.size()),
       is_anchor_(topology.cells.size()),
       counts_(topology.cells.size()),
-      no_blend_(topology.cells.size()),
       blend_fits_(topology.cells.size()),
       anchor_weights_(noise ? topology.cells.size() : 0),
       noise_(noise) {
   const std::size_t k = topology.cells.size();
-  for (Field* field : {&first_memory_, &observed_, &x_, &kx_, &step_, &target_}) field->resize(k);
+  for (Field* field : {&first_memory_, &observed_, &x_, &kx_, &step_, &target_, &last_memory_})
+    field->resize(k);
   for (Field* field : {&memory_, &turned_, &residual_, &solution_, &steps_, &k_step_}) {
     field->resize(3 * k);
   }
@@ -86,7 +87,8 @@ void Detail<Real>::reset(Frame first_frame) {
   operator_ = build_detail_operator<Real>(faces_, topology_.cells, first_frame);
   factor_ = std::make_unique<MaskedFactor>(normal_matrix(operator_));
   take(first_frame);
-  rotations_.reset(x_, static_cast<double>(mean_edge_length(topology_.cells, first_frame)));
+  mean_edge_ = static_cast<double>(mean_edge_length(topology_.cells, first_frame));
+  rotations_.reset(x_, mean_edge_);
   apply_operator(x_, 1, first_memory_);
   for (std::size_t v = 0; v < x_.size(); ++v) {
     memory_[3 * v] = first_memory_[v];
@@ -149,11 +151,12 @@ Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
     move_smoothly();
   }
   fit_rotations();
-  solve_for(no_blend_, 0);
-  fit_rotations();
   const Blend found = solve_for_blend();
-  fit_rotations();
-  solve_for(local_blend_.find(blend_fits_, found.b), found.c);
+  const auto blend = local_blend_.find(blend_fits_, found.b);
+  for (Index round = 1; round < rounds; ++round) {
+    fit_rotations();
+    solve_for(blend, found.c);
+  }
   if (noise_) weigh_anchors();
   for (const Index solved : factor_->order()) {
     const auto v = static_cast<std::size_t>(solved);
@@ -289,12 +292,13 @@ void Detail<Real>::remember(Frame completed) {
   const Stopwatch stopwatch(report_.rotation_seconds);
   take(completed);
   rotations_.fit(x_);
-  for (std::size_t v = 0; v < x_.size(); ++v) {
-    memory_[3 * v + 2] = (1 - newest) * memory_[3 * v + 2] - newest * memory_[3 * v];
-  }
+  for (std::size_t v = 0; v < x_.size(); ++v) last_memory_[v] = memory_[3 * v];
   take_memory();
   for (std::size_t v = 0; v < x_.size(); ++v) {
-    memory_[3 * v + 2] = memory_[3 * v + 2] + newest * memory_[3 * v];
+    const auto change = memory_[3 * v] - last_memory_[v];
+    Vector3<double>& u = memory_[3 * v + 2];
+    const bool is_jump = !(squared_norm(change) < mean_edge_ * mean_edge_);
+    u = is_jump ? Vector3<double>{} : (1 - newest) * u + newest * change;
   }
 }
 

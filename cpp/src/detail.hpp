@@ -81,6 +81,7 @@ class Detail final : public Estimator<Real> {
 
   Field first_memory_;  // m_first
   Field memory_;        // m_prev, m_first - m_prev and u
+  Field last_memory_;   // m_prev before the last frame
   Field turned_;        // Q times all three
   Field observed_;      // the anchors as they were given
   Field x_;             // X
@@ -91,11 +92,11 @@ class Detail final : public Estimator<Real> {
   Field step_;          // one field for each vertex, that of the last solve where it was solved for
   Field steps_;         // three, 0 where a vertex is fixed
   Field k_step_;        // K times one of them
-  std::vector<double> no_blend_;  // (k,) zeros
   std::vector<BlendFit> blend_fits_;
   std::vector<double> anchor_weights_;  // (k,) lambda at noisy anchors, else 0
   std::optional<double> noise_;
-  double weight_ = 0;  // lambda, in the unit of K
+  double mean_edge_ = 0;  // of frame 0
+  double weight_ = 0;     // lambda, in the unit of K
   StageReport report_;
 };
 

@@ -265,7 +265,9 @@ class Detail:
         self._fit(x)
         last = self.memory
         self.memory = np.einsum("nji,nj->ni", self.q, self.operator @ x)
-        self.change = 0.7 * self.change + 0.3 * (self.memory - last)
+        change = self.memory - last
+        is_jump = np.linalg.norm(change, axis=1) >= self.h
+        self.change = np.where(is_jump[:, None], 0, 0.7 * self.change + 0.3 * change)
         self.previous = x
         return x
 
@@ -308,9 +310,6 @@ class Detail:
 
         x = self._closest(self.operator @ self.previous, anchors, known, seen)
         self._fit(x)
-        x = self._closest(self._turn(self.memory), anchors, known, seen)
-
-        self._fit(x)
         rows = seen[:, None]
         fixed = np.where(rows, 0.0, self.previous)
         detail = [self.memory, self.first_memory - self.memory, self.change]
@@ -336,9 +335,10 @@ class Detail:
         if eta > 0:
             blend = (fit[:, 0] + eta * self.blend) / (fit[:, 1] + eta)
         blend = np.clip(blend, -0.5, 1.5)[:, None]
-        self._fit(x)
-        target = self._turn(detail[0] + blend * detail[1] + change * detail[2])
-        x = self._closest(target, anchors, known, seen)
+        for _ in range(2):
+            self._fit(x)
+            target = self._turn(detail[0] + blend * detail[1] + change * detail[2])
+            x = self._closest(target, anchors, known, seen)
         if self.noise is not None:
             energy = (((self.operator @ x - target) * rows) ** 2).sum()
             energy += ((soft * (x - anchors)) ** 2).sum()
