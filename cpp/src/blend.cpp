@@ -10,8 +10,16 @@ namespace {
 /// Takes a thousandth off b, so that it stays 0 where the anchors say nothing.
 constexpr double caution = 1.001;
 
-/// The sum of |r1|^2 below which r1 is rounding errors, in |Q (m_first - m_prev)|^2.
+/// The sum of |r1|^2 below which r1 is rounding errors, in |Q (m_first - m_prev)|^2; likewise r2.
 constexpr double rounding = 1e-18;
+
+/// And a twentieth off c, so that a part that nobody sees does not change for ever, and b comes
+/// first where both say the same.
+constexpr double caution_of_change = 1.05;
+
+/// Of the residual that b leaves, the share that c must explain to be believed at all; twice that,
+/// and it is believed.
+constexpr double least_explained = 0.1;
 
 /// How often residuals are averaged with the neighbours', which is how far a local blend looks.
 constexpr int averagings = 10;
@@ -24,20 +32,22 @@ constexpr double largest_blend = 1.5;
 
 }  // namespace
 
-void drop_rounding_errors(std::span<BlendFit> fits, double change) {
-  double sum = 0;
-  for (const BlendFit& fit : fits) sum += fit.q;
-  if (sum <= rounding * change) std::ranges::fill(fits, BlendFit{});
+void ResidualSums::drop_rounding_errors(double shape, double change) {
+  if (s11 <= rounding * shape) s01 = s11 = s12 = 0;
+  if (s22 <= rounding * change) s02 = s12 = s22 = 0;
 }
 
-double global_blend(std::span<const BlendFit> fits) {
-  BlendFit sum;
-  for (const BlendFit& fit : fits) {
-    sum.h += fit.h;
-    sum.q += fit.q;
-  }
-  const double blend = sum.h / (caution * sum.q);
-  return std::isfinite(blend) ? blend : 0;
+Blend global_blend(const ResidualSums& sums) {
+  const auto finite = [](double value) { return std::isfinite(value) ? value : 0; };
+  // Of r0 and of r2, what b cannot explain.
+  const double b_of_r2 = finite(sums.s12 / (caution * sums.s11));
+  const double h = -(sums.s02 - b_of_r2 * sums.s01);
+  const double q = caution_of_change * sums.s22 - b_of_r2 * sums.s12;
+  const double left = sums.s00 - finite(sums.s01 / (caution * sums.s11)) * sums.s01;
+  const double explained = finite(h / q * h / left);
+  const double belief = std::clamp(explained / least_explained - 1, 0.0, 1.0);
+  const double c = belief * std::clamp(finite(h / q), 0.0, 1.0);
+  return {finite(-(sums.s01 + c * sums.s12) / (caution * sums.s11)), c};
 }
 
 LocalBlend::LocalBlend(const Cells& cells)

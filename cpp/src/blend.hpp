@@ -1,4 +1,5 @@
-/// How much of frame 0's shape there is in a frame, beside that of the last one.
+/// How much of frame 0's shape, and of the change that was under way, there is in a frame, beside
+/// the shape of the last one.
 #pragma once
 
 #include <dynmesh/topology.hpp>
@@ -6,27 +7,57 @@
 #include <span>
 #include <vector>
 
+#include "geometry.hpp"
+
 namespace dynmesh {
 
-/// What one vertex says about b, by the residuals r0, with the shape of the last frame, and r1,
-/// what a unit of b adds to it.
-struct BlendFit {
-  double h = 0;  ///< -r1 . r0
-  double q = 0;  ///< |r1|^2
-
-  void add(const Vector3<double>& r0, const Vector3<double>& r1, double weight = 1) {
-    h -= weight * (r1.x * r0.x + r1.y * r0.y + r1.z * r0.z);
-    q += weight * squared_norm(r1);
-  }
+/// b, of frame 0's shape less the last one, and c, of the change that was under way.
+struct Blend {
+  double b = 0;
+  double c = 0;
 };
 
-/// Forgets all residuals if the r1 are rounding errors of zeros, next to the sum `change` of
-/// |Q (m_first - m_prev)|^2 that they are left of: a component with one anchor, say, takes on any
-/// shape, so that b would be one rounding error over another.
-void drop_rounding_errors(std::span<BlendFit> fits, double change);
+/// Residuals: r0 with the shape of the last frame, and what a unit of b, r1, and of c, r2, adds to
+/// it.
+struct Residuals {
+  Vector3<double> r0, r1, r2;
+  double weight = 1;
+};
 
-/// b that makes the sum of |r0 + b r1|^2 smallest, a little short of it; 0 where all r1 are 0.
-double global_blend(std::span<const BlendFit> fits);
+/// Sums of the products of residuals, by their numbers.
+struct ResidualSums {
+  double s00 = 0, s01 = 0, s02 = 0, s11 = 0, s12 = 0, s22 = 0;
+
+  void add(const Residuals& r) {
+    s00 += r.weight * dot(r.r0, r.r0);
+    s01 += r.weight * dot(r.r0, r.r1);
+    s02 += r.weight * dot(r.r0, r.r2);
+    s11 += r.weight * dot(r.r1, r.r1);
+    s12 += r.weight * dot(r.r1, r.r2);
+    s22 += r.weight * dot(r.r2, r.r2);
+  }
+
+  /// Takes r1 and r2 for 0 where they are rounding errors of that, next to the sums `shape` and
+  /// `change` of |Q (m_first - m_prev)|^2 and |Q u|^2 that they are left of: a component with one
+  /// anchor, say, takes on any shape, so that b would be one rounding error over another.
+  void drop_rounding_errors(double shape, double change);
+};
+
+/// b and c that make |r0 + b r1 + c r2|^2 smallest, a little short of it; 0 where their residuals
+/// are. c is from 0 to 1, and the smaller the less it explains: what was under way may have ended,
+/// and is as noisy as the frames that it was seen in.
+Blend global_blend(const ResidualSums& sums);
+
+/// What one vertex says about b, given c.
+struct BlendFit {
+  double h = 0;  ///< -r1 . (r0 + c r2)
+  double q = 0;  ///< |r1|^2
+
+  void add(const Residuals& r, double c) {
+    h -= r.weight * dot(r.r1, r.r0 + c * r.r2);
+    q += r.weight * dot(r.r1, r.r1);
+  }
+};
 
 /// The blend of each vertex by the residuals around it, drawn to the global one.
 class LocalBlend {

@@ -21,7 +21,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little,
               "states are stored as they lie in memory");
 
-constexpr std::array<char, 8> magic = {'d', 'y', 'n', 'm', 'e', 's', 'h', '2'};
+constexpr std::array<char, 8> magic = {'d', 'y', 'n', 'm', 'e', 's', 'h', '3'};
 
 [[noreturn]] void refuse(const std::string& why) { throw std::invalid_argument("state: " + why); }
 

@@ -212,13 +212,13 @@ void backward(const double* panel, Index rows, Index columns, const double* inve
 void solve_forward(const double* panel, Index rows, Index columns, const double* inverse,
                    Index first, const Index* below, double* values, int fields) {
   fields == 1 ? forward<1>(panel, rows, columns, inverse, first, below, values)
-              : forward<2>(panel, rows, columns, inverse, first, below, values);
+              : forward<3>(panel, rows, columns, inverse, first, below, values);
 }
 
 void solve_backward(const double* panel, Index rows, Index columns, const double* inverse,
                     Index first, const Index* below, double* values, int fields) {
   fields == 1 ? backward<1>(panel, rows, columns, inverse, first, below, values)
-              : backward<2>(panel, rows, columns, inverse, first, below, values);
+              : backward<3>(panel, rows, columns, inverse, first, below, values);
 }
 
 }  // namespace

@@ -1,55 +1,23 @@
 #include "detail.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <utility>
 
 #include "geometry.hpp"
+#include "stopwatch.hpp"
 
 namespace dynmesh {
 namespace {
 
-using Clock = std::chrono::steady_clock;
+/// Rounds of turning and solving: the first finds the blend.
+constexpr Index rounds = 3;
 
-/// Rounds of turning and solving; two nearly suffice.
-constexpr int rounds = 3;
-
-// lambda, times the squared mean edge of frame 0.
+/// lambda, times the squared mean edge of frame 0.
 constexpr double first_weight = 10;
-constexpr double least_weight = 1e-3;
-constexpr double largest_weight = 1e3;
-
-constexpr Index stretch = 512;  // vertices that a thread takes at a time
-
-/// Adds the time of its scope to a stage.
-class Stopwatch {
- public:
-  explicit Stopwatch(double& seconds) : seconds_(seconds) {}
-  Stopwatch(const Stopwatch&) = delete;
-  Stopwatch& operator=(const Stopwatch&) = delete;
-  ~Stopwatch() { seconds_ += std::chrono::duration<double>(Clock::now() - start_).count(); }
-
- private:
-  double& seconds_;
-  Clock::time_point start_ = Clock::now();
-};
-
-template <class Real>
-Vector3<double> in_double(const Vector3<Real>& v) {
-  return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)};
-}
 
 OperatorData data_of(const DetailOperator& k) {
   return {k.offsets.data(), k.columns.data(), k.values.data(), k.scale.data()};
-}
-
-/// Calls `work(first, last)` for rows that any of the threads may take.
-template <class Work>
-void for_each_stretch(Workers& workers, std::size_t rows, const Work& work) {
-  const auto n = static_cast<Index>(rows);
-  workers.for_each((n + stretch - 1) / stretch,
-                   [&](Index s) { work(s * stretch, std::min(n, (s + 1) * stretch)); });
 }
 
 }  // namespace
@@ -70,9 +38,11 @@ Detail<Real>::Detail(std::vector<Triangle> faces, const Topology& topology,
       anchor_weights_(noise ? topology.cells.size() : 0),
       noise_(noise) {
   const std::size_t k = topology.cells.size();
-  for (Field* field : {&first_memory_, &observed_, &x_, &kx_}) field->resize(k);
-  for (Field* field : {&memory_, &turned_, &residual_, &solution_, &step_, &k_step_}) {
-    field->resize(2 * k);
+  for (Field* field : {&first_memory_, &observed_, &x_, &kx_, &step_, &target_, &last_memory_}) {
+    field->resize(k);
+  }
+  for (Field* field : {&memory_, &turned_, &residual_, &solution_, &steps_, &k_step_}) {
+    field->resize(3 * k);
   }
 }
 
@@ -81,11 +51,13 @@ void Detail<Real>::reset(Frame first_frame) {
   operator_ = build_detail_operator<Real>(faces_, topology_.cells, first_frame);
   factor_ = std::make_unique<MaskedFactor>(normal_matrix(operator_));
   take(first_frame);
-  rotations_.reset(x_, static_cast<double>(mean_edge_length(topology_.cells, first_frame)));
+  mean_edge_ = static_cast<double>(mean_edge_length(topology_.cells, first_frame));
+  rotations_.reset(x_, mean_edge_);
   apply_operator(x_, 1, first_memory_);
   for (std::size_t v = 0; v < x_.size(); ++v) {
-    memory_[2 * v] = first_memory_[v];
-    memory_[2 * v + 1] = {};
+    memory_[3 * v] = first_memory_[v];
+    memory_[3 * v + 1] = {};
+    memory_[3 * v + 2] = {};
   }
   weight_ = first_weight;
   report_ = {};
@@ -100,7 +72,7 @@ void Detail<Real>::take(Frame frame) {
 template <class Real>
 void Detail<Real>::apply_operator(const Field& x, int fields, Field& products) {
   const OperatorData k = data_of(operator_);
-  for_each_stretch(workers_, topology_.cells.size(), [&](Index first, Index last) {
+  workers_.for_each_stretch(n_vertices(), stretch, [&](Index first, Index last) {
     kernels_.apply(k, x.data(), fields, products.data(), first, last);
   });
 }
@@ -108,10 +80,10 @@ void Detail<Real>::apply_operator(const Field& x, int fields, Field& products) {
 /// The steps that bring K X closest to itself plus M^1/2 times residual_; the first field of them
 /// also takes noisy anchors closer to where they were observed.
 template <class Real>
-void Detail<Real>::solve(int fields) {
+void Detail<Real>::solve(int fields, Field& steps) {
   const auto rows = factor_->order();
   const OperatorData k = data_of(operator_);
-  for_each_stretch(workers_, rows.size(), [&](Index first, Index last) {
+  workers_.for_each_stretch(static_cast<Index>(rows.size()), stretch, [&](Index first, Index last) {
     kernels_.apply_transposed(k, residual_.data(), fields, rows.data(), solution_.data(), first,
                               last);
   });
@@ -123,7 +95,7 @@ void Detail<Real>::solve(int fields) {
   factor_->solve(solution_, fields);
   for (std::size_t r = 0; r < rows.size(); ++r) {
     const auto v = static_cast<std::size_t>(rows[r]);
-    for (std::size_t f = 0; f < width; ++f) step_[width * v + f] = solution_[width * r + f];
+    for (std::size_t f = 0; f < width; ++f) steps[width * v + f] = solution_[width * r + f];
   }
 }
 
@@ -142,17 +114,13 @@ Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
     const Stopwatch stopwatch(report_.solve_seconds);
     move_smoothly();
   }
-  for (int round = 0; round < rounds; ++round) {
-    {
-      const Stopwatch stopwatch(report_.rotation_seconds);
-      rotations_.fit(x_);
-      turn_memory();
-    }
-    const Stopwatch stopwatch(report_.solve_seconds);
-    solve_for_blend();
+  fit_rotations();
+  const Blend found = solve_for_blend();
+  const auto blend = local_blend_.find(blend_fits_, found.b);
+  for (Index round = 1; round < rounds; ++round) {
+    fit_rotations();
+    solve_for(blend, found.c);
   }
-  const Stopwatch stopwatch(report_.solve_seconds);
-  solve_with_local_blend();
   if (noise_) weigh_anchors();
   for (const Index solved : factor_->order()) {
     const auto v = static_cast<std::size_t>(solved);
@@ -190,131 +158,103 @@ void Detail<Real>::move_smoothly() {
       x_[v] = observed_[v];
     }
   }
-  solve(1);
+  take_step();
+}
+
+/// Solves for the one field in residual_.
+template <class Real>
+void Detail<Real>::take_step() {
+  solve(1, step_);
   for (const Index solved : factor_->order()) {
     const auto v = static_cast<std::size_t>(solved);
     x_[v] = x_[v] + step_[v];
   }
-  std::ranges::fill(step_, Vector3<double>{});
   apply_operator(x_, 1, kx_);
 }
 
+/// And turns the memory by them.
 template <class Real>
-void Detail<Real>::turn_memory() {
-  for_each_stretch(workers_, x_.size(), [&](Index first, Index last) {
+void Detail<Real>::fit_rotations() {
+  const Stopwatch stopwatch(report_.rotation_seconds);
+  rotations_.fit(x_);
+  workers_.for_each_stretch(n_vertices(), stretch, [&](Index first, Index last) {
     kernels_.turn(rotations_.quaternions().data(), memory_.data(), turned_.data(), first, last);
   });
 }
 
-/// The best X for these rotations, and the blend that the anchors support.
+/// The best X for these rotations and blends.
 template <class Real>
-void Detail<Real>::solve_for_blend() {
+void Detail<Real>::solve_for(std::span<const double> blend, double change) {
+  const Stopwatch stopwatch(report_.solve_seconds);
   for (std::size_t v = 0; v < x_.size(); ++v) {
-    const double scale = operator_.scale[v];
-    residual_[2 * v] = scale * (turned_[2 * v] - kx_[v]);
-    residual_[2 * v + 1] = scale * turned_[2 * v + 1];
+    target_[v] = turned_[3 * v] + blend[v] * turned_[3 * v + 1] + change * turned_[3 * v + 2];
+    residual_[v] = operator_.scale[v] * (target_[v] - kx_[v]);
   }
-  solve(2);
-  apply_operator(step_, 2, k_step_);
-  double change = 0;
-  for (std::size_t v = 0; v < x_.size(); ++v) {
-    blend_fits_[v] = {};
-    if (counts_[v] == 0) continue;
-    change += squared_norm(turned_[2 * v + 1]);
-    blend_fits_[v].add(kx_[v] + k_step_[2 * v] - turned_[2 * v],
-                       k_step_[2 * v + 1] - turned_[2 * v + 1]);
-    if (!noise_) continue;
-    blend_fits_[v].add(x_[v] + step_[2 * v] - observed_[v], step_[2 * v + 1], anchor_weights_[v]);
-  }
-  drop_rounding_errors(blend_fits_, change);
-  const double b = report_.blend = global_blend(blend_fits_);
-  for (std::size_t v = 0; v < x_.size(); ++v) {
-    x_[v] = x_[v] + step_[2 * v] + b * step_[2 * v + 1];
-    kx_[v] = kx_[v] + k_step_[2 * v] + b * k_step_[2 * v + 1];
-  }
+  take_step();
 }
 
-/// The same rotations once more, with a blend that varies over the surface.
+/// The best X for these rotations, and the blend that the anchors support.
 template <class Real>
-void Detail<Real>::solve_with_local_blend() {
-  const auto blend = local_blend_.find(blend_fits_, report_.blend);
+Blend Detail<Real>::solve_for_blend() {
+  const Stopwatch stopwatch(report_.solve_seconds);
   for (std::size_t v = 0; v < x_.size(); ++v) {
-    residual_[v] = operator_.scale[v] * (turned_[2 * v] + blend[v] * turned_[2 * v + 1] - kx_[v]);
+    const double scale = operator_.scale[v];
+    residual_[3 * v] = scale * (turned_[3 * v] - kx_[v]);
+    residual_[3 * v + 1] = scale * turned_[3 * v + 1];
+    residual_[3 * v + 2] = scale * turned_[3 * v + 2];
   }
-  solve(1);
-  for (const Index solved : factor_->order()) {
-    const auto v = static_cast<std::size_t>(solved);
-    x_[v] = x_[v] + step_[v];
+  std::ranges::fill(steps_, Vector3<double>{});
+  solve(3, steps_);
+  apply_operator(steps_, 3, k_step_);
+  ResidualSums sums;
+  double shape = 0;
+  double change = 0;
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    find_residuals(v, [&](const Residuals& residuals) { sums.add(residuals); });
+    shape += counts_[v] * squared_norm(turned_[3 * v + 1]);
+    change += counts_[v] * squared_norm(turned_[3 * v + 2]);
   }
+  sums.drop_rounding_errors(shape, change);
+  const auto [b, c] = global_blend(sums);
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    blend_fits_[v] = {};
+    if (sums.s11 == 0) continue;
+    find_residuals(v, [&](const Residuals& residuals) { blend_fits_[v].add(residuals, c); });
+  }
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    x_[v] = x_[v] + steps_[3 * v] + b * steps_[3 * v + 1] + c * steps_[3 * v + 2];
+    kx_[v] = kx_[v] + k_step_[3 * v] + b * k_step_[3 * v + 1] + c * k_step_[3 * v + 2];
+  }
+  report_.blend = b;
+  return {b, c};
+}
+
+/// Calls `visit` with what the steps leave of the shape at a vertex, and of its distance from where
+/// it was observed.
+template <class Real>
+void Detail<Real>::find_residuals(std::size_t v, const auto& visit) const {
+  if (counts_[v] == 0) return;
+  visit(Residuals{kx_[v] + k_step_[3 * v] - turned_[3 * v], k_step_[3 * v + 1] - turned_[3 * v + 1],
+                  k_step_[3 * v + 2] - turned_[3 * v + 2]});
+  if (!noise_) return;
+  visit(Residuals{x_[v] + steps_[3 * v] - observed_[v], steps_[3 * v + 1], steps_[3 * v + 2],
+                  anchor_weights_[v]});
 }
 
 /// The errors of the shape per coordinate, sigma_L^2 = (E + lambda |q|^2) / (3 anchors) with E the
 /// energy and q how far anchors moved, tell the weight of the next frame's anchors.
 template <class Real>
 void Detail<Real>::weigh_anchors() {
-  apply_operator(x_, 1, k_step_);
   double energy = 0;
   double anchors = 0;
   for (std::size_t v = 0; v < x_.size(); ++v) {
-    // residual_ is the target less kx_ times the scale, from the last solve.
-    const Vector3<double> target = kx_[v] + (1 / operator_.scale[v]) * residual_[v];
-    energy += counts_[v] * squared_norm(k_step_[v] - target);
+    energy += counts_[v] * squared_norm(kx_[v] - target_[v]);
     energy += anchor_weights_[v] * squared_norm(x_[v] - observed_[v]);
     anchors += is_anchor_[v];
   }
   const double found = energy / (3 * anchors * *noise_ * *noise_);
   if (!std::isfinite(found)) return;
   weight_ = (weight_ + std::clamp(found, least_weight, largest_weight)) / 2;
-}
-
-template <class Real>
-void Detail<Real>::remember(Frame completed) {
-  const Stopwatch stopwatch(report_.rotation_seconds);
-  take(completed);
-  rotations_.fit(x_);
-  take_memory();
-}
-
-/// m_prev = Q^T K X.
-template <class Real>
-void Detail<Real>::take_memory() {
-  apply_operator(x_, 1, kx_);
-  for_each_stretch(workers_, x_.size(), [&](Index first, Index last) {
-    kernels_.turn_back(rotations_.quaternions().data(), kx_.data(), turned_.data(), first, last);
-  });
-  for (std::size_t v = 0; v < x_.size(); ++v) {
-    memory_[2 * v] = turned_[v];
-    memory_[2 * v + 1] = first_memory_[v] - turned_[v];
-  }
-}
-
-template <class Real>
-typename Detail<Real>::Memory Detail<Real>::memory() const {
-  Memory memory;
-  for (const Quaternion& q : rotations_.quaternions()) memory.rows.push_back({q.w, q.x, q.y, q.z});
-  memory.anchor_weight = weight_;
-  return memory;
-}
-
-template <class Real>
-bool Detail<Real>::accepts(const Memory& memory) const {
-  constexpr double rounding = 1e-6;
-  const auto is_rotation = [](const auto& row) {
-    const double norm = row[0] * row[0] + row[1] * row[1] + row[2] * row[2] + row[3] * row[3];
-    return std::abs(norm - 1) <= rounding;
-  };
-  return memory.rows.size() == x_.size() && std::ranges::all_of(memory.rows, is_rotation) &&
-         memory.anchor_weight >= least_weight && memory.anchor_weight <= largest_weight;
-}
-
-template <class Real>
-void Detail<Real>::recall(const Memory& memory, Frame completed) {
-  std::ranges::transform(memory.rows, rotations_.quaternions().begin(), [](const auto& row) {
-    return Quaternion{row[0], row[1], row[2], row[3]};
-  });
-  weight_ = memory.anchor_weight;
-  take(completed);
-  take_memory();
 }
 
 template class Detail<float>;

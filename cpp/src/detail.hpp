@@ -20,9 +20,10 @@
 
 namespace dynmesh {
 
-/// The positions X of a frame minimise |K X - Q (m_prev + b (m_first - m_prev))|^2, anchors fixed.
-/// K, of frame 0, sees detail; m_first and m_prev, in the axes of frame 0, are the detail of frame
-/// 0 and of the last frame; Q turns them into this frame; b is what the anchors say.
+/// The positions X of a frame minimise |K X - Q (m_prev + b (m_first - m_prev) + c u)|^2, anchors
+/// fixed. K, of frame 0, sees detail; m_first and m_prev, in the axes of frame 0, are the detail of
+/// frame 0 and of the last frame, and u how it has been changing; Q turns them into this frame; b
+/// and c are what the anchors say.
 ///
 /// With noise, anchors are not fixed but drawn to where they were observed, by lambda times their
 /// squared distance; lambda weighs the errors of the shape, as they were found in frames before,
@@ -50,20 +51,30 @@ class Detail final : public Estimator<Real> {
   [[nodiscard]] StageReport stages() const override { return report_; }
 
  private:
-  /// One or two Vector3 for each vertex.
+  /// One or three Vector3 for each vertex.
   using Field = std::vector<Vector3<double>>;
 
+  // lambda, times the squared mean edge of frame 0.
+  static constexpr double least_weight = 1e-3;
+  static constexpr double largest_weight = 1e3;
+
+  static constexpr Index stretch = 256;  // vertices that a thread takes at a time
+
+  [[nodiscard]] Index n_vertices() const { return static_cast<Index>(x_.size()); }
   void take(Frame frame);
   void apply_operator(const Field& x, int fields, Field& products);
-  void solve(int fields);
+  void solve(int fields, Field& steps);
   void take_anchors(Frame previous, std::span<const Vector3<Real>> points,
                     const Generations& generations);
   void move_smoothly();
-  void turn_memory();
-  void solve_for_blend();
-  void solve_with_local_blend();
+  void take_step();
+  void fit_rotations();
+  void solve_for(std::span<const double> blend, double change);
+  Blend solve_for_blend();
+  void find_residuals(std::size_t v, const auto& visit) const;
   void weigh_anchors();
   void take_memory();
+  void learn_change();
 
   std::vector<Triangle> faces_;
   const Topology& topology_;
@@ -78,19 +89,23 @@ class Detail final : public Estimator<Real> {
   std::vector<double> counts_;            // (k,) 1 in components that hold an anchor, else 0
 
   Field first_memory_;  // m_first
-  Field memory_;        // m_prev and m_first - m_prev
-  Field turned_;        // Q times both
+  Field memory_;        // m_prev, m_first - m_prev and u
+  Field last_memory_;   // m_prev before the last frame
+  Field turned_;        // Q times all three
   Field observed_;      // the anchors as they were given
   Field x_;             // X
   Field kx_;            // K X
-  Field residual_;      // M^-1/2 times what K^T is multiplied with, one or two fields
-  Field solution_;      // one or two fields for each row solved, in the order of elimination
-  Field step_;          // the same for each vertex, 0 where it is fixed
-  Field k_step_;        // K times it
+  Field target_;        // what K X is to be
+  Field residual_;      // M^-1/2 times what K^T is multiplied with, one or three fields
+  Field solution_;      // one or three fields for each row solved, in the order of elimination
+  Field step_;          // one field for each vertex, that of the last solve where it was solved for
+  Field steps_;         // three, 0 where a vertex is fixed
+  Field k_step_;        // K times one of them
   std::vector<BlendFit> blend_fits_;
   std::vector<double> anchor_weights_;  // (k,) lambda at noisy anchors, else 0
   std::optional<double> noise_;
-  double weight_ = 0;  // lambda, in the unit of K
+  double mean_edge_ = 0;  // of frame 0
+  double weight_ = 0;     // lambda, in the unit of K
   StageReport report_;
 };
 

@@ -19,6 +19,16 @@ bool is_finite(const Vector3<Real>& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
+template <class Real>
+Vector3<double> in_double(const Vector3<Real>& v) {
+  return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)};
+}
+
+template <class Real>
+Real dot(const Vector3<Real>& a, const Vector3<Real>& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
 /// h: the mean edge length of `frame`, 1 where that is zero or there is no edge.
 template <class Real>
 Real mean_edge_length(const Cells& cells, std::span<const Vector3<Real>> frame) {

@@ -204,11 +204,17 @@ void MaskedFactor::subtract_descendants(Index p) {
     const double* a = &factor_[descendant.data + at(c + begin) * at(c)];
     kernels_.multiply(a, m, a, n, c, products_.data(), work_.data());
     const Index stride = (n + 3) / 4 * 4;
+    const bool in_a_row = rows[n - 1] - rows[0] == n - 1;
     for (Index i = 0; i < m; ++i) {
       double* row = data + at(local_[at(rows[i])]) * at(panel.columns);
       const double* product = &products_[at(i * stride)];
       const Index columns = std::min(n, i + 1);
-      for (Index j = 0; j < columns; ++j) row[rows[j] - panel.first] -= product[j];
+      if (in_a_row) {
+        double* target = row + (rows[0] - panel.first);
+        for (Index j = 0; j < columns; ++j) target[j] -= product[j];
+      } else {
+        for (Index j = 0; j < columns; ++j) row[rows[j] - panel.first] -= product[j];
+      }
     }
     reached_[at(d)] = begin + n;
     queue(d, begin + n);

@@ -28,7 +28,7 @@ class MaskedFactor {
   /// The rows and columns that are factored, in the order of elimination.
   [[nodiscard]] std::span<const Index> order() const { return order_; }
 
-  /// Replaces right-hand sides, one or two `fields` for each row of `order()`, by the solutions.
+  /// Replaces right-hand sides, one or three `fields` for each row of `order()`, by the solutions.
   /// Directions in which the submatrix is singular in double precision stay out of them.
   void solve(std::span<Vector3<double>> values, int fields) const;
 

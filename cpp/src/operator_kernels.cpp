@@ -48,13 +48,13 @@ void apply_transposed_fields(const OperatorData& k, const Vector3<double>* y, co
 void apply(const OperatorData& k, const Vector3<double>* x, int fields, Vector3<double>* products,
            Index first, Index last) {
   fields == 1 ? apply_fields<1>(k, x, products, first, last)
-              : apply_fields<2>(k, x, products, first, last);
+              : apply_fields<3>(k, x, products, first, last);
 }
 
 void apply_transposed(const OperatorData& k, const Vector3<double>* y, int fields,
                       const Index* rows, Vector3<double>* products, Index first, Index last) {
   fields == 1 ? apply_transposed_fields<1>(k, y, rows, products, first, last)
-              : apply_transposed_fields<2>(k, y, rows, products, first, last);
+              : apply_transposed_fields<3>(k, y, rows, products, first, last);
 }
 
 /// The columns of a rotation matrix.
@@ -70,13 +70,13 @@ struct Matrix {
           Quad{xz + wy, yz - wx, 1 - xx - yy, 0}};
 }
 
-void turn(const Quaternion* rotations, const Vector3<double>* pairs, Vector3<double>* turned,
+void turn(const Quaternion* rotations, const Vector3<double>* triples, Vector3<double>* turned,
           Index first, Index last) {
   for (Index i = first; i < last; ++i) {
     const Matrix q = matrix_of(rotations[i]);
-    for (int f = 0; f < 2; ++f) {
-      const std::ptrdiff_t row = 2 * static_cast<std::ptrdiff_t>(i) + f;
-      const Vector3<double>& v = pairs[row];
+    for (int f = 0; f < 3; ++f) {
+      const std::ptrdiff_t row = 3 * static_cast<std::ptrdiff_t>(i) + f;
+      const Vector3<double>& v = triples[row];
       quad(turned + row) = v.x * q.x + v.y * q.y + v.z * q.z;
     }
   }

@@ -1,8 +1,8 @@
 /// The inner loops of products with K and with rotations, as fast as the processor allows; see
 /// dense_kernels.hpp.
 ///
-/// Fields are rows of one or two Vector3 for each vertex: side by side, both cost hardly more than
-/// one, as the matrix is read once.
+/// Fields are rows of one or three Vector3 for each vertex: side by side, three cost much less
+/// than three times one, as the matrix is read once.
 #pragma once
 
 #include <dynmesh/types.hpp>
@@ -30,8 +30,8 @@ struct OperatorKernels {
   void (*apply_transposed)(const OperatorData& k, const Vector3<double>* y, int fields,
                            const Index* rows, Vector3<double>* products, Index first, Index last);
 
-  /// Rotates rows `first` to `last` - 1 of two fields each.
-  void (*turn)(const Quaternion* rotations, const Vector3<double>* pairs, Vector3<double>* turned,
+  /// Rotates rows `first` to `last` - 1 of three fields each.
+  void (*turn)(const Quaternion* rotations, const Vector3<double>* triples, Vector3<double>* turned,
                Index first, Index last);
   /// Rotates them back, one field each.
   void (*turn_back)(const Quaternion* rotations, const Vector3<double>* field,

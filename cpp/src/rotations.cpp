@@ -7,7 +7,7 @@
 namespace dynmesh {
 namespace {
 
-constexpr Index stretch = 512;  // vertices that a thread takes at a time
+constexpr Index stretch = 256;  // vertices that a thread takes at a time
 
 }  // namespace
 
@@ -35,12 +35,10 @@ void Rotations::fit(std::span<const Vector3<double>> frame) {
   const auto k = static_cast<Index>(cells_.size());
   const RotationData data = {cells_.offsets.data(), cells_.neighbours.data(), rest_edges_.data(),
                              frame.data(),          covariances_.data(),      quaternions_.data()};
-  const auto for_each_stretch = [&](auto kernel) {
-    workers_.for_each((k + stretch - 1) / stretch,
-                      [&](Index s) { kernel(data, s * stretch, std::min(k, (s + 1) * stretch)); });
-  };
-  for_each_stretch(kernels_.measure);
-  for_each_stretch(kernels_.turn);
+  for (const auto kernel : {kernels_.measure, kernels_.turn}) {
+    workers_.for_each_stretch(k, stretch,
+                              [&](Index first, Index last) { kernel(data, first, last); });
+  }
 }
 
 }  // namespace dynmesh

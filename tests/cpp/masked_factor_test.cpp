@@ -74,7 +74,7 @@ std::vector<Vector3<double>> expected_solution(const Matrix& matrix,
   return values;
 }
 
-/// Solves for `fields` = 1 or 2 frames at once; values outside the mask stay.
+/// Solves for 1 or 3 frames at once; values outside the mask stay.
 void solve(const MaskedFactor& factor, std::vector<std::vector<Vector3<double>>*> frames) {
   const auto order = factor.order();
   std::vector<Vector3<double>> values;
@@ -110,13 +110,16 @@ TEST_CASE("a masked factor solves as Eigen does, whatever the mask and the proce
         auto one = random_vectors(mask.size(), ++seed);
         auto two = random_vectors(mask.size(), ++seed);
         const auto expected_one = expected_solution(matrix, mask, one);
+        auto three = random_vectors(mask.size(), ++seed);
         const auto expected_two = expected_solution(matrix, mask, two);
+        const auto expected_three = expected_solution(matrix, mask, three);
         auto alone = one;
         solve(factor, {&alone});
-        solve(factor, {&one, &two});
+        solve(factor, {&one, &two, &three});
         CHECK(largest_difference(alone, expected_one) < 1e-6);
         CHECK(largest_difference(one, expected_one) < 1e-6);
         CHECK(largest_difference(two, expected_two) < 1e-6);
+        CHECK(largest_difference(three, expected_three) < 1e-6);
         CHECK(!factor.factorize(mask));
         auto again = alone = random_vectors(mask.size(), ++seed);
         solve(factor, {&again});

@@ -205,8 +205,10 @@ class Detail:
         self.q = np.tile(np.eye(3), (self.k, 1, 1))
         self.first_memory = self.operator @ first_frame
         self.memory = self.first_memory
+        self.change = np.zeros_like(self.memory)
         self.previous = first_frame
         self.blend = 0.0
+        self.continued = 0.0  # c
 
     def _operator(self, faces: NDArray[np.int64], frame: Array) -> Any:
         lengths = {}
@@ -261,7 +263,11 @@ class Detail:
         elif seen.any():
             x = np.where(known[:, None], points, x)
         self._fit(x)
+        last = self.memory
         self.memory = np.einsum("nji,nj->ni", self.q, self.operator @ x)
+        change = self.memory - last
+        is_jump = np.linalg.norm(change, axis=1) >= self.h
+        self.change = np.where(is_jump[:, None], 0, 0.7 * self.change + 0.3 * change)
         self.previous = x
         return x
 
@@ -280,30 +286,50 @@ class Detail:
         x[solved] = np.linalg.solve(columns.T @ columns + weight, right_side)
         return x
 
+    @staticmethod
+    def _blends(r0: Array, r1: Array, r2: Array) -> tuple[float, float]:
+        """B, and the c that explains enough of what b leaves."""
+
+        def share(of: Array, over: Array) -> float:
+            square = 1.001 * (over * over).sum()
+            return float((of * over).sum() / square) if square > 0 else 0.0
+
+        h = -(r0 * r2).sum() + share(r2, r1) * (r0 * r1).sum()
+        q = 1.05 * (r2 * r2).sum() - share(r2, r1) * (r1 * r2).sum()
+        left = (r0 * r0).sum() - share(r0, r1) * (r0 * r1).sum()
+        change = 0.0
+        if q > 0 and left > 0:
+            belief = np.clip(h * h / (q * left) / 0.1 - 1, 0, 1)
+            change = float(belief * np.clip(h / q, 0, 1))
+        return -share(r0 + change * r2, r1), change
+
     def _solve(self, points: Array, known: NDArray[np.bool_], seen: NDArray[np.bool_]) -> Array:
         still = np.zeros_like(self.previous)
         soft = np.sqrt(self.weight) * known[:, None] * (self.noise is not None)
         anchors = np.where(known[:, None], points, 0.0)
 
         x = self._closest(self.operator @ self.previous, anchors, known, seen)
-        for _ in range(3):
-            self._fit(x)
-            turned = self._turn(self.memory)
-            change = self._turn(self.first_memory - self.memory)
-            x0 = self._closest(turned, anchors, known, seen)
-            x1 = self._closest(change, still, known, seen) - np.where(
-                seen[:, None], 0.0, self.previous
+        self._fit(x)
+        rows = seen[:, None]
+        fixed = np.where(rows, 0.0, self.previous)
+        detail = [self.memory, self.first_memory - self.memory, self.change]
+        targets = [self._turn(memory) for memory in detail]
+        x0 = self._closest(targets[0], anchors, known, seen)
+        x1, x2 = (self._closest(target, still, known, seen) - fixed for target in targets[1:])
+        r0, r1, r2 = (
+            np.hstack([(self.operator @ step - target) * rows, soft * (step - goal)])
+            for step, target, goal in zip(
+                [x0, x1, x2], targets, [anchors, still, still], strict=True
             )
-            rows = seen[:, None]
-            r0 = np.hstack([(self.operator @ x0 - turned) * rows, soft * (x0 - anchors)])
-            r1 = np.hstack([(self.operator @ x1 - change) * rows, soft * x1])
-            square = (r1 * r1).sum()
-            rounding = 1e-18 * ((change * rows) ** 2).sum()  # of r1 = 0
-            self.blend = -(r1 * r0).sum() / (1.001 * square) if square > rounding else 0.0
-            x = x0 + self.blend * x1
+        )
+        for r, target in ((r1, targets[1]), (r2, targets[2])):
+            if (r * r).sum() <= 1e-18 * ((target * rows) ** 2).sum():  # rounding errors of 0
+                r[:] = 0
+        self.blend, self.continued = b, change = self._blends(r0, r1, r2)
+        x = x0 + b * x1 + change * x2
 
         i, j = self.edges
-        fit = np.stack([-(r1 * r0).sum(axis=1), (r1 * r1).sum(axis=1)], axis=1)
+        fit = np.stack([-(r1 * (r0 + change * r2)).sum(axis=1), (r1 * r1).sum(axis=1)], axis=1)
         eta = 0.3 * fit[:, 1].mean()
         for _ in range(10):
             valence = np.maximum(np.bincount(i, minlength=self.k), 1)
@@ -311,8 +337,11 @@ class Detail:
         blend = np.full(self.k, self.blend)
         if eta > 0:
             blend = (fit[:, 0] + eta * self.blend) / (fit[:, 1] + eta)
-        target = turned + np.clip(blend, -0.5, 1.5)[:, None] * change
-        x = self._closest(target, anchors, known, seen)
+        blend = np.clip(blend, -0.5, 1.5)[:, None]
+        for _ in range(2):
+            self._fit(x)
+            target = self._turn(detail[0] + blend * detail[1] + change * detail[2])
+            x = self._closest(target, anchors, known, seen)
         if self.noise is not None:
             energy = (((self.operator @ x - target) * rows) ** 2).sum()
             energy += ((soft * (x - anchors)) ** 2).sum()

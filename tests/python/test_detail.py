@@ -73,6 +73,23 @@ def test_frames_equal_the_transcription(
         assert completer.report.blend == pytest.approx(expected.blend, abs=1e-6)
 
 
+@pytest.mark.parametrize("noise", [None, 0.02])
+def test_a_change_under_way_goes_on(noise: float | None, rng: np.random.Generator) -> None:
+    mesh = meshes.sheet(12)
+    completer = dynmesh.Completer(mesh.faces, mesh.vertices, method="detail", noise=noise)
+    expected = reference.Detail(mesh.faces, mesh.vertices, noise)
+    for n in range(1, 16):
+        x, y, _ = mesh.vertices.T  # waves that run on, so that the shape of frame 0 is of no help
+        height = np.sin(0.8 * x + 0.1 * n) * np.cos(0.6 * y - 0.07 * n)
+        points = mesh.vertices + 0.3 * height[:, None] * [0, 0, 1]
+        known = rng.random(len(points)) < 0.5
+        completed = completer.push(points, known)
+        np.testing.assert_allclose(
+            completed, expected.complete(points, known), rtol=0, atol=1e-6 * expected.h
+        )
+    assert expected.continued > 0.5
+
+
 @pytest.mark.parametrize(
     ("name", "n_frames", "share", "most"),
     [
@@ -82,7 +99,8 @@ def test_frames_equal_the_transcription(
         ("flag_sim_50x50", 150, 0.3, 0.85),
         ("ict_face_arkit", 60, 0.3, 0.37),
         ("ea_bone", 200, 0.3, 0.20),
-        ("ocean_sim_50x50", 100, 0.3, 0.90),
+        ("ocean_sim_50x50", 100, 0.3, 0.80),
+        ("ocean_sim_50x50", 100, 0.5, 0.55),
     ],
 )
 def test_recorded_sequences_keep_their_shape(

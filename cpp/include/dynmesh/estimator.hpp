@@ -24,7 +24,7 @@ class Estimator {
  public:
   using Frame = std::span<const Vector3<Real>>;
   struct Memory {
-    std::vector<std::array<double, 4>> rows;  ///< one for each vertex, or none
+    std::vector<std::array<double, 7>> rows;  ///< one for each vertex, or none
     double anchor_weight = 0;
   };
 
