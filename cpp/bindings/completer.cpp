@@ -293,8 +293,11 @@ void bind_completer(py::module_& module) {
       .def_property_readonly("solve_seconds",
                              [](const FrameReport& r) { return r.stages.solve_seconds; })
       .def("__repr__", [](const FrameReport& report) {
-        return py::str("FrameReport(known={}, filled={}, unseen={}, iterations={}, seconds={:.6f})")
-            .format(report.known, report.filled, report.unseen, report.iterations, report.seconds);
+        return py::str(
+                   "FrameReport(known={}, filled={}, unseen={}, rejected={}, iterations={}, "
+                   "seconds={:.6f})")
+            .format(report.known, report.filled, report.unseen, report.rejected, report.iterations,
+                    report.seconds);
       });
 
   py::class_<AnyCompleter>(module, "Completer", completer_doc)

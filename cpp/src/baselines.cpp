@@ -44,11 +44,11 @@ std::vector<Vector3<double>> whole_frame(const char* argument, Points<const doub
   check_rows(argument, points.data, points.count, k);
   std::vector<Vector3<double>> frame(k);
   for (std::size_t v = 0; v < k; ++v) {
-    frame[v] = {points(v, 0), points(v, 1), points(v, 2)};
+    frame[v] = row(points, v);
     if (!is_finite(frame[v])) {
       throw std::invalid_argument(std::string(argument) + ": vertex " + std::to_string(v) +
                                   " is at " + to_text(frame[v]) +
-                                  ", but this frame must be whole and finite");
+                                  ", but this frame must be complete and finite");
     }
   }
   return frame;
@@ -79,7 +79,7 @@ struct Given {
     for (std::size_t v = 0; v < k; ++v) {
       known[v] = mask[v] ? 1 : 0;
       if (known[v] == 0) continue;
-      const Vector3<double> position = {points(v, 0), points(v, 1), points(v, 2)};
+      const Vector3<double> position = row(points, v);
       if (!is_finite(position)) {
         throw std::invalid_argument("points: row " + std::to_string(v) + " is at " +
                                     to_text(position) + ", but known positions must be finite");

@@ -19,10 +19,13 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 #include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
+
+#include "arguments.hpp"
 
 static_assert(std::is_same_v<dynmesh::Index, std::int32_t>);
 
@@ -57,8 +60,10 @@ dynmesh_status guarded(const Call& call) noexcept {
     return fail(DYNMESH_OUT_OF_MEMORY, "out of memory");
   } catch (const InUse& error) {
     return fail(DYNMESH_IN_USE, error.what());
-  } catch (const std::runtime_error& error) {  // read_template throws it, and nothing else
+  } catch (const UnreadableFile& error) {
     return fail(DYNMESH_UNREADABLE_FILE, error.what());
+  } catch (const std::system_error& error) {  // of threads
+    return fail(DYNMESH_OUT_OF_MEMORY, error.what());
   } catch (const std::exception& error) {
     return fail(DYNMESH_INTERNAL_ERROR, error.what());
   } catch (...) {
@@ -71,7 +76,7 @@ dynmesh_status guarded(const Call& call) noexcept {
 }
 
 void check_pointer(const char* argument, const void* pointer) {
-  if (pointer == nullptr) refuse(argument, "is a null pointer");
+  dynmesh::check_pointer(argument, pointer, 1);
 }
 
 /// Calls `call` with the Completer<float> or Completer<double> in `handle`, for what never changes.
@@ -153,9 +158,9 @@ Settings settings_of(const dynmesh_settings& given) {
 }
 
 dynmesh_frame_report to_c(const FrameReport& report) {
-  return {static_cast<std::int64_t>(report.known), static_cast<std::int64_t>(report.filled),
-          static_cast<std::int64_t>(report.unseen), static_cast<std::int64_t>(report.iterations),
-          report.seconds};
+  return {static_cast<std::int64_t>(report.known),      static_cast<std::int64_t>(report.filled),
+          static_cast<std::int64_t>(report.unseen),     static_cast<std::int64_t>(report.rejected),
+          static_cast<std::int64_t>(report.iterations), report.seconds};
 }
 
 void store(const FrameReport& report, dynmesh_frame_report* where) {

@@ -11,16 +11,10 @@
 #include <vector>
 
 #include "arguments.hpp"
-#include "exchange.hpp"
 #include "geometry.hpp"
 #include "overlap.hpp"
 
 namespace dynmesh {
-
-template <class Real>
-Vector3<Real> row(const Points<const Real>& points, std::size_t i) {
-  return {points(i, 0), points(i, 1), points(i, 2)};
-}
 
 /// `place`: which row or vertex of the argument is at `v`.
 template <class Real>

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "exchange.hpp"
+#include "geometry.hpp"
 #include "numbering.hpp"
 #include "workers.hpp"
 
@@ -127,6 +128,7 @@ template <class Value>
 void check_setting(const char* name, const Value& found, const Value& expected) {
   if (found == expected) return;
   std::ostringstream why;
+  why.precision(9);
   why << "of a completer with other settings: " << name << " is " << found << ", not " << expected;
   refuse(why.str());
 }
@@ -249,7 +251,10 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   report_ = report;
 }
 
-template class Completer<float>;
-template class Completer<double>;
+// The members that stand here; all others are made in completer.cpp.
+template std::vector<std::byte> Completer<float>::state() const;
+template std::vector<std::byte> Completer<double>::state() const;
+template void Completer<float>::restore(std::span<const std::byte>);
+template void Completer<double>::restore(std::span<const std::byte>);
 
 }  // namespace dynmesh

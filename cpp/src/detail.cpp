@@ -13,9 +13,6 @@ namespace {
 /// Rounds of turning and solving: the first finds the blend.
 constexpr Index rounds = 3;
 
-/// lambda, times the squared mean edge of frame 0.
-constexpr double first_weight = 10;
-
 OperatorData data_of(const DetailOperator& k) {
   return {k.offsets.data(), k.columns.data(), k.values.data(), k.scale.data()};
 }
@@ -48,8 +45,9 @@ Detail<Real>::Detail(std::vector<Triangle> faces, const Topology& topology,
 
 template <class Real>
 void Detail<Real>::reset(Frame first_frame) {
-  operator_ = build_detail_operator<Real>(faces_, topology_.cells, first_frame);
-  factor_ = std::make_unique<MaskedFactor>(normal_matrix(operator_));
+  auto k = build_detail_operator<Real>(faces_, topology_.cells, first_frame);
+  factor_ = std::make_unique<MaskedFactor>(normal_matrix(k));  // may run out of memory: first
+  operator_ = std::move(k);
   take(first_frame);
   mean_edge_ = static_cast<double>(mean_edge_length(topology_.cells, first_frame));
   rotations_.reset(x_, mean_edge_);
@@ -72,7 +70,7 @@ void Detail<Real>::take(Frame frame) {
 template <class Real>
 void Detail<Real>::apply_operator(const Field& x, int fields, Field& products) {
   const OperatorData k = data_of(operator_);
-  workers_.for_each_stretch(n_vertices(), stretch, [&](Index first, Index last) {
+  workers_.for_each_stretch(n_vertices(), short_stretch, [&](Index first, Index last) {
     kernels_.apply(k, x.data(), fields, products.data(), first, last);
   });
 }
@@ -83,14 +81,17 @@ template <class Real>
 void Detail<Real>::solve(int fields, Field& steps) {
   const auto rows = factor_->order();
   const OperatorData k = data_of(operator_);
-  workers_.for_each_stretch(static_cast<Index>(rows.size()), stretch, [&](Index first, Index last) {
-    kernels_.apply_transposed(k, residual_.data(), fields, rows.data(), solution_.data(), first,
-                              last);
-  });
+  workers_.for_each_stretch(static_cast<Index>(rows.size()), short_stretch,
+                            [&](Index first, Index last) {
+                              kernels_.apply_transposed(k, residual_.data(), fields, rows.data(),
+                                                        solution_.data(), first, last);
+                            });
   const auto width = static_cast<std::size_t>(fields);
-  for (std::size_t r = 0; noise_ && r < rows.size(); ++r) {
-    const auto v = static_cast<std::size_t>(rows[r]);
-    solution_[width * r] = solution_[width * r] + anchor_weights_[v] * (observed_[v] - x_[v]);
+  if (noise_) {
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+      const auto v = static_cast<std::size_t>(rows[r]);
+      solution_[width * r] = solution_[width * r] + anchor_weights_[v] * (observed_[v] - x_[v]);
+    }
   }
   factor_->solve(solution_, fields);
   for (std::size_t r = 0; r < rows.size(); ++r) {
@@ -177,7 +178,7 @@ template <class Real>
 void Detail<Real>::fit_rotations() {
   const Stopwatch stopwatch(report_.rotation_seconds);
   rotations_.fit(x_);
-  workers_.for_each_stretch(n_vertices(), stretch, [&](Index first, Index last) {
+  workers_.for_each_stretch(n_vertices(), short_stretch, [&](Index first, Index last) {
     kernels_.turn(rotations_.quaternions().data(), memory_.data(), turned_.data(), first, last);
   });
 }

@@ -55,10 +55,9 @@ class Detail final : public Estimator<Real> {
   using Field = std::vector<Vector3<double>>;
 
   // lambda, times the squared mean edge of frame 0.
+  static constexpr double first_weight = 10;
   static constexpr double least_weight = 1e-3;
   static constexpr double largest_weight = 1e3;
-
-  static constexpr Index stretch = 256;  // vertices that a thread takes at a time
 
   [[nodiscard]] Index n_vertices() const { return static_cast<Index>(x_.size()); }
   void take(Frame frame);

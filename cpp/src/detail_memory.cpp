@@ -2,7 +2,6 @@
 #include <cmath>
 
 #include "detail.hpp"
-#include "exchange.hpp"
 #include "geometry.hpp"
 #include "stopwatch.hpp"
 
@@ -41,7 +40,7 @@ void Detail<Real>::learn_change() {
 template <class Real>
 void Detail<Real>::take_memory() {
   apply_operator(x_, 1, kx_);
-  workers_.for_each_stretch(n_vertices(), stretch, [&](Index first, Index last) {
+  workers_.for_each_stretch(n_vertices(), short_stretch, [&](Index first, Index last) {
     kernels_.turn_back(rotations_.quaternions().data(), kx_.data(), turned_.data(), first, last);
   });
   for (std::size_t v = 0; v < x_.size(); ++v) {
@@ -86,7 +85,16 @@ void Detail<Real>::recall(const Memory& memory, Frame completed) {
   }
 }
 
-template class Detail<float>;
-template class Detail<double>;
+// The members that stand here; all others are made in detail.cpp.
+#define DYNMESH_INSTANTIATE(Real)                                            \
+  template void Detail<Real>::remember(Estimator<Real>::Frame);              \
+  template void Detail<Real>::learn_change();                                \
+  template void Detail<Real>::take_memory();                                 \
+  template Estimator<Real>::Memory Detail<Real>::memory() const;             \
+  template bool Detail<Real>::accepts(const Estimator<Real>::Memory&) const; \
+  template void Detail<Real>::recall(const Estimator<Real>::Memory&, Estimator<Real>::Frame);
+DYNMESH_INSTANTIATE(float)
+DYNMESH_INSTANTIATE(double)
+#undef DYNMESH_INSTANTIATE
 
 }  // namespace dynmesh

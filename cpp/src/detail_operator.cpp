@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdint>
 #include <numeric>
+#include <stdexcept>
+#include <string>
 
 #include "geometry.hpp"
 
@@ -45,6 +47,26 @@ void assemble(std::vector<Entry>& entries, DetailOperator& target) {
   std::partial_sum(target.offsets.begin(), target.offsets.end(), target.offsets.begin());
 }
 
+/// All neighbours of a vertex are tied to one another in the normal matrix, which takes memory by
+/// the square of their number: out of all proportion to the mesh where one vertex has very many.
+void check_size(const DetailOperator& k) {
+  const double most = std::min(2'147'483'647.0, 6e7 + 1e3 * static_cast<double>(k.size()));
+  double entries = 0;
+  Index widest = 0;
+  const auto width = [&](Index v) {
+    const auto i = static_cast<std::size_t>(v);
+    return k.offsets[i + 1] - k.offsets[i];
+  };
+  for (Index v = 0; v < static_cast<Index>(k.size()); ++v) {
+    entries += static_cast<double>(width(v)) * width(v);
+    if (width(v) > width(widest)) widest = v;
+  }
+  if (entries <= most) return;
+  throw std::invalid_argument("faces: vertex " + std::to_string(widest) + " has " +
+                              std::to_string(width(widest) - 1) +
+                              " neighbours, too many for method detail");
+}
+
 }  // namespace
 
 template <class Real>
@@ -77,6 +99,7 @@ DetailOperator build_detail_operator(std::span<const Triangle> faces, const Cell
 }
 
 SymmetricMatrix normal_matrix(const DetailOperator& k) {
+  check_size(k);
   SymmetricMatrix normal;
   normal.offsets.push_back(0);
   std::vector<double> sums(k.size(), 0);

@@ -7,8 +7,6 @@
 namespace dynmesh {
 namespace {
 
-constexpr Index stretch = 1024;  // vertices that a thread takes at a time
-
 template <class Real>
 bool is_packed(const Points<Real>& rows) {
   return rows.row_stride == 3 && rows.column_stride == 1;
@@ -35,9 +33,9 @@ bool Exchange<Real>::read(Points<const Real> rows, KnownMask known, std::span<Ve
     } else {
       for (auto place = static_cast<std::size_t>(first); place < static_cast<std::size_t>(last);
            ++place) {
-        const std::size_t row = numbering_.vertex(place);
-        const Vector3<Real> point = {rows(row, 0), rows(row, 1), rows(row, 2)};
-        const bool observed = known.data == nullptr ? is_finite(point) : known[row];
+        const std::size_t i = numbering_.vertex(place);
+        const Vector3<Real> point = row(rows, i);
+        const bool observed = known.data == nullptr ? is_finite(point) : known[i];
         is_known[place] = observed ? 1 : 0;
         points[place] = point;
         good = good && (!observed || is_in_range(point));

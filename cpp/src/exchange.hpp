@@ -10,19 +10,6 @@
 
 namespace dynmesh {
 
-/// Larger coordinates are refused: times the largest weights of eq. (4) they would run out of Real,
-/// and a position that is not finite would spread over the mesh and stay.
-template <class Real>
-constexpr Real largest_coordinate = sizeof(Real) == 4 ? Real(1e18) : Real(1e200);
-
-template <class Real>
-bool is_in_range(const Vector3<Real>& v) {
-  const auto small = [](Real x) {
-    return x <= largest_coordinate<Real> && -x <= largest_coordinate<Real>;
-  };
-  return small(v.x) && small(v.y) && small(v.z);
-}
-
 /// Puts vertices in their places and back. Allocates nothing. Packed rows take the fast way.
 template <class Real>
 class Exchange {

@@ -19,6 +19,24 @@ bool is_finite(const Vector3<Real>& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
+/// Larger coordinates are refused: times the largest weights of eq. (4) they would run out of Real,
+/// and a position that is not finite would spread over the mesh and stay.
+template <class Real>
+constexpr Real largest_coordinate = sizeof(Real) == 4 ? Real(1e18) : Real(1e200);
+
+template <class Real>
+bool is_in_range(const Vector3<Real>& v) {
+  const auto small = [](Real x) {
+    return x <= largest_coordinate<Real> && -x <= largest_coordinate<Real>;
+  };
+  return small(v.x) && small(v.y) && small(v.z);
+}
+
+template <class Real>
+Vector3<Real> row(const Points<const Real>& points, std::size_t i) {
+  return {points(i, 0), points(i, 1), points(i, 2)};
+}
+
 template <class Real>
 Vector3<double> in_double(const Vector3<Real>& v) {
   return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)};

@@ -86,8 +86,9 @@ bool MaskedFactor::factorize(std::span<const std::uint8_t> mask, std::span<const
   if (is_same_mask && std::ranges::equal(added, added_)) return false;
   added_.assign(added.begin(), added.end());
   if (!is_same_mask) {
-    mask_.assign(mask.begin(), mask.end());
+    mask_.clear();  // so that a factor for which memory did not suffice is nobody's
     thin_out(mask);
+    mask_.assign(mask.begin(), mask.end());
   }
   std::fill_n(head_.begin(), panels_.size(), none);
   for (Index p = 0; p < static_cast<Index>(panels_.size()); ++p) {

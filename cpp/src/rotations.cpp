@@ -5,12 +5,6 @@
 #include "geometry.hpp"
 
 namespace dynmesh {
-namespace {
-
-constexpr Index stretch = 256;  // vertices that a thread takes at a time
-
-}  // namespace
-
 Rotations::Rotations(const Cells& cells, Workers& workers, const RotationKernels& kernels)
     : cells_(cells),
       workers_(workers),
@@ -36,7 +30,7 @@ void Rotations::fit(std::span<const Vector3<double>> frame) {
   const RotationData data = {cells_.offsets.data(), cells_.neighbours.data(), rest_edges_.data(),
                              frame.data(),          covariances_.data(),      quaternions_.data()};
   for (const auto kernel : {kernels_.measure, kernels_.turn}) {
-    workers_.for_each_stretch(k, stretch,
+    workers_.for_each_stretch(k, short_stretch,
                               [&](Index first, Index last) { kernel(data, first, last); });
   }
 }

@@ -52,7 +52,7 @@ bool take(const PackedRows<const Real>& rows, const std::uint8_t* observed, Real
   const Real* data = rows.data;
   const Index* row_of = rows.row_of;
   Bits<Real> beyond{};
-  if (row_of == nullptr && observed != nullptr) {
+  if (row_of == nullptr && observed != nullptr) {  // the usual case, without a branch in its loop
     for (Index v = first; v < last; ++v) known[v] = observed[v] != 0 ? 1 : 0;
     const auto place = [&](Index v, Quad<Real> point) {
       quad_of(points, v) = point;

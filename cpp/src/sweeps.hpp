@@ -22,10 +22,6 @@ namespace dynmesh {
 /// How many neighbours the fast path takes.
 constexpr int places = 8;
 
-/// Vertices that are worked on together: their part of every array stays in the fastest cache, and
-/// threads take turns with them.
-constexpr Index stretch = 1024;
-
 /// The arrays of a mesh and its frame; a quad is four Reals, aligned as such.
 template <class Real>
 struct SweepData {

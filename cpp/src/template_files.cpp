@@ -4,8 +4,8 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <dynmesh/template_mesh.hpp>
 #include <limits>
-#include <stdexcept>
 #include <system_error>
 
 namespace dynmesh {
@@ -69,7 +69,7 @@ void append_triangles(PlainMesh& mesh, std::string_view begin, std::span<const C
   });
 }
 
-/// The first words of `line` that are no numbers: "OFF" and its kin, or none.
+/// Whether `word` is OFF or its kin, as COFF and STOFF are.
 bool begins_off(std::string_view word) {
   if (!word.ends_with("OFF")) return false;
   word.remove_suffix(3);
@@ -79,7 +79,7 @@ bool begins_off(std::string_view word) {
 }  // namespace
 
 void refuse_file(const std::string& path, const std::string& why) {
-  throw std::runtime_error(path + ": " + why);
+  throw UnreadableFile(path + ": " + why);
 }
 
 void refuse_line(const std::string& path, std::size_t line, const std::string& why) {

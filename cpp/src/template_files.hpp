@@ -22,7 +22,7 @@ struct PlainMesh {
   std::size_t triangles = 0;
 };
 
-/// All of them throw std::runtime_error that names the file. What they hold in memory is a small
+/// All of them throw UnreadableFile. What they hold in memory is a small
 /// multiple of the size of the file, whatever it claims.
 PlainMesh plain_obj(const std::string& path, std::istream& file);
 PlainMesh plain_off(const std::string& path, std::istream& file);

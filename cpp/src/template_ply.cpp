@@ -145,7 +145,8 @@ class Body {
     std::array<char, 4> little{};
     std::ranges::copy(bytes, little.begin());
     if (is_big_endian_) std::reverse(little.begin(), little.begin() + bytes.size());
-    const bool is_negative = kind.letter == 'i' && little[bytes.size() - 1] < 0;
+    const auto highest = static_cast<signed char>(little[bytes.size() - 1]);
+    const bool is_negative = kind.letter == 'i' && highest < 0;
     if (is_negative) refuse_file(path_, "has a negative number in a face, or for a count");
     std::uint32_t value = 0;
     std::memcpy(&value, little.data(), sizeof value);

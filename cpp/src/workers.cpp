@@ -1,5 +1,9 @@
 #include "workers.hpp"
 
+#include <cstddef>
+#include <string>
+#include <system_error>
+
 namespace dynmesh {
 namespace {
 
@@ -9,10 +13,22 @@ constexpr std::uint64_t mask = (std::uint64_t{1} << bits) - 1;
 }  // namespace
 
 Workers::Workers(Index threads) {
-  for (Index i = 1; i < threads; ++i) threads_.emplace_back([this] { serve(); });
+  try {
+    for (Index i = 1; i < threads; ++i) threads_.emplace_back([this] { serve(); });
+  } catch (const std::system_error& error) {
+    const std::size_t started = threads_.size() + 1;
+    end();
+    throw std::system_error(error.code(), "threads: only " + std::to_string(started) + " of " +
+                                              std::to_string(threads) + " can be had");
+  } catch (...) {
+    end();
+    throw;
+  }
 }
 
-Workers::~Workers() {
+Workers::~Workers() { end(); }
+
+void Workers::end() {
   ending_ = true;
   ++call_;
   call_.notify_all();

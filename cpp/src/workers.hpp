@@ -10,10 +10,16 @@
 
 namespace dynmesh {
 
+/// Vertices that a thread takes at a time: their part of every array stays in the fastest cache.
+constexpr Index stretch = 1024;
+/// The same where each takes long, so that meshes of ten thousand are shared, too.
+constexpr Index short_stretch = 256;
+
 /// The caller and `threads - 1` others, which sleep between calls and never hold it up: who comes
 /// first takes the next piece, and where nobody else comes, the caller does it all.
 class Workers {
  public:
+  /// Throws std::system_error if the system has not so many threads left.
   explicit Workers(Index threads);
   ~Workers();
   Workers(const Workers&) = delete;
@@ -50,6 +56,7 @@ class Workers {
   void run(Index count, Piece piece, void* context);
   void take_pieces();
   void serve();
+  void end();
 
   Piece piece_ = nullptr;
   void* context_ = nullptr;

@@ -63,7 +63,8 @@ template <class Report>
 auto counts(const Report& report) {
   return std::tuple(
       static_cast<std::int64_t>(report.known), static_cast<std::int64_t>(report.filled),
-      static_cast<std::int64_t>(report.unseen), static_cast<std::int64_t>(report.iterations));
+      static_cast<std::int64_t>(report.unseen), static_cast<std::int64_t>(report.rejected),
+      static_cast<std::int64_t>(report.iterations));
 }
 
 /// A completer and its twin behind the C interface, which must agree on everything.

@@ -202,5 +202,20 @@ TEST_CASE("where the anchors leave the blend open it is not left to rounding err
   }
 }
 
+TEST_CASE("a vertex with too many neighbours is refused, and by method motion taken") {
+  constexpr Index rim = 9000;
+  std::vector<double> vertices(3 * (rim + 1));
+  std::vector<Index> faces;
+  for (Index v = 1; v <= rim; ++v) {
+    vertices[3 * static_cast<std::size_t>(v)] = std::cos(v * 6.28 / rim);
+    vertices[3 * static_cast<std::size_t>(v) + 1] = std::sin(v * 6.28 / rim);
+    if (v < rim) faces.insert(faces.end(), {0, v, v + 1});
+  }
+  const Points<const double> frame(vertices.data(), rim + 1);
+  CHECK(message_of([&] { Completer<double>(faces_of(faces), frame, detail); }) ==
+        "faces: vertex 0 has 9000 neighbours, too many for method detail");
+  CHECK_NOTHROW(Completer<double>(faces_of(faces), frame));
+}
+
 }  // namespace
 }  // namespace dynmesh::testing

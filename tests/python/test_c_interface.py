@@ -57,6 +57,7 @@ class Report(ctypes.Structure):
         ("known", c_int64),
         ("filled", c_int64),
         ("unseen", c_int64),
+        ("rejected", c_int64),
         ("iterations", c_int64),
         ("seconds", c_double),
     )
@@ -120,7 +121,7 @@ class Twins:
         self.call(name, self.handle, *arguments, byref(view(completed)), byref(report))
         assert completed.tobytes() == expected.tobytes()
         theirs = self.completer.report
-        for field in ("known", "filled", "unseen", "iterations"):
+        for field in ("known", "filled", "unseen", "rejected", "iterations"):
             assert getattr(report, field) == getattr(theirs, field)
         k = len(expected)
         for field in ("generation", "age"):

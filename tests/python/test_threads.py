@@ -178,3 +178,20 @@ def test_a_fork_takes_completers_along() -> None:
     command = [sys.executable, "-W", "ignore::DeprecationWarning", "-c", FORKS]
     done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
     assert (done.stdout, done.stderr) == ("all ended\n", "")
+
+
+def test_too_many_threads_for_the_system_are_refused() -> None:
+    """In an address space with no room for the stacks of so many."""
+    script = (
+        "import resource, dynmesh, numpy as np\n"
+        "arguments = np.array([[0, 1, 2]]), np.eye(3)\n"
+        "resource.setrlimit(resource.RLIMIT_AS, (1_500_000_000,) * 2)\n"
+        "try:\n"
+        "    dynmesh.Completer(*arguments, threads=256)\n"
+        "except RuntimeError as error:\n"
+        "    print(error)\n"
+    )
+    result = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert result.returncode == 0, result.stderr
+    assert "threads: only" in result.stdout
+    assert "of 256 can be had" in result.stdout

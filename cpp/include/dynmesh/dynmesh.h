@@ -2,8 +2,9 @@
 ///
 /// Status. A function that can fail returns a dynmesh_status. Where that is not DYNMESH_OK, nothing
 /// has changed: the completer is as it was, nothing was written except as stated, and
-/// dynmesh_last_message() says what is wrong, where, and which value. No exception leaves a
-/// function, and nothing is printed.
+/// dynmesh_last_message() says what is wrong, where, and which value. After DYNMESH_OUT_OF_MEMORY
+/// alone a completer should be reset, restored or destroyed. No exception leaves a function, and
+/// nothing is printed.
 ///
 /// Arguments. Pointers must not be null unless it says so; a null one, a negative number and
 /// whatever the completer can see of bad data is refused. What it cannot see is the caller's to
@@ -16,7 +17,8 @@
 /// and dynmesh_refused_face tell what never changes and may be called at any time; dynmesh_destroy
 /// only when nobody is inside or will be. Different completers are independent.
 ///
-/// Memory. dynmesh_push, dynmesh_push_sparse and dynmesh_skip allocate nothing where they succeed.
+/// Memory. dynmesh_push, dynmesh_push_sparse and dynmesh_skip allocate nothing where they succeed,
+/// but for method detail where its factor is larger than all before.
 ///
 /// Structs lie in memory as C lays them out. Before version 1.0 every minor version may change this
 /// interface: whoever declares it in another language should compare dynmesh_version().
@@ -37,7 +39,7 @@ extern "C" {
 enum {
   DYNMESH_OK = 0,
   DYNMESH_INVALID_ARGUMENT = 1,
-  DYNMESH_OUT_OF_MEMORY = 2,
+  DYNMESH_OUT_OF_MEMORY = 2,    ///< or of threads
   DYNMESH_UNREADABLE_FILE = 3,  ///< of dynmesh_read_template alone
   DYNMESH_INTERNAL_ERROR = 4,   ///< a fault of dynmesh
   DYNMESH_IN_USE = 5            ///< another thread is inside this completer
@@ -140,6 +142,7 @@ typedef struct dynmesh_frame_report {
   int64_t known;
   int64_t filled;      ///< estimated by the method
   int64_t unseen;      ///< not tied to a known vertex: held, or moved rigidly
+  int64_t rejected;    ///< observed, but taken as unknown: see reject_outliers
   int64_t iterations;  ///< of the method
   double seconds;      ///< wall time of the call
 } dynmesh_frame_report;
@@ -156,7 +159,8 @@ DYNMESH_EXPORT dynmesh_status dynmesh_create(const int32_t* faces, int64_t n_fac
 /// Null is allowed.
 DYNMESH_EXPORT void dynmesh_destroy(dynmesh_completer* completer);
 
-/// Completes the next frame: known vertices exactly as given, everything else estimated.
+/// Completes the next frame: known vertices exactly as given unless they are noisy, everything else
+/// estimated.
 ///
 /// `points` has a row for each vertex; rows that are not known are not read. `known` may be null:
 /// then rows with a coordinate that is not finite are missing, all others known. A known position

@@ -23,8 +23,11 @@ template <class Real>
 class Estimator {
  public:
   using Frame = std::span<const Vector3<Real>>;
+  /// What a method keeps beside frames; detail alone does.
   struct Memory {
-    std::vector<std::array<double, 7>> rows;  ///< one for each vertex, or none
+    /// One for each vertex, or none: of detail the rotation, as a quaternion w x y z, and how the
+    /// shape has been changing.
+    std::vector<std::array<double, 7>> rows;
     double anchor_weight = 0;
   };
 

@@ -3,10 +3,17 @@
 
 #include <dynmesh/export.hpp>
 #include <dynmesh/types.hpp>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace dynmesh {
+
+/// A mesh file that cannot be read; the message names it, and where it is known, the line.
+class DYNMESH_EXPORT UnreadableFile : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
 
 struct TemplateMesh {
   std::vector<float> vertices;  ///< k rows x, y, z, in the order of the file
@@ -19,8 +26,7 @@ struct TemplateMesh {
 };
 
 /// Reads OBJ, PLY or OFF, by suffix, through OpenMesh's readers. No vertex or face is dropped,
-/// merged or renumbered. Throws std::runtime_error that names the file where it cannot be read, and
-/// where the readers lost vertices on the way, as they do with positions that are not numbers.
+/// merged or renumbered. Throws UnreadableFile where it cannot be read as a whole.
 DYNMESH_EXPORT TemplateMesh read_template(const std::string& path);
 
 }  // namespace dynmesh
