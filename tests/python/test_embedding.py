@@ -121,5 +121,5 @@ def test_size_of_a_state(dtype: str, share: int) -> None:
     completer = dynmesh.Completer(truth.faces, first)
     assert len(completer.state()) == 160 + share * completer.n_vertices
     detail = dynmesh.Completer(truth.faces, first, method="detail")
-    assert len(detail.state()) == 160 + (share + 32) * detail.n_vertices
+    assert len(detail.state()) == 160 + (share + 56) * detail.n_vertices
     assert f"{share} with `{'float' if share == 29 else 'double'}`" in DOCUMENT

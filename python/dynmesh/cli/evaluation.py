@@ -51,6 +51,9 @@ def reproduce(
         typer.Option(help="A sequence, or a folder of them; may be given again. [built-in ones]"),
     ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="About a minute instead of many.")] = False,
+    frames: Annotated[
+        int | None, typer.Option(min=2, help="So many of each sequence at most. [all]")
+    ] = None,
     seed: Seed = 0,
     up: Annotated[
         Axis | None, typer.Option(help="The axis that is up in pictures of DATA. [y; z if flat]")
@@ -70,6 +73,7 @@ def reproduce(
             output,
             data=data or (),
             quick=quick,
+            frames=frames,
             seed=seed,
             up=None if up is None else up.value,
             azimuth=azimuth,

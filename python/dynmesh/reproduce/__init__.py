@@ -5,6 +5,7 @@ with it is left out, and the report says so.
 """
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
 
 from .. import files, synth
@@ -28,6 +29,7 @@ def reproduce(
     *,
     data: Iterable[Path] = (),
     quick: bool = False,
+    frames: int | None = None,
     seed: int = 0,
     up: str | None = None,
     azimuth: float | None = None,
@@ -39,6 +41,7 @@ def reproduce(
         out: a folder; it is made if need be, and files in it are replaced.
         data: sequences in files, or folders of them; without any, the built-in walker and ocean.
         quick: fewer frames and shares; else everything.
+        frames: that many of each sequence at most, 2 or more; None: 30 if `quick`, else all.
         seed: of the masks.
         up: "x", "y" or "z", up in the pictures of `data`; None: z for sheets that lie flat, else y.
         azimuth: degrees around `up` that the pictures of `data` are taken from; None: 60.
@@ -48,10 +51,14 @@ def reproduce(
         The path of `report.html`.
 
     Raises:
-        ValueError, OSError: a sequence cannot be read, has missing vertices or no second frame.
+        ValueError, OSError: a sequence cannot be read, has missing vertices or no second frame;
+            `frames` is less than 2.
         ImportError: matplotlib or pyvista is missing.
     """
+    if frames is not None and frames < 2:
+        raise ValueError(f"frames: must be at least 2, not {frames}")
     plan = Plan.quick() if quick else Plan.full()
+    plan = plan if frames is None else replace(plan, frames=frames)
     subjects = _subjects(list(data), plan, up, azimuth)
     out.mkdir(parents=True, exist_ok=True)
 
@@ -96,7 +103,8 @@ def reproduce(
         progress("drawing", done + (whole - done) * number / len(drawing), whole)
         made.append(draw())
     progress("done", whole, whole)
-    kind = f"quick run, of the first {plan.frames} frames" if quick else "full run"
+    kind = "quick run" if quick else "full run"
+    kind += "" if plan.frames is None else f", of the first {plan.frames} frames"
     report.write_results(studies, claims, kind, seed, out)
     return report.write_report(studies, claims, kind, made, out)
 
