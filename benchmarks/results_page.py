@@ -74,7 +74,7 @@ def main() -> None:
     }
     for kind in ("claims", "detail_claims"):
         made[kind] = claims_table([claim for result in results for claim in result[kind]])
-    made["methods"] = arguments.methods.read_text().strip()
+    made["methods"] = arguments.methods.read_text().split("\n\n")[0].strip()  # errors, not times
     page.rewrite(made, arguments.page)
     for name, folder in folders.items():
         figures = arguments.page.parent / "figures" / name
