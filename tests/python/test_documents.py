@@ -100,6 +100,17 @@ def test_pages_do_what_they_say(name: str, tmp_path: Path) -> None:
     assert shown == {str(p.relative_to(tmp_path)) for p in tmp_path.glob(f"figures/{page}/*")}
 
 
+def test_the_map_of_the_code_is_whole() -> None:
+    document = (REPOSITORY / "CONTRIBUTING.md").read_text()
+    _, _, rest = document.partition("\n## Where everything is\n")
+    named = set(re.findall(r"`(\w+)`", rest.partition("\n## ")[0]))
+    folders = [REPOSITORY / "cpp" / name for name in ("src", "include/dynmesh", "apps")]
+    files = [path for folder in folders for path in folder.iterdir()]
+    stems = {path.stem for path in files if path.suffix in (".cpp", ".hpp")}
+    assert len(stems) > 40
+    assert not stems - named
+
+
 def anchors(document: Path) -> set[str]:
     """Of its headings, as they are made where Markdown is shown."""
     headings = re.findall(r"^#+ (.*)$", document.read_text(), flags=re.MULTILINE)
