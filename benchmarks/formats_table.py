@@ -1,6 +1,6 @@
 """Times a round trip of the same sequence through every file format.
 
-    python benchmarks/formats_table.py [--frames 100] [--repeats 3]
+    python -m benchmarks.formats_table [--frames 100] [--repeats 3]
 
 The sequence is the built-in walker (10 002 vertices) in single precision with 30 % of its vertices
 known. Prints a table in Markdown: median times to write and to read all frames, the size on disk,
@@ -21,6 +21,8 @@ import numpy as np
 import dynmesh
 from dynmesh import files
 
+from .markdown import Line, table
+
 
 def main() -> None:
     """Prints the table."""
@@ -30,14 +32,17 @@ def main() -> None:
     arguments = parser.parse_args()
     sequence = partial_walker(arguments.frames)
     print(f"{arguments.frames} frames of {sequence.vertices.shape[1]} vertices\n")
-    print("| format | write, s | read, s | MB | ms a frame, both | what came back |")
-    print("|---|---|---|---|---|---|")
+    lines: list[Line] = [
+        ("format", "write, s", "read, s", "MB", "ms a frame, both", "what came back")
+    ]
     with tempfile.TemporaryDirectory() as folder:
-        row(*plain_copy(Path(folder), sequence, arguments.repeats), arguments.frames)
+        plain = plain_copy(Path(folder), sequence, arguments.repeats)
+        lines.append(row(*plain, arguments.frames))
         for name, format in files.formats.items():
             if format.writer is not None:
                 result = round_trip(Path(folder), name, sequence, arguments.repeats)
-                row(name, *result, arguments.frames)
+                lines.append(row(name, *result, arguments.frames))
+    print(table(lines))
 
 
 def partial_walker(n_frames: int) -> dynmesh.Sequence:
@@ -49,10 +54,10 @@ def partial_walker(n_frames: int) -> dynmesh.Sequence:
     return dynmesh.Sequence(vertices, walker.faces, known, walker.fps, None, walker.up_axis)
 
 
-def row(name: str, write: float, read: float, size: int, verdict: str, n_frames: int) -> None:
-    """Prints a line of the table."""
+def row(name: str, write: float, read: float, size: int, verdict: str, n_frames: int) -> Line:
+    """A line of the table."""
     each = 1e3 * (write + read) / n_frames
-    print(f"| {name} | {write:.2f} | {read:.2f} | {size / 1e6:.1f} | {each:.2f} | {verdict} |")
+    return name, f"{write:.2f}", f"{read:.2f}", f"{size / 1e6:.1f}", f"{each:.2f}", verdict
 
 
 def plain_copy(

@@ -9,9 +9,9 @@ Line = tuple[str, ...]
 
 def table(lines: list[Line]) -> str:
     """In Markdown; the first line is the head."""
-    head, *body = lines
-    rows = [head, ("---",) * len(head), *body]
-    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+    rows = [f"| {' | '.join(row)} |" for row in lines]
+    rows.insert(1, f"|{'---|' * len(lines[0])}")
+    return "\n".join(rows)
 
 
 def median(values: list[float]) -> float:

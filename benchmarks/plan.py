@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass
 
-SHARES = (0.1, 0.3, 0.5, 0.7)
-
 
 @dataclass(frozen=True)
 class Plan:

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 import dynmesh
 from dynmesh.reproduce.measure import Subject
-from dynmesh.reproduce.study import scenario_masks
+from dynmesh.reproduce.study import PAPER_SHARES, scenario_masks
 from dynmesh.reproduce.style import percent
 from dynmesh.sequence import Mask
 
-from .plan import SHARES, Plan
+from .plan import Plan
 
 Frames = NDArray[np.float32]
 Faces = NDArray[np.int32]
@@ -107,7 +107,7 @@ def swept(scene: Scene) -> Scene:
     return Scene("unknown", scene.name, scene.faces, scene.frames, masks)
 
 
-def random_masks(frames: Frames, shares: tuple[float, ...] = SHARES) -> dict[str, Mask]:
+def random_masks(frames: Frames, shares: tuple[float, ...] = PAPER_SHARES) -> dict[str, Mask]:
     """Masks by their share."""
 
     def masks(share: float) -> Iterator[Mask]:

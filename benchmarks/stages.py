@@ -1,6 +1,6 @@
 """Prints where the time of a frame of method detail goes, as a table.
 
-    python benchmarks/stages.py
+    python -m benchmarks.stages
 
 The first 60 frames of the built-in walker, in one thread; each number is the least of all frames
 in milliseconds, as what else the machine does can only add to it.
@@ -10,8 +10,10 @@ import numpy as np
 
 import dynmesh
 from dynmesh.reproduce.measure import Subject
-from dynmesh.reproduce.study import scenario_masks
+from dynmesh.reproduce.study import PAPER_SHARES, scenario_masks
 from dynmesh.reproduce.style import percent
+
+from .markdown import Line, table
 
 FRAMES = 60
 
@@ -23,10 +25,10 @@ def main() -> None:
         f"{percent(share)} known": list(
             dynmesh.degrade.random_known(FRAMES, walker.n_vertices, share)
         )
-        for share in (0.1, 0.3, 0.5, 0.7)
+        for share in PAPER_SHARES
     }
     losses["seen by one camera"] = scenario_masks("camera", walker, 0)
-    print("| walker | factor | rotations | the rest |\n|---|---|---|---|")
+    lines: list[Line] = [("walker", "factor", "rotations", "the rest")]
     for name, masks in losses.items():
         completer = dynmesh.Completer(walker.faces, walker.vertices[0], method="detail")
         rows = []
@@ -35,8 +37,8 @@ def main() -> None:
             report = completer.report
             stages = report.factor_seconds, report.rotation_seconds
             rows.append((*stages, report.seconds - sum(stages)))
-        cells = " | ".join(f"{1e3 * least:.1f}" for least in np.min(rows, axis=0))
-        print(f"| {name} | {cells} |")
+        lines.append((name, *(f"{1e3 * least:.1f}" for least in np.min(rows, axis=0))))
+    print(table(lines))
 
 
 if __name__ == "__main__":

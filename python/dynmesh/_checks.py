@@ -11,6 +11,10 @@ if TYPE_CHECKING:
     from .sequence import Positions
 
 
+class SettingError(ValueError):
+    """A setting of a completer that is refused: its name, a colon, and why."""
+
+
 def check_integer(name: str, value: object, least: int) -> None:
     """Refuses what is no integer, or less than `least`."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer):

@@ -87,7 +87,8 @@ def complete_file(
         OtherJobError: `resume` finds what another job left; it stays.
         ValueError: `resume` is asked of a format that cannot.
         OSError, ImportError, TypeError, ValueError: what :func:`dynmesh.open`,
-            :func:`dynmesh.create` and :func:`dynmesh.complete` raise.
+            :func:`dynmesh.create` and :func:`dynmesh.complete` raise; with the file's name, unless
+            a setting is refused.
     """
     check_path("path", path)
     check_path("output", output)

@@ -7,6 +7,7 @@ from typing import Any, Literal, TypedDict, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
+from ._checks import SettingError
 from ._core import Completer
 from .sequence import Mask, Positions, check_known
 
@@ -85,7 +86,12 @@ def begin(
     """The completer of a sequence with this frame 0, which must be complete."""
     if known is not None and (missing := np.flatnonzero(np.equal(known, False))).size:
         raise ValueError(f"known: vertex {missing[0]} is missing, but frame 0 must be complete")
-    completer = Completer(faces, points, **settings)
+    try:
+        completer = Completer(faces, points, **settings)
+    except ValueError as error:
+        if str(error).partition(":")[0] in default_settings:
+            raise SettingError(str(error)) from error
+        raise
     if known is not None:
         mask = np.asarray(known)
         check_known(mask.dtype, mask.shape, (completer.n_vertices,))

@@ -10,6 +10,9 @@ from meshes import Mesh, sheet
 
 REPOSITORY = Path(__file__).parents[2]
 
+LONGER = int(os.environ.get("DYNMESH_FUZZ", "1"))
+"""Times the usual number of examples of what is drawn at random: script/fuzz asks for more."""
+
 # How long an example takes depends on what else the machine does.
 settings.register_profile("dynmesh", deadline=None)
 settings.load_profile("dynmesh")

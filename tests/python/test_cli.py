@@ -362,6 +362,6 @@ def test_the_method_can_be_chosen(folder: Path, tmp_path: Path) -> None:
     np.testing.assert_array_equal(dynmesh.read(tmp_path / "smooth.npz").vertices, list(smooth))
     error = run(
         "complete", folder / "partial.npz", tmp_path / "no.npz", "--method", "detail",
-        "--extra-iterations", "2", code=1,
+        "--extra-iterations", "2", code=2,
     ).stderr  # fmt: skip
-    assert "extra_iterations: is a setting of method motion, not of detail" in error
+    assert "'--extra-iterations': is a setting of method motion" in error

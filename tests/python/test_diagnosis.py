@@ -110,6 +110,22 @@ def test_an_error_is_what_completion_refuses(code: str) -> None:
         list(dynmesh.complete(sequence.faces, iter(sequence.vertices), known))
 
 
+@pytest.mark.parametrize(("dtype", "limit"), [(np.float32, 1e18), (np.float64, 1e200)])
+def test_what_is_too_large_is_what_completion_refuses(dtype: type, limit: float) -> None:
+    sequence = moving(sheet(12), dtype=dtype)
+    sequence.vertices[4, 5] = 1.01 * limit
+    finding = next(f for f in dynmesh.diagnose(sequence).findings if f.severity == "error")
+    assert (finding.code, finding.where.frames.tolist()) == ("known_not_finite", [4])
+    assert f"beyond {limit:.0e}".replace("+", "") in finding.message
+    with pytest.raises(ValueError, match="frame 4: points: row 5"):
+        list(dynmesh.complete(sequence.faces, iter(sequence.vertices)))
+    allowed = limit if dtype == np.float32 else 1e150  # farther, squares are beyond any number
+    sequence = moving(sheet(12), dtype=np.float64)
+    largest = (sequence.vertices / np.abs(sequence.vertices).max() * allowed).astype(dtype)
+    assert not dynmesh.diagnose(replace(sequence, vertices=largest)).count("error")
+    list(dynmesh.complete(sequence.faces, iter(largest)))
+
+
 def test_frame_0_says_where_to_begin_instead() -> None:
     sequence, _ = BROKEN["first_frame_incomplete"]()
     sequence.vertices[1:3, 9] = np.nan
@@ -139,6 +155,8 @@ def test_nothing_at_all_is_bearable() -> None:
     json.loads(still.as_json())
     with pytest.raises(ValueError, match="no frame"):
         dynmesh.diagnose(Sequence(np.empty((0, 4, 3)), no_faces))
+    with pytest.raises(ValueError, match="no vertices"):
+        dynmesh.diagnose(Sequence(np.empty((3, 0, 3)), no_faces))
 
 
 @settings(max_examples=150, deadline=None)

@@ -2,7 +2,6 @@
 with which file, and makes room for no more than the file can hold."""
 
 import math
-import os
 import tracemalloc
 import zipfile
 from pathlib import Path
@@ -10,14 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from conftest import LONGER
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from meshes import sheet
 
 import dynmesh
-
-LONGER = int(os.environ.get("DYNMESH_FUZZ", "1"))
-"""Times the usual number of examples: script/fuzz asks for more."""
 
 SUFFIXES = {
     name: name for name in ("npz", "npy", "ply", "obj", "pc2", "mdd", "pvd", "usda", "usdc")

@@ -1,20 +1,17 @@
 """A completer under any calls, good and bad, against a simple model of what it may come to."""
 
-import os
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
+from conftest import LONGER
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 from meshes import Array, masks, meshes
 
 import dynmesh
-
-LONGER = int(os.environ.get("DYNMESH_FUZZ", "1"))
-"""Times the usual number of examples: script/fuzz asks for more."""
 
 Completer = dynmesh.Completer
 

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
+from .._checks import SettingError
 from .._terminal import say, track
 from ..file_completion import FileReport, complete_file, is_unfinished
 from ..streaming import Settings
@@ -111,6 +112,10 @@ def complete(
             watch=watch,
             **settings,
         )
+    except SettingError as error:
+        name, _, reason = str(error).partition(": ")
+        option = f"'--{name.replace('_', '-')}'"
+        raise typer.BadParameter(reason, param_hint=option) from error
     except BlockingIOError:  # of another process
         raise
     except (OSError, KeyboardInterrupt) as error:

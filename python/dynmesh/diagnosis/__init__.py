@@ -47,6 +47,8 @@ def diagnose(
 
 
 def _diagnose(header: Header, frames: Iterator[Frame], watch: Watch | None) -> Diagnosis:
+    if header.n_vertices == 0:
+        raise ValueError("holds no vertices, only frames without any")
     watched = iter(frames if watch is None else watch(frames, header.n_frames))
     first = next(watched)
     start = Mesh.of(header.faces, first.points, observed_in(first))

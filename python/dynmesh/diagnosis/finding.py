@@ -111,16 +111,20 @@ def listed(what: str, places: Sequence[int] | Indices) -> str:
     return _joined(what, shown, len(places), len(places) - len(shown))
 
 
+def stretches(frames: Sequence[int] | Indices) -> list[Indices]:
+    """Ascending numbers, cut where some are left out."""
+    numbers = np.asarray(frames, np.int64)
+    return np.split(numbers, np.flatnonzero(np.diff(numbers) > 1) + 1)
+
+
 def frames_listed(frames: Sequence[int] | Indices) -> str:
     """The first few frames, neighbours as a stretch: "frames 3, 7 to 9 and 12 others"."""
-    numbers = np.asarray(frames)
-    stretches = np.split(numbers, np.flatnonzero(np.diff(numbers) > 1) + 1)
-    few = stretches[:_MOST_SHOWN]
+    few = stretches(frames)[:_MOST_SHOWN]
     shown: list[str] = []
     for stretch in few:
         first, last = int(stretch[0]), int(stretch[-1])
         shown += [f"{first} to {last}"] if last - first > 1 else [str(f) for f in stretch]
-    return _joined("frame", shown, len(numbers), len(numbers) - sum(len(s) for s in few))
+    return _joined("frame", shown, len(frames), len(frames) - sum(len(s) for s in few))
 
 
 def percent(share: float) -> str:

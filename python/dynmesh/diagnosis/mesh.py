@@ -21,6 +21,8 @@ class Mesh:
 
     Attributes:
         faces: (m, 3) integers.
+        degenerate: (m,) bool: which have a vertex twice.
+        duplicate: (m,) bool: which others have the same three vertices as an earlier one.
         first: (k, 3) frame 0; zeros where a vertex was not observed.
         observed: (k,) bool, in frame 0.
         component: (k,) int64, numbered from 0.
@@ -32,6 +34,8 @@ class Mesh:
     """
 
     faces: Faces
+    degenerate: Mask
+    duplicate: Mask
     first: Positions
     observed: Mask
     component: Indices
@@ -52,8 +56,11 @@ class Mesh:
         lengths[~observed[ends].all(axis=1)] = np.nan
         mean_edge = float(np.nanmean(lengths)) if np.isfinite(lengths).any() else 0.0
         roots = connected(len(first), ends[:, 0], ends[:, 1])
+        degenerate = _has_repeated_corner(faces)
         return cls(
             faces,
+            degenerate,
+            _is_repeated(faces) & ~degenerate,
             first,
             observed,
             np.unique(roots, return_inverse=True)[1].reshape(-1),
@@ -65,7 +72,14 @@ class Mesh:
         )
 
 
-def has_repeated_corner(faces: Faces) -> Mask:
-    """(m,) bool: which faces have a vertex twice."""
+def _has_repeated_corner(faces: Faces) -> Mask:
     a, b, c = faces.T
     return np.asarray((a == b) | (b == c) | (c == a))
+
+
+def _is_repeated(faces: Faces) -> Mask:
+    corners = np.sort(faces, axis=1)
+    order = np.lexsort(corners.T)  # is stable: the first of equal faces stays first
+    repeated = np.zeros(len(faces), np.bool_)
+    repeated[order[1:]] = (corners[order[1:]] == corners[order[:-1]]).all(axis=1)
+    return repeated

@@ -1,25 +1,39 @@
 """What is odd about what was observed: what is missing where, and values that are none."""
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..files import Frame
 from ..sequence import Mask, Positions
-from .finding import MOST_PLACES, Finding, Severity, Where, counted, frames_listed, listed, percent
+from .finding import (
+    Finding,
+    Severity,
+    Where,
+    counted,
+    frames_listed,
+    listed,
+    percent,
+    stretches,
+)
 from .mesh import Mesh
 
 _FEW = 0.1
 _HARDLY_ANY = 0.02
 _LONG = 10  # frames
-_LARGEST = 1e18  # beyond it the square of a float32 is infinite
+
+
+def _largest(dtype: np.dtype[Any]) -> float:
+    """The largest coordinate that a completer of this dtype takes."""
+    return 1e18 if dtype == np.float32 else 1e200
 
 
 def is_position(points: Positions) -> Mask:
     """(k,) bool: where a position can be worked with."""
     with np.errstate(invalid="ignore"):
-        return np.asarray((np.abs(points) < _LARGEST).all(axis=1))
+        return np.asarray((np.abs(points) <= _largest(points.dtype)).all(axis=1))
 
 
 def observed_in(frame: Frame) -> Mask:
@@ -40,6 +54,7 @@ class Presence:
         self.shares: list[float] = []
         self._mesh = mesh
         self._n_vertices = len(mesh.first)
+        self._limit = f"{_largest(first.points.dtype):.0e}".replace("+", "")
         self._missing = np.flatnonzero(~mesh.observed)
         self._first_whole: int | None = None
         self._seen = np.zeros(self._n_vertices, np.bool_)
@@ -113,8 +128,8 @@ class Presence:
                 "error",
                 bad.count,
                 bad.where,
-                f"{counted(bad.count, 'position')} called known but not finite, or beyond 1e18, in "
-                f"{frames_listed(bad.frames)}: {listed('vertex', bad.vertices)}.",
+                f"{counted(bad.count, 'position')} called known but not finite, or beyond "
+                f"{self._limit}, in {frames_listed(bad.frames)}: {listed('vertex', bad.vertices)}.",
                 "It cannot be completed: such a frame is refused. Call them missing in the mask, "
                 "or write them as NaN in a file without masks.",
             )
@@ -143,7 +158,7 @@ class Presence:
         hardly = np.flatnonzero((shares > 0) & (shares < _HARDLY_ANY)) + 1
         few = np.flatnonzero((shares >= _HARDLY_ANY) & (shares < _FEW)) + 1
         if len(none):
-            longest = max(len(s) for s in np.split(none, np.flatnonzero(np.diff(none) > 1) + 1))
+            longest = max(map(len, stretches(none)))
             yield Finding(
                 "frames_without_anchors",
                 "warning",
@@ -242,4 +257,4 @@ class _Places:
 
     @property
     def where(self) -> Where:
-        return Where.of(vertices=self.vertices[:MOST_PLACES], frames=self.frames)
+        return Where.of(vertices=self.vertices, frames=self.frames)

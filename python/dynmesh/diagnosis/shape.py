@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from .finding import Finding, Where, counted, listed
-from .mesh import Mesh, has_repeated_corner
+from .mesh import Mesh
 
 _FLAT = 1e-4  # height over longest edge: float32 positions hardly tell it from 0
 _THIN = 0.01
@@ -53,8 +53,9 @@ def _isolated(mesh: Mesh) -> Iterator[Finding]:
 
 def _thin(mesh: Mesh) -> Iterator[Finding]:
     observed = mesh.observed[mesh.faces].all(axis=1)
-    whole = np.flatnonzero(observed & ~has_repeated_corner(mesh.faces))
-    corners = mesh.first[mesh.faces[whole]].astype(np.float64)
+    whole = np.flatnonzero(observed & ~mesh.degenerate)
+    # In diagonals, as the fourth power of a length may be beyond any number.
+    corners = mesh.first[mesh.faces[whole]].astype(np.float64) / (mesh.diagonal or 1.0)
     sides = corners[:, [1, 2, 0]] - corners
     longest = (sides**2).sum(axis=2).max(axis=1, initial=0)
     doubled = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)

@@ -8,14 +8,14 @@ import numpy as np
 from ..sequence import Mask
 from .connection import connected
 from .finding import Finding, Indices, Where, counted, listed
-from .mesh import Faces, Mesh, has_repeated_corner
+from .mesh import Mesh
 
 _SMALL_HOLE = 20  # edges
 
 
 def examine(mesh: Mesh) -> Iterator[Finding]:
     """Yields what is odd about the surface."""
-    edges = FaceEdges.of(mesh.faces)
+    edges = FaceEdges.of(mesh)
     yield from _coincident(mesh, edges)
     yield from _repeated_corners(mesh)
     yield from _duplicates(mesh)
@@ -43,10 +43,10 @@ class FaceEdges:
     counts: Indices
 
     @classmethod
-    def of(cls, faces: Faces) -> "FaceEdges":
+    def of(cls, mesh: Mesh) -> "FaceEdges":
         """Sorts the sides."""
-        kept = np.flatnonzero(~has_repeated_corner(faces) & ~_is_duplicate(faces))
-        corners = faces[kept].astype(np.int64)
+        kept = np.flatnonzero(~mesh.degenerate & ~mesh.duplicate)
+        corners = mesh.faces[kept].astype(np.int64)
         begin, end = corners.reshape(-1), corners[:, [1, 2, 0]].reshape(-1)
         ends = np.stack([np.minimum(begin, end), np.maximum(begin, end)], axis=1)
         order = np.lexsort(ends.T[::-1])
@@ -88,7 +88,7 @@ def _coincident(mesh: Mesh, edges: FaceEdges) -> Iterator[Finding]:
 
 
 def _repeated_corners(mesh: Mesh) -> Iterator[Finding]:
-    places = np.flatnonzero(has_repeated_corner(mesh.faces))
+    places = np.flatnonzero(mesh.degenerate)
     if len(places):
         yield Finding(
             "degenerate_faces",
@@ -100,16 +100,8 @@ def _repeated_corners(mesh: Mesh) -> Iterator[Finding]:
         )
 
 
-def _is_duplicate(faces: Faces) -> Mask:
-    corners = np.sort(faces, axis=1)
-    order = np.lexsort(corners.T)  # is stable: the first of equal faces stays first
-    duplicate = np.zeros(len(faces), np.bool_)
-    duplicate[order[1:]] = (corners[order[1:]] == corners[order[:-1]]).all(axis=1)
-    return duplicate & ~has_repeated_corner(faces)
-
-
 def _duplicates(mesh: Mesh) -> Iterator[Finding]:
-    places = np.flatnonzero(_is_duplicate(mesh.faces))
+    places = np.flatnonzero(mesh.duplicate)
     if len(places):
         yield Finding(
             "duplicate_faces",

@@ -113,13 +113,15 @@ shell = [
     _shell("complete body.npz new.npz --missing nan", "--missing", "'nan'", "exit code 2"),
     _shell("complete body.npz new.npz --extra-iterations -1", "--extra-iterations", "-1", "code 2"),
     _shell("complete body.npz new.npz --extra-iterations 1e9", "'1e9'", "exit code 2"),
-    _shell("complete body.npz new.npz --extra-iterations 10000000", "10000000", "exit code 1"),
+    _shell("complete body.npz new.npz --extra-iterations 10000000", "'--extra", "code 2"),
     _shell(
-        "complete body.npz new.npz --method detail --no-revisit", "revisit:", "detail", "code 1"
+        "complete body.npz new.npz --method detail --no-revisit", "'--revisit'", "detail", "code 2"
     ),
-    _shell("complete body.npz new.npz --noise 0.1", "noise:", "motion", "exit code 1"),
-    _shell("complete body.npz new.npz --method detail --noise -1", "noise:", "not -1", "code 1"),
+    _shell("complete body.npz new.npz --noise 0.1", "'--noise'", "motion", "exit code 2"),
+    _shell("complete body.npz new.npz --method detail --noise -1", "'--noise'", "not -1", "code 2"),
     _shell("complete body.npz new.npz --threads 0", "--threads", "0", "exit code 2"),
+    _shell("complete body.npz new.npz --threads 257", "'--threads'", "not 257", "exit code 2"),
+    _shell("complete body.npz new.npz --reject-outliers", "'--reject-outliers'", "exit code 2"),
     _shell("complete body.npz new.npz --speed 3", "--speed", "exit code 2"),
     _shell("complete body.npz", "OUT", "exit code 2"),
     _shell("complete long.npz new.npz", "new.npz:", "exit code 1", full=True),

@@ -21,10 +21,11 @@ prints nothing else, leaves the completer as it was, to the byte of its `state()
 file behind.
 
 An argument of the wrong kind is a `TypeError`, one of the right kind with a wrong value a
-`ValueError`, and what the system refuses an `OSError`. In C++ both of the former are
-`std::invalid_argument`. A call that does not fit its signature at all gets the error, and the
-words, of Python itself. Where other libraries are quoted, the words are those of the versions that
-`constraints.txt` pins.
+`ValueError` (`SettingError` is one), and what the system refuses an `OSError`. In C++ both of the
+former are `std::invalid_argument`. In the shell a setting that a completer refuses ends with exit
+code 2, a file that is refused with 1. A call that does not fit its signature at all gets the error,
+and the words, of Python itself. Where other libraries are quoted, the words are those of the
+versions that `constraints.txt` pins.
 
 Most cases are about a mesh of 49 vertices and 72 faces, `body.npz` of three frames of it, and
 `folder.npz`, a folder. `python tests/python/write_bad_input.py` wrote this page, of {count} cases;
