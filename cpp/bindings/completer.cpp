@@ -183,9 +183,10 @@ Completes a dynamic mesh, one frame at a time.
         frame = completer.push(points, known)
 
 Each frame is completed from itself and the past alone. Calls that take a frame return the completed
-one, (k, 3) of the dtype of `first_frame`: known vertices exactly as given unless `noise` is set,
-everything else estimated. They release the GIL. Bad input raises ValueError, or TypeError where the
-kind is wrong, with what, where and the value; the completer is then as it was before the call.
+one, (k, 3) of the dtype of `first_frame`: known vertices exactly as given, everything else
+estimated; with `noise` known vertices move too, and those that `reject_outliers` rejects are
+estimated. They release the GIL. Bad input raises ValueError, or TypeError where the kind is wrong,
+with what, where and the value; the completer is then as it was before the call.
 
 Args:
     faces: (m, 3) integers, triangles. Faces that no half-edge mesh can hold are listed in
@@ -194,7 +195,8 @@ Args:
         come later are converted.
     method: "motion", the default: the paper's averaged motion vectors (Arvanitis et al. 2017,
         section 3). "detail": keeps the shape of frame 0 and of the last frame, turned with the
-        motion: a fraction of the error, at twenty to forty times the cost; docs/method.md says how.
+        motion: a fraction of the error, in milliseconds where "motion" takes tenths of one;
+        docs/method.md says how.
     revisit: of "motion"; "detail" refuses False. True, the default: every iteration estimates all
         satellites reached so far. False: each is estimated once, and errors feed on themselves.
     extra_iterations: of "motion"; "detail" refuses all but 0, the default. Iterations after the one
@@ -205,9 +207,10 @@ Args:
         unit, positive: they then move too, as far as the shape around them says. None, the
         default: they are exact.
     reject_outliers: of "detail"; "motion" refuses True. True: known vertices whose motion
-        contradicts that of the known ones around them are taken as unknown. False is the default.
-    threads: that a frame may use, 1, the default, to 256; results are the same to the last bit.
-        Worth it from some ten thousand vertices on.
+        contradicts that of the known ones around them are taken as unknown, estimated, and counted
+        as `report.rejected`. False is the default.
+    threads: that a frame may use, 1, the default, to 256. Results are the same to the last bit;
+        whether they come sooner depends on the machine and the mesh: measure it.
 
 One thread at a time: a call while another thread is inside raises RuntimeError.)doc";
 

@@ -7,7 +7,7 @@
 namespace dynmesh {
 namespace {
 
-/// Takes a thousandth off b, so that it stays 0 where the anchors say nothing.
+/// Takes a thousandth off b: the shape of the last frame is the nearer guess.
 constexpr double caution = 1.001;
 
 /// The sum of |r1|^2 below which r1 is rounding errors, in |Q (m_first - m_prev)|^2; likewise r2.

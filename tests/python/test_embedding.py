@@ -74,11 +74,14 @@ def test_the_frame_budget(
     run("bash", "-euc", build_examples, cwd=tmp_path)
     shown = run("bash", "-euc", measure, cwd=tmp_path)
     completed, dropped = map(int, re.findall(r"(\d+) frames completed, (\d+) dropped", shown)[0])
-    assert completed + dropped == 175
-    partial, again = (np.fromfile(tmp_path / f"{name}.raw", "<f4") for name in ("partial", "again"))
+    assert completed + dropped == 174  # all but frame 0
+    partial, again, detail = (
+        np.fromfile(tmp_path / f"{name}.raw", "<f4") for name in ("partial", "again", "detail")
+    )
     assert np.isnan(partial).mean() > 0.2
-    assert len(again) == len(partial)
+    assert len(again) == len(detail) == len(partial)
     assert np.isfinite(again).all()
+    assert np.isfinite(detail).all()
     known = np.isfinite(partial)
     assert (again[known] == partial[known]).all()
 
@@ -106,6 +109,10 @@ def test_lost_frames_and_keyframes() -> None:
     known = np.random.default_rng(0).random(len(first)) < 0.3
     steady, lossy = (dynmesh.Completer(truth.faces, first) for _ in range(2))
     assert (lossy.skip() == first).all()
+    detailed = dynmesh.Completer(truth.faces, first, method="detail")
+    for frame in (second, third):
+        detailed.push(frame, known)
+    assert (detailed.push(keyframe) == keyframe).all()
     for frame in (second, third):  # as if there had been no skip
         assert lossy.push(frame, known).tobytes() == steady.push(frame, known).tobytes()
     assert (lossy.push(keyframe) == keyframe).all()
@@ -123,3 +130,4 @@ def test_size_of_a_state(dtype: str, share: int) -> None:
     detail = dynmesh.Completer(truth.faces, first, method="detail")
     assert len(detail.state()) == 160 + (share + 56) * detail.n_vertices
     assert f"{share} with `{'float' if share == 29 else 'double'}`" in DOCUMENT
+    assert "and 56 more with method\ndetail" in DOCUMENT

@@ -302,6 +302,34 @@ def test_the_capture_loop_completes_or_drops_every_frame(
     assert subprocess.run([loop], capture_output=True, check=False).returncode == 2
 
 
+def test_the_capture_loop_goes_on_after_a_bad_frame(
+    programs: Path, job: Job, tmp_path: Path
+) -> None:
+    partial = job.partial.copy()
+    partial[4, 7] = 1e20  # of frame 5, as frame 0 is the template
+    (tmp_path / "bad.raw").write_bytes(partial.tobytes())
+    completer = dynmesh.Completer(job.sequence.faces, job.sequence.vertices[0])
+    expected = [completer.skip() if i == 4 else completer.push(f) for i, f in enumerate(partial)]
+    command: list[str | Path] = [programs / "examples" / "cpp" / "capture_loop", job.template]
+    command += [tmp_path / "bad.raw", tmp_path / "out.raw", "--every-frame"]
+    result = subprocess.run(command, capture_output=True, check=True, text=True)
+    assert result.stdout.startswith("19 frames completed, 0 dropped")
+    (line,) = result.stderr.splitlines()
+    assert line.startswith("capture_loop: frame 5 refused: points: row 7 is at ")
+    assert (tmp_path / "out.raw").read_bytes() == np.stack(expected).tobytes()
+
+
+@pytest.mark.parametrize("options", [[], ["--every-frame"]])
+def test_the_capture_loop_ends_where_its_output_does(
+    programs: Path, job: Job, options: list[str]
+) -> None:
+    command: list[str | Path] = [programs / "examples" / "cpp" / "capture_loop", job.template]
+    command += [job.raw, "/dev/full", *options]
+    result = subprocess.run(command, capture_output=True, check=False, text=True, timeout=60)
+    assert result.returncode == 1
+    assert result.stderr == "capture_loop: cannot write the output\n"
+
+
 @pytest.mark.parametrize("name", ["crane", "ocean_sim_50x50"])
 def test_recorded_sequences_are_the_same_bytes_through_all_doors(
     complete: Any, data: Path, programs: Path, tmp_path: Path, name: str

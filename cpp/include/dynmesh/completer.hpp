@@ -37,8 +37,9 @@ class Outliers;
 
 /// Completes the frames of one dynamic mesh in their order, each from itself and the past alone.
 ///
-/// `push`, `push_sparse` and `skip` write the completed frame, anchors exactly as given unless the
-/// settings say that they are noisy, to `completed` and return its report. They allocate nothing,
+/// `push`, `push_sparse` and `skip` write the completed frame to `completed` and return its report.
+/// Known vertices come back exactly as given, except that with the setting `noise` they move too,
+/// and that those which `reject_outliers` takes as unknown are estimated. They allocate nothing,
 /// except that method detail makes room for a factor larger than all before. Every one of them
 /// throws std::invalid_argument for bad input (wrong counts, null pointers, a known position that
 /// is not finite or has a coordinate beyond 1e18 for float and 1e200 for double, indices out of

@@ -98,8 +98,8 @@ enum { DYNMESH_UNSEEN_HOLD = 0, DYNMESH_UNSEEN_FOLLOW = 1 };
 typedef struct dynmesh_settings {
   /// Default: DYNMESH_METHOD_MOTION, the paper's averaged motion vectors. DYNMESH_METHOD_DETAIL
   /// keeps the shape of frame 0 and of the last frame, turned with the motion: a fraction of the
-  /// error, at twenty to forty times the cost. It refuses other than the defaults of `revisit` and
-  /// `extra_iterations`.
+  /// error, in milliseconds where the other takes tenths of one. It refuses other than the defaults
+  /// of `revisit` and `extra_iterations`.
   int32_t method;
 
   /// Default: 1. Not zero: every iteration estimates all vertices reached so far. 0: each is
@@ -116,17 +116,17 @@ typedef struct dynmesh_settings {
   /// does. Hold: they stay where they were.
   int32_t unseen;
 
-  /// Default: NaN, none. Standard deviation of the known positions, positive; they move too then.
-  /// DYNMESH_METHOD_MOTION takes them exactly and refuses any number.
+  /// Default: NaN, none. Standard deviation of the known positions, in their unit, positive; they
+  /// move too then. DYNMESH_METHOD_MOTION takes them exactly and refuses any number.
   double noise;
 
   /// Default: 0. Not zero: known positions that contradict their neighbours are taken as
-  /// unknown, which DYNMESH_METHOD_MOTION refuses.
+  /// unknown, estimated, and counted as `rejected`. DYNMESH_METHOD_MOTION refuses it.
   int32_t reject_outliers;
 
   /// Default: 1. Threads that a frame may use, the caller's among them, up to 256. The others sleep
-  /// between frames. Results are the same to the last bit. Worth it from some ten thousand vertices
-  /// on.
+  /// between frames. Results are the same to the last bit; whether they come sooner depends on the
+  /// machine and the mesh: measure it, as script/bench does.
   int32_t threads;
 } dynmesh_settings;
 
@@ -159,8 +159,8 @@ DYNMESH_EXPORT dynmesh_status dynmesh_create(const int32_t* faces, int64_t n_fac
 /// Null is allowed.
 DYNMESH_EXPORT void dynmesh_destroy(dynmesh_completer* completer);
 
-/// Completes the next frame: known vertices exactly as given unless they are noisy, everything else
-/// estimated.
+/// Completes the next frame: known vertices exactly as given, everything else estimated. With the
+/// setting `noise` known vertices move too; those that `reject_outliers` rejects are estimated.
 ///
 /// `points` has a row for each vertex; rows that are not known are not read. `known` may be null:
 /// then rows with a coordinate that is not finite are missing, all others known. A known position

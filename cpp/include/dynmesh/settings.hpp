@@ -14,8 +14,8 @@ enum class Method {
   /// vertices, nothing allocated after construction.
   motion,
   /// Keeps the shape of frame 0 and of the last frame, turned with the motion: docs/method.md. A
-  /// fraction of the error at twenty to forty times the cost; allocates where its factor is larger
-  /// than all before.
+  /// fraction of the error, in milliseconds where motion takes tenths of one; allocates where its
+  /// factor is larger than all before.
   detail
 };
 
@@ -40,12 +40,14 @@ struct Settings {
   /// method detail; motion, which takes anchors exactly as they are, refuses it.
   std::optional<double> noise = std::nullopt;
 
-  /// Whether anchors whose motion contradicts that of the anchors around them are taken as unknown:
-  /// outliers.hpp. A setting of method detail; motion refuses it.
+  /// Whether anchors whose motion contradicts that of the anchors around them are taken as unknown
+  /// for the frame, and estimated; FrameReport::rejected counts them. A setting of method detail;
+  /// motion refuses it.
   bool reject_outliers = false;
 
   /// Threads that a frame may use, the caller's among them, 1 to 256. Others sleep between frames.
-  /// Results are the same to the last bit. Worth it from some ten thousand vertices on.
+  /// Results are the same to the last bit; whether they come sooner depends on the machine and the
+  /// mesh: measure it, as script/bench does.
   Index threads = 1;
 };
 
