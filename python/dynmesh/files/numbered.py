@@ -126,9 +126,13 @@ def _check_no_gap(files: list[Path]) -> None:
         return
     for file, number, one in zip(files, numbers, steps, strict=False):
         if one > step:
-            digits = str(number + step)
-            name = _last_number.sub(lambda old: digits.zfill(len(old[0])), file.stem)
-            raise ValueError(_missing(name + file.suffix))
+            raise ValueError(_missing(_renumbered(file, number + step)))
+
+
+def _renumbered(file: Path, number: int) -> str:
+    """What the file would be called if it had this number."""
+    name = _last_number.sub(lambda old: str(number).zfill(len(old[0])), file.stem)
+    return name + file.suffix
 
 
 def _missing(name: str) -> str:
