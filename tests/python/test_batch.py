@@ -120,8 +120,13 @@ def test_a_table_is_read(tmp_path: Path) -> None:
     ("text", "message"),
     [
         ("", "has no column 'input'"),
-        ("input\na.npz\n", "has no column 'output'"),
-        ("input,output,quality\na,b,1\n", "the column 'quality' is not known, but format"),
+        ("input\na.npz\n", "has no column 'output'$"),
+        ("input;output\na;b\n", "has no column 'input'; values are separated by semicolons"),
+        ("input\toutput\na\tb\n", "has no column 'input'; values are separated by tabs"),
+        (
+            "input,output,quality\na,b,1\n",
+            "'quality' is not known; there are input, output, format",
+        ),
         ("input,output\na.npz\n", "line 2: has more or fewer values than there are columns"),
         ("input,output\na.npz,b.npz,c\n", "line 2: has more or fewer values"),
         ("input,output\n\na.npz,\n", "line 3: output is empty"),

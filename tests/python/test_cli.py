@@ -341,7 +341,7 @@ def test_a_sequence_is_converted_there_and_back(folder: Path, tmp_path: Path) ->
     shown = run("info", tmp_path / "scan", "--format", "hdf5").stdout
     assert "30.0 %" in shown
     error = run("convert", tmp_path / "new", tmp_path / "x.npz", "--format", "fbx", code=1).stderr
-    assert "the format 'fbx' is not known, but npz" in error
+    assert "the format 'fbx' is not known; there are npz" in error
 
 
 def test_the_method_can_be_chosen(folder: Path, tmp_path: Path) -> None:

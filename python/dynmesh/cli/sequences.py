@@ -91,7 +91,14 @@ def degrade(
     up: Annotated[
         Axis | None, typer.Option(help="The axis that cameras circle around. [as IN says, or z]")
     ] = None,
-    seed: Seed = 0,
+    seed: Annotated[
+        int,
+        typer.Option(
+            help="Equal seeds give equal results: to take more away from what was degraded before, "
+            "give another, or the same vertices are taken again.",
+            min=0,
+        ),
+    ] = 0,
     format: Format = None,
     output_format: OutputFormat = None,
     faces: Faces = None,
