@@ -26,4 +26,6 @@ def main(source: str, target: str) -> None:
 
 
 if __name__ == "__main__":
+    if len(sys.argv) != 3:
+        sys.exit("usage: python complete_file.py partial.npz completed.npz")
     main(*sys.argv[1:])

@@ -19,7 +19,7 @@ class Job:
 
     Attributes:
         input: the incomplete sequence, in any format.
-        output: where the completed one goes; its folder must exist.
+        output: where the completed one goes; its folder is made where there is none.
         source: how to read the input, as :func:`dynmesh.open` documents.
         output_format: None goes by the suffix of `output`.
         fps: frames per second of the output; None: what the input says.
@@ -110,6 +110,7 @@ def _run(job: Job, overwrite: bool) -> Result:
     """What a worker does."""
     began = time.monotonic()
     try:
+        _make_folder(Path(job.output).parent)
         try:
             resume = files.resumable(job.output, job.output_format)
             report = _complete(job, overwrite, resume=resume)
@@ -120,6 +121,15 @@ def _run(job: Job, overwrite: bool) -> Result:
     except Exception as error:  # whatever it is, the other jobs go on
         return Result(job, "failed", _in_one_line(error), seconds=time.monotonic() - began)
     return Result(job, "done", "", report.frames, time.monotonic() - began)
+
+
+def _make_folder(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except FileExistsError as error:  # which of an output means that it is there already
+        raise NotADirectoryError(
+            error.errno, "is in the way, as it is no folder", str(folder)
+        ) from error
 
 
 def _complete(job: Job, overwrite: bool, *, resume: bool) -> FileReport:

@@ -61,10 +61,9 @@ class Checkpoint:
                 f"{self._path}: is damaged; without --resume the job begins anew"
             ) from error
         if job != self._job:
-            changed = ", ".join(_differences(json.loads(job), json.loads(self._job)))
+            changed = "; ".join(_differences(json.loads(job), json.loads(self._job)))
             raise OtherJobError(
-                f"{self._path}: is of another job, as these changed: {changed}; "
-                "without --resume the job begins anew"
+                f"{self._path}: is of another job: {changed}; without --resume the job begins anew"
             )
         return Saved(frames, state.tobytes())
 
@@ -99,7 +98,7 @@ class Checkpoint:
 def describe_job(
     reader: Reader, header: Header, source: Source, format: str | None, settings: Settings
 ) -> str:
-    """Everything on which the output depends, as JSON."""
+    """Everything on which the output depends, as JSON: not the threads, whatever their number."""
     inputs = [*reader.files]
     masks = source.get("known")
     if isinstance(masks, str | os.PathLike):
@@ -116,8 +115,21 @@ def describe_job(
         "format": format,
         **{**default_settings, **settings},
     }
+    del description["threads"]
     return json.dumps(description)
 
 
 def _differences(one: dict[str, Any], other: dict[str, Any]) -> list[str]:
-    return sorted(name for name in one.keys() | other.keys() if one.get(name) != other.get(name))
+    """What differs, with the values of settings; those of inputs, masks and faces tell nothing."""
+    told = []
+    for name in sorted(one.keys() | other.keys()):
+        before, now = one.get(name), other.get(name)
+        if before != now:
+            opaque = name in ("input", "known", "faces")
+            values = "" if opaque else f" ({_shown(before)} before, {_shown(now)} now)"
+            told.append(f"{name} changed{values}")
+    return told
+
+
+def _shown(value: object) -> str:
+    return "not given" if value is None else str(value).lower()

@@ -306,7 +306,7 @@ def _displaced(
     mean_edge = 0.0
     for frame, points in _numbered(frames):
         if frame == 0:
-            mean_edge = _mean_edge(points, faces)
+            mean_edge = mean_edge_of(points, faces)
             yield points
         else:
             moved = points + mean_edge * offsets(frame, len(points))
@@ -321,7 +321,12 @@ def _displaced(
             yield displaced
 
 
-def _mean_edge(first_frame: Positions, faces: _Integers) -> float:
+def mean_edge_of(first_frame: Positions, faces: _Integers) -> float:
+    """The mean length of the edges, which noise and outliers are measured in.
+
+    Raises:
+        ValueError: the frame is not finite, or has no edges longer than 0.
+    """
     check_complete("frame 0", first_frame)
     offsets, neighbours = cells(faces, len(first_frame))
     vertices = np.repeat(np.arange(len(first_frame)), np.diff(offsets))

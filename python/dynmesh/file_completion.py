@@ -14,7 +14,7 @@ from ._checks import check_path
 from ._core import Completer, FrameReport
 from ._lock import lock_folder
 from .checkpoint import Checkpoint, Saved, Source, describe_job
-from .files import Header, PathLike, Reader, Writer
+from .files import Frame, Header, PathLike, Reader, Writer
 from .sequence import Positions
 from .streaming import Settings, begin, complete_pairs, push_all
 
@@ -35,6 +35,7 @@ class FileReport:
             together and frame 0 not among them.
         filled: how many were filled in.
         unseen: how many no chain of edges tied to a known one.
+        rejected: how many were observed, but taken as missing: see `reject_outliers`.
     """
 
     frames: int
@@ -43,6 +44,7 @@ class FileReport:
     known: int
     filled: int
     unseen: int
+    rejected: int
 
 
 def complete_file(
@@ -110,7 +112,7 @@ def complete_file(
         checkpoint = Checkpoint(folder / "checkpoint.npz", job)
         settled = _settle(folder, output, checkpoint) and files.existing(output, output_format)
         if settled and resume and not overwrite:
-            return FileReport(header.n_frames, header.n_frames, None, 0, 0, 0)
+            return FileReport(header.n_frames, header.n_frames, None, 0, 0, 0, 0)
         check_output(output, output_format, overwrite=overwrite, reader=reader)
         with _folder_for(output, output_format), lock_folder(folder, output):
             saved = checkpoint.load() if resume else None
@@ -142,6 +144,7 @@ def complete_file(
         known=sum(report.known for report in pushed),
         filled=sum(report.filled for report in pushed),
         unseen=sum(report.unseen for report in pushed),
+        rejected=sum(report.rejected for report in pushed),
     )
 
 
@@ -251,11 +254,28 @@ def _complete(
     reader: Reader, frames: Iterator[Any], saved: Saved | None, settings: Settings
 ) -> Iterator[tuple[Positions, Completer]]:
     if saved is None:
-        return complete_pairs(reader.faces, frames, **settings)
+        return complete_pairs(reader.faces, _beginning_whole(frames), **settings)
     points, known = next(reader.frames(stop=1))
     completer = begin(reader.faces, points, known, **settings)
     completer.restore(saved.state)
     return push_all(completer, frames, saved.frames)
+
+
+def _beginning_whole(frames: Iterator[Frame]) -> Iterator[Frame]:
+    """Refuses a frame 0 with holes, and says how large they are."""
+    for number, frame in enumerate(frames):
+        if number == 0:
+            points, known = frame.points, frame.known
+            there = np.isfinite(points).all(axis=1) if known is None else known
+            missing = np.flatnonzero(~there)
+            if len(missing):
+                raise ValueError(
+                    f"frame 0: {len(missing)} of {len(points)} vertices "
+                    f"{'is' if len(missing) == 1 else 'are'} missing, vertex {missing[0]} first; "
+                    "all motion begins there: begin at a whole frame, which `dynmesh info` names, "
+                    "or fill frame 0 from a template"
+                )
+        yield frame
 
 
 def _append(writer: Writer, points: Positions, completer: Completer) -> None:

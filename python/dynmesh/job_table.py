@@ -35,6 +35,9 @@ def read_jobs(path: Path) -> list[Job]:
         raise ValueError(f"{path}: is no table of comma-separated values: {error}") from error
 
 
+_SEPARATORS = {";": "semicolons", "\t": "tabs"}
+
+
 @contextmanager
 def report_file(path: Path) -> Iterator[Callable[[Result], None]]:
     """Begins a table with a line for each result, as it comes; an existing file is replaced.
@@ -63,13 +66,16 @@ def report_file(path: Path) -> Iterator[Callable[[Result], None]]:
 
 
 def _check_columns(path: Path, columns: Iterable[str]) -> None:
+    names = ("input", "output", *_columns)
     for needed in ("input", "output"):
         if needed not in columns:
-            raise ValueError(f"{path}: has no column '{needed}'")
+            used = [what for mark, what in _SEPARATORS.items() if mark in "".join(columns)]
+            hint = f"; values are separated by {used[0]}, but must be by commas" if used else ""
+            raise ValueError(f"{path}: has no column '{needed}'{hint}")
     for column in columns:
-        if column not in ("input", "output", *_columns):
+        if column not in names:
             raise ValueError(
-                f"{path}: the column '{column}' is not known, but {', '.join(_columns)}"
+                f"{path}: the column '{column}' is not known; there are {', '.join(names)}"
             )
 
 

@@ -2,6 +2,7 @@
 
 import contextlib
 import csv
+import os
 import re
 import signal
 import subprocess
@@ -66,6 +67,21 @@ def test_a_failed_job_does_not_stop_the_others(tmp_path: Path, parallel: bool) -
     assert [r.status for r in complete_files(jobs, overwrite=True)] == ["done"] * 4
 
 
+def test_the_folders_of_outputs_are_made(tmp_path: Path) -> None:
+    expected = write_partial(tmp_path / "in.npz")
+    outputs = [tmp_path / "a" / "b" / "out.npz", tmp_path / "c" / "d" / "f_%04d.ply"]
+    assert [r.status for r in complete_files(Job(tmp_path / "in.npz", o) for o in outputs)] == [
+        "done",
+        "done",
+    ]
+    for output in outputs:
+        assert_equal(Job(tmp_path / "in.npz", output), expected)
+    in_the_way = Job(tmp_path / "in.npz", tmp_path / "in.npz" / "out.npz")
+    (result,) = complete_files([in_the_way])
+    assert result.status == "failed"
+    assert result.reason == f"{tmp_path / 'in.npz'}: is in the way, as it is no folder"
+
+
 def test_two_jobs_do_not_share_an_output(tmp_path: Path) -> None:
     jobs = [Job(tmp_path / name, tmp_path / "out.npz") for name in ("a.npz", "b.npz")]
     with pytest.raises(ValueError, match=r"out\.npz: is the output of two jobs"):
@@ -104,8 +120,13 @@ def test_a_table_is_read(tmp_path: Path) -> None:
     ("text", "message"),
     [
         ("", "has no column 'input'"),
-        ("input\na.npz\n", "has no column 'output'"),
-        ("input,output,quality\na,b,1\n", "the column 'quality' is not known, but format"),
+        ("input\na.npz\n", "has no column 'output'$"),
+        ("input;output\na;b\n", "has no column 'input'; values are separated by semicolons"),
+        ("input\toutput\na\tb\n", "has no column 'input'; values are separated by tabs"),
+        (
+            "input,output,quality\na,b,1\n",
+            "'quality' is not known; there are input, output, format",
+        ),
         ("input,output\na.npz\n", "line 2: has more or fewer values than there are columns"),
         ("input,output\na.npz,b.npz,c\n", "line 2: has more or fewer values"),
         ("input,output\n\na.npz,\n", "line 3: output is empty"),
@@ -250,4 +271,24 @@ def test_the_workers_of_a_killed_command_end(tmp_path: Path) -> None:
         children = Path(f"/proc/{batch.pid}/task/{batch.pid}/children").read_text().split()
         batch.kill()
     assert len(children) >= 2
+    wait_until(lambda: not any(running(int(child)) for child in children))
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="Linux alone tells of children")
+@pytest.mark.parametrize("workers", [1, 2])
+def test_an_interrupted_command_says_so_in_a_line(tmp_path: Path, workers: int) -> None:
+    write_partial(tmp_path / "in.npz", n_frames=60)
+    table = tmp_path / "jobs.csv"
+    rows = "".join(f"in.npz,out{i}.npz,detail\n" for i in range(100))
+    table.write_text(f"input,output,method\n{rows}")
+    command = [sys.executable, "-m", "dynmesh", "batch", str(table), "--workers", str(workers)]
+    with subprocess.Popen(
+        command, stderr=subprocess.PIPE, text=True, start_new_session=True
+    ) as batch:
+        wait_until(lambda: len(list(tmp_path.glob(".out*"))) == workers)  # all are at work
+        children = Path(f"/proc/{batch.pid}/task/{batch.pid}/children").read_text().split()
+        os.killpg(batch.pid, signal.SIGINT)  # as a terminal does
+        _, shown = batch.communicate(timeout=60)
+    assert shown == "interrupted; run it again to go on\n"
+    assert batch.returncode == 130
     wait_until(lambda: not any(running(int(child)) for child in children))

@@ -11,6 +11,7 @@ import pytest
 from commands import dynmesh_command as run
 
 import dynmesh
+from dynmesh import files
 from dynmesh.polygons import Polygons, split_polygons
 
 
@@ -255,6 +256,7 @@ def test_what_a_format_cannot_hold_is_left_out_aloud(folder: Path, tmp_path: Pat
 def test_help_and_version() -> None:
     assert run("--version").stdout.strip() == f"dynmesh {dynmesh.__version__}"
     shown = run("--help").stdout
+    assert all(name in shown for name in files.formats)
     for command in ("info", "synth", "degrade", "complete", "evaluate"):
         assert command in shown
         assert "Usage" in run(command, "--help").stdout
@@ -276,7 +278,10 @@ def test_errors_take_one_line_and_leave_nothing(folder: Path, tmp_path: Path) ->
     for arguments, message in [
         (["complete", tmp_path / "none.npz", out], "none.npz: No such file or directory"),
         (["complete", text, out], "text.npz: is damaged or no .npz archive"),
-        (["complete", incomplete, out], "incomplete.npz: known: vertex"),
+        (
+            ["complete", incomplete, out],
+            "incomplete.npz: frame 0: 1750 of 2500 vertices are",
+        ),
         (["complete", partial, truth], "truth.npz: exists already; --overwrite replaces it"),
         (["complete", partial, tmp_path / "no" / "out.npz"], "there is no folder"),
         (["complete", partial, tmp_path / "out.stl"], "the format '.stl' is not known"),
@@ -341,7 +346,7 @@ def test_a_sequence_is_converted_there_and_back(folder: Path, tmp_path: Path) ->
     shown = run("info", tmp_path / "scan", "--format", "hdf5").stdout
     assert "30.0 %" in shown
     error = run("convert", tmp_path / "new", tmp_path / "x.npz", "--format", "fbx", code=1).stderr
-    assert "the format 'fbx' is not known, but npz" in error
+    assert "the format 'fbx' is not known; there are npz" in error
 
 
 def test_the_method_can_be_chosen(folder: Path, tmp_path: Path) -> None:

@@ -213,6 +213,28 @@ def test_json_holds_it_all_and_is_limited() -> None:
     isolated = next(f for f in alone.findings if f.code == "isolated_vertices")
     assert isolated.count == 3 * MOST_PLACES
     assert len(isolated.where.vertices) == MOST_PLACES
+    few = next(f for f in alone.as_dict(most_places=5)["findings"] if f["code"] == isolated.code)
+    assert (few["count"], few["where"]["vertices"]) == (isolated.count, [0, 1, 2, 3, 4])
+
+
+def test_the_mean_edge_is_what_noise_is_measured_in(tmp_path: Path) -> None:
+    sequence = moving(sheet(12))
+    first, edges = sequence.vertices[0].astype(float), set()
+    for a, b, c in sequence.faces.tolist():
+        edges |= {tuple(sorted(pair)) for pair in ((a, b), (b, c), (c, a))}
+    mean = np.mean([np.linalg.norm(first[a] - first[b]) for a, b in edges])
+    found = dynmesh.diagnose(sequence)
+    assert found.mean_edge == pytest.approx(mean)
+    assert found.as_dict()["mesh"]["mean_edge"] == found.mean_edge
+    dynmesh.write(tmp_path / "a.npz", sequence)
+    assert f"{mean:g}, of frame 0" in info(tmp_path / "a.npz")
+    noisy = tmp_path / "noisy.npz"
+    shown = run("degrade", tmp_path / "a.npz", noisy, "--noise", "0.2").stderr
+    assert f"noise of {0.2 * mean:.3g}, as `complete --noise {0.2 * mean:.3g}` takes it" in shown
+    shown = run("degrade", tmp_path / "a.npz", noisy, "--known", "0.5", "--overwrite").stderr
+    assert "noise" not in shown
+    point = dynmesh.diagnose(Sequence(np.zeros((2, 3, 3)), np.array([[0, 1, 2]])))
+    assert point.mean_edge is None
 
 
 def test_places_are_listed_as_people_do() -> None:
@@ -264,6 +286,16 @@ def test_the_command_says_it_in_every_way(tmp_path: Path) -> None:
     assert "Nothing odd was found." in info(sound, "--strict")
     assert json.loads(info(path, "--json"))["severity"] == "warning"
     assert json.loads(run("info", path, "--json", "--strict", code=1).stdout)["findings"]
+    never = replace(sequence, vertices=sequence.vertices.copy())
+    never.vertices[1:, :20] = np.nan
+    dynmesh.write(tmp_path / "never.npz", never)
+    (told,) = (
+        finding
+        for finding in json.loads(info(tmp_path / "never.npz", "--json", "--brief"))["findings"]
+        if finding["code"] == "never_seen"
+    )
+    assert (told["count"], told["where"]["vertices"]) == (20, [0, 1, 2, 3, 4])
+    assert "is for --json" in run("info", path, "--brief", code=2).stderr
     holes = tmp_path / "holes.npz"  # no more than a note
     dynmesh.write(holes, BROKEN["small_holes"]()[0])
     assert "1 note\n" in info(holes, "--strict")

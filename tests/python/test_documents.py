@@ -42,6 +42,8 @@ def test_shell(tmp_path: Path) -> None:
     example = REPOSITORY / "examples" / "python" / "complete_file.py"
     shown = run(sys.executable, example, "partial.npz", "again.npz", cwd=tmp_path)
     assert "frame 174: 3001 known, 7001 filled in" in shown
+    alone = subprocess.run([sys.executable, example], capture_output=True, text=True, check=False)
+    assert (alone.returncode, alone.stderr.partition(":")[0]) == (1, "usage")
     completed = np.load(tmp_path / "completed.npz")["vertices"]
     np.testing.assert_array_equal(np.load(tmp_path / "again.npz")["vertices"], completed)
 

@@ -362,7 +362,7 @@ def test_the_suffix_can_be_overridden(
     path = tmp_path / "scan.dat"
     dynmesh.write(path, partial, format=format)
     np.testing.assert_array_equal(dynmesh.read(path, format=format).vertices, partial.vertices)
-    with pytest.raises(ValueError, match=r"the format '\.dat' is not known, but \.npz"):
+    with pytest.raises(ValueError, match=r"the format '\.dat' is not known; there are \.npz"):
         dynmesh.read(path)
 
 

@@ -1,10 +1,12 @@
 """Completion from file to file, interrupted and resumed."""
 
+import os
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -116,15 +118,32 @@ def test_another_job_is_not_mixed_in(tmp_path: Path, partial: Path) -> None:
     output = tmp_path / "out.npz"
     with pytest.raises(KeyboardInterrupt):
         complete_file(partial, output, watch=interrupted_after(11, KeyboardInterrupt()))
-    with pytest.raises(OtherJobError, match="as these changed: extra_iterations; without"):
-        complete_file(partial, output, resume=True, extra_iterations=2)
+    message = (
+        r"is of another job: extra_iterations changed \(0 before, 2 now\); "
+        r"noise changed \(not given before, 0\.5 now\); without"
+    )
+    with pytest.raises(OtherJobError, match=message):
+        complete_file(partial, output, resume=True, extra_iterations=2, noise=0.5)
     assert complete_file(partial, output, resume=True).resumed_at == 11
     with pytest.raises(KeyboardInterrupt):
         complete_file(
             partial, output, overwrite=True, watch=interrupted_after(5, KeyboardInterrupt())
         )
+    os.utime(partial)
+    with pytest.raises(OtherJobError, match="is of another job: input changed; without"):
+        complete_file(partial, output, overwrite=True, resume=True)
     assert complete_file(partial, output, overwrite=True).resumed_at == 0
     assert [path.name for path in tmp_path.iterdir()] == ["out.npz"]
+
+
+@pytest.mark.usefixtures("eager")
+def test_other_threads_go_on_with_the_same_job(tmp_path: Path, partial: Path) -> None:
+    whole, output = tmp_path / "whole.npz", tmp_path / "out.npz"
+    complete_file(partial, whole)
+    with pytest.raises(KeyboardInterrupt):
+        complete_file(partial, output, watch=interrupted_after(11, KeyboardInterrupt()))
+    assert complete_file(partial, output, resume=True, threads=2).resumed_at == 11
+    np.testing.assert_array_equal(dynmesh.read(output).vertices, dynmesh.read(whole).vertices)
 
 
 @pytest.mark.usefixtures("eager")
@@ -136,6 +155,46 @@ def test_only_what_can_be_continued_is_left(tmp_path: Path, partial: Path) -> No
     with pytest.raises(OSError, match="No space"):
         complete_file(partial, output, watch=interrupted_after(11, OSError("No space")))
     assert complete_file(partial, output, resume=True).resumed_at == 11
+
+
+def test_rejected_outliers_are_told(tmp_path: Path, partial: Path) -> None:
+    sequence = dynmesh.read(partial)
+    assert sequence.known is not None
+    astray = list(dynmesh.degrade.add_outliers(sequence.vertices, sequence.faces, 0.01))
+    spoilt = tmp_path / "spoilt.npz"
+    dynmesh.write(spoilt, replace(sequence, vertices=np.stack(astray)))
+    completer = dynmesh.Completer(
+        sequence.faces, sequence.vertices[0], method="detail", reject_outliers=True
+    )
+    rejected = 0
+    for points, known in zip(astray[1:], sequence.known[1:], strict=True):
+        completer.push(points, known)
+        rejected += completer.report.rejected
+    assert rejected > 0
+    out = tmp_path / "out.npz"
+    report = complete_file(spoilt, out, method="detail", reject_outliers=True)
+    assert report.rejected == rejected
+    assert complete_file(spoilt, tmp_path / "none.npz", method="detail").rejected == 0
+    options = ("--method", "detail", "--reject-outliers", "--overwrite")
+    shown = run("complete", spoilt, out, *options).stderr
+    assert f"out.npz: {rejected} outliers rejected, " in shown
+    assert "outliers rejected" not in run("complete", spoilt, out, "--overwrite").stderr
+
+
+def test_holes_in_frame_0_are_counted(tmp_path: Path, partial: Path) -> None:
+    sequence = dynmesh.read(partial)
+    assert sequence.known is not None
+    sequence.known[0, [7, 9]] = False
+    message = (
+        r"holes\.npz: frame 0: 2 of 2500 vertices are missing, vertex 7 first; all motion begins "
+        r"there: begin at a whole frame, which `dynmesh info` names"
+    )
+    for known in (sequence.known, None):
+        sequence.vertices[0, [7, 9], 1] = np.nan
+        dynmesh.write(tmp_path / "holes.npz", replace(sequence, known=known))
+        with pytest.raises(ValueError, match=message):
+            complete_file(tmp_path / "holes.npz", tmp_path / "out.npz")
+    assert [path.name for path in tmp_path.iterdir()] == ["holes.npz"]
 
 
 def test_two_processes_do_not_write_one_output(tmp_path: Path, partial: Path) -> None:

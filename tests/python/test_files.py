@@ -212,7 +212,7 @@ def test_damaged_files_are_refused(tmp_path: Path, mesh: Mesh) -> None:
 
     with pytest.raises(FileNotFoundError):
         dynmesh.read(tmp_path / "none.npz")
-    with pytest.raises(ValueError, match=r"the format '\.stl' is not known, but \.npz"):
+    with pytest.raises(ValueError, match=r"the format '\.stl' is not known; there are \.npz"):
         dynmesh.open(tmp_path / "a.stl")
 
 

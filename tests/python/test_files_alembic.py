@@ -103,7 +103,7 @@ def test_a_mesh_is_chosen(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="several meshes; choose one with --prim: /Moving, /Other"):
         dynmesh.read(path)
     assert dynmesh.read(path, prim="/Other").vertices[0, 0, 2] == 3
-    with pytest.raises(ValueError, match="no mesh '/Nobody', but /Still, /Moving, /Other"):
+    with pytest.raises(ValueError, match="no mesh '/Nobody'; there are /Still, /Moving, /Other"):
         dynmesh.read(path, prim="/Nobody")
     archive_of(path)
     with pytest.raises(ValueError, match="holds no mesh of polygons"):

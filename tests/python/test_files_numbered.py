@@ -115,6 +115,32 @@ def test_gaps_are_refused(tmp_path: Path) -> None:
             dynmesh.open(tmp_path / path)
 
 
+@pytest.mark.parametrize(
+    ("numbers", "missing"),
+    [
+        (["0018", "0019", "0021"], "0020"),
+        (["8", "9", "11"], "10"),
+        (["0", "2", "4", "8"], "6"),
+        (["0", "2", "4"], None),
+        (["1000", "1033", "1067"], None),  # milliseconds
+        (["1", "01", "3"], None),
+    ],
+)
+def test_gaps_in_a_folder_and_a_glob_are_refused(
+    tmp_path: Path, numbers: list[str], missing: str | None
+) -> None:
+    for number in numbers:
+        (tmp_path / f"f2_{number}.obj").write_text(TRIANGLE)
+    for path in (tmp_path, tmp_path / "f*.obj"):
+        if missing is None:
+            with dynmesh.open(path) as reader:
+                assert reader.n_frames == len(numbers)
+                assert reader.header.start == int(numbers[0])
+        else:
+            with pytest.raises(ValueError, match=rf": f2_{missing}\.obj is missing: put it there"):
+                dynmesh.open(path)
+
+
 def test_a_shorter_sequence_replaces_a_longer_one(tmp_path: Path, mesh: Mesh) -> None:
     path = tmp_path / "f_%03d.ply"
     dynmesh.write(path, sequence_of(mesh, 1002))

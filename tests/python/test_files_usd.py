@@ -105,7 +105,8 @@ def test_a_mesh_is_chosen(tmp_path: Path) -> None:
         dynmesh.read(path)
     assert dynmesh.read(path, prim="/Other").vertices[0, 0, 2] == 3
     for prim in ("/Nobody", "Moving", "not a path"):
-        with pytest.raises(ValueError, match=f"no mesh '{prim}', but /Still, /Moving, /Other"):
+        message = f"no mesh '{prim}'; there are /Still, /Moving, /Other"
+        with pytest.raises(ValueError, match=message):
             dynmesh.read(path, prim=prim)
     layer(path, 'def Xform "Body" {}')
     with pytest.raises(ValueError, match="holds no mesh of polygons"):

@@ -12,6 +12,7 @@ from .batch import batch
 from .completion import complete
 from .description import info
 from .evaluation import evaluate, reproduce
+from .options import format_names
 from .pictures import picture, view
 from .sequences import convert, degrade, synth
 
@@ -44,7 +45,7 @@ def _value_of(names: list[str], arguments: list[str]) -> str | None:
 app = typer.Typer(
     name="dynmesh",
     help="Completes dynamic meshes: one connectivity, a whole first frame, holes in the others.\n\n"
-    "A sequence is an animated mesh in any of the formats that `dynmesh convert --help` lists. A "
+    f"A sequence is an animated mesh in one of the formats {format_names}, told by its suffix. A "
     "vertex is missing in a frame where its mask says so or, in a file without masks, where its "
     "position is not a number.",
     rich_markup_mode="markdown",

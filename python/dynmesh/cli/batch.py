@@ -2,12 +2,13 @@
 
 import logging
 import os
+import signal
 import threading
 from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import ExitStack, contextmanager
-from multiprocessing import get_context, parent_process
+from multiprocessing import active_children, get_context, parent_process
 from pathlib import Path
 from typing import Annotated
 
@@ -72,7 +73,11 @@ def batch(
             if result.status == "failed":
                 say(f"failed: {result.reason}")
 
-        results = complete_files(table, executor, overwrite=overwrite, watch=watch)
+        try:
+            results = complete_files(table, executor, overwrite=overwrite, watch=watch)
+        except KeyboardInterrupt:
+            say("interrupted; run it again to go on")
+            raise
     counts = Counter(result.status for result in results)
     say(
         f"{counts['done']} done, {counts['exists']} there already, {counts['failed']} failed "
@@ -82,8 +87,8 @@ def batch(
         raise typer.Exit(1)
 
 
-def _end_with_parent() -> None:
-    """Ends a worker when the command is killed: it would wait for its next job for ever."""
+def _begin_worker() -> None:
+    """Ends a worker with the command: killed, it would leave it waiting for its next job."""
 
     def wait() -> None:
         parent = parent_process()
@@ -91,6 +96,7 @@ def _end_with_parent() -> None:
             parent.join()
             os._exit(1)
 
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # where it does not inherit that
     threading.Thread(target=wait, daemon=True).start()
 
 
@@ -105,10 +111,29 @@ def _executor(workers: int, scheduler: str | None) -> Iterator[Executor | None]:
         except (OSError, ValueError) as error:
             raise OSError(f"--scheduler: there is none at {scheduler}") from error
         with client, client.get_executor() as executor:
-            yield executor
+            try:
+                yield executor
+            except KeyboardInterrupt:
+                executor.shutdown(wait=False)  # forgets what has not begun
+                raise
     elif workers > 1:
         spawn = get_context("spawn")
-        with ProcessPoolExecutor(workers, spawn, initializer=_end_with_parent) as executor:
-            yield executor
+        with ProcessPoolExecutor(workers, spawn, initializer=_begin_worker) as executor:
+            _start_deaf(executor)
+            try:
+                yield executor
+            except KeyboardInterrupt:
+                for worker in active_children():
+                    worker.terminate()
+                raise
     else:
         yield None
+
+
+def _start_deaf(executor: Executor) -> None:
+    """Starts workers that do not hear an interruption, which a terminal sends to them as well."""
+    heard = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        executor.submit(os.getpid)  # the first one starts all
+    finally:
+        signal.signal(signal.SIGINT, heard)

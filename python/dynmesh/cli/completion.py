@@ -129,11 +129,11 @@ def complete(
         return
     if report.resumed_at:
         say(f"{output}: went on at frame {report.resumed_at}")
-    _say_what_was_done(output, report)
+    _say_what_was_done(output, report, reject_outliers)
     zeros.say_if_many()
 
 
-def _say_what_was_done(output: Path, report: FileReport) -> None:
+def _say_what_was_done(output: Path, report: FileReport, reject_outliers: bool) -> None:
     seconds = report.seconds_per_frame
     if seconds is None:
         say(f"{output}: frame 0 alone; there was nothing to complete")
@@ -141,12 +141,15 @@ def _say_what_was_done(output: Path, report: FileReport) -> None:
     done = report.frames - max(1, report.resumed_at)
     say(
         f"{output}: {done} frames completed in {1e3 * seconds:.3g} ms each (median), "
-        f"{1 / seconds:.0f} frames per second beside reading and writing"
+        f"{1 / seconds:.0f} frames per second without reading and writing"
     )
+    whole = report.known + report.filled + report.unseen
+    if reject_outliers:
+        share = 100 * report.rejected / whole
+        say(f"{output}: {report.rejected} outliers rejected, {share:.3g} % of the vertices")
     if report.filled + report.unseen == 0:
         say(f"{output}: nothing was missing")
         return
     counts = {"known": report.known, "filled in": report.filled, "unseen": report.unseen}
-    whole = sum(counts.values())
     shares = ", ".join(f"{what} {100 * n / whole:.3g} %" for what, n in counts.items())
     say(f"{output}: {shares} of the vertices after frame 0")

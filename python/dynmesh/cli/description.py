@@ -14,19 +14,26 @@ from .. import files
 from .._core import TopologyReport
 from .._terminal import say, track
 from ..diagnosis import Diagnosis, diagnose
-from ..diagnosis.finding import SEVERITIES
+from ..diagnosis.finding import MOST_PLACES, SEVERITIES
 from ..files import Frame, Header
 from .options import Faces, Format, InputPath, MaskFile, MissingValue, Prim, source_of
 from .pictures import check_output
 
 _PATIENCE = 2.0  # seconds without a bar
 _REFUSED_SHOWN = 3
+_BRIEF = 5  # places
 _STYLES = {"error": "bold red", "warning": "yellow", "note": "cyan"}
 
 
 def info(
     path: InputPath,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")] = False,
+    brief: Annotated[
+        bool,
+        typer.Option(
+            "--brief", help="With --json: at most five vertices, faces and frames of each finding."
+        ),
+    ] = False,
     picture: Annotated[
         Path | None,
         typer.Option(metavar="PNG", help="Also draw where it is odd; needs the extra view."),
@@ -48,12 +55,14 @@ def info(
     An error keeps it from being completed; a warning makes the result worse, or tells that
     something is broken; a note is worth knowing. All of them are explained in docs/diagnosis.md.
     """
+    if brief and not as_json:
+        raise typer.BadParameter("is for --json", param_hint="'--brief'")
     if picture is not None:
         check_output(picture, overwrite, ".png")
     with files.open(path, **source_of(format, faces, prim, mask, missing)) as reader:
         diagnosis = diagnose(reader, watch=_watch)
     if as_json:
-        print(diagnosis.as_json())
+        print(diagnosis.as_json(most_places=_BRIEF if brief else MOST_PLACES))
     else:
         _print(diagnosis, files.format_of(path, format).name)
     if picture is not None:
@@ -77,6 +86,8 @@ def _print(diagnosis: Diagnosis, format_name: str) -> None:
         table.add_row(*row)
     table.add_row("known after frame 0", _describe_shares(diagnosis.known_share[1:].tolist()))
     table.add_row("bounding-box diagonal", f"{diagnosis.diagonal:g}, of frame 0")
+    if diagnosis.mean_edge is not None:
+        table.add_row("mean edge", f"{diagnosis.mean_edge:g}, of frame 0")
     if diagnosis.topology is not None:
         for row in _topology_rows(diagnosis.topology):
             table.add_row(*row)

@@ -11,7 +11,8 @@ import typer
 from .. import files
 from ..checkpoint import Source
 
-_names = ", ".join(files.formats)
+format_names = files.listed(files.formats)
+"""Of all formats, for people."""
 
 InputPath = Annotated[
     Path,
@@ -22,7 +23,9 @@ InputPath = Annotated[
 OutputPath = Annotated[Path, typer.Argument(metavar="OUT", help="The result.")]
 Format = Annotated[
     str | None,
-    typer.Option("--format", metavar="NAME", help=f"Format of IN. [by its suffix] One of {_names}"),
+    typer.Option(
+        "--format", metavar="NAME", help=f"Format of IN. [by its suffix] One of {format_names}"
+    ),
 ]
 OutputFormat = Annotated[
     str | None, typer.Option(metavar="NAME", help="Format of OUT. [by its suffix]")

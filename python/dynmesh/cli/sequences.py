@@ -42,7 +42,14 @@ class BuiltIn(StrEnum):
 def synth(
     name: Annotated[BuiltIn, typer.Argument(metavar="NAME", help="ocean or walker.")],
     output: OutputPath,
-    frames: Annotated[int | None, typer.Option(help="How many frames.", min=1)] = None,
+    frames: Annotated[
+        int | None,
+        typer.Option(
+            help="How many frames. All that the walker does is spread over them: with fewer of "
+            "them it moves faster.",
+            min=1,
+        ),
+    ] = None,
     seed: Seed = 0,
     overwrite: Overwrite = False,
 ) -> None:
@@ -84,7 +91,14 @@ def degrade(
     up: Annotated[
         Axis | None, typer.Option(help="The axis that cameras circle around. [as IN says, or z]")
     ] = None,
-    seed: Seed = 0,
+    seed: Annotated[
+        int,
+        typer.Option(
+            help="Equal seeds give equal results: to take more away from what was degraded before, "
+            "give another, or the same vertices are taken again.",
+            min=0,
+        ),
+    ] = 0,
     format: Format = None,
     output_format: OutputFormat = None,
     faces: Faces = None,
@@ -121,6 +135,7 @@ def degrade(
         if dropout is not None:
             with as_usage("--dropout"):
                 masks.append(degradation.dropout(*shape, dropout, seed=seed))
+        sigma = 0.0
         if noise is not None:
             with as_usage("--noise"):
                 points = degradation.add_noise(points, reader.faces, noise, seed=seed)
@@ -133,7 +148,9 @@ def degrade(
                 track(points, reader.n_frames, "degrading"), frames_known, *masks, strict=True
             )
             n_known = -reader.n_vertices  # frame 0 is whole in any case
-            for position, *observed in rows:
+            for number, (position, *observed) in enumerate(rows):
+                if number == 0 and noise:
+                    sigma = noise * degradation.mean_edge_of(position, reader.faces)
                 seen = [mask for mask in observed if mask is not None]
                 kept = np.logical_and.reduce(seen) if seen else np.ones(len(position), np.bool_)
                 # What is not known must not be there to be peeked at.
@@ -141,6 +158,9 @@ def degrade(
                 n_known += int(kept.sum())
         share = n_known / max(1, (reader.n_frames - 1) * reader.n_vertices)
     say(f"{output}: {100 * share:.1f} % of the vertices known after frame 0")
+    if sigma:
+        told = f"{sigma:.3g}"
+        say(f"{output}: noise of {told}, as `complete --noise {told}` takes it")
 
 
 def convert(

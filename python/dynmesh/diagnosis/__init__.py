@@ -70,6 +70,7 @@ def _diagnose(header: Header, frames: Iterator[Frame], watch: Watch | None) -> D
         topology=start.topology,
         first_frame=np.where(start.observed[:, None], start.first, np.nan).astype(header.dtype),
         diagonal=start.diagonal,
+        mean_edge=start.mean_edge if np.nansum(start.lengths) > 0 else None,
         known_share=np.array(presence.shares),
         motion=np.array(motion.medians),
         likely_up=placement.likely_up,

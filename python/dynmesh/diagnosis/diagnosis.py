@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from .._core import TopologyReport
 from ..files import Header
 from ..sequence import Positions
-from .finding import SEVERITIES, Finding, Severity
+from .finding import MOST_PLACES, SEVERITIES, Finding, Severity
 from .placement import Unit
 
 SCHEMA_VERSION = 1
@@ -26,6 +26,7 @@ class Diagnosis:
         topology: what the core says of the connectivity; None where there are no faces.
         first_frame: (k, 3), NaN where frame 0 lacks a vertex.
         diagonal: of the bounding box of frame 0, in the unit of the positions.
+        mean_edge: of frame 0, in the same unit; None where it has no edges longer than 0.
         known_share: (n,) float64, of each frame the share of the vertices that was observed.
         motion: (n,) float64, of each frame the median distance that a vertex moved since the one
             before, in diagonals; NaN for frame 0 and where too little was seen.
@@ -39,6 +40,7 @@ class Diagnosis:
     topology: TopologyReport | None
     first_frame: Positions
     diagonal: float
+    mean_edge: float | None
     known_share: NDArray[np.float64]
     motion: NDArray[np.float64]
     likely_up: str
@@ -57,11 +59,11 @@ class Diagnosis:
         """How many findings of a severity there are."""
         return sum(finding.severity == severity for finding in self.findings)
 
-    def as_json(self) -> str:
-        """The JSON that docs/diagnosis.md describes."""
-        return json.dumps(self.as_dict(), indent=2, allow_nan=False)
+    def as_json(self, *, most_places: int = MOST_PLACES) -> str:
+        """The JSON that docs/diagnosis.md describes, with at most so many places of each kind."""
+        return json.dumps(self.as_dict(most_places=most_places), indent=2, allow_nan=False)
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self, *, most_places: int = MOST_PLACES) -> dict[str, Any]:
         """The same as dicts, lists, strings, numbers and None."""
         header, shares = self.header, self.known_share[1:]
         motion = self.motion[np.isfinite(self.motion)]
@@ -71,7 +73,7 @@ class Diagnosis:
             "version": SCHEMA_VERSION,
             "severity": self.severity,
             "counts": {severity: self.count(severity) for severity in SEVERITIES},
-            "findings": [_finding_as_dict(finding) for finding in self.findings],
+            "findings": [_finding_as_dict(finding, most_places) for finding in self.findings],
             "sequence": {
                 "frames": header.n_frames,
                 "vertices": header.n_vertices,
@@ -92,6 +94,7 @@ class Diagnosis:
                 "triangles": len(header.faces),
                 "polygons": None if header.polygons is None else len(header.polygons.sizes),
                 "diagonal": self.diagonal,
+                "mean_edge": self.mean_edge,
             },
             "known_share": {
                 "mean": float(shares.mean()) if len(shares) else None,
@@ -113,8 +116,8 @@ def _topology_as_dict(topology: TopologyReport | None) -> dict[str, Any]:
     return {**told, "closed": closed, "refused_faces": refused}
 
 
-def _finding_as_dict(finding: Finding) -> dict[str, Any]:
-    where = finding.where
+def _finding_as_dict(finding: Finding, most_places: int) -> dict[str, Any]:
+    kinds = ("vertices", "faces", "frames")
     return {
         "code": finding.code,
         "severity": finding.severity,
@@ -122,5 +125,5 @@ def _finding_as_dict(finding: Finding) -> dict[str, Any]:
         "worst": finding.worst,
         "message": finding.message,
         "advice": finding.advice,
-        "where": {name: getattr(where, name).tolist() for name in ("vertices", "faces", "frames")},
+        "where": {kind: getattr(finding.where, kind)[:most_places].tolist() for kind in kinds},
     }

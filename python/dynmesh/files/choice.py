@@ -30,13 +30,16 @@ formats: dict[str, Format] = {
 """All formats by name."""
 
 
+_NAME_IT = "name the format with --format, in a table of jobs and in Python format="
+
+
 def format_of(path: PathLike, name: str | None = None) -> Format:
     """The format of that name, or else that of the sequence which is read from `path`."""
     path = Path(path)
     if name is None and not path.suffix and not path.exists() and not glob.has_magic(str(path)):
         raise FileNotFoundError(errno.ENOENT, "there is no such file or folder", str(path))
     with naming(path):
-        return _choose(path, name, "name the format with --format, in Python format=")
+        return _choose(path, name, _NAME_IT)
 
 
 def writer_of(path: PathLike, format: str | None = None) -> type[Writer]:
@@ -84,7 +87,7 @@ def _choose(path: Path, name: str | None, otherwise: str) -> Format:
     """The format of that name, or that the path shows; `otherwise` is what the user can do."""
     if name is not None:
         if name not in formats:
-            raise ValueError(f"the format '{name}' is not known, but {listed(formats)}")
+            raise ValueError(f"the format '{name}' is not known; there are {listed(formats)}")
         return formats[name]
     if path.is_dir():
         return _format_in(path, otherwise)
@@ -95,7 +98,7 @@ def _choose(path: Path, name: str | None, otherwise: str) -> Format:
         if suffix in format.suffixes:
             return format
     suffixes = [suffix for format in formats.values() for suffix in format.suffixes]
-    raise ValueError(f"the format '{path.suffix}' is not known, but {listed(suffixes)}")
+    raise ValueError(f"the format '{path.suffix}' is not known; there are {listed(suffixes)}")
 
 
 def _format_in(folder: Path, otherwise: str) -> Format:

@@ -64,7 +64,8 @@ def find_files(path: Path, suffix: str) -> tuple[list[Path], int]:
     """The files of a sequence that is to be read, and the number of the first.
 
     In a folder or a glob the number is the last in a name. It is 0 where the names differ in more,
-    where `path` is one file's, and where the number is too large to count frames.
+    where `path` is one file's, and where the number is too large to count frames. Numbers there may
+    be several apart, as of every second frame, but evenly so.
 
     Args:
         path: a file; a folder, for all its files with `suffix` in natural order; a pattern as
@@ -82,18 +83,20 @@ def find_files(path: Path, suffix: str) -> tuple[list[Path], int]:
         if not (found := files_in(path, suffix)):
             raise ValueError(f"holds no {suffix} file")
         first = _first_number(found)
+        _check_no_gap(found)
     elif path.exists():
         found = [path]
     elif names.numbered:
         by_number = names.existing()
         for before, after in pairwise(by_number):
             if after > before + 1:
-                raise ValueError(f"{names.name(before + 1)} is missing")
+                raise ValueError(_missing(names.name(before + 1)))
         found, first = list(by_number.values()), next(iter(by_number), 0)
     else:
         matching = glob.glob(str(path))  # noqa: PTH207 (which would find hidden files, too)
         found = _in_natural_order(map(Path, matching))
         first = _first_number(found)
+        _check_no_gap(found)
     if not found:
         raise FileNotFoundError(errno.ENOENT, "there is no such file", str(path))
     return found, first if first <= largest_start else 0
@@ -101,9 +104,39 @@ def find_files(path: Path, suffix: str) -> tuple[list[Path], int]:
 
 def _first_number(files: list[Path]) -> int:
     """The last number in the first name, if the names differ in nothing else; otherwise 0."""
+    return next(iter(_numbers(files)), 0)
+
+
+def _numbers(files: list[Path]) -> list[int]:
+    """The last numbers in the names, if these differ in nothing else; otherwise none."""
     common = {(file.parent, _last_number.sub("/", file.stem)) for file in files}
-    number = _last_number.search(files[0].stem) if len(common) == 1 else None
-    return int(number[0]) if number else 0
+    found = [_last_number.search(file.stem) for file in files] if len(common) == 1 else []
+    return [int(number[0]) for number in found if number]
+
+
+def _check_no_gap(files: list[Path]) -> None:
+    """Refuses files between which one is missing.
+
+    Where the numbers are not multiples of one step apart, they count no frames: they may be times.
+    """
+    numbers = _numbers(files)
+    steps = [after - before for before, after in pairwise(numbers)]
+    step = min(steps, default=0)
+    if step == 0 or any(one % step for one in steps):
+        return
+    for file, number, one in zip(files, numbers, steps, strict=False):
+        if one > step:
+            raise ValueError(_missing(_renumbered(file, number + step)))
+
+
+def _renumbered(file: Path, number: int) -> str:
+    """What the file would be called if it had this number."""
+    name = _last_number.sub(lambda old: str(number).zfill(len(old[0])), file.stem)
+    return name + file.suffix
+
+
+def _missing(name: str) -> str:
+    return f"{name} is missing: put it there, or number the files without a gap if none is lost"
 
 
 def names_to_write(path: Path, suffix: str) -> FrameNames:

@@ -18,7 +18,7 @@ def choose_mesh(meshes: Mapping[str, bool], prim: str | None) -> str:
         raise ValueError("holds no mesh of polygons")
     if prim is not None:
         if prim not in meshes:
-            raise ValueError(f"has no mesh '{prim}', but {_listed(list(meshes))}")
+            raise ValueError(f"has no mesh '{prim}'; there are {_listed(list(meshes))}")
         return prim
     candidates = [path for path, moves in meshes.items() if moves] or list(meshes)
     if len(candidates) > 1:

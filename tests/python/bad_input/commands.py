@@ -44,8 +44,12 @@ def prepare(world: World) -> None:
         "too_many": "input,output\nbody.npz,new.npz,more\n",
         "no_number": "input,output,fps\nbody.npz,new.npz,fast\n",
         "failing": "input,output\nnone.npz,new.npz\n",
+        "semicolons": "input;output\nbody.npz;new.npz\n",
     }.items():
         (folder / f"{name}.csv").write_text(text)
+    (folder / "gap").mkdir()
+    for number in (0, 1, 3):
+        (folder / "gap" / f"f_{number:04d}.obj").write_text("\n".join(corners + faces))
 
 
 def dynmesh_command(*arguments: str) -> None:
@@ -93,7 +97,17 @@ def _shell(line: str, *names: str, full: bool = False) -> Case:
 shell = [
     _shell("info none.npz", "none.npz:", "No such file", "exit code 1"),
     _shell("info letter.npz", "letter.npz:", "damaged", "exit code 1"),
-    _shell("complete holes.npz new.npz", "holes.npz", "vertex 4", "nan", "exit code 1"),
+    _shell(
+        "complete holes.npz new.npz",
+        "holes.npz",
+        "1 of 49",
+        "vertex 4",
+        "whole frame",
+        "exit code 1",
+    ),
+    _shell("info gap", "gap: f_0002.obj is missing", "put it there", "exit code 1"),
+    _shell("info gap/f_*.obj", "gap/f_*.obj: f_0002.obj is missing", "exit code 1"),
+    _shell("info body.npz --brief", "--brief", "--json", "exit code 2"),
     _shell("info body.npz other.npz", "other.npz", "quote a pattern", "exit code 2"),
     _shell("complete body.npz other.npz", "other.npz:", "--overwrite", "exit code 1"),
     _shell("complete body.npz body.npz --overwrite", "body.npz:", "input", "exit code 1"),
@@ -146,6 +160,7 @@ shell = [
     _shell("picture body.npz -o new.png --size 0", "--size", "0", "exit code 2"),
     _shell("batch none.csv", "none.csv:", "No such file", "exit code 1"),
     _shell("batch no_column.csv", "no_column.csv:", "'output'", "exit code 1"),
+    _shell("batch semicolons.csv", "semicolons.csv:", "'input'", "commas", "exit code 1"),
     _shell("batch odd_column.csv", "odd_column.csv:", "'colour'", "exit code 1"),
     _shell("batch no_value.csv", "no_value.csv: line 2", "input", "exit code 1"),
     _shell("batch too_many.csv", "too_many.csv: line 2", "exit code 1"),

@@ -158,7 +158,7 @@ def _job(world: World, path: str, **more: Any) -> Any:  # noqa: ARG001
 
 completing = [
     _complete("a file that is not there", lambda w: _to_new(w, "none.npz"), FileNotFoundError, "none.npz"),
-    _complete("NaN in frame 0", lambda w: _to_new(w, "holes.npz"), ValueError, "holes.npz: first_frame: vertex 4", "nan"),
+    _complete("NaN in frame 0", lambda w: _to_new(w, "holes.npz"), ValueError, "holes.npz: frame 0: 1 of 49 vertices is missing, vertex 4", "whole frame"),
     _complete("an output that exists", lambda _: dynmesh.complete_file("body.npz", "other.npz"), FileExistsError, "other.npz:", "overwrite=True"),
     _complete("the input as output", lambda _: dynmesh.complete_file("body.npz", "body.npz", overwrite=True), ValueError, "body.npz:", "input"),
     _complete("into a folder that is not there", lambda _: dynmesh.complete_file("body.npz", "no/new.npz"), FileNotFoundError, "no/new.npz:"),
