@@ -237,6 +237,16 @@ def test_the_mean_edge_is_what_noise_is_measured_in(tmp_path: Path) -> None:
     assert point.mean_edge is None
 
 
+def test_what_was_first_met_at_the_origin_is_there() -> None:
+    """A vertex that is pinned there, and that frame 0 lacks."""
+    pinned = dynmesh.synth.ocean(6, grid=8)
+    vertices = pinned.vertices - pinned.vertices[:, :1]
+    vertices[0, 0] = np.nan
+    found = dynmesh.diagnose(Sequence(vertices, pinned.faces))
+    assert "first_frame_incomplete" in codes(found)
+    assert "zeros" not in " ".join(codes(found))
+
+
 def test_places_are_listed_as_people_do() -> None:
     assert listed("vertex", [4]) == "vertex 4"
     assert listed("face", [4, 6]) == "faces 4 and 6"

@@ -60,7 +60,9 @@ class Presence:
         self._seen = np.zeros(self._n_vertices, np.bool_)
         self._unusable = _Places(self._n_vertices)
         self._zeros = _Places(self._n_vertices)
-        self._is_zero_at_first = ~mesh.first.any(axis=1) & mesh.observed
+        # Of what was first met at the origin nobody can say that it is not there.
+        self._met = mesh.observed.copy()
+        self._began_at_zero = ~mesh.first.any(axis=1) & mesh.observed
         n_components = int(mesh.component.max()) + 1
         self._sizes = np.bincount(mesh.component)
         self._unseen_for = np.zeros(n_components, np.int64)
@@ -74,7 +76,10 @@ class Presence:
         self._seen |= observed
         if self._first_whole is None and observed.all():
             self._first_whole = number
-        zero = observed & ~frame.points.any(axis=1) & ~self._is_zero_at_first
+        zero = observed & ~frame.points.any(axis=1)
+        self._began_at_zero |= zero & ~self._met
+        self._met |= observed
+        zero &= ~self._began_at_zero
         self._zeros.add(number, zero)
         known = np.bincount(self._mesh.component[observed], minlength=len(self._sizes))
         self._unseen_for = np.where(known == 0, self._unseen_for + 1, 0)
