@@ -216,18 +216,18 @@ Blend Detail<Real>::solve_for_blend() {
     change += counts_[v] * squared_norm(turned_[3 * v + 2]);
   }
   sums.drop_rounding_errors(shape, change);
-  const auto [b, c] = global_blend(sums);
+  const Blend found = global_blend(sums);
   for (std::size_t v = 0; v < x_.size(); ++v) {
     blend_fits_[v] = {};
     if (sums.s11 == 0) continue;
-    find_residuals(v, [&](const Residuals& residuals) { blend_fits_[v].add(residuals, c); });
+    find_residuals(v, [&](const Residuals& residuals) { blend_fits_[v].add(residuals, found.c); });
   }
   for (std::size_t v = 0; v < x_.size(); ++v) {
-    x_[v] = x_[v] + steps_[3 * v] + b * steps_[3 * v + 1] + c * steps_[3 * v + 2];
-    kx_[v] = kx_[v] + k_step_[3 * v] + b * k_step_[3 * v + 1] + c * k_step_[3 * v + 2];
+    x_[v] = x_[v] + steps_[3 * v] + found.b * steps_[3 * v + 1] + found.c * steps_[3 * v + 2];
+    kx_[v] = kx_[v] + k_step_[3 * v] + found.b * k_step_[3 * v + 1] + found.c * k_step_[3 * v + 2];
   }
-  report_.blend = b;
-  return {b, c};
+  report_.blend = found.b;
+  return found;
 }
 
 /// Calls `visit` with what the steps leave of the shape at a vertex, and of its distance from where
