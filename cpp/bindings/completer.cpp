@@ -192,7 +192,9 @@ Args:
     faces: (m, 3) integers, triangles. Faces that no half-edge mesh can hold are listed in
         `topology`; their edges count all the same.
     first_frame: (k, 3) float32 or float64, complete and finite. Positions of the other dtype that
-        come later are converted.
+        come later are converted. A float64 that is finite but beyond the range of float32 becomes
+        the largest float32 of its sign: known positions with it are refused as too large, and never
+        taken as missing.
     method: "motion", the default: the paper's averaged motion vectors (Arvanitis et al. 2017,
         section 3). "detail": keeps the shape of frame 0 and of the last frame, turned with the
         motion: a fraction of the error, in milliseconds where "motion" takes tenths of one;

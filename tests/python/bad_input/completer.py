@@ -224,7 +224,8 @@ pushes = [
     _out("`points` upside down", lambda w: w.points[::-1], ValueError, "overlaps points"),
     Case("push", "`out`: shares memory with `known`", _mask_inside_out, ValueError, ("out:",)),
     _out("rows that overlap", lambda w: _strided(w.points, 8, 8), ValueError, "overlap"),
-    _out("rows in one place", lambda w: _strided(w.points, 0, 8), ValueError, "overlap"),
+    _out("rows in one place", lambda w: _strided(w.points, 0, 8), ValueError, "row stride of 0"),
+    _out("columns in one place", lambda w: _strided(w.points, 8, 0), ValueError, "column stride"),
 ]
 
 
