@@ -129,8 +129,7 @@ Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
   if (noise_) weigh_anchors();
   for (const Index solved : factor_->order()) {
     const auto v = static_cast<std::size_t>(solved);
-    points[v] = {static_cast<Real>(x_[v].x), static_cast<Real>(x_[v].y),
-                 static_cast<Real>(x_[v].z)};
+    points[v] = {saturated<Real>(x_[v].x), saturated<Real>(x_[v].y), saturated<Real>(x_[v].z)};
   }
   return rounds;
 }
