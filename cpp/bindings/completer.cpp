@@ -258,11 +258,12 @@ constexpr const char* state_doc = R"doc(state()
 All that later frames depend on, to be stored or sent.
 
 Returns:
-    bytes for `restore`, little-endian)doc";
+    bytes for `restore`, little-endian. There are no times in them: completers that were given the
+        same frames have the same bytes.)doc";
 
 constexpr const char* restore_doc = R"doc(restore(state)
 
-Continues where `state` was taken, with the same results.
+Continues where `state` was taken, with the same results. The seconds of `report` are 0 then.
 
 Args:
     state: bytes, from a completer of the same faces, dtype and settings, on any machine.)doc";
