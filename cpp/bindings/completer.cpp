@@ -192,7 +192,9 @@ Args:
     faces: (m, 3) integers, triangles. Faces that no half-edge mesh can hold are listed in
         `topology`; their edges count all the same.
     first_frame: (k, 3) float32 or float64, complete and finite. Positions of the other dtype that
-        come later are converted.
+        come later are converted. A float64 that is finite but beyond the range of float32 becomes
+        the largest float32 of its sign: known positions with it are refused as too large, and never
+        taken as missing.
     method: "motion", the default: the paper's averaged motion vectors (Arvanitis et al. 2017,
         section 3). "detail": keeps the shape of frame 0 and of the last frame, turned with the
         motion: a fraction of the error, in milliseconds where "motion" takes tenths of one;
@@ -256,11 +258,12 @@ constexpr const char* state_doc = R"doc(state()
 All that later frames depend on, to be stored or sent.
 
 Returns:
-    bytes for `restore`, little-endian)doc";
+    bytes for `restore`, little-endian. There are no times in them: completers that were given the
+        same frames have the same bytes.)doc";
 
 constexpr const char* restore_doc = R"doc(restore(state)
 
-Continues where `state` was taken, with the same results.
+Continues where `state` was taken, with the same results. The seconds of `report` are 0 then.
 
 Args:
     state: bytes, from a completer of the same faces, dtype and settings, on any machine.)doc";
