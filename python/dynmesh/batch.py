@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Literal
 
 from . import files
+from ._checks import SettingError
 from .checkpoint import OtherJobError, Source
 from .file_completion import FileReport, complete_file
 from .streaming import Settings
@@ -118,6 +119,8 @@ def _run(job: Job, overwrite: bool) -> Result:
             report = _complete(job, overwrite, resume=False)
     except FileExistsError:
         return Result(job, "exists")
+    except SettingError as error:  # which names no file
+        return Result(job, "failed", f"{job.input}: {error}", seconds=time.monotonic() - began)
     except Exception as error:  # whatever it is, the other jobs go on
         return Result(job, "failed", _in_one_line(error), seconds=time.monotonic() - began)
     return Result(job, "done", "", report.frames, time.monotonic() - began)

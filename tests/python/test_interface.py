@@ -520,7 +520,7 @@ def read_only(points: Any) -> Any:
         ),
         (
             TypeError,
-            r"speed: is no setting; there are method, revisit",
+            r"Completer\(\): got an unexpected keyword argument 'speed'; it takes \(faces",
             [[0, 1, 2]],
             np.eye(3),
             {"speed": 1},

@@ -58,6 +58,8 @@ def batch(
         scans/monday,completed/monday.h5,zero,yes
         scans/tuesday,completed/tuesday.h5,,
     """
+    if scheduler is not None:
+        require("distributed", extra="batch")
     table = read_jobs(jobs)
     if report is not None and report.resolve() == jobs.resolve():
         raise ValueError(f"{report}: is the table of jobs; writing over it would lose it")

@@ -176,9 +176,17 @@ def create_like(
     return begin(path, header, format=format)
 
 
-def read(path: PathLike, **options: Any) -> Sequence:
+def read(
+    path: PathLike,
+    *,
+    format: str | None = None,
+    faces: NDArray[np.integer[Any]] | PathLike | None = None,
+    prim: str | None = None,
+    known: NDArray[np.bool_] | PathLike | None = None,
+    missing: Literal["zero"] | None = None,
+) -> Sequence:
     """Reads a whole sequence into memory. Takes and raises what :func:`open` does."""
-    with open(path, **options) as reader:
+    with open(path, format=format, faces=faces, prim=prim, known=known, missing=missing) as reader:
         header = reader.header
         shape = (header.n_frames, header.n_vertices)
         vertices = np.empty((*shape, 3), header.dtype)

@@ -296,4 +296,5 @@ alembic = Format(
     AlembicReader,
     AlembicWriter,
     frozenset({"prim"}),
+    library=("alembic3d", "alembic"),
 )

@@ -36,6 +36,8 @@ class Format:
         writer: makes a writer; None where the format is only read.
         takes: what its reader takes beside the path: "faces", from elsewhere; "prim", the name of
             one mesh among others.
+        library: the module that its reader and its writer need, and the extra that installs it;
+            None where they need none.
     """
 
     name: str
@@ -44,6 +46,7 @@ class Format:
     reader: Callable[[Path, Template | None, str | None], Reader]
     writer: type[Writer] | None
     takes: frozenset[str] = frozenset()
+    library: tuple[str, str] | None = None
 
 
 def refuse_template(template: Template | None) -> None:

@@ -154,4 +154,11 @@ def _one_line(error: Exception) -> str:
     return " ".join(str(error.args[0]).split())
 
 
-hdf5 = Format("hdf5", (".h5", ".hdf5"), "datasets in an HDF5 file", Hdf5Reader, Hdf5Writer)
+hdf5 = Format(
+    "hdf5",
+    (".h5", ".hdf5"),
+    "datasets in an HDF5 file",
+    Hdf5Reader,
+    Hdf5Writer,
+    library=("h5py", "hdf5"),
+)

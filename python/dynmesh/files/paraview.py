@@ -242,4 +242,11 @@ class PvdWriter(FramesWriter):
         return {**super()._destinations(), self.path.name: self.path}  # the index last
 
 
-pvd = Format("pvd", (".pvd",), "ParaView's index of a folder of VTP files", PvdReader, PvdWriter)
+pvd = Format(
+    "pvd",
+    (".pvd",),
+    "ParaView's index of a folder of VTP files",
+    PvdReader,
+    PvdWriter,
+    library=("vtkmodules.vtkIOXML", "view"),
+)

@@ -203,6 +203,7 @@ usd = Format(
     UsdReader,
     UsdWriter,
     frozenset({"prim"}),
+    library=("pxr.Usd", "usd"),
 )
 usdz = Format(
     "usdz", (".usdz",), "a mesh in a packed USD stage", UsdReader, None, frozenset({"prim"})

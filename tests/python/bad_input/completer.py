@@ -147,7 +147,13 @@ construction = [
     _setting({"threads": 10**9}, ValueError, str(10**9)),
     _setting({"threads": 2.0}, TypeError, "float"),
     _setting({"threads": True}, TypeError, "bool"),
-    _setting({"speed": 1}, TypeError, "no setting", "threads"),
+    Case(
+        "Completer",
+        "`speed=1`",
+        lambda w: w.make(speed=1),
+        TypeError,
+        ("Completer():", "'speed'", "threads=1"),
+    ),
 ]
 
 
