@@ -46,6 +46,7 @@ class Result:
         reason: why it failed, in one line; empty otherwise.
         frames: in the output; 0 unless done.
         seconds: that it took.
+        remarks: what else a user should know of the output, a line each.
     """
 
     job: Job
@@ -53,6 +54,7 @@ class Result:
     reason: str = ""
     frames: int = 0
     seconds: float = 0.0
+    remarks: tuple[str, ...] = ()
 
 
 def complete_files(
@@ -120,7 +122,8 @@ def _run(job: Job, overwrite: bool) -> Result:
         return Result(job, "exists")
     except Exception as error:  # whatever it is, the other jobs go on
         return Result(job, "failed", _in_one_line(error), seconds=time.monotonic() - began)
-    return Result(job, "done", "", report.frames, time.monotonic() - began)
+    seconds = time.monotonic() - began
+    return Result(job, "done", "", report.frames, seconds, report.remarks)
 
 
 def _make_folder(folder: Path) -> None:

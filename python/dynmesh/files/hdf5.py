@@ -2,7 +2,8 @@
 
 `known` is a bool dataset as h5py writes it, an enumeration of FALSE and TRUE in 8 bits; mere
 integers are refused, since they may as well be weights or labels. `fps`, `up_axis`, `name`,
-`start` and `metres_per_unit` may also be attributes of the root. Datasets in groups are left alone.
+`start`, `metres_per_unit` and `derived` may also be attributes of the root. Datasets in groups are
+left alone.
 """
 
 import contextlib
@@ -22,7 +23,7 @@ from .named import arrays_once, header_of, kinds_per_frame, once, per_frame, row
 from .reader import Reader
 from .writer import Writer
 
-attributes = ("fps", "up_axis", "name", "start", "metres_per_unit")
+attributes = ("fps", "up_axis", "name", "start", "metres_per_unit", "derived")
 # Frames that share compressed chunks are read one after another: hold the chunks until the last.
 chunk_cache = {"rdcc_nbytes": 48 << 20, "rdcc_nslots": 10007}
 most_packed = 100_000
