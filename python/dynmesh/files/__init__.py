@@ -27,7 +27,7 @@ from .choice import (
     resumable,
     writer_of,
 )
-from .format import Template
+from .format import Template, template_of
 from .header import Frame, Header
 from .masks import MaskedReader
 from .naming import naming
@@ -244,4 +244,4 @@ def _template(faces: Any) -> Template | None:
         return Template(faces, None, None)
     check_path("faces", faces, "a numpy array or a path")
     with open(faces) as reader:
-        return Template(reader.header.faces, reader.header.polygons, reader.n_vertices)
+        return template_of(reader)
