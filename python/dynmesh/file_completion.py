@@ -36,6 +36,7 @@ class FileReport:
         filled: how many were filled in.
         unseen: how many no chain of edges tied to a known one.
         rejected: how many were observed, but taken as missing: see `reject_outliers`.
+        remarks: what else a user should know of the output, a line each.
     """
 
     frames: int
@@ -45,6 +46,7 @@ class FileReport:
     filled: int
     unseen: int
     rejected: int
+    remarks: tuple[str, ...] = ()
 
 
 def complete_file(
@@ -168,6 +170,7 @@ def complete_file(
         filled=sum(report.filled for report in pushed),
         unseen=sum(report.unseen for report in pushed),
         rejected=sum(report.rejected for report in pushed),
+        remarks=tuple(writer.remarks),
     )
 
 

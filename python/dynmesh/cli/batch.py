@@ -15,7 +15,7 @@ from typing import Annotated
 import typer
 
 from .._extras import require
-from .._terminal import counter, say
+from .._terminal import counter, say, say_remarks
 from ..batch import Result, complete_files
 from ..job_table import optional_columns, read_jobs, report_file
 
@@ -74,6 +74,7 @@ def batch(
                 add(result)
             if result.status == "failed":
                 say(f"failed: {result.reason}")
+            say_remarks(Path(result.job.output), result.remarks)
 
         try:
             results = complete_files(table, executor, overwrite=overwrite, watch=watch)

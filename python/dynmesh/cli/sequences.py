@@ -11,7 +11,7 @@ import typer
 from .. import degrade as degradation
 from .. import files
 from .. import synth as built_in
-from .._terminal import say, track
+from .._terminal import say, say_remarks, track
 from ..file_completion import check_output
 from ..sequence import Mask, Positions
 from .options import (
@@ -168,6 +168,7 @@ def degrade(
                 # What is not known must not be there to be peeked at.
                 writer.append(np.where(kept[:, None], position, reader.dtype.type(np.nan)), kept)
                 n_known += int(kept.sum())
+        say_remarks(output, writer.remarks)
         known_share = n_known / max(1, (reader.n_frames - 1) * reader.n_vertices)
     say(f"{output}: {100 * known_share:.1f} % of the vertices known after frame 0")
     if sigma:
@@ -200,6 +201,7 @@ def convert(
             for frame in track(reader, reader.n_frames, "converting"):
                 traces = {} if dropped else {"generation": frame.generation, "age": frame.age}
                 writer.append(frame.points, frame.known, **traces)
+    say_remarks(output, writer.remarks)
     if dropped:
         say(f"{output}: generation and age are left out, as this format holds none")
     say(f"{output}: {reader.n_frames} frames of {reader.n_vertices} vertices")

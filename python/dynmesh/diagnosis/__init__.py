@@ -105,6 +105,7 @@ def _header_of(sequence: Sequence) -> Header:
         sequence.faces, n_frames, n_vertices, sequence.vertices.dtype, sequence.fps,
         sequence.polygons, sequence.up_axis, sequence.name, sequence.start, sequence.times,
         sequence.metres_per_unit, sequence.known is not None, sequence.generation is not None,
+        sequence.derived,
     )  # fmt: skip
 
 

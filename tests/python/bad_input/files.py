@@ -81,6 +81,9 @@ sequences = [
     _sequence("`times` that do not ascend", ValueError, "times:", "frame 2", "1.0", times=np.array([0.0, 1, 1])),
     _sequence("`up_axis`: x", ValueError, "up_axis:", "'x'", up_axis="x"),
     _sequence("`name`: a number", TypeError, "name:", "3", name=3),
+    _sequence("`derived`: colours", ValueError, "derived:", "'colours'", "normals", derived={"colours": "vertex"}),
+    _sequence("`derived`: velocities per face", ValueError, "derived:", "velocities", "'uniform'", derived={"velocities": "uniform"}),
+    _sequence("`derived`: text", TypeError, "derived:", "'normals'", derived="normals"),
     _sequence("`polygons`: a number", TypeError, "polygons:", "int", polygons=3),
     _sequence("`generation` without `age`", ValueError, "generation, age:", generation=np.zeros((3, 49), int)),
 ]  # fmt: skip
