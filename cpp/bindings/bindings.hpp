@@ -8,5 +8,6 @@ void bind_baselines(pybind11::module_& module);
 void bind_topology(pybind11::module_& module);
 void bind_completer(pybind11::module_& module);
 void bind_metrics(pybind11::module_& module);
+void bind_sharing(pybind11::module_& module);
 
 }  // namespace dynmesh
