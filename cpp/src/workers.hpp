@@ -10,7 +10,8 @@
 
 namespace dynmesh {
 
-/// How the work of a frame is cut into pieces, and when other threads are woken for them.
+/// How the work of a frame is cut into pieces, and when other threads are woken for them. From
+/// which sizes on that is, docs/speed.md and the documentation of the setting `threads` say.
 struct Sharing {
   /// Vertices that a thread takes at a time: their part of every array stays in the fastest cache.
   Index stretch = 1024;
