@@ -71,7 +71,7 @@ void Detail<Real>::take(Frame frame) {
 template <class Real>
 void Detail<Real>::apply_operator(const Field& x, int fields, Field& products) {
   const OperatorData k = data_of(operator_);
-  workers_.for_each_stretch(n_vertices(), short_stretch, [&](Index first, Index last) {
+  workers_.for_each_short_stretch(n_vertices(), [&](Index first, Index last) {
     kernels_.apply(k, x.data(), fields, products.data(), first, last);
   });
 }
@@ -82,11 +82,10 @@ template <class Real>
 void Detail<Real>::solve(int fields, Field& steps) {
   const auto rows = factor_->order();
   const OperatorData k = data_of(operator_);
-  workers_.for_each_stretch(static_cast<Index>(rows.size()), short_stretch,
-                            [&](Index first, Index last) {
-                              kernels_.apply_transposed(k, residual_.data(), fields, rows.data(),
-                                                        solution_.data(), first, last);
-                            });
+  workers_.for_each_short_stretch(static_cast<Index>(rows.size()), [&](Index first, Index last) {
+    kernels_.apply_transposed(k, residual_.data(), fields, rows.data(), solution_.data(), first,
+                              last);
+  });
   const auto width = static_cast<std::size_t>(fields);
   if (noise_) {
     for (std::size_t r = 0; r < rows.size(); ++r) {
@@ -181,7 +180,7 @@ template <class Real>
 void Detail<Real>::fit_rotations() {
   const Stopwatch stopwatch(report_.rotation_seconds);
   rotations_.fit(x_);
-  workers_.for_each_stretch(n_vertices(), short_stretch, [&](Index first, Index last) {
+  workers_.for_each_short_stretch(n_vertices(), [&](Index first, Index last) {
     kernels_.turn(rotations_.quaternions().data(), memory_.data(), turned_.data(), first, last);
   });
 }

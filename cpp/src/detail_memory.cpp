@@ -40,7 +40,7 @@ void Detail<Real>::learn_change() {
 template <class Real>
 void Detail<Real>::take_memory() {
   apply_operator(x_, 1, kx_);
-  workers_.for_each_stretch(n_vertices(), short_stretch, [&](Index first, Index last) {
+  workers_.for_each_short_stretch(n_vertices(), [&](Index first, Index last) {
     kernels_.turn_back(rotations_.quaternions().data(), kx_.data(), turned_.data(), first, last);
   });
   for (std::size_t v = 0; v < x_.size(); ++v) {

@@ -60,7 +60,7 @@ def complete(
             "missing.",
         ),
     ] = False,
-    threads: Annotated[int, typer.Option(help="That a frame may use.", min=1)] = 1,
+    threads: Annotated[int, typer.Option(help="That a frame of a large mesh may use.", min=1)] = 1,
     provenance: Annotated[
         bool,
         typer.Option(
