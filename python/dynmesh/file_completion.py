@@ -189,14 +189,21 @@ def check_output(
     if not folder.is_dir():
         raise FileNotFoundError(f"{output}: there is no folder {folder}")
     existing = files.existing(output, format)
-    inputs = [] if reader is None else reader.files
-    for file in existing:
-        if any(file.samefile(one) for one in inputs):
-            raise ValueError(f"{file}: is the input; writing over it would lose it")
+    if existing and reader is not None:
+        inputs = set(map(_identity, reader.files))
+        for file in existing:
+            if _identity(file) in inputs:
+                raise ValueError(f"{file}: is the input; writing over it would lose it")
     if existing and not overwrite:
         raise FileExistsError(
             f"{existing[0]}: exists already; --overwrite replaces it, in Python overwrite=True"
         )
+
+
+def _identity(file: Path) -> tuple[int, int]:
+    """What two paths have in common if they name the same file."""
+    found = file.stat()
+    return found.st_dev, found.st_ino
 
 
 def _check_resumable(output: Path, format: str | None) -> None:

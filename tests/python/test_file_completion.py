@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from commands import dynmesh_command as run
+from meshes import Mesh
 
 import dynmesh
 from dynmesh import cli, file_completion, files
@@ -261,6 +262,38 @@ def test_it_tells_what_it_did(tmp_path: Path, partial: Path) -> None:
         complete_file(partial, tmp_path / "out.npz")
     with pytest.raises(ValueError, match=r"partial\.npz: is the input; writing over it"):
         complete_file(partial, partial, overwrite=True)
+
+
+def test_many_files_are_compared_in_linear_time(
+    tmp_path: Path, mesh: Mesh, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stat = os.stat
+    looked_at: list[object] = []
+
+    def counted(path: Any, *arguments: Any, **more: Any) -> os.stat_result:
+        looked_at.append(path)
+        return stat(path, *arguments, **more)
+
+    def calls(n: int, **options: Any) -> int:
+        """How often completing n frames over older ones asks the system about a file."""
+        vertices = np.repeat(mesh.vertices[None], n, axis=0)
+        source, output = tmp_path / f"in{n}" / "f_%02d.ply", tmp_path / f"out{n}" / "f_%02d.ply"
+        for path in (source, output):
+            dynmesh.write(path, dynmesh.Sequence(vertices, mesh.faces))
+        looked_at.clear()
+        with monkeypatch.context() as patch:
+            patch.setattr(os, "stat", counted)
+            if options:
+                complete_file(source, output, **options)
+            else:
+                with pytest.raises(FileExistsError):
+                    complete_file(source, output)
+        return len(looked_at)
+
+    for options in ({}, {"overwrite": True}):
+        few = calls(5, **options)
+        assert few >= 5
+        assert calls(20, **options) <= 4 * few
 
 
 def test_what_cannot_go_on_is_refused_before_any_work(tmp_path: Path, partial: Path) -> None:
