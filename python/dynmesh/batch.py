@@ -120,6 +120,8 @@ def _run(job: Job, overwrite: bool) -> Result:
         return Result(job, "exists")
     except Exception as error:  # whatever it is, the other jobs go on
         return Result(job, "failed", _in_one_line(error), seconds=time.monotonic() - began)
+    if report.existed:
+        return Result(job, "exists")
     return Result(job, "done", "", report.frames, time.monotonic() - began)
 
 

@@ -28,7 +28,7 @@ class FileReport:
     Attributes:
         frames: in the output, frame 0 among them.
         resumed_at: the first frame that this call completed, 0 unless it went on, `frames` where
-            there was nothing left but to put the output in its place.
+            none was left to complete.
         seconds_per_frame: median time in :meth:`dynmesh.Completer.push`, without reading and
             writing; None where there was nothing to complete.
         known: how many vertices were known in the frames that this call completed, all of them
@@ -36,6 +36,7 @@ class FileReport:
         filled: how many were filled in.
         unseen: how many no chain of edges tied to a known one.
         rejected: how many were observed, but taken as missing: see `reject_outliers`.
+        existed: whether `resume` found the output complete, so that nothing was done.
     """
 
     frames: int
@@ -45,6 +46,7 @@ class FileReport:
     filled: int
     unseen: int
     rejected: int
+    existed: bool = False
 
 
 def complete_file(
@@ -77,14 +79,16 @@ def complete_file(
         provenance: also write the generation and the age of every vertex.
         overwrite: replace an existing output.
         resume: go on where an interrupted run of the same job stopped; the result equals that of
-            an uninterrupted one. Begins anew where there is nothing to go on with. Only some
-            formats can: npz, hdf5, npy, pc2, mdd, ply, obj and pvd.
+            an uninterrupted one. Begins anew where there is nothing to go on with. Does nothing
+            where the output exists, with as many frames and vertices as the input, and no
+            unfinished one is beside it, unless it is to be overwritten. Only some formats can be
+            resumed: npz, hdf5, npy, pc2, mdd, ply, obj and pvd.
         watch: passes the frames on while they go by; it takes them, how many there are in all, and
             how many are done already.
         settings: those of :class:`dynmesh.Completer`.
 
     Raises:
-        FileExistsError: the output exists.
+        FileExistsError: the output exists, and `resume` does not find it complete.
         BlockingIOError: another process is writing it.
         OtherJobError: `resume` finds what another job left; it stays.
         ValueError: `resume` is asked of a format that cannot.
@@ -110,10 +114,13 @@ def complete_file(
         folder = unfinished_folder(output)
         job = describe_job(reader, header, source, output_format, settings)
         checkpoint = Checkpoint(folder / "checkpoint.npz", job)
-        settled = _settle(folder, output, checkpoint) and files.existing(output, output_format)
-        if settled and resume and not overwrite:
-            return FileReport(header.n_frames, header.n_frames, None, 0, 0, 0, 0)
-        check_output(output, output_format, overwrite=overwrite, reader=reader)
+        settled = _settle(folder, output, checkpoint)
+        complete = resume and not overwrite and not checkpoint.exists()
+        complete = complete and _is_complete(output, output_format, header)
+        check_output(output, output_format, overwrite=overwrite or complete, reader=reader)
+        if complete:
+            n = header.n_frames
+            return FileReport(n, n, None, 0, 0, 0, 0, existed=not settled)
         with _folder_for(output, output_format), lock_folder(folder, output):
             saved = checkpoint.load() if resume else None
             with _clearing(folder):
@@ -174,6 +181,15 @@ def unfinished_folder(output: Path) -> Path:
 def is_unfinished(output: Path) -> bool:
     """Whether an interrupted run left what `resume` can go on with."""
     return (unfinished_folder(output) / "checkpoint.npz").exists()
+
+
+def _is_complete(output: Path, format: str | None, header: Header) -> bool:
+    """Whether the output exists, and can be what the job makes."""
+    if not files.existing(output, format):
+        return False
+    with contextlib.suppress(OSError, ValueError), files.open(output, format=format) as made:
+        return (made.n_frames, made.n_vertices) == (header.n_frames, header.n_vertices)
+    return False
 
 
 def check_output(

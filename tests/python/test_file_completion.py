@@ -17,6 +17,7 @@ from meshes import Mesh
 
 import dynmesh
 from dynmesh import cli, file_completion, files
+from dynmesh.batch import Job, complete_files
 from dynmesh.checkpoint import Checkpoint, OtherJobError
 from dynmesh.file_completion import complete_file, unfinished_folder
 from dynmesh.streaming import default_settings
@@ -61,6 +62,12 @@ def output_path(folder: Path, format: str) -> Path:
     if format in ("ply", "obj"):
         return folder / "new" / f"frame_%04d{suffix}"
     return folder / f"out{suffix}"
+
+
+def files_in(folder: Path) -> dict[Path, tuple[int, int, int]]:
+    """What changes when a file is written or replaced."""
+    found = {path: path.stat() for path in folder.rglob("*")}
+    return {path: (one.st_ino, one.st_size, one.st_mtime_ns) for path, one in found.items()}
 
 
 def test_the_default_format_can_be_resumed() -> None:
@@ -352,6 +359,61 @@ def test_the_command_tells_when_it_cannot_go_on(
     capfd.readouterr()
     assert shell(monkeypatch, "complete", partial, out, "--resume") == 0
     assert f"{out}: begins anew\n" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize("format", RESUMABLE)
+def test_resuming_what_is_complete_does_nothing(tmp_path: Path, partial: Path, format: str) -> None:
+    output = output_path(tmp_path, format)
+    complete_file(partial, output)
+    before = files_in(tmp_path)
+    report = complete_file(partial, output, resume=True)
+    assert report.existed
+    assert (report.frames, report.resumed_at, report.seconds_per_frame) == (30, 30, None)
+    assert files_in(tmp_path) == before
+    (result,) = complete_files([Job(partial, output, output_format=format)])
+    assert result.status == "exists"
+
+
+@pytest.mark.usefixtures("eager")
+def test_what_an_interruption_left_beside_an_older_output_is_not_forgotten(
+    tmp_path: Path, partial: Path
+) -> None:
+    output = tmp_path / "out.npz"
+    complete_file(partial, output)
+    with pytest.raises(KeyboardInterrupt):
+        complete_file(
+            partial, output, overwrite=True, watch=interrupted_after(7, KeyboardInterrupt())
+        )
+    with pytest.raises(FileExistsError):
+        complete_file(partial, output, resume=True)
+    report = complete_file(partial, output, resume=True, overwrite=True)
+    assert (report.resumed_at, report.existed) == (7, False)
+
+
+def test_only_a_complete_output_ends_a_resumed_job(tmp_path: Path, partial: Path) -> None:
+    output = tmp_path / "f_%04d.ply"
+    with pytest.raises(ValueError, match=r"partial\.npz: is the input"):
+        complete_file(partial, partial, resume=True)
+    complete_file(partial, output)
+    (tmp_path / "f_0029.ply").unlink()
+    with pytest.raises(FileExistsError):
+        complete_file(partial, output, resume=True)
+    (tmp_path / "out.npz").write_bytes(b"something else")
+    with pytest.raises(FileExistsError):
+        complete_file(partial, tmp_path / "out.npz", resume=True)
+
+
+def test_the_command_tells_what_is_complete(
+    tmp_path: Path,
+    partial: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    out = tmp_path / "out.npz"
+    assert shell(monkeypatch, "complete", partial, out, "--resume") == 0
+    capfd.readouterr()
+    assert shell(monkeypatch, "complete", partial, out, "--resume") == 0
+    assert capfd.readouterr().err == f"{out}: already complete; --overwrite makes it anew\n"
 
 
 def test_the_command_tells_that_nothing_is_kept(

@@ -169,6 +169,8 @@ completing = [
     _complete("`output_format='fbx'`", lambda w: _to_new(w, output_format="fbx"), ValueError, "new.npz:", "'fbx'"),
     _complete("`watch`: a number", lambda w: _to_new(w, watch=3), TypeError, "watch:", "3"),
     _complete("`resume` of what cannot be resumed", lambda _: dynmesh.complete_file("body.npz", "new.abc", resume=True), ValueError, "new.abc:", "resumed"),
+    _complete("`resume`, where the output exists with other frames", lambda _: dynmesh.complete_file("body.npz", "long.npz", resume=True), FileExistsError, "long.npz:", "overwrite=True"),
+    _complete("`resume` with the input as output", lambda _: dynmesh.complete_file("body.npz", "body.npz", resume=True), ValueError, "body.npz:", "input"),
     _complete("`provenance` in what holds none", lambda _: dynmesh.complete_file("body.npz", "new.mdd", provenance=True), ValueError, "new.mdd:", "generation"),
     _batch("`jobs`: None", lambda _: complete_files(None), TypeError, "jobs:", "NoneType"),  # type: ignore[arg-type]
     _batch("names, not jobs", lambda _: complete_files(["body.npz"]), TypeError, "jobs: place 0", "'body.npz'"),  # type: ignore[list-item]
