@@ -49,11 +49,11 @@ def _of(call: str) -> Callable[..., Case]:
     return case
 
 
-def on_a_full_disk(run: Callable[[], Any]) -> Any:
-    """Where no file may become larger than 20 kB."""
+def on_a_full_disk(run: Callable[[], Any], largest: int = 20_000) -> Any:
+    """Where no file may become larger than 20 kB, or so many bytes."""
     # The system refuses to write as it does on a full disk.
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, hard))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (largest, hard))
     try:
         return run()
     finally:
