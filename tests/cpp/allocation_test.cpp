@@ -37,6 +37,7 @@ TEST_CASE_TEMPLATE("frames allocate nothing", Real, float, double) {
 }
 
 TEST_CASE("method detail allocates only where its factor is larger than all before") {
+  constexpr unsigned n_frames = 100;
   const SharedWork shared;
   Settings settings = {.method = Method::detail};
   SUBCASE("anchors exact") {}

@@ -1,6 +1,7 @@
 """Where the tests find data and programs."""
 
 import os
+import signal
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -49,6 +50,17 @@ def shared_library() -> Path:
     if not path.exists():
         pytest.skip("the shared library is not built: tests/install/run builds it")
     return path
+
+
+@pytest.fixture
+def hearing_interrupts() -> Iterator[None]:
+    """What the test starts hears SIGINT, even if the tests themselves were told to ignore it.
+
+    A process inherits that a signal is ignored, as by nohup, but not that it is handled.
+    """
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 @pytest.fixture
