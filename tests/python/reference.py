@@ -45,8 +45,8 @@ def complete_frame(
     """One frame; unseen vertices stay. Returns positions and generations."""
     k = len(previous)
     i, j = edges
-    squared = np.maximum(((previous[i] - previous[j]) ** 2).sum(axis=1), SQUARED_LENGTH_FLOOR * h * h)
-    s = 1.0 / squared
+    squared = ((previous[i] - previous[j]) ** 2).sum(axis=1)
+    s = 1.0 / np.maximum(squared, SQUARED_LENGTH_FLOOR * h * h)
 
     generation = np.where(known, 0, -1)
     d = np.zeros((k, 3))
