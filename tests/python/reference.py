@@ -45,7 +45,9 @@ def complete_frame(
     """One frame; unseen vertices stay. Returns positions and generations."""
     k = len(previous)
     i, j = edges
-    squared = np.maximum(((previous[i] - previous[j]) ** 2).sum(axis=1), SQUARED_LENGTH_FLOOR * h * h)
+    squared = np.maximum(
+        ((previous[i] - previous[j]) ** 2).sum(axis=1), SQUARED_LENGTH_FLOOR * h * h
+    )
     s = 1.0 / squared
 
     generation = np.where(known, 0, -1)
