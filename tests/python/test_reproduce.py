@@ -10,7 +10,7 @@ from typing import Any
 import meshes
 import numpy as np
 import pytest
-from commands import dynmesh_process
+from commands import dynmesh_command, dynmesh_process
 from conftest import REPOSITORY
 
 import dynmesh
