@@ -1,0 +1,31 @@
+#include "best_rotation.hpp"
+
+#include <Eigen/Eigenvalues>
+
+namespace dynmesh {
+namespace {
+
+/// How much the last rotation counts beside a covariance: enough to decide between rotations that
+/// the covariance cannot tell apart, and too little to be seen where it can.
+constexpr double pull_to_last = 1e-9;
+
+}  // namespace
+
+/// For unit quaternions tr(R^T S) = q^T N q, with N the symmetric matrix of Horn (1987), so that
+/// the best one is the eigenvector of the largest eigenvalue. It exists whatever the rank of S is,
+/// and whether or not S holds a reflection.
+Quaternion best_rotation(const double (&s)[3][3], const Quaternion& last) {
+  Eigen::Matrix4d n;
+  n << s[0][0] + s[1][1] + s[2][2], s[2][1] - s[1][2], s[0][2] - s[2][0], s[1][0] - s[0][1],  //
+      s[2][1] - s[1][2], s[0][0] - s[1][1] - s[2][2], s[0][1] + s[1][0], s[0][2] + s[2][0],   //
+      s[0][2] - s[2][0], s[0][1] + s[1][0], s[1][1] - s[0][0] - s[2][2], s[1][2] + s[2][1],   //
+      s[1][0] - s[0][1], s[0][2] + s[2][0], s[1][2] + s[2][1], s[2][2] - s[0][0] - s[1][1];
+  if (!n.allFinite()) return last;
+  const Eigen::Vector4d before(last.w, last.x, last.y, last.z);
+  n += pull_to_last * before * before.transpose();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> solver(n);
+  const Eigen::Vector4d best = solver.eigenvectors().col(3).normalized();
+  return {best[0], best[1], best[2], best[3]};
+}
+
+}  // namespace dynmesh
