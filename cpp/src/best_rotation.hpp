@@ -6,8 +6,8 @@
 namespace dynmesh {
 
 /// The rotation R with the largest tr(R^T S), of unit length, for any S whose largest entry is
-/// about one. Of several that are equally good, the one nearest to `last`; `last` itself where S is
-/// not finite.
-Quaternion best_rotation(const double (&s)[3][3], const Quaternion& last);
+/// about one. Of several that are equally good: `found`, if it is one of them, else the one nearest
+/// to `last`. It is `last` itself where S is not finite.
+Quaternion best_rotation(const double (&s)[3][3], const Quaternion& last, const Quaternion& found);
 
 }  // namespace dynmesh

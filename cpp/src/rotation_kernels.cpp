@@ -131,7 +131,8 @@ struct Covariances {
     for (int c = 0; c < 3; ++c) {
       for (int d = 0; d < 3; ++d) covariance[c][d] = s.s[c][d][lane];
     }
-    const Quaternion best = best_rotation(covariance, last_fit[first + lane]);
+    const Quaternion best = best_rotation(covariance, last_fit[first + lane],
+                                          {q.w[lane], q.x[lane], q.y[lane], q.z[lane]});
     q.w[lane] = best.w;
     q.x[lane] = best.x;
     q.y[lane] = best.y;
@@ -175,7 +176,7 @@ void turn(const RotationData& data, Index first, Index last) {
     for (int step = 0; step < most_steps; ++step) {
       Bits is_maximum;
       const Bits has_stopped = turn_once(s, q, is_maximum) <= small_step;
-      is_settled = has_stopped & is_maximum;
+      is_settled = (has_stopped & is_maximum) | ~is_usable;
       if (all(has_stopped)) break;
     }
     const Quad norm = 1 / root(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
