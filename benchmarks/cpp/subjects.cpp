@@ -7,14 +7,15 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/completer.hpp>
-#include <dynmesh/generations.hpp>
-#include <dynmesh/motion.hpp>
 #include <dynmesh/topology.hpp>
 #include <exception>
 #include <memory>
 #include <span>
 #include <utility>
 #include <vector>
+
+#include "generations/generations.hpp"
+#include "motion/motion.hpp"
 
 namespace dynmesh {
 namespace {

@@ -4,16 +4,17 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
-#include <dynmesh/estimator.hpp>
 #include <dynmesh/export.hpp>
-#include <dynmesh/generations.hpp>
 #include <dynmesh/settings.hpp>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
-#include <dynmesh/unseen.hpp>
 #include <memory>
 #include <span>
 #include <vector>
+
+#include "generations/estimator.hpp"
+#include "generations/generations.hpp"
+#include "unseen/unseen.hpp"
 
 namespace dynmesh {
 
