@@ -32,9 +32,18 @@ constexpr double largest_blend = 1.5;
 
 }  // namespace
 
-void ResidualSums::drop_rounding_errors(double shape, double change) {
-  if (s11 <= rounding * shape) s01 = s11 = s12 = 0;
-  if (s22 <= rounding * change) s02 = s12 = s22 = 0;
+ResidualSums sum_products(const ResidualField& residuals) {
+  ResidualSums sums;
+  double shape = 0;
+  double change = 0;
+  for (std::size_t v = 0; v < residuals.size(); ++v) {
+    residuals.visit(v, [&](const Residuals& at_vertex) { sums.add(at_vertex); });
+    shape += residuals.anchors.counts[v] * squared_norm(residuals.wanted[3 * v + 1]);
+    change += residuals.anchors.counts[v] * squared_norm(residuals.wanted[3 * v + 2]);
+  }
+  if (sums.s11 <= rounding * shape) sums.s01 = sums.s11 = sums.s12 = 0;
+  if (sums.s22 <= rounding * change) sums.s02 = sums.s12 = sums.s22 = 0;
+  return sums;
 }
 
 Blend global_blend(const ResidualSums& sums) {
@@ -62,13 +71,16 @@ LocalBlend::LocalBlend(const Cells& cells)
   }
 }
 
-std::span<const double> LocalBlend::find(std::span<const BlendFit> fits, double global) {
+std::span<const double> LocalBlend::find(const ResidualField& residuals, const ResidualSums& sums,
+                                         const Blend& global) {
   double sum = 0;
-  for (std::size_t i = 0; i < fits.size(); ++i) {
-    fits_[i] = fits[i];
-    sum += fits[i].q;
+  for (std::size_t i = 0; i < fits_.size(); ++i) {
+    fits_[i] = {};
+    if (sums.s11 == 0) continue;
+    residuals.visit(i, [&](const Residuals& r) { fits_[i].add(r, global.c); });
+    sum += fits_[i].q;
   }
-  const double eta = pull * sum / static_cast<double>(fits.size());
+  const double eta = pull * sum / static_cast<double>(fits_.size());
   for (int n = 0; n < averagings; ++n) {
     for (std::size_t i = 0; i < fits_.size(); ++i) {
       const auto cell = cells_[static_cast<Index>(i)];
@@ -82,8 +94,8 @@ std::span<const double> LocalBlend::find(std::span<const BlendFit> fits, double 
     std::swap(fits_, averaged_);
   }
   for (std::size_t i = 0; i < fits_.size(); ++i) {
-    const double blend = (fits_[i].h + eta * global) / (fits_[i].q + eta);
-    blend_[i] = std::clamp(std::isfinite(blend) ? blend : global, least_blend, largest_blend);
+    const double blend = (fits_[i].h + eta * global.b) / (fits_[i].q + eta);
+    blend_[i] = std::clamp(std::isfinite(blend) ? blend : global.b, least_blend, largest_blend);
   }
   return blend_;
 }

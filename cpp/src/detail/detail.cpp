@@ -10,94 +10,46 @@
 namespace dynmesh {
 namespace {
 
-/// Rounds of turning and solving: the first finds the blend.
+/// Rounds of turning and solving; the first of them finds the blend.
 constexpr Index rounds = 3;
 
-OperatorData data_of(const DetailOperator& k) {
-  return {k.offsets.data(), k.columns.data(), k.values.data(), k.scale.data()};
-}
+// lambda, times the squared mean edge of frame 0: in the first frame, and its bounds later.
+constexpr double first_lambda = 10;
+constexpr double least_lambda = 1e-3;
+constexpr double largest_lambda = 1e3;
 
 }  // namespace
+
+template <class Real>
+Detail<Real>::Workspace::Workspace(std::size_t n_vertices, bool is_noisy)
+    : anchors(n_vertices, is_noisy),
+      x(n_vertices),
+      kx(n_vertices),
+      shape(n_vertices),
+      k_steps(3 * n_vertices) {}
 
 template <class Real>
 Detail<Real>::Detail(std::vector<Triangle> faces, const Topology& topology,
                      std::optional<double> noise, Workers& workers)
     : faces_(std::move(faces)),
       topology_(topology),
-      workers_(workers),
-      kernels_(*runnable_operator_kernels().front()),
+      system_(topology.cells, workers),
       rotations_(topology.cells, workers),
       local_blend_(topology.cells),
-      solved_(topology.cells.size()),
-      is_anchor_(topology.cells.size()),
-      counts_(topology.cells.size()),
-      blend_fits_(topology.cells.size()),
-      anchor_weights_(noise ? topology.cells.size() : 0),
-      noise_(noise) {
-  const std::size_t k = topology.cells.size();
-  for (Field* field : {&first_memory_, &observed_, &x_, &kx_, &step_, &target_, &last_memory_}) {
-    field->resize(k);
-  }
-  for (Field* field : {&memory_, &turned_, &residual_, &solution_, &steps_, &k_step_}) {
-    field->resize(3 * k);
-  }
-}
+      memory_(topology.cells.size()),
+      noise_(noise),
+      workspace_(topology.cells.size(), noise.has_value()) {}
 
 template <class Real>
 void Detail<Real>::reset(Frame first_frame) {
-  auto k = build_detail_operator<Real>(faces_, topology_.cells, first_frame);
-  factor_ = std::make_unique<MaskedFactor>(normal_matrix(k));  // may run out of memory: first
-  operator_ = std::move(k);
-  take(first_frame);
-  mean_edge_ = static_cast<double>(mean_edge_length(topology_.cells, first_frame));
-  rotations_.reset(x_, mean_edge_);
-  apply_operator(x_, 1, first_memory_);
-  for (std::size_t v = 0; v < x_.size(); ++v) {
-    memory_[3 * v] = first_memory_[v];
-    memory_[3 * v + 1] = {};
-    memory_[3 * v + 2] = {};
-  }
-  weight_ = first_weight;
+  system_.template reset<Real>(faces_, first_frame);
+  const auto mean_edge = static_cast<double>(mean_edge_length(topology_.cells, first_frame));
+  const Field first = in_workspace(first_frame);
+  rotations_.reset(first, mean_edge);
+  system_.apply(first, 1, workspace_.kx);
+  memory_.reset(workspace_.kx, mean_edge);
+  lambda_ = first_lambda;
   report_ = {};
-}
-
-template <class Real>
-void Detail<Real>::take(Frame frame) {
-  for (std::size_t v = 0; v < frame.size(); ++v) x_[v] = in_double(frame[v]);
-}
-
-/// products = K x.
-template <class Real>
-void Detail<Real>::apply_operator(const Field& x, int fields, Field& products) {
-  const OperatorData k = data_of(operator_);
-  workers_.for_each_stretch(n_vertices(), short_stretch, [&](Index first, Index last) {
-    kernels_.apply(k, x.data(), fields, products.data(), first, last);
-  });
-}
-
-/// The steps that bring K X closest to itself plus M^1/2 times residual_; the first field of them
-/// also takes noisy anchors closer to where they were observed.
-template <class Real>
-void Detail<Real>::solve(int fields, Field& steps) {
-  const auto rows = factor_->order();
-  const OperatorData k = data_of(operator_);
-  workers_.for_each_stretch(static_cast<Index>(rows.size()), short_stretch,
-                            [&](Index first, Index last) {
-                              kernels_.apply_transposed(k, residual_.data(), fields, rows.data(),
-                                                        solution_.data(), first, last);
-                            });
-  const auto width = static_cast<std::size_t>(fields);
-  if (noise_) {
-    for (std::size_t r = 0; r < rows.size(); ++r) {
-      const auto v = static_cast<std::size_t>(rows[r]);
-      solution_[width * r] = solution_[width * r] + anchor_weights_[v] * (observed_[v] - x_[v]);
-    }
-  }
-  factor_->solve(solution_, fields);
-  for (std::size_t r = 0; r < rows.size(); ++r) {
-    const auto v = static_cast<std::size_t>(rows[r]);
-    for (std::size_t f = 0; f < width; ++f) steps[width * v + f] = solution_[width * r + f];
-  }
 }
 
 template <class Real>
@@ -106,156 +58,202 @@ Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
   generations.classify(topology_.cells, known);
   report_ = {};
   if (generations.reached() == 0 && (!noise_ || generations.anchors() == 0)) return 0;
-  take_anchors(previous, points, generations);
-  {
-    const Stopwatch stopwatch(report_.factor_seconds);
-    factor_->factorize(solved_, anchor_weights_);
-  }
-  {
-    const Stopwatch stopwatch(report_.solve_seconds);
-    move_smoothly();
-  }
-  fit_rotations();
-  const Blend found = solve_for_blend();
-  const auto blend = local_blend_.find(blend_fits_, found.b);
+  const Anchors& anchors = hold(in_workspace(previous), points, generations);
+
+  // Step 1: the smoothest motion.
+  Positions positions = move_smoothly(workspace_.x, anchors);
+
+  // Step 2: one b and one c for all vertices.
+  Field shapes = turned_shapes(positions);
+  const ResidualField directions = find_directions(positions, shapes, anchors);
+  const ResidualSums sums = sum_products(directions);
+  const Blend blend = global_blend(sums);
+
+  // Step 3: b varies over the surface.
+  const std::span<const double> b = local_blend_.find(directions, sums, blend);
+  positions = take_directions(positions, directions, blend);
+
+  // Step 4: turn and solve again.
+  Field shape;
   for (Index round = 1; round < rounds; ++round) {
-    fit_rotations();
-    solve_for(blend, found.c);
+    shapes = turned_shapes(positions);
+    shape = blended(shapes, b, blend.c);
+    positions = take_shape(positions, shape, anchors);
   }
-  if (noise_) weigh_anchors();
-  for (const Index solved : factor_->order()) {
+
+  if (noise_) weigh_anchors(positions, shape, anchors);
+  for (const Index solved : system_.solved()) {
     const auto v = static_cast<std::size_t>(solved);
-    points[v] = {static_cast<Real>(x_[v].x), static_cast<Real>(x_[v].y),
-                 static_cast<Real>(x_[v].z)};
+    const Vector3<double>& x = positions.x[v];
+    points[v] = {static_cast<Real>(x.x), static_cast<Real>(x.y), static_cast<Real>(x.z)};
   }
+  report_.blend = blend.b;
   return rounds;
 }
 
 template <class Real>
-void Detail<Real>::take_anchors(Frame previous, std::span<const Vector3<Real>> points,
-                                const Generations& generations) {
-  take(previous);
-  const auto generation = generations.of_vertices();
-  for (std::size_t v = 0; v < generation.size(); ++v) {
-    const bool is_anchor = generation[v] == Generations::anchor;
-    is_anchor_[v] = is_anchor ? 1 : 0;
-    counts_[v] = generation[v] != Generations::unseen ? 1 : 0;
-    solved_[v] = generation[v] > 0 || (noise_ && is_anchor) ? 1 : 0;
-    observed_[v] = is_anchor ? in_double(points[v]) : x_[v];
-    if (noise_) anchor_weights_[v] = is_anchor ? weight_ : 0;
-  }
+typename Detail<Real>::Field Detail<Real>::in_workspace(Frame frame) {
+  std::ranges::transform(frame, workspace_.x.begin(), in_double<Real>);
+  return workspace_.x;
 }
 
-/// The smoothest motion from the last frame that the anchors allow: min |K (X - X_prev)|^2.
+/// What holds the frame, and the factor of N for it.
 template <class Real>
-void Detail<Real>::move_smoothly() {
-  if (noise_) {
-    std::ranges::fill(residual_, Vector3<double>{});
-  } else {
-    for (std::size_t v = 0; v < x_.size(); ++v) step_[v] = observed_[v] - x_[v];
-    apply_operator(step_, 1, k_step_);
-    for (std::size_t v = 0; v < x_.size(); ++v) {
-      residual_[v] = -operator_.scale[v] * k_step_[v];
-      x_[v] = observed_[v];
+const Anchors& Detail<Real>::hold(Field previous, std::span<const Vector3<Real>> points,
+                                  const Generations& generations) {
+  workspace_.anchors.template take<Real>(previous, points, generations, lambda_);
+  const Stopwatch stopwatch(report_.factor_seconds);
+  system_.factorize(workspace_.anchors);
+  return workspace_.anchors;
+}
+
+/// The smoothest motion from the last frame X' that the anchors allow: min |K (X - X')|^2.
+template <class Real>
+typename Detail<Real>::Positions Detail<Real>::move_smoothly(Field previous,
+                                                             const Anchors& anchors) {
+  const Stopwatch stopwatch(report_.solve_seconds);
+  std::vector<Vector3<double>>& moved = workspace_.shape;  // K times how far the anchors moved
+  if (!anchors.are_noisy()) {
+    for (std::size_t v = 0; v < previous.size(); ++v) {
+      workspace_.k_steps[v] = anchors.observed[v] - previous[v];
     }
+    system_.apply(workspace_.k_steps, 1, moved);
+    std::ranges::copy(anchors.observed, workspace_.x.begin());
+  } else {
+    std::ranges::fill(moved, Vector3<double>{});
   }
-  take_step();
+  const Positions positions{workspace_.x, workspace_.kx};
+  const Field step = system_.template solve<1>(
+      [&](std::size_t v, std::size_t) { return -1.0 * moved[v]; }, positions.x, anchors);
+  for (std::size_t v = 0; v < step.size(); ++v) positions.x[v] = positions.x[v] + step[v];
+  system_.apply(positions.x, 1, positions.kx);
+  return positions;
 }
 
-/// Solves for the one field in residual_.
+/// Q fitted to the positions, and Q m, Q (m_first - m), Q u: (3 k,).
 template <class Real>
-void Detail<Real>::take_step() {
-  solve(1, step_);
-  for (const Index solved : factor_->order()) {
-    const auto v = static_cast<std::size_t>(solved);
-    x_[v] = x_[v] + step_[v];
-  }
-  apply_operator(x_, 1, kx_);
-}
-
-/// And turns the memory by them.
-template <class Real>
-void Detail<Real>::fit_rotations() {
+typename Detail<Real>::Field Detail<Real>::turned_shapes(const Positions& positions) {
   const Stopwatch stopwatch(report_.rotation_seconds);
-  rotations_.fit(x_);
-  workers_.for_each_stretch(n_vertices(), short_stretch, [&](Index first, Index last) {
-    kernels_.turn(rotations_.quaternions().data(), memory_.data(), turned_.data(), first, last);
-  });
+  rotations_.fit(positions.x);
+  return rotations_.turn(memory_.shapes());
 }
 
-/// The best X for these rotations and blends.
+/// The steps towards Q m and those that a unit of b and of c adds, and what each leaves.
 template <class Real>
-void Detail<Real>::solve_for(std::span<const double> blend, double change) {
+ResidualField Detail<Real>::find_directions(const Positions& positions, Field shapes,
+                                            const Anchors& anchors) {
   const Stopwatch stopwatch(report_.solve_seconds);
-  for (std::size_t v = 0; v < x_.size(); ++v) {
-    target_[v] = turned_[3 * v] + blend[v] * turned_[3 * v + 1] + change * turned_[3 * v + 2];
-    residual_[v] = operator_.scale[v] * (target_[v] - kx_[v]);
-  }
-  take_step();
+  const Field steps = system_.template solve<3>(
+      [&](std::size_t v, std::size_t field) {
+        return field == 0 ? shapes[3 * v] - positions.kx[v] : shapes[3 * v + field];
+      },
+      positions.x, anchors);
+  system_.apply(steps, 3, workspace_.k_steps);
+  return {anchors, positions.x, positions.kx, shapes, steps, workspace_.k_steps};
 }
 
-/// The best X for these rotations, and the blend that the anchors support.
 template <class Real>
-Blend Detail<Real>::solve_for_blend() {
+typename Detail<Real>::Positions Detail<Real>::take_directions(Positions positions,
+                                                               const ResidualField& directions,
+                                                               const Blend& blend) {
   const Stopwatch stopwatch(report_.solve_seconds);
-  for (std::size_t v = 0; v < x_.size(); ++v) {
-    const double scale = operator_.scale[v];
-    residual_[3 * v] = scale * (turned_[3 * v] - kx_[v]);
-    residual_[3 * v + 1] = scale * turned_[3 * v + 1];
-    residual_[3 * v + 2] = scale * turned_[3 * v + 2];
+  const auto combined = [&](const Vector3<double>& from, Field triples, std::size_t v) {
+    return from + triples[3 * v] + blend.b * triples[3 * v + 1] + blend.c * triples[3 * v + 2];
+  };
+  for (std::size_t v = 0; v < positions.x.size(); ++v) {
+    positions.x[v] = combined(positions.x[v], directions.steps, v);
+    positions.kx[v] = combined(positions.kx[v], directions.k_steps, v);
   }
-  std::ranges::fill(steps_, Vector3<double>{});
-  solve(3, steps_);
-  apply_operator(steps_, 3, k_step_);
-  ResidualSums sums;
-  double shape = 0;
-  double change = 0;
-  for (std::size_t v = 0; v < x_.size(); ++v) {
-    find_residuals(v, [&](const Residuals& residuals) { sums.add(residuals); });
-    shape += counts_[v] * squared_norm(turned_[3 * v + 1]);
-    change += counts_[v] * squared_norm(turned_[3 * v + 2]);
-  }
-  sums.drop_rounding_errors(shape, change);
-  const Blend found = global_blend(sums);
-  for (std::size_t v = 0; v < x_.size(); ++v) {
-    blend_fits_[v] = {};
-    if (sums.s11 == 0) continue;
-    find_residuals(v, [&](const Residuals& residuals) { blend_fits_[v].add(residuals, found.c); });
-  }
-  for (std::size_t v = 0; v < x_.size(); ++v) {
-    x_[v] = x_[v] + steps_[3 * v] + found.b * steps_[3 * v + 1] + found.c * steps_[3 * v + 2];
-    kx_[v] = kx_[v] + k_step_[3 * v] + found.b * k_step_[3 * v + 1] + found.c * k_step_[3 * v + 2];
-  }
-  report_.blend = found.b;
-  return found;
+  return positions;
 }
 
-/// Calls `visit` with what the steps leave of the shape at a vertex, and of its distance from where
-/// it was observed.
+/// Q (m + b_i (m_first - m) + c u): (k,).
 template <class Real>
-void Detail<Real>::find_residuals(std::size_t v, const auto& visit) const {
-  if (counts_[v] == 0) return;
-  visit(Residuals{kx_[v] + k_step_[3 * v] - turned_[3 * v], k_step_[3 * v + 1] - turned_[3 * v + 1],
-                  k_step_[3 * v + 2] - turned_[3 * v + 2]});
-  if (!noise_) return;
-  visit(Residuals{x_[v] + steps_[3 * v] - observed_[v], steps_[3 * v + 1], steps_[3 * v + 2],
-                  anchor_weights_[v]});
+typename Detail<Real>::Field Detail<Real>::blended(Field shapes, std::span<const double> b,
+                                                   double c) {
+  const Stopwatch stopwatch(report_.solve_seconds);
+  for (std::size_t v = 0; v < b.size(); ++v) {
+    workspace_.shape[v] = shapes[3 * v] + b[v] * shapes[3 * v + 1] + c * shapes[3 * v + 2];
+  }
+  return workspace_.shape;
+}
+
+/// The positions whose detail is closest to the shape.
+template <class Real>
+typename Detail<Real>::Positions Detail<Real>::take_shape(Positions positions, Field shape,
+                                                          const Anchors& anchors) {
+  const Stopwatch stopwatch(report_.solve_seconds);
+  const Field step = system_.template solve<1>(
+      [&](std::size_t v, std::size_t) { return shape[v] - positions.kx[v]; }, positions.x, anchors);
+  for (std::size_t v = 0; v < step.size(); ++v) positions.x[v] = positions.x[v] + step[v];
+  system_.apply(positions.x, 1, positions.kx);
+  return positions;
 }
 
 /// The errors of the shape per coordinate, sigma_L^2 = (E + lambda |q|^2) / (3 anchors) with E the
-/// energy and q how far anchors moved, tell the weight of the next frame's anchors.
+/// energy and q how far anchors moved, tell lambda of the next frame.
 template <class Real>
-void Detail<Real>::weigh_anchors() {
+void Detail<Real>::weigh_anchors(const Positions& positions, Field shape, const Anchors& anchors) {
   double energy = 0;
-  double anchors = 0;
-  for (std::size_t v = 0; v < x_.size(); ++v) {
-    energy += counts_[v] * squared_norm(kx_[v] - target_[v]);
-    energy += anchor_weights_[v] * squared_norm(x_[v] - observed_[v]);
-    anchors += is_anchor_[v];
+  for (std::size_t v = 0; v < shape.size(); ++v) {
+    energy += anchors.counts[v] * squared_norm(positions.kx[v] - shape[v]);
+    energy += anchors.weights[v] * squared_norm(positions.x[v] - anchors.observed[v]);
   }
-  const double found = energy / (3 * anchors * *noise_ * *noise_);
+  const double found = energy / (3 * static_cast<double>(anchors.number) * *noise_ * *noise_);
   if (!std::isfinite(found)) return;
-  weight_ = (weight_ + std::clamp(found, least_weight, largest_weight)) / 2;
+  lambda_ = (lambda_ + std::clamp(found, least_lambda, largest_lambda)) / 2;
+}
+
+/// Q^T K X of a completed frame, with Q fitted to it.
+template <class Real>
+typename Detail<Real>::Field Detail<Real>::detail_turned_back(Field completed) {
+  system_.apply(completed, 1, workspace_.kx);
+  return rotations_.turn_back(workspace_.kx);
+}
+
+template <class Real>
+void Detail<Real>::remember(Frame completed) {
+  const Stopwatch stopwatch(report_.rotation_seconds);
+  const Field x = in_workspace(completed);
+  rotations_.fit(x);
+  memory_.learn(detail_turned_back(x));
+}
+
+template <class Real>
+typename Detail<Real>::Memory Detail<Real>::memory() const {
+  Memory memory;
+  for (std::size_t v = 0; v < topology_.cells.size(); ++v) {
+    const Quaternion& q = rotations_.quaternions()[v];
+    const Vector3<double>& u = memory_.change(v);
+    memory.rows.push_back({q.w, q.x, q.y, q.z, u.x, u.y, u.z});
+  }
+  memory.anchor_weight = lambda_;
+  return memory;
+}
+
+template <class Real>
+bool Detail<Real>::accepts(const Memory& memory) const {
+  constexpr double rounding = 1e-6;
+  const auto is_sound = [](const auto& row) {
+    const double norm = row[0] * row[0] + row[1] * row[1] + row[2] * row[2] + row[3] * row[3];
+    return std::abs(norm - 1) <= rounding && is_in_range(Vector3<double>{row[4], row[5], row[6]});
+  };
+  return memory.rows.size() == topology_.cells.size() &&
+         std::ranges::all_of(memory.rows, is_sound) && memory.anchor_weight >= least_lambda &&
+         memory.anchor_weight <= largest_lambda;
+}
+
+template <class Real>
+void Detail<Real>::recall(const Memory& memory, Frame completed) {
+  std::ranges::transform(memory.rows, rotations_.quaternions().begin(), [](const auto& row) {
+    return Quaternion{row[0], row[1], row[2], row[3]};
+  });
+  lambda_ = memory.anchor_weight;
+  const Field detail = detail_turned_back(in_workspace(completed));
+  std::ranges::transform(memory.rows, workspace_.shape.begin(), [](const auto& row) {
+    return Vector3<double>{row[4], row[5], row[6]};
+  });
+  memory_.recall(detail, workspace_.shape);
 }
 
 template class Detail<float>;

@@ -1,29 +1,29 @@
-/// Method detail: completion that keeps the shape of frame 0, turned with the motion.
+/// Method detail: completion that keeps the shape of frame 0, turned with the motion. The method is
+/// described in docs/method.md, whose steps `estimate` follows.
 #pragma once
 
 #include <cstdint>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
-#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "detail/anchors.hpp"
 #include "detail/blend.hpp"
-#include "detail/detail_operator.hpp"
+#include "detail/memory.hpp"
 #include "detail/rotations.hpp"
-#include "factor/masked_factor.hpp"
+#include "detail/shape_system.hpp"
 #include "generations/estimator.hpp"
 #include "generations/generations.hpp"
-#include "kernels/operator_kernels.hpp"
 #include "support/workers.hpp"
 
 namespace dynmesh {
 
-/// The positions X of a frame minimise |K X - Q (m_prev + b (m_first - m_prev) + c u)|^2, anchors
-/// fixed. K, of frame 0, sees detail; m_first and m_prev, in the axes of frame 0, are the detail of
-/// frame 0 and of the last frame, and u how it has been changing; Q turns them into this frame; b
-/// and c are what the anchors say.
+/// The positions X of a frame minimise |K X - Q (m + b (m_first - m) + c u)|^2, anchors fixed. K,
+/// of frame 0, sees detail; m_first and m, in the axes of frame 0, are the detail of frame 0 and of
+/// the last frame, and u how it has been changing; Q turns them into this frame; b and c are what
+/// the anchors say.
 ///
 /// With noise, anchors are not fixed but drawn to where they were observed, by lambda times their
 /// squared distance; lambda weighs the errors of the shape, as they were found in frames before,
@@ -51,61 +51,48 @@ class Detail final : public Estimator<Real> {
   [[nodiscard]] StageReport stages() const override { return report_; }
 
  private:
-  /// One or three Vector3 for each vertex.
-  using Field = std::vector<Vector3<double>>;
+  using Field = std::span<const Vector3<double>>;
 
-  // lambda, times the squared mean edge of frame 0.
-  static constexpr double first_weight = 10;
-  static constexpr double least_weight = 1e-3;
-  static constexpr double largest_weight = 1e3;
+  /// X and its detail K X, both (k,), in the workspace.
+  struct Positions {
+    std::span<Vector3<double>> x;
+    std::span<Vector3<double>> kx;
+  };
 
-  [[nodiscard]] Index n_vertices() const { return static_cast<Index>(x_.size()); }
-  void take(Frame frame);
-  void apply_operator(const Field& x, int fields, Field& products);
-  void solve(int fields, Field& steps);
-  void take_anchors(Frame previous, std::span<const Vector3<Real>> points,
-                    const Generations& generations);
-  void move_smoothly();
-  void take_step();
-  void fit_rotations();
-  void solve_for(std::span<const double> blend, double change);
-  Blend solve_for_blend();
-  void find_residuals(std::size_t v, const auto& visit) const;
-  void weigh_anchors();
-  void take_memory();
-  void learn_change();
+  Field in_workspace(Frame frame);
+  const Anchors& hold(Field previous, std::span<const Vector3<Real>> points,
+                      const Generations& generations);
+  Positions move_smoothly(Field previous, const Anchors& anchors);
+  Field turned_shapes(const Positions& positions);
+  ResidualField find_directions(const Positions& positions, Field shapes, const Anchors& anchors);
+  Positions take_directions(Positions positions, const ResidualField& directions,
+                            const Blend& blend);
+  Positions take_shape(Positions positions, Field shape, const Anchors& anchors);
+  Field blended(Field shapes, std::span<const double> b, double c);
+  void weigh_anchors(const Positions& positions, Field shape, const Anchors& anchors);
+  Field detail_turned_back(Field completed);
 
   std::vector<Triangle> faces_;
   const Topology& topology_;
-  Workers& workers_;
-  const OperatorKernels& kernels_;
+  ShapeSystem system_;
   Rotations rotations_;
   LocalBlend local_blend_;
-  DetailOperator operator_;               // K
-  std::unique_ptr<MaskedFactor> factor_;  // of K^T K at what is not fixed
-  std::vector<std::uint8_t> solved_;      // (k,) what is not fixed: satellites, noisy anchors
-  std::vector<std::uint8_t> is_anchor_;   // (k,)
-  std::vector<double> counts_;            // (k,) 1 in components that hold an anchor, else 0
-
-  Field first_memory_;  // m_first
-  Field memory_;        // m_prev, m_first - m_prev and u
-  Field last_memory_;   // m_prev before the last frame
-  Field turned_;        // Q times all three
-  Field observed_;      // the anchors as they were given
-  Field x_;             // X
-  Field kx_;            // K X
-  Field target_;        // what K X is to be
-  Field residual_;      // M^-1/2 times what K^T is multiplied with, one or three fields
-  Field solution_;      // one or three fields for each row solved, in the order of elimination
-  Field step_;          // one field for each vertex, that of the last solve where it was solved for
-  Field steps_;         // three, 0 where a vertex is fixed
-  Field k_step_;        // K times one of them
-  std::vector<BlendFit> blend_fits_;
-  std::vector<double> anchor_weights_;  // (k,) lambda at noisy anchors, else 0
+  ShapeMemory memory_;
   std::optional<double> noise_;
-  double mean_edge_ = 0;  // of frame 0
-  double weight_ = 0;     // lambda, in the unit of K
+  double lambda_ = 0;  // in the unit of K
   StageReport report_;
+
+  /// What the steps of a frame return views of; nothing in here lasts from frame to frame.
+  struct Workspace {
+    Workspace(std::size_t n_vertices, bool is_noisy);
+
+    Anchors anchors;
+    std::vector<Vector3<double>> x;
+    std::vector<Vector3<double>> kx;
+    std::vector<Vector3<double>> shape;    // (k,)
+    std::vector<Vector3<double>> k_steps;  // (3 k,)
+  };
+  Workspace workspace_;
 };
 
 }  // namespace dynmesh

@@ -9,9 +9,11 @@ Rotations::Rotations(const Cells& cells, Workers& workers, const RotationKernels
     : cells_(cells),
       workers_(workers),
       kernels_(kernels),
+      turning_(*runnable_operator_kernels().front()),
       rest_edges_(cells.neighbours.size()),
       covariances_(cells.size()),
-      quaternions_(cells.size()) {}
+      quaternions_(cells.size()),
+      turned_(3 * cells.size()) {}
 
 void Rotations::reset(std::span<const Vector3<double>> first_frame, double mean_edge) {
   std::size_t half_edge = 0;
@@ -33,6 +35,22 @@ void Rotations::fit(std::span<const Vector3<double>> frame) {
     workers_.for_each_stretch(k, short_stretch,
                               [&](Index first, Index last) { kernel(data, first, last); });
   }
+}
+
+std::span<const Vector3<double>> Rotations::turn(std::span<const Vector3<double>> triples) {
+  workers_.for_each_stretch(
+      static_cast<Index>(cells_.size()), short_stretch, [&](Index first, Index last) {
+        turning_.turn(quaternions_.data(), triples.data(), turned_.data(), first, last);
+      });
+  return turned_;
+}
+
+std::span<const Vector3<double>> Rotations::turn_back(std::span<const Vector3<double>> field) {
+  workers_.for_each_stretch(
+      static_cast<Index>(cells_.size()), short_stretch, [&](Index first, Index last) {
+        turning_.turn_back(quaternions_.data(), field.data(), turned_.data(), first, last);
+      });
+  return {turned_.data(), cells_.size()};
 }
 
 }  // namespace dynmesh

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "kernels/operator_kernels.hpp"
 #include "kernels/rotation_kernels.hpp"
 #include "support/workers.hpp"
 
@@ -26,6 +27,12 @@ class Rotations {
 
   void fit(std::span<const Vector3<double>> frame);
 
+  /// Q times each of three fields (3 k,), side by side, from the axes of frame 0 to those of the
+  /// frame fitted to. Valid until the next call, as is what `turn_back` returns.
+  std::span<const Vector3<double>> turn(std::span<const Vector3<double>> triples);
+  /// Q^T times a field (k,).
+  std::span<const Vector3<double>> turn_back(std::span<const Vector3<double>> field);
+
   /// (k,), of unit length.
   [[nodiscard]] std::span<Quaternion> quaternions() { return quaternions_; }
   [[nodiscard]] std::span<const Quaternion> quaternions() const { return quaternions_; }
@@ -34,9 +41,11 @@ class Rotations {
   const Cells& cells_;
   Workers& workers_;
   const RotationKernels& kernels_;
+  const OperatorKernels& turning_;
   std::vector<Vector3<double>> rest_edges_;  // of each half-edge, over its squared length
   std::vector<Covariance> covariances_;
   std::vector<Quaternion> quaternions_;
+  std::vector<Vector3<double>> turned_;
 };
 
 }  // namespace dynmesh
