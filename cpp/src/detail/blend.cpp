@@ -7,28 +7,9 @@
 namespace dynmesh {
 namespace {
 
-/// Takes a thousandth off b: the shape of the last frame is the nearer guess.
-constexpr double caution = 1.001;
-
-/// The sum of |r1|^2 below which r1 is rounding errors, in |Q (m_first - m_prev)|^2; likewise r2.
+/// The sum of |r1|^2 below which r1 is rounding errors, in |Q (m_first - m)|^2; likewise r2. The
+/// square of the 1e-9 that solving in double precision leaves of an exact solution.
 constexpr double rounding = 1e-18;
-
-/// And a twentieth off c, so that a part that nobody sees does not change for ever, and b comes
-/// first where both say the same.
-constexpr double caution_of_change = 1.05;
-
-/// Of the residual that b leaves, the share that c must explain to be believed at all; twice that,
-/// and it is believed.
-constexpr double least_explained = 0.1;
-
-/// How often residuals are averaged with the neighbours', which is how far a local blend looks.
-constexpr int averagings = 10;
-
-/// The pull to the global blend, in mean |r1_i|^2.
-constexpr double pull = 0.3;
-
-constexpr double least_blend = -0.5;
-constexpr double largest_blend = 1.5;
 
 }  // namespace
 
@@ -46,21 +27,23 @@ ResidualSums sum_products(const ResidualField& residuals) {
   return sums;
 }
 
-Blend global_blend(const ResidualSums& sums) {
+Blend global_blend(const ResidualSums& sums, const DetailConstants& constants) {
+  const double caution = constants.caution;
   const auto finite = [](double value) { return std::isfinite(value) ? value : 0; };
   // Of r0 and of r2, what b cannot explain.
   const double b_of_r2 = finite(sums.s12 / (caution * sums.s11));
   const double h = -(sums.s02 - b_of_r2 * sums.s01);
-  const double q = caution_of_change * sums.s22 - b_of_r2 * sums.s12;
+  const double q = constants.caution_of_change * sums.s22 - b_of_r2 * sums.s12;
   const double left = sums.s00 - finite(sums.s01 / (caution * sums.s11)) * sums.s01;
   const double explained = finite(h / q * h / left);
-  const double belief = std::clamp(explained / least_explained - 1, 0.0, 1.0);
+  const double belief = std::clamp(explained / constants.least_explained - 1, 0.0, 1.0);
   const double c = belief * std::clamp(finite(h / q), 0.0, 1.0);
   return {finite(-(sums.s01 + c * sums.s12) / (caution * sums.s11)), c};
 }
 
-LocalBlend::LocalBlend(const Cells& cells)
+LocalBlend::LocalBlend(const Cells& cells, const DetailConstants& constants)
     : cells_(cells),
+      constants_(constants),
       shares_(cells.size()),
       fits_(cells.size()),
       averaged_(cells.size()),
@@ -80,8 +63,8 @@ std::span<const double> LocalBlend::find(const ResidualField& residuals, const R
     residuals.visit(i, [&](const Residuals& r) { fits_[i].add(r, global.c); });
     sum += fits_[i].q;
   }
-  const double eta = pull * sum / static_cast<double>(fits_.size());
-  for (int n = 0; n < averagings; ++n) {
+  const double eta = constants_.pull * sum / static_cast<double>(fits_.size());
+  for (int n = 0; n < constants_.averagings; ++n) {
     for (std::size_t i = 0; i < fits_.size(); ++i) {
       const auto cell = cells_[static_cast<Index>(i)];
       BlendFit mean;
@@ -95,7 +78,8 @@ std::span<const double> LocalBlend::find(const ResidualField& residuals, const R
   }
   for (std::size_t i = 0; i < fits_.size(); ++i) {
     const double blend = (fits_[i].h + eta * global.b) / (fits_[i].q + eta);
-    blend_[i] = std::clamp(std::isfinite(blend) ? blend : global.b, least_blend, largest_blend);
+    blend_[i] = std::clamp(std::isfinite(blend) ? blend : global.b, constants_.least_blend,
+                           constants_.largest_blend);
   }
   return blend_;
 }

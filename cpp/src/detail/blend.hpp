@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "detail/anchors.hpp"
+#include "detail/constants.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {
@@ -73,7 +74,7 @@ ResidualSums sum_products(const ResidualField& residuals);
 /// b and c that make |r0 + b r1 + c r2|^2 smallest, a little short of it; 0 where their residuals
 /// are. c is from 0 to 1, and the smaller the less it explains: what was under way may have ended,
 /// and is as noisy as the frames that it was seen in.
-Blend global_blend(const ResidualSums& sums);
+Blend global_blend(const ResidualSums& sums, const DetailConstants& constants);
 
 /// What one vertex says about b, given c.
 struct BlendFit {
@@ -89,15 +90,16 @@ struct BlendFit {
 /// The blend of each vertex by the residuals around it, drawn to the global one.
 class LocalBlend {
  public:
-  /// `cells` must outlive this object. Allocates here only.
-  explicit LocalBlend(const Cells& cells);
+  /// Both must outlive this object. Allocates here only.
+  LocalBlend(const Cells& cells, const DetailConstants& constants);
 
-  /// b_i, (k,), from -0.5 to 1.5; the global b where r1 is 0 all around, or 0 in `sums`.
+  /// b_i, (k,), within its bounds; the global b where r1 is 0 all around, or 0 in `sums`.
   std::span<const double> find(const ResidualField& residuals, const ResidualSums& sums,
                                const Blend& global);
 
  private:
   const Cells& cells_;
+  const DetailConstants& constants_;
   std::vector<double> shares_;  // (k,) one over the size of the cell
   std::vector<BlendFit> fits_;
   std::vector<BlendFit> averaged_;

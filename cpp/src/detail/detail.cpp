@@ -8,17 +8,6 @@
 #include "support/stopwatch.hpp"
 
 namespace dynmesh {
-namespace {
-
-/// Rounds of turning and solving; the first of them finds the blend.
-constexpr Index rounds = 3;
-
-// lambda, times the squared mean edge of frame 0: in the first frame, and its bounds later.
-constexpr double first_lambda = 10;
-constexpr double least_lambda = 1e-3;
-constexpr double largest_lambda = 1e3;
-
-}  // namespace
 
 template <class Real>
 Detail<Real>::Workspace::Workspace(std::size_t n_vertices, bool is_noisy)
@@ -30,25 +19,27 @@ Detail<Real>::Workspace::Workspace(std::size_t n_vertices, bool is_noisy)
 
 template <class Real>
 Detail<Real>::Detail(std::vector<Triangle> faces, const Topology& topology,
-                     std::optional<double> noise, Workers& workers)
+                     std::optional<double> noise, Workers& workers,
+                     const DetailConstants& constants)
     : faces_(std::move(faces)),
       topology_(topology),
+      constants_(constants),
       system_(topology.cells, workers),
       rotations_(topology.cells, workers),
-      local_blend_(topology.cells),
-      memory_(topology.cells.size()),
+      local_blend_(topology.cells, constants_),
+      memory_(topology.cells.size(), constants_),
       noise_(noise),
       workspace_(topology.cells.size(), noise.has_value()) {}
 
 template <class Real>
 void Detail<Real>::reset(Frame first_frame) {
-  system_.template reset<Real>(faces_, first_frame);
+  system_.template reset<Real>(faces_, first_frame, constants_);
   const auto mean_edge = static_cast<double>(mean_edge_length(topology_.cells, first_frame));
   const Field first = in_workspace(first_frame);
   rotations_.reset(first, mean_edge);
   system_.apply(first, 1, workspace_.kx);
   memory_.reset(workspace_.kx, mean_edge);
-  lambda_ = first_lambda;
+  lambda_ = constants_.first_lambda;
   report_ = {};
 }
 
@@ -67,7 +58,7 @@ Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
   Field shapes = turned_shapes(positions);
   const ResidualField directions = find_directions(positions, shapes, anchors);
   const ResidualSums sums = sum_products(directions);
-  const Blend blend = global_blend(sums);
+  const Blend blend = global_blend(sums, constants_);
 
   // Step 3: b varies over the surface.
   const std::span<const double> b = local_blend_.find(directions, sums, blend);
@@ -75,7 +66,7 @@ Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
 
   // Step 4: turn and solve again.
   Field shape;
-  for (Index round = 1; round < rounds; ++round) {
+  for (int round = 1; round < constants_.rounds; ++round) {
     shapes = turned_shapes(positions);
     shape = blended(shapes, b, blend.c);
     positions = take_shape(positions, shape, anchors);
@@ -88,7 +79,7 @@ Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
     points[v] = {static_cast<Real>(x.x), static_cast<Real>(x.y), static_cast<Real>(x.z)};
   }
   report_.blend = blend.b;
-  return rounds;
+  return constants_.rounds;
 }
 
 template <class Real>
@@ -201,7 +192,7 @@ void Detail<Real>::weigh_anchors(const Positions& positions, Field shape, const 
   }
   const double found = energy / (3 * static_cast<double>(anchors.number) * *noise_ * *noise_);
   if (!std::isfinite(found)) return;
-  lambda_ = (lambda_ + std::clamp(found, least_lambda, largest_lambda)) / 2;
+  lambda_ = (lambda_ + std::clamp(found, constants_.least_lambda, constants_.largest_lambda)) / 2;
 }
 
 /// Q^T K X of a completed frame, with Q fitted to it.
@@ -239,8 +230,9 @@ bool Detail<Real>::accepts(const Memory& memory) const {
     return std::abs(norm - 1) <= rounding && is_in_range(Vector3<double>{row[4], row[5], row[6]});
   };
   return memory.rows.size() == topology_.cells.size() &&
-         std::ranges::all_of(memory.rows, is_sound) && memory.anchor_weight >= least_lambda &&
-         memory.anchor_weight <= largest_lambda;
+         std::ranges::all_of(memory.rows, is_sound) &&
+         memory.anchor_weight >= constants_.least_lambda &&
+         memory.anchor_weight <= constants_.largest_lambda;
 }
 
 template <class Real>

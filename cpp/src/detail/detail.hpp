@@ -11,6 +11,7 @@
 
 #include "detail/anchors.hpp"
 #include "detail/blend.hpp"
+#include "detail/constants.hpp"
 #include "detail/memory.hpp"
 #include "detail/rotations.hpp"
 #include "detail/shape_system.hpp"
@@ -39,7 +40,7 @@ class Detail final : public Estimator<Real> {
   /// `topology` and `workers` must outlive this object.
   /// `noise`: the standard deviation of the anchors, positive; none: they are exact.
   Detail(std::vector<Triangle> faces, const Topology& topology, std::optional<double> noise,
-         Workers& workers);
+         Workers& workers, const DetailConstants& constants = {});
 
   void reset(Frame first_frame) override;
   Index estimate(Frame previous, std::span<Vector3<Real>> points,
@@ -74,6 +75,7 @@ class Detail final : public Estimator<Real> {
 
   std::vector<Triangle> faces_;
   const Topology& topology_;
+  DetailConstants constants_;
   ShapeSystem system_;
   Rotations rotations_;
   LocalBlend local_blend_;

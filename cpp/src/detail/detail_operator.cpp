@@ -12,9 +12,6 @@
 namespace dynmesh {
 namespace {
 
-constexpr double bare_edge_weight = 0.05;
-constexpr double least_area = 0.2;  // of a vertex, in mean vertex areas
-
 struct Entry {
   Index row;
   Index column;
@@ -71,7 +68,8 @@ void check_size(const DetailOperator& k) {
 
 template <class Real>
 DetailOperator build_detail_operator(std::span<const Triangle> faces, const Cells& cells,
-                                     std::span<const Vector3<Real>> frame) {
+                                     std::span<const Vector3<Real>> frame,
+                                     const DetailConstants& constants) {
   DetailOperator result;
   auto& areas = result.scale;
   areas.assign(frame.size(), 0);
@@ -87,13 +85,13 @@ DetailOperator build_detail_operator(std::span<const Triangle> faces, const Cell
   for (const auto& [a, b, c] : faces) {
     if (a != b && b != c && c != a) continue;
     const Index other = a == b ? c : b;
-    add_edge(entries, a, other, bare_edge_weight);
+    add_edge(entries, a, other, constants.bare_edge_weight);
   }
   assemble(entries, result);
 
   const double mean =
       std::accumulate(areas.begin(), areas.end(), 0.0) / static_cast<double>(areas.size());
-  const double floor = mean > 0 ? least_area * mean : 1;
+  const double floor = mean > 0 ? constants.least_area * mean : 1;
   for (double& area : areas) area = 1 / std::sqrt(std::max(area, floor));
   return result;
 }
@@ -131,8 +129,10 @@ SymmetricMatrix normal_matrix(const DetailOperator& k) {
 }
 
 template DetailOperator build_detail_operator(std::span<const Triangle>, const Cells&,
-                                              std::span<const Vector3<float>>);
+                                              std::span<const Vector3<float>>,
+                                              const DetailConstants&);
 template DetailOperator build_detail_operator(std::span<const Triangle>, const Cells&,
-                                              std::span<const Vector3<double>>);
+                                              std::span<const Vector3<double>>,
+                                              const DetailConstants&);
 
 }  // namespace dynmesh

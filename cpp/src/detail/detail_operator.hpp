@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "detail/constants.hpp"
 #include "detail/intrinsic_delaunay.hpp"
 #include "factor/elimination.hpp"
 
@@ -23,12 +24,14 @@ struct DetailOperator {
 };
 
 /// C: the cotangent Laplacian of the intrinsic Delaunay triangulation of `frame`; M: vertex areas,
-/// a third of its triangles around, floored at 0.2 of their mean. Lengths are in mean edges of
+/// a third of its triangles around, floored. Lengths are in mean edges of
 /// `frame`, so that the scale of the mesh cancels. An edge of a face with a repeated vertex, which
-/// spans no triangle, weighs 0.05 for each such face. Everything is finite whatever the mesh.
+/// spans no triangle, has a weight of its own for each such face. Everything is finite whatever the
+/// mesh.
 template <class Real>
 DetailOperator build_detail_operator(std::span<const Triangle> faces, const Cells& cells,
-                                     std::span<const Vector3<Real>> frame);
+                                     std::span<const Vector3<Real>> frame,
+                                     const DetailConstants& constants = {});
 
 /// N = K^T K = C M^-1 C.
 SymmetricMatrix normal_matrix(const DetailOperator& k);

@@ -3,15 +3,8 @@
 #include <algorithm>
 
 namespace dynmesh {
-namespace {
-
-/// The share that the newest change has in u: part of what a frame shows is that earlier frames
-/// were wrong, and later ones average that out.
-constexpr double newest = 0.3;
-
-}  // namespace
-
-ShapeMemory::ShapeMemory(std::size_t n_vertices) : first_(n_vertices), shapes_(3 * n_vertices) {}
+ShapeMemory::ShapeMemory(std::size_t n_vertices, const DetailConstants& constants)
+    : newest_(constants.newest), first_(n_vertices), shapes_(3 * n_vertices) {}
 
 void ShapeMemory::set(std::size_t v, const Vector3<double>& detail, const Vector3<double>& change) {
   shapes_[3 * v] = detail;
@@ -30,7 +23,7 @@ void ShapeMemory::learn(Field detail) {
     const auto newest_change = detail[v] - shapes_[3 * v];
     // A jump by a mean edge or more is an error as a whole, and u begins anew.
     const bool is_jump = !(squared_norm(newest_change) < mean_edge_ * mean_edge_);
-    const auto mean = (1 - newest) * change(v) + newest * newest_change;
+    const auto mean = (1 - newest_) * change(v) + newest_ * newest_change;
     set(v, detail[v], is_jump ? Vector3<double>{} : mean);
   }
 }

@@ -6,6 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "detail/constants.hpp"
+
 namespace dynmesh {
 
 /// m_first, the detail of frame 0; m, that of the last completed frame; and u, how m has lately
@@ -14,7 +16,7 @@ class ShapeMemory {
  public:
   using Field = std::span<const Vector3<double>>;
 
-  explicit ShapeMemory(std::size_t n_vertices);
+  ShapeMemory(std::size_t n_vertices, const DetailConstants& constants);
 
   /// Begins with frame 0, whose detail is `first` (k,). `mean_edge` is that of frame 0.
   void reset(Field first, double mean_edge);
@@ -34,6 +36,7 @@ class ShapeMemory {
  private:
   void set(std::size_t v, const Vector3<double>& detail, const Vector3<double>& change);
 
+  double newest_;
   std::vector<Vector3<double>> first_;
   std::vector<Vector3<double>> shapes_;
   double mean_edge_ = 1;

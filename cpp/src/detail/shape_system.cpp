@@ -14,15 +14,17 @@ ShapeSystem::ShapeSystem(const Cells& cells, Workers& workers)
       steps_(3 * cells.size()) {}
 
 template <class Real>
-void ShapeSystem::reset(std::span<const Triangle> faces,
-                        std::span<const Vector3<Real>> first_frame) {
-  auto k = build_detail_operator<Real>(faces, cells_, first_frame);
+void ShapeSystem::reset(std::span<const Triangle> faces, std::span<const Vector3<Real>> first_frame,
+                        const DetailConstants& constants) {
+  auto k = build_detail_operator<Real>(faces, cells_, first_frame, constants);
   factor_ = std::make_unique<MaskedFactor>(normal_matrix(k));  // may run out of memory: first
   operator_ = std::move(k);
 }
 
-template void ShapeSystem::reset(std::span<const Triangle>, std::span<const Vector3<float>>);
-template void ShapeSystem::reset(std::span<const Triangle>, std::span<const Vector3<double>>);
+template void ShapeSystem::reset(std::span<const Triangle>, std::span<const Vector3<float>>,
+                                 const DetailConstants&);
+template void ShapeSystem::reset(std::span<const Triangle>, std::span<const Vector3<double>>,
+                                 const DetailConstants&);
 
 OperatorData ShapeSystem::operator_data() const {
   return {operator_.offsets.data(), operator_.columns.data(), operator_.values.data(),

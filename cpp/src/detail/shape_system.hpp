@@ -29,7 +29,8 @@ class ShapeSystem {
 
   /// Builds K of a new frame 0.
   template <class Real>
-  void reset(std::span<const Triangle> faces, std::span<const Vector3<Real>> first_frame);
+  void reset(std::span<const Triangle> faces, std::span<const Vector3<Real>> first_frame,
+             const DetailConstants& constants);
 
   /// detail = K x.
   void apply(Field x, int fields, std::span<Vector3<double>> detail) const;
