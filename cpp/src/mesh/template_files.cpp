@@ -45,7 +45,7 @@ std::int64_t obj_corner(const std::string& path, std::size_t line, std::string_v
   return vertex;
 }
 
-/// A face must not repeat a vertex: OpenMesh drops such ones from an OBJ.
+/// A face must not repeat a vertex.
 void check_distinct(const std::string& path, std::size_t line, std::vector<std::int64_t> face) {
   std::ranges::sort(face);
   const auto repeated = std::ranges::adjacent_find(face);
@@ -57,16 +57,6 @@ void check_distinct(const std::string& path, std::size_t line, std::vector<std::
 void check_corners(const std::string& path, std::size_t line, std::size_t corners) {
   if (corners >= 3) return;
   refuse_line(path, line, "has a face of " + std::to_string(corners) + " vertices");
-}
-
-template <class Corner>
-void append_triangles(PlainMesh& mesh, std::string_view begin, std::span<const Corner> polygon) {
-  for_each_triangle(polygon, [&](Corner a, Corner b, Corner c) {
-    mesh.text.append(begin);
-    for (const Corner corner : {a, b, c}) mesh.text.append(std::to_string(corner)) += ' ';
-    mesh.text.back() = '\n';
-    ++mesh.triangles;
-  });
 }
 
 /// Whether `word` is OFF or its kin, as COFF and STOFF are.
@@ -86,7 +76,7 @@ void refuse_line(const std::string& path, std::size_t line, const std::string& w
   refuse_file(path, "line " + std::to_string(line) + " " + why);
 }
 
-std::string_view checked_number(const std::string& path, std::size_t line, std::string_view word) {
+float checked_number(const std::string& path, std::size_t line, std::string_view word) {
   const std::string_view number = word.substr(word.starts_with('+') ? 1 : 0);
   double value = std::numeric_limits<double>::quiet_NaN();
   // In no locale's way of writing numbers, and in no other base.
@@ -95,7 +85,7 @@ std::string_view checked_number(const std::string& path, std::size_t line, std::
                 "has '" + std::string(word.substr(0, 80)) +
                     "' where a finite number should be; a template must be complete");
   }
-  return number;
+  return static_cast<float>(value);
 }
 
 std::size_t checked_count(const std::string& path, std::size_t line, std::string_view word) {
@@ -117,8 +107,8 @@ std::vector<std::string_view> words_of(std::string_view line) {
   }
 }
 
-PlainMesh plain_obj(const std::string& path, std::istream& file) {
-  PlainMesh mesh;
+TemplateMesh read_obj(const std::string& path, std::istream& file) {
+  TemplateMesh mesh;
   Reference largest;
   std::size_t number = 0;
   std::vector<std::int64_t> face;
@@ -128,39 +118,36 @@ PlainMesh plain_obj(const std::string& path, std::istream& file) {
     if (words[0] == "f") {
       face.clear();
       for (std::size_t c = 1; c < words.size(); ++c) {
-        face.push_back(obj_corner(path, number, words[c], mesh.vertices));
+        face.push_back(obj_corner(path, number, words[c], mesh.points().count));
         if (face.back() > largest.vertex) largest = {face.back(), number};
       }
       check_distinct(path, number, face);
       check_corners(path, number, face.size());
-      append_triangles(mesh, "f ", std::span<const std::int64_t>(face));
+      for (std::int64_t& corner : face) --corner;  // OBJ counts from 1
+      append_triangles(mesh, std::span<const std::int64_t>(face));
     } else if (words[0] == "v") {
       if (words.size() < 4) refuse_line(path, number, "has a vertex of less than 3 coordinates");
-      mesh.text += 'v';
       for (std::size_t c = 1; c < 4; ++c) {
-        (mesh.text += ' ') += checked_number(path, number, words[c]);
+        mesh.vertices.push_back(checked_number(path, number, words[c]));
       }
-      mesh.text += '\n';
-      ++mesh.vertices;
     }
   }
-  if (largest.vertex > static_cast<std::int64_t>(mesh.vertices)) {
+  if (largest.vertex > static_cast<std::int64_t>(mesh.points().count)) {
     refuse_line(path, largest.line,
                 "refers to vertex " + std::to_string(largest.vertex) + ", but there are " +
-                    std::to_string(mesh.vertices));
+                    std::to_string(mesh.points().count));
   }
   return mesh;
 }
 
-PlainMesh plain_off(const std::string& path, std::istream& file) {
-  PlainMesh mesh;
+TemplateMesh read_off(const std::string& path, std::istream& file) {
+  TemplateMesh mesh;
   std::size_t number = 0;
   std::vector<std::size_t> counts;  // of vertices, faces and, of no use, edges
   std::size_t n_faces = 0;
   bool is_plain = true;  // no normals, colours or texture coordinates after the positions
   bool began = false;
   std::vector<std::size_t> face;
-  std::string vertices;
   for (std::string line; next_line(file, '#', line, number);) {
     auto words = words_of(line);
     std::span<const std::string_view> rest = words;
@@ -177,16 +164,14 @@ PlainMesh plain_off(const std::string& path, std::istream& file) {
         refuse_file(path, "binary OFF is not read; write it as text, or as PLY");
       }
       for (const auto word : rest) counts.push_back(checked_count(path, number, word));
-    } else if (mesh.vertices < counts[0]) {
+    } else if (mesh.points().count < counts[0]) {
       if (rest.size() < 3 || (is_plain && rest.size() > 3)) {
         refuse_line(path, number,
                     "has a vertex of " + std::to_string(rest.size()) + " coordinates");
       }
       for (const auto word : rest.first(3)) {
-        (vertices += checked_number(path, number, word)) += ' ';
+        mesh.vertices.push_back(checked_number(path, number, word));
       }
-      vertices.back() = '\n';
-      ++mesh.vertices;
     } else if (n_faces < counts[1]) {
       const std::size_t corners = checked_count(path, number, rest[0]);
       check_corners(path, number, corners);
@@ -203,18 +188,16 @@ PlainMesh plain_off(const std::string& path, std::istream& file) {
                     "refers to vertex " + std::string(word) + ", but there are " +
                         std::to_string(counts[0]) + ", counted from 0");
       }
-      append_triangles(mesh, "3 ", std::span<const std::size_t>(face));
+      append_triangles(mesh, std::span<const std::size_t>(face));
       ++n_faces;
     }
   }
   if (counts.size() < 2) refuse_file(path, "ends before its numbers of vertices and faces");
-  if (mesh.vertices < counts[0] || n_faces < counts[1]) {
+  if (mesh.points().count < counts[0] || n_faces < counts[1]) {
     refuse_file(path, "declares " + std::to_string(counts[0]) + " vertices and " +
                           std::to_string(counts[1]) + " faces, but ends after " +
-                          std::to_string(mesh.vertices) + " and " + std::to_string(n_faces));
+                          std::to_string(mesh.points().count) + " and " + std::to_string(n_faces));
   }
-  mesh.text = "OFF\n" + std::to_string(mesh.vertices) + ' ' + std::to_string(mesh.triangles) +
-              " 0\n" + vertices + mesh.text;
   return mesh;
 }
 

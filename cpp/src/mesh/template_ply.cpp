@@ -2,9 +2,10 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <iterator>
+#include <limits>
 #include <optional>
 
 #include "mesh/template_files.hpp"
@@ -117,21 +118,17 @@ class Body {
   Body(const Body&) = delete;
   Body& operator=(const Body&) = delete;
 
-  [[nodiscard]] bool is_text() const { return is_text_; }
-
   void skip(Kind kind) { (void)next(kind); }
 
-  /// Adds a coordinate as it is, in little-endian order.
-  void copy_coordinate(Kind kind, std::string& text) {
-    if (is_text_) {
-      (text += checked_number(path_, line_, next(kind))) += ' ';
-      return;
-    }
+  /// A coordinate, infinite where a float cannot hold it.
+  float coordinate(Kind kind) {
+    if (is_text_) return checked_number(path_, line_, next(kind));
     if (kind.letter != 'f') refuse_file(path_, "its vertices must be float or double");
-    const auto bytes = next(kind);
-    text.append(bytes);
-    if (is_big_endian_)
-      std::reverse(text.end() - static_cast<std::ptrdiff_t>(kind.size), text.end());
+    if (kind.size == sizeof(float)) return number<float>(next(kind));
+    const double value = number<double>(next(kind));
+    constexpr double largest = std::numeric_limits<float>::max();
+    return std::abs(value) <= largest ? static_cast<float>(value)
+                                      : std::numeric_limits<float>::infinity();
   }
 
   /// A whole number from 0 to 2^32 - 1.
@@ -142,18 +139,24 @@ class Body {
       if (value > UINT32_MAX) refuse_line(path_, line_, "has too large a number");
       return static_cast<std::uint32_t>(value);
     }
-    std::array<char, 4> little{};
-    std::ranges::copy(bytes, little.begin());
-    if (is_big_endian_) std::reverse(little.begin(), little.begin() + bytes.size());
-    const auto highest = static_cast<signed char>(little[bytes.size() - 1]);
+    const auto highest = static_cast<signed char>(is_big_endian_ ? bytes.front() : bytes.back());
     const bool is_negative = kind.letter == 'i' && highest < 0;
     if (is_negative) refuse_file(path_, "has a negative number in a face, or for a count");
-    std::uint32_t value = 0;
-    std::memcpy(&value, little.data(), sizeof value);
-    return value;
+    return number<std::uint32_t>(bytes);
   }
 
  private:
+  /// The number that `bytes` hold, the lowest ones of it where these are fewer.
+  template <class Number>
+  [[nodiscard]] Number number(std::string_view bytes) const {
+    std::array<char, sizeof(Number)> little{};
+    std::ranges::copy(bytes, little.begin());
+    if (is_big_endian_) {
+      std::reverse(little.begin(), little.begin() + static_cast<std::ptrdiff_t>(bytes.size()));
+    }
+    return std::bit_cast<Number>(little);
+  }
+
   /// The bytes of the next number.
   std::string_view next(Kind kind) {
     if (is_text_) skip_blanks();
@@ -181,18 +184,6 @@ class Body {
   std::string_view rest_;
   std::size_t line_;
 };
-
-void append_triangle(const Body& body, const std::array<std::uint32_t, 3>& corners,
-                     std::string& text) {
-  if (body.is_text()) {
-    text += '3';
-    for (const std::uint32_t corner : corners) (text += ' ') += std::to_string(corner);
-    text += '\n';
-  } else {
-    text += '\3';
-    text.append(reinterpret_cast<const char*>(corners.data()), sizeof corners);
-  }
-}
 
 bool is_corners(const Element& element, const Property& property) {
   return element.name == "face" && property.count &&
@@ -226,35 +217,20 @@ void check_element(const std::string& path, const Element& element) {
   }
 }
 
-std::string plain_header(const Body& body, const Header& header, const PlainMesh& mesh) {
-  std::string text = "ply\nformat ";
-  text += body.is_text() ? "ascii" : "binary_little_endian";
-  text += " 1.0\nelement vertex " + std::to_string(mesh.vertices) + '\n';
-  for (const Element& element : header.elements) {
-    for (const Property& property : element.properties) {
-      if (axis_of(element, property) == 3) continue;
-      text += property.kind.size == 8 ? "property double " : "property float ";
-      text += property.name + '\n';
-    }
-  }
-  return text + "element face " + std::to_string(mesh.triangles) +
-         "\nproperty list uchar int vertex_indices\nend_header\n";
-}
-
 }  // namespace
 
-PlainMesh plain_ply(const std::string& path, std::istream& file) {
+TemplateMesh read_ply(const std::string& path, std::istream& file) {
   const Header header = read_header(path, file);
   for (const Element& element : header.elements) check_element(path, element);
   Body body(path, header, file);
-  PlainMesh mesh;
-  std::string vertices;
-  std::string triangles;
+  TemplateMesh mesh;
   std::vector<std::uint32_t> face;
   for (const Element& element : header.elements) {
     for (std::size_t record = 0; record < element.count; ++record) {
+      std::array<float, 3> position{};
       for (const Property& property : element.properties) {
         const std::uint32_t numbers = property.count ? body.count(*property.count) : 1;
+        const std::size_t axis = axis_of(element, property);
         if (is_corners(element, property)) {
           face.clear();
           for (std::uint32_t c = 0; c < numbers; ++c) face.push_back(body.count(property.kind));
@@ -262,20 +238,18 @@ PlainMesh plain_ply(const std::string& path, std::istream& file) {
             refuse_file(path, "face " + std::to_string(record) + " has " + std::to_string(numbers) +
                                   " vertices");
           }
-          for_each_triangle(std::span<const std::uint32_t>(face), [&](auto a, auto b, auto c) {
-            append_triangle(body, {a, b, c}, triangles);
-            ++mesh.triangles;
-          });
-        } else if (axis_of(element, property) < 3) {
-          body.copy_coordinate(property.kind, vertices);
+          append_triangles(mesh, std::span<const std::uint32_t>(face));
+        } else if (axis < 3) {
+          position[axis] = body.coordinate(property.kind);
         } else {
           for (std::uint32_t n = 0; n < numbers; ++n) body.skip(property.kind);
         }
       }
-      if (element.name == "vertex") ++mesh.vertices;
+      if (element.name == "vertex") {
+        mesh.vertices.insert(mesh.vertices.end(), position.begin(), position.end());
+      }
     }
   }
-  mesh.text = plain_header(body, header, mesh) + vertices + triangles;
   return mesh;
 }
 
