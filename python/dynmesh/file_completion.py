@@ -5,7 +5,7 @@ import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Unpack
+from typing import Any, Literal
 
 import numpy as np
 
@@ -36,6 +36,7 @@ class FileReport:
         filled: how many were filled in.
         unseen: how many no chain of edges tied to a known one.
         rejected: how many were observed, but taken as missing: see `reject_outliers`.
+        remarks: what else a user should know of the output, a line each.
     """
 
     frames: int
@@ -45,6 +46,7 @@ class FileReport:
     filled: int
     unseen: int
     rejected: int
+    remarks: tuple[str, ...] = ()
 
 
 def complete_file(
@@ -58,7 +60,13 @@ def complete_file(
     overwrite: bool = False,
     resume: bool = False,
     watch: Watch | None = None,
-    **settings: Unpack[Settings],
+    method: Literal["motion", "detail"] = "motion",
+    revisit: bool = True,
+    extra_iterations: int = 0,
+    unseen: Literal["follow", "hold"] = "follow",
+    noise: float | None = None,
+    reject_outliers: bool = False,
+    threads: int = 1,
 ) -> FileReport:
     """Completes a sequence into a file, in constant memory.
 
@@ -81,7 +89,15 @@ def complete_file(
             formats can: npz, hdf5, npy, pc2, mdd, ply, obj and pvd.
         watch: passes the frames on while they go by; it takes them, how many there are in all, and
             how many are done already.
-        settings: those of :class:`dynmesh.Completer`.
+        method: "motion" or "detail". This and what follows are the settings of
+            :class:`dynmesh.Completer`, which explains them.
+        revisit: of "motion", whether every iteration estimates all satellites again.
+        extra_iterations: of "motion", how many follow the one that reaches the last satellite.
+        unseen: "follow" or "hold", what vertices do that no chain of edges ties to a known one.
+        noise: of "detail", the standard deviation of known positions; None: they are exact.
+        reject_outliers: of "detail", whether known vertices that move unlike those around them are
+            taken as missing.
+        threads: how many a frame may use.
 
     Raises:
         FileExistsError: the output exists.
@@ -96,6 +112,15 @@ def complete_file(
     check_path("output", output)
     if watch is not None and not callable(watch):
         raise TypeError(f"watch: must be callable, not {watch!r}")
+    settings: Settings = {
+        "method": method,
+        "revisit": revisit,
+        "extra_iterations": extra_iterations,
+        "unseen": unseen,
+        "noise": noise,
+        "reject_outliers": reject_outliers,
+        "threads": threads,
+    }
     path, output = Path(path), Path(output)
     source = source or {}
     if resume:
@@ -145,6 +170,7 @@ def complete_file(
         filled=sum(report.filled for report in pushed),
         unseen=sum(report.unseen for report in pushed),
         rejected=sum(report.rejected for report in pushed),
+        remarks=tuple(writer.remarks),
     )
 
 

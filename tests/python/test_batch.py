@@ -130,7 +130,7 @@ def test_a_table_is_read(tmp_path: Path) -> None:
         ("input,output\na.npz\n", "line 2: has more or fewer values than there are columns"),
         ("input,output\na.npz,b.npz,c\n", "line 2: has more or fewer values"),
         ("input,output\n\na.npz,\n", "line 3: output is empty"),
-        ("input,output,fps\na,b,fast\n", "line 2: fps: could not convert string"),
+        ("input,output,fps\na,b,fast\n", "line 2: fps: must be a number, not .fast"),
         ("input,output,provenance\na,b,perhaps\n", "provenance: must be true or false, not 'perh"),
         ('input,output\na,"b\n', "is no table of comma-separated values"),
     ],

@@ -21,7 +21,8 @@ struct Anchors {
   std::vector<std::uint8_t> is_solved;    ///< (k,) 1 at satellites and noisy anchors, else 0
   std::vector<double> weights;            ///< (k,) lambda at noisy anchors, else 0; empty if exact
   std::vector<double> counts;             ///< (k,) 1 in components that hold an anchor, else 0
-  std::size_t number = 0;                 ///< how many anchors there are
+  std::size_t number = 0;                 ///< of anchors
+  std::size_t n_solved = 0;               ///< how many vertices are solved for
 
   Anchors(std::size_t n_vertices, bool are_noisy)
       : observed(n_vertices),
@@ -30,6 +31,7 @@ struct Anchors {
         counts(n_vertices) {}
 
   [[nodiscard]] bool are_noisy() const { return !weights.empty(); }
+  [[nodiscard]] bool any_solved() const { return n_solved > 0; }
 
   /// Takes those of a frame. `lambda`: the weight of noisy anchors.
   template <class Real>
@@ -37,6 +39,7 @@ struct Anchors {
             const Generations& generations, double lambda) {
     const auto generation = generations.of_vertices();
     number = generations.anchors();
+    n_solved = generations.reached() + (are_noisy() ? number : 0);
     for (std::size_t v = 0; v < generation.size(); ++v) {
       const bool is_anchor = generation[v] == Generations::anchor;
       observed[v] = is_anchor ? in_double(points[v]) : previous[v];

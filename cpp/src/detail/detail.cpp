@@ -29,6 +29,7 @@ Detail<Real>::Detail(std::vector<Triangle> faces, const Topology& topology,
       local_blend_(topology.cells, constants_),
       memory_(topology.cells.size(), constants_),
       noise_(noise),
+      next_generations_(topology.cells.size()),
       workspace_(topology.cells.size(), noise.has_value()) {}
 
 template <class Real>
@@ -46,10 +47,11 @@ void Detail<Real>::reset(Frame first_frame) {
 template <class Real>
 Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
                              std::span<const std::uint8_t> known, Generations& generations) {
-  generations.classify(topology_.cells, known);
   report_ = {};
-  if (generations.reached() == 0 && (!noise_ || generations.anchors() == 0)) return 0;
-  const Anchors& anchors = hold(in_workspace(previous), points, generations);
+  next_generations_.classify(topology_.cells, known);
+  const Anchors& anchors = hold(in_workspace(previous), points, next_generations_);  // may fail
+  std::swap(generations, next_generations_);
+  if (!anchors.any_solved()) return 0;
 
   // Step 1: the smoothest motion.
   Positions positions = move_smoothly(workspace_.x, anchors);
@@ -76,7 +78,7 @@ Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
   for (const Index solved : system_.solved()) {
     const auto v = static_cast<std::size_t>(solved);
     const Vector3<double>& x = positions.x[v];
-    points[v] = {static_cast<Real>(x.x), static_cast<Real>(x.y), static_cast<Real>(x.z)};
+    points[v] = {saturated<Real>(x.x), saturated<Real>(x.y), saturated<Real>(x.z)};
   }
   report_.blend = blend.b;
   return constants_.rounds;
@@ -94,7 +96,7 @@ const Anchors& Detail<Real>::hold(Field previous, std::span<const Vector3<Real>>
                                   const Generations& generations) {
   workspace_.anchors.template take<Real>(previous, points, generations, lambda_);
   const Stopwatch stopwatch(report_.factor_seconds);
-  system_.factorize(workspace_.anchors);
+  if (workspace_.anchors.any_solved()) system_.factorize(workspace_.anchors);
   return workspace_.anchors;
 }
 
@@ -213,6 +215,7 @@ void Detail<Real>::remember(Frame completed) {
 template <class Real>
 typename Detail<Real>::Memory Detail<Real>::memory() const {
   Memory memory;
+  memory.rows.reserve(memory_rows());
   for (std::size_t v = 0; v < topology_.cells.size(); ++v) {
     const Quaternion& q = rotations_.quaternions()[v];
     const Vector3<double>& u = memory_.change(v);
@@ -229,8 +232,7 @@ bool Detail<Real>::accepts(const Memory& memory) const {
     const double norm = row[0] * row[0] + row[1] * row[1] + row[2] * row[2] + row[3] * row[3];
     return std::abs(norm - 1) <= rounding && is_in_range(Vector3<double>{row[4], row[5], row[6]});
   };
-  return memory.rows.size() == topology_.cells.size() &&
-         std::ranges::all_of(memory.rows, is_sound) &&
+  return memory.rows.size() == memory_rows() && std::ranges::all_of(memory.rows, is_sound) &&
          memory.anchor_weight >= constants_.least_lambda &&
          memory.anchor_weight <= constants_.largest_lambda;
 }

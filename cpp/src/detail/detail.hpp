@@ -47,6 +47,7 @@ class Detail final : public Estimator<Real> {
                  std::span<const std::uint8_t> known, Generations& generations) override;
   void remember(Frame completed) override;
   [[nodiscard]] Memory memory() const override;
+  [[nodiscard]] std::size_t memory_rows() const override { return topology_.cells.size(); }
   [[nodiscard]] bool accepts(const Memory& memory) const override;
   void recall(const Memory& memory, Frame completed) override;
   [[nodiscard]] StageReport stages() const override { return report_; }
@@ -81,7 +82,8 @@ class Detail final : public Estimator<Real> {
   LocalBlend local_blend_;
   ShapeMemory memory_;
   std::optional<double> noise_;
-  double lambda_ = 0;  // in the unit of K
+  Generations next_generations_;  // of a frame, until nothing can fail any more
+  double lambda_ = 0;             // in the unit of K
   StageReport report_;
 
   /// What the steps of a frame return views of; nothing in here lasts from frame to frame.

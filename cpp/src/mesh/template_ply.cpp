@@ -7,6 +7,7 @@
 #include <iterator>
 #include <limits>
 #include <optional>
+#include <sstream>
 
 #include "mesh/template_files.hpp"
 
@@ -120,15 +121,14 @@ class Body {
 
   void skip(Kind kind) { (void)next(kind); }
 
-  /// A coordinate, infinite where a float cannot hold it.
+  /// A coordinate; whether it is finite is left to the caller.
   float coordinate(Kind kind) {
     if (is_text_) return checked_number(path_, line_, next(kind));
     if (kind.letter != 'f') refuse_file(path_, "its vertices must be float or double");
     if (kind.size == sizeof(float)) return number<float>(next(kind));
     const double value = number<double>(next(kind));
-    constexpr double largest = std::numeric_limits<float>::max();
-    return std::abs(value) <= largest ? static_cast<float>(value)
-                                      : std::numeric_limits<float>::infinity();
+    check_range(value);
+    return static_cast<float>(value);
   }
 
   /// A whole number from 0 to 2^32 - 1.
@@ -155,6 +155,15 @@ class Body {
       std::reverse(little.begin(), little.begin() + static_cast<std::ptrdiff_t>(bytes.size()));
     }
     return std::bit_cast<Number>(little);
+  }
+
+  void check_range(double coordinate) const {
+    if (!std::isfinite(coordinate) || std::abs(coordinate) <= std::numeric_limits<float>::max()) {
+      return;
+    }
+    std::ostringstream number;
+    number << coordinate;
+    refuse_file(path_, "has the coordinate " + number.str() + ", too large for a template");
   }
 
   /// The bytes of the next number.

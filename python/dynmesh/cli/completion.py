@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from .._checks import SettingError
-from .._terminal import say, track
+from .._terminal import say, say_remarks, track
 from ..file_completion import FileReport, complete_file, is_unfinished
 from ..streaming import Settings
 from .options import (
@@ -130,6 +130,7 @@ def complete(
     if report.resumed_at:
         say(f"{output}: went on at frame {report.resumed_at}")
     _say_what_was_done(output, report, reject_outliers)
+    say_remarks(output, report.remarks)
     zeros.say_if_many()
 
 

@@ -1,6 +1,7 @@
 """OBJ: one text file per frame, as modelling programs exchange them.
 
 Positions and faces are read; texture coordinates, normals, colours, groups and materials are not.
+Comments at the beginning say which axis is up and how long a unit is.
 """
 
 from collections.abc import Iterator
@@ -9,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ..polygons import Polygons, as_polygons
+from .comments import Said, comments_of, said_in
 from .format import Format
 from .frame_files import FramesWriter, NumberedReader
 from .header import Frame
@@ -19,7 +21,7 @@ class ObjReader(NumberedReader):
 
     suffix = ".obj"
 
-    def _load(self, file: Path) -> tuple[Frame, Polygons]:
+    def _load(self, file: Path) -> tuple[Frame, Polygons, Said]:
         points: list[list[float]] = []
         sizes: list[int] = []
         corners: list[int] = []
@@ -43,7 +45,17 @@ class ObjReader(NumberedReader):
                 f"line {at_line}: there is no vertex {largest + 1}, only {len(points)}"
             )
         polygons = Polygons(np.array(sizes, np.int64), np.array(corners, np.int64))
-        return Frame(np.array(points, np.float64).reshape(-1, 3)), polygons
+        frame = Frame(np.array(points, np.float64).reshape(-1, 3))
+        return frame, polygons, said_in(_first_comments(file))
+
+
+def _first_comments(file: Path) -> Iterator[str]:
+    """Yields the comments before anything else."""
+    with file.open(encoding="latin-1") as lines:
+        for line in map(str.strip, lines):
+            if line and not line.startswith("#"):
+                break
+            yield line.removeprefix("#")
 
 
 def _statements(file: Path) -> Iterator[tuple[int, list[str]]]:
@@ -89,6 +101,7 @@ class ObjWriter(FramesWriter):
         super()._begin(kept)
         sizes, corners = as_polygons(self.header.faces, self.header.polygons)
         faces = np.split(corners + 1, np.cumsum(sizes)[:-1])
+        self._comments = "".join(f"# {line}\n" for line in comments_of(self.header))
         self._faces = "".join(f"f {' '.join(map(str, face))}\n" for face in faces)
 
     def _save(self, file: Path, frame: Frame) -> None:
@@ -96,6 +109,7 @@ class ObjWriter(FramesWriter):
             map(repr, frame.points.ravel().tolist())
         )  # digits that read back the same double
         with file.open("w", encoding="ascii", newline="\n") as lines:
+            lines.write(self._comments)
             lines.writelines(
                 f"v {x} {y} {z}\n" for x, y, z in zip(numbers, numbers, numbers, strict=True)
             )

@@ -23,8 +23,8 @@ file behind.
 An argument of the wrong kind is a `TypeError`, one of the right kind with a wrong value a
 `ValueError` (`SettingError` is one), and what the system refuses an `OSError`. In C++ both of the
 former are `std::invalid_argument`. In the shell a setting that a completer refuses ends with exit
-code 2, a file that is refused with 1. A call that does not fit its signature at all gets the error,
-and the words, of Python itself. Where other libraries are quoted, the words are those of the
+code 2, a file that is refused with 1. A call that does not fit its signature at all gets a `TypeError`
+in the words of Python itself. Where other libraries are quoted, the words are those of the
 versions that `constraints.txt` pins.
 
 Most cases are about a mesh of 49 vertices and 72 faces, `body.npz` of three frames of it, and
