@@ -25,7 +25,7 @@
 #include <vector>
 
 #include "completer/one_at_a_time.hpp"
-#include "support/arguments.hpp"
+#include "support/checks.hpp"
 
 static_assert(std::is_same_v<dynmesh::Index, std::int32_t>);
 

@@ -6,77 +6,55 @@
 #include <string>
 #include <utility>
 
-#include "completer/completer_arguments.hpp"
-#include "completer/exchange.hpp"
-#include "completer/outliers.hpp"
-#include "detail/detail.hpp"
-#include "mesh/numbering.hpp"
-#include "motion/fast_motion.hpp"
-#include "motion/motion.hpp"
+#include "completer/arguments.hpp"
+#include "completer/parts.hpp"
 #include "support/geometry.hpp"
-#include "support/workers.hpp"
 
 namespace dynmesh {
-namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// The topology as it lies in memory.
-std::unique_ptr<const Topology> in_places(Topology topology, Numbering& numbering) {
-  numbering = choose_numbering(topology.cells);
-  return std::make_unique<const Topology>(numbering.is_natural() ? std::move(topology)
-                                                                 : renumber(topology, numbering));
-}
-
-std::vector<Triangle> faces_in_places(Faces faces, const Numbering& numbering) {
-  std::vector<Triangle> placed(faces.count);
-  for (std::size_t f = 0; f < faces.count; ++f) {
-    std::ranges::transform(faces[f], placed[f].begin(), [&](Index v) {
-      return static_cast<Index>(numbering.place(static_cast<std::size_t>(v)));
-    });
+/// Algorithm 1 of the paper for one frame. The public calls below have checked everything, so that
+/// only the estimate can fail, for lack of memory: nothing that outlives the call changes before.
+template <class Real>
+FrameReport Completer<Real>::Parts::complete(Points<Real> completed, Clock::time_point start) {
+  const std::size_t rejected = outliers ? outliers->drop(previous, current, known) : 0;
+  // Anchors, satellites and unseen vertices; eq. (3), (4).
+  const Index iterations = estimator->estimate(previous, current, known, generations);
+  unseen.place(previous, current, generations);
+  // Where the recursion diverges, it must not end in a NaN that never leaves: such a vertex stays.
+  exchange.write(current, previous, completed);
+  for (std::size_t v = 0; v < n_vertices(); ++v) {
+    const Index older = age[v] + (age[v] < std::numeric_limits<Index>::max() ? 1 : 0);
+    age[v] = known[v] != 0 ? 0 : older;
   }
-  return placed;
+  generation_for_caller_.clear();
+  age_for_caller_.clear();
+  estimator->remember(current);
+  std::swap(previous, current);
+  report.rejected = rejected;
+  report.known = generations.anchors();
+  report.filled = generations.reached();
+  report.unseen = generations.unseen_vertices();
+  report.iterations = static_cast<std::size_t>(iterations);
+  report.stages = estimator->stages();
+  report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  return report;
 }
 
 template <class Real>
-std::unique_ptr<Estimator<Real>> estimator_of(Faces faces, const Numbering& numbering,
-                                              const Topology& topology, const Settings& settings,
-                                              Workers& workers) {
-  if (settings.method == Method::detail) {
-    return std::make_unique<Detail<Real>>(faces_in_places(faces, numbering), topology,
-                                          settings.noise, workers);
+void Completer<Real>::Parts::read(Points<const Real> points, KnownMask mask) {
+  if (exchange.read(points, mask, current, known)) return;
+  for (std::size_t i = 0; i < points.count; ++i) {  // one of them is out of range
+    if (known[numbering.place(i)] != 0) check_known_position(i, row(points, i));
   }
-  const Cells& cells = topology.cells;
-  if (settings.revisit && FastMotion<Real>::takes(cells.size())) {
-    return std::make_unique<FastMotion<Real>>(cells, settings.extra_iterations, workers);
-  }
-  return std::make_unique<Motion<Real>>(cells, settings.revisit, settings.extra_iterations);
 }
 
-}  // namespace
-
 template <class Real>
-Completer<Real>::Completer(Faces faces, Points<const Real> first_frame, const Settings& settings)
-    : settings_((check_settings(settings), settings)),
-      first_frame_(first_frame_of(first_frame)),
-      numbering_(std::make_unique<Numbering>()),
-      topology_(in_places(topology_of(faces, first_frame.count), *numbering_)),
-      workers_(std::make_unique<Workers>(settings.threads)),
-      exchange_(std::make_unique<Exchange<Real>>(*numbering_, *workers_)),
-      generations_(first_frame.count),
-      outliers_(settings.reject_outliers ? std::make_unique<Outliers<Real>>(topology_->cells)
-                                         : nullptr),
-      estimator_(estimator_of<Real>(faces, *numbering_, *topology_, settings, *workers_)),
-      unseen_(*topology_, settings.unseen),
-      previous_(first_frame.count),
-      current_(first_frame.count),
-      known_(first_frame.count),
-      age_(first_frame.count) {
-  if (!numbering_->is_natural()) {
-    generation_for_caller_.reserve(first_frame.count);
-    age_for_caller_.reserve(first_frame.count);
-  }
-  begin(to_places(*numbering_, first_frame_));
+Completer<Real>::Completer(Faces faces, Points<const Real> first_frame, const Settings& settings) {
+  check_settings(settings);
+  const auto frame = first_frame_of(first_frame);
+  parts_ = std::make_unique<Parts>(faces, frame, topology_of(faces, frame.size()), settings);
 }
 
 template <class Real>
@@ -86,30 +64,10 @@ Completer<Real>::Completer(Completer&&) noexcept = default;
 template <class Real>
 Completer<Real>& Completer<Real>::operator=(Completer&&) noexcept = default;
 
-/// Where memory runs out, everything is as it was.
-template <class Real>
-void Completer<Real>::begin(std::vector<Vector3<Real>> first_frame) {
-  Unseen<Real> unseen = unseen_;
-  unseen.reset(first_frame);
-  estimator_->reset(first_frame);
-  // From here on nothing fails.
-  unseen_ = std::move(unseen);
-  if (outliers_) outliers_->reset(first_frame);
-  std::ranges::copy(first_frame, previous_.begin());
-  first_frame_ = std::move(first_frame);
-  std::ranges::fill(known_, std::uint8_t{1});
-  generations_.classify(topology_->cells, known_);
-  std::ranges::fill(age_, 0);
-  generation_for_caller_.clear();
-  age_for_caller_.clear();
-  report_ = {};
-  report_.known = n_vertices();
-}
-
 template <class Real>
 void Completer<Real>::reset(Points<const Real> frame) {
   check_rows("frame", frame, n_vertices());
-  begin(to_places(*numbering_, complete_frame("frame", frame)));
+  parts_->begin(to_places(parts_->numbering, complete_frame("frame", frame)));
 }
 
 template <class Real>
@@ -120,8 +78,8 @@ FrameReport Completer<Real>::push(Points<const Real> points, KnownMask known,
   check_rows("known", known, n_vertices());
   check_output(completed, n_vertices(),
                {{"points", Extent::of(points)}, {"known", Extent::of(known)}});
-  read(points, known);
-  return complete(completed, start);
+  parts_->read(points, known);
+  return parts_->complete(completed, start);
 }
 
 template <class Real>
@@ -129,8 +87,8 @@ FrameReport Completer<Real>::push(Points<const Real> points, Points<Real> comple
   const auto start = Clock::now();
   check_rows("points", points, n_vertices());
   check_output(completed, n_vertices(), {{"points", Extent::of(points)}});
-  read(points, {});
-  return complete(completed, start);
+  parts_->read(points, {});
+  return parts_->complete(completed, start);
 }
 
 template <class Real>
@@ -144,7 +102,7 @@ FrameReport Completer<Real>::push_sparse(std::span<const Index> indices, Points<
   check_view("points", points);
   check_output(completed, n_vertices(),
                {{"indices", Extent::of(indices)}, {"points", Extent::of(points)}});
-  std::ranges::fill(known_, std::uint8_t{0});
+  std::ranges::fill(parts_->known, std::uint8_t{0});
   for (std::size_t i = 0; i < indices.size(); ++i) {
     const Index index = indices[i];
     if (index < 0 || static_cast<std::size_t>(index) >= n_vertices()) {
@@ -152,84 +110,50 @@ FrameReport Completer<Real>::push_sparse(std::span<const Index> indices, Points<
                                   std::to_string(index) + ", but the mesh has " +
                                   std::to_string(n_vertices()) + " vertices, counted from 0");
     }
-    const std::size_t v = numbering_->place(static_cast<std::size_t>(index));
-    if (known_[v] != 0) {
+    const std::size_t v = parts_->numbering.place(static_cast<std::size_t>(index));
+    if (parts_->known[v] != 0) {
       const auto first = std::ranges::find(indices, index) - indices.begin();
       throw std::invalid_argument("indices: places " + std::to_string(first) + " and " +
                                   std::to_string(i) + " both hold vertex " + std::to_string(index));
     }
-    known_[v] = 1;
-    current_[v] = row(points, i);
-    check_known_position(i, current_[v]);
+    parts_->known[v] = 1;
+    parts_->current[v] = row(points, i);
+    check_known_position(i, parts_->current[v]);
   }
-  return complete(completed, start);
+  return parts_->complete(completed, start);
 }
 
 template <class Real>
 FrameReport Completer<Real>::skip(Points<Real> completed) {
   const auto start = Clock::now();
   check_output(completed, n_vertices(), {});
-  std::ranges::fill(known_, std::uint8_t{0});
-  return complete(completed, start);
-}
-
-/// Takes a row for each vertex; without a mask those that are finite are anchors.
-template <class Real>
-void Completer<Real>::read(Points<const Real> points, KnownMask known) {
-  if (exchange_->read(points, known, current_, known_)) return;
-  for (std::size_t i = 0; i < points.count; ++i) {  // one of them is out of range
-    if (known_[numbering_->place(i)] != 0) check_known_position(i, row(points, i));
-  }
-}
-
-/// Algorithm 1 of the paper for one frame, whose anchors stand in known_ and current_. The calls
-/// above have checked everything, so that only the estimate can fail, for lack of memory: nothing
-/// that outlives the call changes before it is there.
-template <class Real>
-FrameReport Completer<Real>::complete(Points<Real> completed, Clock::time_point start) {
-  const std::size_t rejected = outliers_ ? outliers_->drop(previous_, current_, known_) : 0;
-  // Anchors, satellites and unseen vertices; eq. (3), (4).
-  const Index iterations = estimator_->estimate(previous_, current_, known_, generations_);
-  unseen_.place(previous_, current_, generations_);
-  // Where the recursion diverges, it must not end in a NaN that never leaves: such a vertex stays.
-  exchange_->write(current_, previous_, completed);
-  for (std::size_t v = 0; v < n_vertices(); ++v) {
-    const Index older = age_[v] + (age_[v] < std::numeric_limits<Index>::max() ? 1 : 0);
-    age_[v] = known_[v] != 0 ? 0 : older;
-  }
-  generation_for_caller_.clear();
-  age_for_caller_.clear();
-  estimator_->remember(current_);
-  std::swap(previous_, current_);
-  report_.rejected = rejected;
-  report_.known = generations_.anchors();
-  report_.filled = generations_.reached();
-  report_.unseen = generations_.unseen_vertices();
-  report_.iterations = static_cast<std::size_t>(iterations);
-  report_.stages = estimator_->stages();
-  report_.seconds = std::chrono::duration<double>(Clock::now() - start).count();
-  return report_;
+  std::ranges::fill(parts_->known, std::uint8_t{0});
+  return parts_->complete(completed, start);
 }
 
 template <class Real>
-std::span<const Index> Completer<Real>::in_caller_order(std::span<const Index> values,
-                                                        std::vector<Index>& copy) const {
-  if (numbering_->is_natural()) return values;
-  if (copy.empty()) {
-    copy.resize(values.size());  // within its capacity
-    for (std::size_t i = 0; i < values.size(); ++i) copy[i] = values[numbering_->place(i)];
-  }
-  return copy;
+std::size_t Completer<Real>::n_vertices() const {
+  return parts_->n_vertices();
 }
-
+template <class Real>
+const Settings& Completer<Real>::settings() const {
+  return parts_->settings;
+}
+template <class Real>
+const TopologyReport& Completer<Real>::topology() const {
+  return parts_->topology->report;
+}
 template <class Real>
 std::span<const Index> Completer<Real>::generation() const {
-  return in_caller_order(generations_.of_vertices(), generation_for_caller_);
+  return parts_->generation();
 }
-
 template <class Real>
 std::span<const Index> Completer<Real>::age() const {
-  return in_caller_order(age_, age_for_caller_);
+  return parts_->age_of_vertices();
+}
+template <class Real>
+const FrameReport& Completer<Real>::report() const {
+  return parts_->report;
 }
 
 template class Completer<float>;

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "support/arguments.hpp"
+#include "support/checks.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {

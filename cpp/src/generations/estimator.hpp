@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <dynmesh/frame_report.hpp>
 #include <dynmesh/types.hpp>
 #include <span>
 #include <vector>
@@ -11,14 +12,6 @@
 #include "generations/generations.hpp"
 
 namespace dynmesh {
-
-/// How an estimate was made; zeros where a method has no such stage.
-struct StageReport {
-  double blend = 0;             ///< b of method detail: the share of frame 0's shape
-  double factor_seconds = 0;    ///< factoring the system of the unknown vertices
-  double rotation_seconds = 0;  ///< fitting rotations
-  double solve_seconds = 0;     ///< everything else
-};
 
 /// One way to estimate the satellites of a frame. Frames have one Vector3 per vertex.
 template <class Real>

@@ -8,7 +8,7 @@
 #include <tuple>
 #include <utility>
 
-#include "support/arguments.hpp"
+#include "support/checks.hpp"
 
 namespace dynmesh {
 namespace {

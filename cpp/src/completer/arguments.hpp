@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "completer/overlap.hpp"
-#include "support/arguments.hpp"
+#include "support/checks.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {

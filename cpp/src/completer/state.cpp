@@ -10,11 +10,9 @@
 #include <string>
 #include <utility>
 
-#include "completer/exchange.hpp"
+#include "completer/parts.hpp"
 #include "completer/stored_numbers.hpp"
-#include "mesh/numbering.hpp"
 #include "support/geometry.hpp"
-#include "support/workers.hpp"
 
 namespace dynmesh {
 namespace {
@@ -175,7 +173,7 @@ std::size_t Completer<Real>::state_size() const {
   using Row = typename Estimator<Real>::Row;
   const std::size_t of_vertex = 2 * 3 * sizeof(Real) + sizeof(Index) + sizeof(std::uint8_t);
   const std::size_t of_method =
-      sizeof(std::uint64_t) + estimator_->memory_rows() * sizeof(Row) + sizeof(double);
+      sizeof(std::uint64_t) + parts_->estimator->memory_rows() * sizeof(Row) + sizeof(double);
   const std::size_t of_seal = sizeof(std::uint64_t);
   return sizeof magic + stored_size<Header>() + stored_size<FrameFacts>() +
          n_vertices() * of_vertex + of_method + of_seal;
@@ -187,20 +185,20 @@ std::vector<std::byte> Completer<Real>::state() const {
   std::ranges::transform(generation(), known.begin(), [](Index g) {
     return static_cast<std::uint8_t>(g == Generations::anchor);
   });
-  const FrameFacts facts = {static_cast<std::int64_t>(report_.iterations), report_.rejected,
-                            report_.stages.blend};
+  const FrameFacts facts = {static_cast<std::int64_t>(parts_->report.iterations),
+                            parts_->report.rejected, parts_->report.stages.blend};
   Writer writer(state_size());
   writer.write(std::span<const char>(magic));
-  write_fields(writer, header_of<Real>(settings_, topology_->cells));
+  write_fields(writer, header_of<Real>(parts_->settings, parts_->topology->cells));
   write_fields(writer, facts);
-  writer.write(to_vertices(*numbering_, first_frame_));
-  writer.write(to_vertices(*numbering_, previous_));
+  writer.write(to_vertices(parts_->numbering, parts_->first_frame));
+  writer.write(to_vertices(parts_->numbering, parts_->previous));
   writer.write(age());
   writer.write(std::span<const std::uint8_t>(known));
-  const auto memory = estimator_->memory();
+  const auto memory = parts_->estimator->memory();
   writer.write(static_cast<std::uint64_t>(memory.rows.size()));
   if (!memory.rows.empty()) {
-    for (const auto& row : to_vertices(*numbering_, memory.rows)) {
+    for (const auto& row : to_vertices(parts_->numbering, memory.rows)) {
       writer.write(std::span<const double>(row));
     }
   }
@@ -214,7 +212,8 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   std::array<char, magic.size()> found_magic{};
   reader.read(std::span<char>(found_magic));
   if (found_magic != magic) refuse_state("not a completer state of this version");
-  check_header(read_fields<Header>(reader), header_of<Real>(settings_, topology_->cells));
+  check_header(read_fields<Header>(reader),
+               header_of<Real>(parts_->settings, parts_->topology->cells));
   const auto facts = read_fields<FrameFacts>(reader);
   std::vector<Vector3<Real>> first_frame(n_vertices());
   std::vector<Vector3<Real>> previous(n_vertices());
@@ -240,26 +239,26 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   check_ages(age, known);
   check_facts(facts, known);
   const bool has_every_row = memory_rows == memory.rows.size();
-  if (!has_every_row || !estimator_->accepts(memory))
+  if (!has_every_row || !parts_->estimator->accepts(memory))
     refuse_state("holds no memory of this method");
 
-  previous = to_places(*numbering_, previous);
-  age = to_places(*numbering_, age);
-  known = to_places(*numbering_, known);
-  if (!memory.rows.empty()) memory.rows = to_places(*numbering_, memory.rows);
-  begin(to_places(*numbering_, first_frame));
+  previous = to_places(parts_->numbering, previous);
+  age = to_places(parts_->numbering, age);
+  known = to_places(parts_->numbering, known);
+  if (!memory.rows.empty()) memory.rows = to_places(parts_->numbering, memory.rows);
+  parts_->begin(to_places(parts_->numbering, first_frame));
   // From here on nothing fails.
-  previous_ = std::move(previous);
-  age_ = std::move(age);
-  known_ = std::move(known);
-  generations_.classify(topology_->cells, known_);
-  if (!memory.rows.empty()) estimator_->recall(memory, previous_);
-  report_.known = generations_.anchors();
-  report_.filled = generations_.reached();
-  report_.unseen = generations_.unseen_vertices();
-  report_.iterations = static_cast<std::size_t>(facts.iterations);
-  report_.rejected = facts.rejected;
-  report_.stages.blend = facts.blend;
+  parts_->previous = std::move(previous);
+  parts_->age = std::move(age);
+  parts_->known = std::move(known);
+  parts_->generations.classify(parts_->topology->cells, parts_->known);
+  if (!memory.rows.empty()) parts_->estimator->recall(memory, parts_->previous);
+  parts_->report.known = parts_->generations.anchors();
+  parts_->report.filled = parts_->generations.reached();
+  parts_->report.unseen = parts_->generations.unseen_vertices();
+  parts_->report.iterations = static_cast<std::size_t>(facts.iterations);
+  parts_->report.rejected = facts.rejected;
+  parts_->report.stages.blend = facts.blend;
 }
 
 // The members that stand here; all others are made in completer.cpp.
