@@ -15,6 +15,8 @@ PYBIND11_MODULE(_core, module) {
   dynmesh::bind_completer(module);
   dynmesh::bind_metrics(module);
   dynmesh::bind_baselines(module);
+  dynmesh::bind_sharing(module);
+  dynmesh::bind_files(module);
   // Users meet these as dynmesh.Completer and so on.
   for (const char* name : {"Completer", "FrameReport", "TopologyReport"}) {
     module.attr(name).attr("__module__") = "dynmesh";

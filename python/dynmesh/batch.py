@@ -125,6 +125,8 @@ def _run(job: Job, overwrite: bool) -> Result:
         return Result(job, "failed", f"{job.input}: {error}", seconds=time.monotonic() - began)
     except Exception as error:  # whatever it is, the other jobs go on
         return Result(job, "failed", _in_one_line(error), seconds=time.monotonic() - began)
+    if report.existed:
+        return Result(job, "exists")
     seconds = time.monotonic() - began
     return Result(job, "done", "", report.frames, seconds, report.remarks)
 

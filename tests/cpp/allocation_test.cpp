@@ -2,20 +2,32 @@
 #include <doctest/doctest.h>
 #include <dynmesh/dynmesh.h>
 
+#include <Eigen/Core>
 #include <dynmesh/completer.hpp>
 
 #include "counted_memory.hpp"
 #include "meshes.hpp"
+#include "shared_work.hpp"
 
 namespace dynmesh::testing {
 namespace {
+
+#ifdef DYNMESH_WRAPPED_MALLOC
+TEST_CASE("what Eigen allocates is counted, too") {
+  const std::size_t before = allocations();
+  const Eigen::VectorXd vector = Eigen::VectorXd::Zero(100);
+  CHECK(vector.size() == 100);
+  CHECK(allocations() == before + 1);
+}
+#endif
 
 TEST_CASE_TEMPLATE("frames allocate nothing", Real, float, double) {
   auto mesh = join(join(sheet<Real>(20), sheet<Real>(5, 30.0)), sheet<Real>(3, 40.0));
   mesh.vertices.insert(mesh.vertices.end(), {0, 0, 9});
   const std::size_t k = mesh.size();
-  for (const bool revisit : {true, false}) {
-    Completer<Real> completer(mesh.faces(), mesh.points(), {.revisit = revisit});
+  const SharedWork shared;
+  for (const auto& settings : {Settings{}, Settings{.revisit = false}, Settings{.threads = 3}}) {
+    Completer<Real> completer(mesh.faces(), mesh.points(), settings);
     std::vector<Real> out(3 * k);
     const Points<Real> completed(out.data(), k);
     const std::vector<Index> indices = {4, 2, 7};
@@ -23,28 +35,28 @@ TEST_CASE_TEMPLATE("frames allocate nothing", Real, float, double) {
       auto known = random_mask(k, share, 5);
       std::fill(known.begin() + 400, known.begin() + 425, std::uint8_t{0});  // a part unseen
       const std::size_t before = allocations();
+      const std::uint64_t pieces = pieces_done_by_others();
       completer.push(mesh.points(), {known.data(), k}, completed);
       completer.push(mesh.points(), completed);
       completer.push_sparse(indices, {mesh.vertices.data(), 3}, completed);
       completer.skip(completed);
       CHECK(allocations() == before);
+      CHECK((pieces_done_by_others() > pieces) == (settings.threads > 1));
     }
   }
 }
 
 TEST_CASE("method detail allocates only where its factor is larger than all before") {
-  int side = 20;
-  unsigned n_frames = 100;
+  constexpr unsigned n_frames = 100;
+  const SharedWork shared;
   Settings settings = {.method = Method::detail};
   SUBCASE("anchors exact") {}
   SUBCASE("anchors noisy") { settings.noise = 0.01; }
   SUBCASE("outliers rejected") { settings.reject_outliers = true; }
   SUBCASE("all of it, on three threads") {
     settings = {.method = Method::detail, .noise = 0.01, .reject_outliers = true, .threads = 3};
-    side = 120;  // fewer vertices are not worth waking anyone
-    n_frames = 3;
   }
-  const auto mesh = join(sheet<float>(side), sheet<float>(5, 200));
+  const auto mesh = join(sheet<float>(20), sheet<float>(5, 200));
   const std::size_t k = mesh.size();
   Completer<float> completer(mesh.faces(), mesh.points(), settings);
   std::vector<float> out(3 * k);
@@ -58,6 +70,7 @@ TEST_CASE("method detail allocates only where its factor is larger than all befo
   if (settings.noise) push(std::vector<std::uint8_t>(k, 1));  // noisy anchors are solved for too
   // Once the factor is as large as it gets, no frame allocates, however long masks go on changing.
   const std::size_t before = allocations();
+  const std::uint64_t pieces = pieces_done_by_others();
   std::size_t of_the_test = 0;
   for (unsigned n = 0; n < n_frames; ++n) {
     const std::size_t own = allocations();
@@ -69,6 +82,7 @@ TEST_CASE("method detail allocates only where its factor is larger than all befo
     push(one_each);
   }
   CHECK(allocations() - of_the_test == before);
+  CHECK((pieces_done_by_others() > pieces) == (settings.threads > 1));
 }
 
 TEST_CASE("nor do they in C") {

@@ -133,8 +133,11 @@ typedef struct dynmesh_settings {
   int32_t reject_outliers;
 
   /// Default: 1. Threads that a frame may use, the caller's among them, up to 256. The others sleep
-  /// between frames. Results are the same to the last bit; whether they come sooner depends on the
-  /// machine and the mesh: measure it, as script/bench does.
+  /// between frames. They are used for meshes of 23 553 vertices or more, with
+  /// DYNMESH_METHOD_DETAIL of 5 889 or more; the caller completes smaller ones alone. With
+  /// `revisit` 0, threads only take and give back positions. Results are the same to the last bit;
+  /// whether they come sooner depends on the machine and the mesh: measure it, as script/bench
+  /// does.
   int32_t threads;
 } dynmesh_settings;
 

@@ -13,15 +13,18 @@ constexpr double rounding = 1e-18;
 
 }  // namespace
 
-ResidualSums sum_products(const ResidualField& residuals) {
+ResidualSums sum_products(const ResidualField& residuals, double mean_edge) {
   ResidualSums sums;
   double shape = 0;
   double change = 0;
+  double counted = 0;
   for (std::size_t v = 0; v < residuals.size(); ++v) {
     residuals.visit(v, [&](const Residuals& at_vertex) { sums.add(at_vertex); });
     shape += residuals.anchors.counts[v] * squared_norm(residuals.wanted[3 * v + 1]);
     change += residuals.anchors.counts[v] * squared_norm(residuals.wanted[3 * v + 2]);
+    counted += residuals.anchors.counts[v];
   }
+  sums.mean_edges = counted * mean_edge * mean_edge;
   if (sums.s11 <= rounding * shape) sums.s01 = sums.s11 = sums.s12 = 0;
   if (sums.s22 <= rounding * change) sums.s02 = sums.s12 = sums.s22 = 0;
   return sums;
@@ -29,16 +32,17 @@ ResidualSums sum_products(const ResidualField& residuals) {
 
 Blend global_blend(const ResidualSums& sums, const DetailConstants& constants) {
   const double caution = constants.caution;
+  const double s11 = std::min(caution * sums.s11, sums.s11 + (caution - 1) * sums.mean_edges);
   const auto finite = [](double value) { return std::isfinite(value) ? value : 0; };
   // Of r0 and of r2, what b cannot explain.
-  const double b_of_r2 = finite(sums.s12 / (caution * sums.s11));
+  const double b_of_r2 = finite(sums.s12 / s11);
   const double h = -(sums.s02 - b_of_r2 * sums.s01);
   const double q = constants.caution_of_change * sums.s22 - b_of_r2 * sums.s12;
-  const double left = sums.s00 - finite(sums.s01 / (caution * sums.s11)) * sums.s01;
+  const double left = sums.s00 - finite(sums.s01 / s11) * sums.s01;
   const double explained = finite(h / q * h / left);
   const double belief = std::clamp(explained / constants.least_explained - 1, 0.0, 1.0);
   const double c = belief * std::clamp(finite(h / q), 0.0, 1.0);
-  return {finite(-(sums.s01 + c * sums.s12) / (caution * sums.s11)), c};
+  return {finite(-(sums.s01 + c * sums.s12) / s11), c};
 }
 
 LocalBlend::LocalBlend(const Cells& cells, const DetailConstants& constants)

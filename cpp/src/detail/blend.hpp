@@ -55,6 +55,7 @@ struct ResidualField {
 /// Sums of the products of residuals over all vertices, by their numbers.
 struct ResidualSums {
   double s00 = 0, s01 = 0, s02 = 0, s11 = 0, s12 = 0, s22 = 0;
+  double mean_edges = 0;  ///< what s11 would be if r1 were a mean edge at every vertex
 
   void add(const Residuals& r) {
     s00 += r.weight * dot(r.r0, r.r0);
@@ -69,7 +70,7 @@ struct ResidualSums {
 /// The sums, with r1 and r2 taken for 0 where they are rounding errors next to |Q (m_first - m)|^2
 /// and |Q u|^2, which they are left of: a component with one anchor, say, takes on any shape, so
 /// that b would be one rounding error over another.
-ResidualSums sum_products(const ResidualField& residuals);
+ResidualSums sum_products(const ResidualField& residuals, double mean_edge);
 
 /// b and c that make |r0 + b r1 + c r2|^2 smallest, a little short of it; 0 where their residuals
 /// are. c is from 0 to 1, and the smaller the less it explains: what was under way may have ended,

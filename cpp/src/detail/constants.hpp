@@ -10,8 +10,9 @@ struct DetailConstants {
   /// Rounds of fitting Q and solving, the first of which finds the blend.
   int rounds = 3;
 
-  /// b is divided by this: where the anchors hardly say anything, the shape of the last frame is
-  /// the better guess, by a thousandth.
+  /// <r1, r1> counts so many times: where the anchors hardly say anything, the shape of the last
+  /// frame is the better guess, by a thousandth. A thousandth of a shape that is no shape at all
+  /// would be too much, so what is added is at most that of a mean edge at every vertex.
   double caution = 1.001;
   /// <r2, r2> counts so many times. It takes a twentieth off c, so that a part that nobody sees
   /// does not go on changing for ever, and so that b comes first where both explain the same.

@@ -35,11 +35,11 @@ Detail<Real>::Detail(std::vector<Triangle> faces, const Topology& topology,
 template <class Real>
 void Detail<Real>::reset(Frame first_frame) {
   system_.template reset<Real>(faces_, first_frame, constants_);
-  const auto mean_edge = static_cast<double>(mean_edge_length(topology_.cells, first_frame));
+  mean_edge_ = static_cast<double>(mean_edge_length(topology_.cells, first_frame));
   const Field first = in_workspace(first_frame);
-  rotations_.reset(first, mean_edge);
+  rotations_.reset(first, mean_edge_);
   system_.apply(first, 1, workspace_.kx);
-  memory_.reset(workspace_.kx, mean_edge);
+  memory_.reset(workspace_.kx, mean_edge_);
   lambda_ = constants_.first_lambda;
   report_ = {};
 }
@@ -59,7 +59,7 @@ Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
   // Step 2: one b and one c for all vertices.
   Field shapes = turned_shapes(positions);
   const ResidualField directions = find_directions(positions, shapes, anchors);
-  const ResidualSums sums = sum_products(directions);
+  const ResidualSums sums = sum_products(directions, mean_edge_);
   const Blend blend = global_blend(sums, constants_);
 
   // Step 3: b varies over the surface.

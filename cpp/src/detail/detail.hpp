@@ -83,6 +83,7 @@ class Detail final : public Estimator<Real> {
   ShapeMemory memory_;
   std::optional<double> noise_;
   Generations next_generations_;  // of a frame, until nothing can fail any more
+  double mean_edge_ = 1;          // of frame 0
   double lambda_ = 0;             // in the unit of K
   StageReport report_;
 

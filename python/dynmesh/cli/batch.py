@@ -90,6 +90,9 @@ def batch(
         raise typer.Exit(1)
 
 
+_patience = "10s"  # with a scheduler that does not answer
+
+
 def _begin_worker() -> None:
     """Ends a worker with the command: killed, it would leave it waiting for its next job."""
 
@@ -110,7 +113,7 @@ def _executor(workers: int, scheduler: str | None) -> Iterator[Executor | None]:
         # A worker that dies is no matter: its jobs go to others.
         logging.getLogger("distributed").setLevel(logging.ERROR)
         try:
-            client = distributed.Client(scheduler, timeout="10s")
+            client = distributed.Client(scheduler, timeout=_patience)
         except (OSError, ValueError) as error:
             raise OSError(f"--scheduler: there is none at {scheduler}") from error
         with client, client.get_executor() as executor:

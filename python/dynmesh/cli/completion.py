@@ -60,7 +60,7 @@ def complete(
             "missing.",
         ),
     ] = False,
-    threads: Annotated[int, typer.Option(help="That a frame may use.", min=1)] = 1,
+    threads: Annotated[int, typer.Option(help="That a frame of a large mesh may use.", min=1)] = 1,
     provenance: Annotated[
         bool,
         typer.Option(
@@ -69,7 +69,12 @@ def complete(
         ),
     ] = False,
     resume: Annotated[
-        bool, typer.Option("--resume", help="Go on where an interrupted run of this job stopped.")
+        bool,
+        typer.Option(
+            "--resume",
+            help="Go on where an interrupted run of this job stopped; nothing is done, and the "
+            "exit code is 0, where the output is complete.",
+        ),
     ] = False,
     format: Format = None,
     output_format: OutputFormat = None,
@@ -124,6 +129,9 @@ def complete(
         elif isinstance(error, KeyboardInterrupt):
             say(f"{output}: interrupted; nothing is kept")
         raise
+    if report.existed:
+        say(f"{output}: already complete; --overwrite makes it anew")
+        return
     if report.resumed_at == report.frames:
         say(f"{output}: was whole already when the earlier run was interrupted")
         return

@@ -1,17 +1,12 @@
 """Cases of the commands: `dynmesh`, and `dynmesh-complete`, which is compiled."""
 
-import contextlib
-import io
-import os
 import re
 import struct
 import subprocess
-import sys
 from pathlib import Path
 from typing import Any
-from unittest import mock
 
-from dynmesh import cli
+from commands import run_here
 
 from .case import Case, Told, World
 from .files import on_a_full_disk
@@ -62,21 +57,10 @@ def dynmesh_command(*arguments: str) -> None:
     Raises:
         Told: what it printed, with the exit code.
     """
-    output, error = io.StringIO(), io.StringIO()
-    with (
-        mock.patch.object(sys, "argv", ["dynmesh", *arguments]),
-        mock.patch.dict(os.environ, {"COLUMNS": "1000", "TERM": "dumb"}),
-        contextlib.redirect_stdout(output),
-        contextlib.redirect_stderr(error),
-    ):
-        code = 0
-        try:
-            cli.main()
-        except SystemExit as ended:
-            code = int(ended.code or 0)
-    assert output.getvalue() == ""
-    if code:
-        raise Told(f"{_essence(error.getvalue())} (exit code {code})")
+    result = run_here(*arguments)
+    assert result.stdout == ""
+    if result.returncode:
+        raise Told(f"{_essence(result.stderr)} (exit code {result.returncode})")
 
 
 def _essence(printed: str) -> str:

@@ -49,11 +49,11 @@ def _of(call: str) -> Callable[..., Case]:
     return case
 
 
-def on_a_full_disk(run: Callable[[], Any]) -> Any:
-    """Where no file may become larger than 20 kB."""
+def on_a_full_disk(run: Callable[[], Any], largest: int = 20_000) -> Any:
+    """Where no file may become larger than 20 kB, or so many bytes."""
     # The system refuses to write as it does on a full disk.
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, hard))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (largest, hard))
     try:
         return run()
     finally:
@@ -172,6 +172,8 @@ completing = [
     _complete("`output_format='fbx'`", lambda w: _to_new(w, output_format="fbx"), ValueError, "new.npz:", "'fbx'"),
     _complete("`watch`: a number", lambda w: _to_new(w, watch=3), TypeError, "watch:", "3"),
     _complete("`resume` of what cannot be resumed", lambda _: dynmesh.complete_file("body.npz", "new.abc", resume=True), ValueError, "new.abc:", "resumed"),
+    _complete("`resume`, where the output exists with other frames", lambda _: dynmesh.complete_file("body.npz", "long.npz", resume=True), FileExistsError, "long.npz:", "overwrite=True"),
+    _complete("`resume` with the input as output", lambda _: dynmesh.complete_file("body.npz", "body.npz", resume=True), ValueError, "body.npz:", "input"),
     _complete("`provenance` in what holds none", lambda _: dynmesh.complete_file("body.npz", "new.mdd", provenance=True), ValueError, "new.mdd:", "generation"),
     _batch("`jobs`: None", lambda _: complete_files(None), TypeError, "jobs:", "NoneType"),  # type: ignore[arg-type]
     _batch("names, not jobs", lambda _: complete_files(["body.npz"]), TypeError, "jobs: place 0", "'body.npz'"),  # type: ignore[list-item]
