@@ -65,9 +65,6 @@ def main() -> None:
         images.append(image)
     # One palette for all frames, without dithering: neighbouring frames then differ in little.
     palette = images[len(images) // 2].quantize(COLOURS)
-    entries = np.array(palette.getpalette()).reshape(-1, 3)
-    entries[palette.getpixel((0, 0))] = 255  # the background, which the palette rounds
-    palette.putpalette(entries.ravel().tolist())
     first, *rest = (image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images)
     first.save(out, save_all=True, append_images=rest, duration=100, loop=0, optimize=True)
 
