@@ -11,6 +11,7 @@ LONG = frozenset(
         "low-resolution",
         "subdivided",
         "subdivided-detail",
+        "subdivided-errors",
         "largest",
         "numbering",
         "sizes",

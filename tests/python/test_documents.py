@@ -187,8 +187,10 @@ def test_the_documents_are_short() -> None:
 
     pages = (REPOSITORY / "docs").rglob("*.md")
     reference = REPOSITORY / "docs" / "reference"
-    assert words(REPOSITORY / "README.md") <= 900
-    assert sum(words(path) for path in pages if not path.is_relative_to(reference)) <= 25_000
+    readme = words(REPOSITORY / "README.md")
+    assert readme <= 900
+    others = sum(words(path) for path in pages if not path.is_relative_to(reference))
+    assert readme + others <= 25_000
 
 
 def test_the_site_is_whole(tmp_path: Path, programs: Path) -> None:
