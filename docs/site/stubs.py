@@ -24,4 +24,4 @@ class CompiledDocstrings(griffe.Extension):
             return
         if text.startswith(f"{obj.name}("):  # the signature, which the stub has
             text = text.partition("\n\n")[2]
-        obj.docstring = griffe.Docstring(text, parent=obj)
+        obj.docstring = griffe.Docstring(text, parent=obj, parser="google")
