@@ -17,6 +17,7 @@ LONG = frozenset(
         "sizes",
         "unknown",
         "cpp",
+        "instructions",
     }
 )
 
