@@ -8,6 +8,7 @@ cannot run here stands as a dash, and is named on standard error with the reason
 """
 
 import argparse
+import functools
 import sys
 import time
 from collections.abc import Callable
@@ -17,7 +18,7 @@ from . import cpp_calls, instructions, latency, overhead, page, plots, scenes, s
 from .comparison import compare
 from .plan import Plan
 from .results import Results, machine
-from .rivals import DYNMESH, TWO_THREADS
+from .rivals import DYNMESH, ON_ONE_THREAD, TWO_THREADS
 from .tables import tables
 
 SECTIONS = (
@@ -81,6 +82,12 @@ def measure(plan: Plan, sections: tuple[str, ...] | list[str]) -> Results:
     results = Results(machine())
     missing = results.missing
     scene = scenes.low_resolution(plan)
+    subdivided = functools.cache(lambda: scenes.subdivided(plan))
+
+    def on_low_resolution() -> None:
+        results.comparison += compare(
+            scene, plan.laps, plan.slow_frames, missing, methods=ON_ONE_THREAD
+        )
 
     def on_permuted(scene: scenes.Scene, laps: int) -> None:
         results.comparison += compare(
@@ -93,7 +100,7 @@ def measure(plan: Plan, sections: tuple[str, ...] | list[str]) -> Results:
         on_permuted(largest, plan.largest[2])
 
     def on_subdivided() -> None:
-        finer = scenes.subdivided(plan)
+        finer = subdivided()
         _, slow_frames, laps = plan.subdivided
         results.comparison += compare(finer, laps, slow_frames, missing)
         on_permuted(finer, laps)
@@ -102,15 +109,15 @@ def measure(plan: Plan, sections: tuple[str, ...] | list[str]) -> Results:
         results.instructions = instructions.measure()
 
     runs: dict[str, Callable[[], object]] = {
-        "low-resolution": lambda: results.comparison.extend(
-            compare(scene, plan.laps, plan.slow_frames, missing)
-        ),
+        "low-resolution": on_low_resolution,
         "subdivided": on_subdivided,
         "largest": on_largest,
         "sizes": lambda: results.sizes.extend(sizes.against_size(plan)),
         "unknown": lambda: results.unknown.extend(sizes.against_unknown(scene, plan)),
         "overhead": lambda: results.overhead.extend(overhead.measure(scene, plan)),
-        "latency": lambda: results.latency.extend(latency.measure(scene, plan, missing)),
+        "latency": lambda: results.latency.extend(
+            latency.measure(scene, subdivided(), plan, missing)
+        ),
         "cpp": lambda: results.cpp.extend(cpp_calls.measure(plan)),
         "instructions": count,
     }

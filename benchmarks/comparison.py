@@ -11,7 +11,7 @@ import dynmesh
 from dynmesh.evaluation import bounding_box_diagonal
 from dynmesh.sequence import Mask, Positions
 
-from .rivals import COPY, DYNMESH, FAST, SLOW, Dynmesh, Method, prepare
+from .rivals import ALL, COPY, DYNMESH, FAST, SLOW, Dynmesh, Method, prepare
 from .scenes import Scene
 
 
@@ -51,7 +51,7 @@ def compare(
     slow_frames: int,
     missing: dict[str, str],
     *,
-    methods: Iterable[str] = (*FAST, *SLOW),
+    methods: Iterable[str] = ALL,
     with_error: bool = True,
 ) -> Iterator[Measurement]:
     """Measures methods with every mask of a scene.

@@ -25,6 +25,7 @@ class Latency:
 
     Attributes:
         mask: how vertices are lost.
+        n_vertices: of the mesh.
         threads: of the completer.
         others: what the other processors do, "idle" or "busy".
         n_frames: how many were pushed.
@@ -34,6 +35,7 @@ class Latency:
     """
 
     mask: str
+    n_vertices: int
     threads: int
     others: str
     n_frames: int
@@ -42,9 +44,14 @@ class Latency:
     major_faults: int
 
 
-def measure(scene: Scene, plan: Plan, missing: dict[str, str]) -> Iterator[Latency]:
-    """With other processors idle and busy, one and two threads."""
-    for threads in (1, 2):
+def measure(small: Scene, large: Scene, plan: Plan, missing: dict[str, str]) -> Iterator[Latency]:
+    """With other processors idle and busy; the large mesh also with two threads, which share it."""
+    few = max(plan.latency_frames // 4, 1)
+    for scene, threads, n_frames in (
+        (small, 1, plan.latency_frames),
+        (large, 1, few),
+        (large, 2, few),
+    ):
         try:
             subject = CppSubject(scene.faces, scene.frames[0], threads)
         except ValueError as error:
@@ -53,7 +60,7 @@ def measure(scene: Scene, plan: Plan, missing: dict[str, str]) -> Iterator[Laten
         for mask in _MASKS:
             for others in ("idle", "busy"):
                 with busy_processors(others == "busy"):
-                    yield _push_all(scene, subject, mask, threads, others, plan.latency_frames)
+                    yield _push_all(scene, subject, mask, threads, others, n_frames)
 
 
 def _push_all(
@@ -73,6 +80,7 @@ def _push_all(
     percentiles = {f"{share:.6g}": float(np.percentile(seconds, share)) for share in shares}
     return Latency(
         mask,
+        scene.n_vertices,
         threads,
         others,
         n_frames,

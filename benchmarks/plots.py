@@ -135,6 +135,8 @@ def _unknown(rows: list[Measurement], path: Path) -> Path:
 
 def _latency(rows: list[Latency], path: Path) -> Path:
     masks = list(dict.fromkeys(row.mask for row in rows))
+    cases = dict.fromkeys((row.n_vertices, row.threads) for row in rows)
+    colours = dict(zip(cases, (_COLOURS[m] for m in (DYNMESH, PLAIN, BIHARMONIC)), strict=False))
     with new_figure(12, 5) as figure:
         axes = figure.subplots(1, len(masks), sharey=True)
         for axis, mask in zip(axes, masks, strict=True):
@@ -145,10 +147,10 @@ def _latency(rows: list[Latency], path: Path) -> Path:
                     :-1
                 ]  # the longest is no share
                 times = [1e3 * row.percentiles[f"{share:.6g}"] for share in shares]
-                colour = _COLOURS[DYNMESH] if row.threads == 1 else _COLOURS[BIHARMONIC]
+                colour = colours[row.n_vertices, row.threads]
                 dash = "-" if row.others == "idle" else "--"
                 threads = "one thread" if row.threads == 1 else f"{row.threads} threads"
-                label = f"{threads}, other cores {row.others}"
+                label = f"{row.n_vertices} vertices, {threads}, other cores {row.others}"
                 axis.plot(1 - shares / 100, times, dash, color=colour, label=label)
             known = mask if "%" not in mask else f"{mask} known"
             axis.set(

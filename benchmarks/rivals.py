@@ -173,6 +173,11 @@ SLOW: dict[str, Callable[[Scene], Method]] = {
 }
 """Those that solve for a frame, and take tens to thousands of times as long."""
 
+SHARED_FROM = 23_553
+"""Vertices from which on method motion uses more than one thread."""
+ALL = (*FAST, *SLOW)
+ON_ONE_THREAD = tuple(name for name in ALL if name != TWO_THREADS)
+
 
 def prepare(
     scene: Scene,

@@ -7,7 +7,7 @@ import numpy as np
 
 from .comparison import Measurement, compare
 from .plan import Plan
-from .rivals import DYNMESH
+from .rivals import ALL, DYNMESH, ON_ONE_THREAD, SHARED_FROM
 from .scenes import Scene, grid, swept
 
 
@@ -33,7 +33,8 @@ def against_size(plan: Plan) -> Iterator[Measurement]:
     for side in plan.grids:
         scene = grid(side, max(2, min(plan.frames // 2, 2_000_000 // side**2)))
         slow_frames = 2 if scene.n_vertices <= plan.slow_limit else 0
-        yield from compare(scene, 2, slow_frames, {}, with_error=False)
+        methods = ALL if scene.n_vertices >= SHARED_FROM else ON_ONE_THREAD
+        yield from compare(scene, 2, slow_frames, {}, methods=methods, with_error=False)
 
 
 def against_unknown(scene: Scene, plan: Plan) -> Iterator[Measurement]:

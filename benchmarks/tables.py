@@ -90,11 +90,13 @@ def latency(rows: list[Latency]) -> str:
     """Percentiles and page faults."""
     shares = ("50", "90", "99", "99.9", "100")
     columns = ("50 %, ms", "90 %", "99 %", "99.9 %", "longest")
-    lines: list[Line] = [("lost by", "threads", "other cores", "frames", *columns, "page faults")]
+    head = ("vertices", "lost by", "threads", "other cores", "frames")
+    lines: list[Line] = [(*head, *columns, "page faults")]
     for row in rows:
         times = [milliseconds(row.percentiles[share]) for share in shares]
         faults = str(row.minor_faults + row.major_faults)
-        lines.append((row.mask, str(row.threads), row.others, str(row.n_frames), *times, faults))
+        case = (str(row.n_vertices), row.mask, str(row.threads), row.others, str(row.n_frames))
+        lines.append((*case, *times, faults))
     return table(lines)
 
 

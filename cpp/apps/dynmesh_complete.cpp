@@ -25,9 +25,13 @@ using dynmesh::app::UsageError;
 // NOLINTNEXTLINE(cppcoreguidelines-avoid-non-const-global-variables)
 volatile std::sig_atomic_t caught_signal = 0;
 
-/// Reading and writing stop at the next frame, so that what was completed is not lost.
+/// Reading and writing stop at the next frame, so that what was completed is not lost. A signal
+/// that whoever started the program ignores stays ignored, as a script's background jobs expect.
 void stop_on(int signal) {
   struct sigaction action {};
+  sigaction(signal, nullptr, &action);
+  if (action.sa_handler == SIG_IGN) return;
+  action = {};
   action.sa_handler = [](int number) { caught_signal = number; };
   sigaction(signal, &action, nullptr);  // no SA_RESTART: a read that waits comes back
 }

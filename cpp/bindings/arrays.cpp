@@ -27,6 +27,14 @@ py::array to_array(const char* argument, const py::object& object) {
 
 std::string dtype_name(const py::array& array) { return py::str(array.dtype()); }
 
+bool is_to_be_spread(const py::array& array) {
+  if (array.ndim() > 0 && array.shape(0) > std::numeric_limits<Index>::max()) return false;
+  for (py::ssize_t axis = 0; axis < array.ndim(); ++axis) {
+    if (array.shape(axis) > 1 && array.strides(axis) == 0) return true;
+  }
+  return false;
+}
+
 void check_shape(const char* argument, const py::array& array, py::ssize_t axes,
                  py::ssize_t columns, const char* expected) {
   if (array.ndim() == axes && (columns == 0 || array.shape(axes - 1) == columns)) return;
@@ -65,6 +73,7 @@ KnownArgument::KnownArgument(const py::object& object) : array_(to_array("known"
     throw py::type_error("known: must be bool, not " + dtype_name(array_));
   }
   check_shape("known", array_, 1, 0, "(k,)");
+  if (is_to_be_spread(array_)) array_ = array_.attr("copy")();
 }
 
 KnownMask KnownArgument::view() const {

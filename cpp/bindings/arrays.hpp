@@ -32,6 +32,11 @@ void check_floating(const char* argument, const py::array& array);
 
 std::string dtype_name(const py::array& array);
 
+/// Whether the array must be copied to be viewed, as numpy has broadcast it: several of its
+/// elements are one in memory, and the library refuses strides of 0. Not where it is longer than
+/// any mesh, which is refused all the same, and for which there may be no memory.
+bool is_to_be_spread(const py::array& array);
+
 /// Whether element strides can express the array's, and its elements are aligned.
 template <class T>
 bool viewable(const py::array& array) {
@@ -47,14 +52,14 @@ bool viewable(const py::array& array) {
 /// that it is refused as too large, not taken as missing.
 py::array_t<float> to_single(const py::array& array);
 
-/// The array as `T`, itself where it is that already.
+/// The array as `T`, itself where it is that already and no two of its elements are one.
 template <class T>
 py::array_t<T> as_type(const py::array& array) {
   if constexpr (std::is_same_v<T, float>) {
     if (array.itemsize() == sizeof(double)) return to_single(array);
   }
   py::array_t<T> typed = py::array_t<T, py::array::forcecast>(array);
-  if (viewable<T>(typed)) return typed;
+  if (viewable<T>(typed) && !is_to_be_spread(typed)) return typed;
   return py::array_t<T, py::array::c_style | py::array::forcecast>(typed.attr("copy")());
 }
 

@@ -42,7 +42,8 @@ py::object complete(Baseline& baseline, const py::object& points, const py::obje
   return output.array();
 }
 
-constexpr const char* complete_doc = R"doc(complete(points, known, *, previous=None)
+constexpr const char* complete_doc = R"doc(complete(self, points, known, *, previous=None)
+--
 
 Completes one frame, by itself.
 
@@ -55,9 +56,7 @@ Returns:
     (k, 3) float64.)doc";
 
 constexpr const char* mesh_doc =
-    R"doc(LeastSquaresMesh(faces, n_vertices)
-
-Least-squares meshes (Sorkine and Cohen-Or 2004): known vertices move.
+    R"doc(Least-squares meshes (Sorkine and Cohen-Or 2004): known vertices move.
 
 Minimises |L x|^2 + sum over the known vertices of |x_i - given_i|^2, L the combinatorial Laplacian.
 One thread at a time.
@@ -66,11 +65,13 @@ Args:
     faces: (m, 3) integers.
     n_vertices: k.)doc";
 
-constexpr const char* interpolation_doc =
-    R"doc(LaplacianInterpolation(faces, n_vertices, *, objective="least_squares", weights="uniform",
-                       reference=None)
+constexpr const char* mesh_init_doc = R"doc(__init__(self, faces, n_vertices)
+--
 
-Laplacian interpolation (Oostendorp et al. 1989): known vertices stay.
+Takes the mesh, which all frames have in common.)doc";
+
+constexpr const char* interpolation_doc =
+    R"doc(Laplacian interpolation (Oostendorp et al. 1989): known vertices stay.
 
 One thread at a time.
 
@@ -81,6 +82,13 @@ Args:
     weights: "uniform", or "inverse_distance" as measured on `reference`.
     reference: (k, 3), for "inverse_distance" only.)doc";
 
+constexpr const char* interpolation_init_doc =
+    R"doc(__init__(self, faces, n_vertices, *, objective="least_squares", weights="uniform",
+         reference=None)
+--
+
+Takes the mesh, which all frames have in common, and how to interpolate on it.)doc";
+
 }  // namespace
 
 void bind_baselines(py::module_& module) {
@@ -88,7 +96,7 @@ void bind_baselines(py::module_& module) {
       .def(py::init([](const py::object& faces, const py::object& n_vertices) {
              return LeastSquaresMesh(topology_of(faces, n_vertices));
            }),
-           py::arg("faces"), py::arg("n_vertices"))
+           py::arg("faces"), py::arg("n_vertices"), mesh_init_doc)
       .def("complete", &complete<LeastSquaresMesh>, py::arg("points"), py::arg("known"),
            py::kw_only(), py::arg("previous") = py::none(), complete_doc);
   py::class_<LaplacianInterpolation>(module, "LaplacianInterpolation", interpolation_doc)
@@ -103,7 +111,7 @@ void bind_baselines(py::module_& module) {
            }),
            py::arg("faces"), py::arg("n_vertices"), py::kw_only(),
            py::arg("objective") = "least_squares", py::arg("weights") = "uniform",
-           py::arg("reference") = py::none())
+           py::arg("reference") = py::none(), interpolation_init_doc)
       .def("complete", &complete<LaplacianInterpolation>, py::arg("points"), py::arg("known"),
            py::kw_only(), py::arg("previous") = py::none(), complete_doc);
 }

@@ -81,6 +81,7 @@ ErrorSummary py_summary(const py::object& errors) {
 }
 
 constexpr const char* nmsve_doc = R"doc(nmsve(faces, reference, completed)
+--
 
 Normalised mean square visual error (paper, eq. 5 and 6).
 
@@ -96,6 +97,7 @@ Returns:
     float, in the unit of the positions; (n,) float64 for n frames.)doc";
 
 constexpr const char* vertex_error_doc = R"doc(vertex_error(reference, completed)
+--
 
 |v_i - v'_i| of each vertex, the paper's heatmap.
 
@@ -107,6 +109,7 @@ Returns:
     (k,) or (n, k) float64, in the unit of the positions.)doc";
 
 constexpr const char* summary_doc = R"doc(summary(errors)
+--
 
 Mean, root mean square, 99th percentile and maximum.
 

@@ -30,6 +30,7 @@ std::vector<std::pair<std::size_t, std::string>> refused_faces(const TopologyRep
 }
 
 constexpr const char* cells_doc = R"doc(cells(faces, n_vertices)
+--
 
 The one-ring of every vertex.
 

@@ -26,15 +26,38 @@ inline void check_pointer(const char* argument, const void* data, std::size_t ro
   }
 }
 
-/// Throws std::invalid_argument unless there is a row for each vertex.
-inline void check_rows(const char* argument, const void* data, std::size_t rows,
-                       std::size_t n_vertices) {
-  if (rows != n_vertices) {
-    throw std::invalid_argument(std::string(argument) + ": has " + std::to_string(rows) +
+[[noreturn]] inline void refuse_row_stride(const char* argument, std::size_t rows) {
+  throw std::invalid_argument(std::string(argument) + ": has a row stride of 0, so that its " +
+                              std::to_string(rows) + " rows would be one and the same");
+}
+
+/// Throws std::invalid_argument where the rows cannot lie as the view says. A stride of 0 is always
+/// a mistake, often that of a caller who took it to mean packed.
+template <class Real>
+void check_view(const char* argument, const Points<Real>& points) {
+  check_pointer(argument, points.data, points.count);
+  if (points.count > 1 && points.row_stride == 0) refuse_row_stride(argument, points.count);
+  if (points.count > 0 && points.column_stride == 0) {
+    throw std::invalid_argument(std::string(argument) +
+                                ": has a column stride of 0, so that x, y and z would be one and "
+                                "the same");
+  }
+}
+
+inline void check_view(const char* argument, const KnownMask& known) {
+  check_pointer(argument, known.data, known.count);
+  if (known.count > 1 && known.stride == 0) refuse_row_stride(argument, known.count);
+}
+
+/// The same, and unless there is a row for each vertex. `View`: Points or KnownMask.
+template <class View>
+void check_rows(const char* argument, const View& view, std::size_t n_vertices) {
+  if (view.count != n_vertices) {
+    throw std::invalid_argument(std::string(argument) + ": has " + std::to_string(view.count) +
                                 " rows, but the mesh has " + std::to_string(n_vertices) +
                                 " vertices");
   }
-  check_pointer(argument, data, rows);
+  check_view(argument, view);
 }
 
 }  // namespace dynmesh

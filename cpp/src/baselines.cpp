@@ -41,7 +41,7 @@ double one(Index /*i*/, Index /*j*/) { return 1; }
 
 std::vector<Vector3<double>> whole_frame(const char* argument, Points<const double> points,
                                          std::size_t k) {
-  check_rows(argument, points.data, points.count, k);
+  check_rows(argument, points, k);
   std::vector<Vector3<double>> frame(k);
   for (std::size_t v = 0; v < k; ++v) {
     frame[v] = row(points, v);
@@ -64,8 +64,8 @@ struct Given {
   Given(const Topology& topology, Points<const double> points, KnownMask mask,
         Points<const double> previous) {
     const std::size_t k = topology.cells.size();
-    check_rows("points", points.data, points.count, k);
-    check_rows("known", mask.data, mask.count, k);
+    check_rows("points", points, k);
+    check_rows("known", mask, k);
     positions.setZero(static_cast<Eigen::Index>(k), 3);
     values.setZero(static_cast<Eigen::Index>(k), 3);
     origin.setZero(static_cast<Eigen::Index>(k), 3);
@@ -153,7 +153,7 @@ LeastSquaresMesh& LeastSquaresMesh::operator=(LeastSquaresMesh&&) noexcept = def
 void LeastSquaresMesh::complete(Points<const double> points, KnownMask known,
                                 Points<const double> previous, Points<double> completed) {
   System& system = *system_;
-  check_rows("completed", completed.data, completed.count, system.topology.cells.size());
+  check_rows("completed", completed, system.topology.cells.size());
   const Given given(system.topology, points, known, previous);
   for (Eigen::Index v = 0; v < system.normal.cols(); ++v) {
     system.normal.coeffRef(v, v) =
@@ -249,7 +249,7 @@ LaplacianInterpolation& LaplacianInterpolation::operator=(LaplacianInterpolation
 void LaplacianInterpolation::complete(Points<const double> points, KnownMask known,
                                       Points<const double> previous, Points<double> completed) {
   System& system = *system_;
-  check_rows("completed", completed.data, completed.count, system.topology.cells.size());
+  check_rows("completed", completed, system.topology.cells.size());
   const Given given(system.topology, points, known, previous);
   Columns solution = given.positions;
   if (std::ranges::count(given.known, 0) > 0) {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
+#include <cstring>
 #include <dynmesh/completer.hpp>
 #include <dynmesh/one_at_a_time.hpp>
 #include <dynmesh/settings.hpp>
@@ -44,8 +44,17 @@ Message& last_message() noexcept {
   return message;
 }
 
+/// Keeps `message`, as much of it as there is room for, in whole characters of UTF-8.
 dynmesh_status fail(dynmesh_status status, const char* message) noexcept {
-  (void)std::snprintf(last_message().data(), last_message().size(), "%s", message);
+  Message& kept = last_message();
+  std::size_t size = std::strlen(message);
+  if (size >= kept.size()) {
+    const auto is_inside_character = [&](std::size_t i) { return (message[i] & 0xC0) == 0x80; };
+    size = kept.size() - 1;
+    for (int back = 0; back < 3 && is_inside_character(size); ++back) --size;
+  }
+  std::memmove(kept.data(), message, size);
+  kept[size] = '\0';
   return status;
 }
 
@@ -116,13 +125,20 @@ Points<Real> points_of(const char* argument, const View* view) {
   if (reinterpret_cast<std::uintptr_t>(view->data) % alignof(Real) != 0) {
     refuse(argument, "is not aligned to " + std::to_string(alignof(Real)) + " bytes");
   }
+  // 0 means packed, as in OpenGL.
+  const std::int64_t per_column = view->column_stride == 0 ? 1 : view->column_stride;
+  if (view->row_stride == 0 && per_column != 1) {
+    refuse(argument, "row_stride is 0, which means packed, but column_stride is " +
+                         std::to_string(per_column) + ", not 1 or 0");
+  }
+  const std::int64_t per_row = view->row_stride == 0 ? 3 : view->row_stride;
   return {static_cast<Real*>(view->data), count_of(argument, view->count),
-          static_cast<std::ptrdiff_t>(view->row_stride),
-          static_cast<std::ptrdiff_t>(view->column_stride)};
+          static_cast<std::ptrdiff_t>(per_row), static_cast<std::ptrdiff_t>(per_column)};
 }
 
 KnownMask mask_of(const dynmesh_mask& mask) {
-  return {mask.data, count_of("known", mask.count), static_cast<std::ptrdiff_t>(mask.stride)};
+  const std::int64_t stride = mask.stride == 0 ? 1 : mask.stride;
+  return {mask.data, count_of("known", mask.count), static_cast<std::ptrdiff_t>(stride)};
 }
 
 std::span<const Index> indices_of(const std::int32_t* indices, std::int64_t n_indices) {
@@ -145,7 +161,17 @@ UnseenRule unseen_rule_of(std::int32_t rule) {
                        std::to_string(rule));
 }
 
+/// Later versions will know several sizes, and the defaults of what a smaller one lacks.
+void check_settings_size(const char* argument, std::int64_t size) {
+  constexpr auto known = static_cast<std::int64_t>(sizeof(dynmesh_settings));
+  if (size == known) return;
+  refuse(argument, "is " + std::to_string(size) +
+                       ", but this version of dynmesh knows settings of " + std::to_string(known) +
+                       " bytes; dynmesh_default_settings fills them in");
+}
+
 Settings settings_of(const dynmesh_settings& given) {
+  check_settings_size("settings.size", given.size);
   Settings settings;
   settings.method = method_of(given.method);
   settings.revisit = given.revisit != 0;
@@ -195,11 +221,13 @@ const char* dynmesh_last_message() { return last_message().data(); }
 
 const char* dynmesh_version() { return DYNMESH_VERSION; }
 
-dynmesh_status dynmesh_default_settings(dynmesh_settings* settings) {
+dynmesh_status dynmesh_default_settings(dynmesh_settings* settings, int64_t size) {
   return guarded([&] {
     check_pointer("settings", settings);
+    check_settings_size("size", size);
     const Settings defaults;
-    *settings = {DYNMESH_METHOD_MOTION,
+    *settings = {size,
+                 DYNMESH_METHOD_MOTION,
                  defaults.revisit ? 1 : 0,
                  defaults.extra_iterations,
                  DYNMESH_UNSEEN_FOLLOW,
@@ -269,21 +297,22 @@ dynmesh_status dynmesh_reset(dynmesh_completer* completer, const dynmesh_points*
   });
 }
 
-int64_t dynmesh_state_size(const dynmesh_completer* completer) {
-  int64_t size = 0;
-  (void)with(completer, [&](const auto& c) { size = static_cast<int64_t>(c.state().size()); });
-  return size;
+dynmesh_status dynmesh_state_size(const dynmesh_completer* completer, int64_t* size) {
+  return with_constant(completer, [&](const auto& c) {
+    check_pointer("size", size);
+    *size = static_cast<int64_t>(c.state_size());
+  });
 }
 
 dynmesh_status dynmesh_state(const dynmesh_completer* completer, void* state, int64_t size) {
   return with(completer, [&](const auto& c) {
     check_pointer("state", state);
-    const auto bytes = c.state();
-    if (size < static_cast<int64_t>(bytes.size())) {
+    const std::size_t needed = c.state_size();
+    if (size < static_cast<int64_t>(needed)) {
       refuse("state", "has room for " + std::to_string(size) + " bytes, but needs " +
-                          std::to_string(bytes.size()));
+                          std::to_string(needed));
     }
-    std::ranges::copy(bytes, static_cast<std::byte*>(state));
+    std::ranges::copy(c.state(), static_cast<std::byte*>(state));
   });
 }
 

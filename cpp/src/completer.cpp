@@ -68,6 +68,7 @@ Completer<Real>::Completer(Faces faces, Points<const Real> first_frame, const Se
                                          : nullptr),
       estimator_(estimator_of<Real>(faces, *numbering_, *topology_, settings, *workers_)),
       unseen_(*topology_, settings.unseen),
+      previous_(first_frame.count),
       current_(first_frame.count),
       known_(first_frame.count),
       age_(first_frame.count) {
@@ -85,13 +86,17 @@ Completer<Real>::Completer(Completer&&) noexcept = default;
 template <class Real>
 Completer<Real>& Completer<Real>::operator=(Completer&&) noexcept = default;
 
+/// Where memory runs out, everything is as it was.
 template <class Real>
-void Completer<Real>::begin(const std::vector<Vector3<Real>>& first_frame) {
-  unseen_.reset(first_frame);
+void Completer<Real>::begin(std::vector<Vector3<Real>> first_frame) {
+  Unseen<Real> unseen = unseen_;
+  unseen.reset(first_frame);
   estimator_->reset(first_frame);
+  // From here on nothing fails.
+  unseen_ = std::move(unseen);
   if (outliers_) outliers_->reset(first_frame);
-  first_frame_ = first_frame;
-  previous_ = first_frame;
+  std::ranges::copy(first_frame, previous_.begin());
+  first_frame_ = std::move(first_frame);
   std::ranges::fill(known_, std::uint8_t{1});
   generations_.classify(topology_->cells, known_);
   std::ranges::fill(age_, 0);
@@ -103,7 +108,7 @@ void Completer<Real>::begin(const std::vector<Vector3<Real>>& first_frame) {
 
 template <class Real>
 void Completer<Real>::reset(Points<const Real> frame) {
-  check_rows("frame", frame.data, frame.count, n_vertices());
+  check_rows("frame", frame, n_vertices());
   begin(to_places(*numbering_, complete_frame("frame", frame)));
 }
 
@@ -111,8 +116,8 @@ template <class Real>
 FrameReport Completer<Real>::push(Points<const Real> points, KnownMask known,
                                   Points<Real> completed) {
   const auto start = Clock::now();
-  check_rows("points", points.data, points.count, n_vertices());
-  check_rows("known", known.data, known.count, n_vertices());
+  check_rows("points", points, n_vertices());
+  check_rows("known", known, n_vertices());
   check_output(completed, n_vertices(),
                {{"points", Extent::of(points)}, {"known", Extent::of(known)}});
   read(points, known);
@@ -122,7 +127,7 @@ FrameReport Completer<Real>::push(Points<const Real> points, KnownMask known,
 template <class Real>
 FrameReport Completer<Real>::push(Points<const Real> points, Points<Real> completed) {
   const auto start = Clock::now();
-  check_rows("points", points.data, points.count, n_vertices());
+  check_rows("points", points, n_vertices());
   check_output(completed, n_vertices(), {{"points", Extent::of(points)}});
   read(points, {});
   return complete(completed, start);
@@ -136,7 +141,7 @@ FrameReport Completer<Real>::push_sparse(std::span<const Index> indices, Points<
     throw std::invalid_argument("points: has " + std::to_string(points.count) + " rows for " +
                                 std::to_string(indices.size()) + " indices");
   }
-  check_pointer("points", points.data, points.count);
+  check_view("points", points);
   check_output(completed, n_vertices(),
                {{"indices", Extent::of(indices)}, {"points", Extent::of(points)}});
   std::ranges::fill(known_, std::uint8_t{0});
@@ -177,11 +182,12 @@ void Completer<Real>::read(Points<const Real> points, KnownMask known) {
   }
 }
 
-/// Algorithm 1 of the paper for one frame, whose anchors stand in known_ and current_. Nothing in
-/// here fails, so the calls above have checked everything before the first change of state.
+/// Algorithm 1 of the paper for one frame, whose anchors stand in known_ and current_. The calls
+/// above have checked everything, so that only the estimate can fail, for lack of memory: nothing
+/// that outlives the call changes before it is there.
 template <class Real>
 FrameReport Completer<Real>::complete(Points<Real> completed, Clock::time_point start) {
-  report_.rejected = outliers_ ? outliers_->drop(previous_, current_, known_) : 0;
+  const std::size_t rejected = outliers_ ? outliers_->drop(previous_, current_, known_) : 0;
   // Anchors, satellites and unseen vertices; eq. (3), (4).
   const Index iterations = estimator_->estimate(previous_, current_, known_, generations_);
   unseen_.place(previous_, current_, generations_);
@@ -195,6 +201,7 @@ FrameReport Completer<Real>::complete(Points<Real> completed, Clock::time_point 
   age_for_caller_.clear();
   estimator_->remember(current_);
   std::swap(previous_, current_);
+  report_.rejected = rejected;
   report_.known = generations_.anchors();
   report_.filled = generations_.reached();
   report_.unseen = generations_.unseen_vertices();

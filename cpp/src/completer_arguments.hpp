@@ -51,7 +51,7 @@ struct NamedExtent {
 template <class Real>
 void check_output(const Points<Real>& completed, std::size_t n_vertices,
                   std::initializer_list<NamedExtent> inputs) {
-  check_rows("out", completed.data, completed.count, n_vertices);
+  check_rows("out", completed, n_vertices);
   const Extent output = Extent::of(completed);
   if (overlaps_itself(output)) {
     throw std::invalid_argument("out: the rows of the completed frame overlap one another");
@@ -71,7 +71,7 @@ std::vector<Vector3<Real>> first_frame_of(Points<const Real> points) {
     throw std::invalid_argument("first_frame: has " + std::to_string(points.count) +
                                 " rows, more than 32-bit indices can count");
   }
-  check_pointer("first_frame", points.data, points.count);
+  check_view("first_frame", points);
   return complete_frame("first_frame", points);
 }
 

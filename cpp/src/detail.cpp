@@ -28,6 +28,7 @@ Detail<Real>::Detail(std::vector<Triangle> faces, const Topology& topology,
       kernels_(*runnable_operator_kernels().front()),
       rotations_(topology.cells, workers),
       local_blend_(topology.cells),
+      next_generations_(topology.cells.size()),
       solved_(topology.cells.size()),
       is_anchor_(topology.cells.size()),
       counts_(topology.cells.size()),
@@ -46,7 +47,7 @@ Detail<Real>::Detail(std::vector<Triangle> faces, const Topology& topology,
 template <class Real>
 void Detail<Real>::reset(Frame first_frame) {
   auto k = build_detail_operator<Real>(faces_, topology_.cells, first_frame);
-  factor_ = std::make_unique<MaskedFactor>(normal_matrix(k));  // may run out of memory: first
+  factor_ = std::make_unique<MaskedFactor>(normal_matrix(k));  // the last that may fail
   operator_ = std::move(k);
   take(first_frame);
   mean_edge_ = static_cast<double>(mean_edge_length(topology_.cells, first_frame));
@@ -70,7 +71,7 @@ void Detail<Real>::take(Frame frame) {
 template <class Real>
 void Detail<Real>::apply_operator(const Field& x, int fields, Field& products) {
   const OperatorData k = data_of(operator_);
-  workers_.for_each_stretch(n_vertices(), short_stretch, [&](Index first, Index last) {
+  workers_.for_each_short_stretch(n_vertices(), [&](Index first, Index last) {
     kernels_.apply(k, x.data(), fields, products.data(), first, last);
   });
 }
@@ -81,11 +82,10 @@ template <class Real>
 void Detail<Real>::solve(int fields, Field& steps) {
   const auto rows = factor_->order();
   const OperatorData k = data_of(operator_);
-  workers_.for_each_stretch(static_cast<Index>(rows.size()), short_stretch,
-                            [&](Index first, Index last) {
-                              kernels_.apply_transposed(k, residual_.data(), fields, rows.data(),
-                                                        solution_.data(), first, last);
-                            });
+  workers_.for_each_short_stretch(static_cast<Index>(rows.size()), [&](Index first, Index last) {
+    kernels_.apply_transposed(k, residual_.data(), fields, rows.data(), solution_.data(), first,
+                              last);
+  });
   const auto width = static_cast<std::size_t>(fields);
   if (noise_) {
     for (std::size_t r = 0; r < rows.size(); ++r) {
@@ -103,14 +103,17 @@ void Detail<Real>::solve(int fields, Field& steps) {
 template <class Real>
 Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
                              std::span<const std::uint8_t> known, Generations& generations) {
-  generations.classify(topology_.cells, known);
   report_ = {};
-  if (generations.reached() == 0 && (!noise_ || generations.anchors() == 0)) return 0;
-  take_anchors(previous, points, generations);
-  {
+  next_generations_.classify(topology_.cells, known);
+  const bool is_empty =
+      next_generations_.reached() == 0 && (!noise_ || next_generations_.anchors() == 0);
+  if (!is_empty) {
+    take_anchors(previous, points, next_generations_);
     const Stopwatch stopwatch(report_.factor_seconds);
-    factor_->factorize(solved_, anchor_weights_);
+    factor_->factorize(solved_, anchor_weights_);  // the last that may fail
   }
+  std::swap(generations, next_generations_);
+  if (is_empty) return 0;
   {
     const Stopwatch stopwatch(report_.solve_seconds);
     move_smoothly();
@@ -125,8 +128,7 @@ Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
   if (noise_) weigh_anchors();
   for (const Index solved : factor_->order()) {
     const auto v = static_cast<std::size_t>(solved);
-    points[v] = {static_cast<Real>(x_[v].x), static_cast<Real>(x_[v].y),
-                 static_cast<Real>(x_[v].z)};
+    points[v] = {saturated<Real>(x_[v].x), saturated<Real>(x_[v].y), saturated<Real>(x_[v].z)};
   }
   return rounds;
 }
@@ -178,7 +180,7 @@ template <class Real>
 void Detail<Real>::fit_rotations() {
   const Stopwatch stopwatch(report_.rotation_seconds);
   rotations_.fit(x_);
-  workers_.for_each_stretch(n_vertices(), short_stretch, [&](Index first, Index last) {
+  workers_.for_each_short_stretch(n_vertices(), [&](Index first, Index last) {
     kernels_.turn(rotations_.quaternions().data(), memory_.data(), turned_.data(), first, last);
   });
 }

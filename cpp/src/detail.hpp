@@ -46,6 +46,7 @@ class Detail final : public Estimator<Real> {
                  std::span<const std::uint8_t> known, Generations& generations) override;
   void remember(Frame completed) override;
   [[nodiscard]] Memory memory() const override;
+  [[nodiscard]] std::size_t memory_rows() const override { return x_.size(); }
   [[nodiscard]] bool accepts(const Memory& memory) const override;
   void recall(const Memory& memory, Frame completed) override;
   [[nodiscard]] StageReport stages() const override { return report_; }
@@ -81,6 +82,7 @@ class Detail final : public Estimator<Real> {
   const OperatorKernels& kernels_;
   Rotations rotations_;
   LocalBlend local_blend_;
+  Generations next_generations_;          // those of a frame until nothing can fail any more
   DetailOperator operator_;               // K
   std::unique_ptr<MaskedFactor> factor_;  // of K^T K at what is not fixed
   std::vector<std::uint8_t> solved_;      // (k,) what is not fixed: satellites, noisy anchors

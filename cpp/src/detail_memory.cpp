@@ -40,7 +40,7 @@ void Detail<Real>::learn_change() {
 template <class Real>
 void Detail<Real>::take_memory() {
   apply_operator(x_, 1, kx_);
-  workers_.for_each_stretch(n_vertices(), short_stretch, [&](Index first, Index last) {
+  workers_.for_each_short_stretch(n_vertices(), [&](Index first, Index last) {
     kernels_.turn_back(rotations_.quaternions().data(), kx_.data(), turned_.data(), first, last);
   });
   for (std::size_t v = 0; v < x_.size(); ++v) {
@@ -52,6 +52,7 @@ void Detail<Real>::take_memory() {
 template <class Real>
 typename Detail<Real>::Memory Detail<Real>::memory() const {
   Memory memory;
+  memory.rows.reserve(memory_rows());
   for (std::size_t v = 0; v < x_.size(); ++v) {
     const Quaternion& q = rotations_.quaternions()[v];
     const Vector3<double>& u = memory_[3 * v + 2];
@@ -68,7 +69,7 @@ bool Detail<Real>::accepts(const Memory& memory) const {
     const double norm = row[0] * row[0] + row[1] * row[1] + row[2] * row[2] + row[3] * row[3];
     return std::abs(norm - 1) <= rounding && is_in_range(Vector3<double>{row[4], row[5], row[6]});
   };
-  return memory.rows.size() == x_.size() && std::ranges::all_of(memory.rows, is_sound) &&
+  return memory.rows.size() == memory_rows() && std::ranges::all_of(memory.rows, is_sound) &&
          memory.anchor_weight >= least_weight && memory.anchor_weight <= largest_weight;
 }
 

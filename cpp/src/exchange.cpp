@@ -24,7 +24,7 @@ bool Exchange<Real>::read(Points<const Real> rows, KnownMask known, std::span<Ve
   const auto k = static_cast<Index>(points.size());
   const Index* vertex_at = numbering_.is_natural() ? nullptr : numbering_.vertex_at.data();
   std::atomic<bool> in_range{true};
-  workers_.for_each_stretch(k, stretch, [&](Index first, Index last) {
+  workers_.for_each_stretch(k, [&](Index first, Index last) {
     bool good = true;
     if (is_packed(rows) && (known.data == nullptr || known.stride == 1)) {
       const PackedRows<const Real> packed = {rows.data, vertex_at};
@@ -51,7 +51,7 @@ void Exchange<Real>::write(std::span<Vector3<Real>> points, std::span<const Vect
                            Points<Real> rows) {
   const auto k = static_cast<Index>(points.size());
   const Index* vertex_at = numbering_.is_natural() ? nullptr : numbering_.vertex_at.data();
-  workers_.for_each_stretch(k, stretch, [&](Index first, Index last) {
+  workers_.for_each_stretch(k, [&](Index first, Index last) {
     if (is_packed(rows)) {
       kernels_.give(&points[0].x, &previous[0].x, largest_coordinate<Real>, first, last,
                     {rows.data, vertex_at});

@@ -40,6 +40,7 @@ FastMotion<Real>::FastMotion(const Cells& cells, Index extra_iterations, Workers
   }
   const auto k = static_cast<Index>(cells.size());
   Index wide = 0;
+  const Index stretch = workers.sharing().stretch;
   for (Index first = 0; first < k; first += stretch) {
     Rows rows{};
     rows.first = first;

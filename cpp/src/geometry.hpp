@@ -1,18 +1,17 @@
 /// What positions and edges are measured by.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
+#include <limits>
 #include <span>
 
-namespace dynmesh {
+#include "length_limits.hpp"
 
-/// Squared lengths are floored at this many squared mean edges.
-inline constexpr double squared_length_floor = 1e-12;
-/// And capped here, where the next square would no longer be a float: only an outlier gets there.
-inline constexpr double squared_length_ceiling = 1e24;
+namespace dynmesh {
 
 template <class Real>
 bool is_finite(const Vector3<Real>& v) {
@@ -37,6 +36,14 @@ Vector3<Real> row(const Points<const Real>& points, std::size_t i) {
   return {points(i, 0), points(i, 1), points(i, 2)};
 }
 
+/// `x` as a Real. Where Real has not its range, which C++ leaves undefined, the largest one: the
+/// checks of what comes in and goes out find that it is beyond the largest coordinate. NaN stays.
+template <class Real>
+constexpr Real saturated(double x) {
+  constexpr auto largest = static_cast<double>(std::numeric_limits<Real>::max());
+  return static_cast<Real>(std::clamp(x, -largest, largest));
+}
+
 template <class Real>
 Vector3<double> in_double(const Vector3<Real>& v) {
   return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)};
@@ -59,7 +66,7 @@ Real mean_edge_length(const Cells& cells, std::span<const Vector3<Real>> frame) 
                         static_cast<double>(edge.z));
     }
   }
-  const auto mean = static_cast<Real>(sum / static_cast<double>(cells.neighbours.size()));
+  const auto mean = saturated<Real>(sum / static_cast<double>(cells.neighbours.size()));
   return mean > 0 ? mean : Real{1};
 }
 

@@ -19,7 +19,7 @@ std::vector<Vector3<double>> finite_frame(const char* argument, Points<const Rea
     throw std::invalid_argument(std::string(argument) + ": has " + std::to_string(points.count) +
                                 " rows, not " + std::to_string(n_vertices));
   }
-  check_pointer(argument, points.data, points.count);
+  check_view(argument, points);
   std::vector<Vector3<double>> frame(points.count);
   for (std::size_t v = 0; v < points.count; ++v) {
     for (std::size_t c = 0; c < 3; ++c) {

@@ -5,6 +5,8 @@
 #include <dynmesh/types.hpp>
 #include <span>
 
+#include "geometry.hpp"
+
 namespace dynmesh {
 
 /// x -> rotation * (x - from) + to, in double precision.
@@ -19,8 +21,8 @@ struct RigidMotion {
                                        static_cast<double>(point.y) - from[1],
                                        static_cast<double>(point.z) - from[2]};
     const auto coordinate = [&](std::size_t c) {
-      return static_cast<Real>(rotation[c][0] * arm[0] + rotation[c][1] * arm[1] +
-                               rotation[c][2] * arm[2] + to[c]);
+      return saturated<Real>(rotation[c][0] * arm[0] + rotation[c][1] * arm[1] +
+                             rotation[c][2] * arm[2] + to[c]);
     };
     return {coordinate(0), coordinate(1), coordinate(2)};
   }

@@ -30,8 +30,7 @@ void Rotations::fit(std::span<const Vector3<double>> frame) {
   const RotationData data = {cells_.offsets.data(), cells_.neighbours.data(), rest_edges_.data(),
                              frame.data(),          covariances_.data(),      quaternions_.data()};
   for (const auto kernel : {kernels_.measure, kernels_.turn}) {
-    workers_.for_each_stretch(k, short_stretch,
-                              [&](Index first, Index last) { kernel(data, first, last); });
+    workers_.for_each_short_stretch(k, [&](Index first, Index last) { kernel(data, first, last); });
   }
 }
 

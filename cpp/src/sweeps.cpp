@@ -1,6 +1,7 @@
 #include "sweeps.hpp"
 
 #include "lanes.hpp"
+#include "length_limits.hpp"
 
 namespace dynmesh::DYNMESH_KERNELS {
 namespace {
@@ -12,8 +13,8 @@ template <class Real, class Vector>
   x *= scale;
   y *= scale;
   z *= scale;
-  const Vector floor = Vector{} + Real(1e-12);
-  const Vector ceiling = Vector{} + Real(1e24);
+  const Vector floor = Vector{} + Real(squared_length_floor);
+  const Vector ceiling = Vector{} + Real(squared_length_ceiling);
   const Vector length = larger(x * x + y * y + z * z, floor);
   return Real(1) / (length < ceiling ? length : ceiling);
 }

@@ -1,5 +1,4 @@
 #include <OpenMesh/Core/IO/IOManager.hh>
-#include <OpenMesh/Core/System/omstream.hh>
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -8,11 +7,11 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <mutex>
 #include <sstream>
 #include <string>
 #include <utility>
 
-#include "silent_openmesh.hpp"
 #include "template_files.hpp"
 
 namespace dynmesh {
@@ -110,6 +109,13 @@ void check(const std::string& path, const TemplateMesh& mesh) {
   }
 }
 
+/// OpenMesh has one reader for each format, which keeps notes while it reads: one thread at a time.
+/// They print what they cannot make sense of, and so nothing about the plain files that they get.
+std::mutex& openmesh_readers() {
+  static std::mutex instance;
+  return instance;
+}
+
 }  // namespace
 
 TemplateMesh read_template(const std::string& path) {
@@ -131,7 +137,7 @@ TemplateMesh read_template(const std::string& path) {
   Collector collector;
   OpenMesh::IO::Options options;
   {
-    const SilentOpenMesh silent;
+    const std::lock_guard<std::mutex> turn(openmesh_readers());
     if (!OpenMesh::IO::IOManager().read(text, suffix, collector, options)) {
       refuse_file(path, "OpenMesh's reader cannot make sense of it");
     }

@@ -2,10 +2,13 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <iterator>
+#include <limits>
 #include <optional>
+#include <sstream>
 
 #include "template_files.hpp"
 
@@ -128,10 +131,12 @@ class Body {
       return;
     }
     if (kind.letter != 'f') refuse_file(path_, "its vertices must be float or double");
+    std::array<char, 8> little{};
     const auto bytes = next(kind);
-    text.append(bytes);
-    if (is_big_endian_)
-      std::reverse(text.end() - static_cast<std::ptrdiff_t>(kind.size), text.end());
+    std::ranges::copy(bytes, little.begin());
+    if (is_big_endian_) std::reverse(little.begin(), little.begin() + bytes.size());
+    if (kind.size == sizeof(double)) check_range(std::bit_cast<double>(little));
+    text.append(little.data(), bytes.size());
   }
 
   /// A whole number from 0 to 2^32 - 1.
@@ -154,6 +159,16 @@ class Body {
   }
 
  private:
+  /// OpenMesh converts to float without a look at the range. What is not finite is refused later.
+  void check_range(double coordinate) const {
+    if (!std::isfinite(coordinate) || std::abs(coordinate) <= std::numeric_limits<float>::max()) {
+      return;
+    }
+    std::ostringstream number;
+    number << coordinate;
+    refuse_file(path_, "has the coordinate " + number.str() + ", too large for a template");
+  }
+
   /// The bytes of the next number.
   std::string_view next(Kind kind) {
     if (is_text_) skip_blanks();

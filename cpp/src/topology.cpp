@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "arguments.hpp"
-#include "silent_openmesh.hpp"
 
 namespace dynmesh {
 namespace {
@@ -72,12 +71,29 @@ std::vector<Index> find_duplicates(Faces faces, std::size_t n_vertices) {
   return duplicate_of;
 }
 
-/// Why OpenMesh would not insert `face` into `mesh`.
+constexpr const char* unorderable =
+    "its vertices join fans of faces that cannot be ordered: non-manifold";
+
+/// Whether the fan of faces between two halfedges, both at the border and the one ending where the
+/// other begins, can be moved elsewhere around that vertex, as a face between the two needs it.
+bool can_be_neighbours(const OpenMesh::TriConnectivity& mesh, OpenMesh::HalfedgeHandle before,
+                       OpenMesh::HalfedgeHandle after) {
+  if (mesh.next_halfedge_handle(before) == after) return true;
+  auto gap = mesh.opposite_halfedge_handle(after);
+  do gap = mesh.opposite_halfedge_handle(mesh.next_halfedge_handle(gap));
+  while (!mesh.is_boundary(gap));
+  return gap != before;
+}
+
+/// Why `face` cannot be inserted into `mesh`; "" where it can. OpenMesh finds the same out, but
+/// then prints to a stream of the whole process that the host may be using, and gives no reason.
 std::string refusal(const OpenMesh::TriConnectivity& mesh, const std::array<Index, 3>& face) {
+  std::array<OpenMesh::HalfedgeHandle, 3> halfedges;
   for (std::size_t corner = 0; corner < 3; ++corner) {
     const Index a = face[corner];
     const Index b = face[(corner + 1) % 3];
     const auto halfedge = mesh.find_halfedge(OpenMesh::VertexHandle(a), OpenMesh::VertexHandle(b));
+    halfedges[corner] = halfedge;
     if (!halfedge.is_valid() || mesh.is_boundary(halfedge)) continue;
     const std::string edge = "edge (" + std::to_string(a) + ", " + std::to_string(b) + ")";
     return mesh.is_boundary(mesh.opposite_halfedge_handle(halfedge))
@@ -89,12 +105,17 @@ std::string refusal(const OpenMesh::TriConnectivity& mesh, const std::array<Inde
       return "vertex " + std::to_string(v) + " is already enclosed by faces: non-manifold";
     }
   }
-  return "its vertices join fans of faces that cannot be ordered: non-manifold";
+  for (std::size_t corner = 0; corner < 3; ++corner) {
+    const auto before = halfedges[corner];
+    const auto after = halfedges[(corner + 1) % 3];
+    if (!before.is_valid() || !after.is_valid()) continue;
+    if (!can_be_neighbours(mesh, before, after)) return unorderable;
+  }
+  return "";
 }
 
 /// The edges of all faces, each at least once, and what there is to report about the faces.
 std::vector<Edge> find_edges(Faces faces, std::size_t n_vertices, TopologyReport& report) {
-  const SilentOpenMesh silent;
   OpenMesh::TriConnectivity mesh;
   mesh.reserve(n_vertices, n_vertices + faces.count, faces.count);
   for (std::size_t v = 0; v < n_vertices; ++v) mesh.new_vertex();
@@ -118,11 +139,13 @@ std::vector<Edge> find_edges(Faces faces, std::size_t n_vertices, TopologyReport
                     ", " + std::to_string(face[2]) + " are not distinct");
     } else if (const Index original = duplicate_of[f]; original >= 0) {
       refuse(f, "duplicate of face " + std::to_string(original));
+    } else if (std::string reason = refusal(mesh, face); !reason.empty()) {
+      refuse(f, std::move(reason));
     } else {
       const auto handle =
           mesh.add_face(OpenMesh::VertexHandle(face[0]), OpenMesh::VertexHandle(face[1]),
                         OpenMesh::VertexHandle(face[2]));
-      if (!handle.is_valid()) refuse(f, refusal(mesh, face));
+      if (!handle.is_valid()) refuse(f, unorderable);  // for a reason of later versions' own
     }
   }
 

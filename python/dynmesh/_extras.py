@@ -4,6 +4,12 @@ from importlib import import_module
 from types import ModuleType
 
 
+def require_all(*modules: str, extra: str) -> None:
+    """Imports what will be needed later, so that it is said before any work begins."""
+    for module in modules:
+        require(module, extra=extra)
+
+
 def require(module: str, *, extra: str) -> ModuleType:
     """Imports `module`, or says which extra installs it."""
     try:

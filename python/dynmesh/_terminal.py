@@ -4,6 +4,7 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import NoReturn, TypeVar
 
 from rich.console import Console
@@ -28,6 +29,12 @@ _console = Console(stderr=True)
 def say(message: str) -> None:
     """Prints a line as it is."""
     _console.print(escape(message), highlight=False, soft_wrap=True)
+
+
+def say_remarks(output: Path, remarks: Iterable[str]) -> None:
+    """Prints what a user should know of a file that was written, a line each."""
+    for remark in remarks:
+        say(f"{output}: {remark}")
 
 
 def fail(why: str) -> NoReturn:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Literal
 
 from . import files
+from ._checks import SettingError
 from .checkpoint import OtherJobError, Source
 from .file_completion import FileReport, complete_file
 from .streaming import Settings
@@ -46,6 +47,7 @@ class Result:
         reason: why it failed, in one line; empty otherwise.
         frames: in the output; 0 unless done.
         seconds: that it took.
+        remarks: what else a user should know of the output, a line each.
     """
 
     job: Job
@@ -53,6 +55,7 @@ class Result:
     reason: str = ""
     frames: int = 0
     seconds: float = 0.0
+    remarks: tuple[str, ...] = ()
 
 
 def complete_files(
@@ -118,9 +121,14 @@ def _run(job: Job, overwrite: bool) -> Result:
             report = _complete(job, overwrite, resume=False)
     except FileExistsError:
         return Result(job, "exists")
+    except SettingError as error:  # which names no file
+        return Result(job, "failed", f"{job.input}: {error}", seconds=time.monotonic() - began)
     except Exception as error:  # whatever it is, the other jobs go on
         return Result(job, "failed", _in_one_line(error), seconds=time.monotonic() - began)
-    return Result(job, "done", "", report.frames, time.monotonic() - began)
+    if report.existed:
+        return Result(job, "exists")
+    seconds = time.monotonic() - began
+    return Result(job, "done", "", report.frames, seconds, report.remarks)
 
 
 def _make_folder(folder: Path) -> None:

@@ -122,7 +122,7 @@ def render(
             `places`.
     """
     _check(faces, points, known, values, limit, places)
-    pyvista = _pyvista()
+    pyvista = load_pyvista()
     surface = pyvista.PolyData.from_regular_faces(
         np.asarray(points, np.float32), np.asarray(faces, np.int64)
     )
@@ -186,7 +186,7 @@ def render_marked(
     Takes, returns and raises what :func:`render` does.
     """
     _check(faces, points, None, None, None, None)
-    pyvista = _pyvista()
+    pyvista = load_pyvista()
     rgb = np.tile(_rgb(SURFACE_COLOUR), (len(faces), 1))
     for mark in marks:
         rgb[mark.faces] = _rgb(mark.colour)
@@ -246,17 +246,18 @@ def _check(
         raise ValueError(f"limit: must be positive and finite, not {limit}")
 
 
-def _pyvista() -> Any:
+def load_pyvista(extra: str = "view") -> Any:
+    """The library that draws, or an ImportError that names the extra which installs it."""
     if sys.platform == "linux" and not os.environ.get("DISPLAY"):
         # Without a screen: else VTK looks for one and complains that there is none.
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
-    return require("pyvista", extra="view")
+    return require("pyvista", extra=extra)
 
 
 @contextmanager
 def _stage(view: View) -> Iterator[Any]:
     """A plotter without a window, closed in the end."""
-    plotter = _pyvista().Plotter(off_screen=True, window_size=view.size, lighting="light kit")
+    plotter = load_pyvista().Plotter(off_screen=True, window_size=view.size, lighting="light kit")
     try:
         plotter.set_background("white")
         plotter.enable_anti_aliasing("ssaa")

@@ -5,7 +5,7 @@ import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Unpack
+from typing import Any, Literal
 
 import numpy as np
 
@@ -28,7 +28,7 @@ class FileReport:
     Attributes:
         frames: in the output, frame 0 among them.
         resumed_at: the first frame that this call completed, 0 unless it went on, `frames` where
-            there was nothing left but to put the output in its place.
+            none was left to complete.
         seconds_per_frame: median time in :meth:`dynmesh.Completer.push`, without reading and
             writing; None where there was nothing to complete.
         known: how many vertices were known in the frames that this call completed, all of them
@@ -36,6 +36,8 @@ class FileReport:
         filled: how many were filled in.
         unseen: how many no chain of edges tied to a known one.
         rejected: how many were observed, but taken as missing: see `reject_outliers`.
+        remarks: what else a user should know of the output, a line each.
+        existed: whether `resume` found the output complete, so that nothing was done.
     """
 
     frames: int
@@ -45,6 +47,8 @@ class FileReport:
     filled: int
     unseen: int
     rejected: int
+    remarks: tuple[str, ...] = ()
+    existed: bool = False
 
 
 def complete_file(
@@ -58,7 +62,13 @@ def complete_file(
     overwrite: bool = False,
     resume: bool = False,
     watch: Watch | None = None,
-    **settings: Unpack[Settings],
+    method: Literal["motion", "detail"] = "motion",
+    revisit: bool = True,
+    extra_iterations: int = 0,
+    unseen: Literal["follow", "hold"] = "follow",
+    noise: float | None = None,
+    reject_outliers: bool = False,
+    threads: int = 1,
 ) -> FileReport:
     """Completes a sequence into a file, in constant memory.
 
@@ -77,14 +87,24 @@ def complete_file(
         provenance: also write the generation and the age of every vertex.
         overwrite: replace an existing output.
         resume: go on where an interrupted run of the same job stopped; the result equals that of
-            an uninterrupted one. Begins anew where there is nothing to go on with. Only some
-            formats can: npz, hdf5, npy, pc2, mdd, ply, obj and pvd.
+            an uninterrupted one. Begins anew where there is nothing to go on with. Does nothing
+            where the output exists, with as many frames and vertices as the input, and no
+            unfinished one is beside it, unless it is to be overwritten. Only some formats can be
+            resumed: npz, hdf5, npy, pc2, mdd, ply, obj and pvd.
         watch: passes the frames on while they go by; it takes them, how many there are in all, and
             how many are done already.
-        settings: those of :class:`dynmesh.Completer`.
+        method: "motion" or "detail". This and what follows are the settings of
+            :class:`dynmesh.Completer`, which explains them.
+        revisit: of "motion", whether every iteration estimates all satellites again.
+        extra_iterations: of "motion", how many follow the one that reaches the last satellite.
+        unseen: "follow" or "hold", what vertices do that no chain of edges ties to a known one.
+        noise: of "detail", the standard deviation of known positions; None: they are exact.
+        reject_outliers: of "detail", whether known vertices that move unlike those around them are
+            taken as missing.
+        threads: how many a frame may use.
 
     Raises:
-        FileExistsError: the output exists.
+        FileExistsError: the output exists, and `resume` does not find it complete.
         BlockingIOError: another process is writing it.
         OtherJobError: `resume` finds what another job left; it stays.
         ValueError: `resume` is asked of a format that cannot.
@@ -96,6 +116,15 @@ def complete_file(
     check_path("output", output)
     if watch is not None and not callable(watch):
         raise TypeError(f"watch: must be callable, not {watch!r}")
+    settings: Settings = {
+        "method": method,
+        "revisit": revisit,
+        "extra_iterations": extra_iterations,
+        "unseen": unseen,
+        "noise": noise,
+        "reject_outliers": reject_outliers,
+        "threads": threads,
+    }
     path, output = Path(path), Path(output)
     source = source or {}
     if resume:
@@ -110,10 +139,13 @@ def complete_file(
         folder = unfinished_folder(output)
         job = describe_job(reader, header, source, output_format, settings)
         checkpoint = Checkpoint(folder / "checkpoint.npz", job)
-        settled = _settle(folder, output, checkpoint) and files.existing(output, output_format)
-        if settled and resume and not overwrite:
-            return FileReport(header.n_frames, header.n_frames, None, 0, 0, 0, 0)
-        check_output(output, output_format, overwrite=overwrite, reader=reader)
+        settled = _settle(folder, output, checkpoint)
+        complete = resume and not overwrite and not checkpoint.exists()
+        complete = complete and _is_complete(output, output_format, header)
+        check_output(output, output_format, overwrite=overwrite or complete, reader=reader)
+        if complete:
+            n = header.n_frames
+            return FileReport(n, n, None, 0, 0, 0, 0, existed=not settled)
         with _folder_for(output, output_format), lock_folder(folder, output):
             saved = checkpoint.load() if resume else None
             with _clearing(folder):
@@ -145,6 +177,7 @@ def complete_file(
         filled=sum(report.filled for report in pushed),
         unseen=sum(report.unseen for report in pushed),
         rejected=sum(report.rejected for report in pushed),
+        remarks=tuple(writer.remarks),
     )
 
 
@@ -176,6 +209,15 @@ def is_unfinished(output: Path) -> bool:
     return (unfinished_folder(output) / "checkpoint.npz").exists()
 
 
+def _is_complete(output: Path, format: str | None, header: Header) -> bool:
+    """Whether the output exists, and can be what the job makes."""
+    if not files.existing(output, format):
+        return False
+    with contextlib.suppress(OSError, ValueError), files.open(output, format=format) as made:
+        return (made.n_frames, made.n_vertices) == (header.n_frames, header.n_vertices)
+    return False
+
+
 def check_output(
     output: Path, format: str | None = None, *, overwrite: bool, reader: Reader | None = None
 ) -> None:
@@ -189,14 +231,21 @@ def check_output(
     if not folder.is_dir():
         raise FileNotFoundError(f"{output}: there is no folder {folder}")
     existing = files.existing(output, format)
-    inputs = [] if reader is None else reader.files
-    for file in existing:
-        if any(file.samefile(one) for one in inputs):
-            raise ValueError(f"{file}: is the input; writing over it would lose it")
+    if existing and reader is not None:
+        inputs = set(map(_identity, reader.files))
+        for file in existing:
+            if _identity(file) in inputs:
+                raise ValueError(f"{file}: is the input; writing over it would lose it")
     if existing and not overwrite:
         raise FileExistsError(
             f"{existing[0]}: exists already; --overwrite replaces it, in Python overwrite=True"
         )
+
+
+def _identity(file: Path) -> tuple[int, int]:
+    """What two paths have in common if they name the same file."""
+    found = file.stat()
+    return found.st_dev, found.st_ino
 
 
 def _check_resumable(output: Path, format: str | None) -> None:

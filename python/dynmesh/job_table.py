@@ -110,11 +110,34 @@ def _job_of(path: Path, line: int, row: Mapping[str, Any]) -> Job:
     )
 
 
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise ValueError(f"must be a number, not '{text}'") from None
+
+
+def _whole_number(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise ValueError(f"must be a whole number, not '{text}'") from None
+
+
 def _flag(text: str) -> bool:
     flags = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
     if text.lower() not in flags:
         raise ValueError(f"must be true or false, not '{text}'")
     return flags[text.lower()]
+
+
+def _one_of(*names: str) -> Callable[[str], str]:
+    def check(text: str) -> str:
+        if text not in names:
+            raise ValueError(f"must be {' or '.join(names)}, not '{text}'")
+        return text
+
+    return check
 
 
 _columns: dict[str, Callable[[str], Any]] = {
@@ -123,16 +146,16 @@ _columns: dict[str, Callable[[str], Any]] = {
     "faces": str,
     "prim": str,
     "mask": str,
-    "missing": str,
-    "fps": float,
+    "missing": _one_of("zero"),
+    "fps": _number,
     "provenance": _flag,
-    "method": str,
+    "method": _one_of("motion", "detail"),
     "revisit": _flag,
-    "extra_iterations": int,
-    "unseen": str,
-    "noise": float,
+    "extra_iterations": _whole_number,
+    "unseen": _one_of("follow", "hold"),
+    "noise": _number,
     "reject_outliers": _flag,
-    "threads": int,
+    "threads": _whole_number,
 }
 
 optional_columns = tuple(_columns)

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from . import figures
+from ._extras import require_all
 from .contact_sheet import contact_sheet
 from .figures import SURFACE_COLOUR, Image, View
 from .files import Reader
@@ -47,10 +48,12 @@ def picture(
 
     Raises:
         OSError: it cannot be written.
-        ImportError: pyvista is missing.
+        ImportError: pyvista or Pillow is missing.
         ValueError: there is no such frame, no vertex in any of them, or as
             :class:`dynmesh.heatmap.Heatmap` says.
     """
+    require_all("PIL.Image", "matplotlib", extra="view")
+    figures.load_pyvista()
     heatmap = Heatmap(reader, reference=reference, colour=colour)
     for number in numbers:
         if not 0 <= number < reader.n_frames:

@@ -1,5 +1,6 @@
 """A dynamic mesh held in memory."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -22,6 +23,19 @@ largest_start = 2**53
 """Beyond it not every whole number is a float."""
 
 
+_layouts = ("vertex", "varying", "uniform", "faceVarying", "flat faceVarying")
+normals_may_be = (*_layouts, *(f"reversed {layout}" for layout in _layouts), "blocked")
+"""How normals follow from positions: see :attr:`Sequence.derived`."""
+
+may_be_derived = {
+    "normals": normals_may_be,
+    "primvars:normals": normals_may_be,
+    "velocities": ("vertex", "blocked"),
+    "accelerations": ("vertex", "blocked"),
+}
+"""What may follow from positions, and how."""
+
+
 @dataclass(frozen=True, eq=False)
 class Sequence:
     """Frames of one fixed connectivity.
@@ -42,6 +56,12 @@ class Sequence:
         metres_per_unit: how long a unit of the positions is, or None where nobody said.
         generation: (n, k) int32, 0 an anchor, g a satellite, -1 unseen, or None.
         age: (n, k) int32, frames since the vertex was last observed; None as `generation` is.
+        derived: what else a USD file says of the mesh that follows from the positions, so that it
+            is computed anew when they are written to USD, or None. The names are "normals",
+            "primvars:normals", "velocities" and "accelerations". Each has its interpolation, as
+            {"normals": "faceVarying", "velocities": "vertex"}, with "flat" before it where
+            faceVarying normals are those of the faces, and "reversed" before that where they point
+            against the order of the corners. What cannot be computed is "blocked".
 
     Raises:
         TypeError: an array of another kind.
@@ -62,6 +82,7 @@ class Sequence:
     metres_per_unit: float | None = None
     generation: Provenance | None = None
     age: Provenance | None = None
+    derived: Mapping[str, str] | None = None
 
     def __post_init__(self) -> None:
         """Refuses arrays that do not fit together."""
@@ -85,6 +106,7 @@ class Sequence:
         check_description(
             self.fps, self.polygons, self.up_axis, self.name, self.start, self.metres_per_unit
         )
+        check_derived(self.derived)
 
     def __repr__(self) -> str:
         """What it holds, without the numbers."""
@@ -192,3 +214,19 @@ def check_description(
     check_number("start", start)
     if not abs(start) <= largest_start:
         raise ValueError(f"start: must be from -2**53 to 2**53, not {start}")
+
+
+def check_derived(derived: Mapping[str, str] | None) -> None:
+    """Refuses what cannot be said of what follows from the positions."""
+    if derived is None:
+        return
+    if not isinstance(derived, Mapping):
+        raise TypeError(f"derived: must be a dict or None, not {derived!r}")
+    for name, how in derived.items():
+        if name not in may_be_derived:
+            raise ValueError(
+                f"derived: must name some of {', '.join(may_be_derived)}, not {name!r}"
+            )
+        if how not in may_be_derived[name]:
+            ways = ", ".join(may_be_derived[name])
+            raise ValueError(f"derived: {name} must be one of {ways}, not {how!r}")

@@ -40,7 +40,14 @@ def complete(
     faces: NDArray[np.integer[Any]],
     frames: Iterable[Positions],
     known: Iterable[Mask] | None = None,
-    **settings: Unpack[Settings],
+    *,
+    method: Literal["motion", "detail"] = "motion",
+    revisit: bool = True,
+    extra_iterations: int = 0,
+    unseen: Literal["follow", "hold"] = "follow",
+    noise: float | None = None,
+    reject_outliers: bool = False,
+    threads: int = 1,
 ) -> Iterator[Positions]:
     """Completes frame after frame, in constant memory.
 
@@ -50,7 +57,15 @@ def complete(
         faces: (m, 3) integers.
         frames: (k, 3) positions each; the first must be complete, and is yielded first.
         known: (k,) bool each, one for every frame; None: rows that are not finite are missing.
-        settings: those of :class:`dynmesh.Completer`.
+        method: "motion" or "detail". This and what follows are the settings of
+            :class:`dynmesh.Completer`, which explains them.
+        revisit: of "motion", whether every iteration estimates all satellites again.
+        extra_iterations: of "motion", how many follow the one that reaches the last satellite.
+        unseen: "follow" or "hold", what vertices do that no chain of edges ties to a known one.
+        noise: of "detail", the standard deviation of known positions; None: they are exact.
+        reject_outliers: of "detail", whether known vertices that move unlike those around them are
+            taken as missing.
+        threads: how many a frame may use.
 
     Yields:
         (k, 3) completed frames, each a fresh array of the first frame's dtype.
@@ -59,6 +74,15 @@ def complete(
         ValueError, TypeError: what :class:`dynmesh.Completer` raises, with the frame's number; no
             frame at all; frames and masks of different numbers.
     """
+    settings: Settings = {
+        "method": method,
+        "revisit": revisit,
+        "extra_iterations": extra_iterations,
+        "unseen": unseen,
+        "noise": noise,
+        "reject_outliers": reject_outliers,
+        "threads": threads,
+    }
     for completed, _ in complete_pairs(faces, _pair(frames, known), **settings):
         yield completed
 

@@ -38,8 +38,11 @@ _CONTACT = 1e-6
 rounding of float32, so that two vertices in one place, as along a seam, do not hide each other."""
 
 _PAIRS_AT_ONCE = 1 << 18
-_GRID = 512  # cells along either side of the image; a matter of speed and memory alone
-"""Bounds the memory; more would fall out of the processor's cache."""
+"""How many pairs of a triangle and a vertex are compared at a time. This bounds the memory; more
+would fall out of the processor's cache."""
+
+_GRID = 512
+"""Cells along either side of the image: a matter of speed and memory alone."""
 
 
 @dataclass(frozen=True)

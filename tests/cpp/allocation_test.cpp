@@ -2,36 +2,11 @@
 #include <doctest/doctest.h>
 #include <dynmesh/dynmesh.h>
 
-#include <atomic>
-#include <cstdlib>
 #include <dynmesh/completer.hpp>
-#include <new>
 
+#include "counted_memory.hpp"
 #include "meshes.hpp"
-
-namespace {
-std::atomic<std::size_t> allocations = 0;
-}
-
-void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
-  ++allocations;
-  return std::malloc(size == 0 ? 1 : size);
-}
-void* operator new(std::size_t size) {
-  if (void* memory = operator new(size, std::nothrow)) return memory;
-  throw std::bad_alloc();
-}
-void* operator new(std::size_t size, std::align_val_t alignment) {
-  ++allocations;
-  const auto align = static_cast<std::size_t>(alignment);
-  if (void* memory = std::aligned_alloc(align, (size + align - 1) / align * align)) return memory;
-  throw std::bad_alloc();
-}
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
-void operator delete(void* memory, const std::nothrow_t&) noexcept { std::free(memory); }
-void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
+#include "shared_work.hpp"
 
 namespace dynmesh::testing {
 namespace {
@@ -40,37 +15,38 @@ TEST_CASE_TEMPLATE("frames allocate nothing", Real, float, double) {
   auto mesh = join(join(sheet<Real>(20), sheet<Real>(5, 30.0)), sheet<Real>(3, 40.0));
   mesh.vertices.insert(mesh.vertices.end(), {0, 0, 9});
   const std::size_t k = mesh.size();
-  for (const bool revisit : {true, false}) {
-    Completer<Real> completer(mesh.faces(), mesh.points(), {.revisit = revisit});
+  const SharedWork shared;
+  for (const auto& settings : {Settings{}, Settings{.revisit = false}, Settings{.threads = 3}}) {
+    Completer<Real> completer(mesh.faces(), mesh.points(), settings);
     std::vector<Real> out(3 * k);
     const Points<Real> completed(out.data(), k);
     const std::vector<Index> indices = {4, 2, 7};
     for (const double share : {1.0, 0.0, 0.01, 0.3, 0.9}) {
       auto known = random_mask(k, share, 5);
       std::fill(known.begin() + 400, known.begin() + 425, std::uint8_t{0});  // a part unseen
-      const std::size_t before = allocations;
+      const std::size_t before = allocations();
+      const std::uint64_t pieces = pieces_done_by_others();
       completer.push(mesh.points(), {known.data(), k}, completed);
       completer.push(mesh.points(), completed);
       completer.push_sparse(indices, {mesh.vertices.data(), 3}, completed);
       completer.skip(completed);
-      CHECK(allocations == before);
+      CHECK(allocations() == before);
+      CHECK((pieces_done_by_others() > pieces) == (settings.threads > 1));
     }
   }
 }
 
 TEST_CASE("method detail allocates only where its factor is larger than all before") {
-  int side = 20;
-  unsigned n_frames = 100;
+  constexpr unsigned n_frames = 100;
+  const SharedWork shared;
   Settings settings = {.method = Method::detail};
   SUBCASE("anchors exact") {}
   SUBCASE("anchors noisy") { settings.noise = 0.01; }
   SUBCASE("outliers rejected") { settings.reject_outliers = true; }
   SUBCASE("all of it, on three threads") {
     settings = {.method = Method::detail, .noise = 0.01, .reject_outliers = true, .threads = 3};
-    side = 120;  // fewer vertices are not worth waking anyone
-    n_frames = 3;
   }
-  const auto mesh = join(sheet<float>(side), sheet<float>(5, 200));
+  const auto mesh = join(sheet<float>(20), sheet<float>(5, 200));
   const std::size_t k = mesh.size();
   Completer<float> completer(mesh.faces(), mesh.points(), settings);
   std::vector<float> out(3 * k);
@@ -83,20 +59,20 @@ TEST_CASE("method detail allocates only where its factor is larger than all befo
   push(one_each);
   if (settings.noise) push(std::vector<std::uint8_t>(k, 1));  // noisy anchors are solved for too
   // Once the factor is as large as it gets, no frame allocates, however long masks go on changing.
-  const std::size_t before = allocations;
+  const std::size_t before = allocations();
+  const std::uint64_t pieces = pieces_done_by_others();
+  std::size_t of_the_test = 0;
   for (unsigned n = 0; n < n_frames; ++n) {
-    std::vector<std::uint8_t> known;
-    {
-      const std::size_t own = allocations;
-      known = random_mask(k, n * 1.0 / n_frames, n);
-      frame[3 * (n % k)] += 5;  // an outlier, if it is known
-      allocations = own;
-    }
+    const std::size_t own = allocations();
+    const std::vector<std::uint8_t> known = random_mask(k, n * 1.0 / n_frames, n);
+    of_the_test += allocations() - own;
+    frame[3 * (n % k)] += 5;  // an outlier, if it is known
     push(known);
     completer.push_sparse(std::span<const Index>(), {nullptr, 0}, {out.data(), k});
     push(one_each);
   }
-  CHECK(allocations == before);
+  CHECK(allocations() - of_the_test == before);
+  CHECK((pieces_done_by_others() > pieces) == (settings.threads > 1));
 }
 
 TEST_CASE("nor do they in C") {
@@ -113,12 +89,12 @@ TEST_CASE("nor do they in C") {
   dynmesh_completer* completer = nullptr;
   const auto n_faces = static_cast<std::int64_t>(mesh.faces().count);
   REQUIRE(dynmesh_create(mesh.indices.data(), n_faces, &points, nullptr, &completer) == DYNMESH_OK);
-  const std::size_t before = allocations;
+  const std::size_t before = allocations();
   dynmesh_status status = dynmesh_push(completer, &points, &mask, &out, &report);
   status += dynmesh_push(completer, &points, nullptr, &out, &report);
   status += dynmesh_push_sparse(completer, &index, 1, &point, &out, &report);
   status += dynmesh_skip(completer, &out, nullptr);
-  CHECK(allocations == before);
+  CHECK(allocations() == before);
   CHECK(status == DYNMESH_OK);
   dynmesh_destroy(completer);
 }

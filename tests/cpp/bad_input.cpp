@@ -106,6 +106,9 @@ void try_cpp(World& world) {
   tried("push", "`points`: NaN, marked known", push({holed.data(), k}, everything, out));
   tried("push", "`points`: infinity, marked known", push({infinite.data(), k}, everything, out));
   tried("push", "`points`: 1e201", push({large.data(), k}, everything, out));
+  tried("push", "`points`: a row stride of 0", push({points.data, k, 0}, known, out));
+  tried("push", "`points`: a column stride of 0", push({points.data, k, 3, 0}, known, out));
+  tried("push", "`known`: a stride of 0", push(points, {known.data, k, 0}, out));
   tried("push", "`known`: one row too few", push(points, {known.data, k - 1}, out));
   tried("push", "`known`: a null pointer",
         push(points, {static_cast<const std::uint8_t*>(nullptr), k}, out));
@@ -173,7 +176,7 @@ void try_cpp(World& world) {
 
 void try_c(World& world) {
   dynmesh_settings settings{};
-  dynmesh_default_settings(&settings);
+  dynmesh_default_settings(&settings, sizeof settings);
   const auto k = static_cast<std::int64_t>(world.k);
   const dynmesh_points frame = {world.mesh.vertices.data(), k, 3, 1, DYNMESH_FLOAT64};
   const auto n_faces = static_cast<std::int64_t>(world.mesh.faces().count);
@@ -181,7 +184,9 @@ void try_c(World& world) {
   dynmesh_completer* c = nullptr;
   if (dynmesh_create(faces, n_faces, &frame, &settings, &c) != DYNMESH_OK) ++faults();
   const auto state_of = [&] {
-    std::vector<std::byte> state(static_cast<std::size_t>(dynmesh_state_size(c)));
+    std::int64_t size = 0;
+    dynmesh_state_size(c, &size);
+    std::vector<std::byte> state(static_cast<std::size_t>(size));
     dynmesh_state(c, state.data(), static_cast<std::int64_t>(state.size()));
     return state;
   };
@@ -209,6 +214,11 @@ void try_c(World& world) {
   odd.method = 7;
   dynmesh_settings strange = settings;
   strange.unseen = -1;
+  dynmesh_settings larger = settings;
+  larger.size += 8;
+  tried("dynmesh_default_settings", "`settings`: a null pointer",
+        dynmesh_default_settings(nullptr, sizeof settings));
+  tried("dynmesh_default_settings", "`size`: 0", dynmesh_default_settings(&larger, 0));
   tried("dynmesh_create", "`completer`: a null pointer",
         dynmesh_create(faces, n_faces, &frame, &settings, nullptr));
   tried("dynmesh_create", "`faces`: a null pointer",
@@ -221,6 +231,7 @@ void try_c(World& world) {
   tried("dynmesh_create", "`settings`: all zeros", make(&frame, &zeros));
   tried("dynmesh_create", "`settings`: method 7", make(&frame, &odd));
   tried("dynmesh_create", "`settings`: unseen -1", make(&frame, &strange));
+  tried("dynmesh_create", "`settings`: of another size", make(&frame, &larger));
 
   const dynmesh_points points = {world.given.data(), k, 3, 1, DYNMESH_FLOAT64};
   dynmesh_points single = points;
@@ -232,7 +243,8 @@ void try_c(World& world) {
   const dynmesh_mask null_mask = {nullptr, k, 1};
   const dynmesh_output out = {world.written.data(), k, 3, 1, DYNMESH_FLOAT64};
   const dynmesh_output nowhere = {nullptr, k, 3, 1, DYNMESH_FLOAT64};
-  const dynmesh_output heap = {world.written.data(), k, 0, 1, DYNMESH_FLOAT64};
+  const dynmesh_output heap = {world.written.data(), k, 1, 1, DYNMESH_FLOAT64};
+  const dynmesh_points planar = {world.given.data(), k, 0, k, DYNMESH_FLOAT64};
   tried("dynmesh_push", "`completer`: a null pointer",
         dynmesh_push(nullptr, &points, &known, &out, nullptr));
   tried("dynmesh_push", "`points`: a null pointer",
@@ -247,7 +259,9 @@ void try_c(World& world) {
         dynmesh_push(c, &points, &known, nullptr, nullptr));
   tried("dynmesh_push", "`out`: data a null pointer",
         dynmesh_push(c, &points, &known, &nowhere, nullptr));
-  tried("dynmesh_push", "`out`: rows in one place",
+  tried("dynmesh_push", "`points`: planar, row_stride 0",
+        dynmesh_push(c, &planar, &known, &out, nullptr));
+  tried("dynmesh_push", "`out`: rows that overlap",
         dynmesh_push(c, &points, &known, &heap, nullptr));
   const std::array<std::int32_t, 2> twice = {4, 4};
   dynmesh_points two = points;
@@ -262,6 +276,7 @@ void try_c(World& world) {
   tried("dynmesh_reset", "`frame`: one row too few", dynmesh_reset(c, &few));
   std::vector<std::byte> room(before.size());
   const auto size = static_cast<std::int64_t>(before.size());
+  tried("dynmesh_state_size", "`size`: a null pointer", dynmesh_state_size(c, nullptr));
   tried("dynmesh_state", "`size`: too small", dynmesh_state(c, room.data(), size - 1));
   tried("dynmesh_restore", "`state`: a null pointer", dynmesh_restore(c, nullptr, size));
   tried("dynmesh_restore", "`size`: -1", dynmesh_restore(c, before.data(), -1));

@@ -8,7 +8,7 @@
 _Static_assert(sizeof(dynmesh_points) == 40 && offsetof(dynmesh_points, type) == 32, "");
 _Static_assert(sizeof(dynmesh_output) == 40 && offsetof(dynmesh_output, type) == 32, "");
 _Static_assert(sizeof(dynmesh_mask) == 24, "");
-_Static_assert(sizeof(dynmesh_settings) == 32 && offsetof(dynmesh_settings, noise) == 16, "");
+_Static_assert(sizeof(dynmesh_settings) == 40 && offsetof(dynmesh_settings, noise) == 24, "");
 _Static_assert(sizeof(dynmesh_frame_report) == 48, "");
 _Static_assert(sizeof(dynmesh_topology_report) == 32, "");
 _Static_assert(sizeof(dynmesh_template) == 32, "");
@@ -24,7 +24,7 @@ int run_c_program(void) {
   const dynmesh_points points = {frame, 4, 3, 1, DYNMESH_FLOAT32};
   const dynmesh_output out = {frame, 4, 3, 1, DYNMESH_FLOAT32};
   dynmesh_settings settings;
-  EXPECT(dynmesh_default_settings(&settings) == DYNMESH_OK);
+  EXPECT(dynmesh_default_settings(&settings, sizeof settings) == DYNMESH_OK);
   EXPECT(settings.revisit == 1 && settings.unseen == DYNMESH_UNSEEN_FOLLOW &&
          isnan(settings.noise));
   dynmesh_completer* completer = NULL;
@@ -37,7 +37,8 @@ int run_c_program(void) {
   EXPECT(report.known == 3 && report.filled == 1 && frame[0] == 0 && frame[2] == 5);
   EXPECT(dynmesh_generation(completer)[0] == 1 && dynmesh_age(completer)[0] == 1);
 
-  const int64_t size = dynmesh_state_size(completer);
+  int64_t size = 0;
+  EXPECT(dynmesh_state_size(completer, &size) == DYNMESH_OK);
   void* state = malloc((size_t)size);
   EXPECT(state != NULL && dynmesh_state(completer, state, size) == DYNMESH_OK);
   EXPECT(dynmesh_restore(completer, state, size) == DYNMESH_OK);

@@ -162,13 +162,50 @@ TEST_CASE("a restored state continues with the same bytes") {
   }
 }
 
+TEST_CASE_TEMPLATE("equal runs have equal states, of the size that was told", Real, float, double) {
+  const auto mesh = join(sheet<Real>(6), sheet<Real>(3, 9.0));
+  const std::size_t k = mesh.size();
+  const std::vector<Settings> all_settings = {
+      {},
+      {.method = Method::detail},
+      {.method = Method::detail, .noise = 0.01, .reject_outliers = true}};
+  for (const Settings& settings : all_settings) {
+    std::vector<Completer<Real>> runs;
+    for (int i = 0; i < 2; ++i) runs.emplace_back(mesh.faces(), mesh.points(), settings);
+    Completer<Real> restored(mesh.faces(), mesh.points(), settings);
+    for (unsigned frame = 1; frame < 5; ++frame) {
+      const auto moved = turned(mesh.vertices, 0.05 * frame);
+      const auto known = random_mask(k, 0.4, frame);
+      std::vector<Real> out(3 * k);
+      for (auto& run : runs) run.push({moved.data(), k}, {known.data(), k}, {out.data(), k});
+      const auto state = runs[0].state();
+      CHECK(state == runs[1].state());
+      CHECK(state.size() == runs[0].state_size());
+
+      restored.restore(state);
+      const FrameReport& ours = restored.report();
+      const FrameReport& theirs = runs[0].report();
+      CHECK(theirs.seconds > 0);
+      CHECK(ours.seconds == 0);
+      CHECK(ours.stages.solve_seconds == 0);
+      CHECK(ours.stages.blend == theirs.stages.blend);
+      CHECK(ours.known == theirs.known);
+      CHECK(ours.filled == theirs.filled);
+      CHECK(ours.unseen == theirs.unseen);
+      CHECK(ours.rejected == theirs.rejected);
+      CHECK(ours.iterations == theirs.iterations);
+    }
+  }
+}
+
 TEST_CASE("a state that was made up is refused where later frames could not bear it") {
   const auto mesh = sheet<float>(4);
   const std::size_t k = mesh.size();
   for (const Method method : {Method::motion, Method::detail}) {
     Completer<float> completer(mesh.faces(), mesh.points(), {.method = method});
     const auto state = completer.state();
-    const std::size_t frames = 136;  // where frame 0 begins, after the header and the report
+    const std::size_t facts = 56;   // where those of the last frame begin, after the header
+    const std::size_t frames = 80;  // where frame 0 begins
     const std::size_t ages = frames + 2 * k * 3 * sizeof(float);
     const std::size_t masks = ages + k * sizeof(Index);
     const std::size_t rows = masks + k;
@@ -179,8 +216,10 @@ TEST_CASE("a state that was made up is refused where later frames could not bear
       CHECK(message_of([&] { completer.restore(bytes); }).find(why) != std::string::npos);
       CHECK(completer.state() == state);
     };
-    refused(56, std::uint64_t{17}, "reports on 17 vertices");
-    refused(56, std::uint64_t{15}, "reports on another number of vertices");
+    refused(facts, std::int64_t{-1}, "reports -1 iterations");
+    refused(facts, std::int64_t{1} << 32, "reports 4294967296 iterations");
+    refused(facts + 8, std::uint64_t{1}, "reports 1 outliers, but only 0 vertices were unknown");
+    refused(facts + 16, nan, "blend");
     refused(frames, std::numeric_limits<float>::quiet_NaN(), "position of vertex 0");
     refused(ages - sizeof(float), 1e30F, "position of vertex 15");
     refused(ages + sizeof(Index), Index{-1}, "vertex 1 that its age is -1");
@@ -196,7 +235,7 @@ TEST_CASE("a state that was made up is refused where later frames could not bear
     Completer<float> completer(mesh.faces(), mesh.points());
     auto state = completer.state();
     const Index oldest = std::numeric_limits<Index>::max();
-    std::memcpy(&state[136 + 2 * k * 3 * sizeof(float)], &oldest, sizeof oldest);
+    std::memcpy(&state[80 + 2 * k * 3 * sizeof(float)], &oldest, sizeof oldest);
     seal(state);
     completer.restore(state);
     std::vector<float> out(3 * k);
@@ -248,6 +287,23 @@ TEST_CASE("bad input is named, and changes nothing") {
   refused("out: has 15 rows", [&] { completer.push(points, mask_view, {out.data(), k - 1}); });
   refused("out: the rows of the completed frame overlap one another", [&] {
     completer.skip({out.data(), k, 2});
+  });
+  const std::string one_row = ": has a row stride of 0, so that its 16 rows would be one";
+  refused("out" + one_row, [&] { completer.skip({out.data(), k, 0}); });
+  refused("points" + one_row, [&] {
+    completer.push({moved.data(), k, 0}, {known.data(), k}, completed);
+  });
+  refused("points" + one_row, [&] { completer.push({moved.data(), k, 0}, completed); });
+  refused("known" + one_row, [&] {
+    completer.push({moved.data(), k}, {known.data(), k, 0}, completed);
+  });
+  refused("frame" + one_row, [&] { completer.reset({moved.data(), k, 0}); });
+  refused("points: has a column stride of 0, so that x, y and z would be one", [&] {
+    completer.push({moved.data(), k, 3, 0}, {known.data(), k}, completed);
+  });
+  const std::vector<Index> two = {1, 2};
+  refused("points: has a row stride of 0, so that its 2 rows would be one", [&] {
+    completer.push_sparse(two, {moved.data(), 2, 0}, completed);
   });
 
   std::vector<double> shared(3 * k + 1);
@@ -308,6 +364,8 @@ TEST_CASE("a completer is not made of what it cannot work with") {
   CHECK(message(mesh.faces(), mesh.points(), {.threads = 0}) ==
         "threads: must be from 1 to 256, not 0");
   auto holed = mesh.vertices;
+  CHECK(message(mesh.faces(), {holed.data(), 9, 0}, {})
+            .starts_with("first_frame: has a row stride of 0"));
   holed[4] = nan;
   CHECK(message(mesh.faces(), {holed.data(), 9}, {}).starts_with("first_frame: vertex 1 is at"));
   CHECK(method_from_name("detail") == Method::detail);

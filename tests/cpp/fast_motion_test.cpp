@@ -8,6 +8,7 @@
 #include <random>
 
 #include "meshes.hpp"
+#include "shared_work.hpp"
 
 namespace dynmesh::testing {
 namespace {
@@ -51,7 +52,9 @@ void check_against_plain(Real tolerance, std::size_t k, Index extra_iterations, 
   Generations generations(k);
   const Index iterations = plain.estimate(previous, expected, known, generations);
 
-  Workers workers(2);
+  const Index piece = std::max(4, static_cast<Index>(k) / 20);
+  Workers workers(2, in_small_pieces(piece));
+  const std::uint64_t before = pieces_done_by_others();
   for (const Sweeps<Real>* sweeps : runnable_sweeps<Real>()) {
     FastMotion<Real> fast(topology.cells, extra_iterations, workers, *sweeps);
     fast.reset(previous);
@@ -72,6 +75,7 @@ void check_against_plain(Real tolerance, std::size_t k, Index extra_iterations, 
       CHECK(largest <= tolerance);
     }
   }
+  CHECK((pieces_done_by_others() > before) == (static_cast<Index>(k) > piece));
 }
 
 TEST_CASE("the fast path gives what the plain one gives, on every processor's loops") {

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "meshes.hpp"
+#include "shared_work.hpp"
 
 namespace dynmesh::testing {
 namespace {
@@ -66,6 +67,7 @@ TEST_CASE("only large meshes with scattered neighbours are numbered anew") {
 }
 
 TEST_CASE("whichever way vertices are numbered, and with any number of threads") {
+  const SharedWork shared(512);
   const auto mesh = sheet<float>(side);
   const std::size_t k = mesh.size();
   const Renumbered shuffled(mesh, shuffled_numbers());
@@ -105,9 +107,12 @@ TEST_CASE("whichever way vertices are numbered, and with any number of threads")
     for (auto& other : others) {
       std::vector<float> found(3 * k);
       const Points<float> out(found.data(), k);
-      if (frame % 3 == 0) other.push(view(given), {known_shuffled.data(), k}, out);
-      if (frame % 3 == 1) other.push(view(given), out);
-      if (frame % 3 == 2) other.push_sparse(indices, view(sparse), out);
+      const auto pieces = shared_pieces([&] {
+        if (frame % 3 == 0) other.push(view(given), {known_shuffled.data(), k}, out);
+        if (frame % 3 == 1) other.push(view(given), out);
+        if (frame % 3 == 2) other.push_sparse(indices, view(sparse), out);
+      });
+      CHECK((pieces > 0) == (other.settings().threads > 1));
       if (first.empty()) first = found;
       CHECK(found == first);  // to the last bit
       float largest = 0;

@@ -6,25 +6,30 @@
 #include <filesystem>
 #include <fstream>
 
+#include "captured_openmesh.hpp"
 #include "meshes.hpp"
 
 namespace dynmesh::testing {
 namespace {
 
-/// A file that lives as long as the test.
+/// A file that lives as long as the test; OpenMesh must have nothing to say about it.
 class TemporaryFile {
  public:
   TemporaryFile(const std::string& name, const std::string& content)
       : path_((std::filesystem::temp_directory_path() / ("dynmesh-test-" + name)).string()) {
     std::ofstream(path_, std::ios::binary) << content;
   }
-  ~TemporaryFile() { std::filesystem::remove(path_); }
+  ~TemporaryFile() {
+    std::filesystem::remove(path_);
+    CHECK(captured_.text() == "");
+  }
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
   const std::string& path() const { return path_; }
 
  private:
   std::string path_;
+  CapturedOpenMesh captured_;
 };
 
 std::string refusal(const std::string& name, const std::string& content) {
@@ -147,6 +152,11 @@ TEST_CASE("what a reader would not survive is refused") {
   const std::string zeros(36, '\0');
   CHECK(refusal("face.ply", binary_ply("float", "int", zeros + "\xff\xff\xff\x7f")) != "");
   CHECK(refusal("face.ply", binary_ply("float", "int", zeros + "\xff\xff\xff\xff")) != "");
+  std::string far(9 * sizeof(double), '\0');
+  const double coordinate = -1e300;
+  std::memcpy(&far[4 * sizeof coordinate], &coordinate, sizeof coordinate);
+  CHECK(refusal("far.ply", binary_ply("double", "uchar", far + zeros))
+            .ends_with("has the coordinate -1e+300, too large for a template"));
   // OpenMesh reads this as zeros, and says so on standard error.
   CHECK(refusal("int.ply", binary_ply("int", "uchar", zeros)).find("must be float or double") !=
         std::string::npos);

@@ -3,26 +3,48 @@
 #include <doctest/doctest.h>
 
 #include <atomic>
+#include <thread>
 #include <vector>
+
+#include "shared_work.hpp"
 
 namespace dynmesh::testing {
 namespace {
 
 TEST_CASE("every piece is done once, and all before the call returns") {
+  Sharing sharing;
+  int calls = 3000;
+  SUBCASE("when the others come") {}
+  SUBCASE("by all of them") {
+    sharing = in_small_pieces();
+    calls = 300;
+  }
   for (const Index threads : {1, 2, 5}) {
-    Workers workers(threads);
-    for (int call = 0; call < 3000; ++call) {
+    Workers workers(threads, sharing);
+    for (int call = 0; call < calls; ++call) {
       const Index count = call % 80;
       std::vector<std::atomic<int>> done(static_cast<std::size_t>(count));
-      workers.for_each(count, [&](Index i) { ++done[static_cast<std::size_t>(i)]; });
+      std::atomic<std::uint64_t> by_others{0};
+      const auto caller = std::this_thread::get_id();
+      const auto pieces = shared_pieces([&] {
+        workers.for_each(count, [&](Index i) {
+          ++done[static_cast<std::size_t>(i)];
+          if (std::this_thread::get_id() != caller) ++by_others;
+        });
+      });
       for (const auto& times : done) REQUIRE(times == 1);
+      REQUIRE(pieces == by_others);
+      if (threads == 1 || count < sharing.fewest_pieces)
+        REQUIRE(pieces == 0);
+      else if (sharing.patience > 0)
+        REQUIRE(pieces > 0);
     }
   }
 }
 
 TEST_CASE("threads end with their owner, used or not") {
   for (int i = 0; i < 50; ++i) {
-    Workers workers(3);
+    Workers workers(3, in_small_pieces());
     if (i % 2 == 0) workers.for_each(7, [](Index) {});
   }
 }

@@ -78,7 +78,7 @@ class Job:
                 yield frame
 
         with contextlib.suppress(FileExistsError):
-            return complete_file(
+            report = complete_file(
                 source or self.source,
                 self.output(folder),
                 output_format=FORMATS.get(self.kind),
@@ -86,7 +86,8 @@ class Job:
                 resume=resume,
                 overwrite=overwrite,
                 watch=slowly,
-            ).resumed_at
+            )
+            return -1 if report.existed else report.resumed_at
         return -1
 
     def check(self, folder: Path, older: Files | None = None) -> str:

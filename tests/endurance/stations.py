@@ -12,6 +12,7 @@ from measures import Latencies
 from numpy.typing import NDArray
 
 import dynmesh
+from dynmesh import _core
 
 Array = NDArray[Any]
 
@@ -37,10 +38,13 @@ class Station:
 
     Attributes:
         name: of the settings.
+        threads: that a frame may use.
         events: how often each thing happened.
         refusals: how often each bad call was refused as it must be.
         violations: what was not as promised, in words.
         latencies: of all calls that completed a frame.
+        pieces_done_by_others: of the work of these calls, how many pieces other threads than the
+            calling one have done.
         processor_times: of the calling thread in them, in the three thirds of the run: what does
             not depend on who else uses the machine, or not as much.
     """
@@ -54,10 +58,12 @@ class Station:
         self.refusals: Counter[str] = Counter()
         self.violations: list[str] = []
         self.latencies = Latencies()
+        self.pieces_done_by_others = 0
         self.processor_times = [Latencies(), Latencies(), Latencies()]
         self._random = random.Random(seed)
         self._rng = np.random.default_rng(seed)
         self._frames, self._faces, self._settings = frames, faces, settings
+        self.threads: int = settings.get("threads", 1)
         self._exact = settings.get("noise") is None and not settings.get("reject_outliers")
         self._masks = self._make_masks()
         self._completer, self._twin = self._new(), self._new()
@@ -155,10 +161,12 @@ class Station:
     def _push(
         self, event: str, points: Array, known: NDArray[np.bool_], call: Callable[[], Array]
     ) -> Array:
+        pieces = _core._pieces_done_by_others()
         began, began_work = time.perf_counter(), time.thread_time()
         completed = call()
         self.processor_times[self._third].add(time.thread_time() - began_work)
         self.latencies.add(time.perf_counter() - began)
+        self.pieces_done_by_others += _core._pieces_done_by_others() - pieces
         if completed.shape != points.shape or completed.dtype != points.dtype:
             self._blame(event, f"answered {completed.dtype} of shape {completed.shape}")
         elif not np.isfinite(completed).all():

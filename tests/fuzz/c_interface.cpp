@@ -18,7 +18,9 @@ struct Destroy {
 using Handle = std::unique_ptr<dynmesh_completer, Destroy>;
 
 std::vector<std::uint8_t> state_of(const dynmesh_completer* completer) {
-  std::vector<std::uint8_t> state(static_cast<std::size_t>(dynmesh_state_size(completer)));
+  std::int64_t size = 0;
+  require(dynmesh_state_size(completer, &size) == DYNMESH_OK, "a state has a size");
+  std::vector<std::uint8_t> state(static_cast<std::size_t>(size));
   require(
       dynmesh_state(completer, state.data(), static_cast<std::int64_t>(state.size())) == DYNMESH_OK,
       "a state is written where there is room");
@@ -64,6 +66,9 @@ struct Memory {
         seen.data = bytes.data() + (type == DYNMESH_FLOAT64 ? 16 : 8);
         seen.column_stride = -1;
         break;
+      case 5:  // packed
+        seen.row_stride = 0;
+        break;
       default:
         break;
     }
@@ -97,10 +102,12 @@ class Trial {
     for (auto& corner : faces)
       corner = input_.take<std::int8_t>() % static_cast<int>(most_vertices + 1);
     dynmesh_settings settings;
-    require(dynmesh_default_settings(&settings) == DYNMESH_OK, "there are defaults");
+    require(dynmesh_default_settings(&settings, sizeof settings) == DYNMESH_OK,
+            "there are defaults");
     if (input_.flip()) settings.method = DYNMESH_METHOD_DETAIL;
     if (input_.below(8) == 0) {
       settings = input_.take<dynmesh_settings>();
+      if (input_.below(8) != 0) settings.size = sizeof settings;
       settings.threads %= 4;
       settings.extra_iterations %= 100;
     }

@@ -1,12 +1,16 @@
 """Where the tests find data and programs."""
 
 import os
+import signal
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import settings
 from meshes import Mesh, sheet
+
+from dynmesh import _core
 
 REPOSITORY = Path(__file__).parents[2]
 
@@ -49,6 +53,17 @@ def shared_library() -> Path:
 
 
 @pytest.fixture
+def hearing_interrupts() -> Iterator[None]:
+    """What the test starts hears SIGINT, even if the tests themselves were told to ignore it.
+
+    A process inherits that a signal is ignored, as by nohup, but not that it is handled.
+    """
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.fixture
 def mesh() -> Mesh:
     """A small sheet."""
     return sheet(7)
@@ -58,3 +73,16 @@ def mesh() -> Mesh:
 def rng() -> np.random.Generator:
     """The same numbers every time."""
     return np.random.default_rng(0)
+
+
+@pytest.fixture
+def shared_pieces() -> Iterator[Callable[[], int]]:
+    """How many pieces of work threads other than the caller's have done since the test began.
+
+    Completers that the test makes work in pieces of 64 vertices, and share them where there are two
+    or more: every call waits until another thread has come.
+    """
+    usual = _core._set_sharing(stretch=64, short_stretch=64, fewest_pieces=2, patience=100_000)
+    before = _core._pieces_done_by_others()
+    yield lambda: _core._pieces_done_by_others() - before
+    _core._set_sharing(*usual)

@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 Array = NDArray[Any]
 Edges = tuple[NDArray[np.int64], NDArray[np.int64]]
 
+SQUARED_LENGTH_FLOOR = 1e-12
+"""Squared lengths are floored at this many squared mean edges."""
+
 
 def directed_edges(faces: NDArray[np.int64]) -> Edges:
     """Both directions of every edge, each once."""
@@ -42,7 +45,7 @@ def complete_frame(
     """One frame; unseen vertices stay. Returns positions and generations."""
     k = len(previous)
     i, j = edges
-    squared = np.maximum(((previous[i] - previous[j]) ** 2).sum(axis=1), 1e-12 * h * h)
+    squared = np.maximum(((previous[i] - previous[j]) ** 2).sum(axis=1), SQUARED_LENGTH_FLOOR * h * h)
     s = 1.0 / squared
 
     generation = np.where(known, 0, -1)
@@ -242,7 +245,7 @@ class Detail:
     def _fit(self, frame: Array) -> None:
         """Q from the singular value decomposition of each covariance."""
         i, j = self.edges
-        weight = 1 / np.maximum((self.rest_edges**2).sum(axis=1), 1e-12)
+        weight = 1 / np.maximum((self.rest_edges**2).sum(axis=1), SQUARED_LENGTH_FLOOR)
         outer = (frame[j] - frame[i])[:, :, None] * (weight[:, None] * self.rest_edges)[:, None, :]
         covariance = sum_to(i, outer.reshape(-1, 9), self.k)
         around = sum_to(i, covariance[j], self.k)

@@ -40,6 +40,7 @@ class Settings(ctypes.Structure):
     """A dynmesh_settings."""
 
     _fields_ = (
+        ("size", c_int64),
         ("method", c_int32),
         ("revisit", c_int32),
         ("extra_iterations", c_int32),
@@ -75,7 +76,6 @@ def library(shared_library: Path) -> ctypes.CDLL:
     library = ctypes.CDLL(str(shared_library))
     library.dynmesh_last_message.restype = c_char_p
     library.dynmesh_version.restype = c_char_p
-    library.dynmesh_state_size.restype = c_int64
     for name in ("dynmesh_generation", "dynmesh_age"):
         getattr(library, name).restype = POINTER(c_int32)
     return library
@@ -97,7 +97,7 @@ class Twins:
             mesh.faces, self.first_frame, extra_iterations=extra_iterations
         )
         settings = Settings()
-        self.call("default_settings", byref(settings))
+        self.call("default_settings", byref(settings), c_int64(ctypes.sizeof(settings)))
         settings.extra_iterations = extra_iterations
         self.handle = c_void_p()
         faces = np.ascontiguousarray(mesh.faces, np.int32)
@@ -157,9 +157,10 @@ class Twins:
             self.check(self.completer.skip(), "skip")
 
     def state(self) -> bytes:
-        size = self.library.dynmesh_state_size(self.handle)
-        buffer = ctypes.create_string_buffer(size)
-        self.call("state", self.handle, buffer, c_int64(size))
+        size = c_int64()
+        self.call("state_size", self.handle, byref(size))
+        buffer = ctypes.create_string_buffer(size.value)
+        self.call("state", self.handle, buffer, size)
         return buffer.raw
 
     def destroy(self) -> None:
@@ -176,7 +177,7 @@ def test_c_completes_as_python_does(
         twins.step(number)
     # Each goes on from the other's state.
     ours, theirs = twins.state(), twins.completer.state()
-    assert len(ours) == len(theirs)
+    assert ours == theirs
     others.completer.restore(ours)
     others.call("restore", others.handle, c_char_p(theirs), c_int64(len(theirs)))
     for number in range(20, 28):
@@ -209,11 +210,13 @@ def test_errors_are_those_of_python(library: ctypes.CDLL) -> None:
 
 def test_default_settings(library: ctypes.CDLL) -> None:
     settings = Settings()
-    assert library.dynmesh_default_settings(byref(settings)) == 0
+    size = ctypes.sizeof(settings)
+    assert library.dynmesh_default_settings(byref(settings), c_int64(size)) == 0
+    assert settings.size == size
     header = (REPOSITORY / "cpp" / "include" / "dynmesh" / "dynmesh.h").read_text()
     constants = {"DYNMESH_METHOD_MOTION": "0", "DYNMESH_UNSEEN_FOLLOW": "1"}
     documented = [constants.get(x, x) for x in re.findall(r"/// Default: (\w+)", header)]
-    actual = [getattr(settings, name) for name, _ in Settings._fields_]
+    actual = [getattr(settings, name) for name, _ in Settings._fields_[1:]]
     np.testing.assert_array_equal(actual, [float(x) for x in documented])
 
 
@@ -224,7 +227,7 @@ def test_a_struct_of_zeros_is_refused(library: ctypes.CDLL) -> None:
     handle = c_void_p()
     arguments = (faces.ctypes.data_as(POINTER(c_int32)), c_int64(len(faces)), byref(frame))
     assert library.dynmesh_create(*arguments, byref(Settings()), byref(handle)) == 1
-    assert re.fullmatch(rb"threads: must be .*, not 0", library.dynmesh_last_message())
+    assert re.match(rb"settings.size: is 0, but .* 40 bytes", library.dynmesh_last_message())
     assert not handle
 
 

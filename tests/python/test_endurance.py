@@ -1,6 +1,7 @@
 """Short runs of what script/soak and script/kill-test do for long; and that they find faults."""
 
 import importlib
+import re
 import subprocess
 import sys
 from typing import Any
@@ -24,6 +25,9 @@ def run(script: str, *arguments: str) -> str:
 def test_a_short_soak() -> None:
     shown = run("soak.py", "--frames", "6000")
     assert "6000 frames in" in shown
+    pieces = re.findall(r"threads: others did (\d+) pieces", shown)
+    assert len(pieces) == 2
+    assert min(map(int, pieces)) > 1000
     assert shown.endswith("\n0 violations\n")
 
 
@@ -88,6 +92,16 @@ def test_a_soak_finds_faults(fault: str, what: str, monkeypatch: pytest.MonkeyPa
         station.step(number / 1500)
     assert bool(station.violations) == (fault != "none")
     assert any(what in violation for violation in station.violations) == (fault != "none")
+
+
+def test_a_soak_finds_that_threads_share_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(ENDURANCE))
+    soak = importlib.import_module("soak")
+    sea = dynmesh.synth.ocean(8, grid=6)
+    station = soak.Station("small", sea.vertices, sea.faces, seed=1, threads=2)
+    for number in range(100):
+        station.step(number / 100)
+    assert soak.not_shared([station]) == ["small: no other thread did a piece of the work"]
 
 
 def test_jobs_killed_at_random_lose_nothing() -> None:

@@ -13,9 +13,11 @@ from typing import Any
 import numpy as np
 import pytest
 from commands import dynmesh_command as run
+from meshes import Mesh
 
 import dynmesh
 from dynmesh import cli, file_completion, files
+from dynmesh.batch import Job, complete_files
 from dynmesh.checkpoint import Checkpoint, OtherJobError
 from dynmesh.file_completion import complete_file, unfinished_folder
 from dynmesh.streaming import default_settings
@@ -60,6 +62,12 @@ def output_path(folder: Path, format: str) -> Path:
     if format in ("ply", "obj"):
         return folder / "new" / f"frame_%04d{suffix}"
     return folder / f"out{suffix}"
+
+
+def files_in(folder: Path) -> dict[Path, tuple[int, int, int]]:
+    """What changes when a file is written or replaced."""
+    found = {path: path.stat() for path in folder.rglob("*")}
+    return {path: (one.st_ino, one.st_size, one.st_mtime_ns) for path, one in found.items()}
 
 
 def test_the_default_format_can_be_resumed() -> None:
@@ -263,6 +271,38 @@ def test_it_tells_what_it_did(tmp_path: Path, partial: Path) -> None:
         complete_file(partial, partial, overwrite=True)
 
 
+def test_many_files_are_compared_in_linear_time(
+    tmp_path: Path, mesh: Mesh, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stat = os.stat
+    looked_at: list[object] = []
+
+    def counted(path: Any, *arguments: Any, **more: Any) -> os.stat_result:
+        looked_at.append(path)
+        return stat(path, *arguments, **more)
+
+    def calls(n: int, **options: Any) -> int:
+        """How often completing n frames over older ones asks the system about a file."""
+        vertices = np.repeat(mesh.vertices[None], n, axis=0)
+        source, output = tmp_path / f"in{n}" / "f_%02d.ply", tmp_path / f"out{n}" / "f_%02d.ply"
+        for path in (source, output):
+            dynmesh.write(path, dynmesh.Sequence(vertices, mesh.faces))
+        looked_at.clear()
+        with monkeypatch.context() as patch:
+            patch.setattr(os, "stat", counted)
+            if options:
+                complete_file(source, output, **options)
+            else:
+                with pytest.raises(FileExistsError):
+                    complete_file(source, output)
+        return len(looked_at)
+
+    for options in ({}, {"overwrite": True}):
+        few = calls(5, **options)
+        assert few >= 5
+        assert calls(20, **options) <= 4 * few
+
+
 def test_what_cannot_go_on_is_refused_before_any_work(tmp_path: Path, partial: Path) -> None:
     for name, format in (("out.abc", None), ("out.usdc", None), ("out", "usd")):
         with pytest.raises(ValueError, match=rf"{name}: files of this .*; npz, .* and pvd can"):
@@ -319,6 +359,61 @@ def test_the_command_tells_when_it_cannot_go_on(
     capfd.readouterr()
     assert shell(monkeypatch, "complete", partial, out, "--resume") == 0
     assert f"{out}: begins anew\n" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize("format", RESUMABLE)
+def test_resuming_what_is_complete_does_nothing(tmp_path: Path, partial: Path, format: str) -> None:
+    output = output_path(tmp_path, format)
+    complete_file(partial, output)
+    before = files_in(tmp_path)
+    report = complete_file(partial, output, resume=True)
+    assert report.existed
+    assert (report.frames, report.resumed_at, report.seconds_per_frame) == (30, 30, None)
+    assert files_in(tmp_path) == before
+    (result,) = complete_files([Job(partial, output, output_format=format)])
+    assert result.status == "exists"
+
+
+@pytest.mark.usefixtures("eager")
+def test_what_an_interruption_left_beside_an_older_output_is_not_forgotten(
+    tmp_path: Path, partial: Path
+) -> None:
+    output = tmp_path / "out.npz"
+    complete_file(partial, output)
+    with pytest.raises(KeyboardInterrupt):
+        complete_file(
+            partial, output, overwrite=True, watch=interrupted_after(7, KeyboardInterrupt())
+        )
+    with pytest.raises(FileExistsError):
+        complete_file(partial, output, resume=True)
+    report = complete_file(partial, output, resume=True, overwrite=True)
+    assert (report.resumed_at, report.existed) == (7, False)
+
+
+def test_only_a_complete_output_ends_a_resumed_job(tmp_path: Path, partial: Path) -> None:
+    output = tmp_path / "f_%04d.ply"
+    with pytest.raises(ValueError, match=r"partial\.npz: is the input"):
+        complete_file(partial, partial, resume=True)
+    complete_file(partial, output)
+    (tmp_path / "f_0029.ply").unlink()
+    with pytest.raises(FileExistsError):
+        complete_file(partial, output, resume=True)
+    (tmp_path / "out.npz").write_bytes(b"something else")
+    with pytest.raises(FileExistsError):
+        complete_file(partial, tmp_path / "out.npz", resume=True)
+
+
+def test_the_command_tells_what_is_complete(
+    tmp_path: Path,
+    partial: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    out = tmp_path / "out.npz"
+    assert shell(monkeypatch, "complete", partial, out, "--resume") == 0
+    capfd.readouterr()
+    assert shell(monkeypatch, "complete", partial, out, "--resume") == 0
+    assert capfd.readouterr().err == f"{out}: already complete; --overwrite makes it anew\n"
 
 
 def test_the_command_tells_that_nothing_is_kept(

@@ -6,11 +6,13 @@ import subprocess
 import sys
 import threading
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from bad_input.files import on_a_full_disk
 from meshes import Array, sheet
 
 import dynmesh
@@ -251,7 +253,7 @@ def test_groups_and_lost_links_are_no_datasets(tmp_path: Path) -> None:
     with h5py.File(path, "r+") as file:
         del file["faces"]
         file["faces"] = h5py.ExternalLink("none.h5", "/faces")
-    with pytest.raises(ValueError, match=r"cannot be read as HDF5: .*can't open file"):
+    with pytest.raises(ValueError, match=r"faces: is in the file 'none\.h5', which is no file"):
         dynmesh.open(path)
 
 
@@ -416,7 +418,7 @@ def test_a_killed_writer_can_be_gone_on_with(tmp_path: Path, suffix: str) -> Non
 READ_BIG = """
 import resource, sys
 import dynmesh
-resource.setrlimit(resource.RLIMIT_AS, (500_000_000,) * 2)
+resource.setrlimit(resource.RLIMIT_AS, (250_000_000,) * 2)
 with dynmesh.open(sys.argv[1]) as reader:
     with dynmesh.create_like(reader, sys.argv[2], with_known=True) as writer:
         for number, frame in enumerate(reader):
@@ -427,7 +429,7 @@ with dynmesh.open(sys.argv[1]) as reader:
 
 @pytest.mark.parametrize("name", ["a.h5", "a.npy"])
 def test_memory_does_not_grow_with_the_frames(tmp_path: Path, name: str) -> None:
-    n, k = 45, 1_000_000
+    n, k = 25, 1_000_000
     path = tmp_path / name
     with dynmesh.create(
         path,
@@ -441,7 +443,7 @@ def test_memory_does_not_grow_with_the_frames(tmp_path: Path, name: str) -> None
         for i in range(n):
             points[0] = i
             writer.append(points, known)
-    assert path.stat().st_size > 540e6
+    assert path.stat().st_size > 290e6
     environment = os.environ | {"OPENBLAS_NUM_THREADS": "1"}
     command: list[str | Path] = [
         sys.executable,
@@ -453,18 +455,14 @@ def test_memory_does_not_grow_with_the_frames(tmp_path: Path, name: str) -> None
     subprocess.run(command, check=True, env=environment)
 
 
-def test_a_full_disk_is_an_error_of_the_system(tmp_path: Path) -> None:
-    script = """
-import resource, sys, dynmesh, numpy as np
-resource.setrlimit(resource.RLIMIT_FSIZE, (1_000_000,) * 2)
-try:
-    dynmesh.write(sys.argv[1], dynmesh.Sequence(np.ones((50, 9000, 3)), np.array([[0, 1, 2]])))
-except OSError as error:
-    print(error)
-"""
+def test_a_full_disk_is_an_error_of_the_system(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    sequence = dynmesh.Sequence(np.ones((50, 9000, 3)), np.array([[0, 1, 2]]))
     for name in ("a.h5", "a.npy", "a.pc2", "a.mdd"):
-        command: list[str | Path] = [sys.executable, "-c", script, tmp_path / name]
-        result = subprocess.run(command, capture_output=True, text=True, check=True)
-        assert result.stdout == f"[Errno 27] File too large: '{tmp_path / name}'\n"
-        assert result.stderr == ""
+        path = tmp_path / name
+        with pytest.raises(OSError, match="File too large") as caught:
+            on_a_full_disk(partial(dynmesh.write, path, sequence), 1_000_000)
+        assert str(caught.value) == f"[Errno 27] File too large: '{path}'"
+        assert capfd.readouterr() == ("", "")
         assert not list(tmp_path.iterdir())

@@ -2,6 +2,7 @@
 
 import struct
 import subprocess
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -201,8 +202,10 @@ def test_damaged_caches_are_refused(tmp_path: Path, name: str, data: bytes, mess
     assert str(caught.value).startswith(f"{path}: ")
 
 
-@pytest.mark.parametrize("n", [2, 3, 100, 5000])
-@pytest.mark.parametrize("start", [0, 1, -7, 1001, 86400])
+@pytest.mark.parametrize(
+    ("start", "n"),
+    [*product([0, 1, -7, 1001, 86400], [2, 3, 100]), (-7, 5000), (86400, 5000)],
+)
 @pytest.mark.parametrize("fps", [24.0, 25.0, 29.97, 23.976, 60.0, 120.0, 12.5, 0.5, 7.0])
 def test_mdd_tells_when_its_frames_are(tmp_path: Path, fps: float, start: int, n: int) -> None:
     path = tmp_path / "a.mdd"

@@ -68,6 +68,45 @@ def test_any_layout_is_taken(mesh: Mesh, rng: np.random.Generator) -> None:
     np.testing.assert_array_equal(aligned["xyz"], expected)
 
 
+def test_broadcast_arrays_are_taken(mesh: Mesh) -> None:
+    """numpy's own way to say the same everywhere, with strides of 0, which the core refuses."""
+    k = len(mesh.vertices)
+    place = np.array([1.0, 2.0, 3.0])
+    whole = dynmesh.Completer(mesh.faces, mesh.vertices)
+    views = dynmesh.Completer(mesh.faces, mesh.vertices)
+    spread = np.broadcast_to(place, (k, 3))
+    everyone = np.broadcast_to(np.array(True), (k,))
+    expected = whole.push(np.tile(place, (k, 1)), np.ones(k, bool))
+    np.testing.assert_array_equal(views.push(spread, everyone), expected)
+    same_axes = np.broadcast_to(np.arange(float(k))[:, None], (k, 3))
+    expected = whole.push(same_axes.copy())
+    np.testing.assert_array_equal(views.push(same_axes), expected)
+    sparse = np.broadcast_to(place, (4, 3))
+    expected = whole.push_sparse(np.arange(4), sparse.copy())
+    np.testing.assert_array_equal(views.push_sparse(np.arange(4), sparse), expected)
+    views.reset(spread)
+    np.testing.assert_array_equal(views.skip(), spread)
+    np.testing.assert_array_equal(dynmesh.Completer(mesh.faces, spread).skip(), spread)
+    error = dynmesh.metrics.nmsve(mesh.faces, mesh.vertices, spread)
+    assert error == dynmesh.metrics.nmsve(mesh.faces, mesh.vertices, spread.copy()) > 0
+
+
+def test_float64_beyond_the_range_of_float32_is_too_large_and_not_missing(mesh: Mesh) -> None:
+    completer = dynmesh.Completer(mesh.faces, mesh.vertices.astype(np.float32))
+    points = mesh.vertices.copy()
+    points[5, 1] = -1e300
+    before = completer.state()
+    with pytest.raises(ValueError, match=r"points: row 5 is at \(.*, -3\.40282347e\+38, .*1e18"):
+        completer.push(points)
+    assert completer.state() == before
+    known = np.ones(len(points), bool)
+    known[5] = False
+    assert np.isfinite(completer.push(points, known)).all()
+    points[5, 1] = -np.inf
+    completer.push(points)
+    assert completer.report.known == len(points) - 1
+
+
 def test_missing_rows_are_the_ones_that_are_not_finite(
     mesh: Mesh, rng: np.random.Generator
 ) -> None:
@@ -142,6 +181,9 @@ def test_state_continues_with_the_same_result(mesh: Mesh, rng: np.random.Generat
         first.push(points, known)
     second = dynmesh.Completer(mesh.faces, mesh.vertices)
     second.restore(first.state())
+    assert first.report.seconds > 0
+    assert second.report.seconds == 0
+    assert second.state() == first.state()
     for points, known in zip(frames[3:], masks[3:], strict=True):
         np.testing.assert_array_equal(first.push(points, known), second.push(points, known))
     np.testing.assert_array_equal(first.age, second.age)
@@ -478,7 +520,7 @@ def read_only(points: Any) -> Any:
         ),
         (
             TypeError,
-            r"speed: is no setting; there are method, revisit",
+            r"Completer\(\): got an unexpected keyword argument 'speed'; it takes \(faces",
             [[0, 1, 2]],
             np.eye(3),
             {"speed": 1},
@@ -550,15 +592,17 @@ def test_many_completers_in_many_threads_do_not_meddle() -> None:
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_threads_change_nothing(dtype: Any) -> None:
-    mesh = sheet(60)
+def test_threads_change_nothing(dtype: Any, shared_pieces: Callable[[], int]) -> None:
+    mesh = sheet(30)
     rng = np.random.default_rng(3)
     frame = mesh.vertices.astype(dtype)
     completers = [dynmesh.Completer(mesh.faces, frame, threads=n) for n in (1, 2, 4)]
     for i in range(5):
         points = (mesh.vertices + rng.normal(size=mesh.vertices.shape) * 0.1 + i).astype(dtype)
         known = rng.random(len(points)) < 0.2
-        first, *others = (completer.push(points, known) for completer in completers)
-        for other in others:
-            np.testing.assert_array_equal(first, other)
-    assert len({completer.state()[:20] for completer in completers}) == 1
+        first = completers[0].push(points, known)
+        for completer in completers[1:]:
+            before = shared_pieces()
+            np.testing.assert_array_equal(completer.push(points, known), first)
+            assert shared_pieces() > before
+    assert len({completer.state() for completer in completers}) == 1

@@ -17,12 +17,12 @@ MEGABYTE = 1_000_000
 
 
 @pytest.mark.large
-def test_two_gigabytes_are_completed_in_half_a_gigabyte(tmp_path: Path) -> None:
-    if shutil.disk_usage(tmp_path).free < 6000 * MEGABYTE:
-        pytest.skip("needs 6 GB of disk")
+def test_a_gigabyte_is_completed_in_a_quarter_of_it(tmp_path: Path) -> None:
+    if shutil.disk_usage(tmp_path).free < 3000 * MEGABYTE:
+        pytest.skip("needs 3 GB of disk")
     mesh = sheet(300)  # 90 000 vertices, 1.08 MB a frame
     first = mesh.vertices.astype(np.float32)
-    n_frames = 1900
+    n_frames = 950
     source, target = tmp_path / "in.h5", tmp_path / "out.h5"
     rng = np.random.default_rng(0)
     masks = rng.random((10, len(first))) < 0.7
@@ -33,10 +33,10 @@ def test_two_gigabytes_are_completed_in_half_a_gigabyte(tmp_path: Path) -> None:
             points = first + np.float32(0.001 * i)
             points[~known] = np.nan
             writer.append(points, known)
-    assert source.stat().st_size > 2000 * MEGABYTE
+    assert source.stat().st_size > 1000 * MEGABYTE
 
     def limit() -> None:
-        resource.setrlimit(resource.RLIMIT_AS, (500 * MEGABYTE, 500 * MEGABYTE))
+        resource.setrlimit(resource.RLIMIT_AS, (250 * MEGABYTE, 250 * MEGABYTE))
 
     command = [sys.executable, "-m", "dynmesh", "complete", str(source), str(target)]
     environment = {"OPENBLAS_NUM_THREADS": "1", "PATH": "/usr/bin:/bin"}

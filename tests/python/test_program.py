@@ -203,6 +203,7 @@ def test_a_reader_that_goes_away_ends_the_program(programs: Path, job: Job) -> N
     assert "standard output: frame 1 cannot be written: Broken pipe" in error
 
 
+@pytest.mark.usefixtures("hearing_interrupts")
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_an_interrupt_keeps_the_frames_so_far(
     programs: Path, job: Job, tmp_path: Path, number: int, code: int
@@ -224,6 +225,28 @@ def test_an_interrupt_keeps_the_frames_so_far(
     cache = out.read_bytes()
     assert struct.unpack(HEADER, cache[:32])[5] == 3
     assert cache[32:] == job.completed[: 3 * job.partial[0].nbytes]
+
+
+def test_an_interrupt_that_is_ignored_stays_ignored(programs: Path, job: Job) -> None:
+    command: list[str | Path] = [programs / "dynmesh-complete", "--template", job.template]
+    command += ["--input", "-", "--output", "-", "--report"]
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        )
+    finally:
+        signal.signal(signal.SIGINT, before)
+    with process:
+        assert process.stdin is not None
+        assert process.stderr is not None
+        process.stdin.write(job.partial[0].tobytes())
+        process.stdin.flush()
+        process.stderr.readline()  # it is at work
+        process.send_signal(signal.SIGINT)
+        completed, _ = process.communicate(job.partial[1:].tobytes(), timeout=60)
+    assert process.returncode == 0
+    assert completed == job.completed
 
 
 def test_errors_and_exit_codes(complete: Any, programs: Path, job: Job, tmp_path: Path) -> None:

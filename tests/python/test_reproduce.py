@@ -10,7 +10,7 @@ from typing import Any
 import meshes
 import numpy as np
 import pytest
-from commands import dynmesh_command
+from commands import dynmesh_process
 from conftest import REPOSITORY
 
 import dynmesh
@@ -32,7 +32,7 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
     dynmesh.write(folder / "sheet.npz", small_sequence())
     out = folder / "results"
     out.mkdir()  # an existing folder is fine
-    dynmesh_command("reproduce", out, "--quick", "--data", folder)
+    dynmesh_process("reproduce", out, "--quick", "--data", folder)
     return out
 
 
@@ -167,7 +167,7 @@ def test_what_cannot_be_evaluated_is_refused(tmp_path: Path) -> None:
     whole = tmp_path / "whole.npz"
     dynmesh.write(whole, sequence)
     dynmesh.write(twin / "whole.npz", sequence)
-    twice = dynmesh_command(
+    twice = dynmesh_process(
         "reproduce", tmp_path / "out", "--data", whole, "--data", twin, code=1
     ).stderr
     assert "another sequence is called whole too" in twice
@@ -177,7 +177,7 @@ def test_what_cannot_be_evaluated_is_refused(tmp_path: Path) -> None:
         (empty, "empty: holds no sequence, .npz"),
         (tmp_path / "none.npz", "none.npz: No such file"),
     ]:
-        error = dynmesh_command(
+        error = dynmesh_process(
             "reproduce", tmp_path / "out", "--quick", "--data", data, code=1
         ).stderr
         assert message in error
@@ -188,7 +188,7 @@ def test_a_sequence_that_stands_still_is_evaluated_too(tmp_path: Path) -> None:
     sequence = small_sequence()
     still = np.repeat(sequence.vertices[:1], 3, axis=0)
     dynmesh.write(tmp_path / "still.npz", dynmesh.Sequence(still, sequence.faces))
-    dynmesh_command("reproduce", tmp_path / "out", "--quick", "--data", tmp_path / "still.npz")
+    dynmesh_process("reproduce", tmp_path / "out", "--quick", "--data", tmp_path / "still.npz")
     numbers = json.loads((tmp_path / "out" / "results.json").read_text())
     assert numbers["sequences"]["still"]["grid"]["motion"]["0.5"]["nmsve_mean"] == 0
 

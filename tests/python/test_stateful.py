@@ -12,6 +12,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 from meshes import Array, masks, meshes
 
 import dynmesh
+from dynmesh import _core
 
 Completer = dynmesh.Completer
 
@@ -47,7 +48,11 @@ class AnyCalls(RuleBasedStateMachine):
             self.settings |= {"revisit": data.draw(st.booleans()), "extra_iterations": extra}
         self.first = first.astype(self.dtype)
         threads = data.draw(st.sampled_from([1, 2]))
+        # Small pieces, and a call waits for the other thread, so that the two share the work.
+        usual = _core._set_sharing(stretch=4, short_stretch=4, fewest_pieces=2, patience=100_000)
         self.completer = Completer(self.faces, self.first, threads=threads, **self.settings)
+        _core._set_sharing(*usual)
+        self.shares = threads > 1 and self.k > 4
         self.age = np.zeros(self.k, np.int32)
         self.calls: list[tuple[Callable[[Completer], Array | None], Array | None]] = []
         self.saved: list[tuple[bytes, Array, int]] = []
@@ -77,7 +82,9 @@ class AnyCalls(RuleBasedStateMachine):
 
     def frame(self, known: Array, points: Array, call: Callable[[Completer], Array]) -> None:
         """Makes a call that must be accepted, in which `points` are seen where `known`."""
+        pieces = _core._pieces_done_by_others()
         result = call(self.completer)
+        assert (_core._pieces_done_by_others() > pieces) == self.shares
         self.calls.append((call, result.copy()))
         assert result.dtype == self.dtype
         assert result.shape == (self.k, 3)
@@ -147,6 +154,7 @@ class AnyCalls(RuleBasedStateMachine):
         self.saved = [one for one in self.saved if one[2] <= n_calls]
         if elsewhere:
             self.completer = Completer(self.faces, self.first + 1, **self.settings)
+            self.shares = False
         self.completer.restore(state)
         assert self.completer.state() == state
 

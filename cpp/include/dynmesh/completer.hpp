@@ -41,14 +41,17 @@ class Outliers;
 /// Known vertices come back exactly as given, except that with the setting `noise` they move too,
 /// and that those which `reject_outliers` takes as unknown are estimated. They allocate nothing,
 /// except that method detail makes room for a factor larger than all before. Every one of them
-/// throws std::invalid_argument for bad input (wrong counts, null pointers, a known position that
-/// is not finite or has a coordinate beyond 1e18 for float and 1e200 for double, indices out of
-/// range or twice), saying what, where and with which value, and then leaves the completer as it
-/// was. `completed` may be the very view that `points` is, or other columns of the same interleaved
-/// buffer; output that would overwrite input in any other way is refused.
+/// throws std::invalid_argument for bad input (wrong counts, null pointers, strides of 0, a known
+/// position that is not finite or has a coordinate beyond 1e18 for float and 1e200 for double,
+/// indices out of range or twice), saying what, where and with which value. `completed` may be the
+/// very view that `points` is, or other columns of the same interleaved buffer; output that would
+/// overwrite input in any other way is refused.
 ///
 /// Completed frames are finite always: an estimate that would leave the range above, which takes a
 /// recursion that diverges for long, stays where it was.
+///
+/// A call that throws, whatever it throws, std::bad_alloc included, leaves the completer as it was
+/// before the call and writes nothing to `completed`.
 ///
 /// One thread at a time per object; different objects are independent.
 template <class Real>
@@ -80,17 +83,20 @@ class DYNMESH_EXPORT Completer {
   void reset(Points<const Real> frame);
 
   /// All that later frames depend on, in a form (little-endian, versioned) that may be stored and
-  /// moved. `restore` takes it up in any completer of the same faces, Real and settings; one that
+  /// moved. It holds no times, so that completers that were given the same frames have the same
+  /// bytes. `restore` takes it up in any completer of the same faces, Real and settings; one that
   /// does not fit, is damaged, or holds what no completer can come to, throws
-  /// std::invalid_argument: the bytes may be anything.
+  /// std::invalid_argument: the bytes may be anything. Both allocate.
   [[nodiscard]] std::vector<std::byte> state() const;
+  /// How many bytes `state` returns: the same number for the life of the completer.
+  [[nodiscard]] std::size_t state_size() const;
   void restore(std::span<const std::byte> state);
 
   [[nodiscard]] std::size_t n_vertices() const { return topology_->cells.size(); }
   [[nodiscard]] const Settings& settings() const { return settings_; }
   [[nodiscard]] const TopologyReport& topology() const { return topology_->report; }
 
-  // `restore` brings these three back too.
+  // `restore` brings these three back too, the report without its times, which are 0 then.
 
   /// (k,) of the last frame: 0 anchor, g satellite, -1 unseen. Valid until the next call of any
   /// method.
@@ -101,7 +107,7 @@ class DYNMESH_EXPORT Completer {
   [[nodiscard]] const FrameReport& report() const { return report_; }
 
  private:
-  void begin(const std::vector<Vector3<Real>>& first_frame);
+  void begin(std::vector<Vector3<Real>> first_frame);
   void read(Points<const Real> points, KnownMask known);
   [[nodiscard]] std::span<const Index> in_caller_order(std::span<const Index> values,
                                                        std::vector<Index>& copy) const;

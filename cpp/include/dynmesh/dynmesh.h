@@ -2,20 +2,21 @@
 ///
 /// Status. A function that can fail returns a dynmesh_status. Where that is not DYNMESH_OK, nothing
 /// has changed: the completer is as it was, nothing was written except as stated, and
-/// dynmesh_last_message() says what is wrong, where, and which value. After DYNMESH_OUT_OF_MEMORY
-/// alone a completer should be reset, restored or destroyed. No exception leaves a function, and
-/// nothing is printed.
+/// dynmesh_last_message() says what is wrong, where, and which value. This holds for
+/// DYNMESH_OUT_OF_MEMORY, too. No exception leaves a function, and nothing is printed.
 ///
 /// Arguments. Pointers must not be null unless it says so; a null one, a negative number and
-/// whatever the completer can see of bad data is refused. What it cannot see is the caller's to
-/// guarantee: that counts and strides describe memory that is there, and that a handle is alive.
+/// whatever the completer can see of bad data is refused with DYNMESH_INVALID_ARGUMENT. What it
+/// cannot see is the caller's to guarantee: that counts and strides describe memory that is there,
+/// and that a handle is alive.
 /// The values of positions, indices and masks, and the bytes of a mesh file or a state, may be
 /// anything. The library never keeps a pointer that it was given.
 ///
 /// Threads. One thread at a time for each completer: while one is inside, whatever another calls
-/// is refused with DYNMESH_IN_USE, at once and without harm. dynmesh_n_vertices, dynmesh_topology
-/// and dynmesh_refused_face tell what never changes and may be called at any time; dynmesh_destroy
-/// only when nobody is inside or will be. Different completers are independent.
+/// is refused with DYNMESH_IN_USE, at once and without harm. dynmesh_n_vertices,
+/// dynmesh_state_size, dynmesh_topology and dynmesh_refused_face tell what never changes and may be
+/// called at any time; dynmesh_destroy only when nobody is inside or will be. Different completers
+/// are independent.
 ///
 /// Memory. dynmesh_push, dynmesh_push_sparse and dynmesh_skip allocate nothing where they succeed,
 /// but for method detail where its factor is larger than all before.
@@ -46,8 +47,9 @@ enum {
 };
 typedef int32_t dynmesh_status;
 
-/// What was wrong with the last call on this thread that failed, UTF-8, cut to 1023 bytes; "" where
-/// none has. Valid until the next call on this thread that fails.
+/// What was wrong with the last call on this thread that failed, in UTF-8; "" where none has. A
+/// longer message is cut to at most 1023 bytes, between two characters. Paths stand in it as they
+/// were given. Valid until the next call on this thread that fails.
 DYNMESH_EXPORT const char* dynmesh_last_message(void);
 
 /// The version of the library, "major.minor.patch"; DYNMESH_VERSION is that of this header.
@@ -58,14 +60,15 @@ DYNMESH_EXPORT const char* dynmesh_version(void);
 enum { DYNMESH_FLOAT32 = 32, DYNMESH_FLOAT64 = 64 };
 
 /// Positions that are read: coordinate c of row i is element i * row_stride + c * column_stride.
-/// Strides count elements, not bytes, and may be negative. x y z one after another: 3 and 1. `data`
-/// is aligned as its elements are, and may be null where `count` is 0.
+/// Strides count elements, not bytes, and may be negative. x y z one after another: 3 and 1, or, as
+/// 0 means tightly packed, 0 and 0. `data` is aligned as its elements are, and may be null where
+/// `count` is 0.
 typedef struct dynmesh_points {
   const void* data;
-  int64_t count;  ///< rows
-  int64_t row_stride;
-  int64_t column_stride;
-  int32_t type;  ///< DYNMESH_FLOAT32 or DYNMESH_FLOAT64
+  int64_t count;          ///< rows
+  int64_t row_stride;     ///< 0: 3, for which column_stride must be 1 or 0
+  int64_t column_stride;  ///< 0: 1
+  int32_t type;           ///< DYNMESH_FLOAT32 or DYNMESH_FLOAT64
 } dynmesh_points;
 
 /// Positions that are written. The fields are those of dynmesh_points.
@@ -77,7 +80,8 @@ typedef struct dynmesh_output {
   int32_t type;
 } dynmesh_output;
 
-/// A byte for each vertex: not zero where it was observed. `stride` counts bytes; packed: 1.
+/// A byte for each vertex: not zero where it was observed. `stride` counts bytes and may be
+/// negative; tightly packed: 1 or 0.
 typedef struct dynmesh_mask {
   const uint8_t* data;
   int64_t count;
@@ -93,9 +97,13 @@ enum { DYNMESH_UNSEEN_HOLD = 0, DYNMESH_UNSEEN_FOLLOW = 1 };
 /// not zero, and a struct of zeros is refused.
 ///
 ///     dynmesh_settings settings;
-///     dynmesh_default_settings(&settings);
+///     dynmesh_default_settings(&settings, sizeof settings);
 ///     settings.extra_iterations = 10;
 typedef struct dynmesh_settings {
+  /// sizeof(dynmesh_settings), by which the library knows the fields that the caller knows: later
+  /// versions may append some. dynmesh_default_settings sets it; any other value is refused.
+  int64_t size;
+
   /// Default: DYNMESH_METHOD_MOTION, the paper's averaged motion vectors. DYNMESH_METHOD_DETAIL
   /// keeps the shape of frame 0 and of the last frame, turned with the motion: a fraction of the
   /// error, in milliseconds where the other takes tenths of one. It refuses other than the defaults
@@ -125,13 +133,18 @@ typedef struct dynmesh_settings {
   int32_t reject_outliers;
 
   /// Default: 1. Threads that a frame may use, the caller's among them, up to 256. The others sleep
-  /// between frames. Results are the same to the last bit; whether they come sooner depends on the
-  /// machine and the mesh: measure it, as script/bench does.
+  /// between frames. They are used for meshes of 23 553 vertices or more, with
+  /// DYNMESH_METHOD_DETAIL of 5 889 or more; the caller completes smaller ones alone. With
+  /// `revisit` 0, threads only take and give back positions. Results are the same to the last bit;
+  /// whether they come sooner depends on the machine and the mesh: measure it, as script/bench
+  /// does.
   int32_t threads;
 } dynmesh_settings;
 
-/// Writes the defaults, which are the paper's method, to all fields.
-DYNMESH_EXPORT dynmesh_status dynmesh_default_settings(dynmesh_settings* settings);
+/// Writes the defaults, which are the paper's method, to all fields. `size` is
+/// sizeof(dynmesh_settings) where this is called; one that this version of the library does not
+/// know is refused, and nothing is written then.
+DYNMESH_EXPORT dynmesh_status dynmesh_default_settings(dynmesh_settings* settings, int64_t size);
 
 // The completer ----------------------------------------------------------------------------------
 
@@ -144,7 +157,7 @@ typedef struct dynmesh_frame_report {
   int64_t unseen;      ///< not tied to a known vertex: held, or moved rigidly
   int64_t rejected;    ///< observed, but taken as unknown: see reject_outliers
   int64_t iterations;  ///< of the method
-  double seconds;      ///< wall time of the call
+  double seconds;      ///< wall time of the call; 0 after dynmesh_reset and dynmesh_restore
 } dynmesh_frame_report;
 
 /// Makes a completer of `n_faces` triangles, three vertex indices each, packed, and of frame 0,
@@ -189,12 +202,13 @@ DYNMESH_EXPORT dynmesh_status dynmesh_skip(dynmesh_completer* completer, const d
 DYNMESH_EXPORT dynmesh_status dynmesh_reset(dynmesh_completer* completer,
                                             const dynmesh_points* frame);
 
-/// The bytes that dynmesh_state writes, the same for the life of the completer; 0 for null and
-/// while another thread is inside. Makes the state to measure it.
-DYNMESH_EXPORT int64_t dynmesh_state_size(const dynmesh_completer* completer);
+/// Writes to `size` how many bytes dynmesh_state writes, the same number for the life of the
+/// completer. Allocates nothing.
+DYNMESH_EXPORT dynmesh_status dynmesh_state_size(const dynmesh_completer* completer, int64_t* size);
 
 /// Writes all that later frames depend on to `state`, which has room for `size` bytes; a smaller
-/// one than dynmesh_state_size is refused. Allocates.
+/// one than dynmesh_state_size tells is refused, and of a larger one the rest is left alone. Two
+/// completers that were given the same frames have the same bytes. Allocates.
 DYNMESH_EXPORT dynmesh_status dynmesh_state(const dynmesh_completer* completer, void* state,
                                             int64_t size);
 

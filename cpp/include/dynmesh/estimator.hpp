@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <dynmesh/generations.hpp>
 #include <dynmesh/types.hpp>
@@ -23,11 +24,12 @@ template <class Real>
 class Estimator {
  public:
   using Frame = std::span<const Vector3<Real>>;
+  /// Of a vertex: of detail the rotation, as a quaternion w x y z, and how the shape has been
+  /// changing.
+  using Row = std::array<double, 7>;
   /// What a method keeps beside frames; detail alone does.
   struct Memory {
-    /// One for each vertex, or none: of detail the rotation, as a quaternion w x y z, and how the
-    /// shape has been changing.
-    std::vector<std::array<double, 7>> rows;
+    std::vector<Row> rows;  ///< one for each vertex, or none
     double anchor_weight = 0;
   };
 
@@ -38,13 +40,14 @@ class Estimator {
   Estimator& operator=(Estimator&&) = delete;
   virtual ~Estimator() = default;
 
-  /// Begins a sequence whose frame 0 is `first_frame`.
+  /// Begins a sequence whose frame 0 is `first_frame`. Where it throws, all is as it was.
   virtual void reset(Frame first_frame) = 0;
 
   /// Classifies the vertices and fills in the satellites of `points`, where the anchors, those with
   /// `known[v] == 1` and not 0, already stand, from them and from the previous completed frame.
   /// Unseen vertices are left alone; anchors too, unless the method takes them to be noisy. Returns
-  /// the number of iterations.
+  /// the number of iterations. Where it throws, for lack of memory, `generations` and all that
+  /// later calls depend on are as they were.
   virtual Index estimate(Frame previous, std::span<Vector3<Real>> points,
                          std::span<const std::uint8_t> known, Generations& generations) = 0;
 
@@ -53,9 +56,11 @@ class Estimator {
 
   /// What later estimates depend on beside frame 0 and the last completed frame, to be stored.
   [[nodiscard]] virtual Memory memory() const { return {}; }
+  /// How many rows that memory has, at all times.
+  [[nodiscard]] virtual std::size_t memory_rows() const { return 0; }
   /// Whether such an estimator can have had this memory.
   [[nodiscard]] virtual bool accepts(const Memory& memory) const {
-    return memory.rows.empty() && memory.anchor_weight == 0;
+    return memory.rows.size() == memory_rows() && memory.anchor_weight == 0;
   }
   /// Takes it up again after `reset`; `completed` is the last completed frame.
   virtual void recall(const Memory& /*memory*/, Frame /*completed*/) {}

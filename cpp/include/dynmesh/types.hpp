@@ -16,7 +16,9 @@ using Index = std::int32_t;
 
 /// A view of `count` positions in the caller's memory: coordinate c of row i is
 /// `data[i * row_stride + c * column_stride]`. Strides count elements, not bytes, and may be
-/// negative, so interleaved vertex buffers and planar x, y, z arrays are read and written in place:
+/// negative, so interleaved vertex buffers and planar x, y, z arrays are read and written in place.
+/// A stride of 0, which would make rows or coordinates one and the same, is refused with
+/// std::invalid_argument.
 ///
 ///     struct Vertex { float position[3]; float normal[3]; std::uint8_t seen; };
 ///     Points<float> points(buffer[0].position, k, sizeof(Vertex) / sizeof(float));
@@ -48,7 +50,7 @@ struct Points {
 };
 
 /// A view of `count` bytes, one per vertex: not zero where the position was observed in this frame.
-/// `stride` counts bytes.
+/// `stride` counts bytes, may be negative, and is not 0.
 struct KnownMask {
   const std::uint8_t* data = nullptr;
   std::size_t count = 0;

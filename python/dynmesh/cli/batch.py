@@ -15,7 +15,7 @@ from typing import Annotated
 import typer
 
 from .._extras import require
-from .._terminal import counter, say
+from .._terminal import counter, say, say_remarks
 from ..batch import Result, complete_files
 from ..job_table import optional_columns, read_jobs, report_file
 
@@ -58,6 +58,8 @@ def batch(
         scans/monday,completed/monday.h5,zero,yes
         scans/tuesday,completed/tuesday.h5,,
     """
+    if scheduler is not None:
+        require("distributed", extra="batch")
     table = read_jobs(jobs)
     if report is not None and report.resolve() == jobs.resolve():
         raise ValueError(f"{report}: is the table of jobs; writing over it would lose it")
@@ -72,6 +74,7 @@ def batch(
                 add(result)
             if result.status == "failed":
                 say(f"failed: {result.reason}")
+            say_remarks(Path(result.job.output), result.remarks)
 
         try:
             results = complete_files(table, executor, overwrite=overwrite, watch=watch)
@@ -85,6 +88,9 @@ def batch(
     )
     if counts["failed"]:
         raise typer.Exit(1)
+
+
+_patience = "10s"  # with a scheduler that does not answer
 
 
 def _begin_worker() -> None:
@@ -107,7 +113,7 @@ def _executor(workers: int, scheduler: str | None) -> Iterator[Executor | None]:
         # A worker that dies is no matter: its jobs go to others.
         logging.getLogger("distributed").setLevel(logging.ERROR)
         try:
-            client = distributed.Client(scheduler, timeout="10s")
+            client = distributed.Client(scheduler, timeout=_patience)
         except (OSError, ValueError) as error:
             raise OSError(f"--scheduler: there is none at {scheduler}") from error
         with client, client.get_executor() as executor:

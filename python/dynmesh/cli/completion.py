@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from .._checks import SettingError
-from .._terminal import say, track
+from .._terminal import say, say_remarks, track
 from ..file_completion import FileReport, complete_file, is_unfinished
 from ..streaming import Settings
 from .options import (
@@ -60,7 +60,7 @@ def complete(
             "missing.",
         ),
     ] = False,
-    threads: Annotated[int, typer.Option(help="That a frame may use.", min=1)] = 1,
+    threads: Annotated[int, typer.Option(help="That a frame of a large mesh may use.", min=1)] = 1,
     provenance: Annotated[
         bool,
         typer.Option(
@@ -69,7 +69,12 @@ def complete(
         ),
     ] = False,
     resume: Annotated[
-        bool, typer.Option("--resume", help="Go on where an interrupted run of this job stopped.")
+        bool,
+        typer.Option(
+            "--resume",
+            help="Go on where an interrupted run of this job stopped; nothing is done, and the "
+            "exit code is 0, where the output is complete.",
+        ),
     ] = False,
     format: Format = None,
     output_format: OutputFormat = None,
@@ -124,12 +129,16 @@ def complete(
         elif isinstance(error, KeyboardInterrupt):
             say(f"{output}: interrupted; nothing is kept")
         raise
+    if report.existed:
+        say(f"{output}: already complete; --overwrite makes it anew")
+        return
     if report.resumed_at == report.frames:
         say(f"{output}: was whole already when the earlier run was interrupted")
         return
     if report.resumed_at:
         say(f"{output}: went on at frame {report.resumed_at}")
     _say_what_was_done(output, report, reject_outliers)
+    say_remarks(output, report.remarks)
     zeros.say_if_many()
 
 

@@ -12,9 +12,11 @@ from rich.table import Table
 
 from .. import files
 from .._core import TopologyReport
+from .._extras import require_all
 from .._terminal import say, track
 from ..diagnosis import Diagnosis, diagnose
 from ..diagnosis.finding import MOST_PLACES, SEVERITIES
+from ..figures import load_pyvista
 from ..files import Frame, Header
 from .options import Faces, Format, InputPath, MaskFile, MissingValue, Prim, source_of
 from .pictures import check_output
@@ -59,6 +61,8 @@ def info(
         raise typer.BadParameter("is for --json", param_hint="'--brief'")
     if picture is not None:
         check_output(picture, overwrite, ".png")
+        require_all("matplotlib", extra="view")
+        load_pyvista()
     with files.open(path, **source_of(format, faces, prim, mask, missing)) as reader:
         diagnosis = diagnose(reader, watch=_watch)
     if as_json:

@@ -50,7 +50,9 @@ def reproduce(
         list[Path] | None,
         typer.Option(help="A sequence, or a folder of them; may be given again. [built-in ones]"),
     ] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="About a minute instead of many.")] = False,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Fewer frames and shares.")
+    ] = False,
     frames: Annotated[
         int | None, typer.Option(min=2, help="So many of each sequence at most. [all]")
     ] = None,
@@ -67,7 +69,12 @@ def reproduce(
     Writes figures as PNG and SVG, results.json, and report.html, which stands alone.
     """
     from ..reproduce import reproduce as run
+    from ..reproduce.libigl import load_libigl
 
+    try:
+        load_libigl()
+    except ImportError as error:
+        say(f"The comparison with libigl is left out: {error}")
     with WorkBar() as progress:
         page = run(
             output,

@@ -117,6 +117,21 @@ def share_out(source: Source, path: Path, reference: Path) -> tuple[Source, Sour
     return cast(Source, kept), cast(Source, {name: source.get(name) for name in theirs})
 
 
+def share(text: str) -> float:
+    """A share as people write it: 0.3 or 30%, above 0 and below 1."""
+    number = text.strip().removesuffix("%")
+    in_percent = number != text.strip()
+    try:
+        value = float(number)
+    except ValueError:
+        raise typer.BadParameter(f"must be a share, as 0.3 or 30%, not '{text}'") from None
+    if not 0 < value < (100 if in_percent else 1):
+        limits = "0% and below 100%" if in_percent else "0 and below 1"
+        advice = f"; {value:g} per cent is written {value:g}%" if 1 <= value < 100 else ""
+        raise typer.BadParameter(f"must be above {limits}, not {text}{advice}")
+    return value / 100 if in_percent else value
+
+
 @contextmanager
 def as_usage(option: str) -> Iterator[None]:
     """A value of this option that the library refuses is a wrong call."""

@@ -11,7 +11,7 @@ import typer
 from .. import degrade as degradation
 from .. import files
 from .. import synth as built_in
-from .._terminal import say, track
+from .._terminal import say, say_remarks, track
 from ..file_completion import check_output
 from ..sequence import Mask, Positions
 from .options import (
@@ -28,6 +28,7 @@ from .options import (
     Prim,
     Seed,
     as_usage,
+    share,
     source_of,
 )
 
@@ -67,7 +68,9 @@ def degrade(
     output: OutputPath,
     known: Annotated[
         float | None,
-        typer.Option(metavar="SHARE", help="Keep this share of the vertices, picked at random."),
+        typer.Option(
+            metavar="SHARE", parser=share, help="Keep this share of the vertices, picked at random."
+        ),
     ] = None,
     camera: Annotated[
         int | None,
@@ -75,10 +78,15 @@ def degrade(
     ] = None,
     patches: Annotated[
         float | None,
-        typer.Option(metavar="SHARE", help="Hide this share under patches that stay for a while."),
+        typer.Option(
+            metavar="SHARE",
+            parser=share,
+            help="Hide this share under patches that stay for a while.",
+        ),
     ] = None,
     dropout: Annotated[
-        float | None, typer.Option(metavar="SHARE", help="Lose this share of the frames whole.")
+        float | None,
+        typer.Option(metavar="SHARE", parser=share, help="Lose this share of the frames whole."),
     ] = None,
     noise: Annotated[
         float | None,
@@ -86,7 +94,11 @@ def degrade(
     ] = None,
     outliers: Annotated[
         float | None,
-        typer.Option(metavar="SHARE", help="Put this share of the vertices far from where it is."),
+        typer.Option(
+            metavar="SHARE",
+            parser=share,
+            help="Put this share of the vertices far from where it is.",
+        ),
     ] = None,
     up: Annotated[
         Axis | None, typer.Option(help="The axis that cameras circle around. [as IN says, or z]")
@@ -109,7 +121,7 @@ def degrade(
 ) -> None:
     """Take vertices away, and add noise, as sensors do; frame 0 stays whole.
 
-    Options add up. A share is above 0 and below 1.
+    Options add up. A share is above 0 and below 1, or a percentage: 0.3 and 30% are the same.
     """
     if all(o is None for o in (known, camera, patches, dropout, noise, outliers)):
         raise typer.BadParameter(
@@ -156,8 +168,9 @@ def degrade(
                 # What is not known must not be there to be peeked at.
                 writer.append(np.where(kept[:, None], position, reader.dtype.type(np.nan)), kept)
                 n_known += int(kept.sum())
-        share = n_known / max(1, (reader.n_frames - 1) * reader.n_vertices)
-    say(f"{output}: {100 * share:.1f} % of the vertices known after frame 0")
+        say_remarks(output, writer.remarks)
+        known_share = n_known / max(1, (reader.n_frames - 1) * reader.n_vertices)
+    say(f"{output}: {100 * known_share:.1f} % of the vertices known after frame 0")
     if sigma:
         told = f"{sigma:.3g}"
         say(f"{output}: noise of {told}, as `complete --noise {told}` takes it")
@@ -188,6 +201,7 @@ def convert(
             for frame in track(reader, reader.n_frames, "converting"):
                 traces = {} if dropped else {"generation": frame.generation, "age": frame.age}
                 writer.append(frame.points, frame.known, **traces)
+    say_remarks(output, writer.remarks)
     if dropped:
         say(f"{output}: generation and age are left out, as this format holds none")
     say(f"{output}: {reader.n_frames} frames of {reader.n_vertices} vertices")

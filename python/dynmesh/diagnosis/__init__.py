@@ -3,9 +3,10 @@
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing
 from itertools import chain
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .. import files
 from ..files import Frame, Header, PathLike, Reader
@@ -24,14 +25,26 @@ Watch = Callable[[Iterable[Frame], int], Iterable[Frame]]
 
 
 def diagnose(
-    source: PathLike | Reader | Sequence, *, watch: Watch | None = None, **options: Any
+    source: PathLike | Reader | Sequence,
+    *,
+    watch: Watch | None = None,
+    format: str | None = None,
+    faces: NDArray[np.integer[Any]] | PathLike | None = None,
+    prim: str | None = None,
+    known: NDArray[np.bool_] | PathLike | None = None,
+    missing: Literal["zero"] | None = None,
 ) -> Diagnosis:
     """Looks for what is odd about a sequence, in one pass and in constant memory.
 
     Args:
         source: a file in any format, what :func:`dynmesh.open` returned, or a sequence in memory.
         watch: gets the frames and how many there are, and passes them on while they are read.
-        options: how to open a file, as for :func:`dynmesh.open`.
+        format: of a file. This and what follows are for :func:`dynmesh.open`, which explains them,
+            and have no meaning where `source` is open or in memory.
+        faces: of a file that holds positions alone.
+        prim: the mesh, where a file holds several.
+        known: the masks, in place of those in the file.
+        missing: "zero": positions of exactly (0, 0, 0) were not observed.
 
     Raises:
         OSError, ImportError, TypeError, ValueError: it cannot be read, as :func:`dynmesh.open`
@@ -42,7 +55,9 @@ def diagnose(
     if isinstance(source, Reader):
         with files.naming(source.path), closing(source.frames()) as frames:
             return _diagnose(source.header, frames, watch)
-    with files.open(source, **options) as reader:
+    with files.open(
+        source, format=format, faces=faces, prim=prim, known=known, missing=missing
+    ) as reader:
         return diagnose(reader, watch=watch)
 
 
@@ -90,6 +105,7 @@ def _header_of(sequence: Sequence) -> Header:
         sequence.faces, n_frames, n_vertices, sequence.vertices.dtype, sequence.fps,
         sequence.polygons, sequence.up_axis, sequence.name, sequence.start, sequence.times,
         sequence.metres_per_unit, sequence.known is not None, sequence.generation is not None,
+        sequence.derived,
     )  # fmt: skip
 
 

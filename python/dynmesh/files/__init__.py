@@ -5,6 +5,7 @@ does not grow with the length of a sequence. `reader.py` and `writer.py` say wha
 they have in common.
 """
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
@@ -26,7 +27,7 @@ from .choice import (
     resumable,
     writer_of,
 )
-from .format import Template
+from .format import Template, template_of
 from .header import Frame, Header
 from .masks import MaskedReader
 from .naming import naming
@@ -115,6 +116,7 @@ def create(
     metres_per_unit: float | None = None,
     with_known: bool = False,
     with_provenance: bool = False,
+    derived: Mapping[str, str] | None = None,
     format: str | None = None,
 ) -> Writer:
     """Begins a file to which a sequence is written frame by frame, in constant memory.
@@ -134,6 +136,7 @@ def create(
         metres_per_unit: how long a unit of the positions is, if known.
         with_known: whether each frame comes with its mask.
         with_provenance: whether each frame comes with the generation and age of its vertices.
+        derived: what shall be computed from the positions; see :class:`dynmesh.Sequence`.
         format: one of :data:`dynmesh.files.formats`; None goes by the suffix.
 
     Raises:
@@ -143,7 +146,7 @@ def create(
     """
     header = Header(
         faces, n_frames, n_vertices, np.dtype(dtype), fps, polygons, up_axis, name, start, times,
-        metres_per_unit, with_known, with_provenance,
+        metres_per_unit, with_known, with_provenance, derived,
     )  # fmt: skip
     return begin(path, header, format=format)
 
@@ -176,9 +179,17 @@ def create_like(
     return begin(path, header, format=format)
 
 
-def read(path: PathLike, **options: Any) -> Sequence:
+def read(
+    path: PathLike,
+    *,
+    format: str | None = None,
+    faces: NDArray[np.integer[Any]] | PathLike | None = None,
+    prim: str | None = None,
+    known: NDArray[np.bool_] | PathLike | None = None,
+    missing: Literal["zero"] | None = None,
+) -> Sequence:
     """Reads a whole sequence into memory. Takes and raises what :func:`open` does."""
-    with open(path, **options) as reader:
+    with open(path, format=format, faces=faces, prim=prim, known=known, missing=missing) as reader:
         header = reader.header
         shape = (header.n_frames, header.n_vertices)
         vertices = np.empty((*shape, 3), header.dtype)
@@ -195,6 +206,7 @@ def read(path: PathLike, **options: Any) -> Sequence:
         return Sequence(
             vertices, header.faces, known, header.fps, header.polygons, header.up_axis,
             header.name, header.start, header.times, header.metres_per_unit, generation, age,
+            header.derived,
         )  # fmt: skip
 
 
@@ -221,6 +233,7 @@ def write(path: PathLike, sequence: Sequence, *, format: str | None = None) -> N
         metres_per_unit=sequence.metres_per_unit,
         with_known=sequence.known is not None,
         with_provenance=sequence.generation is not None,
+        derived=sequence.derived,
         format=format,
     ) as writer:
         for i in range(n_frames):
@@ -239,4 +252,4 @@ def _template(faces: Any) -> Template | None:
         return Template(faces, None, None)
     check_path("faces", faces, "a numpy array or a path")
     with open(faces) as reader:
-        return Template(reader.header.faces, reader.header.polygons, reader.n_vertices)
+        return template_of(reader)

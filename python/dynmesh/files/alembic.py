@@ -3,7 +3,8 @@
 Of the scene, only what the mesh itself says is read: its positions, in its own space, and its
 faces. Alembic's faces wind clockwise; they are turned round on the way in and out. The known mask
 is the geometry parameter `known` (uint8, 0 and 1), `generation` and `age` (int32) are parameters
-too, each with a value per vertex.
+too, each with a value per vertex. The description of the archive says which axis is up and how long
+a unit is.
 """
 
 import contextlib
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 
 from .._extras import require
 from ..polygons import Polygons, as_polygons, check_polygons, split_polygons
+from .comments import comments_of, said_in
 from .format import Format, Template, refuse_template
 from .header import Frame, Header
 from .reader import Reader
@@ -58,6 +60,7 @@ class AlembicReader(Reader):
             raise ValueError("the mesh has no positions")
         faces, polygons = split_polygons(_turned(_faces(self._mesh)))
         self._parameters = _parameters(self._mesh.getSchema(), n_frames)
+        info = _alembic("Abc").GetArchiveInfo(self._archive)
         return Header(
             faces=faces,
             n_frames=n_frames,
@@ -65,6 +68,7 @@ class AlembicReader(Reader):
             dtype=np.dtype(np.float32),
             polygons=polygons,
             name=self._mesh.getFullName(),
+            **said_in(info.get("userDescription", "").split(","))._asdict(),
             **_timing(self._archive, self._positions)._asdict(),
             has_known="known" in self._parameters,
             has_provenance="age" in self._parameters,
@@ -195,8 +199,9 @@ class AlembicWriter(Writer):
     def _create(self) -> None:
         abc, core, geometry = _alembic("Abc"), _alembic("AbcCoreAbstract"), _alembic("AbcGeom")
         header = self.header
-        about = ("dynmesh", "") if header.fps is None else (header.fps, "dynmesh", "")
-        self._archive = abc.CreateArchiveWithInfo(self._file.name, *about)
+        rate = () if header.fps is None else (header.fps,)
+        description = ", ".join(comments_of(header))
+        self._archive = abc.CreateArchiveWithInfo(self._file.name, *rate, "dynmesh", description)
         sampling = self._archive.addTimeSampling(self._times(core))
         *parents, name = [part for part in (header.name or "").split("/") if part] or ["mesh"]
         parent = self._archive.getTop()
@@ -296,4 +301,5 @@ alembic = Format(
     AlembicReader,
     AlembicWriter,
     frozenset({"prim"}),
+    library=("alembic3d", "alembic"),
 )

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TypeAlias
 
+from .._extras import require
 from .alembic import alembic
 from .format import Format
 from .hdf5 import hdf5
@@ -43,13 +44,16 @@ def format_of(path: PathLike, name: str | None = None) -> Format:
 
 
 def writer_of(path: PathLike, format: str | None = None) -> type[Writer]:
-    """What writes to `path`."""
+    """What writes to `path`; ImportError where the library that it needs is not installed."""
     path = Path(path)
     with naming(path):
         otherwise = f"write {path / 'frame_%04d.ply'}, or give --output-format"
         chosen = _choose(path, format, otherwise)
         if chosen.writer is None:
             raise ValueError(f"{chosen.name} files are only read")
+        if chosen.library is not None:
+            module, extra = chosen.library
+            require(module, extra=extra)
         return chosen.writer
 
 

@@ -1,7 +1,7 @@
 """A file format: its name, its reader and its writer."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..polygons import Polygons
+from .comments import Said
 from .reader import Reader
 from .writer import Writer
 
@@ -21,6 +22,14 @@ class Template:
     polygons: Polygons | None
     n_vertices: int | None
     """None where only faces were given."""
+    said: Said = field(default_factory=Said)
+
+
+def template_of(reader: Reader) -> Template:
+    """The mesh that is read, to lend its faces."""
+    header = reader.header
+    said = Said(header.up_axis, header.metres_per_unit)
+    return Template(header.faces, header.polygons, header.n_vertices, said)
 
 
 @dataclass(frozen=True)
@@ -36,6 +45,8 @@ class Format:
         writer: makes a writer; None where the format is only read.
         takes: what its reader takes beside the path: "faces", from elsewhere; "prim", the name of
             one mesh among others.
+        library: the module that its reader and its writer need, and the extra that installs it;
+            None where they need none.
     """
 
     name: str
@@ -44,6 +55,7 @@ class Format:
     reader: Callable[[Path, Template | None, str | None], Reader]
     writer: type[Writer] | None
     takes: frozenset[str] = frozenset()
+    library: tuple[str, str] | None = None
 
 
 def refuse_template(template: Template | None) -> None:

@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from ..polygons import Polygons, check_polygons, split_polygons
+from .comments import Said
 from .format import Template, refuse_mesh_name, refuse_template
 from .header import Frame, Header
 from .naming import naming
@@ -22,7 +23,8 @@ class FramesReader(Reader):
     """A sequence in one file per frame.
 
     The first file says how all are: they have the same vertices and the same faces or none, since
-    scanners write points alone. A subclass says how to read one file.
+    scanners write points alone. It alone says which axis is up and how long a unit is. A subclass
+    says how to read one file.
     """
 
     def __init__(self, path: Path, files: list[Path], timing: Timing) -> None:
@@ -31,7 +33,7 @@ class FramesReader(Reader):
             raise ValueError("names no file")
         self._files = files
         with naming(files[0]):
-            frame, self._polygons = self._load(files[0])
+            frame, self._polygons, said = self._load(files[0])
             _check_first(len(frame.points), self._polygons)
         faces, polygons = split_polygons(self._polygons)
         header = Header(
@@ -40,6 +42,7 @@ class FramesReader(Reader):
             n_vertices=len(frame.points),
             dtype=frame.points.dtype,
             polygons=polygons,
+            **said._asdict(),
             **timing._asdict(),
             has_known=frame.known is not None,
             has_provenance=frame.generation is not None,
@@ -52,14 +55,14 @@ class FramesReader(Reader):
         return self._files
 
     @abstractmethod
-    def _load(self, file: Path) -> tuple[Frame, Polygons]:
+    def _load(self, file: Path) -> tuple[Frame, Polygons, Said]:
         """Reads one file; no polygons stand for points alone."""
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
         for number in numbers:
             file = self._files[number]
             with naming(file):
-                frame, polygons = self._load(file)
+                frame, polygons, _ = self._load(file)
                 self._compare(frame, polygons)
             points = frame.points.astype(self.dtype, copy=False)
             yield Frame(points, frame.known, frame.generation, frame.age)

@@ -2,7 +2,8 @@
 
 `known` is a bool dataset as h5py writes it, an enumeration of FALSE and TRUE in 8 bits; mere
 integers are refused, since they may as well be weights or labels. `fps`, `up_axis`, `name`,
-`start` and `metres_per_unit` may also be attributes of the root. Datasets in groups are left alone.
+`start`, `metres_per_unit` and `derived` may also be attributes of the root. Datasets in groups are
+left alone.
 """
 
 import contextlib
@@ -17,12 +18,13 @@ from numpy.typing import NDArray
 
 from .._extras import require
 from .format import Format, Template, refuse_mesh_name, refuse_template
+from .hdf5_links import Hdf5Tree
 from .header import Frame
 from .named import arrays_once, header_of, kinds_per_frame, once, per_frame, rows_of
 from .reader import Reader
 from .writer import Writer
 
-attributes = ("fps", "up_axis", "name", "start", "metres_per_unit")
+attributes = ("fps", "up_axis", "name", "start", "metres_per_unit", "derived")
 # Frames that share compressed chunks are read one after another: hold the chunks until the last.
 chunk_cache = {"rdcc_nbytes": 48 << 20, "rdcc_nslots": 10007}
 most_packed = 100_000
@@ -39,18 +41,28 @@ class Hdf5Reader(Reader):
         refuse_mesh_name(prim)
         self._h5py = require("h5py", extra="hdf5")
         with contextlib.ExitStack() as stack, _explaining(path):
-            self._file = stack.enter_context(self._h5py.File(path, "r", **chunk_cache))
-            names = {name for name in (*per_frame, *once) if name in self._file}
-            names |= {name for name in attributes if name in self._file.attrs}
+            self._tree = stack.enter_context(
+                contextlib.closing(Hdf5Tree(self._h5py, path, **chunk_cache))
+            )
+            names = {name for name in (*per_frame, *once) if self._tree.has(name)}
+            names |= {name for name in attributes if name in self._tree.root.attrs}
             self._rows = {name: self._dataset(name) for name in per_frame if name in names}
             super().__init__(path, header_of(names, self._kind, self._array))
             stack.pop_all()  # the file stays open
 
+    @property
+    def files(self) -> list[Path]:
+        """The files that are read."""
+        return [self.path, *self._tree.files[1:]]
+
     def _dataset(self, name: str) -> Any:
-        dataset = self._file[name]
+        try:
+            dataset = self._tree.find(name)
+        except ValueError as error:
+            raise ValueError(f"{name}: {error}") from error
         if not isinstance(dataset, self._h5py.Dataset):
             raise ValueError(f"{name}: must be a dataset, not a {type(dataset).__name__.lower()}")
-        size = Path(self._file.filename).stat().st_size
+        size = self._tree.size
         if dataset.nbytes > most_packed * size:
             raise ValueError(f"{name}: would have {dataset.nbytes} bytes, but the file has {size}")
         return dataset
@@ -60,11 +72,11 @@ class Hdf5Reader(Reader):
         return rows.shape or (), rows.dtype
 
     def _array(self, name: str) -> NDArray[Any]:
-        if name in self._file:
+        if self._tree.has(name):
             dataset = self._dataset(name)
             text = self._h5py.check_string_dtype(dataset.dtype) is not None
             return np.asarray(dataset.asstr()[()] if text else dataset[()])
-        value = self._file.attrs[name]
+        value = self._tree.root.attrs[name]
         return np.asarray(value.decode() if isinstance(value, bytes) else value)
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
@@ -75,7 +87,7 @@ class Hdf5Reader(Reader):
 
     def close(self) -> None:
         """Closes the file."""
-        self._file.close()
+        self._tree.close()
 
 
 class Hdf5Writer(Writer):
@@ -154,4 +166,11 @@ def _one_line(error: Exception) -> str:
     return " ".join(str(error.args[0]).split())
 
 
-hdf5 = Format("hdf5", (".h5", ".hdf5"), "datasets in an HDF5 file", Hdf5Reader, Hdf5Writer)
+hdf5 = Format(
+    "hdf5",
+    (".h5", ".hdf5"),
+    "datasets in an HDF5 file",
+    Hdf5Reader,
+    Hdf5Writer,
+    library=("h5py", "hdf5"),
+)

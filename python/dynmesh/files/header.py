@@ -1,6 +1,6 @@
 """One frame of a sequence, and what a file says of all of them."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +14,7 @@ from ..sequence import (
     Positions,
     Provenance,
     check_corners,
+    check_derived,
     check_description,
     check_faces,
     check_times,
@@ -62,6 +63,8 @@ class Header:
         metres_per_unit: how long a unit of the positions is, or None.
         has_known: whether each frame has a known mask.
         has_provenance: whether each frame has the generation and the age of its vertices.
+        derived: what else the file says that follows from the positions, or None; see
+            :class:`dynmesh.Sequence`.
     """
 
     faces: NDArray[np.integer[Any]]
@@ -77,6 +80,7 @@ class Header:
     metres_per_unit: float | None = None
     has_known: bool = False
     has_provenance: bool = False
+    derived: Mapping[str, str] | None = None
 
     def __post_init__(self) -> None:
         """Refuses what does not fit together."""
@@ -90,3 +94,4 @@ class Header:
         check_description(
             self.fps, self.polygons, self.up_axis, self.name, self.start, self.metres_per_unit
         )
+        check_derived(self.derived)

@@ -16,7 +16,7 @@ from .header import Frame, Header
 per_frame = ("vertices", "known", "generation", "age")
 once = (
     "faces", "fps", "polygon_sizes", "polygon_corners", "up_axis", "name", "start", "times",
-    "metres_per_unit",
+    "metres_per_unit", "derived",
 )  # fmt: skip
 
 
@@ -76,7 +76,14 @@ def header_of(
         metres_per_unit=number("metres_per_unit"),
         has_known="known" in names,
         has_provenance="age" in names,
+        derived=_derived(str(array_of("derived"))) if "derived" in names else None,
     )
+
+
+def _derived(text: str) -> dict[str, str]:
+    """What is derived, from "normals: vertex, velocities: vertex"; the names have colons, too."""
+    entries = (entry.strip().rpartition(": ") for entry in text.split(","))
+    return {name: how for name, _, how in entries}
 
 
 def _number(name: str, array: NDArray[Any]) -> float:
@@ -125,6 +132,8 @@ def arrays_once(header: Header) -> dict[str, Any]:
         "metres_per_unit": (
             None if header.metres_per_unit is None else np.float64(header.metres_per_unit)
         ),
+        "derived": ", ".join(f"{name}: {how}" for name, how in (header.derived or {}).items())
+        or None,
     }
     if header.polygons is not None:
         arrays["polygon_sizes"], arrays["polygon_corners"] = header.polygons

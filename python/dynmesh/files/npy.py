@@ -2,7 +2,7 @@
 
 The other arrays lie beside `NAME.npy`: `NAME.faces.npy` and, optionally, `NAME.known.npy`,
 `NAME.generation.npy` and `NAME.age.npy`. Frames per second, polygons, the axis that is up, the
-name of the mesh and the number of the first frame have no place in them and are lost.
+name of the mesh, the unit and the number of the first frame have no place in them and are lost.
 """
 
 import contextlib
@@ -82,6 +82,7 @@ class NpyReader(Reader):
                 n_vertices=n_vertices,
                 dtype=vertices.dtype.newbyteorder("="),
                 polygons=template.polygons,
+                **template.said._asdict(),
                 has_known="known" in self._rows,
                 has_provenance="age" in self._rows,
             )

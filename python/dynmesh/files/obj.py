@@ -1,14 +1,18 @@
 """OBJ: one text file per frame, as modelling programs exchange them.
 
 Positions and faces are read; texture coordinates, normals, colours, groups and materials are not.
+Comments at the beginning say which axis is up and how long a unit is.
 """
 
+import io
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
+from .._core import plain_obj
 from ..polygons import Polygons, as_polygons
+from .comments import Said, comments_of, said_in
 from .format import Format
 from .frame_files import FramesWriter, NumberedReader
 from .header import Frame
@@ -19,44 +23,66 @@ class ObjReader(NumberedReader):
 
     suffix = ".obj"
 
-    def _load(self, file: Path) -> tuple[Frame, Polygons]:
-        points: list[list[float]] = []
-        sizes: list[int] = []
-        corners: list[int] = []
-        largest, at_line = -1, 0
-        for line, (keyword, *values) in _statements(file):
-            try:
-                if keyword == "v":
-                    points.append(_position(values))
-                elif keyword == "f":
-                    if len(values) < 3:
-                        raise ValueError(f"a face has {len(values)} corners, but needs 3")
-                    sizes.append(len(values))
-                    vertices = [_vertex(value, len(points)) for value in values]
-                    if max(vertices) > largest:
-                        largest, at_line = max(vertices), line
-                    corners += vertices
-            except ValueError as error:
-                raise ValueError(f"line {line}: {error}") from error
-        if largest >= len(points):
-            raise ValueError(
-                f"line {at_line}: there is no vertex {largest + 1}, only {len(points)}"
-            )
-        polygons = Polygons(np.array(sizes, np.int64), np.array(corners, np.int64))
-        return Frame(np.array(points, np.float64).reshape(-1, 3)), polygons
+    def _load(self, file: Path) -> tuple[Frame, Polygons, Said]:
+        data = file.read_bytes()
+        plain = plain_obj(data)
+        if plain is None:
+            frame, polygons = line_by_line(data)
+        else:
+            points, sizes, corners = plain
+            frame, polygons = Frame(points), Polygons(sizes, corners)
+        return frame, polygons, said_in(_first_comments(data))
 
 
-def _statements(file: Path) -> Iterator[tuple[int, list[str]]]:
+def _first_comments(data: bytes) -> Iterator[str]:
+    """Yields the comments before anything else."""
+    for line in map(str.strip, io.TextIOWrapper(io.BytesIO(data), encoding="latin-1")):
+        if line and not line.startswith("#"):
+            break
+        yield line.removeprefix("#")
+
+
+def line_by_line(data: bytes) -> tuple[Frame, Polygons]:
+    """Reads the text of a file slowly: written in any way that the format allows, or refused.
+
+    Raises:
+        ValueError: the message names the line and what is wrong with it.
+    """
+    points: list[list[float]] = []
+    sizes: list[int] = []
+    corners: list[int] = []
+    largest, at_line = -1, 0
+    for line, (keyword, *values) in _statements(data):
+        try:
+            if keyword == "v":
+                points.append(_position(values))
+            elif keyword == "f":
+                if len(values) < 3:
+                    raise ValueError(f"a face has {len(values)} corners, but needs 3")
+                sizes.append(len(values))
+                vertices = [_vertex(value, len(points)) for value in values]
+                if max(vertices) > largest:
+                    largest, at_line = max(vertices), line
+                corners += vertices
+        except ValueError as error:
+            raise ValueError(f"line {line}: {error}") from error
+    if largest >= len(points):
+        raise ValueError(f"line {at_line}: there is no vertex {largest + 1}, only {len(points)}")
+    polygons = Polygons(np.array(sizes, np.int64), np.array(corners, np.int64))
+    return Frame(np.array(points, np.float64).reshape(-1, 3)), polygons
+
+
+def _statements(data: bytes) -> Iterator[tuple[int, list[str]]]:
     """Yields the words of each line that has any, with its number."""
     statement = ""
-    with file.open(encoding="latin-1") as lines:  # names may be in any encoding
-        for number, line in enumerate(lines, start=1):
-            statement += line.partition("#")[0].rstrip()
-            if statement.endswith("\\"):
-                statement = f"{statement[:-1]} "
-            elif statement:
-                yield number, statement.split()
-                statement = ""
+    lines = io.TextIOWrapper(io.BytesIO(data), encoding="latin-1")  # names may be in any encoding
+    for number, line in enumerate(lines, start=1):
+        statement += line.partition("#")[0].rstrip()
+        if statement.endswith("\\"):
+            statement = f"{statement[:-1]} "
+        elif statement:
+            yield number, statement.split()
+            statement = ""
     if statement:
         raise ValueError("ends in the middle of a line")
 
@@ -89,6 +115,7 @@ class ObjWriter(FramesWriter):
         super()._begin(kept)
         sizes, corners = as_polygons(self.header.faces, self.header.polygons)
         faces = np.split(corners + 1, np.cumsum(sizes)[:-1])
+        self._comments = "".join(f"# {line}\n" for line in comments_of(self.header))
         self._faces = "".join(f"f {' '.join(map(str, face))}\n" for face in faces)
 
     def _save(self, file: Path, frame: Frame) -> None:
@@ -96,6 +123,7 @@ class ObjWriter(FramesWriter):
             map(repr, frame.points.ravel().tolist())
         )  # digits that read back the same double
         with file.open("w", encoding="ascii", newline="\n") as lines:
+            lines.write(self._comments)
             lines.writelines(
                 f"v {x} {y} {z}\n" for x, y, z in zip(numbers, numbers, numbers, strict=True)
             )

@@ -1,7 +1,8 @@
 """PVD: ParaView's index of times, beside a folder with one VTP file per frame.
 
 `walk.pvd` lists `walk/walk_0000.vtp` and so on with the time of each. A VTP file has the points,
-the polygons and, where a sequence has them, the point data `known`, `generation` and `age`.
+the polygons and, where a sequence has them, the point data `known`, `generation` and `age`. The
+field data `dynmesh` has lines that say which axis is up and how long a unit is.
 
 Times are in seconds, or frame numbers where nobody knows the frames per second: so steps, if not of
 1, are read as frames per second, the usual step where they are not even. One time alone tells
@@ -24,6 +25,7 @@ from numpy.typing import NDArray
 
 from .._extras import require
 from ..polygons import Polygons, as_polygons
+from .comments import Said, comments_of, said_in
 from .format import Format, Template, refuse_mesh_name, refuse_template
 from .frame_files import FramesReader, FramesWriter
 from .header import Frame
@@ -50,7 +52,7 @@ class PvdReader(FramesReader):
         """The files that are read."""
         return [self.path, *self._files]
 
-    def _load(self, file: Path) -> tuple[Frame, Polygons]:
+    def _load(self, file: Path) -> tuple[Frame, Polygons, Said]:
         mesh = _read_mesh(file)
         for cells, what in (("Verts", "points as cells"), ("Lines", "lines"), ("Strips", "strips")):
             if getattr(mesh, f"GetNumberOf{cells}")():
@@ -71,7 +73,8 @@ class PvdReader(FramesReader):
         sizes = np.diff(_as_numpy(polygons.GetOffsetsArray()))
         corners = _as_numpy(polygons.GetConnectivityArray())
         mask = None if known is None else known.astype(np.bool_)
-        return Frame(points, mask, generation, age), Polygons(sizes, corners)
+        frame = Frame(points, mask, generation, age)
+        return frame, Polygons(sizes, corners), said_in(_notes(mesh))
 
 
 def _read_index(path: Path) -> tuple[list[float], list[Path]]:
@@ -175,6 +178,14 @@ def _point_data(mesh: Any, name: str) -> NDArray[np.int32] | None:
     return values.astype(np.int32)
 
 
+def _notes(mesh: Any) -> list[str]:
+    """The field data that is text."""
+    array = mesh.GetFieldData().GetAbstractArray("dynmesh")
+    if array is None or not array.IsA("vtkStringArray"):
+        return []
+    return [array.GetValue(i) for i in range(array.GetNumberOfValues())]
+
+
 class PvdWriter(FramesWriter):
     """A PVD file and a folder of VTP files in the making, binary and not compressed."""
 
@@ -196,6 +207,10 @@ class PvdWriter(FramesWriter):
         sizes, corners = as_polygons(self.header.faces, self.header.polygons)
         offsets = np.concatenate([[0], np.cumsum(sizes)])
         self._model = require("vtkmodules.vtkCommonDataModel", extra="view")
+        self._notes = require("vtkmodules.vtkCommonCore", extra="view").vtkStringArray()
+        self._notes.SetName("dynmesh")
+        for line in comments_of(self.header):
+            self._notes.InsertNextValue(line)
         self._polygons = self._model.vtkCellArray()
         self._polygons.SetData(_as_vtk(offsets.astype(np.int32)), _as_vtk(corners.astype(np.int32)))
 
@@ -208,6 +223,8 @@ class PvdWriter(FramesWriter):
         for name, dtype in (("known", np.uint8), ("generation", np.int32), ("age", np.int32)):
             if (values := getattr(frame, name)) is not None:
                 mesh.GetPointData().AddArray(_as_vtk(values.astype(dtype), name))
+        if self._notes.GetNumberOfValues():
+            mesh.GetFieldData().AddArray(self._notes)
         writer = require("vtkmodules.vtkIOXML", extra="view").vtkXMLPolyDataWriter()
         writer.SetInputData(mesh)
         writer.SetFileName(str(file))
@@ -242,4 +259,11 @@ class PvdWriter(FramesWriter):
         return {**super()._destinations(), self.path.name: self.path}  # the index last
 
 
-pvd = Format("pvd", (".pvd",), "ParaView's index of a folder of VTP files", PvdReader, PvdWriter)
+pvd = Format(
+    "pvd",
+    (".pvd",),
+    "ParaView's index of a folder of VTP files",
+    PvdReader,
+    PvdWriter,
+    library=("vtkmodules.vtkIOXML", "view"),
+)

@@ -1,7 +1,7 @@
 """PLY: one binary or text file per frame, as scanners and MeshLab write them.
 
 The vertices have x, y and z and, where a sequence has them, the properties `known`, `generation`
-and `age`. Other properties are not kept.
+and `age`. Other properties are not kept. Comments say which axis is up and how long a unit is.
 """
 
 from pathlib import Path
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..polygons import Polygons, as_polygons
+from .comments import Said, comments_of, said_in
 from .format import Format
 from .frame_files import FramesWriter, NumberedReader
 from .header import Frame
@@ -28,7 +29,7 @@ class PlyReader(NumberedReader):
 
     suffix = ".ply"
 
-    def _load(self, file: Path) -> tuple[Frame, Polygons]:
+    def _load(self, file: Path) -> tuple[Frame, Polygons, Said]:
         data = file.read_bytes()
         header = read_header(data)
         if header.is_text:
@@ -37,7 +38,8 @@ class PlyReader(NumberedReader):
             columns = read_binary(header.elements, data, header.n_bytes)
         if "vertex" not in columns:
             raise ValueError("has no vertices")
-        return _frame(columns["vertex"]), _polygons(columns.get("face", {}))
+        polygons = _polygons(columns.get("face", {}))
+        return _frame(columns["vertex"]), polygons, said_in(header.comments)
 
 
 def _frame(vertices: Columns) -> Frame:
@@ -100,6 +102,7 @@ class PlyWriter(FramesWriter):
         lines = [
             "ply",
             "format binary_little_endian 1.0",
+            *(f"comment {line}" for line in comments_of(header)),
             f"element vertex {header.n_vertices}",
             *(f"property {kind} {name}" for name, kind in kinds.items()),
             f"element face {len(sizes)}",

@@ -89,12 +89,14 @@ class Header:
         elements: in the order of the file.
         n_bytes: how long the header is.
         n_lines: how many lines it has.
+        comments: without the word that makes them one.
     """
 
     is_text: bool
     elements: list[Element]
     n_bytes: int
     n_lines: int
+    comments: list[str]
 
 
 def read_header(data: bytes) -> Header:
@@ -112,12 +114,13 @@ def read_header(data: bytes) -> Header:
         raise ValueError("its header is cut or damaged: it has no line 'end_header'")
     order = ""
     elements: dict[str, Element] = {}
+    comments = []
     lines = head.split(first[1])
     for number, line in enumerate(lines[1:], start=2):
         try:
             match [word.decode("latin-1") for word in line.split()]:
-                case ["comment" | "obj_info", *_]:
-                    pass
+                case ["comment" | "obj_info", *words]:
+                    comments.append(" ".join(words))
                 case ["format", format, "1.0"] if not order:
                     order = _byte_order(format)
                 case ["element", name, count] if order:
@@ -133,7 +136,8 @@ def read_header(data: bytes) -> Header:
             raise ValueError(f"line {number}: {error}") from error
     if not order:
         raise ValueError("its header names no format")
-    return Header(order == "=", list(elements.values()), len(head) + len(end), len(lines) + 1)
+    size = len(head) + len(end)
+    return Header(order == "=", list(elements.values()), size, len(lines) + 1, comments)
 
 
 def _byte_order(format: str) -> str:

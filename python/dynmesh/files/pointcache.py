@@ -1,8 +1,9 @@
 """Point caches, PC2 and MDD: a short header, then the positions of every frame as float32.
 
-They hold neither faces nor masks nor provenance. The faces come from a mesh beside the file,
-`NAME.obj` or `NAME.ply`, on which an animation program puts the cache; the writer writes frame 0
-as `NAME.obj`. Positions of vertices that are not known are written as NaN, float64 is rounded.
+They hold neither faces nor masks nor provenance. The faces, the axis that is up and the unit come
+from a mesh beside the file, `NAME.obj` or `NAME.ply`, on which an animation program puts the cache;
+the writer writes frame 0 as `NAME.obj`. Positions of vertices that are not known are written as
+NaN, float64 is rounded.
 """
 
 import contextlib
@@ -17,7 +18,7 @@ import numpy as np
 
 from ..polygons import as_polygons
 from .flat import FlatRows
-from .format import Template, refuse_mesh_name
+from .format import Template, refuse_mesh_name, template_of
 from .header import Frame, Header
 from .naming import naming
 from .obj import ObjReader, ObjWriter
@@ -63,6 +64,7 @@ class PointCacheReader(Reader):
                 dtype=np.dtype(np.float32),
                 fps=fps,
                 polygons=template.polygons,
+                **template.said._asdict(),
                 start=start,
             )
             super().__init__(path, header)
@@ -98,7 +100,7 @@ def _mesh_with(
 ) -> Callable[[Path], Template]:
     def load(path: Path) -> Template:
         with reader_of(path, None, None) as reader:
-            return Template(reader.faces, reader.header.polygons, reader.n_vertices)
+            return template_of(reader)
 
     return load
 
@@ -107,7 +109,8 @@ class PointCacheWriter(Writer):
     """A point cache in the making, and the mesh beside it.
 
     A `NAME.obj` with the same faces that is there already stays as it is, since it may hold more,
-    as texture coordinates; one with other faces is replaced.
+    as texture coordinates; one with other faces, or which says that another axis is up or a unit is
+    of another length, is replaced.
 
     Attributes:
         dtype_in_file: float32 in the byte order of the format.
@@ -130,7 +133,7 @@ class PointCacheWriter(Writer):
                 raise ValueError(f"can hold {largest_count} {what}, not {count}")
         self._mesh_writer: ObjWriter | None = None
         mesh = self.path.with_suffix(".obj")
-        if kept == 0 and not (mesh.exists() and self._has_same_faces(mesh)):
+        if kept == 0 and not (mesh.exists() and self._fits(mesh)):
             own = self.folder / mesh.name
             single = replace(
                 header, n_frames=1, times=None, dtype=np.dtype(np.float32), has_known=False
@@ -150,12 +153,15 @@ class PointCacheWriter(Writer):
         """The files there are now that writing to `path` may replace."""
         return [file for file in (path, path.with_suffix(".obj")) if file.exists()]
 
-    def _has_same_faces(self, path: Path) -> bool:
+    def _fits(self, path: Path) -> bool:
         header = self.header
         with naming(Path(path.name)):
             mesh = _mesh_with(ObjReader)(path)
         there, wanted = (as_polygons(m.faces, m.polygons) for m in (mesh, header))
-        return mesh.n_vertices == header.n_vertices and all(map(np.array_equal, there, wanted))
+        same_size = mesh.n_vertices == header.n_vertices
+        return (
+            same_size and all(map(np.array_equal, there, wanted)) and mesh.said.agrees_with(header)
+        )
 
     def _append(self, frame: Frame) -> None:
         if self._frame == 0 and self._mesh_writer is not None:

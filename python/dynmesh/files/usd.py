@@ -3,15 +3,17 @@
 Of the scene, only what the mesh itself says is read: its points, in its own space, and its faces.
 Transforms, skeletons, materials and everything else stay where they are. What is written has the
 mesh at the same path and times, so that it can be laid over the stage it came from, as a stronger
-sublayer: points, extent and faces are then those written here; the rest is the stage's, normals
-that followed its own points among it.
+sublayer. Points, extent and faces are then those written here, and so are normals, velocities and
+accelerations, computed anew, where the stage has them; the rest is the stage's.
 
 The known mask is the primvar `known` (bool), `generation` and `age` (int) are primvars too, each
 with a value per vertex.
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +22,7 @@ from .format import Format, Template, refuse_template
 from .header import Frame, Header
 from .reader import Reader
 from .times import frame_numbers
+from .usd_derived import DerivedAttributes, derived_of
 from .usd_stage import (
     composed,
     faces_of,
@@ -68,7 +71,7 @@ class UsdReader(Reader):
             for name in ("upAxis", "metersPerUnit")
         )
         self._primvars = primvars_of(self._mesh)
-        return Header(
+        header = Header(
             faces=faces,
             n_frames=len(self._times),
             n_vertices=len(first),
@@ -81,6 +84,10 @@ class UsdReader(Reader):
             has_known="known" in self._primvars,
             has_provenance="age" in self._primvars,
         )
+        derived = derived_of(
+            self._mesh, as_polygons(faces, polygons), np.array(first), self._times[0]
+        )
+        return replace(header, derived=derived)
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
         for number in numbers:
@@ -149,6 +156,11 @@ class UsdWriter(Writer):
                 name: api.CreatePrimvar(name, getattr(sdf.ValueTypeNames, primvars[name]), "vertex")
                 for name in names
             }
+            self._derived: Any = DerivedAttributes(self._stage, mesh, header, faces)
+        for name, why in self._derived.blocked.items():
+            self.remarks.append(
+                f"{name} are blocked, so that none of another layer show through: {why}"
+            )
 
     def _append(self, frame: Frame) -> None:
         points, time = frame.points, self._times[self._frame]
@@ -161,7 +173,7 @@ class UsdWriter(Writer):
             for name, primvar in self._primvars.items():
                 values = library_array(primvars[name], getattr(frame, name))
                 primvar.Set(values, time)
-            self._unsaved += points.nbytes
+            self._unsaved += points.nbytes + self._derived.append(frame, self._times, self._frame)
             if self._unsaved > self.unsaved_bytes:
                 self._save()
 
@@ -184,7 +196,7 @@ class UsdWriter(Writer):
         self._path.replace(target)
 
     def _close(self) -> None:
-        self._stage = self._points = self._extent = None
+        self._stage = self._points = self._extent = self._derived = None
         self._primvars = {}
 
 
@@ -203,6 +215,7 @@ usd = Format(
     UsdReader,
     UsdWriter,
     frozenset({"prim"}),
+    library=("pxr.Usd", "usd"),
 )
 usdz = Format(
     "usdz", (".usdz",), "a mesh in a packed USD stage", UsdReader, None, frozenset({"prim"})

@@ -30,6 +30,7 @@ class Writer(ABC):
         path: where the file will be.
         header: what it will say of all its frames.
         folder: where it is until it is whole.
+        remarks: what a user should know of the file beside what was asked for, a line each.
         resumable: whether a writer can go on with the unfinished file of one that is gone.
         keeps_known: whether the format holds masks; where not, NaN stands for what is not known.
         keeps_provenance: whether the format holds generation and age; where not, they are refused.
@@ -61,6 +62,7 @@ class Writer(ABC):
         self.folder = folder or path.with_name(f".{path.name}.{os.getpid()}.part")
         self._keep = folder is not None
         self._frame = resume_at
+        self.remarks: list[str] = []
         with self._undoing(), self._blaming():
             if header.has_provenance and not self.keeps_provenance:
                 raise ValueError(

@@ -9,6 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from .. import files, synth
+from .._extras import require_all
+from ..figures import load_pyvista
 from ..heatmap import likely_up
 from ..sequence import Sequence
 from . import charts, pictures, report
@@ -57,6 +59,8 @@ def reproduce(
     """
     if frames is not None and frames < 2:
         raise ValueError(f"frames: must be at least 2, not {frames}")
+    require_all("PIL.Image", "matplotlib", extra="reproduce")
+    load_pyvista("reproduce")
     plan = Plan.quick() if quick else Plan.full()
     plan = plan if frames is None else replace(plan, frames=frames)
     subjects = _subjects(list(data), plan, up, azimuth)

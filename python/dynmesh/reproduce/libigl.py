@@ -29,7 +29,7 @@ class Harmonic:
 
     def __init__(self, faces: Faces, first_frame: Positions, *, order: int) -> None:
         """`order`: 1 harmonic, 2 biharmonic. ImportError without libigl."""
-        self._igl = _import()
+        self._igl = load_libigl()
         self._faces = np.array(faces, np.int64)
         self._first = np.array(first_frame, np.float64)
         self._order = order
@@ -59,7 +59,7 @@ class Arap:
         self, faces: Faces, first_frame: Positions, *, rest: Literal["first", "previous"]
     ) -> None:
         """`rest`: the frame whose shape is kept. ImportError without libigl."""
-        self._igl = _import()
+        self._igl = load_libigl()
         self._faces = np.array(faces, np.int64)
         self._first = np.array(first_frame, np.float64)
         self._rest = rest
@@ -84,7 +84,8 @@ class Arap:
         return self.completed
 
 
-def _import() -> ModuleType:
+def load_libigl() -> ModuleType:
+    """libigl, or an ImportError that names the extra which installs it."""
     # libigl would take all cores for some of its steps, and reads this once.
     os.environ.setdefault("IGL_NUM_THREADS", "1")
     return require("igl", extra="reproduce")

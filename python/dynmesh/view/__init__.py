@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .._extras import require_all
 from ..figures import View
 from ..files import Reader
 from ..heatmap import Colour, Heatmap, ShownFrame, likely_up
@@ -77,6 +78,7 @@ def view(
         ValueError: no vertex is known in any shown frame, a large mesh has no whole frame 0, or as
             :class:`dynmesh.heatmap.Heatmap` says.
     """
+    require_all("k3d", "matplotlib", extra="view")
     heatmap = Heatmap(reader, reference=reference, colour=colour)
     kept, faces = thin(reader.faces, next(iter(reader)).points, max_vertices)
     step = -(-reader.n_frames // max_frames)

@@ -1,17 +1,14 @@
 """Cases of the commands: `dynmesh`, and `dynmesh-complete`, which is compiled."""
 
-import contextlib
-import io
 import os
 import re
 import struct
 import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 from unittest import mock
 
-from dynmesh import cli
+from commands import run_here
 
 from .case import Case, Told, World
 from .files import on_a_full_disk
@@ -43,6 +40,10 @@ def prepare(world: World) -> None:
         "no_value": "input,output\n,new.npz\n",
         "too_many": "input,output\nbody.npz,new.npz,more\n",
         "no_number": "input,output,fps\nbody.npz,new.npz,fast\n",
+        "no_count": "input,output,threads\nbody.npz,new.npz,1.5\n",
+        "no_flag": "input,output,provenance\nbody.npz,new.npz,perhaps\n",
+        "no_method": "input,output,method\nbody.npz,new.npz,lsm\n",
+        "out_of_range": "input,output,threads\nbody.npz,new.npz,0\n",
         "failing": "input,output\nnone.npz,new.npz\n",
         "semicolons": "input;output\nbody.npz;new.npz\n",
     }.items():
@@ -58,21 +59,11 @@ def dynmesh_command(*arguments: str) -> None:
     Raises:
         Told: what it printed, with the exit code.
     """
-    output, error = io.StringIO(), io.StringIO()
-    with (
-        mock.patch.object(sys, "argv", ["dynmesh", *arguments]),
-        mock.patch.dict(os.environ, {"COLUMNS": "1000", "TERM": "dumb"}),
-        contextlib.redirect_stdout(output),
-        contextlib.redirect_stderr(error),
-    ):
-        code = 0
-        try:
-            cli.main()
-        except SystemExit as ended:
-            code = int(ended.code or 0)
-    assert output.getvalue() == ""
-    if code:
-        raise Told(f"{_essence(error.getvalue())} (exit code {code})")
+    with mock.patch.dict(os.environ, {"COLUMNS": "1000", "TERM": "dumb"}):
+        result = run_here(*arguments)
+    assert result.stdout == ""
+    if result.returncode:
+        raise Told(f"{_essence(result.stderr)} (exit code {result.returncode})")
 
 
 def _essence(printed: str) -> str:
@@ -140,7 +131,20 @@ shell = [
     _shell("complete body.npz", "OUT", "exit code 2"),
     _shell("complete long.npz new.npz", "new.npz:", "exit code 1", full=True),
     _shell("degrade body.npz new.npz", "--known", "--noise", "exit code 2"),
-    _shell("degrade body.npz new.npz --known 30", "--known", "30", "exit code 2"),
+    _shell(
+        "degrade body.npz new.npz --known 30",
+        "--known",
+        "not 30; 30 per cent is written 30%",
+        "exit code 2",
+    ),
+    _shell("degrade body.npz new.npz --known 130%", "--known", "below 100%", "130%", "exit code 2"),
+    _shell(
+        "degrade body.npz new.npz --patches third",
+        "--patches",
+        "0.3 or 30%",
+        "third",
+        "exit code 2",
+    ),
     _shell("degrade body.npz new.npz --known nan", "--known", "nan", "exit code 2"),
     _shell("degrade body.npz new.npz --camera 0", "--camera", "0", "exit code 2"),
     _shell("degrade body.npz new.npz --noise -1", "--noise", "-1", "exit code 2"),
@@ -164,7 +168,23 @@ shell = [
     _shell("batch odd_column.csv", "odd_column.csv:", "'colour'", "exit code 1"),
     _shell("batch no_value.csv", "no_value.csv: line 2", "input", "exit code 1"),
     _shell("batch too_many.csv", "too_many.csv: line 2", "exit code 1"),
-    _shell("batch no_number.csv", "no_number.csv: line 2", "fps", "fast", "exit code 1"),
+    _shell(
+        "batch no_number.csv",
+        "no_number.csv: line 2: fps: must be a number, not 'fast'",
+        "exit code 1",
+    ),
+    _shell(
+        "batch no_count.csv", "line 2: threads: must be a whole number, not '1.5'", "exit code 1"
+    ),
+    _shell(
+        "batch no_flag.csv",
+        "line 2: provenance: must be true or false, not 'perhaps'",
+        "exit code 1",
+    ),
+    _shell(
+        "batch no_method.csv", "line 2: method: must be motion or detail, not 'lsm'", "exit code 1"
+    ),
+    _shell("batch out_of_range.csv", "failed: body.npz: threads: must be from 1", "exit code 1"),
     _shell("batch failing.csv", "none.npz:", "1 failed", "exit code 1"),
     _shell("batch failing.csv --workers 0", "--workers", "0", "exit code 2"),
     _shell("frobnicate body.npz", "frobnicate", "exit code 2"),

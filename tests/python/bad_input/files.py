@@ -49,11 +49,11 @@ def _of(call: str) -> Callable[..., Case]:
     return case
 
 
-def on_a_full_disk(run: Callable[[], Any]) -> Any:
-    """Where no file may become larger than 20 kB."""
+def on_a_full_disk(run: Callable[[], Any], largest: int = 20_000) -> Any:
+    """Where no file may become larger than 20 kB, or so many bytes."""
     # The system refuses to write as it does on a full disk.
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, hard))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (largest, hard))
     try:
         return run()
     finally:
@@ -81,6 +81,9 @@ sequences = [
     _sequence("`times` that do not ascend", ValueError, "times:", "frame 2", "1.0", times=np.array([0.0, 1, 1])),
     _sequence("`up_axis`: x", ValueError, "up_axis:", "'x'", up_axis="x"),
     _sequence("`name`: a number", TypeError, "name:", "3", name=3),
+    _sequence("`derived`: colours", ValueError, "derived:", "'colours'", "normals", derived={"colours": "vertex"}),
+    _sequence("`derived`: velocities per face", ValueError, "derived:", "velocities", "'uniform'", derived={"velocities": "uniform"}),
+    _sequence("`derived`: text", TypeError, "derived:", "'normals'", derived="normals"),
     _sequence("`polygons`: a number", TypeError, "polygons:", "int", polygons=3),
     _sequence("`generation` without `age`", ValueError, "generation, age:", generation=np.zeros((3, 49), int)),
 ]  # fmt: skip
@@ -109,8 +112,8 @@ reading = [
     _read("`known`: of one frame", lambda w: dynmesh.read("body.npz", known=w.known), ValueError, "known:", "(3, 49)", "(49,)"),
     _read("`known`: a file with too few", lambda _: dynmesh.read("body.npz", known="mask.npy"), ValueError, "mask.npy: known:", "(3, 48)"),
     _read("`known`: a file of numbers", lambda _: dynmesh.read("body.npz", known="numbers.npy"), ValueError, "numbers.npy: known:", "float64"),
-    _read("`known`: a list", lambda _: dynmesh.read("body.npz", known=[True]), TypeError, "known:", "array", "list"),
-    _read("`missing='nan'`", lambda _: dynmesh.read("body.npz", missing="nan"), ValueError, "missing:", "'nan'"),
+    _read("`known`: a list", lambda _: dynmesh.read("body.npz", known=[True]), TypeError, "known:", "array", "list"),  # type: ignore[arg-type]
+    _read("`missing='nan'`", lambda _: dynmesh.read("body.npz", missing="nan"), ValueError, "missing:", "'nan'"),  # type: ignore[arg-type]
     _open("a file that is not there", lambda _: dynmesh.open("none.pc2"), FileNotFoundError, "none.pc2"),
     _open("a pattern without files", lambda _: dynmesh.open("no_%04d.ply"), FileNotFoundError, "no_%04d.ply"),
 ]  # fmt: skip
@@ -165,17 +168,19 @@ completing = [
     _complete("more than 20 kB, where no file may exceed that", lambda w: on_a_full_disk(lambda: _to_new(w, "long.npz")), OSError, "new.npz"),
     _complete("`fps`: 0", lambda w: _to_new(w, fps=0), ValueError, "fps:", "not 0"),
     _complete("`threads`: 0", lambda w: _to_new(w, threads=0), ValueError, "threads:", "not 0"),
-    _complete("`speed=1`", lambda w: _to_new(w, speed=1), ValueError, "speed:", "no setting"),
+    _complete("`speed=1`", lambda w: _to_new(w, speed=1), TypeError, "complete_file()", "'speed'"),
     _complete("`output_format='fbx'`", lambda w: _to_new(w, output_format="fbx"), ValueError, "new.npz:", "'fbx'"),
     _complete("`watch`: a number", lambda w: _to_new(w, watch=3), TypeError, "watch:", "3"),
     _complete("`resume` of what cannot be resumed", lambda _: dynmesh.complete_file("body.npz", "new.abc", resume=True), ValueError, "new.abc:", "resumed"),
+    _complete("`resume`, where the output exists with other frames", lambda _: dynmesh.complete_file("body.npz", "long.npz", resume=True), FileExistsError, "long.npz:", "overwrite=True"),
+    _complete("`resume` with the input as output", lambda _: dynmesh.complete_file("body.npz", "body.npz", resume=True), ValueError, "body.npz:", "input"),
     _complete("`provenance` in what holds none", lambda _: dynmesh.complete_file("body.npz", "new.mdd", provenance=True), ValueError, "new.mdd:", "generation"),
     _batch("`jobs`: None", lambda _: complete_files(None), TypeError, "jobs:", "NoneType"),  # type: ignore[arg-type]
     _batch("names, not jobs", lambda _: complete_files(["body.npz"]), TypeError, "jobs: place 0", "'body.npz'"),  # type: ignore[list-item]
     _batch("one output twice", lambda _: complete_files([Job(Path("a.npz"), Path("new.npz"))] * 2), ValueError, "new.npz:", "two jobs"),
     _batch("a file that is not there (the job's reason)", lambda w: _job(w, "none.npz"), Told, "none.npz:"),
     _batch("half a file (the job's reason)", lambda w: _job(w, "cut.npz"), Told, "cut.npz:", "damaged"),
-    _batch("`extra_iterations=-1` (the job's reason)", lambda w: _job(w, "body.npz", settings={"extra_iterations": -1}), Told, "extra_iterations:", "-1"),
+    _batch("`extra_iterations=-1` (the job's reason)", lambda w: _job(w, "body.npz", settings={"extra_iterations": -1}), Told, "body.npz: extra_iterations:", "-1"),
 ]  # fmt: skip
 
 cases = [*sequences, *reading, *writing, *completing]

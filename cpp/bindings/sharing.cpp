@@ -1,0 +1,30 @@
+/// What tests of threads need: they have the work of small meshes shared, and see that it was.
+#include <tuple>
+
+#include "bindings.hpp"
+#include "workers.hpp"
+
+namespace dynmesh {
+namespace {
+
+using Values = std::tuple<Index, Index, Index, Index>;
+
+/// For completers made from now on. Returns the values before.
+Values set_sharing(Index stretch, Index short_stretch, Index fewest_pieces, Index patience) {
+  Sharing& sharing = default_sharing();
+  const Values before = {sharing.stretch, sharing.short_stretch, sharing.fewest_pieces,
+                         sharing.patience};
+  sharing = {stretch, short_stretch, fewest_pieces, patience};
+  return before;
+}
+
+}  // namespace
+
+void bind_sharing(pybind11::module_& module) {
+  namespace py = pybind11;
+  module.def("_set_sharing", &set_sharing, py::arg("stretch"), py::arg("short_stretch"),
+             py::arg("fewest_pieces"), py::arg("patience"));
+  module.def("_pieces_done_by_others", &pieces_done_by_others);
+}
+
+}  // namespace dynmesh

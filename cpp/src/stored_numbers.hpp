@@ -1,0 +1,108 @@
+/// Numbers as bytes, little-endian and packed, and back: what a stored state is made of.
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <dynmesh/types.hpp>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace dynmesh {
+
+static_assert(std::endian::native == std::endian::little,
+              "numbers are stored as they lie in memory");
+
+[[noreturn]] inline void refuse_state(const std::string& why) {
+  throw std::invalid_argument("state: " + why);
+}
+
+/// FNV-1a.
+inline std::uint64_t hash_of(std::span<const std::byte> bytes) {
+  std::uint64_t hash = 14695981039346656037ULL;
+  for (const std::byte byte : bytes) {
+    hash = (hash ^ static_cast<std::uint64_t>(byte)) * 1099511628211ULL;
+  }
+  return hash;
+}
+
+/// Writes numbers one after another into so many bytes.
+class Writer {
+ public:
+  explicit Writer(std::size_t size) : bytes_(size) {}
+
+  template <class T>
+  void write(T value) {
+    static_assert(std::is_arithmetic_v<T>);
+    write(std::span<const T>(&value, 1));
+  }
+  template <class T>
+  void write(std::span<const T> numbers) {
+    static_assert(std::is_arithmetic_v<T>);
+    if (numbers.size_bytes() > bytes_.size() - end_) {
+      throw std::logic_error("a state is larger than was foreseen");
+    }
+    if (!numbers.empty()) std::memcpy(&bytes_[end_], numbers.data(), numbers.size_bytes());
+    end_ += numbers.size_bytes();
+  }
+  template <class Real>
+  void write(const std::vector<Vector3<Real>>& frame) {
+    for (const Vector3<Real>& v : frame) {
+      const std::array<Real, 3> coordinates = {v.x, v.y, v.z};
+      write(std::span<const Real>(coordinates));
+    }
+  }
+  /// With a hash of all that was written at the end, which must fill the bytes.
+  std::vector<std::byte> take_sealed() {
+    write(hash_of(std::span(bytes_).first(end_)));
+    return std::move(bytes_);
+  }
+
+ private:
+  std::vector<std::byte> bytes_;
+  std::size_t end_ = 0;
+};
+
+/// Takes them off again; refuses where there are too few.
+class Reader {
+ public:
+  explicit Reader(std::span<const std::byte> bytes) : size_(bytes.size()), rest_(bytes) {}
+
+  template <class T>
+  T read() {
+    T value{};
+    read(std::span<T>(&value, 1));
+    return value;
+  }
+  template <class T>
+  void read(std::span<T> numbers) {
+    static_assert(std::is_arithmetic_v<T>);
+    if (numbers.empty()) return;
+    if (rest_.size() < numbers.size_bytes()) {
+      refuse_state("cut off: its " + std::to_string(size_) + " bytes are too few");
+    }
+    std::memcpy(numbers.data(), rest_.data(), numbers.size_bytes());
+    rest_ = rest_.subspan(numbers.size_bytes());
+  }
+  template <class Real>
+  void read(std::vector<Vector3<Real>>& frame) {
+    for (Vector3<Real>& v : frame) {
+      std::array<Real, 3> coordinates{};
+      read(std::span<Real>(coordinates));
+      v = {coordinates[0], coordinates[1], coordinates[2]};
+    }
+  }
+  [[nodiscard]] std::size_t rest() const { return rest_.size(); }
+
+ private:
+  std::size_t size_;
+  std::span<const std::byte> rest_;
+};
+
+}  // namespace dynmesh

@@ -1,0 +1,33 @@
+#include "geometry.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "rigid_motion.hpp"
+
+namespace dynmesh::testing {
+namespace {
+
+constexpr float largest = std::numeric_limits<float>::max();
+
+// The compiler refuses a conversion beyond the range, which is undefined, in these.
+static_assert(saturated<float>(1e300) == largest);
+static_assert(saturated<float>(-1e300) == -largest);
+static_assert(saturated<float>(1.5) == 1.5F);
+static_assert(saturated<double>(-1e300) == -1e300);
+
+TEST_CASE("numbers beyond the range of float become the largest one") {
+  CHECK(saturated<float>(std::numeric_limits<double>::infinity()) == largest);
+  CHECK(std::isnan(saturated<float>(std::numeric_limits<double>::quiet_NaN())));
+  RigidMotion motion;
+  motion.to = {1e300, -1e300, 1};
+  const auto moved = motion.apply(Vector3<float>{0, 0, 2});
+  CHECK(moved.x == largest);
+  CHECK(moved.y == -largest);
+  CHECK(moved.z == 3);
+}
+
+}  // namespace
+}  // namespace dynmesh::testing

@@ -1,0 +1,184 @@
+/// Lets every allocation of every call fail in turn: a completer must be as it was before.
+#include <doctest/doctest.h>
+#include <dynmesh/dynmesh.h>
+
+#include <algorithm>
+#include <cstring>
+#include <dynmesh/completer.hpp>
+#include <new>
+
+#include "counted_memory.hpp"
+#include "meshes.hpp"
+
+namespace dynmesh::testing {
+namespace {
+
+/// Runs `call` once for each of its allocations, which fails, on what `prepare` makes anew, and
+/// then `check` on what the failure left. Returns how many calls failed.
+template <class Prepare, class Call, class Check>
+int fail_everywhere(const Prepare& prepare, const Call& call, const Check& check) {
+  int failures = 0;
+  for (std::size_t n = 0;; ++n) {
+    auto subject = prepare();
+    bool is_out_of_memory = false;
+    bool was_reached = false;
+    {
+      const FailingAllocation failing(n);
+      try {
+        call(subject);
+      } catch (const std::bad_alloc&) {
+        is_out_of_memory = true;
+      }
+      was_reached = failing.has_failed();
+    }
+    if (!was_reached) return failures;
+    // Algorithms that only wished for memory, as std::stable_sort, make do without.
+    if (!is_out_of_memory) continue;
+    ++failures;
+    check(subject);
+  }
+}
+
+template <class Real>
+struct World {
+  Mesh<Real> mesh = join(sheet<Real>(6), sheet<Real>(3, 9.0));
+  std::size_t k = mesh.size();
+  std::vector<Real> completed = std::vector<Real>(3 * k);
+  std::vector<Real> moved = turned(mesh.vertices, 0.2);
+  std::vector<std::uint8_t> known = random_mask(k, 0.3, 2);
+  std::vector<Index> indices = {4, 2, 7, 40, 41, 42, 43};
+  Settings settings;
+  std::vector<std::byte> start;
+
+  explicit World(const Settings& chosen) : settings(chosen) {
+    Completer<Real> completer = make();
+    const auto other_start = turned(mesh.vertices, 1.0);
+    completer.reset({other_start.data(), k});
+    for (unsigned frame = 1; frame < 4; ++frame) {
+      const auto points = turned(mesh.vertices, 1.0 + 0.05 * frame);
+      const auto seen = random_mask(k, 0.8, frame);
+      completer.push({points.data(), k}, {seen.data(), k}, out());
+    }
+    start = completer.state();
+    std::ranges::fill(known.begin() + 36, known.end(), std::uint8_t{0});  // a part unseen
+  }
+
+  [[nodiscard]] Points<Real> out() { return {completed.data(), k}; }
+  [[nodiscard]] Completer<Real> make() { return {mesh.faces(), mesh.points(), settings}; }
+  [[nodiscard]] Completer<Real> begun() {
+    Completer<Real> completer = make();
+    completer.restore(start);
+    return completer;
+  }
+  void push(Completer<Real>& completer) {
+    completer.push({moved.data(), k}, {known.data(), k}, out());
+  }
+
+  /// Lets `call` run out of memory everywhere, and expects the completer to be as before.
+  template <class Call>
+  int leaves_all_as_it_was(const Call& call) {
+    Completer<Real> twin = begun();
+    const std::vector<Index> generation(twin.generation().begin(), twin.generation().end());
+    const std::vector<Index> age(twin.age().begin(), twin.age().end());
+    const FrameReport report = twin.report();
+    push(twin);
+    const std::vector<Real> expected = completed;
+    const auto next = twin.state();
+    constexpr Real untouched = 7;
+    const auto prepare = [&] {
+      std::ranges::fill(completed, untouched);
+      return begun();
+    };
+    return fail_everywhere(prepare, call, [&](Completer<Real>& completer) {
+      CHECK(std::ranges::count(completed, untouched) == std::ssize(completed));
+      CHECK(std::ranges::equal(completer.generation(), generation));
+      CHECK(std::ranges::equal(completer.age(), age));
+      CHECK(std::memcmp(&completer.report(), &report, sizeof report) == 0);
+      CHECK(completer.state() == start);
+      push(completer);
+      CHECK(completed == expected);
+      CHECK(completer.report().rejected == twin.report().rejected);
+      CHECK(completer.state() == next);
+    });
+  }
+};
+
+const std::vector<Settings>& all_settings() {
+  static const std::vector<Settings> all = {
+      {},
+      {.revisit = false, .extra_iterations = 2, .unseen = UnseenRule::hold},
+      {.method = Method::detail},
+      {.method = Method::detail, .noise = 0.01, .reject_outliers = true},
+  };
+  return all;
+}
+
+TEST_CASE_TEMPLATE("a call that runs out of memory changes nothing", Real, float, double) {
+  for (const Settings& settings : all_settings()) {
+    const bool is_detail = settings.method == Method::detail;
+    CAPTURE(is_detail);
+    CAPTURE(settings.noise.has_value());
+    World<Real> world(settings);
+    const std::size_t k = world.k;
+    using C = Completer<Real>;
+    world.moved[3 * 20] += 50;  // an outlier
+    world.known[20] = 1;
+
+    // Motion allocates nothing; detail makes room for its factor.
+    const int least = is_detail ? 1 : 0;
+    CHECK(world.leaves_all_as_it_was([&](C& c) { world.push(c); }) >= least);
+    CHECK(world.leaves_all_as_it_was([&](C& c) {
+      c.push_sparse(world.indices, {world.moved.data(), world.indices.size()}, world.out());
+    }) >= least);
+    CHECK(world.leaves_all_as_it_was([&](C& c) { c.skip(world.out()); }) == 0);
+    CHECK(world.leaves_all_as_it_was([&](C& c) { c.reset({world.moved.data(), k}); }) >= 2);
+    CHECK(world.leaves_all_as_it_was([&](C& c) { (void)c.state(); }) >= 2);
+    C other = world.begun();
+    world.push(other);
+    const auto state = other.state();
+    CHECK(world.leaves_all_as_it_was([&](C& c) { c.restore(state); }) >= 4);
+  }
+}
+
+TEST_CASE("a constructor that runs out of memory leaves none behind") {
+  for (Settings settings : all_settings()) {
+    settings.threads = 2;
+    World<float> world(settings);
+    world.mesh.indices.insert(world.mesh.indices.end(), {0, 0, 1, 0, 1, 6});  // refused
+    (void)world.make();
+    const std::size_t before = live_allocations();
+    const int failures = fail_everywhere([] { return 0; }, [&](int) { (void)world.make(); },
+                                         [&](int) { CHECK(live_allocations() == before); });
+    CHECK(failures > 20);
+  }
+}
+
+TEST_CASE("in C it is a status") {
+  World<float> world({.method = Method::detail});
+  const auto k = static_cast<std::int64_t>(world.k);
+  const dynmesh_points first = {world.mesh.vertices.data(), k, 3, 1, DYNMESH_FLOAT32};
+  const auto n_faces = static_cast<std::int64_t>(world.mesh.faces().count);
+  int failures = 0;
+  for (std::size_t n = 0;; ++n) {
+    dynmesh_completer* completer = nullptr;
+    dynmesh_status status = DYNMESH_OK;
+    {
+      const FailingAllocation failing(n);
+      status = dynmesh_create(world.mesh.indices.data(), n_faces, &first, nullptr, &completer);
+      if (!failing.has_failed()) {
+        dynmesh_destroy(completer);
+        break;
+      }
+    }
+    dynmesh_destroy(completer);
+    if (status == DYNMESH_OK) continue;
+    ++failures;
+    CHECK(status == DYNMESH_OUT_OF_MEMORY);
+    CHECK(completer == nullptr);
+    CHECK(std::string(dynmesh_last_message()) == "out of memory");
+  }
+  CHECK(failures > 20);
+}
+
+}  // namespace
+}  // namespace dynmesh::testing

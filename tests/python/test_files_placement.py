@@ -1,0 +1,114 @@
+"""Which axis is up and how long a unit is, in files whose formats have no field for it."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from commands import dynmesh_command
+
+import dynmesh
+
+FACES = np.array([[0, 1, 2], [0, 2, 3]])
+SAID = dynmesh.Sequence(
+    np.random.default_rng(0).random((2, 4, 3)),
+    FACES,
+    up_axis="z",
+    metres_per_unit=0.0254,
+)
+
+
+def place(folder: Path, suffix: str) -> Path:
+    return folder / (f"a_%d{suffix}" if suffix in (".ply", ".obj") else f"a{suffix}")
+
+
+@pytest.mark.parametrize("suffix", [".ply", ".obj", ".pc2", ".mdd", ".pvd", ".abc"])
+def test_it_comes_back(tmp_path: Path, suffix: str) -> None:
+    if suffix == ".abc":
+        pytest.importorskip("alembic3d")
+    if suffix == ".pvd":
+        pytest.importorskip("vtkmodules")
+    path = place(tmp_path, suffix)
+    for up_axis, metres_per_unit in (("z", 0.0254), ("y", None), (None, 1 / 3), (None, None)):
+        dynmesh.write(path, replace(SAID, up_axis=up_axis, metres_per_unit=metres_per_unit))
+        again = dynmesh.read(path)
+        assert (again.up_axis, again.metres_per_unit) == (up_axis, metres_per_unit)
+
+
+def test_nothing_looks_like_anything_where_the_file_says(tmp_path: Path) -> None:
+    dynmesh.write(tmp_path / "a_%d.ply", SAID)
+    shown = dynmesh_command("info", tmp_path / "a_%d.ply").stdout
+    assert "looks like" not in shown
+    assert "0.0254 m" in shown
+    dynmesh.write(tmp_path / "b_%d.ply", replace(SAID, up_axis=None))
+    assert "looks like" in dynmesh_command("info", tmp_path / "b_%d.ply").stdout
+
+
+PLY = """ply
+format ascii 1.0
+{comment}element vertex 3
+property float x
+property float y
+property float z
+element face 1
+property list uchar int vertex_indices
+end_header
+0 0 0
+1 0 0
+0 1 0
+3 0 1 2
+"""
+OBJ = "{comment}v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+
+
+@pytest.mark.parametrize(("suffix", "text", "mark"), [(".ply", PLY, "comment"), (".obj", OBJ, "#")])
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (["up_axis z"], ("z", None)),
+        (["Made by hand", "  up_axis   y  ", "metres_per_unit 1e-2"], ("y", 0.01)),
+        # comments of others, which mean nothing here
+        (["up_axis x"], (None, None)),
+        (["up_axis"], (None, None)),
+        (["the up_axis z"], (None, None)),
+        (["up_axis z or y"], (None, None)),
+        (["metres_per_unit much", "metres_per_unit -1", "metres_per_unit nan"], (None, None)),
+        (["metres_per_unit inf", "metres_per_unit 0"], (None, None)),
+    ],
+)
+def test_comments_of_others(
+    tmp_path: Path,
+    suffix: str,
+    text: str,
+    mark: str,
+    words: list[str],
+    expected: tuple[str | None, float | None],
+) -> None:
+    path = tmp_path / f"a{suffix}"
+    path.write_text(text.format(comment="".join(f"{mark} {line}\n" for line in words)))
+    sequence = dynmesh.read(path)
+    assert (sequence.up_axis, sequence.metres_per_unit) == expected
+
+
+def test_the_mesh_that_lends_its_faces_says_it(tmp_path: Path) -> None:
+    path = tmp_path / "a.npy"
+    dynmesh.write(path, SAID)
+    assert dynmesh.read(path).up_axis is None
+    dynmesh.write(tmp_path / "mesh.ply", replace(SAID, vertices=SAID.vertices[:1]))
+    sequence = dynmesh.read(path, faces=tmp_path / "mesh.ply")
+    assert (sequence.up_axis, sequence.metres_per_unit) == ("z", 0.0254)
+
+
+def test_a_mesh_beside_a_point_cache_that_says_otherwise_is_replaced(tmp_path: Path) -> None:
+    path, beside = tmp_path / "a.pc2", tmp_path / "a.obj"
+    dynmesh.write(path, SAID)
+    beside.write_text(f"{beside.read_text()}# mine\n")
+    dynmesh.write(path, SAID)
+    assert "# mine" in beside.read_text()
+    dynmesh.write(path, replace(SAID, up_axis="y"))
+    assert dynmesh.read(path).up_axis == "y"
+    # One that says nothing stays: it may hold more than positions and faces.
+    before = beside.read_text().replace("#", "# not")
+    beside.write_text(before)
+    dynmesh.write(path, SAID)
+    assert beside.read_text() == before

@@ -1,0 +1,97 @@
+"""A command that needs a library which is not installed says so before it does anything else."""
+
+import sys
+from pathlib import Path
+from typing import Any, NoReturn
+from unittest import mock
+
+import numpy as np
+import pytest
+from meshes import sheet
+
+import dynmesh
+import dynmesh.reproduce
+from dynmesh import cli
+from dynmesh.files import Reader
+
+
+def hide(monkeypatch: pytest.MonkeyPatch, module: str) -> None:
+    """It can no longer be imported."""
+    for name in [*sys.modules]:
+        if name == module or name.startswith(f"{module}."):
+            monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, module, None)
+
+
+def run(*arguments: str) -> int:
+    """Runs `dynmesh` in this process, and answers its exit code."""
+    with mock.patch.object(sys, "argv", ["dynmesh", *arguments]):
+        try:
+            cli.main()
+        except SystemExit as ended:
+            return int(ended.code or 0)
+    return 0
+
+
+def refuse_work(*_: Any, **__: Any) -> NoReturn:
+    raise AssertionError("the work was begun")
+
+
+@pytest.mark.parametrize(
+    ("module", "extra", "command"),
+    [
+        ("k3d", "view", "view in.npz -o out.html"),
+        ("matplotlib", "view", "view in.npz -o out.html"),
+        ("pyvista", "view", "picture in.npz -o out.png"),
+        ("matplotlib", "view", "picture in.npz -o out.png"),
+        ("PIL", "view", "picture in.npz -o out.png"),
+        ("pyvista", "view", "info in.npz --picture out.png"),
+        ("matplotlib", "view", "info in.npz --picture out.png"),
+        ("pyvista", "reproduce", "reproduce out"),
+        ("matplotlib", "reproduce", "reproduce out --quick"),
+        ("PIL", "reproduce", "reproduce out --quick --data in.npz"),
+        ("distributed", "batch", "batch jobs.csv --scheduler localhost:1 --report in.csv"),
+        ("h5py", "hdf5", "synth ocean out.h5"),
+        ("vtkmodules", "view", "synth walker out.pvd"),
+        ("pxr", "usd", "degrade in.npz out.usdc --camera 1"),
+        ("alembic3d", "alembic", "complete in.npz out.abc"),
+        ("pxr", "usd", "complete in.npz out.usda --provenance"),
+        ("h5py", "hdf5", "complete in.npz out.h5 --resume"),
+        ("alembic3d", "alembic", "convert in.npz out.abc"),
+        ("vtkmodules", "view", "convert in.npz out.pvd"),
+    ],
+)
+def test_what_is_missing_is_told_first(
+    module: str,
+    extra: str,
+    command: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    mesh = sheet(3)
+    dynmesh.write("in.npz", dynmesh.Sequence(np.stack([mesh.vertices] * 2), mesh.faces))
+    Path("in.csv").write_text("precious")
+    Path("jobs.csv").write_text("input,output\nin.npz,out.npz\n")
+    before = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    hide(monkeypatch, module)
+    monkeypatch.setattr(Reader, "frames", refuse_work)
+    monkeypatch.setattr(dynmesh.synth, "ocean", refuse_work)
+    monkeypatch.setattr(dynmesh.synth, "walker", refuse_work)
+    assert run(*command.split()) == 1
+    told = f"dynmesh: this needs {module}: pip install 'dynmesh[{extra}]'\n"
+    assert capfd.readouterr() == ("", told)
+    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+def test_an_evaluation_without_libigl_is_announced_as_such(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    def evaluate(*_: Any, **__: Any) -> Path:
+        assert "is left out: this needs igl: pip install" in capfd.readouterr().err
+        return tmp_path
+
+    hide(monkeypatch, "igl")
+    monkeypatch.setattr(dynmesh.reproduce, "reproduce", evaluate)
+    assert run("reproduce", str(tmp_path)) == 0
