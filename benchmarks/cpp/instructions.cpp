@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "meshes.hpp"
+#include "processor.hpp"
 
 using namespace dynmesh;
 
@@ -63,9 +64,9 @@ int main(int argc, char** argv) {
   // What the count depends on beside the program: who compiled it, and which loops it chose.
   std::string_view processor = "portable";
 #if defined(__x86_64__)
-  __builtin_cpu_init();
-  if (__builtin_cpu_supports("sse4.2") != 0) processor = "x86-64-v2";
-  if (__builtin_cpu_supports("avx2") != 0) processor = "x86-64-v3";
+  const ProcessorLevel level = level_of(processor_features());
+  if (level >= ProcessorLevel::v2) processor = "x86-64-v2";
+  if (level >= ProcessorLevel::v3) processor = "x86-64-v3";
 #endif
   std::printf("%s, %s\n", DYNMESH_COMPILER, processor.data());
   return 0;

@@ -7,7 +7,9 @@
 namespace dynmesh {
 namespace {
 
-/// Takes a thousandth off b: the shape of the last frame is the nearer guess.
+/// Takes a thousandth off b: the shape of the last frame is the nearer guess. A thousandth of a
+/// shape that is no shape at all would be too much, so less where the two are further apart than a
+/// mean edge.
 constexpr double caution = 1.001;
 
 /// The sum of |r1|^2 below which r1 is rounding errors, in |Q (m_first - m_prev)|^2; likewise r2.
@@ -37,17 +39,18 @@ void ResidualSums::drop_rounding_errors(double shape, double change) {
   if (s22 <= rounding * change) s02 = s12 = s22 = 0;
 }
 
-Blend global_blend(const ResidualSums& sums) {
+Blend global_blend(const ResidualSums& sums, double mean_edges) {
   const auto finite = [](double value) { return std::isfinite(value) ? value : 0; };
+  const double s11 = std::min(caution * sums.s11, sums.s11 + (caution - 1) * mean_edges);
   // Of r0 and of r2, what b cannot explain.
-  const double b_of_r2 = finite(sums.s12 / (caution * sums.s11));
+  const double b_of_r2 = finite(sums.s12 / s11);
   const double h = -(sums.s02 - b_of_r2 * sums.s01);
   const double q = caution_of_change * sums.s22 - b_of_r2 * sums.s12;
-  const double left = sums.s00 - finite(sums.s01 / (caution * sums.s11)) * sums.s01;
+  const double left = sums.s00 - finite(sums.s01 / s11) * sums.s01;
   const double explained = finite(h / q * h / left);
   const double belief = std::clamp(explained / least_explained - 1, 0.0, 1.0);
   const double c = belief * std::clamp(finite(h / q), 0.0, 1.0);
-  return {finite(-(sums.s01 + c * sums.s12) / (caution * sums.s11)), c};
+  return {finite(-(sums.s01 + c * sums.s12) / s11), c};
 }
 
 LocalBlend::LocalBlend(const Cells& cells)

@@ -45,8 +45,9 @@ struct ResidualSums {
 
 /// b and c that make |r0 + b r1 + c r2|^2 smallest, a little short of it; 0 where their residuals
 /// are. c is from 0 to 1, and the smaller the less it explains: what was under way may have ended,
-/// and is as noisy as the frames that it was seen in.
-Blend global_blend(const ResidualSums& sums);
+/// and is as noisy as the frames that it was seen in. `mean_edges`: what the sum of |r1|^2 would be
+/// if it were a mean edge at every vertex.
+Blend global_blend(const ResidualSums& sums, double mean_edges);
 
 /// What one vertex says about b, given c.
 struct BlendFit {

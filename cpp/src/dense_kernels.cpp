@@ -66,27 +66,27 @@ void multiply(const double* a, Index m, const double* b, Index n, Index c, doubl
   }
 }
 
-/// The triangle; its transpose goes to `upper` (columns, 32).
+/// The triangle; its transpose goes to `upper` (columns, widest_supernode).
 void factor_triangle(double* panel, Index columns, const double* least, double* inverse,
                      double* upper) {
   for (Index i = 0; i < columns; ++i) {
-    for (Index j = 0; j < i; ++j) upper[32 * j + i] = panel[i * columns + j];
-    upper[33 * i] = panel[i * columns + i];
+    for (Index j = 0; j < i; ++j) upper[widest_supernode * j + i] = panel[i * columns + j];
+    upper[(widest_supernode + 1) * i] = panel[i * columns + i];
   }
   for (Index k = 0; k < columns; ++k) {
-    double* row = upper + 32 * k;
+    double* row = upper + widest_supernode * k;
     const double pivot = row[k];
     const double scale = pivot > least[k] ? 1 / __builtin_sqrt(pivot) : 0;
     inverse[k] = scale;
     for (Index j = k; j < columns; ++j) row[j] *= scale;
     for (Index i = k + 1; i < columns; ++i) {
       const double factor = row[i];
-      double* other = upper + 32 * i;
+      double* other = upper + widest_supernode * i;
       for (Index j = i; j < columns; ++j) other[j] -= factor * row[j];
     }
   }
   for (Index i = 0; i < columns; ++i) {
-    for (Index j = 0; j <= i; ++j) panel[i * columns + j] = upper[32 * j + i];
+    for (Index j = 0; j <= i; ++j) panel[i * columns + j] = upper[widest_supernode * j + i];
   }
 }
 
@@ -94,7 +94,7 @@ void factor_triangle(double* panel, Index columns, const double* least, double* 
 template <int width>
 [[gnu::always_inline]] inline void factor_rows(double* rows, Index columns, const double* inverse,
                                                const double* upper) {
-  Quad lanes[32][width];
+  Quad lanes[widest_supernode][width];
   for (Index k = 0; k < columns; ++k) {
     for (int w = 0; w < width; ++w) {
       for (int i = 0; i < 4; ++i) lanes[k][w][i] = rows[(4 * w + i) * columns + k];
@@ -104,7 +104,7 @@ template <int width>
     Quad x[width];
     for (int w = 0; w < width; ++w) x[w] = lanes[k][w] *= inverse[k];
     for (Index j = k + 1; j < columns; ++j) {
-      const double factor = upper[32 * k + j];
+      const double factor = upper[widest_supernode * k + j];
       for (int w = 0; w < width; ++w) lanes[j][w] -= factor * x[w];
     }
   }
@@ -118,7 +118,7 @@ template <int width>
 void factor_row(double* row, Index columns, const double* inverse, const double* upper) {
   for (Index k = 0; k < columns; ++k) {
     const double x = row[k] *= inverse[k];
-    for (Index j = k + 1; j < columns; ++j) row[j] -= upper[32 * k + j] * x;
+    for (Index j = k + 1; j < columns; ++j) row[j] -= upper[widest_supernode * k + j] * x;
   }
 }
 

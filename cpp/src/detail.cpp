@@ -212,13 +212,15 @@ Blend Detail<Real>::solve_for_blend() {
   ResidualSums sums;
   double shape = 0;
   double change = 0;
+  double counted = 0;
   for (std::size_t v = 0; v < x_.size(); ++v) {
     find_residuals(v, [&](const Residuals& residuals) { sums.add(residuals); });
     shape += counts_[v] * squared_norm(turned_[3 * v + 1]);
     change += counts_[v] * squared_norm(turned_[3 * v + 2]);
+    counted += counts_[v];
   }
   sums.drop_rounding_errors(shape, change);
-  const Blend found = global_blend(sums);
+  const Blend found = global_blend(sums, counted * mean_edge_ * mean_edge_);
   for (std::size_t v = 0; v < x_.size(); ++v) {
     blend_fits_[v] = {};
     if (sums.s11 == 0) continue;

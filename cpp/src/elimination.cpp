@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "dense_kernels.hpp"
+
 namespace dynmesh {
 namespace {
 

@@ -32,11 +32,8 @@ struct Elimination {
   [[nodiscard]] Index supernodes() const { return static_cast<Index>(firsts.size()) - 1; }
 };
 
-/// Supernodes have at most this many columns, so that their diagonal blocks stay in the fastest
-/// cache.
-constexpr Index widest_supernode = 32;
-
-/// Approximate minimum degree; columns with nearly the same rows share a supernode.
+/// Approximate minimum degree; columns with nearly the same rows share a supernode, of at most
+/// `widest_supernode` columns (dense_kernels.hpp).
 Elimination plan_elimination(const SymmetricMatrix& matrix);
 
 }  // namespace dynmesh

@@ -1,5 +1,6 @@
 #include "dense_kernels.hpp"
 #include "operator_kernels.hpp"
+#include "processor.hpp"
 #include "rotation_kernels.hpp"
 #include "row_kernels.hpp"
 #include "sweeps.hpp"
@@ -24,17 +25,21 @@ DYNMESH_DECLARE_KERNELS(portable)
 
 namespace {
 
+[[maybe_unused]] ProcessorLevel level_of_this_processor() {
+  static const ProcessorLevel level =
+      level_of(processor_features());  // takes long in a virtual machine
+  return level;
+}
+
 /// Of those for each kind of processor the ones that this one can run, the best first.
 template <class Kernels>
 std::vector<const Kernels*> runnable([[maybe_unused]] const Kernels* v3,
                                      [[maybe_unused]] const Kernels* v2, const Kernels* portable) {
   std::vector<const Kernels*> found;
 #ifdef DYNMESH_X86_64
-  // x86-64-v3 is these two, and what every processor has that has both.
-  if (__builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0) {
-    found.push_back(v3);
-  }
-  if (__builtin_cpu_supports("sse4.2") != 0) found.push_back(v2);
+  const ProcessorLevel level = level_of_this_processor();
+  if (level >= ProcessorLevel::v3) found.push_back(v3);
+  if (level >= ProcessorLevel::v2) found.push_back(v2);
 #endif
   found.push_back(portable);
   return found;

@@ -1,4 +1,5 @@
-/// The shortest and the longest edges that weights tell apart.
+/// Between what bounds squared lengths count. By themselves, so that the inner loops can use them
+/// too: these may not include anything with inline functions, see lanes.hpp.
 #pragma once
 
 namespace dynmesh {

@@ -78,7 +78,7 @@ MaskedFactor::MaskedFactor(SymmetricMatrix matrix, const DenseKernels& kernels)
   head_.resize(supernodes);
   reached_.resize(supernodes);
   products_.resize(at(most_below) * widest_supernode);
-  work_.resize(at(8 * widest_supernode * widest_supernode));
+  work_.resize(at(most_work));
 }
 
 bool MaskedFactor::factorize(std::span<const std::uint8_t> mask, std::span<const double> added) {

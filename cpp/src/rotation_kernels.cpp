@@ -1,5 +1,7 @@
 #include "rotation_kernels.hpp"
 
+#include "best_rotation.hpp"
+
 // Compiled several times with different instructions, each in a namespace of its own, by the rules
 // of sweeps.cpp: nothing here may be instantiated elsewhere too.
 #ifndef DYNMESH_KERNELS
@@ -20,6 +22,9 @@ using Bits [[gnu::vector_size(32), gnu::may_alias]] = std::int64_t;
               __builtin_sqrt(v[3])};
 }
 [[gnu::always_inline]] inline Quad larger(Quad a, Quad b) { return a > b ? a : b; }
+[[gnu::always_inline]] inline bool all(Bits lanes) {
+  return (lanes[0] & lanes[1] & lanes[2] & lanes[3]) != 0;
+}
 
 void measure(const RotationData& data, Index first, Index last) {
   for (Index i = first; i < last; ++i) {
@@ -63,8 +68,10 @@ struct Covariances {
 /// A step towards the rotation R with the largest tr(R^T S): with P = R^T S, the gradient is the
 /// axial vector a of P and the Hessian G = tr(P) 1 - (P + P^T) / 2. A shift that vanishes at the
 /// end makes the step that of a whole turn far from it; where G is not safely positive, the scalar
-/// step of Mueller, Bender, Chentanez and Macklin (2016) climbs as well. Returns |step|^2.
-[[gnu::always_inline]] inline Quad turn_once(const Covariances& s, Turns& q) {
+/// step of Mueller, Bender, Chentanez and Macklin (2016) climbs as well. `is_maximum` is set where
+/// G is safely positive without a shift too, so that a step of no length has arrived at the maximum
+/// and not at a saddle. Returns |step|^2.
+[[gnu::always_inline]] inline Quad turn_once(const Covariances& s, Turns& q, Bits& is_maximum) {
   const Covariances r = matrix_of(q);
   Quad p[3][3];
   for (int i = 0; i < 3; ++i) {
@@ -94,8 +101,10 @@ struct Covariances {
   const Quad threshold = 1e-4 * size;
   const Bits is_safe =
       (xx > threshold) & (czz > threshold * size) & (determinant > threshold * size * size);
+  is_maximum = is_safe & (trace > Quad{});  // where the step is short, so is the shift then
   const Quad newton = 1 / (is_safe ? determinant : Quad{} + 1);
-  const Quad scalar = 2 / larger(trace + size, Quad{} + 1e-300);
+  // At half a turn from the maximum nothing tells how far to go: not out of range, at any rate.
+  const Quad scalar = 2 / larger(trace + size, 1e-6 * size + 1e-300);
   const Quad wx = is_safe ? newton * (cxx * ax + cxy * ay + cxz * az) : scalar * ax;
   const Quad wy = is_safe ? newton * (cxy * ax + cyy * ay + cyz * az) : scalar * ay;
   const Quad wz = is_safe ? newton * (cxz * ax + cyz * ay + czz * az) : scalar * az;
@@ -108,6 +117,27 @@ struct Covariances {
   q.y = old.y + old.w * hy + old.z * hx - old.x * hz;
   q.z = old.z + old.w * hz + old.x * hy - old.y * hx;
   return wx * wx + wy * wy + wz * wz;
+}
+
+/// The lanes that the steps above have not brought to the maximum, anew from the last rotations.
+/// They are few: half turns, which are where a step has no length either, and cells that hold a
+/// line, a point or a reflection, where several rotations may be equally good.
+[[gnu::cold, gnu::noinline]] void settle(const Covariances& s, const Bits& is_settled,
+                                         const Quaternion* last_fit, Index first, Index last,
+                                         Turns& q) {
+  for (int lane = 0; lane < 4 && first + lane < last; ++lane) {
+    if (is_settled[lane] != 0) continue;
+    double covariance[3][3];
+    for (int c = 0; c < 3; ++c) {
+      for (int d = 0; d < 3; ++d) covariance[c][d] = s.s[c][d][lane];
+    }
+    const Quaternion best = best_rotation(covariance, last_fit[first + lane],
+                                          {q.w[lane], q.x[lane], q.y[lane], q.z[lane]});
+    q.w[lane] = best.w;
+    q.x[lane] = best.x;
+    q.y[lane] = best.y;
+    q.z[lane] = best.z;
+  }
 }
 
 void turn(const RotationData& data, Index first, Index last) {
@@ -142,16 +172,19 @@ void turn(const RotationData& data, Index first, Index last) {
     for (auto& row : s.s) {
       for (Quad& value : row) value = is_usable ? scale * value : Quad{};
     }
+    Bits is_settled{};
     for (int step = 0; step < most_steps; ++step) {
-      const Quad moved = turn_once(s, q);
-      const Bits goes_on = moved > small_step;
-      if ((goes_on[0] | goes_on[1] | goes_on[2] | goes_on[3]) == 0) break;
+      Bits is_maximum;
+      const Bits has_stopped = turn_once(s, q, is_maximum) <= small_step;
+      is_settled = (has_stopped & is_maximum) | ~is_usable;
+      if (all(has_stopped)) break;
     }
     const Quad norm = 1 / root(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
     q.w *= norm;
     q.x *= norm;
     q.y *= norm;
     q.z *= norm;
+    if (!all(is_settled)) settle(s, is_settled, data.quaternions, i, last, q);
     for (int lane = 0; lane < 4 && i + lane < last; ++lane) {
       data.quaternions[i + lane] = {q.w[lane], q.x[lane], q.y[lane], q.z[lane]};
     }

@@ -1,10 +1,11 @@
 """Makes the pictures of docs/method.md and docs/gallery.md, from the built-in sequences alone.
 
-    python docs/make_figures [--page PAGE] [--out FOLDER]
+    python docs/make_figures [--page PAGE] [--out FOLDER] [--draft]
 
 writes FOLDER/PAGE/*.png for PAGE method and gallery, or for one of them; FOLDER is docs/figures
 unless it is given. Needs the extra `reproduce`; without libigl, one figure of page method is left
-out. Takes about a minute.
+out. Takes about a minute; a draft takes seconds, as it shows a small sheet in place of both
+sequences.
 """
 
 import argparse
@@ -51,9 +52,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Makes the pictures of two pages in docs.")
     parser.add_argument("--page", choices=PAGES, help="of which; without it, of both")
     parser.add_argument("--out", type=Path, default=Path(__file__).parents[1] / "figures")
+    parser.add_argument("--draft", action="store_true", help="show a small sheet instead")
     arguments = parser.parse_args()
-    walker = Subject.of("walker", dynmesh.synth.walker(), "z", 20, None)
-    ocean = Subject.of("ocean", dynmesh.synth.ocean(175), "z", 60, None)
+    if arguments.draft:
+        figure = sea = dynmesh.synth.ocean(175, grid=16)
+    else:
+        figure, sea = dynmesh.synth.walker(), dynmesh.synth.ocean(175)
+    walker = Subject.of("walker", figure, "z", 20, None)
+    ocean = Subject.of("ocean", sea, "z", 60, None)
     for page, draw in zip(PAGES, (draw_method, draw_gallery), strict=True):
         if arguments.page in (None, page):
             draw(walker, ocean, arguments.out / page)

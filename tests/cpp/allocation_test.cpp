@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 #include <dynmesh/dynmesh.h>
 
+#include <Eigen/Core>
 #include <dynmesh/completer.hpp>
 
 #include "counted_memory.hpp"
@@ -10,6 +11,15 @@
 
 namespace dynmesh::testing {
 namespace {
+
+#ifdef DYNMESH_WRAPPED_MALLOC
+TEST_CASE("what Eigen allocates is counted, too") {
+  const std::size_t before = allocations();
+  const Eigen::VectorXd vector = Eigen::VectorXd::Zero(100);
+  CHECK(vector.size() == 100);
+  CHECK(allocations() == before + 1);
+}
+#endif
 
 TEST_CASE_TEMPLATE("frames allocate nothing", Real, float, double) {
   auto mesh = join(join(sheet<Real>(20), sheet<Real>(5, 30.0)), sheet<Real>(3, 40.0));

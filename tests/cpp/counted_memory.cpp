@@ -53,10 +53,10 @@ void* real_aligned_alloc(std::size_t alignment, std::size_t size) {
   return std::aligned_alloc(alignment, size);
 }
 void real_free(void* memory) { std::free(memory); }
+}  // namespace
 void* counted_malloc(std::size_t size);
 void* counted_aligned_alloc(std::size_t alignment, std::size_t size);
 void counted_free(void* memory);
-}  // namespace
 #endif
 
 void* counted_malloc(std::size_t size) { return fails() ? nullptr : real_malloc(size); }

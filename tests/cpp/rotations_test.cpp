@@ -2,7 +2,11 @@
 
 #include <doctest/doctest.h>
 
-#include <Eigen/Geometry>
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
 
 #include "meshes.hpp"
 
@@ -68,6 +72,122 @@ TEST_CASE("where cells do not tell, the last rotation stays") {
   for (std::size_t v = 0; v < before.size(); ++v) {
     CHECK(rotations.quaternions()[v].w == doctest::Approx(before[v].w));
     CHECK(rotations.quaternions()[v].z == doctest::Approx(before[v].z));
+  }
+}
+
+using Matrix = Eigen::Matrix3d;
+
+/// The rotations that a kernel finds from these covariances alone: no vertex has a neighbour.
+std::vector<Quaternion> turn(const RotationKernels& kernels, const std::vector<Matrix>& covariances,
+                             const std::vector<Quaternion>& last) {
+  const auto n = static_cast<Index>(covariances.size());
+  std::vector<Covariance> given(covariances.size());
+  for (std::size_t i = 0; i < given.size(); ++i) {
+    for (int row = 0; row < 3; ++row) {
+      const auto& s = covariances[i];
+      given[i].rows[row] = {s(row, 0), s(row, 1), s(row, 2)};
+    }
+  }
+  const std::vector<Index> no_cells(covariances.size() + 1, 0);
+  std::vector<Quaternion> quaternions = last;
+  kernels.turn({no_cells.data(), nullptr, nullptr, nullptr, given.data(), quaternions.data()}, 0,
+               n);
+  return quaternions;
+}
+
+Eigen::Quaterniond eigen(const Quaternion& q) { return {q.w, q.x, q.y, q.z}; }
+
+/// The largest tr(R^T S) of all rotations R.
+double largest_trace(const Matrix& s) {
+  const Eigen::JacobiSVD<Matrix> svd(s, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Vector3d values = svd.singularValues();
+  const bool is_reflected = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0;
+  return values[0] + values[1] + (is_reflected ? -values[2] : values[2]);
+}
+
+/// All ranks, with and without reflection and equal singular values, turned in several ways.
+std::vector<Matrix> covariances_of_every_kind() {
+  const Eigen::Vector3d skew = Eigen::Vector3d(1, 2, 3).normalized();
+  const double pi = std::acos(-1.0);
+  std::vector<Matrix> turns = {Matrix::Identity()};
+  for (const Eigen::Vector3d& axis :
+       {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, 1, 0), Eigen::Vector3d(0, 0, 1), skew}) {
+    for (const double angle : {0.3, 3.0, pi - 1e-9, pi}) {
+      turns.push_back(Eigen::AngleAxisd(angle, axis).toRotationMatrix());
+    }
+  }
+  // Exactly half a turn, which the cosine of pi is not.
+  for (int axis = 0; axis < 3; ++axis) {
+    Eigen::Vector3d signs(-1, -1, -1);
+    signs[axis] = 1;
+    turns.emplace_back(signs.asDiagonal());
+  }
+  std::vector<Matrix> found;
+  const auto add = [&](double a, double b, double c) {
+    for (const Matrix& turn : turns) {
+      for (const Matrix& other : turns) {
+        found.push_back(turn * Eigen::Vector3d(a, b, c).asDiagonal() * other.transpose());
+      }
+    }
+  };
+  for (const double sign : {1.0, -1.0}) {
+    add(3, 2, sign);
+    add(3, 1, sign);
+    add(1, 1, sign);
+    add(3, 3, sign);
+    add(3, 2, sign * 1e-9);
+    add(3, sign * 1e-3, 1e-9);
+    add(3, sign * 1e-9, 1e-9);
+    add(sign * 3, 0, 0);
+    add(sign * 3, 2, 0);
+    add(2, sign * 2, 0);
+  }
+  add(0, 0, 0);
+  return found;
+}
+
+TEST_CASE("the best rotation is found for every covariance and from every last rotation") {
+  const auto covariances = covariances_of_every_kind();
+  const std::vector<Eigen::Quaterniond> starts = {
+      {1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 0, 1}, Eigen::Quaterniond(1, 2, 3, 4).normalized()};
+  for (const RotationKernels* kernels : runnable_rotation_kernels()) {
+    for (const double scale : {1.0, 1e-12, 1e12, 1e-200, 1e200}) {
+      for (const Eigen::Quaterniond& start : starts) {
+        std::vector<Matrix> given;
+        for (const Matrix& s : covariances) given.emplace_back(scale * s);
+        const std::vector<Quaternion> last(given.size(),
+                                           {start.w(), start.x(), start.y(), start.z()});
+        const auto found = turn(*kernels, given, last);
+        double worst = 0;
+        for (std::size_t i = 0; i < given.size(); ++i) {
+          const Eigen::Quaterniond q = eigen(found[i]);
+          const double trace = (q.toRotationMatrix().transpose() * covariances[i]).trace();
+          const double error =
+              std::abs(q.norm() - 1) + std::abs(trace - largest_trace(covariances[i]));
+          worst = std::max(worst, std::isfinite(error) ? error : 1e300);
+        }
+        CAPTURE(scale);
+        CAPTURE(start.x());
+        CHECK(worst < 1e-6);
+      }
+    }
+  }
+}
+
+TEST_CASE("of rotations that are equally good the last one stays, as far as it is one of them") {
+  const auto last = Eigen::Quaterniond(1, 2, 3, 4).normalized();
+  const Matrix turned = last.toRotationMatrix();
+  const Eigen::Vector3d along(1, 2, 2);
+  const Matrix nothing = Matrix::Zero();
+  const Matrix line = turned * along * along.transpose();
+  const Matrix reflection = -turned;  // any half turn after it is equally good
+  for (const RotationKernels* kernels : runnable_rotation_kernels()) {
+    const Quaternion given{last.w(), last.x(), last.y(), last.z()};
+    const auto found = turn(*kernels, {nothing, line}, {given, given});
+    for (const Quaternion& q : found) CHECK(eigen(q).angularDistance(last) < 2e-6);
+    const auto reflected = turn(*kernels, {reflection}, {given});
+    const auto again = turn(*kernels, {reflection}, reflected);
+    CHECK(eigen(again[0]).angularDistance(eigen(reflected[0])) < 2e-6);
   }
 }
 

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "captured_openmesh.hpp"
+#include "captured_errors.hpp"
 #include "meshes.hpp"
 
 namespace dynmesh::testing {
@@ -29,7 +29,7 @@ class TemporaryFile {
 
  private:
   std::string path_;
-  CapturedOpenMesh captured_;
+  CapturedErrors captured_;
 };
 
 std::string refusal(const std::string& name, const std::string& content) {

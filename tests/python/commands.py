@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -20,11 +21,15 @@ def dynmesh_command(*arguments: str | Path, code: int = 0) -> Result:
 
 
 def run_here(*arguments: str | Path) -> Result:
-    """Runs it in this process, which saves the start of another."""
+    """Runs it in this process, which saves the start of another.
+
+    The terminal is so wide that no message is broken, however long the paths in it are.
+    """
     command = ["dynmesh", *map(str, arguments)]
     output, error = io.StringIO(), io.StringIO()
     with (
         mock.patch.object(sys, "argv", command),
+        mock.patch.dict(os.environ, {"COLUMNS": "1000", "TERM": "dumb"}),
         contextlib.redirect_stdout(output),
         contextlib.redirect_stderr(error),
     ):

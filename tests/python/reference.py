@@ -45,8 +45,8 @@ def complete_frame(
     """One frame; unseen vertices stay. Returns positions and generations."""
     k = len(previous)
     i, j = edges
-    squared = np.maximum(((previous[i] - previous[j]) ** 2).sum(axis=1), SQUARED_LENGTH_FLOOR * h * h)
-    s = 1.0 / squared
+    squared = ((previous[i] - previous[j]) ** 2).sum(axis=1)
+    s = 1.0 / np.maximum(squared, SQUARED_LENGTH_FLOOR * h * h)
 
     generation = np.where(known, 0, -1)
     d = np.zeros((k, 3))
@@ -289,12 +289,12 @@ class Detail:
         x[solved] = np.linalg.solve(columns.T @ columns + weight, right_side)
         return x
 
-    @staticmethod
-    def _blends(r0: Array, r1: Array, r2: Array) -> tuple[float, float]:
+    def _blends(self, r0: Array, r1: Array, r2: Array, seen: Array) -> tuple[float, float]:
         """B, and the c that explains enough of what b leaves."""
 
         def share(of: Array, over: Array) -> float:
-            square = 1.001 * (over * over).sum()
+            square = (over * over).sum()
+            square += 0.001 * min(square, seen.sum() * self.h**2)
             return float((of * over).sum() / square) if square > 0 else 0.0
 
         h = -(r0 * r2).sum() + share(r2, r1) * (r0 * r1).sum()
@@ -328,7 +328,7 @@ class Detail:
         for r, target in ((r1, targets[1]), (r2, targets[2])):
             if (r * r).sum() <= 1e-18 * ((target * rows) ** 2).sum():  # rounding errors of 0
                 r[:] = 0
-        self.blend, self.continued = b, change = self._blends(r0, r1, r2)
+        self.blend, self.continued = b, change = self._blends(r0, r1, r2, seen)
         x = x0 + b * x1 + change * x2
 
         i, j = self.edges

@@ -13,6 +13,13 @@ import dynmesh
 from dynmesh import Sequence, cli
 
 
+@pytest.fixture(scope="module")
+def sound(tmp_path_factory: pytest.TempPathFactory) -> Array:
+    """The picture of a sequence that is not odd."""
+    pytest.importorskip("pyvista")
+    return TestPicture.pixels(moving(sheet(12)), tmp_path_factory.mktemp("sound"))
+
+
 class TestPicture:
     """`draw`, and `dynmesh info --picture`."""
 
@@ -43,12 +50,12 @@ class TestPicture:
         return int((saturated & (cosine > 0.98)).sum())
 
     @pytest.mark.parametrize("code", ["flipped_faces", "never_seen", "isolated_vertices"])
-    def test_what_is_odd_has_a_colour(self, code: str, tmp_path: Path) -> None:
+    def test_what_is_odd_has_a_colour(self, code: str, sound: Array, tmp_path: Path) -> None:
         from dynmesh.diagnosis.picture import COLOURS
 
         sequence, _ = BROKEN[code]()
         assert self.on_mesh(self.pixels(sequence, tmp_path), COLOURS[0]) > 15
-        assert self.on_mesh(self.pixels(moving(sheet(12)), tmp_path), COLOURS[0]) == 0
+        assert self.on_mesh(sound, COLOURS[0]) == 0
 
     def test_every_finding_can_be_drawn(self, tmp_path: Path) -> None:
         for code in ("first_frame_incomplete", "known_not_finite", "frames_without_anchors"):
@@ -56,9 +63,8 @@ class TestPicture:
         for points in (np.full((3, 4, 3), np.nan), np.zeros((3, 4, 3)), np.zeros((1, 4, 3))):
             assert np.ptp(self.pixels(Sequence(points, np.array([[0, 1, 2]])), tmp_path)) > 200
 
-    def test_leaps_are_marked_along_the_frames(self, tmp_path: Path) -> None:
+    def test_leaps_are_marked_along_the_frames(self, sound: Array, tmp_path: Path) -> None:
         marked = self.pixels(leaps()[0], tmp_path)
-        sound = self.pixels(moving(sheet(12)), tmp_path)
         strips = [image[-150:, : int(0.8 * image.shape[1])] for image in (marked, sound)]
         red = [((s[..., 0] > 180) & (s[..., 1] < 90) & (s[..., 2] < 60)).sum() for s in strips]
         assert red[0] > 40

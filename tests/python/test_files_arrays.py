@@ -399,7 +399,7 @@ def test_a_killed_writer_can_be_gone_on_with(tmp_path: Path, suffix: str) -> Non
     dynmesh.write(tmp_path / "whole.npz", whole)
     path, part = tmp_path / f"a{suffix}", tmp_path / "part"
     kept = 0
-    for stop in (1, 4, 6):
+    for stop in (1, 6):
         command: list[str | Path] = [sys.executable, "-c", WRITE, path, str(kept), part, str(stop)]
         with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as writer:
             assert writer.stdout is not None

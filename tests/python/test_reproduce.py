@@ -10,11 +10,12 @@ from typing import Any
 import meshes
 import numpy as np
 import pytest
-from commands import dynmesh_process
+from commands import dynmesh_command, dynmesh_process
 from conftest import REPOSITORY
 
 import dynmesh
 from dynmesh import figures
+from dynmesh.reproduce import reproduce, style
 
 pytest.importorskip("pyvista")
 pytest.importorskip("matplotlib")
@@ -167,28 +168,34 @@ def test_what_cannot_be_evaluated_is_refused(tmp_path: Path) -> None:
     whole = tmp_path / "whole.npz"
     dynmesh.write(whole, sequence)
     dynmesh.write(twin / "whole.npz", sequence)
-    twice = dynmesh_process(
-        "reproduce", tmp_path / "out", "--data", whole, "--data", twin, code=1
-    ).stderr
-    assert "another sequence is called whole too" in twice
     for data, message in [
-        (single, "single.npz: has 1 frames; at least 2 are needed"),
-        (holed, "holed.npz: has missing vertices; the evaluation takes whole sequences"),
-        (empty, "empty: holds no sequence, .npz"),
-        (tmp_path / "none.npz", "none.npz: No such file"),
+        ([whole, twin], "another sequence is called whole too"),
+        ([single], "single.npz: has 1 frames; at least 2 are needed"),
+        ([holed], "holed.npz: has missing vertices; the evaluation takes whole sequences"),
+        ([empty], "empty: holds no sequence, .npz"),
     ]:
-        error = dynmesh_process(
-            "reproduce", tmp_path / "out", "--quick", "--data", data, code=1
-        ).stderr
-        assert message in error
+        with pytest.raises(ValueError, match=re.escape(message)):
+            reproduce(tmp_path / "out", data=data, quick=True)
         assert not (tmp_path / "out").exists()
+    missing = dynmesh_command(
+        "reproduce", tmp_path / "out", "--data", tmp_path / "none.npz", code=1
+    )
+    assert "none.npz: No such file" in missing.stderr
+    assert not (tmp_path / "out").exists()
 
 
-def test_a_sequence_that_stands_still_is_evaluated_too(tmp_path: Path) -> None:
+@pytest.mark.filterwarnings("ignore:Data has no positive values:UserWarning")
+def test_a_sequence_that_stands_still_is_evaluated_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Of the pictures only what goes into them matters here.
+    white = np.full((30, 40, 3), 255, np.uint8)
+    monkeypatch.setattr(figures, "_taken", lambda *_: white)
+    monkeypatch.setitem(style._STYLE, "figure.dpi", 20)
     sequence = small_sequence()
     still = np.repeat(sequence.vertices[:1], 3, axis=0)
     dynmesh.write(tmp_path / "still.npz", dynmesh.Sequence(still, sequence.faces))
-    dynmesh_process("reproduce", tmp_path / "out", "--quick", "--data", tmp_path / "still.npz")
+    reproduce(tmp_path / "out", data=[tmp_path / "still.npz"], quick=True)
     numbers = json.loads((tmp_path / "out" / "results.json").read_text())
     assert numbers["sequences"]["still"]["grid"]["motion"]["0.5"]["nmsve_mean"] == 0
 

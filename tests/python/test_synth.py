@@ -50,11 +50,11 @@ def test_the_ocean_is_a_sheet_that_never_folds(seed: int) -> None:
 
 def test_equal_seeds_give_equal_sequences() -> None:
     for make in (dynmesh.synth.ocean, dynmesh.synth.walker):
-        first, again, other = make(5, seed=3), make(5, seed=3), make(5, seed=4)
+        first, again, other = make(5, seed=3), make(5, seed=3), make(1, seed=4)
         assert first.vertices.tobytes() == again.vertices.tobytes()
-        assert first.vertices.tobytes() != other.vertices.tobytes()
+        assert len(other.vertices) == 1
+        assert first.vertices[0].tobytes() != other.vertices[0].tobytes()
         np.testing.assert_array_equal(first.faces, other.faces)
-        assert make(1).vertices.shape[0] == 1
 
 
 @pytest.mark.parametrize(

@@ -191,8 +191,9 @@ def test_play_plays_and_pause_stops(moving: Sequence, tmp_path: Path, browser: A
     assert (page.picture() != before).any(axis=2).mean() > 0.01
     page.wait(500)
     assert (page.text("play"), page.text("counter")) == ("Play", stopped_at)
+    page.choose("speed", "2")
     page.press(" ")
-    page.wait(2500)  # more than all frames: from the last it goes on with the first
+    page.wait(800)  # more than all frames: from the last it goes on with the first
     assert page.text("play") == "Pause"
     assert page.complaints == []
 

@@ -50,9 +50,7 @@ def reproduce(
         list[Path] | None,
         typer.Option(help="A sequence, or a folder of them; may be given again. [built-in ones]"),
     ] = None,
-    quick: Annotated[
-        bool, typer.Option("--quick", help="Fewer frames and shares.")
-    ] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Fewer frames and shares.")] = False,
     frames: Annotated[
         int | None, typer.Option(min=2, help="So many of each sequence at most. [all]")
     ] = None,

@@ -12,7 +12,9 @@ static int completes_a_translation(void* frame, int32_t type) {
   const dynmesh_points points = {frame, 4, 3, 1, type};
   const dynmesh_output out = {frame, 4, 3, 1, type};
   dynmesh_completer* completer = NULL;
-  if (dynmesh_create(faces, 2, &points, NULL, &completer) != DYNMESH_OK) return 0;
+  dynmesh_settings settings;
+  if (dynmesh_default_settings(&settings, sizeof settings) != DYNMESH_OK) return 0;
+  if (dynmesh_create(faces, 2, &points, &settings, &completer) != DYNMESH_OK) return 0;
   for (int i = 0; i < 12; ++i) {
     const double x = i < 3 ? 5 : NAN;
     if (type == DYNMESH_FLOAT32) {

@@ -1,0 +1,68 @@
+#include "processor.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cstdint>
+
+#include "dense_kernels.hpp"
+
+namespace dynmesh::testing {
+namespace {
+
+constexpr std::uint32_t bit(int number) { return std::uint32_t{1} << number; }
+
+// Written down once more, one by one: a level lacks nothing that its name promises.
+TEST_CASE("a processor is of a level only if it has all of it") {
+  const ProcessorFeatures everything = {~0U, ~0U, ~0U, ~std::uint64_t{0}};
+  CHECK(level_of(everything) == ProcessorLevel::v3);
+  CHECK(level_of({}) == ProcessorLevel::baseline);
+
+  for (const int sse3_ssse3_cmpxchg16b_sse41_sse42_popcnt : {0, 9, 13, 19, 20, 23}) {
+    ProcessorFeatures lacking = everything;
+    lacking.leaf_1_ecx &= ~bit(sse3_ssse3_cmpxchg16b_sse41_sse42_popcnt);
+    CHECK(level_of(lacking) == ProcessorLevel::baseline);
+  }
+  ProcessorFeatures without_lahf = everything;
+  without_lahf.leaf_80000001_ecx &= ~bit(0);
+  CHECK(level_of(without_lahf) == ProcessorLevel::baseline);
+
+  for (const int fma_movbe_osxsave_avx_f16c : {12, 22, 27, 28, 29}) {
+    ProcessorFeatures lacking = everything;
+    lacking.leaf_1_ecx &= ~bit(fma_movbe_osxsave_avx_f16c);
+    CHECK(level_of(lacking) == ProcessorLevel::v2);
+  }
+  for (const int bmi1_avx2_bmi2 : {3, 5, 8}) {
+    ProcessorFeatures lacking = everything;
+    lacking.leaf_7_ebx &= ~bit(bmi1_avx2_bmi2);
+    CHECK(level_of(lacking) == ProcessorLevel::v2);
+  }
+  ProcessorFeatures without_lzcnt = everything;
+  without_lzcnt.leaf_80000001_ecx &= ~bit(5);
+  CHECK(level_of(without_lzcnt) == ProcessorLevel::v2);
+  for (const int xmm_ymm : {1, 2}) {
+    ProcessorFeatures not_kept = everything;
+    not_kept.xcr0 &= ~std::uint64_t{bit(xmm_ymm)};
+    CHECK(level_of(not_kept) == ProcessorLevel::v2);
+  }
+}
+
+TEST_CASE("nothing else is asked of a processor") {
+  const ProcessorFeatures v2 = {bit(0) | bit(9) | bit(13) | bit(19) | bit(20) | bit(23), 0, bit(0),
+                                0};
+  CHECK(level_of(v2) == ProcessorLevel::v2);
+  const ProcessorFeatures v3 = {v2.leaf_1_ecx | bit(12) | bit(22) | bit(27) | bit(28) | bit(29),
+                                bit(3) | bit(5) | bit(8), bit(0) | bit(5), 6};
+  CHECK(level_of(v3) == ProcessorLevel::v3);
+}
+
+#if defined(__x86_64__) && !defined(__clang__) && __GNUC__ >= 12
+TEST_CASE("this processor is what the compiler takes it for") {
+  const ProcessorLevel level = level_of(processor_features());
+  CHECK((level == ProcessorLevel::v3) == (__builtin_cpu_supports("x86-64-v3") != 0));
+  CHECK((level >= ProcessorLevel::v2) == (__builtin_cpu_supports("x86-64-v2") != 0));
+  CHECK(runnable_dense_kernels().size() == static_cast<std::size_t>(level) + 1);
+}
+#endif
+
+}  // namespace
+}  // namespace dynmesh::testing

@@ -1,0 +1,124 @@
+"""Method detail after a frame that no surface moves to: later frames do not suffer from it."""
+
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from meshes import Array, Mesh, sheet
+from numpy.typing import DTypeLike
+
+import dynmesh
+
+
+def half_turn(*axis: float) -> Array:
+    """Exactly 180 degrees where the axis is one of x, y and z: the cosine of pi is not exact."""
+    unit = np.array(axis) / np.linalg.norm(axis)
+    return np.asarray(2 * np.outer(unit, unit) - np.eye(3))
+
+
+EVENTS = {
+    "half turn about x": half_turn(1, 0, 0),
+    "half turn about y": half_turn(0, 1, 0),
+    "half turn about z": half_turn(0, 0, 1),
+    "half turn about another axis": half_turn(1, 2, 3),
+    "point reflection": -np.eye(3),
+    "mirrored in x": np.diag([-1.0, 1, 1]),
+    "mirrored in z": np.diag([1.0, 1, -1]),
+    "flattened to a plane": np.diag([1.0, 1, 0]),
+    "flattened to another plane": np.diag([0.0, 1, 1]),
+    "flattened to a line": np.diag([1.0, 0, 0]),
+    "flattened to a point": np.zeros((3, 3)),
+    "a million times larger": 1e6 * np.eye(3),
+    "a million times smaller": 1e-6 * np.eye(3),
+    "larger and reflected": -1e6 * np.eye(3),
+    "smaller and turned": 1e-6 * half_turn(0, 0, 1),
+}
+
+
+@cache
+def bone(folder: Path) -> tuple[Array, Array]:
+    """Faces and seven frames of a recorded sequence."""
+    sequence = dynmesh.read(folder / "ea_bone.npz")
+    return np.asarray(sequence.faces), sequence.vertices[:70:10].astype(np.float64)
+
+
+def waves(mesh: Mesh) -> tuple[Array, Array]:
+    """The same of a mesh that turns a little, moves, and has a wave run through it."""
+    frames = [mesh.vertices]
+    for n in range(1, 7):
+        angle = 0.05 * n
+        turn = np.array(
+            [[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]]
+        )
+        wave = 0.05 * n * np.sin(0.3 * mesh.vertices[:, :1]) * [0, 0, 1]
+        frames.append(mesh.vertices @ turn.T + wave + 0.1 * n)
+    return np.asarray(mesh.faces), np.array(frames)
+
+
+def flat_grid() -> Mesh:
+    """All in the plane z = 0."""
+    mesh = sheet(12)
+    return Mesh(mesh.faces, mesh.vertices * [1, 1, 0])
+
+
+SHAPES: dict[str, Callable[[], tuple[Array, Array]]] = {
+    "grid": lambda: waves(flat_grid()),
+    "bumpy grid": lambda: waves(sheet(12)),
+    "triangle": lambda: waves(
+        Mesh(np.array([[0, 1, 2]]), np.random.default_rng(0).normal(size=(3, 3)))
+    ),
+}
+
+
+@pytest.fixture(params=[*SHAPES, "bone"])
+def subject(request: pytest.FixtureRequest) -> tuple[Array, Array]:
+    """Faces and seven frames."""
+    if request.param == "bone":
+        return bone(request.getfixturevalue("data"))
+    return SHAPES[request.param]()
+
+
+def errors(completer: dynmesh.Completer, frames: Array) -> Array:
+    """Of five frames of which a third is known, after one that is wholly known."""
+    rng = np.random.default_rng(1)
+    completer.push(frames[1])
+    found = []
+    for frame in frames[2:]:
+        known = rng.random(len(frame)) < 0.3
+        known[0] = True
+        completed = completer.push(frame, known)
+        found.append(np.linalg.norm(completed - frame, axis=1).mean())
+    completer.restore(completer.state())
+    return np.array(found)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("noise", [None, 0.01], ids=["exact", "noise"])
+def test_one_whole_frame_makes_up_for_anything(
+    subject: tuple[Array, Array], dtype: DTypeLike, noise: float | None
+) -> None:
+    faces, exact = subject
+    frames = exact.astype(dtype)
+    edges = frames[0][faces[:, 0]] - frames[0][faces[:, 1]]
+    h = float(np.linalg.norm(edges, axis=1).mean())
+    sigma = None if noise is None else noise * h
+    completer = dynmesh.Completer(faces, frames[0], method="detail", noise=sigma)
+    expected = errors(completer, frames)
+    for name, event in EVENTS.items():
+        centre = frames[0].mean(axis=0)
+        completer.reset(frames[0])
+        completer.push(((frames[0] - centre) @ event.T + centre).astype(dtype))
+        completer.restore(completer.state())
+        found = errors(completer, frames)
+        assert (found <= 3 * np.maximum(expected, 1e-5 * h)).all(), (name, found, expected)
+
+
+def test_a_triangle_that_is_reflected_keeps_a_state() -> None:
+    vertices = np.random.default_rng(0).normal(size=(3, 3)).astype(np.float32)
+    completer = dynmesh.Completer(np.array([[0, 1, 2]]), vertices, method="detail")
+    completer.push(-vertices)
+    state = completer.state()
+    completer.restore(state)
+    assert completer.state() == state
