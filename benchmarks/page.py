@@ -14,6 +14,7 @@ LONG = frozenset(
         "subdivided-errors",
         "largest",
         "numbering",
+        "overhead",
         "sizes",
         "unknown",
         "cpp",
