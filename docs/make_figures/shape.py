@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from gallery import Scale, draw_sheet
+from gallery import Scale, draw_sheet, nmsve_caption
 
 import dynmesh
 from dynmesh import figures
@@ -47,7 +47,7 @@ def draw_hidden_side(subject: Subject, number: int, azimuth: float, folder: Path
         nmsve = dynmesh.metrics.nmsve(faces, truth, frame) / subject.diagonal
         surfaces.append(figures.render(faces, frame, view))
         errors.append(figures.render(faces, frame, view, values=values, limit=ERRORS.limit))
-        captions.append(f"NMSVE {100 * nmsve:.2g} %")
+        captions.append(nmsve_caption(float(nmsve)))
     draw_sheet(
         surfaces + errors,
         ["original", *methods],

@@ -322,7 +322,7 @@ def test_a_bar_waits_for_its_time(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_the_page_explains_every_finding() -> None:
-    page = (REPOSITORY / "docs" / "diagnosis.md").read_text()
+    page = (REPOSITORY / "docs" / "reference" / "findings.md").read_text()
     explained = re.findall(r"^\| `(\w+)` \| (?:error|warning|note)", page, re.MULTILINE)
     assert explained == sorted(explained, key=CODES.index)
     assert set(explained) == set(CODES)
