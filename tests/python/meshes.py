@@ -80,6 +80,6 @@ def meshes(draw: st.DrawFn, max_vertices: int = 24) -> Mesh:
 @st.composite
 def masks(draw: st.DrawFn, k: int) -> NDArray[np.bool_]:
     """Any known mask, few known ones as likely as many."""
-    share = draw(st.sampled_from([0.0, 0.05, 0.2, 0.5, 0.9]))
+    share = draw(st.sampled_from([0.0, 0.05, 0.2, 0.5, 0.9, 1.0]))
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     return rng.random(k) < share
