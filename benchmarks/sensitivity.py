@@ -18,10 +18,10 @@ from rich.progress import track
 
 import dynmesh
 from dynmesh import degrade
-from dynmesh.heatmap import likely_up
-from dynmesh.reproduce.measure import Subject
-from dynmesh.reproduce.study import scenario_masks
+from dynmesh.draw.heatmap import likely_up
 from dynmesh.sequence import Mask
+from dynmesh.study.measure import Subject
+from dynmesh.study.plan import scenario_masks
 
 from .markdown import Line, table
 from .subjects import CppSubject

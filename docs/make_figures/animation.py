@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 import dynmesh
-from dynmesh import figures
-from dynmesh.figures import View
+from dynmesh.draw import figures
+from dynmesh.draw.figures import View
 
 FRAMES = 175
 EVERY = 3  # frames of the sequence to one of the animation

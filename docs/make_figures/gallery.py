@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from png import save_png
 
-from dynmesh import figures
-from dynmesh.figures import Image, View
-from dynmesh.reproduce.measure import Subject
-from dynmesh.reproduce.style import new_figure
+from dynmesh.draw import figures
+from dynmesh.draw.figures import Image, View
+from dynmesh.study.measure import Subject
+from dynmesh.study.style import new_figure
 
 
 @dataclass(frozen=True)

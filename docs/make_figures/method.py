@@ -8,9 +8,9 @@ from completion import Completed, complete, random_masks
 from png import save_png
 
 import dynmesh
-from dynmesh.reproduce.measure import Subject
-from dynmesh.reproduce.methods import MOTION, ONCE
-from dynmesh.reproduce.style import new_figure, percent
+from dynmesh.study.measure import Subject
+from dynmesh.study.methods import MOTION, ONCE
+from dynmesh.study.style import new_figure, percent
 
 NMSVE_LABEL = r"NMSVE $\times\ 10^4$ / diagonal"
 SHARE_COLOURS = {0.1: "#cc3311", 0.3: "#0072b2", 0.5: "#009e73"}

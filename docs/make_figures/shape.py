@@ -6,12 +6,12 @@ from pathlib import Path
 from gallery import Scale, draw_sheet, nmsve_caption
 
 import dynmesh
-from dynmesh import figures
-from dynmesh.figures import View
-from dynmesh.reproduce.libigl import Harmonic
-from dynmesh.reproduce.measure import Subject, vertex_error
-from dynmesh.reproduce.study import scenario_masks
+from dynmesh.draw import figures
+from dynmesh.draw.figures import View
 from dynmesh.sequence import Mask, Positions
+from dynmesh.study.libigl import Harmonic
+from dynmesh.study.measure import Subject, vertex_error
+from dynmesh.study.plan import scenario_masks
 
 Complete = Callable[[Positions, Mask], Positions]
 

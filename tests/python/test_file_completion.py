@@ -17,9 +17,9 @@ from meshes import Mesh
 
 import dynmesh
 from dynmesh import cli, file_completion, files
-from dynmesh.batch import Job, complete_files
-from dynmesh.checkpoint import Checkpoint, OtherJobError
-from dynmesh.file_completion import complete_file, unfinished_folder
+from dynmesh.jobs.batch import Job, complete_files
+from dynmesh.jobs.checkpoint import Checkpoint, OtherJobError
+from dynmesh.jobs.file_completion import complete_file, unfinished_folder
 from dynmesh.streaming import default_settings
 
 RESUMABLE = [

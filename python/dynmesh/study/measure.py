@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import metrics
-from ..evaluation import bounding_box_diagonal
+from ..metrics import bounding_box_diagonal
 from ..sequence import Mask, Positions, Sequence
 from .methods import Method
 

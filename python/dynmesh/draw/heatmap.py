@@ -8,10 +8,11 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from .evaluation import bounding_box_diagonal, check_comparable
-from .files import Frame, Reader
+from ..files import Frame, Reader
+from ..files.reader import check_comparable
+from ..metrics import bounding_box_diagonal
+from ..sequence import Mask, Positions
 from .scales import CountScale, ErrorScale, KnownScale, Scale, Values, round_up
-from .sequence import Mask, Positions
 
 Colour = Literal["error", "generation", "age", "known"]
 """What the colour of a vertex says."""

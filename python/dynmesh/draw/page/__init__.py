@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from .._extras import require_all
+from ..._extras import require_all
+from ...files import Reader
 from ..figures import View
-from ..files import Reader
 from ..heatmap import Colour, Heatmap, ShownFrame, likely_up
-from .page import Playback, compose
+from .player import Playback, compose
 from .thin import thin
 
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from . import files
-from ._checks import SettingError
+from .. import files
+from .._checks import SettingError
+from ..streaming import Settings
 from .checkpoint import OtherJobError, Source
 from .file_completion import FileReport, complete_file
-from .streaming import Settings
 
 
 @dataclass(frozen=True)

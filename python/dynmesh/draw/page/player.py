@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._extras import require
+from ..._extras import require
+from ...sequence import Positions
 from ..figures import SURFACE_COLOUR, View
 from ..heatmap import ShownFrame, whole_faces
 from ..scales import Scale
-from ..sequence import Positions
 
 _GRID_CELLS = 8192  # along the longest side: far below a pixel, and halves the page
 _FIELD_OF_VIEW = 30.0  # degrees

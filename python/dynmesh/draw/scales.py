@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ._extras import require
+from .._extras import require
 from .figures import HEATMAP, HEATMAP_RANGE, KNOWN_COLOUR, MISSING_COLOUR, SURFACE_COLOUR
 
 Values = NDArray[np.number[Any]]

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._core import cells
-from ._extras import require
-from .sequence import Mask, Positions
+from .._core import cells
+from .._extras import require
+from ..sequence import Mask, Positions
 
 Image = NDArray[np.uint8]
 Vector = tuple[float, float, float]

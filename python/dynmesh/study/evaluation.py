@@ -6,9 +6,10 @@ from itertools import islice
 
 import numpy as np
 
-from . import metrics
-from .files import Frame, Reader
-from .sequence import Positions
+from .. import metrics
+from ..files import Frame, Reader
+from ..files.reader import check_comparable
+from ..sequence import Positions
 
 _frames_at_once = 32  # the cells are made anew for every stretch of frames
 
@@ -36,11 +37,6 @@ class Evaluation:
     bounding_box_diagonal: float
 
 
-def bounding_box_diagonal(frame: Positions) -> float:
-    """The length of the diagonal of a (k, 3) frame's axis-aligned bounding box."""
-    return float(np.linalg.norm(np.ptp(frame.astype(np.float64), axis=0)))
-
-
 def evaluate(completed: Reader, reference: Reader, frames: Iterable[Frame]) -> Evaluation:
     """Compares two sequences frame by frame.
 
@@ -56,7 +52,7 @@ def evaluate(completed: Reader, reference: Reader, frames: Iterable[Frame]) -> E
     check_comparable(completed, reference)
     pairs = zip(_whole(frames, completed), _whole(reference, reference), strict=True)
     _, first = next(pairs)
-    unit = bounding_box_diagonal(first)
+    unit = metrics.bounding_box_diagonal(first)
     if unit == 0:
         raise ValueError(f"{reference.path}: all vertices of frame 0 are at one point")
     nmsve: list[float] = []
@@ -74,21 +70,6 @@ def evaluate(completed: Reader, reference: Reader, frames: Iterable[Frame]) -> E
         frames=len(errors),
         bounding_box_diagonal=unit,
     )
-
-
-def check_comparable(completed: Reader, reference: Reader) -> None:
-    """Refuses sequences of different meshes or numbers of frames."""
-    for what in ("n_vertices", "n_frames"):
-        ours, truth = getattr(completed, what), getattr(reference, what)
-        if ours != truth:
-            noun = what.removeprefix("n_")
-            raise ValueError(
-                f"{completed.path} has {ours} {noun}, but {reference.path} has {truth}"
-            )
-    if reference.n_frames < 2:
-        raise ValueError(f"{reference.path}: has no frame after frame 0 to measure")
-    if not np.array_equal(completed.faces, reference.faces):
-        raise ValueError(f"{completed.path} and {reference.path} have different faces")
 
 
 def _whole(frames: Iterable[Frame], reader: Reader) -> Iterator[Positions]:

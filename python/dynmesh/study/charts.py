@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from .measure import Run
 from .methods import BEYOND, COMPARED, LIA_ON_MOTION, MOTION, ONCE, Method
-from .study import PAPER_SHARES, SCENARIOS, Study
+from .plan import PAPER_SHARES, SCENARIOS, Study
 from .style import new_figure, percent, save
 
 if TYPE_CHECKING:

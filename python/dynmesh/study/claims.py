@@ -8,7 +8,7 @@ import numpy as np
 from .charts import LinearFit
 from .measure import Run
 from .methods import ARAP, BIHARMONIC, DETAIL, HARMONIC, LIA, LIA_ON_MOTION, LSM, MOTION, Method
-from .study import SCENARIOS, Study
+from .plan import SCENARIOS, Study
 from .style import percent, scientific
 
 _REAL_TIME = 16.0  # ms: a frame at 60 Hz

@@ -10,13 +10,13 @@ from pathlib import Path
 
 from .. import files, synth
 from .._extras import require_all
-from ..figures import load_pyvista
-from ..heatmap import likely_up
+from ..draw.figures import load_pyvista
+from ..draw.heatmap import likely_up
 from ..sequence import Sequence
 from . import charts, pictures, report
 from .claims import Claims, detail_verdicts, verdicts
 from .measure import Subject
-from .study import SCENARIOS, Plan, seconds_of_work, study, trial
+from .plan import SCENARIOS, Plan, seconds_of_work, study, trial
 
 __all__ = ["reproduce"]
 

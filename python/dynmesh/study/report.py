@@ -14,7 +14,7 @@ from .._core import __version__
 from .charts import LinearFit
 from .claims import Claims, Verdict, compare
 from .methods import BEYOND, COMPARED, DETAIL, LIA_ON_MOTION, MOTION, Method
-from .study import PAPER_SHARES, SCENARIOS, Study
+from .plan import PAPER_SHARES, SCENARIOS, Study
 from .style import percent, scientific
 
 _STYLE = """

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._extras import require
-from ..sequence import Positions
+from ..._extras import require
+from ...sequence import Positions
 
 
 def thin(

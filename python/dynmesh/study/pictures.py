@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import figures
-from ..figures import Image, View
+from ..draw import figures
+from ..draw.figures import Image, View
 from ..sequence import Positions
 from .measure import Run, Subject, vertex_error
 from .methods import COMPARED, HARMONIC, LIA, LSM, MOTION
-from .study import PAPER_SHARES, SCENARIOS, Study, pictured_frames
+from .plan import PAPER_SHARES, SCENARIOS, Study, pictured_frames
 from .style import new_figure, percent, save, scientific
 
 if TYPE_CHECKING:

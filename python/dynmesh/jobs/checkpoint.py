@@ -11,9 +11,9 @@ from typing import Any, Literal, NamedTuple, TypedDict
 import numpy as np
 from numpy.typing import NDArray
 
-from ._core import __version__
-from .files import Header, PathLike, Reader
-from .streaming import Settings, default_settings
+from .._core import __version__
+from ..files import Header, PathLike, Reader
+from ..streaming import Settings, default_settings
 
 
 class Source(TypedDict, total=False):

@@ -5,13 +5,13 @@ from pathlib import Path
 
 import numpy as np
 
+from .._extras import require_all
+from ..files import Reader
 from . import figures
-from ._extras import require_all
-from .contact_sheet import contact_sheet
 from .figures import SURFACE_COLOUR, Image, View
-from .files import Reader
 from .heatmap import Colour, Heatmap, ShownFrame, likely_up, whole_faces
 from .scales import Scale
+from .sheet import contact_sheet
 
 
 def evenly_spaced(n_frames: int, count: int) -> list[int]:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._checks import (
+from .._checks import (
     check_array,
     check_between,
     check_complete,
@@ -22,20 +22,9 @@ from ._checks import (
     check_positions,
     check_positive,
 )
-from ._core import cells
-from .sequence import Mask, Positions, check_faces
-from .visibility import Camera, orbit, visible
-
-__all__ = [
-    "Camera",
-    "add_noise",
-    "add_outliers",
-    "camera_known",
-    "dropout",
-    "orbit",
-    "patch_known",
-    "random_known",
-]
+from .._core import cells
+from ..sequence import Mask, Positions, check_faces
+from .visibility import Camera, visible
 
 _Integers = NDArray[np.integer[Any]]
 _Floats = NDArray[np.float64]

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._checks import (
+from .._checks import (
     check_between,
     check_complete,
     check_finite,
@@ -25,7 +25,7 @@ from ._checks import (
     check_positive,
     check_vector,
 )
-from .sequence import Mask, Positions
+from ..sequence import Mask, Positions
 
 _Integers = NDArray[np.integer[Any]]
 _Floats = NDArray[np.float64]

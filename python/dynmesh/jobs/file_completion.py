@@ -9,14 +9,14 @@ from typing import Any, Literal
 
 import numpy as np
 
-from . import files
-from ._checks import check_path
-from ._core import Completer, FrameReport
-from ._lock import lock_folder
+from .. import files
+from .._checks import check_path
+from .._core import Completer, FrameReport
+from ..files import Frame, Header, PathLike, Reader, Writer
+from ..sequence import Positions
+from ..streaming import Settings, begin, complete_pairs, push_all
 from .checkpoint import Checkpoint, Saved, Source, describe_job
-from .files import Frame, Header, PathLike, Reader, Writer
-from .sequence import Positions
-from .streaming import Settings, begin, complete_pairs, push_all
+from .lock import lock_folder
 
 Watch = Callable[[Iterator[Any], int, int], Iterator[Any]]
 

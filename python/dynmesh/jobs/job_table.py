@@ -6,9 +6,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, cast
 
+from ..streaming import Settings
 from .batch import Job, Result
 from .checkpoint import Source
-from .streaming import Settings
 
 
 def read_jobs(path: Path) -> list[Job]:
