@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 import dynmesh
-from dynmesh.evaluation import bounding_box_diagonal
+from dynmesh.metrics import bounding_box_diagonal
 from dynmesh.sequence import Mask, Positions
 
 from .rivals import ALL, COPY, DYNMESH, FAST, SLOW, Dynmesh, Method, prepare

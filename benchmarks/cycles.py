@@ -6,7 +6,7 @@ from itertools import islice
 import numpy as np
 
 import dynmesh
-from dynmesh.evaluation import bounding_box_diagonal
+from dynmesh.metrics import bounding_box_diagonal
 from dynmesh.streaming import Settings
 
 

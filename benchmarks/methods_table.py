@@ -17,9 +17,10 @@ from rich.progress import track
 
 import dynmesh
 from dynmesh import degrade
-from dynmesh.heatmap import likely_up
-from dynmesh.reproduce.measure import Subject, run
-from dynmesh.reproduce.methods import (
+from dynmesh.draw.heatmap import likely_up
+from dynmesh.sequence import Mask
+from dynmesh.study.measure import Subject, run
+from dynmesh.study.methods import (
     ARAP,
     ARAP_FROM_PREVIOUS,
     BIHARMONIC,
@@ -28,9 +29,8 @@ from dynmesh.reproduce.methods import (
     MOTION,
     Method,
 )
-from dynmesh.reproduce.study import PAPER_SHARES, scenario_masks
-from dynmesh.reproduce.style import percent
-from dynmesh.sequence import Mask
+from dynmesh.study.plan import PAPER_SHARES, scenario_masks
+from dynmesh.study.style import percent
 
 from .markdown import ABSENT, Line, bold_below_one, milliseconds, number, table
 

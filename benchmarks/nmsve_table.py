@@ -14,8 +14,8 @@ from rich.console import Console
 from rich.progress import track
 
 import dynmesh
-from dynmesh.reproduce.study import PAPER_SHARES
 from dynmesh.streaming import Settings
+from dynmesh.study.plan import PAPER_SHARES
 
 from .cycles import error_of_cycles
 from .markdown import Line, table

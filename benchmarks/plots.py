@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from dynmesh.reproduce.style import new_figure
+from dynmesh.study.style import new_figure
 
 from .comparison import Measurement
 from .latency import Latency

@@ -13,9 +13,9 @@ import shutil
 from pathlib import Path
 from typing import Any
 
-from dynmesh.reproduce.methods import BEYOND, COMPARED, ONCE
-from dynmesh.reproduce.study import PAPER_SHARES, SCENARIOS
-from dynmesh.reproduce.style import percent
+from dynmesh.study.methods import BEYOND, COMPARED, ONCE
+from dynmesh.study.plan import PAPER_SHARES, SCENARIOS
+from dynmesh.study.style import percent
 
 from . import page
 from .markdown import ABSENT, Line, number, table

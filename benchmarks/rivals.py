@@ -13,9 +13,9 @@ import numpy as np
 from scipy.sparse.linalg import spsolve
 
 import dynmesh
-from dynmesh.reproduce.libigl import Arap, Harmonic
 from dynmesh.sequence import Mask
 from dynmesh.streaming import Settings
+from dynmesh.study.libigl import Arap, Harmonic
 
 from .scenes import Frames, Scene
 from .subjects import CppSubject
@@ -126,7 +126,7 @@ class Scipy:
 
 
 class Libigl:
-    """`dynmesh.reproduce.libigl`, each call whole."""
+    """`dynmesh.study.libigl`, each call whole."""
 
     def __init__(self, rival: Harmonic | Arap) -> None:
         """Takes the one to time."""

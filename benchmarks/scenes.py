@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import dynmesh
-from dynmesh.reproduce.measure import Subject
-from dynmesh.reproduce.study import PAPER_SHARES, scenario_masks
-from dynmesh.reproduce.style import percent
 from dynmesh.sequence import Mask
+from dynmesh.study.measure import Subject
+from dynmesh.study.plan import PAPER_SHARES, scenario_masks
+from dynmesh.study.style import percent
 
 from .plan import Plan
 

@@ -9,9 +9,9 @@ in milliseconds, as what else the machine does can only add to it.
 import numpy as np
 
 import dynmesh
-from dynmesh.reproduce.measure import Subject
-from dynmesh.reproduce.study import PAPER_SHARES, scenario_masks
-from dynmesh.reproduce.style import percent
+from dynmesh.study.measure import Subject
+from dynmesh.study.plan import PAPER_SHARES, scenario_masks
+from dynmesh.study.style import percent
 
 from .markdown import Line, table
 

@@ -36,6 +36,9 @@ def _library() -> ctypes.CDLL:
     size, pointer = ctypes.c_size_t, ctypes.c_void_p
     library.subject_create.argtypes = [pointer, size, pointer, size, ctypes.c_int32]
     library.subject_create.restype = pointer
+    varied = library.subject_create_varied
+    varied.argtypes = [pointer, size, pointer, size, ctypes.c_char_p, ctypes.c_double]
+    varied.restype = pointer
     library.subject_destroy.argtypes = [pointer]
     library.subject_reset.argtypes = [pointer, pointer, size]
     library.subject_push.argtypes = [pointer] * 3 + [size, pointer, size, pointer, pointer]
@@ -56,15 +59,31 @@ class CppSubject:
         completed: the last frame, (k, 3).
     """
 
-    def __init__(self, faces: Faces, first_frame: Frames, threads: int) -> None:
-        """Builds it; ImportError without the library, ValueError where it refuses."""
+    def __init__(
+        self,
+        faces: Faces,
+        first_frame: Frames,
+        threads: int = 1,
+        varied: tuple[str, float] | None = None,
+    ) -> None:
+        """Builds it; ImportError without the library, ValueError where it refuses.
+
+        Args:
+            faces: (m, 3).
+            first_frame: (k, 3).
+            threads: 0: the plain twin.
+            varied: method detail in one thread, with this one of its constants times a factor.
+        """
         self._library = _library()
         self.completed: Frames = first_frame.copy()
-        self._subject = self._library.subject_create(
-            _address(faces), len(faces), _address(first_frame), len(first_frame), threads
-        )
+        mesh = _address(faces), len(faces), _address(first_frame), len(first_frame)
+        if varied is None:
+            self._subject = self._library.subject_create(*mesh, threads)
+        else:
+            name, factor = varied
+            self._subject = self._library.subject_create_varied(*mesh, name.encode(), factor)
         if not self._subject:
-            raise ValueError(f"threads: {threads} are refused")
+            raise ValueError(f"the library refuses {varied or f'{threads} threads'}")
 
     def __del__(self) -> None:
         """Frees its memory."""

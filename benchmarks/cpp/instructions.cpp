@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "meshes.hpp"
-#include "processor.hpp"
+#include "kernels/processor.hpp"
 
 using namespace dynmesh;
 

@@ -10,14 +10,14 @@
 #include <cstdint>
 #include <cstring>
 #include <dynmesh/completer.hpp>
-#include <dynmesh/generations.hpp>
-#include <dynmesh/motion.hpp>
 #include <dynmesh/topology.hpp>
 #include <limits>
 #include <utility>
 #include <vector>
 
+#include "generations/generations.hpp"
 #include "meshes.hpp"
+#include "motion/motion.hpp"
 
 namespace dynmesh {
 namespace {

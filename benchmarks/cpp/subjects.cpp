@@ -2,19 +2,26 @@
 /// frames that Python has and in the same run as everything else, but without Python in between.
 ///
 /// Positions are packed rows of float, masks one byte per vertex. Nothing is checked.
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/completer.hpp>
-#include <dynmesh/generations.hpp>
-#include <dynmesh/motion.hpp>
 #include <dynmesh/topology.hpp>
 #include <exception>
 #include <memory>
+#include <optional>
 #include <span>
+#include <string_view>
 #include <utility>
 #include <vector>
+
+#include "detail/detail.hpp"
+#include "generations/estimator.hpp"
+#include "generations/generations.hpp"
+#include "motion/motion.hpp"
+#include "support/workers.hpp"
 
 namespace dynmesh {
 namespace {
@@ -56,13 +63,18 @@ class Product final : public Subject {
   Completer<float> completer_;
 };
 
-/// The paper in plain words, as the tests compare the fast path with it.
-class Plain final : public Subject {
+/// A method alone, without what a completer adds.
+class Bare final : public Subject {
  public:
-  Plain(Faces faces, Points<const float> first_frame)
+  using Make = std::unique_ptr<Estimator<float>> (*)(Faces, const Topology&, Workers&,
+                                                     const DetailConstants&);
+
+  Bare(Faces faces, Points<const float> first_frame, Make make,
+       const DetailConstants& constants = {})
       : topology_(build_topology(faces, first_frame.count)),
+        workers_(1),
         generations_(first_frame.count),
-        motion_(topology_.cells, true, 0),
+        estimator_(make(faces, topology_, workers_, constants)),
         previous_(first_frame.count),
         current_(first_frame.count),
         known_(first_frame.count) {
@@ -73,7 +85,7 @@ class Plain final : public Subject {
     for (std::size_t v = 0; v < frame.count; ++v) {
       previous_[v] = {frame(v, 0), frame(v, 1), frame(v, 2)};
     }
-    motion_.reset(previous_);
+    estimator_->reset(previous_);
   }
   void push(Points<const float> points, KnownMask known, Points<float> completed) override {
     for (std::size_t v = 0; v < points.count; ++v) {
@@ -81,7 +93,8 @@ class Plain final : public Subject {
       current_[v] = known[v] ? Vector3<float>{points(v, 0), points(v, 1), points(v, 2)}
                              : previous_[v];  // where unseen vertices stay
     }
-    motion_.estimate(previous_, current_, known_, generations_);
+    estimator_->estimate(previous_, current_, known_, generations_);
+    estimator_->remember(current_);
     for (std::size_t v = 0; v < points.count; ++v) {
       completed(v, 0) = current_[v].x;
       completed(v, 1) = current_[v].y;
@@ -92,12 +105,56 @@ class Plain final : public Subject {
 
  private:
   Topology topology_;
+  Workers workers_;
   Generations generations_;
-  Motion<float> motion_;
+  std::unique_ptr<Estimator<float>> estimator_;
   std::vector<Vector3<float>> previous_;
   std::vector<Vector3<float>> current_;
   std::vector<std::uint8_t> known_;
 };
+
+/// The paper in plain words, as the tests compare the fast path with it.
+std::unique_ptr<Estimator<float>> plain(Faces /*faces*/, const Topology& topology,
+                                        Workers& /*workers*/,
+                                        const DetailConstants& /*constants*/) {
+  return std::make_unique<Motion<float>>(topology.cells, true, 0);
+}
+
+std::unique_ptr<Estimator<float>> detail(Faces faces, const Topology& topology, Workers& workers,
+                                         const DetailConstants& constants) {
+  std::vector<Triangle> triangles(faces.count);
+  for (std::size_t f = 0; f < faces.count; ++f) triangles[f] = faces[f];
+  return std::make_unique<Detail<float>>(std::move(triangles), topology, std::nullopt, workers,
+                                         constants);
+}
+
+/// Multiplies the constant of that name by `factor`; numbers of steps are rounded, and at least 1.
+/// Returns whether there is one.
+bool scale(DetailConstants& constants, std::string_view name, double factor) {
+  const std::pair<std::string_view, int DetailConstants::*> counts[] = {
+      {"rounds", &DetailConstants::rounds}, {"averagings", &DetailConstants::averagings}};
+  for (const auto& [known, member] : counts) {
+    if (name != known) continue;
+    constants.*member = std::max(1, static_cast<int>(std::lround(constants.*member * factor)));
+    return true;
+  }
+  const std::pair<std::string_view, double DetailConstants::*> numbers[] = {
+      {"caution - 1", &DetailConstants::caution},
+      {"caution_of_change - 1", &DetailConstants::caution_of_change},
+      {"least_explained", &DetailConstants::least_explained},
+      {"pull", &DetailConstants::pull},
+      {"least_blend", &DetailConstants::least_blend},
+      {"largest_blend", &DetailConstants::largest_blend},
+      {"newest", &DetailConstants::newest},
+      {"least_area", &DetailConstants::least_area}};
+  for (const auto& [known, member] : numbers) {
+    if (name != known) continue;
+    const double above = known.ends_with("- 1") ? 1 : 0;
+    constants.*member = above + factor * (constants.*member - above);
+    return true;
+  }
+  return false;
+}
 
 template <class Call>
 std::int64_t nanoseconds_of(const Call& call) {
@@ -121,11 +178,26 @@ DYNMESH_FOR_PYTHON void* subject_create(const std::int32_t* faces, std::size_t n
     std::unique_ptr<Subject> subject;
     const Points<const float> frame(first_frame, n_vertices);
     if (threads == 0) {
-      subject = std::make_unique<Plain>(Faces{faces, n_faces}, frame);
+      subject = std::make_unique<Bare>(Faces{faces, n_faces}, frame, plain);
     } else {
       subject = std::make_unique<Product>(Faces{faces, n_faces}, frame, threads);
     }
     return subject.release();
+  } catch (const std::exception&) {
+    return nullptr;
+  }
+}
+
+/// Method detail with other constants. Null where the library refuses the arguments.
+DYNMESH_FOR_PYTHON void* subject_create_varied(const std::int32_t* faces, std::size_t n_faces,
+                                               const float* first_frame, std::size_t n_vertices,
+                                               const char* constant, double factor) {
+  using namespace dynmesh;
+  try {
+    DetailConstants constants;
+    if (!scale(constants, constant, factor)) return nullptr;
+    const Points<const float> frame(first_frame, n_vertices);
+    return std::make_unique<Bare>(Faces{faces, n_faces}, frame, detail, constants).release();
   } catch (const std::exception&) {
     return nullptr;
   }

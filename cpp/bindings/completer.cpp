@@ -1,5 +1,4 @@
 #include <dynmesh/completer.hpp>
-#include <dynmesh/one_at_a_time.hpp>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -9,6 +8,7 @@
 
 #include "arrays.hpp"
 #include "bindings.hpp"
+#include "completer/one_at_a_time.hpp"
 #include "scalars.hpp"
 
 namespace dynmesh {

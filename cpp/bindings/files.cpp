@@ -24,6 +24,7 @@ py::object plain_obj(const py::bytes& text) {
 }
 
 constexpr const char* plain_obj_doc = R"doc(plain_obj(text)
+--
 
 Reads the text of an OBJ file that is written in the ordinary way.
 

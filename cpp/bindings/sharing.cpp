@@ -2,7 +2,7 @@
 #include <tuple>
 
 #include "bindings.hpp"
-#include "workers.hpp"
+#include "support/workers.hpp"
 
 namespace dynmesh {
 namespace {
@@ -18,13 +18,24 @@ Values set_sharing(Index stretch, Index short_stretch, Index fewest_pieces, Inde
   return before;
 }
 
+constexpr const char* set_sharing_doc =
+    R"doc(_set_sharing(stretch, short_stretch, fewest_pieces, patience)
+--
+
+Sets how the work of completers made from now on is shared. Returns the values before.)doc";
+
+constexpr const char* pieces_doc = R"doc(_pieces_done_by_others()
+--
+
+How many pieces of work threads other than the caller's have done in this process.)doc";
+
 }  // namespace
 
 void bind_sharing(pybind11::module_& module) {
   namespace py = pybind11;
   module.def("_set_sharing", &set_sharing, py::arg("stretch"), py::arg("short_stretch"),
-             py::arg("fewest_pieces"), py::arg("patience"));
-  module.def("_pieces_done_by_others", &pieces_done_by_others);
+             py::arg("fewest_pieces"), py::arg("patience"), set_sharing_doc);
+  module.def("_pieces_done_by_others", &pieces_done_by_others, pieces_doc);
 }
 
 }  // namespace dynmesh

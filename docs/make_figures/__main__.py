@@ -18,8 +18,8 @@ import shape
 from completion import completed_by_loss
 
 import dynmesh
-from dynmesh.figures import View
-from dynmesh.reproduce.measure import Subject
+from dynmesh.draw.figures import View
+from dynmesh.study.measure import Subject
 
 PAGES = ("method", "gallery")
 

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 import dynmesh
-from dynmesh.reproduce.measure import Subject
-from dynmesh.reproduce.study import scenario_masks
 from dynmesh.sequence import Mask, Positions
+from dynmesh.study.measure import Subject
+from dynmesh.study.plan import scenario_masks
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from png import save_png
 
-from dynmesh import figures
-from dynmesh.figures import Image, View
-from dynmesh.reproduce.measure import Subject
-from dynmesh.reproduce.style import new_figure
+from dynmesh.draw import figures
+from dynmesh.draw.figures import Image, View
+from dynmesh.study.measure import Subject
+from dynmesh.study.style import new_figure
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def draw_losses(
         images.append(figures.render(subject.faces, truth, view, known=frame.known))
         images.append(figures.render(subject.faces, frame.points, view))
         images.append(heatmap(subject, frame, view))
-        captions += ["", "", f"NMSVE {100 * frame.nmsve:.2g} %"]
+        captions += ["", "", nmsve_caption(frame.nmsve)]
     columns = ["known and missing", f"completed frame {number}", "error"]
     draw_sheet(images, columns, list(by_loss), folder, f"{subject.name}_losses", ERRORS, captions)
 
@@ -120,6 +120,11 @@ def draw_readings(subject: Subject, numbers: list[int], azimuth: float, folder: 
     titles = ["original", "re-estimated", "once only"]
     rows = [f"frame {number}" for number in numbers]
     draw_sheet(images, titles, rows, folder, f"{subject.name}_readings")
+
+
+def nmsve_caption(nmsve: float) -> str:
+    """In the unit of all pages: times 10 000, in bounding-box diagonals."""
+    return rf"NMSVE ${1e4 * nmsve:.3g} \times 10^{{-4}}$"
 
 
 def heatmap(subject: Subject, frame: Completed, view: View) -> Image:

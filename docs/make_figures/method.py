@@ -8,10 +8,11 @@ from completion import Completed, complete, random_masks
 from png import save_png
 
 import dynmesh
-from dynmesh.reproduce.measure import Subject
-from dynmesh.reproduce.methods import MOTION, ONCE
-from dynmesh.reproduce.style import new_figure, percent
+from dynmesh.study.measure import Subject
+from dynmesh.study.methods import MOTION, ONCE
+from dynmesh.study.style import new_figure, percent
 
+NMSVE_LABEL = r"NMSVE $\times\ 10^4$ / diagonal"
 SHARE_COLOURS = {0.1: "#cc3311", 0.3: "#0072b2", 0.5: "#009e73"}
 
 
@@ -59,10 +60,10 @@ def draw_two_readings(subjects: list[Subject], folder: Path) -> None:
                 ):
                     frames = complete(subject, random_masks(subject, share), revisit=revisit)
                     plot_error(axis, frames, color=method.colour, ls=method.dash, label=label)
-                axis.set(title=f"{subject.name}, {percent(share)} known", ylim=(1e-5, 1))
+                axis.set(title=f"{subject.name}, {percent(share)} known", ylim=(0.1, 1e4))
             column[-1].set_xlabel("frame")
         for axis in axes[:, 0]:
-            axis.set_ylabel("NMSVE / diagonal")
+            axis.set_ylabel(NMSVE_LABEL)
         axes[0, 0].legend(loc="upper left")
         save_png(figure, folder, "two_readings", is_chart=True)
 
@@ -83,8 +84,8 @@ def draw_drift(subjects: list[Subject], folder: Path) -> None:
             frames = complete(subject, random_masks(subject, 0.1), whole_every=50)
             label = "10 % known, every 50th frame whole"
             plot_error(axis, frames, color=SHARE_COLOURS[0.1], ls=":", label=label)
-            axis.set(title=subject.name, xlabel="frame", ylim=(5e-6, 4e-3))
-        axes[0].set_ylabel("NMSVE / diagonal")
+            axis.set(title=subject.name, xlabel="frame", ylim=(0.05, 40))
+        axes[0].set_ylabel(NMSVE_LABEL)
         axes[-1].set(title=f"{subjects[0].name}, by age", yscale="log", ylabel="error / diagonal")
         axes[-1].set_xlabel("frames since the vertex was last observed")
         figure.legend(
@@ -97,9 +98,9 @@ def draw_drift(subjects: list[Subject], folder: Path) -> None:
 
 
 def plot_error(axis: Any, frames: list[Completed], **style: Any) -> None:
-    """NMSVE of each frame; one that is zero breaks the line."""
+    """NMSVE times 10 000 of each frame; one that is zero breaks the line."""
     numbers = np.arange(1, len(frames) + 1)
-    nmsve = np.array([frame.nmsve for frame in frames])
+    nmsve = 1e4 * np.array([frame.nmsve for frame in frames])
     axis.plot(numbers, np.where(nmsve > 0, nmsve, np.nan), linewidth=1.3, **style)
     axis.set_yscale("log")
 

@@ -5,7 +5,7 @@ from tempfile import TemporaryDirectory
 
 from matplotlib.figure import Figure
 
-from dynmesh.reproduce.style import save
+from dynmesh.study.style import save
 
 
 def save_png(figure: Figure, folder: Path, name: str, *, is_chart: bool) -> None:

@@ -3,15 +3,15 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from gallery import Scale, draw_sheet
+from gallery import Scale, draw_sheet, nmsve_caption
 
 import dynmesh
-from dynmesh import figures
-from dynmesh.figures import View
-from dynmesh.reproduce.libigl import Harmonic
-from dynmesh.reproduce.measure import Subject, vertex_error
-from dynmesh.reproduce.study import scenario_masks
+from dynmesh.draw import figures
+from dynmesh.draw.figures import View
 from dynmesh.sequence import Mask, Positions
+from dynmesh.study.libigl import Harmonic
+from dynmesh.study.measure import Subject, vertex_error
+from dynmesh.study.plan import scenario_masks
 
 Complete = Callable[[Positions, Mask], Positions]
 
@@ -47,7 +47,7 @@ def draw_hidden_side(subject: Subject, number: int, azimuth: float, folder: Path
         nmsve = dynmesh.metrics.nmsve(faces, truth, frame) / subject.diagonal
         surfaces.append(figures.render(faces, frame, view))
         errors.append(figures.render(faces, frame, view, values=values, limit=ERRORS.limit))
-        captions.append(f"NMSVE {100 * nmsve:.2g} %")
+        captions.append(nmsve_caption(float(nmsve)))
     draw_sheet(
         surfaces + errors,
         ["original", *methods],

@@ -11,11 +11,12 @@ The method is that of Arvanitis, Lalos, Moustakas and Fakotakis, "Fast and Effec
 Completion" (WSCG 2017).
 """
 
-from . import baselines, batch, degrade, metrics, synth
+from . import baselines, degrade, metrics, synth
 from ._core import Completer, FrameReport, TopologyReport, __version__, cells
 from .diagnosis import Diagnosis, Finding, diagnose
-from .file_completion import FileReport, complete_file
 from .files import Frame, Header, Reader, Writer, create, create_like, open, read, write
+from .jobs import batch
+from .jobs.file_completion import FileReport, complete_file
 from .matrices import adjacency, laplacian
 from .polygons import Polygons
 from .sequence import Sequence

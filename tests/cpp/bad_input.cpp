@@ -1,6 +1,6 @@
 /// Tries bad input on the C++ and the C interface and prints what they answer, a line for each
 /// case: interface, call, what is wrong and the answer, with tabs between them. The exit code is 1
-/// if something was accepted, said nothing, or changed a completer. docs/robustness/bad_input.md is
+/// if something was accepted, said nothing, or changed a completer. docs/reference/bad_input.md is
 /// made of it.
 #include <dynmesh/dynmesh.h>
 

@@ -1,4 +1,4 @@
-#include "detail.hpp"
+#include "detail/detail.hpp"
 
 #include <doctest/doctest.h>
 

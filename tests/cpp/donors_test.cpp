@@ -1,4 +1,4 @@
-#include "donors.hpp"
+#include "unseen/donors.hpp"
 
 #include <doctest/doctest.h>
 

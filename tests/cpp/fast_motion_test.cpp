@@ -1,13 +1,13 @@
-#include "fast_motion.hpp"
+#include "motion/fast_motion.hpp"
 
 #include <doctest/doctest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <dynmesh/motion.hpp>
 #include <random>
 
 #include "meshes.hpp"
+#include "motion/motion.hpp"
 #include "shared_work.hpp"
 
 namespace dynmesh::testing {

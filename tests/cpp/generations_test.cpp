@@ -1,7 +1,8 @@
+#include "generations/generations.hpp"
+
 #include <doctest/doctest.h>
 
 #include <algorithm>
-#include <dynmesh/generations.hpp>
 
 #include "meshes.hpp"
 

@@ -1,11 +1,11 @@
-#include "geometry.hpp"
+#include "support/geometry.hpp"
 
 #include <doctest/doctest.h>
 
 #include <cmath>
 #include <limits>
 
-#include "rigid_motion.hpp"
+#include "unseen/rigid_motion.hpp"
 
 namespace dynmesh::testing {
 namespace {

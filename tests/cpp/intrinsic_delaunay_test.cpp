@@ -1,4 +1,4 @@
-#include "intrinsic_delaunay.hpp"
+#include "detail/intrinsic_delaunay.hpp"
 
 #include <doctest/doctest.h>
 

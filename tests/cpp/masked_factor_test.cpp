@@ -1,4 +1,4 @@
-#include "masked_factor.hpp"
+#include "factor/masked_factor.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,6 +1,6 @@
-#include <doctest/doctest.h>
+#include "motion/motion.hpp"
 
-#include <dynmesh/motion.hpp>
+#include <doctest/doctest.h>
 
 #include "meshes.hpp"
 

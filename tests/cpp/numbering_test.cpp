@@ -1,4 +1,4 @@
-#include "numbering.hpp"
+#include "mesh/numbering.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,4 +1,4 @@
-#include "outliers.hpp"
+#include "completer/outliers.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,4 +1,4 @@
-#include "overlap.hpp"
+#include "completer/overlap.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,10 +1,10 @@
-#include "processor.hpp"
+#include "kernels/processor.hpp"
 
 #include <doctest/doctest.h>
 
 #include <cstdint>
 
-#include "dense_kernels.hpp"
+#include "kernels/dense_kernels.hpp"
 
 namespace dynmesh::testing {
 namespace {

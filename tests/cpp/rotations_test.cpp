@@ -1,4 +1,4 @@
-#include "rotations.hpp"
+#include "detail/rotations.hpp"
 
 #include <doctest/doctest.h>
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <dynmesh/types.hpp>
 
-#include "workers.hpp"
+#include "support/workers.hpp"
 
 namespace dynmesh::testing {
 

@@ -7,12 +7,12 @@
 #include <atomic>
 #include <cstring>
 #include <dynmesh/completer.hpp>
-#include <dynmesh/one_at_a_time.hpp>
 #include <memory>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "completer/one_at_a_time.hpp"
 #include "meshes.hpp"
 #include "push.hpp"
 #include "shared_work.hpp"

@@ -1,4 +1,4 @@
-#include "workers.hpp"
+#include "support/workers.hpp"
 
 #include <doctest/doctest.h>
 

@@ -13,8 +13,8 @@ from typing import Any, NoReturn
 import numpy as np
 
 import dynmesh
-from dynmesh.checkpoint import Checkpoint
-from dynmesh.file_completion import complete_file
+from dynmesh.jobs.checkpoint import Checkpoint
+from dynmesh.jobs.file_completion import complete_file
 
 OUTPUTS = {
     "npz": "out.npz",

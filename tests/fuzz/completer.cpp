@@ -2,13 +2,13 @@
 /// good ones alone, packed and on one thread.
 #include <cmath>
 #include <dynmesh/completer.hpp>
-#include <dynmesh/motion.hpp>
 #include <memory>
 #include <stdexcept>
 
 #include "../cpp/seal.hpp"
 #include "input.hpp"
 #include "made_up.hpp"
+#include "motion/motion.hpp"
 
 namespace dynmesh::fuzz {
 namespace {

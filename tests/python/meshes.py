@@ -39,6 +39,32 @@ def turned(vertices: Array, angle: float) -> Array:
     return np.asarray(vertices @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1.0]]))
 
 
+def _half_turn(*axis: float) -> Array:
+    """Exactly 180 degrees where the axis is one of x, y and z: the cosine of pi is not exact."""
+    unit = np.array(axis) / np.linalg.norm(axis)
+    return np.asarray(2 * np.outer(unit, unit) - np.eye(3))
+
+
+EVENTS = {
+    "half turn about x": _half_turn(1, 0, 0),
+    "half turn about y": _half_turn(0, 1, 0),
+    "half turn about z": _half_turn(0, 0, 1),
+    "half turn about another axis": _half_turn(1, 2, 3),
+    "point reflection": -np.eye(3),
+    "mirrored in x": np.diag([-1.0, 1, 1]),
+    "mirrored in z": np.diag([1.0, 1, -1]),
+    "flattened to a plane": np.diag([1.0, 1, 0]),
+    "flattened to another plane": np.diag([0.0, 1, 1]),
+    "flattened to a line": np.diag([1.0, 0, 0]),
+    "flattened to a point": np.zeros((3, 3)),
+    "a million times larger": 1e6 * np.eye(3),
+    "a million times smaller": 1e-6 * np.eye(3),
+    "larger and reflected": -1e6 * np.eye(3),
+    "smaller and turned": 1e-6 * _half_turn(0, 0, 1),
+}
+"""What no surface does from one frame to the next, as matrices; method detail has to bear it."""
+
+
 @st.composite
 def meshes(draw: st.DrawFn, max_vertices: int = 24) -> Mesh:
     """Any faces at all, degenerate, duplicate and non-manifold ones among them."""
@@ -54,6 +80,6 @@ def meshes(draw: st.DrawFn, max_vertices: int = 24) -> Mesh:
 @st.composite
 def masks(draw: st.DrawFn, k: int) -> NDArray[np.bool_]:
     """Any known mask, few known ones as likely as many."""
-    share = draw(st.sampled_from([0.0, 0.05, 0.2, 0.5, 0.9]))
+    share = draw(st.sampled_from([0.0, 0.05, 0.2, 0.5, 0.9, 1.0]))
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     return rng.random(k) < share

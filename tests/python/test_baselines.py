@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from meshes import Array, Mesh
 
 import dynmesh
-from dynmesh.evaluation import bounding_box_diagonal
+from dynmesh.metrics import bounding_box_diagonal
 
 
 def dense_laplacian(mesh: Mesh, *, inverse_distance: bool = False) -> Array:

@@ -19,8 +19,8 @@ import pytest
 from commands import dynmesh_command as run
 
 import dynmesh
-from dynmesh.batch import Job, Result, complete_files
-from dynmesh.job_table import optional_columns, read_jobs
+from dynmesh.jobs.batch import Job, Result, complete_files
+from dynmesh.jobs.job_table import optional_columns, read_jobs
 
 
 def write_partial(path: Path, n_frames: int = 12, seed: int = 0) -> dynmesh.Sequence:

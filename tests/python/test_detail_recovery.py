@@ -6,35 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from meshes import Array, Mesh, sheet
+from meshes import EVENTS, Array, Mesh, sheet
 from numpy.typing import DTypeLike
 
 import dynmesh
-
-
-def half_turn(*axis: float) -> Array:
-    """Exactly 180 degrees where the axis is one of x, y and z: the cosine of pi is not exact."""
-    unit = np.array(axis) / np.linalg.norm(axis)
-    return np.asarray(2 * np.outer(unit, unit) - np.eye(3))
-
-
-EVENTS = {
-    "half turn about x": half_turn(1, 0, 0),
-    "half turn about y": half_turn(0, 1, 0),
-    "half turn about z": half_turn(0, 0, 1),
-    "half turn about another axis": half_turn(1, 2, 3),
-    "point reflection": -np.eye(3),
-    "mirrored in x": np.diag([-1.0, 1, 1]),
-    "mirrored in z": np.diag([1.0, 1, -1]),
-    "flattened to a plane": np.diag([1.0, 1, 0]),
-    "flattened to another plane": np.diag([0.0, 1, 1]),
-    "flattened to a line": np.diag([1.0, 0, 0]),
-    "flattened to a point": np.zeros((3, 3)),
-    "a million times larger": 1e6 * np.eye(3),
-    "a million times smaller": 1e-6 * np.eye(3),
-    "larger and reflected": -1e6 * np.eye(3),
-    "smaller and turned": 1e-6 * half_turn(0, 0, 1),
-}
 
 
 @cache

@@ -18,7 +18,8 @@ from rich.console import Console
 from typer.testing import CliRunner
 
 import dynmesh
-from dynmesh import Sequence, _terminal, cli, degrade, synth
+from dynmesh import Sequence, cli, degrade, synth
+from dynmesh.cli import terminal
 from dynmesh.diagnosis.finding import CODES, MOST_PLACES, SEVERITIES, frames_listed, listed
 from dynmesh.files import formats
 
@@ -314,15 +315,15 @@ def test_the_command_says_it_in_every_way(tmp_path: Path) -> None:
 
 def test_a_bar_waits_for_its_time(monkeypatch: pytest.MonkeyPatch) -> None:
     shown = io.StringIO()
-    monkeypatch.setattr(_terminal, "_console", Console(file=shown, force_terminal=True))
-    assert list(_terminal.track(range(3), 3, "reading", patience=60)) == [0, 1, 2]
+    monkeypatch.setattr(terminal, "_console", Console(file=shown, force_terminal=True))
+    assert list(terminal.track(range(3), 3, "reading", patience=60)) == [0, 1, 2]
     assert "reading" not in shown.getvalue()
-    assert list(_terminal.track(range(3), 3, "reading")) == [0, 1, 2]
+    assert list(terminal.track(range(3), 3, "reading")) == [0, 1, 2]
     assert "reading" in shown.getvalue()
 
 
 def test_the_page_explains_every_finding() -> None:
-    page = (REPOSITORY / "docs" / "diagnosis.md").read_text()
+    page = (REPOSITORY / "docs" / "reference" / "findings.md").read_text()
     explained = re.findall(r"^\| `(\w+)` \| (?:error|warning|note)", page, re.MULTILINE)
     assert explained == sorted(explained, key=CODES.index)
     assert set(explained) == set(CODES)

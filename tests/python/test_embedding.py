@@ -13,6 +13,7 @@ from test_documents import blocks, build, run
 import dynmesh
 
 DOCUMENT = (REPOSITORY / "docs" / "embedding.md").read_text()
+LANGUAGES = (REPOSITORY / "docs" / "reference" / "languages.md").read_text()
 
 
 @pytest.fixture
@@ -88,7 +89,7 @@ def test_the_frame_budget(
 
 @pytest.mark.usefixtures("library_folder")
 def test_python(tmp_path: Path) -> None:
-    (snippet,) = blocks("python", DOCUMENT)
+    (snippet,) = blocks("python", LANGUAGES)
     shown = run(sys.executable, "-c", snippet, cwd=tmp_path)
     assert shown == "vertex 0 is at height 5\nout: is a null pointer\n"
 
@@ -96,7 +97,7 @@ def test_python(tmp_path: Path) -> None:
 def test_rust(tmp_path: Path, library_folder: Path) -> None:
     if shutil.which("rustc") is None:
         pytest.skip("rustc is not here")
-    (snippet,) = blocks("rust", DOCUMENT)
+    (snippet,) = blocks("rust", LANGUAGES)
     (tmp_path / "main.rs").write_text(snippet)
     compiler = ("rustc", "--edition", "2021", "-D", "warnings", "-L", library_folder)
     run(*compiler, "main.rs", cwd=tmp_path)

@@ -16,10 +16,11 @@ from commands import dynmesh_command as run
 from meshes import Mesh
 
 import dynmesh
-from dynmesh import cli, file_completion, files
-from dynmesh.batch import Job, complete_files
-from dynmesh.checkpoint import Checkpoint, OtherJobError
-from dynmesh.file_completion import complete_file, unfinished_folder
+from dynmesh import cli, files
+from dynmesh.jobs import file_completion
+from dynmesh.jobs.batch import Job, complete_files
+from dynmesh.jobs.checkpoint import Checkpoint, OtherJobError
+from dynmesh.jobs.file_completion import complete_file, unfinished_folder
 from dynmesh.streaming import default_settings
 
 RESUMABLE = [
@@ -226,7 +227,7 @@ def test_two_processes_do_not_write_one_output(tmp_path: Path, partial: Path) ->
 def test_a_killed_process_can_be_resumed(tmp_path: Path, partial: Path, format: str) -> None:
     output = output_path(tmp_path, format)
     program = (
-        "import sys, time; from dynmesh import file_completion as f\n"
+        "import sys, time; from dynmesh.jobs import file_completion as f\n"
         "f.Checkpoint.least_seconds_between = 0.0\n"
         "def slowly(frames, whole, done):\n"
         "    for frame in frames: time.sleep(0.02); yield frame\n"

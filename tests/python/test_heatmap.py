@@ -9,8 +9,8 @@ from meshes import Mesh
 
 from dynmesh import Sequence, metrics, read, write
 from dynmesh import open as open_sequence
-from dynmesh.heatmap import Heatmap, likely_up, whole_faces
-from dynmesh.scales import CountScale, ErrorScale, KnownScale, round_up
+from dynmesh.draw.heatmap import Heatmap, likely_up, whole_faces
+from dynmesh.draw.scales import CountScale, ErrorScale, KnownScale, round_up
 
 
 @pytest.fixture

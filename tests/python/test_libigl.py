@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 import dynmesh
-from dynmesh.reproduce import charts, pictures, report
-from dynmesh.reproduce.claims import Claims, detail_verdicts, verdicts
-from dynmesh.reproduce.libigl import Arap, Harmonic
-from dynmesh.reproduce.measure import Subject
-from dynmesh.reproduce.study import Plan, Study, study, trial
+from dynmesh.study import charts, pictures, report
+from dynmesh.study.claims import Claims, detail_verdicts, verdicts
+from dynmesh.study.libigl import Arap, Harmonic
+from dynmesh.study.measure import Subject
+from dynmesh.study.plan import Plan, Study, study, trial
 
 
 def rivals(mesh: meshes.Mesh) -> dict[str, Any]:

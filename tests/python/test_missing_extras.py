@@ -10,7 +10,7 @@ import pytest
 from meshes import sheet
 
 import dynmesh
-import dynmesh.reproduce
+import dynmesh.study
 from dynmesh import cli
 from dynmesh.files import Reader
 
@@ -93,5 +93,5 @@ def test_an_evaluation_without_libigl_is_announced_as_such(
         return tmp_path
 
     hide(monkeypatch, "igl")
-    monkeypatch.setattr(dynmesh.reproduce, "reproduce", evaluate)
+    monkeypatch.setattr(dynmesh.study, "reproduce", evaluate)
     assert run("reproduce", str(tmp_path)) == 0

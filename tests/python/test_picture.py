@@ -9,9 +9,9 @@ from meshes import Array, Mesh, sheet
 
 from dynmesh import Sequence, write
 from dynmesh import open as open_sequence
-from dynmesh.contact_sheet import contact_sheet
-from dynmesh.picture import evenly_spaced, picture
-from dynmesh.scales import CountScale
+from dynmesh.draw.picture import evenly_spaced, picture
+from dynmesh.draw.scales import CountScale
+from dynmesh.draw.sheet import contact_sheet
 
 pytest.importorskip("pyvista", reason="pictures need pyvista: pip install 'dynmesh[view]'")
 images = pytest.importorskip("PIL.Image")

@@ -14,8 +14,8 @@ from commands import dynmesh_command, dynmesh_process
 from conftest import REPOSITORY
 
 import dynmesh
-from dynmesh import figures
-from dynmesh.reproduce import reproduce, style
+from dynmesh.draw import figures
+from dynmesh.study import reproduce, style
 
 pytest.importorskip("pyvista")
 pytest.importorskip("matplotlib")

@@ -9,7 +9,7 @@ from conftest import LONGER
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
-from meshes import Array, masks, meshes
+from meshes import EVENTS, Array, masks, meshes
 
 import dynmesh
 from dynmesh import _core
@@ -71,7 +71,11 @@ class AnyCalls(RuleBasedStateMachine):
     def points(self, data: st.DataObject, n: int) -> Array:
         rng = np.random.default_rng(data.draw(st.integers(0, 2**32 - 1)))
         scale = data.draw(st.sampled_from([0.0, 0.1, 3.0, 1e12]))
-        points = self.first[rng.integers(0, self.k, n)] + scale * rng.normal(size=(n, 3))
+        event = data.draw(st.sampled_from([None, *EVENTS]))
+        if event is None or n < self.k:
+            points = self.first[rng.integers(0, self.k, n)] + scale * rng.normal(size=(n, 3))
+        else:
+            points = self.first.astype(np.float64) @ EVENTS[event].T
         points = points.astype(data.draw(st.sampled_from([np.float32, np.float64])))
         layout = data.draw(st.sampled_from(["packed", "columns", "reversed", "wide"]))
         if layout == "reversed":
@@ -89,6 +93,9 @@ class AnyCalls(RuleBasedStateMachine):
         assert result.dtype == self.dtype
         assert result.shape == (self.k, 3)
         assert np.isfinite(result).all()
+        state = self.completer.state()
+        self.completer.restore(state)
+        assert self.completer.state() == state
         generation, age = self.completer.generation, self.completer.age
         anchors = generation == 0
         if self.settings.get("reject_outliers"):

@@ -14,8 +14,8 @@ from meshes import Array, Mesh, join, sheet
 
 from dynmesh import Sequence, write
 from dynmesh import open as open_sequence
-from dynmesh.view import Shown, view
-from dynmesh.view.thin import thin
+from dynmesh.draw.page import Shown, view
+from dynmesh.draw.page.thin import thin
 
 SWIFT_SHADER = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 SILENT = [

@@ -1,4 +1,4 @@
-"""Writes docs/robustness/bad_input.md anew: ``python tests/python/write_bad_input.py``.
+"""Writes the tables of docs/reference/bad_input.md into the folder build, for ``script/docs``.
 
 Needs the compiled programs, as ``cmake --preset develop; cmake --build --preset develop`` makes
 them.
@@ -8,5 +8,5 @@ from bad_input.page import PATH, page
 from conftest import REPOSITORY
 
 if __name__ == "__main__":
-    PATH.parent.mkdir(exist_ok=True)
+    PATH.parent.mkdir(parents=True, exist_ok=True)
     PATH.write_text(page(REPOSITORY / "build" / "develop"))

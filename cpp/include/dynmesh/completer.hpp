@@ -1,39 +1,18 @@
 /// Completion of a dynamic mesh, one frame at a time.
 #pragma once
 
-#include <chrono>
 #include <cstddef>
 #include <cstdint>
-#include <dynmesh/estimator.hpp>
 #include <dynmesh/export.hpp>
-#include <dynmesh/generations.hpp>
+#include <dynmesh/frame_report.hpp>
 #include <dynmesh/settings.hpp>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
-#include <dynmesh/unseen.hpp>
 #include <memory>
 #include <span>
 #include <vector>
 
 namespace dynmesh {
-
-/// What happened to one frame; known + filled + unseen is the number of vertices.
-struct FrameReport {
-  std::size_t known = 0;       ///< anchors
-  std::size_t filled = 0;      ///< satellites, estimated by the method
-  std::size_t unseen = 0;      ///< not tied to an anchor: held, or moved rigidly
-  std::size_t iterations = 0;  ///< of the method
-  std::size_t rejected = 0;    ///< observed, but taken as unknown: outliers
-  double seconds = 0;          ///< wall time of the call
-  StageReport stages;          ///< where it went, and the blend that was found
-};
-
-struct Numbering;
-class Workers;
-template <class Real>
-class Exchange;
-template <class Real>
-class Outliers;
 
 /// Completes the frames of one dynamic mesh in their order, each from itself and the past alone.
 ///
@@ -92,9 +71,9 @@ class DYNMESH_EXPORT Completer {
   [[nodiscard]] std::size_t state_size() const;
   void restore(std::span<const std::byte> state);
 
-  [[nodiscard]] std::size_t n_vertices() const { return topology_->cells.size(); }
-  [[nodiscard]] const Settings& settings() const { return settings_; }
-  [[nodiscard]] const TopologyReport& topology() const { return topology_->report; }
+  [[nodiscard]] std::size_t n_vertices() const;
+  [[nodiscard]] const Settings& settings() const;
+  [[nodiscard]] const TopologyReport& topology() const;
 
   // `restore` brings these three back too, the report without its times, which are 0 then.
 
@@ -104,36 +83,12 @@ class DYNMESH_EXPORT Completer {
   /// (k,) frames since the vertex was last observed. Valid until the next call of any method.
   [[nodiscard]] std::span<const Index> age() const;
   /// Of the last frame; all vertices known before the first.
-  [[nodiscard]] const FrameReport& report() const { return report_; }
+  [[nodiscard]] const FrameReport& report() const;
 
  private:
-  void begin(std::vector<Vector3<Real>> first_frame);
-  void read(Points<const Real> points, KnownMask known);
-  [[nodiscard]] std::span<const Index> in_caller_order(std::span<const Index> values,
-                                                       std::vector<Index>& copy) const;
-  FrameReport complete(Points<Real> completed, std::chrono::steady_clock::time_point start);
+  struct Parts;
 
-  Settings settings_;
-  std::vector<Vector3<Real>> first_frame_;
-  // The parts below refer to these four. Everything is numbered by the places of vertices in
-  // memory, which are the caller's numbers unless these scatter neighbours over a large mesh.
-  std::unique_ptr<Numbering> numbering_;
-  std::unique_ptr<const Topology> topology_;
-  std::unique_ptr<Workers> workers_;
-  std::unique_ptr<Exchange<Real>> exchange_;
-  Generations generations_;
-  std::unique_ptr<Outliers<Real>> outliers_;  // null where none are looked for
-  std::unique_ptr<Estimator<Real>> estimator_;
-  Unseen<Real> unseen_;
-
-  std::vector<Vector3<Real>> previous_;  // the last completed frame, V
-  std::vector<Vector3<Real>> current_;   // the frame in the making
-  std::vector<std::uint8_t> known_;      // its anchors
-  std::vector<Index> age_;
-  // The last frame's in the caller's order, if vertices lie in another; empty until asked for.
-  mutable std::vector<Index> generation_for_caller_;
-  mutable std::vector<Index> age_for_caller_;
-  FrameReport report_;
+  std::unique_ptr<Parts> parts_;
 };
 
 }  // namespace dynmesh

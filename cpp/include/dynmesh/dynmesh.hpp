@@ -1,8 +1,6 @@
 /// dynmesh: real-time completion of dynamic meshes. This header includes all that users call.
 ///
-/// The parts that a Completer is made of (estimator.hpp, generations.hpp, motion.hpp, unseen.hpp)
-/// are documented for whoever reads or extends it. Before version 1.0 every minor version may
-/// change both the interface and the binary interface.
+/// Before version 1.0 every minor version may change both the interface and the binary interface.
 #pragma once
 
 #include <dynmesh/baselines.hpp>

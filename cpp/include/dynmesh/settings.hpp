@@ -3,7 +3,6 @@
 
 #include <dynmesh/export.hpp>
 #include <dynmesh/types.hpp>
-#include <dynmesh/unseen.hpp>
 #include <optional>
 #include <string_view>
 
@@ -17,6 +16,12 @@ enum class Method {
   /// fraction of the error, in milliseconds where motion takes tenths of one; allocates where its
   /// factor is larger than all before.
   detail
+};
+
+/// What becomes of the vertices that no chain of edges ties to an anchor.
+enum class UnseenRule {
+  hold,   ///< they stay where they were
+  follow  ///< their component moves rigidly, as the surface nearest to it in frame 0 does
 };
 
 struct Settings {

@@ -25,8 +25,8 @@ struct TemplateMesh {
   [[nodiscard]] Faces triangles() const { return {faces.data(), faces.size() / 3}; }
 };
 
-/// Reads OBJ, PLY or OFF, by suffix, through OpenMesh's readers. No vertex or face is dropped,
-/// merged or renumbered. Throws UnreadableFile where it cannot be read as a whole.
+/// Reads OBJ, PLY or OFF, by suffix. No vertex or face is dropped, merged or renumbered. Throws
+/// UnreadableFile where it cannot be read as a whole.
 DYNMESH_EXPORT TemplateMesh read_template(const std::string& path);
 
 }  // namespace dynmesh

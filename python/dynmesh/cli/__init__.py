@@ -7,7 +7,6 @@ import typer
 from typer.core import TyperCommand
 
 from .._core import __version__
-from .._terminal import fail
 from .batch import batch
 from .completion import complete
 from .description import info
@@ -15,6 +14,7 @@ from .evaluation import evaluate, reproduce
 from .options import format_names
 from .pictures import picture, view
 from .sequences import convert, degrade, synth
+from .terminal import fail
 
 
 class _Command(TyperCommand):

@@ -15,9 +15,9 @@ from typing import Annotated
 import typer
 
 from .._extras import require
-from .._terminal import counter, say, say_remarks
-from ..batch import Result, complete_files
-from ..job_table import optional_columns, read_jobs, report_file
+from ..jobs.batch import Result, complete_files
+from ..jobs.job_table import optional_columns, read_jobs, report_file
+from .terminal import counter, say, say_remarks
 
 
 def batch(

@@ -7,8 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from .._checks import SettingError
-from .._terminal import say, say_remarks, track
-from ..file_completion import FileReport, complete_file, is_unfinished
+from ..jobs.file_completion import FileReport, complete_file, is_unfinished
 from ..streaming import Settings
 from .options import (
     Faces,
@@ -25,6 +24,7 @@ from .options import (
     Unseen,
     source_of,
 )
+from .terminal import say, say_remarks, track
 from .zeros import Zeros
 
 

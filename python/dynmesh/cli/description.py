@@ -13,13 +13,13 @@ from rich.table import Table
 from .. import files
 from .._core import TopologyReport
 from .._extras import require_all
-from .._terminal import say, track
 from ..diagnosis import Diagnosis, diagnose
 from ..diagnosis.finding import MOST_PLACES, SEVERITIES
-from ..figures import load_pyvista
+from ..draw.figures import load_pyvista
 from ..files import Frame, Header
 from .options import Faces, Format, InputPath, MaskFile, MissingValue, Prim, source_of
 from .pictures import check_output
+from .terminal import say, track
 
 _PATIENCE = 2.0  # seconds without a bar
 _REFUSED_SHOWN = 3

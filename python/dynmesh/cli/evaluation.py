@@ -8,9 +8,10 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from .. import evaluation, files
-from .._terminal import WorkBar, say, track
+from .. import files
+from ..study import evaluation
 from .options import Axis, Faces, Prim, Seed, share_out
+from .terminal import WorkBar, say, track
 
 
 def evaluate(
@@ -66,8 +67,8 @@ def reproduce(
 
     Writes figures as PNG and SVG, results.json, and report.html, which stands alone.
     """
-    from ..reproduce import reproduce as run
-    from ..reproduce.libigl import load_libigl
+    from ..study import reproduce as run
+    from ..study.libigl import load_libigl
 
     try:
         load_libigl()

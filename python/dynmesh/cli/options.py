@@ -9,7 +9,7 @@ from typing import Annotated, cast
 import typer
 
 from .. import files
-from ..checkpoint import Source
+from ..jobs.checkpoint import Source
 
 format_names = files.listed(files.formats)
 """Of all formats, for people."""

@@ -9,10 +9,9 @@ from typing import Annotated
 import typer
 
 from .. import files
-from .._terminal import say, track
-from ..checkpoint import Source
+from ..draw.heatmap import likely_up
 from ..files import Reader
-from ..heatmap import likely_up
+from ..jobs.checkpoint import Source
 from .options import (
     Axis,
     Faces,
@@ -25,6 +24,7 @@ from .options import (
     share_out,
     source_of,
 )
+from .terminal import say, track
 from .zeros import Zeros
 
 
@@ -72,7 +72,7 @@ def view(
     overwrite: Overwrite = False,
 ) -> None:
     """Write a page that plays a sequence in any browser, without a network."""
-    from ..view import view as write
+    from ..draw.page import view as write
 
     zeros = Zeros()
     source = source_of(format, faces, prim, mask, missing)
@@ -117,8 +117,8 @@ def picture(
     overwrite: Overwrite = False,
 ) -> None:
     """Draw frames of a sequence: one, or a contact sheet of several."""
-    from ..picture import evenly_spaced
-    from ..picture import picture as draw
+    from ..draw.picture import evenly_spaced
+    from ..draw.picture import picture as draw
 
     zeros = Zeros()
     source = source_of(format, faces, prim, mask, missing)

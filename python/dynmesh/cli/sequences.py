@@ -11,8 +11,8 @@ import typer
 from .. import degrade as degradation
 from .. import files
 from .. import synth as built_in
-from .._terminal import say, say_remarks, track
-from ..file_completion import check_output
+from ..degrade.losses import mean_edge_of
+from ..jobs.file_completion import check_output
 from ..sequence import Mask, Positions
 from .options import (
     Axis,
@@ -31,6 +31,7 @@ from .options import (
     share,
     source_of,
 )
+from .terminal import say, say_remarks, track
 
 
 class BuiltIn(StrEnum):
@@ -162,7 +163,7 @@ def degrade(
             n_known = -reader.n_vertices  # frame 0 is whole in any case
             for number, (position, *observed) in enumerate(rows):
                 if number == 0 and noise:
-                    sigma = noise * degradation.mean_edge_of(position, reader.faces)
+                    sigma = noise * mean_edge_of(position, reader.faces)
                 seen = [mask for mask in observed if mask is not None]
                 kept = np.logical_and.reduce(seen) if seen else np.ones(len(position), np.bool_)
                 # What is not known must not be there to be peeked at.

@@ -4,10 +4,10 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from .._terminal import say
+from ..draw.heatmap import ShownFrame
 from ..files import Frame
-from ..heatmap import ShownFrame
 from ..sequence import Mask, Positions
+from .terminal import say
 
 _least_share = 0.01
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import Completer, TopologyReport, cells
-from ..evaluation import bounding_box_diagonal
+from ..metrics import bounding_box_diagonal
 from ..sequence import Mask, Positions
 from .connection import connected
 from .finding import Indices

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import figures
 from .._extras import require
-from ..figures import KNOWN_COLOUR, Image, Mark, View
+from ..draw import figures
+from ..draw.figures import KNOWN_COLOUR, Image, Mark, View
 from ..sequence import Mask
 from .diagnosis import Diagnosis
 from .finding import Finding, Indices

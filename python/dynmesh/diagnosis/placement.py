@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..draw.heatmap import likely_up
 from ..files import Header
-from ..heatmap import likely_up
 from ..sequence import Mask, Positions
 from .finding import Finding, Where
 from .mesh import Mesh

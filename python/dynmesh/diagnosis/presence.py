@@ -8,16 +8,7 @@ from numpy.typing import NDArray
 
 from ..files import Frame
 from ..sequence import Mask, Positions
-from .finding import (
-    Finding,
-    Severity,
-    Where,
-    counted,
-    frames_listed,
-    listed,
-    percent,
-    stretches,
-)
+from .finding import Finding, Severity, Where, counted, frames_listed, listed, percent, stretches
 from .mesh import Mesh
 
 _FEW = 0.1

@@ -101,3 +101,18 @@ class Reader(ABC):
     def __exit__(self, *_: object) -> None:
         """Closes the file."""
         self.close()
+
+
+def check_comparable(completed: Reader, reference: Reader) -> None:
+    """Refuses sequences of different meshes or numbers of frames."""
+    for what in ("n_vertices", "n_frames"):
+        ours, truth = getattr(completed, what), getattr(reference, what)
+        if ours != truth:
+            noun = what.removeprefix("n_")
+            raise ValueError(
+                f"{completed.path} has {ours} {noun}, but {reference.path} has {truth}"
+            )
+    if reference.n_frames < 2:
+        raise ValueError(f"{reference.path}: has no frame after frame 0 to measure")
+    if not np.array_equal(completed.faces, reference.faces):
+        raise ValueError(f"{completed.path} and {reference.path} have different faces")

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import dynmesh
-from dynmesh.batch import Job, complete_files
+from dynmesh.jobs.batch import Job, complete_files
 
 from .case import Case, Told, World, without_rights
 

@@ -1,4 +1,4 @@
-"""The page docs/robustness/bad_input.md."""
+"""The tables of docs/reference/bad_input.md, which are made when the site is built."""
 
 import subprocess
 import tempfile
@@ -9,28 +9,7 @@ from typing import NamedTuple
 from . import commands, completer, files, functions
 from .case import Case, World, shown
 
-PATH = Path(__file__).parents[3] / "docs" / "robustness" / "bad_input.md"
-
-_INTRODUCTION = """\
-# Bad input, and what answers
-
-Everything below was tried, and answered as shown: in Python by an exception, in the shell by a
-message and an exit code that is not 0, in C++ by an exception and in C by a status and
-`dynmesh_last_message()`. A message names the argument, the place and the value. A refused call
-prints nothing else, leaves the completer as it was, to the byte of its `state()`, and leaves no
-file behind.
-
-An argument of the wrong kind is a `TypeError`, one of the right kind with a wrong value a
-`ValueError` (`SettingError` is one), and what the system refuses an `OSError`. In C++ both of the
-former are `std::invalid_argument`. In the shell a setting that a completer refuses ends with exit
-code 2, a file that is refused with 1. A call that does not fit its signature at all gets a `TypeError`
-in the words of Python itself. Where other libraries are quoted, the words are those of the
-versions that `constraints.txt` pins.
-
-Most cases are about a mesh of 49 vertices and 72 faces, `body.npz` of three frames of it, and
-`folder.npz`, a folder. `python tests/python/write_bad_input.py` wrote this page, of {count} cases;
-`script/test` runs every one of them and compares.
-"""
+PATH = Path(__file__).parents[3] / "build" / "docs" / "bad_input.md"
 
 
 class Row(NamedTuple):
@@ -78,7 +57,7 @@ def table(title: str, rows: Iterable[Row]) -> str:
 
 
 def sections(world: World, programs: Path) -> Iterator[str]:
-    """The page but for its introduction, one section at a time."""
+    """One table at a time."""
     cases = python_sections()
     cases["The program dynmesh-complete"] = commands.compiled(programs)
     for title, some in cases.items():
@@ -88,11 +67,11 @@ def sections(world: World, programs: Path) -> Iterator[str]:
 
 
 def page(programs: Path) -> str:
-    """The whole page."""
+    """All tables, below the number of cases in them."""
     with tempfile.TemporaryDirectory() as folder:
         body = "\n".join(sections(prepared(Path(folder)), programs))
     count = sum(line.startswith("| `") for line in body.splitlines())
-    return f"{_INTRODUCTION.format(count=count)}\n{body}"
+    return f"There are {count} cases.\n\n{body}"
 
 
 def _quoted(text: str) -> str:

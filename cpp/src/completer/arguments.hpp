@@ -1,0 +1,85 @@
+/// What a completer refuses of its arguments, before anything changes.
+#pragma once
+
+#include <cstddef>
+#include <dynmesh/topology.hpp>
+#include <dynmesh/types.hpp>
+#include <initializer_list>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "completer/overlap.hpp"
+#include "support/checks.hpp"
+#include "support/geometry.hpp"
+
+namespace dynmesh {
+
+/// `place`: which row or vertex of the argument is at `v`.
+template <class Real>
+void check_position(const char* argument, const char* place, std::size_t number,
+                    const Vector3<Real>& v, const char* rule) {
+  if (is_in_range(v)) return;
+  std::string message = std::string(argument) + ": " + place + " " + std::to_string(number) +
+                        " is at " + to_text(v) + ", but " + rule;
+  if (is_finite(v)) message += " and below 1e" + std::string(sizeof(Real) == 4 ? "18" : "200");
+  throw std::invalid_argument(message);
+}
+
+template <class Real>
+void check_known_position(std::size_t row, const Vector3<Real>& position) {
+  check_position("points", "row", row, position, "known positions must be finite");
+}
+
+template <class Real>
+std::vector<Vector3<Real>> complete_frame(const char* argument, Points<const Real> points) {
+  std::vector<Vector3<Real>> frame(points.count);
+  for (std::size_t v = 0; v < points.count; ++v) {
+    frame[v] = row(points, v);
+    check_position(argument, "vertex", v, frame[v], "this frame must be complete and finite");
+  }
+  return frame;
+}
+
+struct NamedExtent {
+  const char* name = "";
+  Extent extent;
+};
+
+/// The completed frame must not overlap any of `inputs`, unless it is the very same array.
+template <class Real>
+void check_output(const Points<Real>& completed, std::size_t n_vertices,
+                  std::initializer_list<NamedExtent> inputs) {
+  check_rows("out", completed, n_vertices);
+  const Extent output = Extent::of(completed);
+  if (overlaps_itself(output)) {
+    throw std::invalid_argument("out: the rows of the completed frame overlap one another");
+  }
+  for (const auto& input : inputs) {
+    if (input.extent != output && overlap(input.extent, output)) {
+      throw std::invalid_argument(std::string("out: the completed frame overlaps ") + input.name +
+                                  "; it may be the same array as points, or one apart");
+    }
+  }
+}
+
+template <class Real>
+std::vector<Vector3<Real>> first_frame_of(Points<const Real> points) {
+  if (points.count == 0) throw std::invalid_argument("first_frame: has no vertices");
+  if (points.count > static_cast<std::size_t>(std::numeric_limits<Index>::max())) {
+    throw std::invalid_argument("first_frame: has " + std::to_string(points.count) +
+                                " rows, more than 32-bit indices can count");
+  }
+  check_view("first_frame", points);
+  return complete_frame("first_frame", points);
+}
+
+inline Topology topology_of(Faces faces, std::size_t n_vertices) {
+  if (faces.count == 0) {
+    throw std::invalid_argument("faces: is empty, but completion needs the mesh's connectivity");
+  }
+  return build_topology(faces, n_vertices);
+}
+
+}  // namespace dynmesh

@@ -1,0 +1,162 @@
+#include <algorithm>
+#include <chrono>
+#include <dynmesh/completer.hpp>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "completer/arguments.hpp"
+#include "completer/parts.hpp"
+#include "support/geometry.hpp"
+
+namespace dynmesh {
+
+using Clock = std::chrono::steady_clock;
+
+/// Algorithm 1 of the paper for one frame. The public calls below have checked everything, so that
+/// only the estimate can fail, for lack of memory: nothing that outlives the call changes before.
+template <class Real>
+FrameReport Completer<Real>::Parts::complete(Points<Real> completed, Clock::time_point start) {
+  const std::size_t rejected = outliers ? outliers->drop(previous, current, known) : 0;
+  // Anchors, satellites and unseen vertices; eq. (3), (4).
+  const Index iterations = estimator->estimate(previous, current, known, generations);
+  unseen.place(previous, current, generations);
+  // Where the recursion diverges, it must not end in a NaN that never leaves: such a vertex stays.
+  exchange.write(current, previous, completed);
+  for (std::size_t v = 0; v < n_vertices(); ++v) {
+    const Index older = age[v] + (age[v] < std::numeric_limits<Index>::max() ? 1 : 0);
+    age[v] = known[v] != 0 ? 0 : older;
+  }
+  generation_for_caller_.clear();
+  age_for_caller_.clear();
+  estimator->remember(current);
+  std::swap(previous, current);
+  report.rejected = rejected;
+  report.known = generations.anchors();
+  report.filled = generations.reached();
+  report.unseen = generations.unseen_vertices();
+  report.iterations = static_cast<std::size_t>(iterations);
+  report.stages = estimator->stages();
+  report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  return report;
+}
+
+template <class Real>
+void Completer<Real>::Parts::read(Points<const Real> points, KnownMask mask) {
+  if (exchange.read(points, mask, current, known)) return;
+  for (std::size_t i = 0; i < points.count; ++i) {  // one of them is out of range
+    if (known[numbering.place(i)] != 0) check_known_position(i, row(points, i));
+  }
+}
+
+template <class Real>
+Completer<Real>::Completer(Faces faces, Points<const Real> first_frame, const Settings& settings) {
+  check_settings(settings);
+  const auto frame = first_frame_of(first_frame);
+  parts_ = std::make_unique<Parts>(faces, frame, topology_of(faces, frame.size()), settings);
+}
+
+template <class Real>
+Completer<Real>::~Completer() = default;
+template <class Real>
+Completer<Real>::Completer(Completer&&) noexcept = default;
+template <class Real>
+Completer<Real>& Completer<Real>::operator=(Completer&&) noexcept = default;
+
+template <class Real>
+void Completer<Real>::reset(Points<const Real> frame) {
+  check_rows("frame", frame, n_vertices());
+  parts_->begin(to_places(parts_->numbering, complete_frame("frame", frame)));
+}
+
+template <class Real>
+FrameReport Completer<Real>::push(Points<const Real> points, KnownMask known,
+                                  Points<Real> completed) {
+  const auto start = Clock::now();
+  check_rows("points", points, n_vertices());
+  check_rows("known", known, n_vertices());
+  check_output(completed, n_vertices(),
+               {{"points", Extent::of(points)}, {"known", Extent::of(known)}});
+  parts_->read(points, known);
+  return parts_->complete(completed, start);
+}
+
+template <class Real>
+FrameReport Completer<Real>::push(Points<const Real> points, Points<Real> completed) {
+  const auto start = Clock::now();
+  check_rows("points", points, n_vertices());
+  check_output(completed, n_vertices(), {{"points", Extent::of(points)}});
+  parts_->read(points, {});
+  return parts_->complete(completed, start);
+}
+
+template <class Real>
+FrameReport Completer<Real>::push_sparse(std::span<const Index> indices, Points<const Real> points,
+                                         Points<Real> completed) {
+  const auto start = Clock::now();
+  if (indices.size() != points.count) {
+    throw std::invalid_argument("points: has " + std::to_string(points.count) + " rows for " +
+                                std::to_string(indices.size()) + " indices");
+  }
+  check_view("points", points);
+  check_output(completed, n_vertices(),
+               {{"indices", Extent::of(indices)}, {"points", Extent::of(points)}});
+  std::ranges::fill(parts_->known, std::uint8_t{0});
+  for (std::size_t i = 0; i < indices.size(); ++i) {
+    const Index index = indices[i];
+    if (index < 0 || static_cast<std::size_t>(index) >= n_vertices()) {
+      throw std::invalid_argument("indices: place " + std::to_string(i) + " holds " +
+                                  std::to_string(index) + ", but the mesh has " +
+                                  std::to_string(n_vertices()) + " vertices, counted from 0");
+    }
+    const std::size_t v = parts_->numbering.place(static_cast<std::size_t>(index));
+    if (parts_->known[v] != 0) {
+      const auto first = std::ranges::find(indices, index) - indices.begin();
+      throw std::invalid_argument("indices: places " + std::to_string(first) + " and " +
+                                  std::to_string(i) + " both hold vertex " + std::to_string(index));
+    }
+    parts_->known[v] = 1;
+    parts_->current[v] = row(points, i);
+    check_known_position(i, parts_->current[v]);
+  }
+  return parts_->complete(completed, start);
+}
+
+template <class Real>
+FrameReport Completer<Real>::skip(Points<Real> completed) {
+  const auto start = Clock::now();
+  check_output(completed, n_vertices(), {});
+  std::ranges::fill(parts_->known, std::uint8_t{0});
+  return parts_->complete(completed, start);
+}
+
+template <class Real>
+std::size_t Completer<Real>::n_vertices() const {
+  return parts_->n_vertices();
+}
+template <class Real>
+const Settings& Completer<Real>::settings() const {
+  return parts_->settings;
+}
+template <class Real>
+const TopologyReport& Completer<Real>::topology() const {
+  return parts_->topology->report;
+}
+template <class Real>
+std::span<const Index> Completer<Real>::generation() const {
+  return parts_->generation();
+}
+template <class Real>
+std::span<const Index> Completer<Real>::age() const {
+  return parts_->age_of_vertices();
+}
+template <class Real>
+const FrameReport& Completer<Real>::report() const {
+  return parts_->report;
+}
+
+template class Completer<float>;
+template class Completer<double>;
+
+}  // namespace dynmesh

@@ -1,0 +1,103 @@
+#include "completer/outliers.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "support/geometry.hpp"
+
+namespace dynmesh {
+namespace {
+
+constexpr std::size_t fewest_neighbours = 3;
+constexpr double most_deviations = 5;
+constexpr double floor_in_edges = 1e-3;
+
+/// Of an even number the mean of the middle two. Reorders `values`, at least one.
+double median(std::span<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (values.size() % 2 == 1) return *middle;
+  return (*middle + *std::max_element(values.begin(), middle)) / 2;
+}
+
+}  // namespace
+
+template <class Real>
+Outliers<Real>::Outliers(const Cells& cells) : cells_(cells), found_from_(cells.size()) {
+  found_.reserve(cells.size());
+  deviations_.reserve(cells.size());
+  sorted_.reserve(cells.size());
+}
+
+template <class Real>
+void Outliers<Real>::reset(Frame first_frame) {
+  mean_edge_ = static_cast<double>(mean_edge_length(cells_, first_frame));
+}
+
+/// Breadth first.
+template <class Real>
+std::span<const Index> Outliers<Real>::nearest_anchors(Index anchor,
+                                                       std::span<const std::uint8_t> known) {
+  std::size_t count = 0;
+  found_.assign(1, anchor);
+  found_from_[static_cast<std::size_t>(anchor)] = anchor;
+  for (std::size_t next = 0; next < found_.size(); ++next) {
+    for (const Index neighbour : cells_[found_[next]]) {
+      const auto n = static_cast<std::size_t>(neighbour);
+      if (found_from_[n] == anchor) continue;
+      found_from_[n] = anchor;
+      found_.push_back(neighbour);
+      if (known[n] == 0) continue;
+      nearest_[count++] = neighbour;
+      if (count == most_neighbours) return nearest_;
+    }
+  }
+  return {nearest_.data(), count};
+}
+
+template <class Real>
+std::size_t Outliers<Real>::drop(Frame previous, Frame points, std::span<std::uint8_t> known) {
+  std::ranges::fill(found_from_, -1);
+  deviations_.clear();
+  sorted_.clear();
+  for (std::size_t v = 0; v < known.size(); ++v) {
+    if (known[v] == 0) continue;
+    const auto nearest = nearest_anchors(static_cast<Index>(v), known);
+    if (nearest.size() < fewest_neighbours) continue;
+    std::array<std::array<double, most_neighbours>, 3> motions{};
+    const auto motion = [&](std::size_t vertex, std::size_t axis) {
+      const Vector3<Real> d = points[vertex] - previous[vertex];
+      return static_cast<double>(axis == 0 ? d.x : axis == 1 ? d.y : d.z);
+    };
+    std::array<double, most_neighbours> around{};
+    double own = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      for (std::size_t n = 0; n < nearest.size(); ++n) {
+        motions[axis][n] = motion(static_cast<std::size_t>(nearest[n]), axis);
+      }
+      auto copy = motions[axis];
+      const double middle = median({copy.data(), nearest.size()});
+      for (std::size_t n = 0; n < nearest.size(); ++n) {
+        around[n] = std::hypot(around[n], motions[axis][n] - middle);
+      }
+      own = std::hypot(own, motion(v, axis) - middle);
+    }
+    deviations_.push_back({static_cast<Index>(v), own, median({around.data(), nearest.size()})});
+    sorted_.push_back(own);
+  }
+  if (deviations_.empty()) return 0;
+
+  const double least = std::max(median(sorted_), floor_in_edges * mean_edge_);
+  std::size_t dropped = 0;
+  for (const Deviation& deviation : deviations_) {
+    if (!(deviation.own > most_deviations * std::max(deviation.around, least))) continue;
+    known[static_cast<std::size_t>(deviation.anchor)] = 0;
+    ++dropped;
+  }
+  return dropped;
+}
+
+template class Outliers<float>;
+template class Outliers<double>;
+
+}  // namespace dynmesh

@@ -1,0 +1,119 @@
+#include "completer/parts.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "detail/detail.hpp"
+#include "motion/fast_motion.hpp"
+#include "motion/motion.hpp"
+
+namespace dynmesh {
+namespace {
+
+/// The topology as it lies in memory.
+std::unique_ptr<const Topology> in_places(Topology topology, Numbering& numbering) {
+  numbering = choose_numbering(topology.cells);
+  return std::make_unique<const Topology>(numbering.is_natural() ? std::move(topology)
+                                                                 : renumber(topology, numbering));
+}
+
+std::vector<Triangle> faces_in_places(Faces faces, const Numbering& numbering) {
+  std::vector<Triangle> placed(faces.count);
+  for (std::size_t f = 0; f < faces.count; ++f) {
+    std::ranges::transform(faces[f], placed[f].begin(), [&](Index v) {
+      return static_cast<Index>(numbering.place(static_cast<std::size_t>(v)));
+    });
+  }
+  return placed;
+}
+
+template <class Real>
+std::unique_ptr<Estimator<Real>> estimator_of(Faces faces, const Numbering& numbering,
+                                              const Topology& topology, const Settings& settings,
+                                              Workers& workers) {
+  if (settings.method == Method::detail) {
+    return std::make_unique<Detail<Real>>(faces_in_places(faces, numbering), topology,
+                                          settings.noise, workers);
+  }
+  const Cells& cells = topology.cells;
+  if (settings.revisit && FastMotion<Real>::takes(cells.size())) {
+    return std::make_unique<FastMotion<Real>>(cells, settings.extra_iterations, workers);
+  }
+  return std::make_unique<Motion<Real>>(cells, settings.revisit, settings.extra_iterations);
+}
+
+}  // namespace
+
+template <class Real>
+Completer<Real>::Parts::Parts(Faces faces, const Frame& frame, Topology caller_topology,
+                              const Settings& chosen)
+    : settings(chosen),
+      topology(in_places(std::move(caller_topology), numbering)),
+      workers(chosen.threads),
+      exchange(numbering, workers),
+      outliers(chosen.reject_outliers ? std::make_unique<Outliers<Real>>(topology->cells)
+                                      : nullptr),
+      generations(frame.size()),
+      estimator(estimator_of<Real>(faces, numbering, *topology, chosen, workers)),
+      unseen(*topology, chosen.unseen),
+      previous(frame.size()),
+      current(frame.size()),
+      known(frame.size()),
+      age(frame.size()) {
+  if (!numbering.is_natural()) {
+    generation_for_caller_.reserve(frame.size());
+    age_for_caller_.reserve(frame.size());
+  }
+  begin(to_places(numbering, frame));
+}
+
+template <class Real>
+void Completer<Real>::Parts::begin(Frame new_first_frame) {
+  Unseen<Real> new_unseen = unseen;
+  new_unseen.reset(new_first_frame);
+  estimator->reset(new_first_frame);
+  // From here on nothing fails.
+  unseen = std::move(new_unseen);
+  if (outliers) outliers->reset(new_first_frame);
+  std::ranges::copy(new_first_frame, previous.begin());
+  first_frame = std::move(new_first_frame);
+  std::ranges::fill(known, std::uint8_t{1});
+  generations.classify(topology->cells, known);
+  std::ranges::fill(age, 0);
+  generation_for_caller_.clear();
+  age_for_caller_.clear();
+  report = {};
+  report.known = n_vertices();
+}
+
+template <class Real>
+std::span<const Index> Completer<Real>::Parts::in_caller_order(std::span<const Index> values,
+                                                               std::vector<Index>& copy) const {
+  if (numbering.is_natural()) return values;
+  if (copy.empty()) {
+    copy.resize(values.size());  // within its capacity
+    for (std::size_t i = 0; i < values.size(); ++i) copy[i] = values[numbering.place(i)];
+  }
+  return copy;
+}
+
+template <class Real>
+std::span<const Index> Completer<Real>::Parts::generation() const {
+  return in_caller_order(generations.of_vertices(), generation_for_caller_);
+}
+
+template <class Real>
+std::span<const Index> Completer<Real>::Parts::age_of_vertices() const {
+  return in_caller_order(age, age_for_caller_);
+}
+
+#define DYNMESH_INSTANTIATE(Real)                                                         \
+  template Completer<Real>::Parts::Parts(Faces, const Frame&, Topology, const Settings&); \
+  template void Completer<Real>::Parts::begin(Frame);                                     \
+  template std::span<const Index> Completer<Real>::Parts::generation() const;             \
+  template std::span<const Index> Completer<Real>::Parts::age_of_vertices() const;
+DYNMESH_INSTANTIATE(float)
+DYNMESH_INSTANTIATE(double)
+#undef DYNMESH_INSTANTIATE
+
+}  // namespace dynmesh

@@ -1,0 +1,91 @@
+#include "detail/blend.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace dynmesh {
+namespace {
+
+/// The sum of |r1|^2 below which r1 is rounding errors, in |Q (m_first - m)|^2; likewise r2. The
+/// square of the 1e-9 that solving in double precision leaves of an exact solution.
+constexpr double rounding = 1e-18;
+
+}  // namespace
+
+ResidualSums sum_products(const ResidualField& residuals, double mean_edge) {
+  ResidualSums sums;
+  double shape = 0;
+  double change = 0;
+  double counted = 0;
+  for (std::size_t v = 0; v < residuals.size(); ++v) {
+    residuals.visit(v, [&](const Residuals& at_vertex) { sums.add(at_vertex); });
+    shape += residuals.anchors.counts[v] * squared_norm(residuals.wanted[3 * v + 1]);
+    change += residuals.anchors.counts[v] * squared_norm(residuals.wanted[3 * v + 2]);
+    counted += residuals.anchors.counts[v];
+  }
+  sums.mean_edges = counted * mean_edge * mean_edge;
+  if (sums.s11 <= rounding * shape) sums.s01 = sums.s11 = sums.s12 = 0;
+  if (sums.s22 <= rounding * change) sums.s02 = sums.s12 = sums.s22 = 0;
+  return sums;
+}
+
+Blend global_blend(const ResidualSums& sums, const DetailConstants& constants) {
+  const double caution = constants.caution;
+  const double s11 = std::min(caution * sums.s11, sums.s11 + (caution - 1) * sums.mean_edges);
+  const auto finite = [](double value) { return std::isfinite(value) ? value : 0; };
+  // Of r0 and of r2, what b cannot explain.
+  const double b_of_r2 = finite(sums.s12 / s11);
+  const double h = -(sums.s02 - b_of_r2 * sums.s01);
+  const double q = constants.caution_of_change * sums.s22 - b_of_r2 * sums.s12;
+  const double left = sums.s00 - finite(sums.s01 / s11) * sums.s01;
+  const double explained = finite(h / q * h / left);
+  const double belief = std::clamp(explained / constants.least_explained - 1, 0.0, 1.0);
+  const double c = belief * std::clamp(finite(h / q), 0.0, 1.0);
+  return {finite(-(sums.s01 + c * sums.s12) / s11), c};
+}
+
+LocalBlend::LocalBlend(const Cells& cells, const DetailConstants& constants)
+    : cells_(cells),
+      constants_(constants),
+      shares_(cells.size()),
+      fits_(cells.size()),
+      averaged_(cells.size()),
+      blend_(cells.size()) {
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const std::size_t n = cells[static_cast<Index>(i)].size();
+    shares_[i] = n == 0 ? 0 : 1 / static_cast<double>(n);
+  }
+}
+
+std::span<const double> LocalBlend::find(const ResidualField& residuals, const ResidualSums& sums,
+                                         const Blend& global) {
+  double sum = 0;
+  for (std::size_t i = 0; i < fits_.size(); ++i) {
+    fits_[i] = {};
+    if (sums.s11 == 0) continue;
+    residuals.visit(i, [&](const Residuals& r) { fits_[i].add(r, global.c); });
+    sum += fits_[i].q;
+  }
+  const double eta = constants_.pull * sum / static_cast<double>(fits_.size());
+  for (int n = 0; n < constants_.averagings; ++n) {
+    for (std::size_t i = 0; i < fits_.size(); ++i) {
+      const auto cell = cells_[static_cast<Index>(i)];
+      BlendFit mean;
+      for (const Index j : cell) {
+        mean.h += fits_[static_cast<std::size_t>(j)].h;
+        mean.q += fits_[static_cast<std::size_t>(j)].q;
+      }
+      averaged_[i] = {shares_[i] * mean.h, shares_[i] * mean.q};
+    }
+    std::swap(fits_, averaged_);
+  }
+  for (std::size_t i = 0; i < fits_.size(); ++i) {
+    const double blend = (fits_[i].h + eta * global.b) / (fits_[i].q + eta);
+    blend_[i] = std::clamp(std::isfinite(blend) ? blend : global.b, constants_.least_blend,
+                           constants_.largest_blend);
+  }
+  return blend_;
+}
+
+}  // namespace dynmesh

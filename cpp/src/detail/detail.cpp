@@ -1,0 +1,256 @@
+#include "detail/detail.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "support/geometry.hpp"
+#include "support/stopwatch.hpp"
+
+namespace dynmesh {
+
+template <class Real>
+Detail<Real>::Workspace::Workspace(std::size_t n_vertices, bool is_noisy)
+    : anchors(n_vertices, is_noisy),
+      x(n_vertices),
+      kx(n_vertices),
+      shape(n_vertices),
+      k_steps(3 * n_vertices) {}
+
+template <class Real>
+Detail<Real>::Detail(std::vector<Triangle> faces, const Topology& topology,
+                     std::optional<double> noise, Workers& workers,
+                     const DetailConstants& constants)
+    : faces_(std::move(faces)),
+      topology_(topology),
+      constants_(constants),
+      system_(topology.cells, workers),
+      rotations_(topology.cells, workers),
+      local_blend_(topology.cells, constants_),
+      memory_(topology.cells.size(), constants_),
+      noise_(noise),
+      next_generations_(topology.cells.size()),
+      workspace_(topology.cells.size(), noise.has_value()) {}
+
+template <class Real>
+void Detail<Real>::reset(Frame first_frame) {
+  system_.template reset<Real>(faces_, first_frame, constants_);
+  mean_edge_ = static_cast<double>(mean_edge_length(topology_.cells, first_frame));
+  const Field first = in_workspace(first_frame);
+  rotations_.reset(first, mean_edge_);
+  system_.apply(first, 1, workspace_.kx);
+  memory_.reset(workspace_.kx, mean_edge_);
+  lambda_ = constants_.first_lambda;
+  report_ = {};
+}
+
+template <class Real>
+Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
+                             std::span<const std::uint8_t> known, Generations& generations) {
+  report_ = {};
+  next_generations_.classify(topology_.cells, known);
+  const Anchors& anchors = hold(in_workspace(previous), points, next_generations_);  // may fail
+  std::swap(generations, next_generations_);
+  if (!anchors.any_solved()) return 0;
+
+  // Step 1: the smoothest motion.
+  Positions positions = move_smoothly(workspace_.x, anchors);
+
+  // Step 2: one b and one c for all vertices.
+  Field shapes = turned_shapes(positions);
+  const ResidualField directions = find_directions(positions, shapes, anchors);
+  const ResidualSums sums = sum_products(directions, mean_edge_);
+  const Blend blend = global_blend(sums, constants_);
+
+  // Step 3: b varies over the surface.
+  const std::span<const double> b = local_blend_.find(directions, sums, blend);
+  positions = take_directions(positions, directions, blend);
+
+  // Step 4: turn and solve again.
+  Field shape;
+  for (int round = 1; round < constants_.rounds; ++round) {
+    shapes = turned_shapes(positions);
+    shape = blended(shapes, b, blend.c);
+    positions = take_shape(positions, shape, anchors);
+  }
+
+  if (noise_) weigh_anchors(positions, shape, anchors);
+  for (const Index solved : system_.solved()) {
+    const auto v = static_cast<std::size_t>(solved);
+    const Vector3<double>& x = positions.x[v];
+    points[v] = {saturated<Real>(x.x), saturated<Real>(x.y), saturated<Real>(x.z)};
+  }
+  report_.blend = blend.b;
+  return constants_.rounds;
+}
+
+template <class Real>
+typename Detail<Real>::Field Detail<Real>::in_workspace(Frame frame) {
+  std::ranges::transform(frame, workspace_.x.begin(), in_double<Real>);
+  return workspace_.x;
+}
+
+/// What holds the frame, and the factor of N for it.
+template <class Real>
+const Anchors& Detail<Real>::hold(Field previous, std::span<const Vector3<Real>> points,
+                                  const Generations& generations) {
+  workspace_.anchors.template take<Real>(previous, points, generations, lambda_);
+  const Stopwatch stopwatch(report_.factor_seconds);
+  if (workspace_.anchors.any_solved()) system_.factorize(workspace_.anchors);
+  return workspace_.anchors;
+}
+
+/// The smoothest motion from the last frame X' that the anchors allow: min |K (X - X')|^2.
+template <class Real>
+typename Detail<Real>::Positions Detail<Real>::move_smoothly(Field previous,
+                                                             const Anchors& anchors) {
+  const Stopwatch stopwatch(report_.solve_seconds);
+  std::vector<Vector3<double>>& moved = workspace_.shape;  // K times how far the anchors moved
+  if (!anchors.are_noisy()) {
+    for (std::size_t v = 0; v < previous.size(); ++v) {
+      workspace_.k_steps[v] = anchors.observed[v] - previous[v];
+    }
+    system_.apply(workspace_.k_steps, 1, moved);
+    std::ranges::copy(anchors.observed, workspace_.x.begin());
+  } else {
+    std::ranges::fill(moved, Vector3<double>{});
+  }
+  const Positions positions{workspace_.x, workspace_.kx};
+  const Field step = system_.template solve<1>(
+      [&](std::size_t v, std::size_t) { return -1.0 * moved[v]; }, positions.x, anchors);
+  for (std::size_t v = 0; v < step.size(); ++v) positions.x[v] = positions.x[v] + step[v];
+  system_.apply(positions.x, 1, positions.kx);
+  return positions;
+}
+
+/// Q fitted to the positions, and Q m, Q (m_first - m), Q u: (3 k,).
+template <class Real>
+typename Detail<Real>::Field Detail<Real>::turned_shapes(const Positions& positions) {
+  const Stopwatch stopwatch(report_.rotation_seconds);
+  rotations_.fit(positions.x);
+  return rotations_.turn(memory_.shapes());
+}
+
+/// The steps towards Q m and those that a unit of b and of c adds, and what each leaves.
+template <class Real>
+ResidualField Detail<Real>::find_directions(const Positions& positions, Field shapes,
+                                            const Anchors& anchors) {
+  const Stopwatch stopwatch(report_.solve_seconds);
+  const Field steps = system_.template solve<3>(
+      [&](std::size_t v, std::size_t field) {
+        return field == 0 ? shapes[3 * v] - positions.kx[v] : shapes[3 * v + field];
+      },
+      positions.x, anchors);
+  system_.apply(steps, 3, workspace_.k_steps);
+  return {anchors, positions.x, positions.kx, shapes, steps, workspace_.k_steps};
+}
+
+template <class Real>
+typename Detail<Real>::Positions Detail<Real>::take_directions(Positions positions,
+                                                               const ResidualField& directions,
+                                                               const Blend& blend) {
+  const Stopwatch stopwatch(report_.solve_seconds);
+  const auto combined = [&](const Vector3<double>& from, Field triples, std::size_t v) {
+    return from + triples[3 * v] + blend.b * triples[3 * v + 1] + blend.c * triples[3 * v + 2];
+  };
+  for (std::size_t v = 0; v < positions.x.size(); ++v) {
+    positions.x[v] = combined(positions.x[v], directions.steps, v);
+    positions.kx[v] = combined(positions.kx[v], directions.k_steps, v);
+  }
+  return positions;
+}
+
+/// Q (m + b_i (m_first - m) + c u): (k,).
+template <class Real>
+typename Detail<Real>::Field Detail<Real>::blended(Field shapes, std::span<const double> b,
+                                                   double c) {
+  const Stopwatch stopwatch(report_.solve_seconds);
+  for (std::size_t v = 0; v < b.size(); ++v) {
+    workspace_.shape[v] = shapes[3 * v] + b[v] * shapes[3 * v + 1] + c * shapes[3 * v + 2];
+  }
+  return workspace_.shape;
+}
+
+/// The positions whose detail is closest to the shape.
+template <class Real>
+typename Detail<Real>::Positions Detail<Real>::take_shape(Positions positions, Field shape,
+                                                          const Anchors& anchors) {
+  const Stopwatch stopwatch(report_.solve_seconds);
+  const Field step = system_.template solve<1>(
+      [&](std::size_t v, std::size_t) { return shape[v] - positions.kx[v]; }, positions.x, anchors);
+  for (std::size_t v = 0; v < step.size(); ++v) positions.x[v] = positions.x[v] + step[v];
+  system_.apply(positions.x, 1, positions.kx);
+  return positions;
+}
+
+/// The errors of the shape per coordinate, sigma_L^2 = (E + lambda |q|^2) / (3 anchors) with E the
+/// energy and q how far anchors moved, tell lambda of the next frame.
+template <class Real>
+void Detail<Real>::weigh_anchors(const Positions& positions, Field shape, const Anchors& anchors) {
+  double energy = 0;
+  for (std::size_t v = 0; v < shape.size(); ++v) {
+    energy += anchors.counts[v] * squared_norm(positions.kx[v] - shape[v]);
+    energy += anchors.weights[v] * squared_norm(positions.x[v] - anchors.observed[v]);
+  }
+  const double found = energy / (3 * static_cast<double>(anchors.number) * *noise_ * *noise_);
+  if (!std::isfinite(found)) return;
+  lambda_ = (lambda_ + std::clamp(found, constants_.least_lambda, constants_.largest_lambda)) / 2;
+}
+
+/// Q^T K X of a completed frame, with Q fitted to it.
+template <class Real>
+typename Detail<Real>::Field Detail<Real>::detail_turned_back(Field completed) {
+  system_.apply(completed, 1, workspace_.kx);
+  return rotations_.turn_back(workspace_.kx);
+}
+
+template <class Real>
+void Detail<Real>::remember(Frame completed) {
+  const Stopwatch stopwatch(report_.rotation_seconds);
+  const Field x = in_workspace(completed);
+  rotations_.fit(x);
+  memory_.learn(detail_turned_back(x));
+}
+
+template <class Real>
+typename Detail<Real>::Memory Detail<Real>::memory() const {
+  Memory memory;
+  memory.rows.reserve(memory_rows());
+  for (std::size_t v = 0; v < topology_.cells.size(); ++v) {
+    const Quaternion& q = rotations_.quaternions()[v];
+    const Vector3<double>& u = memory_.change(v);
+    memory.rows.push_back({q.w, q.x, q.y, q.z, u.x, u.y, u.z});
+  }
+  memory.anchor_weight = lambda_;
+  return memory;
+}
+
+template <class Real>
+bool Detail<Real>::accepts(const Memory& memory) const {
+  constexpr double rounding = 1e-6;
+  const auto is_sound = [](const auto& row) {
+    const double norm = row[0] * row[0] + row[1] * row[1] + row[2] * row[2] + row[3] * row[3];
+    return std::abs(norm - 1) <= rounding && is_in_range(Vector3<double>{row[4], row[5], row[6]});
+  };
+  return memory.rows.size() == memory_rows() && std::ranges::all_of(memory.rows, is_sound) &&
+         memory.anchor_weight >= constants_.least_lambda &&
+         memory.anchor_weight <= constants_.largest_lambda;
+}
+
+template <class Real>
+void Detail<Real>::recall(const Memory& memory, Frame completed) {
+  std::ranges::transform(memory.rows, rotations_.quaternions().begin(), [](const auto& row) {
+    return Quaternion{row[0], row[1], row[2], row[3]};
+  });
+  lambda_ = memory.anchor_weight;
+  const Field detail = detail_turned_back(in_workspace(completed));
+  std::ranges::transform(memory.rows, workspace_.shape.begin(), [](const auto& row) {
+    return Vector3<double>{row[4], row[5], row[6]};
+  });
+  memory_.recall(detail, workspace_.shape);
+}
+
+template class Detail<float>;
+template class Detail<double>;
+
+}  // namespace dynmesh

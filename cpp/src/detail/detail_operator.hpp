@@ -1,0 +1,39 @@
+/// What method detail measures shape by: K = M^-1/2 C of frame 0, from which it is built once.
+#pragma once
+
+#include <dynmesh/topology.hpp>
+#include <dynmesh/types.hpp>
+#include <span>
+#include <vector>
+
+#include "detail/constants.hpp"
+#include "detail/intrinsic_delaunay.hpp"
+#include "factor/elimination.hpp"
+
+namespace dynmesh {
+
+/// C is symmetric, so K^T r = C (M^-1/2 r): one matrix serves both products.
+struct DetailOperator {
+  // Row i of C is columns[offsets[i]] to columns[offsets[i + 1] - 1], ascending, with its values.
+  std::vector<Index> offsets;
+  std::vector<Index> columns;
+  std::vector<double> values;
+  std::vector<double> scale;  ///< (k,) M^-1/2
+
+  [[nodiscard]] std::size_t size() const { return scale.size(); }
+};
+
+/// C: the cotangent Laplacian of the intrinsic Delaunay triangulation of `frame`; M: vertex areas,
+/// a third of its triangles around, floored. Lengths are in mean edges of
+/// `frame`, so that the scale of the mesh cancels. An edge of a face with a repeated vertex, which
+/// spans no triangle, has a weight of its own for each such face. Everything is finite whatever the
+/// mesh.
+template <class Real>
+DetailOperator build_detail_operator(std::span<const Triangle> faces, const Cells& cells,
+                                     std::span<const Vector3<Real>> frame,
+                                     const DetailConstants& constants = {});
+
+/// N = K^T K = C M^-1 C.
+SymmetricMatrix normal_matrix(const DetailOperator& k);
+
+}  // namespace dynmesh

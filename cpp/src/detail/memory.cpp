@@ -1,0 +1,35 @@
+#include "detail/memory.hpp"
+
+#include <algorithm>
+
+namespace dynmesh {
+ShapeMemory::ShapeMemory(std::size_t n_vertices, const DetailConstants& constants)
+    : newest_(constants.newest), first_(n_vertices), shapes_(3 * n_vertices) {}
+
+void ShapeMemory::set(std::size_t v, const Vector3<double>& detail, const Vector3<double>& change) {
+  shapes_[3 * v] = detail;
+  shapes_[3 * v + 1] = first_[v] - detail;
+  shapes_[3 * v + 2] = change;
+}
+
+void ShapeMemory::reset(Field first, double mean_edge) {
+  std::ranges::copy(first, first_.begin());
+  mean_edge_ = mean_edge;
+  for (std::size_t v = 0; v < first.size(); ++v) set(v, first[v], {});
+}
+
+void ShapeMemory::learn(Field detail) {
+  for (std::size_t v = 0; v < detail.size(); ++v) {
+    const auto newest_change = detail[v] - shapes_[3 * v];
+    // A jump by a mean edge or more is an error as a whole, and u begins anew.
+    const bool is_jump = !(squared_norm(newest_change) < mean_edge_ * mean_edge_);
+    const auto mean = (1 - newest_) * change(v) + newest_ * newest_change;
+    set(v, detail[v], is_jump ? Vector3<double>{} : mean);
+  }
+}
+
+void ShapeMemory::recall(Field detail, Field change) {
+  for (std::size_t v = 0; v < detail.size(); ++v) set(v, detail[v], change[v]);
+}
+
+}  // namespace dynmesh

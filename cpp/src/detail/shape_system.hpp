@@ -1,0 +1,72 @@
+/// The linear systems of method detail: which positions have a wanted detail K X.
+#pragma once
+
+#include <dynmesh/topology.hpp>
+#include <dynmesh/types.hpp>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "detail/anchors.hpp"
+#include "detail/detail_operator.hpp"
+#include "factor/masked_factor.hpp"
+#include "kernels/operator_kernels.hpp"
+#include "support/geometry.hpp"
+#include "support/workers.hpp"
+
+namespace dynmesh {
+
+/// K of frame 0, and N = K^T K at what is solved for. Fields have one or three Vector3 for each
+/// vertex, side by side.
+///
+/// Allocates in `reset`, and in `factorize` where the factor is larger than all before.
+class ShapeSystem {
+ public:
+  using Field = std::span<const Vector3<double>>;
+
+  /// `cells` and `workers` must outlive this object.
+  ShapeSystem(const Cells& cells, Workers& workers);
+
+  /// Builds K of a new frame 0.
+  template <class Real>
+  void reset(std::span<const Triangle> faces, std::span<const Vector3<Real>> first_frame,
+             const DetailConstants& constants);
+
+  /// detail = K x.
+  void apply(Field x, int fields, std::span<Vector3<double>> detail) const;
+
+  /// Factors N, plus the weights of noisy anchors, at what is solved for.
+  void factorize(const Anchors& anchors);
+
+  /// The vertices that are solved for.
+  [[nodiscard]] std::span<const Index> solved() const { return factor_->order(); }
+
+  /// The steps D that bring K (x + D) closest to K x + residual, in each of one or three fields:
+  /// N D = K^T residual. `residual(v, field)` is what is wanted less what is there; in the first
+  /// field, noisy anchors are also drawn from x to where they were observed. Steps are 0 where a
+  /// vertex is not solved for. Valid until the next call.
+  template <int fields, class Residual>
+  Field solve(const Residual& residual, Field x, const Anchors& anchors) {
+    for (std::size_t v = 0; v < x.size(); ++v) {
+      for (std::size_t f = 0; f < fields; ++f) {
+        scaled_residual_[fields * v + f] = operator_.scale[v] * residual(v, f);
+      }
+    }
+    return solve_scaled(fields, x, anchors);
+  }
+
+ private:
+  Field solve_scaled(int fields, Field x, const Anchors& anchors);
+  [[nodiscard]] OperatorData operator_data() const;
+
+  const Cells& cells_;
+  Workers& workers_;
+  const OperatorKernels& kernels_;
+  DetailOperator operator_;                       // K
+  std::unique_ptr<MaskedFactor> factor_;          // of N
+  std::vector<Vector3<double>> scaled_residual_;  // M^-1/2 times what K^T is multiplied with
+  std::vector<Vector3<double>> solution_;         // in the order of elimination
+  std::vector<Vector3<double>> steps_;            // in the order of vertices
+};
+
+}  // namespace dynmesh

@@ -1,0 +1,110 @@
+#include <algorithm>
+#include <cmath>
+#include <dynmesh/metrics.hpp>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "support/checks.hpp"
+#include "support/geometry.hpp"
+
+namespace dynmesh {
+namespace {
+
+template <class Real>
+std::vector<Vector3<double>> finite_frame(const char* argument, Points<const Real> points,
+                                          std::size_t n_vertices) {
+  if (points.count != n_vertices) {
+    throw std::invalid_argument(std::string(argument) + ": has " + std::to_string(points.count) +
+                                " rows, not " + std::to_string(n_vertices));
+  }
+  check_view(argument, points);
+  std::vector<Vector3<double>> frame(points.count);
+  for (std::size_t v = 0; v < points.count; ++v) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      if (!std::isfinite(points(v, c))) {
+        throw std::invalid_argument(std::string(argument) + ": vertex " + std::to_string(v) +
+                                    " has the coordinate " + std::to_string(points(v, c)) +
+                                    ", but errors need finite positions");
+      }
+    }
+    frame[v] = {static_cast<double>(points(v, 0)), static_cast<double>(points(v, 1)),
+                static_cast<double>(points(v, 2))};
+  }
+  return frame;
+}
+
+/// GL(v_i), eq. (6).
+Vector3<double> geometric_laplacian(const Cells& cells, const std::vector<Vector3<double>>& frame,
+                                    Index vertex, double shortest) {
+  const Vector3<double> v_i = frame[static_cast<std::size_t>(vertex)];
+  if (cells[vertex].empty()) return {};
+  Vector3<double> sum;
+  double weights = 0;
+  for (const Index neighbour : cells[vertex]) {
+    const Vector3<double>& v_j = frame[static_cast<std::size_t>(neighbour)];
+    const double inverse_distance = 1 / std::max(std::sqrt(squared_norm(v_i - v_j)), shortest);
+    sum = sum + inverse_distance * v_j;
+    weights += inverse_distance;
+  }
+  return v_i - (1 / weights) * sum;
+}
+
+}  // namespace
+
+template <class Real>
+double nmsve(const Cells& cells, Points<const Real> reference, Points<const Real> completed) {
+  const std::size_t k = cells.size();
+  if (k == 0) throw std::invalid_argument("reference: has no vertices");
+  const auto v = finite_frame("reference", reference, k);
+  const auto w = finite_frame("completed", completed, k);
+  const double shortest = std::sqrt(squared_length_floor) * mean_edge_length<double>(cells, v);
+  double sum = 0;
+  for (std::size_t i = 0; i < k; ++i) {
+    const auto vertex = static_cast<Index>(i);
+    const auto laplacian_error = geometric_laplacian(cells, v, vertex, shortest) -
+                                 geometric_laplacian(cells, w, vertex, shortest);
+    sum += std::sqrt(squared_norm(v[i] - w[i])) + std::sqrt(squared_norm(laplacian_error));
+  }
+  return sum / (2 * static_cast<double>(k));  // eq. (5)
+}
+
+template <class Real>
+void vertex_error(Points<const Real> reference, Points<const Real> completed,
+                  std::span<double> error) {
+  const auto v = finite_frame("reference", reference, error.size());
+  const auto w = finite_frame("completed", completed, error.size());
+  for (std::size_t i = 0; i < error.size(); ++i) error[i] = std::sqrt(squared_norm(v[i] - w[i]));
+}
+
+ErrorSummary summary(std::span<const double> errors) {
+  if (errors.empty()) throw std::invalid_argument("errors: is empty");
+  std::vector<double> sorted(errors.begin(), errors.end());
+  const auto nan = std::ranges::find_if(sorted, [](double e) { return std::isnan(e); });
+  if (nan != sorted.end()) {
+    throw std::invalid_argument("errors: place " + std::to_string(nan - sorted.begin()) +
+                                " is not a number");
+  }
+  std::ranges::sort(sorted);
+  const auto count = static_cast<double>(sorted.size());
+  const double place = 0.99 * (count - 1);
+  const auto below = static_cast<std::size_t>(place);
+  const std::size_t above = std::min(below + 1, sorted.size() - 1);
+  const double fraction = place - static_cast<double>(below);
+
+  ErrorSummary summary;
+  summary.mean = std::accumulate(sorted.begin(), sorted.end(), 0.0) / count;
+  summary.rms =
+      std::sqrt(std::inner_product(sorted.begin(), sorted.end(), sorted.begin(), 0.0) / count);
+  summary.p99 = sorted[below] + fraction * (sorted[above] - sorted[below]);
+  summary.maximum = sorted.back();
+  return summary;
+}
+
+template double nmsve(const Cells&, Points<const float>, Points<const float>);
+template double nmsve(const Cells&, Points<const double>, Points<const double>);
+template void vertex_error(Points<const float>, Points<const float>, std::span<double>);
+template void vertex_error(Points<const double>, Points<const double>, std::span<double>);
+
+}  // namespace dynmesh

@@ -1,0 +1,217 @@
+#include "factor/elimination.hpp"
+
+#include <Eigen/OrderingMethods>
+#include <Eigen/SparseCore>
+#include <algorithm>
+#include <numeric>
+
+#include "kernels/dense_kernels.hpp"
+
+namespace dynmesh {
+namespace {
+
+constexpr Index none = -1;
+
+std::vector<Index> minimum_degree_order(const SymmetricMatrix& matrix) {
+  using Sparse = Eigen::SparseMatrix<double, Eigen::ColMajor, Index>;
+  const auto n = static_cast<Eigen::Index>(matrix.size());
+  const Eigen::Map<const Sparse> whole(n, n, static_cast<Eigen::Index>(matrix.rows.size()),
+                                       matrix.offsets.data(), matrix.rows.data(),
+                                       matrix.values.data());
+  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, Index> order;
+  Sparse copy = whole;
+  Eigen::AMDOrdering<Index>()(copy, order);
+  return {order.indices().data(), order.indices().data() + n};
+}
+
+std::vector<Index> inverse(const std::vector<Index>& order) {
+  std::vector<Index> places(order.size());
+  for (std::size_t p = 0; p < order.size(); ++p) {
+    places[static_cast<std::size_t>(order[p])] = static_cast<Index>(p);
+  }
+  return places;
+}
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+/// Calls `visit(place)` for the places before `place` that its column has entries at.
+template <class Visit>
+void for_each_before(const SymmetricMatrix& matrix, const Elimination& plan, Index place,
+                     const Visit& visit) {
+  const auto column = at(plan.column_at[at(place)]);
+  for (Index e = matrix.offsets[column]; e < matrix.offsets[column + 1]; ++e) {
+    const Index other = plan.place_of[at(matrix.rows[at(e)])];
+    if (other < place) visit(other);
+  }
+}
+
+/// The elimination tree (Liu 1986): the parent of each place, none for roots.
+std::vector<Index> elimination_tree(const SymmetricMatrix& matrix, const Elimination& plan) {
+  std::vector<Index> parent(matrix.size(), none);
+  std::vector<Index> ancestor(matrix.size(), none);
+  for (Index place = 0; place < static_cast<Index>(matrix.size()); ++place) {
+    for_each_before(matrix, plan, place, [&](Index i) {
+      while (i != none && i < place) {
+        const Index next = ancestor[at(i)];
+        ancestor[at(i)] = place;
+        if (next == none) parent[at(i)] = place;
+        i = next;
+      }
+    });
+  }
+  return parent;
+}
+
+/// The places of a forest, every subtree in a row and before its root.
+std::vector<Index> postorder(const std::vector<Index>& parent) {
+  std::vector<Index> first_child(parent.size(), none);
+  std::vector<Index> sibling(parent.size(), none);
+  std::vector<Index> stack;
+  for (Index i = static_cast<Index>(parent.size()); i-- > 0;) {
+    const Index p = parent[at(i)];
+    if (p == none) {
+      stack.push_back(i);
+    } else {
+      sibling[at(i)] = first_child[at(p)];
+      first_child[at(p)] = i;
+    }
+  }
+  std::vector<Index> order;
+  order.reserve(parent.size());
+  while (!stack.empty()) {
+    const Index i = stack.back();
+    const Index child = first_child[at(i)];
+    if (child == none) {
+      order.push_back(i);
+      stack.pop_back();
+    } else {
+      first_child[at(i)] = sibling[at(child)];
+      stack.push_back(child);
+    }
+  }
+  return order;
+}
+
+/// Entries of each column of the factor, diagonal and all.
+std::vector<Index> column_counts(const SymmetricMatrix& matrix, const Elimination& plan,
+                                 const std::vector<Index>& parent) {
+  std::vector<Index> counts(matrix.size(), 1);
+  std::vector<Index> visited(matrix.size(), none);
+  for (Index place = 0; place < static_cast<Index>(matrix.size()); ++place) {
+    visited[at(place)] = place;
+    for_each_before(matrix, plan, place, [&](Index i) {
+      for (; visited[at(i)] != place; i = parent[at(i)]) {
+        ++counts[at(i)];
+        visited[at(i)] = place;
+      }
+    });
+  }
+  return counts;
+}
+
+/// Columns in the making of a supernode.
+struct Block {
+  Index first;
+  Index columns;
+  Index rows;   // of its first column, diagonal and all
+  double held;  // entries that the factor has in it
+
+  [[nodiscard]] double share_of_zeros() const {
+    const double places = columns * (rows - 0.5 * (columns - 1));
+    return 1 - held / places;
+  }
+};
+
+/// How many zeros are worth a wider block; masks thin it out, so narrow ones are too slow.
+bool is_worth_joining(const Block& joined) {
+  if (joined.columns <= 8) return true;
+  const double zeros = joined.share_of_zeros();
+  if (joined.columns <= 16) return zeros < 0.5;
+  if (joined.columns <= 32) return zeros < 0.25;
+  return zeros < 0.05;
+}
+
+/// Runs of columns with nearly the same rows. A block may join the one before it where that is a
+/// subtree below it: the rows of a child are among those of its parent.
+std::vector<Block> find_blocks(const std::vector<Index>& parent, const std::vector<Index>& counts) {
+  std::vector<Block> blocks;
+  for (Index j = 0; j < static_cast<Index>(parent.size()); ++j) {
+    Block block = {j, 1, counts[at(j)], static_cast<double>(counts[at(j)])};
+    while (!blocks.empty()) {
+      const Block& below = blocks.back();
+      const Index root = parent[at(block.first - 1)];
+      if (root == none || root > j) break;
+      const Block joined = {below.first, below.columns + block.columns, below.columns + block.rows,
+                            below.held + block.held};
+      const bool is_chain = below.rows == joined.rows;  // no zeros at all
+      if (!is_chain && !is_worth_joining(joined)) break;
+      block = joined;
+      blocks.pop_back();
+    }
+    blocks.push_back(block);
+  }
+  return blocks;
+}
+
+}  // namespace
+
+Elimination plan_elimination(const SymmetricMatrix& matrix) {
+  const std::size_t n = matrix.size();
+  Elimination plan;
+  plan.column_at = minimum_degree_order(matrix);
+  plan.place_of = inverse(plan.column_at);
+  const auto order = postorder(elimination_tree(matrix, plan));
+  std::vector<Index> column_at(n);
+  for (std::size_t p = 0; p < n; ++p) column_at[p] = plan.column_at[at(order[p])];
+  plan.column_at = column_at;
+  plan.place_of = inverse(plan.column_at);
+  const auto parent = elimination_tree(matrix, plan);
+
+  plan.firsts.clear();
+  for (const Block& block : find_blocks(parent, column_counts(matrix, plan, parent))) {
+    for (Index c = 0; c < block.columns; c += widest_supernode) {
+      plan.firsts.push_back(block.first + c);
+    }
+  }
+  plan.firsts.push_back(static_cast<Index>(n));
+  std::vector<Index> supernode_of(n);
+  for (Index s = 0; s < plan.supernodes(); ++s) {
+    for (Index j = plan.firsts[at(s)]; j < plan.firsts[at(s) + 1]; ++j) supernode_of[at(j)] = s;
+  }
+
+  // The rows of a supernode: those of its columns and those of its children.
+  std::vector<Index> first_child(at(plan.supernodes()), none);
+  std::vector<Index> sibling(at(plan.supernodes()), none);
+  std::vector<Index> seen(n, none);
+  plan.row_offsets.push_back(0);
+  for (Index s = 0; s < plan.supernodes(); ++s) {
+    const Index last = plan.firsts[at(s) + 1] - 1;
+    const auto begin = static_cast<std::ptrdiff_t>(plan.rows.size());
+    const auto add = [&](Index row) {
+      if (row <= last || seen[at(row)] == s) return;
+      seen[at(row)] = s;
+      plan.rows.push_back(row);
+    };
+    for (Index j = plan.firsts[at(s)]; j <= last; ++j) {
+      const auto column = at(plan.column_at[at(j)]);
+      for (Index e = matrix.offsets[column]; e < matrix.offsets[column + 1]; ++e) {
+        add(plan.place_of[at(matrix.rows[at(e)])]);
+      }
+    }
+    for (Index child = first_child[at(s)]; child != none; child = sibling[at(child)]) {
+      for (Index r = plan.row_offsets[at(child)]; r < plan.row_offsets[at(child) + 1]; ++r) {
+        add(plan.rows[at(r)]);
+      }
+    }
+    std::sort(plan.rows.begin() + begin, plan.rows.end());
+    plan.row_offsets.push_back(static_cast<Index>(plan.rows.size()));
+    if (static_cast<std::ptrdiff_t>(plan.rows.size()) > begin) {
+      const Index up = supernode_of[at(plan.rows[static_cast<std::size_t>(begin)])];
+      sibling[at(s)] = first_child[at(up)];
+      first_child[at(up)] = s;
+    }
+  }
+  return plan;
+}
+
+}  // namespace dynmesh

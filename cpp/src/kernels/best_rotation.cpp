@@ -1,0 +1,48 @@
+#include "kernels/best_rotation.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <cmath>
+
+namespace dynmesh {
+namespace {
+
+/// How much the last rotation counts beside a covariance: enough to decide between rotations that
+/// the covariance cannot tell apart, and too little to be seen where it can.
+constexpr double pull_to_last = 1e-9;
+
+/// A rotation is as good as the best one where its trace falls short of the largest by no more than
+/// this: rounding errors.
+constexpr double rounding = 1e-13;
+
+Eigen::Vector4d in_eigen(const Quaternion& q) { return {q.w, q.x, q.y, q.z}; }
+
+bool has_only_positive_eigenvalues(const Eigen::Matrix4d& matrix) {
+  return matrix.llt().info() == Eigen::Success;
+}
+
+}  // namespace
+
+/// For unit quaternions tr(R^T S) = q^T N q, with N the symmetric matrix of Horn (1987), so that
+/// the best one is the eigenvector of the largest eigenvalue. It exists whatever the rank of S is,
+/// and whether or not S holds a reflection.
+Quaternion best_rotation(const double (&s)[3][3], const Quaternion& last, const Quaternion& found) {
+  Eigen::Matrix4d n;
+  n << s[0][0] + s[1][1] + s[2][2], s[2][1] - s[1][2], s[0][2] - s[2][0], s[1][0] - s[0][1],  //
+      s[2][1] - s[1][2], s[0][0] - s[1][1] - s[2][2], s[0][1] + s[1][0], s[0][2] + s[2][0],   //
+      s[0][2] - s[2][0], s[0][1] + s[1][0], s[1][1] - s[0][0] - s[2][2], s[1][2] + s[2][1],   //
+      s[1][0] - s[0][1], s[0][2] + s[2][0], s[1][2] + s[2][1], s[2][2] - s[0][0] - s[1][1];
+  if (!n.allFinite()) return last;
+  const Eigen::Vector4d q = in_eigen(found);
+  const double trace = q.dot(n * q);
+  if (std::isfinite(trace) &&
+      has_only_positive_eigenvalues((trace + rounding) * Eigen::Matrix4d::Identity() - n)) {
+    return found;
+  }
+  n += pull_to_last * in_eigen(last) * in_eigen(last).transpose();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> solver(n);
+  const Eigen::Vector4d best = solver.eigenvectors().col(3).normalized();
+  return {best[0], best[1], best[2], best[3]};
+}
+
+}  // namespace dynmesh

@@ -1,0 +1,229 @@
+#include "kernels/dense_kernels.hpp"
+
+// Compiled several times with different instructions, each in a namespace of its own, by the rules
+// of sweeps.cpp: nothing here may be instantiated elsewhere too.
+#ifndef DYNMESH_KERNELS
+#define DYNMESH_KERNELS portable
+#endif
+
+namespace dynmesh::DYNMESH_KERNELS {
+namespace {
+
+using Quad [[gnu::vector_size(32), gnu::may_alias]] = double;
+using Unaligned [[gnu::vector_size(32), gnu::may_alias, gnu::aligned(8)]] = double;
+
+[[gnu::always_inline]] inline Quad load(const double* from) {
+  return *reinterpret_cast<const Unaligned*>(from);
+}
+[[gnu::always_inline]] inline void store(double* to, Quad value) {
+  *reinterpret_cast<Unaligned*>(to) = value;
+}
+
+/// `height` rows of a times `width` quads of packed columns of b.
+template <int height, int width>
+[[gnu::always_inline]] inline void multiply_tile(const double* a, Index c, const double* packed,
+                                                 double* products, Index stride) {
+  Quad sums[height][width] = {};
+  for (Index k = 0; k < c; ++k) {
+    Quad columns[width];
+    for (int w = 0; w < width; ++w) columns[w] = load(packed + (width * k + w) * 4);
+    for (int h = 0; h < height; ++h) {
+      const double factor = a[h * c + k];
+      for (int w = 0; w < width; ++w) sums[h][w] += factor * columns[w];
+    }
+  }
+  for (int h = 0; h < height; ++h) {
+    for (int w = 0; w < width; ++w) store(products + h * stride + 4 * w, sums[h][w]);
+  }
+}
+
+template <int width>
+void multiply_columns(const double* a, Index m, const double* b, Index n, Index c, double* products,
+                      Index stride, double* packed) {
+  for (Index j = 0; j < 4 * width; ++j) {
+    const double* row = b + (j < n ? j : n - 1) * c;
+    for (Index k = 0; k < c; ++k) packed[4 * width * k + j] = row[k];
+  }
+  Index i = 0;
+  for (; i + 4 <= m; i += 4) {
+    multiply_tile<4, width>(a + i * c, c, packed, products + i * stride, stride);
+  }
+  for (; i < m; ++i) multiply_tile<1, width>(a + i * c, c, packed, products + i * stride, stride);
+}
+
+void multiply(const double* a, Index m, const double* b, Index n, Index c, double* products,
+              double* work) {
+  const Index stride = (n + 3) / 4 * 4;
+  Index j = 0;
+  // Rows before j of these columns are the upper half, which nobody reads.
+  for (; j + 4 < n; j += 8) {
+    multiply_columns<2>(a + j * c, m - j, b + j * c, n - j, c, products + j * stride + j, stride,
+                        work);
+  }
+  if (j < n) {
+    multiply_columns<1>(a + j * c, m - j, b + j * c, n - j, c, products + j * stride + j, stride,
+                        work);
+  }
+}
+
+/// The triangle; its transpose goes to `upper` (columns, widest_supernode).
+void factor_triangle(double* panel, Index columns, const double* least, double* inverse,
+                     double* upper) {
+  for (Index i = 0; i < columns; ++i) {
+    for (Index j = 0; j < i; ++j) upper[widest_supernode * j + i] = panel[i * columns + j];
+    upper[(widest_supernode + 1) * i] = panel[i * columns + i];
+  }
+  for (Index k = 0; k < columns; ++k) {
+    double* row = upper + widest_supernode * k;
+    const double pivot = row[k];
+    const double scale = pivot > least[k] ? 1 / __builtin_sqrt(pivot) : 0;
+    inverse[k] = scale;
+    for (Index j = k; j < columns; ++j) row[j] *= scale;
+    for (Index i = k + 1; i < columns; ++i) {
+      const double factor = row[i];
+      double* other = upper + widest_supernode * i;
+      for (Index j = i; j < columns; ++j) other[j] -= factor * row[j];
+    }
+  }
+  for (Index i = 0; i < columns; ++i) {
+    for (Index j = 0; j <= i; ++j) panel[i * columns + j] = upper[widest_supernode * j + i];
+  }
+}
+
+/// `width` quads of rows below the triangle, a row in each lane.
+template <int width>
+[[gnu::always_inline]] inline void factor_rows(double* rows, Index columns, const double* inverse,
+                                               const double* upper) {
+  Quad lanes[widest_supernode][width];
+  for (Index k = 0; k < columns; ++k) {
+    for (int w = 0; w < width; ++w) {
+      for (int i = 0; i < 4; ++i) lanes[k][w][i] = rows[(4 * w + i) * columns + k];
+    }
+  }
+  for (Index k = 0; k < columns; ++k) {
+    Quad x[width];
+    for (int w = 0; w < width; ++w) x[w] = lanes[k][w] *= inverse[k];
+    for (Index j = k + 1; j < columns; ++j) {
+      const double factor = upper[widest_supernode * k + j];
+      for (int w = 0; w < width; ++w) lanes[j][w] -= factor * x[w];
+    }
+  }
+  for (Index k = 0; k < columns; ++k) {
+    for (int w = 0; w < width; ++w) {
+      for (int i = 0; i < 4; ++i) rows[(4 * w + i) * columns + k] = lanes[k][w][i];
+    }
+  }
+}
+
+void factor_row(double* row, Index columns, const double* inverse, const double* upper) {
+  for (Index k = 0; k < columns; ++k) {
+    const double x = row[k] *= inverse[k];
+    for (Index j = k + 1; j < columns; ++j) row[j] -= upper[widest_supernode * k + j] * x;
+  }
+}
+
+void factor(double* panel, Index rows, Index columns, const double* least, double* inverse,
+            double* work) {
+  factor_triangle(panel, columns, least, inverse, work);
+  Index r = columns;
+  for (; r + 8 <= rows; r += 8) factor_rows<2>(panel + r * columns, columns, inverse, work);
+  for (; r + 4 <= rows; r += 4) factor_rows<1>(panel + r * columns, columns, inverse, work);
+  for (; r < rows; ++r) factor_row(panel + r * columns, columns, inverse, work);
+}
+
+template <int fields>
+void forward(const double* panel, Index rows, Index columns, const double* inverse, Index first,
+             const Index* below, double* values) {
+  constexpr int step = 4 * fields;
+  double* own = values + static_cast<std::ptrdiff_t>(first) * step;
+  for (Index j = 0; j < columns; ++j) {
+    Quad x[fields];
+    for (int f = 0; f < fields; ++f) {
+      x[f] = inverse[j] * load(own + j * step + 4 * f);
+      store(own + j * step + 4 * f, x[f]);
+    }
+    for (Index i = j + 1; i < columns; ++i) {
+      const double factor = panel[i * columns + j];
+      for (int f = 0; f < fields; ++f) {
+        double* y = own + i * step + 4 * f;
+        store(y, load(y) - factor * x[f]);
+      }
+    }
+  }
+  const auto subtract = [&]<int height>(Index r) {
+    Quad sums[height][fields] = {};
+    const double* l = panel + r * columns;
+    for (Index j = 0; j < columns; ++j) {
+      for (int f = 0; f < fields; ++f) {
+        const Quad x = load(own + j * step + 4 * f);
+        for (int h = 0; h < height; ++h) sums[h][f] += l[h * columns + j] * x;
+      }
+    }
+    for (int h = 0; h < height; ++h) {
+      double* y = values + static_cast<std::ptrdiff_t>(below[r - columns + h]) * step;
+      for (int f = 0; f < fields; ++f) store(y + 4 * f, load(y + 4 * f) - sums[h][f]);
+    }
+  };
+  Index r = columns;
+  for (; r + 4 <= rows; r += 4) subtract.template operator()<4>(r);
+  for (; r < rows; ++r) subtract.template operator()<1>(r);
+}
+
+template <int fields>
+void backward(const double* panel, Index rows, Index columns, const double* inverse, Index first,
+              const Index* below, double* values) {
+  constexpr int step = 4 * fields;
+  double* own = values + static_cast<std::ptrdiff_t>(first) * step;
+  const auto subtract = [&]<int height>(Index r) {
+    Quad x[height][fields];
+    for (int h = 0; h < height; ++h) {
+      const double* y = values + static_cast<std::ptrdiff_t>(below[r - columns + h]) * step;
+      for (int f = 0; f < fields; ++f) x[h][f] = load(y + 4 * f);
+    }
+    const double* l = panel + r * columns;
+    for (Index j = 0; j < columns; ++j) {
+      for (int f = 0; f < fields; ++f) {
+        double* y = own + j * step + 4 * f;
+        Quad sum = load(y);
+        for (int h = 0; h < height; ++h) sum -= l[h * columns + j] * x[h][f];
+        store(y, sum);
+      }
+    }
+  };
+  Index r = columns;
+  for (; r + 4 <= rows; r += 4) subtract.template operator()<4>(r);
+  for (; r < rows; ++r) subtract.template operator()<1>(r);
+  for (Index i = columns; i-- > 0;) {
+    Quad x[fields];
+    for (int f = 0; f < fields; ++f) {
+      x[f] = inverse[i] * load(own + i * step + 4 * f);
+      store(own + i * step + 4 * f, x[f]);
+    }
+    for (Index j = 0; j < i; ++j) {
+      const double factor = panel[i * columns + j];
+      for (int f = 0; f < fields; ++f) {
+        double* y = own + j * step + 4 * f;
+        store(y, load(y) - factor * x[f]);
+      }
+    }
+  }
+}
+
+void solve_forward(const double* panel, Index rows, Index columns, const double* inverse,
+                   Index first, const Index* below, double* values, int fields) {
+  fields == 1 ? forward<1>(panel, rows, columns, inverse, first, below, values)
+              : forward<3>(panel, rows, columns, inverse, first, below, values);
+}
+
+void solve_backward(const double* panel, Index rows, Index columns, const double* inverse,
+                    Index first, const Index* below, double* values, int fields) {
+  fields == 1 ? backward<1>(panel, rows, columns, inverse, first, below, values)
+              : backward<3>(panel, rows, columns, inverse, first, below, values);
+}
+
+}  // namespace
+
+extern const DenseKernels dense_kernels;
+const DenseKernels dense_kernels = {multiply, factor, solve_forward, solve_backward};
+
+}  // namespace dynmesh::DYNMESH_KERNELS

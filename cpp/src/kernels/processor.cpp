@@ -1,0 +1,64 @@
+#include "kernels/processor.hpp"
+
+#include <initializer_list>
+
+#if defined(__x86_64__)
+#include <cpuid.h>
+#endif
+
+namespace dynmesh {
+namespace {
+
+constexpr std::uint32_t bits(std::initializer_list<int> numbers) {
+  std::uint32_t set = 0;
+  for (const int number : numbers) set |= std::uint32_t{1} << number;
+  return set;
+}
+
+constexpr bool has(std::uint64_t found, std::uint64_t wanted) { return (found & wanted) == wanted; }
+
+// The numbers are those of Intel's and AMD's manuals.
+constexpr std::uint32_t v2_leaf_1 = bits({0, 9, 13, 19, 20, 23});      // SSE3, SSSE3, CMPXCHG16B,
+                                                                       // SSE4.1, SSE4.2, POPCNT
+constexpr std::uint32_t v2_leaf_80000001 = bits({0});                  // LAHF and SAHF
+constexpr std::uint32_t osxsave = bits({27});                          // XGETBV may be used
+constexpr std::uint32_t v3_leaf_1 = osxsave | bits({12, 22, 28, 29});  // FMA, MOVBE, AVX, F16C
+constexpr std::uint32_t v3_leaf_7 = bits({3, 5, 8});                   // BMI1, AVX2, BMI2
+constexpr std::uint32_t v3_leaf_80000001 = bits({5});                  // LZCNT
+constexpr std::uint64_t sse_and_avx_registers = bits({1, 2});
+
+}  // namespace
+
+ProcessorLevel level_of(const ProcessorFeatures& features) {
+  const bool is_v2 =
+      has(features.leaf_1_ecx, v2_leaf_1) && has(features.leaf_80000001_ecx, v2_leaf_80000001);
+  if (!is_v2) return ProcessorLevel::baseline;
+  const bool is_v3 = has(features.leaf_1_ecx, v3_leaf_1) && has(features.leaf_7_ebx, v3_leaf_7) &&
+                     has(features.leaf_80000001_ecx, v3_leaf_80000001) &&
+                     has(features.xcr0, sse_and_avx_registers);
+  return is_v3 ? ProcessorLevel::v3 : ProcessorLevel::v2;
+}
+
+// Not by __builtin_cpu_supports: Clang 14 knows neither the levels nor all that they hold.
+ProcessorFeatures processor_features() {
+  ProcessorFeatures features;
+#if defined(__x86_64__)
+  // A leaf that the processor does not have leaves its registers at 0.
+  std::uint32_t eax = 0;
+  std::uint32_t ebx = 0;
+  std::uint32_t ecx = 0;
+  std::uint32_t edx = 0;
+  if (__get_cpuid(1, &eax, &ebx, &ecx, &edx) != 0) features.leaf_1_ecx = ecx;
+  if (__get_cpuid_count(7, 0, &eax, &ebx, &ecx, &edx) != 0) features.leaf_7_ebx = ebx;
+  if (__get_cpuid(0x80000001, &eax, &ebx, &ecx, &edx) != 0) features.leaf_80000001_ecx = ecx;
+  if (has(features.leaf_1_ecx, osxsave)) {
+    std::uint32_t low = 0;
+    std::uint32_t high = 0;
+    __asm__ volatile("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
+    features.xcr0 = std::uint64_t{high} << 32 | low;
+  }
+#endif
+  return features;
+}
+
+}  // namespace dynmesh

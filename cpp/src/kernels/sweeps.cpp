@@ -1,0 +1,246 @@
+#include "kernels/sweeps.hpp"
+
+#include "kernels/lanes.hpp"
+#include "support/length_limits.hpp"
+
+namespace dynmesh::DYNMESH_KERNELS {
+namespace {
+
+/// 1 / |a - v_j|^2 and so on, as Motion::inverse_squared_distance. Distances may be of any number
+/// of neighbours, one in each lane of `x`, `y` and `z`.
+template <class Real, class Vector>
+[[gnu::always_inline]] inline Vector inverse_squares(Vector x, Vector y, Vector z, Real scale) {
+  x *= scale;
+  y *= scale;
+  z *= scale;
+  const Vector floor = Vector{} + Real(squared_length_floor);
+  const Vector ceiling = Vector{} + Real(squared_length_ceiling);
+  const Vector length = larger(x * x + y * y + z * z, floor);
+  return Real(1) / (length < ceiling ? length : ceiling);
+}
+
+/// s_ij of four neighbours.
+template <class Real>
+[[gnu::always_inline]] inline Quad<Real> inverse_squared_distances(const SweepData<Real>& data,
+                                                                   const std::uint32_t* neighbours,
+                                                                   Quad<Real> v_j) {
+  const Quad<Real> a = quad(data.previous, neighbours[0]) - v_j;
+  const Quad<Real> b = quad(data.previous, neighbours[1]) - v_j;
+  const Quad<Real> c = quad(data.previous, neighbours[2]) - v_j;
+  const Quad<Real> d = quad(data.previous, neighbours[3]) - v_j;
+  const auto ab_xy = __builtin_shufflevector(a, b, 0, 4, 1, 5);
+  const auto ab_z = __builtin_shufflevector(a, b, 2, 6, 3, 7);
+  const auto cd_xy = __builtin_shufflevector(c, d, 0, 4, 1, 5);
+  const auto cd_z = __builtin_shufflevector(c, d, 2, 6, 3, 7);
+  return inverse_squares<Real, Quad<Real>>(__builtin_shufflevector(ab_xy, cd_xy, 0, 1, 4, 5),
+                                           __builtin_shufflevector(ab_xy, cd_xy, 2, 3, 6, 7),
+                                           __builtin_shufflevector(ab_z, cd_z, 0, 1, 4, 5),
+                                           data.inverse_mean_edge);
+}
+
+/// s_ij of eight neighbours, zero in places that are not taken.
+template <class Real>
+[[gnu::always_inline]] inline void weigh(const SweepData<Real>& data, Index j,
+                                         const std::uint32_t* neighbours, Quad<Real>* weights) {
+  alignas(sizeof(Quad<Real>)) static constexpr Real ones_and_zeros[16] = {1, 1, 1, 1, 1, 1, 1, 1};
+  using Unaligned [[gnu::aligned(sizeof(Real)), gnu::may_alias]] = Quad<Real>;
+  const Real* taken = ones_and_zeros + (places - data.valence[j]);
+  const Quad<Real> v_j = quad_of(data.previous, j);
+  for (int half = 0; half < 2; ++half) {
+    weights[half] = inverse_squared_distances(data, neighbours + 4 * half, v_j) *
+                    *reinterpret_cast<const Unaligned*>(taken + 4 * half);
+  }
+}
+
+#ifdef __AVX__
+using Octet [[gnu::vector_size(32), gnu::may_alias]] = float;
+
+[[gnu::always_inline]] inline Octet pair(Quad<float> low, Quad<float> high) {
+  return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
+}
+
+/// The same, eight at a time.
+template <>
+[[gnu::always_inline]] inline void weigh(const SweepData<float>& data, Index j,
+                                         const std::uint32_t* neighbours, Quad<float>* weights) {
+  static constexpr float ones_and_zeros[16] = {1, 1, 1, 1, 1, 1, 1, 1};
+  using Unaligned [[gnu::aligned(4), gnu::may_alias]] = Octet;
+  const Octet v_j = pair(quad_of(data.previous, j), quad_of(data.previous, j));
+  const auto edges_to = [&](int low, int high) {
+    return pair(quad(data.previous, neighbours[low]), quad(data.previous, neighbours[high])) - v_j;
+  };
+  const Octet a = edges_to(0, 4);
+  const Octet b = edges_to(1, 5);
+  const Octet c = edges_to(2, 6);
+  const Octet d = edges_to(3, 7);
+  const auto ab_xy = __builtin_shufflevector(a, b, 0, 8, 1, 9, 4, 12, 5, 13);
+  const auto ab_z = __builtin_shufflevector(a, b, 2, 10, 3, 11, 6, 14, 7, 15);
+  const auto cd_xy = __builtin_shufflevector(c, d, 0, 8, 1, 9, 4, 12, 5, 13);
+  const auto cd_z = __builtin_shufflevector(c, d, 2, 10, 3, 11, 6, 14, 7, 15);
+  const Octet s = inverse_squares<float, Octet>(
+      __builtin_shufflevector(ab_xy, cd_xy, 0, 1, 8, 9, 4, 5, 12, 13),
+      __builtin_shufflevector(ab_xy, cd_xy, 2, 3, 10, 11, 6, 7, 14, 15),
+      __builtin_shufflevector(ab_z, cd_z, 0, 1, 8, 9, 4, 5, 12, 13), data.inverse_mean_edge);
+  const float* taken = ones_and_zeros + (places - data.valence[j]);
+  *reinterpret_cast<Unaligned*>(weights) = s * *reinterpret_cast<const Unaligned*>(taken);
+}
+#endif
+
+/// The sum of s_ij times the estimate over four places.
+template <class Real>
+[[gnu::always_inline]] inline Quad<Real> sum_of(const Real* estimates,
+                                                const std::uint32_t* neighbours, Quad<Real> s,
+                                                Quad<Real> sum) {
+  sum += spread<0>(s) * quad(estimates, neighbours[0]);
+  sum += spread<1>(s) * quad(estimates, neighbours[1]);
+  sum += spread<2>(s) * quad(estimates, neighbours[2]);
+  sum += spread<3>(s) * quad(estimates, neighbours[3]);
+  return sum;
+}
+
+/// The same over a cell of any size, s_ij anew each time.
+template <class Real>
+Quad<Real> sum_of_wide(const SweepData<Real>& data, Index j) {
+  constexpr std::uint32_t size = sizeof(Quad<Real>);
+  Quad<Real> sum{};
+  const Index end = data.cell_offsets[j + 1];
+  for (Index i = data.cell_offsets[j]; i < end; i += 4) {
+    std::uint32_t neighbours[4];
+    Quad<Real> taken{};
+    for (Index place = 0; place < 4; ++place) {
+      const bool is_taken = i + place < end;
+      const Index neighbour = is_taken ? data.cell_neighbours[i + place] : j;
+      neighbours[place] = size * static_cast<std::uint32_t>(neighbour);
+      taken[place] = is_taken ? Real(1) : Real(0);
+    }
+    const auto s = inverse_squared_distances(data, neighbours, quad_of(data.previous, j));
+    sum = sum_of(data.before, neighbours, s * taken, sum);
+  }
+  return sum;
+}
+
+/// Eq. (4) after the sums, divided by t + 1 for the next iteration. Returns -1 in all lanes if the
+/// vertex is reached, else 0.
+template <class Real>
+[[gnu::always_inline]] inline Bits<Real> settle(const SweepData<Real>& data, Index j,
+                                                Quad<Real> sum, Real visits_before,
+                                                Real next_share) {
+  constexpr Real smallest = sizeof(Real) == 4 ? Real(1.2e-38) : Real(2.3e-308);
+  const Quad<Real> denominator = spread<3>(sum);
+  const Bits<Real> reached = denominator > Real(0);
+  const Quad<Real> one = Quad<Real>{} + Real(1);
+  const Quad<Real> visits =
+      reinterpret_cast<Quad<Real>>(reinterpret_cast<Bits<Real>>(one) & reached) + visits_before;
+  data.visits[j] = visits[0];
+  // Where nothing is reached, sum and visits are zero and so is this.
+  const Quad<Real> scale = visits * next_share / larger(denominator, Quad<Real>{} + smallest);
+  quad_of(data.after, j) = sum * scale;
+  return reached;
+}
+
+template <class Real>
+Rows prepare(const SweepData<Real>& arrays, const Rows& stretch_rows) {
+  const SweepData<Real> data = arrays;  // which no write below can change
+  Rows rows = stretch_rows;
+  Index narrow_rows = 0;
+  for (Index v = rows.first; v < rows.last; ++v) {
+    const Index known = data.known[v];  // 0 or 1
+    Quad<Real> motion = quad_of<Real>(data.points, v) - quad_of<Real>(data.previous, v);
+    motion[3] = Real(1);
+    const Bits<Real> all = Bits<Real>{} - known;
+    motion = reinterpret_cast<Quad<Real>>(reinterpret_cast<Bits<Real>>(motion) & all);
+    quad_of(data.before, v) = motion;
+    quad_of(data.after, v) = motion;
+    data.generation[v] = 0;
+    data.rows[rows.first + narrow_rows] = v;
+    narrow_rows += (1 - known) & data.narrow[v];
+  }
+  rows.narrow = narrow_rows;
+  rows.wide = 0;
+  for (Index w = rows.first_wide; w < rows.last_wide; ++w) {
+    const Index v = data.wide[w];
+    if (data.known[v] == 0) data.rows[rows.last - ++rows.wide] = v;
+  }
+  return rows;
+}
+
+template <class Real>
+Index first_sweep(const SweepData<Real>& arrays, const Rows& of_rows) {
+  const SweepData<Real> data = arrays;  // which no write below can change
+  const Rows rows = of_rows;
+  const Real next_share = Real(1) / Real(2);
+  Bits<Real> reached{};
+  for (Index r = rows.first; r < rows.first + rows.narrow; ++r) {
+    const Index j = data.rows[r];
+    const std::uint32_t* neighbours = data.neighbours + places * static_cast<std::size_t>(j);
+    auto* weights =
+        reinterpret_cast<Quad<Real>*>(data.weights + places * static_cast<std::size_t>(j));
+    weigh<Real>(data, j, neighbours, weights);
+    const Quad<Real> low = sum_of<Real>(data.before, neighbours, weights[0], Quad<Real>{});
+    const Quad<Real> high = sum_of<Real>(data.before, neighbours + 4, weights[1], Quad<Real>{});
+    reached -= settle(data, j, low + high, Real(0), next_share);
+  }
+  for (Index r = rows.last - rows.wide; r < rows.last; ++r) {
+    const Index j = data.rows[r];
+    reached -= settle(data, j, sum_of_wide(arrays, j), Real(0), next_share);
+  }
+  return static_cast<Index>(reached[0]);
+}
+
+template <class Real>
+Index next_sweep(const SweepData<Real>& arrays, const Rows& of_rows, Index t) {
+  const SweepData<Real> data = arrays;  // which no write below can change
+  const Rows rows = of_rows;
+  const Real next_share = Real(1) / static_cast<Real>(t + 1);
+  Bits<Real> reached{};
+  for (Index r = rows.first; r < rows.first + rows.narrow; ++r) {
+    const Index j = data.rows[r];
+    const std::uint32_t* neighbours = data.neighbours + places * static_cast<std::size_t>(j);
+    const Quad<Real>* weights =
+        reinterpret_cast<const Quad<Real>*>(data.weights + places * static_cast<std::size_t>(j));
+    const Quad<Real> low = sum_of<Real>(data.before, neighbours, weights[0], Quad<Real>{});
+    const Quad<Real> high = sum_of<Real>(data.before, neighbours + 4, weights[1], Quad<Real>{});
+    reached -= settle(data, j, low + high, data.visits[j], next_share);
+  }
+  for (Index r = rows.last - rows.wide; r < rows.last; ++r) {
+    const Index j = data.rows[r];
+    reached -= settle(data, j, sum_of_wide(arrays, j), data.visits[j], next_share);
+  }
+  return static_cast<Index>(reached[0]);
+}
+
+template <class Real>
+void finish_row(const SweepData<Real>& data, Index j, Index iterations) {
+  if (data.visits[j] == Real(0)) {
+    data.generation[j] = -1;
+    return;
+  }
+  data.generation[j] = iterations + 1 - static_cast<Index>(data.visits[j]);
+  const Quad<Real> estimate = quad_of<Real>(data.before, j);
+  Quad<Real> motion = estimate / spread<3>(estimate);
+  motion[3] = Real(0);
+  quad_of(data.points, j) = quad_of(data.previous, j) + motion;  // eq. (3)
+}
+
+template <class Real>
+void finish(const SweepData<Real>& arrays, const Rows& of_rows, Index iterations) {
+  const SweepData<Real> data = arrays;  // which no write below can change
+  const Rows rows = of_rows;
+  for (Index r = rows.first; r < rows.first + rows.narrow; ++r) {
+    finish_row(data, data.rows[r], iterations);
+  }
+  for (Index r = rows.last - rows.wide; r < rows.last; ++r) {
+    finish_row(data, data.rows[r], iterations);
+  }
+}
+
+}  // namespace
+
+extern const Sweeps<float> sweeps_of_floats;
+extern const Sweeps<double> sweeps_of_doubles;
+const Sweeps<float> sweeps_of_floats = {prepare<float>, first_sweep<float>, next_sweep<float>,
+                                        finish<float>};
+const Sweeps<double> sweeps_of_doubles = {prepare<double>, first_sweep<double>, next_sweep<double>,
+                                          finish<double>};
+
+}  // namespace dynmesh::DYNMESH_KERNELS

@@ -1,0 +1,60 @@
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstddef>
+#include <dynmesh/template_mesh.hpp>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <string>
+
+#include "mesh/template_files.hpp"
+
+namespace dynmesh {
+namespace {
+
+std::string lowercase_suffix(const std::string& path) {
+  std::string suffix = std::filesystem::path(path).extension().string();
+  std::ranges::transform(suffix, suffix.begin(), [](unsigned char c) { return std::tolower(c); });
+  return suffix;
+}
+
+/// What the readers leave to be looked at.
+void check(const std::string& path, const TemplateMesh& mesh) {
+  const std::size_t k = mesh.points().count;
+  const auto wrong =
+      std::ranges::find_if_not(mesh.vertices, [](float x) { return std::isfinite(x); });
+  if (wrong != mesh.vertices.end()) {
+    const auto vertex = static_cast<std::size_t>(wrong - mesh.vertices.begin()) / 3;
+    refuse_file(path, "vertex " + std::to_string(vertex) + ", counted from 0, is not finite; " +
+                          "a template must be complete");
+  }
+  for (const Index corner : mesh.faces) {
+    if (corner >= 0 && static_cast<std::size_t>(corner) < k) continue;
+    refuse_file(path, "a face refers to vertex " + std::to_string(corner) + ", but there are " +
+                          std::to_string(k) + ", counted from 0");
+  }
+}
+
+}  // namespace
+
+TemplateMesh read_template(const std::string& path) {
+  const std::string suffix = lowercase_suffix(path);
+  if (suffix != ".obj" && suffix != ".ply" && suffix != ".off") {
+    refuse_file(path, "a template is read from .obj, .ply or .off");
+  }
+  std::ifstream file(path, std::ios::binary);
+  if (!file || std::filesystem::is_directory(path)) refuse_file(path, "cannot be opened");
+  TemplateMesh mesh = suffix == ".obj"   ? read_obj(path, file)
+                      : suffix == ".ply" ? read_ply(path, file)
+                                         : read_off(path, file);
+  const std::size_t most = std::max(mesh.points().count, mesh.triangles().count);
+  if (mesh.vertices.empty()) refuse_file(path, "holds no vertices");
+  if (most > static_cast<std::size_t>(std::numeric_limits<Index>::max())) {
+    refuse_file(path, "holds more than 2^31 - 1 vertices or triangles");
+  }
+  check(path, mesh);
+  return mesh;
+}
+
+}  // namespace dynmesh

@@ -1,0 +1,229 @@
+#include <OpenMesh/Core/Mesh/TriConnectivity.hh>
+#include <algorithm>
+#include <array>
+#include <dynmesh/topology.hpp>
+#include <limits>
+#include <numeric>
+#include <stdexcept>
+#include <tuple>
+#include <utility>
+
+#include "support/checks.hpp"
+
+namespace dynmesh {
+namespace {
+
+using Edge = std::pair<Index, Index>;
+
+void check_indices(Faces faces, std::size_t n_vertices) {
+  constexpr auto limit = static_cast<std::size_t>(std::numeric_limits<Index>::max());
+  // Every face adds at most six entries to the cells, three edges from both ends.
+  if (n_vertices >= limit || faces.count >= limit / 6) {
+    throw std::invalid_argument("faces: a mesh of " + std::to_string(n_vertices) +
+                                " vertices and " + std::to_string(faces.count) +
+                                " faces is larger than 32-bit indices can count");
+  }
+  check_pointer("faces", faces.data, faces.count);
+  for (std::size_t f = 0; f < faces.count; ++f) {
+    for (const Index v : faces[f]) {
+      if (v < 0 || static_cast<std::size_t>(v) >= n_vertices) {
+        throw std::invalid_argument("faces: face " + std::to_string(f) + " refers to vertex " +
+                                    std::to_string(v) + ", but the mesh has " +
+                                    std::to_string(n_vertices) + " vertices, counted from 0");
+      }
+    }
+  }
+}
+
+bool is_degenerate(const std::array<Index, 3>& face) {
+  return face[0] == face[1] || face[1] == face[2] || face[2] == face[0];
+}
+
+/// For each face the earlier face with the same three vertices, or -1. Faces are put in buckets by
+/// their smallest vertex first, so that the comparisons stay local and the work near linear.
+std::vector<Index> find_duplicates(Faces faces, std::size_t n_vertices) {
+  std::vector<std::array<Index, 3>> sorted(faces.count);
+  std::vector<std::size_t> bucket_ends(n_vertices + 1, 0);
+  for (std::size_t f = 0; f < faces.count; ++f) {
+    sorted[f] = faces[f];
+    std::sort(sorted[f].begin(), sorted[f].end());
+    ++bucket_ends[static_cast<std::size_t>(sorted[f][0]) + 1];
+  }
+  std::partial_sum(bucket_ends.begin(), bucket_ends.end(), bucket_ends.begin());
+  const std::vector<std::size_t> bucket_starts = bucket_ends;
+  std::vector<Index> by_bucket(faces.count);
+  for (std::size_t f = 0; f < faces.count; ++f) {
+    by_bucket[bucket_ends[static_cast<std::size_t>(sorted[f][0])]++] = static_cast<Index>(f);
+  }
+
+  const auto key = [&](Index f) { return sorted[static_cast<std::size_t>(f)]; };
+  std::vector<Index> duplicate_of(faces.count, -1);
+  for (std::size_t v = 0; v < n_vertices; ++v) {
+    const auto first = by_bucket.begin() + static_cast<std::ptrdiff_t>(bucket_starts[v]);
+    const auto last = by_bucket.begin() + static_cast<std::ptrdiff_t>(bucket_starts[v + 1]);
+    std::sort(first, last,
+              [&](Index a, Index b) { return std::tuple(key(a), a) < std::tuple(key(b), b); });
+    for (auto original = first, it = first; it != last; ++it) {
+      if (key(*it) != key(*original)) original = it;
+      if (it != original) duplicate_of[static_cast<std::size_t>(*it)] = *original;
+    }
+  }
+  return duplicate_of;
+}
+
+constexpr const char* unorderable =
+    "its vertices join fans of faces that cannot be ordered: non-manifold";
+
+/// Whether the fan of faces between two halfedges, both at the border and the one ending where the
+/// other begins, can be moved elsewhere around that vertex, as a face between the two needs it.
+bool can_be_neighbours(const OpenMesh::TriConnectivity& mesh, OpenMesh::HalfedgeHandle before,
+                       OpenMesh::HalfedgeHandle after) {
+  if (mesh.next_halfedge_handle(before) == after) return true;
+  auto gap = mesh.opposite_halfedge_handle(after);
+  do gap = mesh.opposite_halfedge_handle(mesh.next_halfedge_handle(gap));
+  while (!mesh.is_boundary(gap));
+  return gap != before;
+}
+
+/// Why `face` cannot be inserted into `mesh`; "" where it can. OpenMesh finds the same out, but
+/// then prints to a stream of the whole process that the host may be using, and gives no reason.
+std::string refusal(const OpenMesh::TriConnectivity& mesh, const std::array<Index, 3>& face) {
+  std::array<OpenMesh::HalfedgeHandle, 3> halfedges;
+  for (std::size_t corner = 0; corner < 3; ++corner) {
+    const Index a = face[corner];
+    const Index b = face[(corner + 1) % 3];
+    const auto halfedge = mesh.find_halfedge(OpenMesh::VertexHandle(a), OpenMesh::VertexHandle(b));
+    halfedges[corner] = halfedge;
+    if (!halfedge.is_valid() || mesh.is_boundary(halfedge)) continue;
+    const std::string edge = "edge (" + std::to_string(a) + ", " + std::to_string(b) + ")";
+    return mesh.is_boundary(mesh.opposite_halfedge_handle(halfedge))
+               ? edge + " runs the same way in a neighbouring face: one of the two is flipped"
+               : edge + " already has two faces: non-manifold";
+  }
+  for (const Index v : face) {
+    if (!mesh.is_boundary(OpenMesh::VertexHandle(v))) {
+      return "vertex " + std::to_string(v) + " is already enclosed by faces: non-manifold";
+    }
+  }
+  for (std::size_t corner = 0; corner < 3; ++corner) {
+    const auto before = halfedges[corner];
+    const auto after = halfedges[(corner + 1) % 3];
+    if (!before.is_valid() || !after.is_valid()) continue;
+    if (!can_be_neighbours(mesh, before, after)) return unorderable;
+  }
+  return "";
+}
+
+/// The edges of all faces, each at least once, and what there is to report about the faces.
+std::vector<Edge> find_edges(Faces faces, std::size_t n_vertices, TopologyReport& report) {
+  OpenMesh::TriConnectivity mesh;
+  mesh.reserve(n_vertices, n_vertices + faces.count, faces.count);
+  for (std::size_t v = 0; v < n_vertices; ++v) mesh.new_vertex();
+
+  std::vector<Edge> edges;
+  const auto refuse = [&](std::size_t f, std::string reason) {
+    report.refused_faces.push_back({f, std::move(reason)});
+    const auto face = faces[f];
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      const Index a = face[corner];
+      const Index b = face[(corner + 1) % 3];
+      if (a != b) edges.emplace_back(a, b);
+    }
+  };
+
+  const std::vector<Index> duplicate_of = find_duplicates(faces, n_vertices);
+  for (std::size_t f = 0; f < faces.count; ++f) {
+    const auto face = faces[f];
+    if (is_degenerate(face)) {
+      refuse(f, "degenerate: vertices " + std::to_string(face[0]) + ", " + std::to_string(face[1]) +
+                    ", " + std::to_string(face[2]) + " are not distinct");
+    } else if (const Index original = duplicate_of[f]; original >= 0) {
+      refuse(f, "duplicate of face " + std::to_string(original));
+    } else if (std::string reason = refusal(mesh, face); !reason.empty()) {
+      refuse(f, std::move(reason));
+    } else {
+      const auto handle =
+          mesh.add_face(OpenMesh::VertexHandle(face[0]), OpenMesh::VertexHandle(face[1]),
+                        OpenMesh::VertexHandle(face[2]));
+      if (!handle.is_valid()) refuse(f, unorderable);  // for a reason of later versions' own
+    }
+  }
+
+  edges.reserve(edges.size() + mesh.n_edges());
+  for (const auto edge : mesh.edges()) {
+    edges.emplace_back(edge.v0().idx(), edge.v1().idx());
+    report.boundary_edges += edge.is_boundary() ? 1U : 0U;
+  }
+  return edges;
+}
+
+Cells collect_cells(const std::vector<Edge>& edges, std::size_t n_vertices) {
+  std::vector<Index> ends(n_vertices + 1, 0);
+  for (const auto& [a, b] : edges) {
+    ++ends[static_cast<std::size_t>(a) + 1];
+    ++ends[static_cast<std::size_t>(b) + 1];
+  }
+  std::partial_sum(ends.begin(), ends.end(), ends.begin());
+  const std::vector<Index> starts = ends;
+  std::vector<Index> neighbours(2 * edges.size());
+  for (const auto& [a, b] : edges) {
+    neighbours[static_cast<std::size_t>(ends[static_cast<std::size_t>(a)]++)] = b;
+    neighbours[static_cast<std::size_t>(ends[static_cast<std::size_t>(b)]++)] = a;
+  }
+
+  // Edges of refused faces may stand there several times; the rows close up as they are made
+  // unique.
+  Cells cells;
+  cells.offsets.assign(n_vertices + 1, 0);
+  auto end = neighbours.begin();
+  for (std::size_t v = 0; v < n_vertices; ++v) {
+    const auto first = neighbours.begin() + starts[v];
+    const auto last = neighbours.begin() + starts[v + 1];
+    std::sort(first, last);
+    end = std::unique_copy(first, last, end);
+    cells.offsets[v + 1] = static_cast<Index>(end - neighbours.begin());
+  }
+  neighbours.erase(end, neighbours.end());
+  neighbours.shrink_to_fit();
+  cells.neighbours = std::move(neighbours);
+  return cells;
+}
+
+std::vector<Index> label_components(const Cells& cells, std::size_t& n_components) {
+  std::vector<Index> component(cells.size(), -1);
+  std::vector<Index> stack;
+  n_components = 0;
+  for (std::size_t seed = 0; seed < cells.size(); ++seed) {
+    if (component[seed] >= 0) continue;
+    const auto label = static_cast<Index>(n_components++);
+    component[seed] = label;
+    stack.push_back(static_cast<Index>(seed));
+    while (!stack.empty()) {
+      const Index v = stack.back();
+      stack.pop_back();
+      for (const Index n : cells[v]) {
+        if (component[static_cast<std::size_t>(n)] >= 0) continue;
+        component[static_cast<std::size_t>(n)] = label;
+        stack.push_back(n);
+      }
+    }
+  }
+  return component;
+}
+
+}  // namespace
+
+Topology build_topology(Faces faces, std::size_t n_vertices) {
+  check_indices(faces, n_vertices);
+  Topology topology;
+  const std::vector<Edge> edges = find_edges(faces, n_vertices, topology.report);
+  topology.cells = collect_cells(edges, n_vertices);
+  topology.component = label_components(topology.cells, topology.report.components);
+  for (std::size_t v = 0; v < n_vertices; ++v) {
+    const bool isolated = topology.cells.offsets[v] == topology.cells.offsets[v + 1];
+    topology.report.isolated_vertices += isolated ? 1U : 0U;
+  }
+  return topology;
+}
+
+}  // namespace dynmesh

@@ -1,0 +1,132 @@
+#include "motion/fast_motion.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "support/geometry.hpp"
+
+namespace dynmesh {
+template <class Real>
+bool FastMotion<Real>::takes(std::size_t n_vertices) {
+  return n_vertices <= std::numeric_limits<std::uint32_t>::max() / sizeof(Vector3<Real>);
+}
+
+template <class Real>
+FastMotion<Real>::FastMotion(const Cells& cells, Index extra_iterations, Workers& workers,
+                             const Sweeps<Real>& sweeps)
+    : cells_(cells),
+      workers_(workers),
+      sweeps_(sweeps),
+      extra_iterations_(extra_iterations),
+      neighbours_(places * cells.size()),
+      valence_(cells.size()),
+      narrow_(cells.size()),
+      weights_(2 * cells.size()),
+      before_(cells.size()),
+      after_(cells.size()),
+      visits_(cells.size()),
+      rows_(cells.size()) {
+  for (std::size_t j = 0; j < cells.size(); ++j) {
+    const auto cell = cells[static_cast<Index>(j)];
+    narrow_[j] = cell.size() <= places ? 1 : 0;
+    if (cell.size() > places) wide_.push_back(static_cast<Index>(j));
+    valence_[j] = static_cast<std::uint8_t>(std::min<std::size_t>(cell.size(), places + 1));
+    for (std::size_t place = 0; place < places; ++place) {
+      // Empty places hold the vertex itself, and weigh nothing.
+      const std::size_t i = place < cell.size() ? static_cast<std::size_t>(cell[place]) : j;
+      neighbours_[places * j + place] = static_cast<std::uint32_t>(i * sizeof(Vector3<Real>));
+    }
+  }
+  const auto k = static_cast<Index>(cells.size());
+  Index wide = 0;
+  const Index stretch = workers.sharing().stretch;
+  for (Index first = 0; first < k; first += stretch) {
+    Rows rows{};
+    rows.first = first;
+    rows.last = std::min(first + stretch, k);
+    rows.first_wide = wide;
+    while (wide < static_cast<Index>(wide_.size()) &&
+           wide_[static_cast<std::size_t>(wide)] < rows.last) {
+      ++wide;
+    }
+    rows.last_wide = wide;
+    stretches_.push_back(rows);
+  }
+}
+
+template <class Real>
+void FastMotion<Real>::reset(Frame first_frame) {
+  data_.inverse_mean_edge =
+      std::min(Real{1} / mean_edge_length(cells_, first_frame), std::numeric_limits<Real>::max());
+}
+
+template <class Real>
+template <class Work>
+void FastMotion<Real>::for_each_stretch(Work&& work) {
+  workers_.for_each(static_cast<Index>(stretches_.size()),
+                    [&](Index i) { work(stretches_[static_cast<std::size_t>(i)]); });
+}
+
+/// One iteration; returns how many satellites it left.
+template <class Real>
+Index FastMotion<Real>::sweep(Index t) {
+  for_each_stretch([&](Rows& rows) {
+    rows.reached = t == 1 ? sweeps_.first(data_, rows) : sweeps_.next(data_, rows, t);
+  });
+  Index reached = 0;
+  for (const Rows& rows : stretches_) reached += rows.reached;
+  return reached;
+}
+
+template <class Real>
+Index FastMotion<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
+                                 std::span<const std::uint8_t> known, Generations& generations) {
+  data_.neighbours = neighbours_.data();
+  data_.valence = valence_.data();
+  data_.narrow = narrow_.data();
+  data_.wide = wide_.data();
+  data_.cell_offsets = cells_.offsets.data();
+  data_.cell_neighbours = cells_.neighbours.data();
+  data_.known = known.data();
+  data_.previous = &previous[0].x;
+  data_.points = &points[0].x;
+  data_.generation = generations.to_fill().data();
+  data_.weights = &weights_[0].x;
+  data_.before = &before_[0].x;
+  data_.after = &after_[0].x;
+  data_.visits = visits_.data();
+  data_.rows = rows_.data();
+
+  for_each_stretch([&](Rows& rows) { rows = sweeps_.prepare(data_, rows); });
+  Index unknown = 0;
+  for (const Rows& rows : stretches_) unknown += rows.narrow + rows.wide;
+
+  Index reached = 0;
+  Index last = 0;  // T
+  Index t = 0;
+  while (reached < unknown) {
+    const Index now = sweep(++t);
+    if (now == reached) break;  // the others are out of reach, and this iteration is no more
+    reached = now;
+    last = t;
+    std::swap(data_.before, data_.after);
+  }
+  Index sweeps_made = t;
+  for (t = last + 1; t <= last + extra_iterations_; ++t) {
+    if (t > sweeps_made) {
+      sweep(t);
+      sweeps_made = t;
+    }
+    std::swap(data_.before, data_.after);
+  }
+  for_each_stretch([&](const Rows& rows) { sweeps_.finish(data_, rows, sweeps_made); });
+  generations.found(previous.size() - static_cast<std::size_t>(unknown),
+                    static_cast<std::size_t>(reached));
+  return last + extra_iterations_;
+}
+
+template class FastMotion<float>;
+template class FastMotion<double>;
+
+}  // namespace dynmesh

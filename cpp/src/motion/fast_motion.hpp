@@ -1,0 +1,55 @@
+/// Method motion with `revisit`, by the loops of sweeps.hpp.
+#pragma once
+
+#include <dynmesh/topology.hpp>
+#include <vector>
+
+#include "generations/estimator.hpp"
+#include "kernels/sweeps.hpp"
+#include "support/large_vector.hpp"
+#include "support/workers.hpp"
+
+namespace dynmesh {
+
+/// Gives what Motion gives, but for rounding. Allocates in the constructor only.
+template <class Real>
+class FastMotion final : public Estimator<Real> {
+ public:
+  using typename Estimator<Real>::Frame;
+
+  /// Whether a mesh of so many vertices can be addressed.
+  static bool takes(std::size_t n_vertices);
+
+  /// `cells` and `workers` must outlive this object. Any number of threads gives the same.
+  FastMotion(const Cells& cells, Index extra_iterations, Workers& workers,
+             const Sweeps<Real>& sweeps = *runnable_sweeps<Real>().front());
+
+  void reset(Frame first_frame) override;
+  Index estimate(Frame previous, std::span<Vector3<Real>> points,
+                 std::span<const std::uint8_t> known, Generations& generations) override;
+  void remember(Frame /*completed*/) override {}
+
+ private:
+  Index sweep(Index t);
+  template <class Work>
+  void for_each_stretch(Work&& work);
+
+  const Cells& cells_;
+  Workers& workers_;
+  const Sweeps<Real>& sweeps_;
+  Index extra_iterations_;
+  SweepData<Real> data_{};
+
+  LargeVector<std::uint32_t> neighbours_;
+  LargeVector<std::uint8_t> valence_;
+  LargeVector<std::uint8_t> narrow_;
+  std::vector<Index> wide_;
+  LargeVector<Vector3<Real>> weights_;  // two quads per vertex
+  LargeVector<Vector3<Real>> before_;
+  LargeVector<Vector3<Real>> after_;
+  LargeVector<Real> visits_;
+  std::vector<Index> rows_;
+  std::vector<Rows> stretches_;
+};
+
+}  // namespace dynmesh

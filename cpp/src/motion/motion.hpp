@@ -1,0 +1,70 @@
+/// The paper's estimate: a satellite moves as the known vertices of its cell do (section 3,
+/// "Geometry Completion Based on Topological Characteristics").
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <dynmesh/topology.hpp>
+#include <dynmesh/types.hpp>
+#include <span>
+#include <vector>
+
+#include "generations/estimator.hpp"
+#include "generations/generations.hpp"
+
+namespace dynmesh {
+
+/// Allocates in the constructor only; a frame costs the edges at its satellites, once per
+/// iteration that they take part in.
+template <class Real>
+class Motion final : public Estimator<Real> {
+ public:
+  using typename Estimator<Real>::Frame;
+
+  /// `cells` must outlive this object. `revisit`: every iteration estimates all satellites reached
+  /// so far; otherwise each is estimated once, when it is reached. `extra_iterations` >= 0 follow
+  /// the one that reaches the last satellite (they change nothing without `revisit`).
+  Motion(const Cells& cells, bool revisit, Index extra_iterations);
+
+  void reset(Frame first_frame) override;
+  Index estimate(Frame previous, std::span<Vector3<Real>> points,
+                 std::span<const std::uint8_t> known, Generations& generations) override;
+  void remember(Frame /*completed*/) override {}
+
+ private:
+  /// w d and w: a motion vector times its weight, and that weight.
+  struct alignas(4 * sizeof(Real)) Weighted {
+    Vector3<Real> motion;
+    Real weight{};
+
+    void add(Real factor, const Weighted& other) {
+      motion = motion + factor * other.motion;
+      weight += factor * other.weight;
+    }
+  };
+  /// A satellite neighbour i of satellite j.
+  struct Neighbour {
+    std::uint32_t row;  ///< of i, in the order of Generations::satellites
+    Real s;             ///< s_ij
+  };
+
+  [[nodiscard]] Real inverse_squared_distance(const Vector3<Real>& a, const Vector3<Real>& b) const;
+  void gather(Frame previous, std::span<const Vector3<Real>> points,
+              const Generations& generations);
+  [[nodiscard]] Weighted weighted_sum(std::size_t row, Index iteration) const;
+
+  const Cells& cells_;
+  bool revisit_;
+  Index extra_iterations_;
+  Real mean_edge_{1};  // h of frame 0
+
+  // Row j of each belongs to the j-th satellite of the frame.
+  std::vector<Weighted> anchor_sums_;  // sum of s_ij d_i and of s_ij over the anchors i
+  std::vector<Index> row_ends_;        // row j of neighbours_ ends at row_ends_[j + 1]
+  std::vector<Neighbour> neighbours_;  // satellites i in the cell of j
+  std::vector<Weighted> estimates_;    // w_j d_j before the iteration
+  std::vector<Weighted> next_;         // and after it
+  std::vector<std::uint32_t> row_of_;  // (k,) the row of each satellite
+};
+
+}  // namespace dynmesh

@@ -1,0 +1,90 @@
+#include "support/workers.hpp"
+
+#include <cstddef>
+#include <string>
+#include <system_error>
+
+namespace dynmesh {
+namespace {
+
+constexpr unsigned bits = 20;  // of a number of pieces
+constexpr std::uint64_t mask = (std::uint64_t{1} << bits) - 1;
+
+std::atomic<std::uint64_t> done_by_others{0};
+
+}  // namespace
+
+Sharing& default_sharing() {
+  static Sharing sharing;
+  return sharing;
+}
+
+std::uint64_t pieces_done_by_others() { return done_by_others; }
+
+Workers::Workers(Index threads, const Sharing& sharing) : sharing_(sharing) {
+  try {
+    for (Index i = 1; i < threads; ++i) threads_.emplace_back([this] { serve(); });
+  } catch (const std::system_error& error) {
+    const std::size_t started = threads_.size() + 1;
+    end();
+    throw std::system_error(error.code(), "threads: could start only " + std::to_string(started) +
+                                              " of " + std::to_string(threads) + " threads");
+  } catch (...) {
+    end();
+    throw;
+  }
+}
+
+Workers::~Workers() { end(); }
+
+void Workers::end() {
+  ending_ = true;
+  ++call_;
+  call_.notify_all();
+  for (std::thread& thread : threads_) thread.join();
+}
+
+void Workers::run(Index count, Piece piece, void* context) {
+  // Nobody reads these between calls, but only who holds a ticket of this one.
+  piece_ = piece;
+  context_ = context;
+  done_.store(0, std::memory_order_relaxed);
+  const auto pieces = static_cast<std::uint64_t>(count);
+  ticket_.store((++calls_ << (2 * bits)) | (pieces << bits), std::memory_order_release);
+  ++call_;
+  call_.notify_all();
+  for (Index i = 0; i < sharing_.patience && (ticket_.load() & mask) == 0; ++i) {
+    std::this_thread::yield();
+  }
+  take_pieces(true);
+  // Others may still be at their last piece. Waiting sleeps; it does not spin on a busy processor.
+  for (std::uint32_t done = done_.load(std::memory_order_acquire); done < pieces;
+       done = done_.load(std::memory_order_acquire)) {
+    done_.wait(done, std::memory_order_acquire);
+  }
+}
+
+void Workers::take_pieces(bool as_caller) {
+  while (true) {
+    const std::uint64_t ticket = ticket_.fetch_add(1, std::memory_order_acq_rel);
+    const std::uint64_t pieces = (ticket >> bits) & mask;
+    const std::uint64_t i = ticket & mask;
+    if (i >= pieces) return;
+    piece_(context_, static_cast<Index>(i));
+    if (!as_caller) done_by_others.fetch_add(1, std::memory_order_relaxed);
+    if (done_.fetch_add(1, std::memory_order_acq_rel) + 1 == pieces) done_.notify_one();
+    if (sharing_.patience > 0) std::this_thread::yield();
+  }
+}
+
+void Workers::serve() {
+  std::uint32_t seen = 0;
+  while (true) {
+    call_.wait(seen, std::memory_order_acquire);
+    seen = call_.load(std::memory_order_acquire);
+    if (ending_) return;
+    take_pieces(false);
+  }
+}
+
+}  // namespace dynmesh

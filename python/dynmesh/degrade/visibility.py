@@ -1,0 +1,308 @@
+"""What a camera sees of a mesh: occlusion by an irregular depth buffer.
+
+A common depth buffer samples the surface at the centres of pixels, so that a vertex is compared
+with the depth of a place beside it: with too small a bias the surface hides itself where it slopes,
+with too large a one the back of a finger shows through. An irregular depth buffer (Johnson et al.
+2005, Aila and Laine 2004) has its samples where the vertices project to instead. It needs no bias,
+and the grid that finds the samples below a triangle has no influence on the result.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._checks import (
+    check_between,
+    check_complete,
+    check_finite,
+    check_integer,
+    check_positions,
+    check_positive,
+    check_vector,
+)
+from ..sequence import Mask, Positions
+
+_Integers = NDArray[np.integer[Any]]
+_Floats = NDArray[np.float64]
+
+_TOLERANCE = 1e-9
+"""By which share of its size a triangle is larger, so that rays do not slip between two of them."""
+
+_CONTACT = 1e-6
+"""By which share of the distance a triangle must be nearer than a vertex to hide it: more than the
+rounding of float32, so that two vertices in one place, as along a seam, do not hide each other."""
+
+_PAIRS_AT_ONCE = 1 << 18
+"""How many pairs of a triangle and a vertex are compared at a time. This bounds the memory; more
+would fall out of the processor's cache."""
+
+_GRID = 512
+"""Cells along either side of the image: a matter of speed and memory alone."""
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A pinhole camera with a square image.
+
+    Attributes:
+        position: x, y, z of the centre of projection.
+        target: a point in the middle of the image.
+        up: a direction that points upwards in the image, of any length.
+        field_of_view: angle from the lower to the upper edge of the image, in degrees.
+
+    Raises:
+        TypeError: `field_of_view` is not a number.
+        ValueError: a vector is not three finite numbers, `target` is `position`, `up` is parallel
+            to the view, or `field_of_view` is not above 0 and below 180.
+    """
+
+    position: tuple[float, float, float]
+    target: tuple[float, float, float]
+    up: tuple[float, float, float]
+    field_of_view: float = 40.0
+
+    def __post_init__(self) -> None:
+        """Refuses what is no camera."""
+        for name in ("position", "target", "up"):
+            check_vector(name, getattr(self, name))
+        check_between("field_of_view", self.field_of_view, 0, 180)
+        view = np.subtract(self.target, self.position, dtype=np.float64)
+        if not view.any():
+            raise ValueError(f"target: must differ from position, not {self.target}")
+        if _are_parallel(view, np.array(self.up, np.float64)):
+            raise ValueError(f"up: must not be zero or parallel to the view, not {self.up}")
+
+
+def orbit(
+    first_frame: Positions,
+    n_cameras: int = 1,
+    *,
+    degrees_per_frame: float = 1.0,
+    elevation: float = 15.0,
+    distance: float = 2.0,
+    up: tuple[float, float, float] = (0, 0, 1),
+) -> Callable[[int], list[Camera]]:
+    """Cameras that circle a mesh and look at it, for :func:`dynmesh.degrade.camera_known`.
+
+    They are evenly spaced around the centre of the bounding box of frame 0, and move
+    counterclockwise about `up`. In frame 0 the first one stands in the direction of x, or of y if
+    `up` is along x.
+
+    Args:
+        first_frame: (k, 3) finite positions.
+        n_cameras: how many, at least 1.
+        degrees_per_frame: how far they move from one frame to the next.
+        elevation: how far above the mesh they stand, in degrees, above -90 and below 90.
+        distance: from the centre, in diagonals of the bounding box, positive.
+        up: the axis of the circle, of any length.
+
+    Returns:
+        A function from the number of a frame to its cameras.
+
+    Raises:
+        TypeError: an argument is of the wrong kind.
+        ValueError: an argument is out of range, or all the vertices are in one place.
+    """
+    check_integer("n_cameras", n_cameras, 1)
+    check_finite("degrees_per_frame", degrees_per_frame)
+    check_between("elevation", elevation, -90, 90)
+    check_positive("distance", distance)
+    check_vector("up", up)
+    if not any(up):
+        raise ValueError(f"up: must not be zero, but is {up}")
+    centre, diagonal = _bounding_box(first_frame)
+    ahead, left, axis = _horizon(np.array(up, np.float64))
+    tilt = math.radians(elevation)
+
+    def camera(turn: float) -> Camera:
+        angle = 2 * math.pi * turn
+        level = math.cos(angle) * ahead + math.sin(angle) * left
+        direction = math.cos(tilt) * level + math.sin(tilt) * axis
+        position = centre + distance * diagonal * direction
+        return Camera(_triple(position), _triple(centre), _triple(axis))
+
+    def cameras(frame: int) -> list[Camera]:
+        start = frame * degrees_per_frame / 360
+        return [camera(start + number / n_cameras) for number in range(n_cameras)]
+
+    return cameras
+
+
+def visible(points: Positions, faces: _Integers, camera: Camera) -> Mask:
+    """Return which vertices a camera sees.
+
+    These are the finite ones in front of the camera and inside its image that no triangle of other
+    vertices hides. Both sides of a triangle hide what is behind them; one that crosses the plane
+    of the camera does so with the part in front of it, and one with a corner that is not finite
+    does not.
+
+    Args:
+        points: (k, 3) positions.
+        faces: (m, 3) integers from 0 to k - 1.
+        camera: whose image it is.
+
+    Returns:
+        (k,) bool.
+    """
+    local = _to_camera(points, camera)
+    seen = _inside_image(local)
+    samples = _Samples(local, np.flatnonzero(seen))
+    triangles = _Triangles(local, faces)
+    for triangle, vertex in samples.below(triangles):
+        seen[vertex[triangles.hide(triangle, vertex)]] = False
+    return seen
+
+
+class _Triangles:
+    """Those that may hide something, in camera coordinates.
+
+    Attributes:
+        low: (t, 2) lower corners of the bounding boxes in the image.
+        high: (t, 2) upper corners.
+    """
+
+    def __init__(self, local: _Floats, faces: _Integers) -> None:
+        corners = local[faces.T]  # (3, m, 3): numpy is slow along short last axes
+        normals = np.cross(np.roll(corners, -1, axis=0), np.roll(corners, -2, axis=0))
+        # a . (b x c): six times the volume between triangle and camera, 0 if it is seen edge-on.
+        volumes = np.einsum("tx,tx->t", corners[0], normals[0])
+        low, high = _bounding_boxes(corners)
+        # Not true of the boxes of triangles with a corner that is not finite, which are not either.
+        touches = (low <= 1).all(axis=1) & (high >= -1).all(axis=1)
+        kept = np.flatnonzero(touches & (volumes != 0))
+        self.low, self.high = low[kept], high[kept]
+        self._local = local
+        self._faces = faces[kept]
+        self._volumes = np.abs(volumes[kept])  # so that both sides are alike
+        self._normals = normals[:, kept] * np.sign(volumes[kept])[:, None]
+
+    def hide(self, triangle: _Integers, vertex: _Integers) -> NDArray[np.intp]:
+        """Return in which pairs of a triangle and a vertex the one hides the other.
+
+        The ray through a vertex p meets the triangle at p times volume / (u + v + w), where u, v, w
+        are the volumes that p spans with the sides: none is negative if it passes inside.
+        """
+        ray = self._local[vertex]
+        u, v, w = (np.einsum("px,px->p", normal[triangle], ray) for normal in self._normals)
+        whole = u + v + w
+        inside = np.minimum(np.minimum(u, v), w) >= -_TOLERANCE * whole
+        nearer = self._volumes[triangle] < (1 - _CONTACT) * whole
+        hidden = np.flatnonzero(inside & nearer)
+        # Its own triangles never hide a vertex, but seen edge-on, rounding might say so.
+        own = (self._faces[triangle[hidden]] == vertex[hidden, None]).any(axis=1)
+        return np.asarray(hidden[~own])
+
+
+class _Samples:
+    """Vertices, found by where in the image they are."""
+
+    def __init__(self, local: _Floats, vertices: _Integers) -> None:
+        column, row = self._cell(local[vertices, :2] / local[vertices, 2:]).T
+        cell = row * _GRID + column
+        self._vertices = vertices[np.argsort(cell, kind="stable")]
+        counts = np.bincount(cell, minlength=_GRID * _GRID)
+        self._starts = np.concatenate([[0], np.cumsum(counts)])
+
+    def below(self, triangles: _Triangles) -> Iterator[tuple[_Integers, _Integers]]:
+        """Yields pairs of a triangle and a vertex in the cells of its bounding box."""
+        triangle, first, last = self._runs(triangles)
+        lengths = last - first
+        ends = np.cumsum(lengths)
+        total = int(lengths.sum())
+        limits = np.searchsorted(ends, np.arange(0, total, _PAIRS_AT_ONCE))
+        for begin, end in pairwise([*limits, len(ends)]):
+            run = slice(begin, end)
+            places = _ranges(first[run], lengths[run])
+            yield np.repeat(triangle[run], lengths[run]), self._vertices[places]
+
+    def _runs(self, triangles: _Triangles) -> tuple[_Integers, _Integers, _Integers]:
+        """Runs of vertices without a gap, one for each row of cells of each bounding box."""
+        low = self._cell(triangles.low - _TOLERANCE)
+        high = self._cell(triangles.high + _TOLERANCE)
+        rows = high[:, 1] - low[:, 1] + 1
+        triangle = np.repeat(np.arange(len(low)), rows)
+        row = _ranges(low[:, 1], rows) * _GRID
+        first = self._starts[row + low[triangle, 0]]
+        last = self._starts[row + high[triangle, 0] + 1]
+        filled = first < last
+        return triangle[filled], first[filled], last[filled]
+
+    def _cell(self, image: _Floats) -> NDArray[np.int64]:
+        """Column and row; those of the nearest cell for points outside the image."""
+        cell = np.floor((image + 1) * (_GRID / 2))
+        return np.clip(cell, 0, _GRID - 1).astype(np.int64)
+
+
+def _to_camera(points: Positions, camera: Camera) -> _Floats:
+    """Axes to the right, up and ahead, scaled such that the image is |x|, |y| <= z > 0."""
+    position = np.array(camera.position, np.float64)
+    ahead = _unit(np.array(camera.target, np.float64) - position)
+    right = _unit(np.cross(ahead, np.array(camera.up, np.float64)))
+    scale = 1 / math.tan(math.radians(camera.field_of_view) / 2)
+    axes = np.stack([scale * right, scale * np.cross(right, ahead), ahead], axis=1)
+    finite = np.isfinite(points).all(axis=1, keepdims=True)
+    return np.asarray((np.where(finite, points, np.nan) - position) @ axes)
+
+
+def _inside_image(local: _Floats) -> Mask:
+    x, y, z = local.T
+    return np.asarray((z > 0) & (np.abs(x) <= z) & (np.abs(y) <= z))
+
+
+def _bounding_boxes(corners: _Floats) -> tuple[_Floats, _Floats]:
+    """Lower and upper corners in the image, (t, 2) each, of the triangles of (3, t, 3) corners."""
+    depth = corners[:, :, 2]
+    image = corners[:, :, :2] / np.where(depth > 0, depth, 1)[:, :, None]
+    low, high = image.min(axis=0), image.max(axis=0)
+    # The image of a triangle that crosses the plane of the camera has no end; that of one behind
+    # the camera is empty.
+    crosses = depth.min(axis=0) <= 0
+    low[crosses], high[crosses] = -np.inf, np.inf
+    low[depth.max(axis=0) <= 0] = np.inf
+    return low, high
+
+
+def _ranges(starts: _Integers, lengths: _Integers) -> _Integers:
+    """Integers from each start on, as many as its length says, one range after the other."""
+    before = np.cumsum(lengths) - lengths
+    return np.asarray(np.repeat(starts - before, lengths) + np.arange(lengths.sum()))
+
+
+def _bounding_box(first_frame: Positions) -> tuple[_Floats, float]:
+    """Centre and length of the diagonal."""
+    check_positions("first_frame", first_frame)
+    check_complete("first_frame", first_frame)
+    low = first_frame.min(axis=0).astype(np.float64)
+    high = first_frame.max(axis=0).astype(np.float64)
+    diagonal = float(np.linalg.norm(high - low))
+    if diagonal == 0:
+        raise ValueError("first_frame: must have vertices in more than one place")
+    return (low + high) / 2, diagonal
+
+
+def _horizon(up: _Floats) -> tuple[_Floats, _Floats, _Floats]:
+    """Unit vectors at right angles: x as seen from above, counterclockwise of it, and up."""
+    x, y = np.eye(3)[:2]
+    axis = up / np.linalg.norm(up)
+    left = np.cross(axis, y if _are_parallel(axis, x) else x)
+    left /= np.linalg.norm(left)
+    return np.cross(left, axis), left, axis
+
+
+def _triple(vector: _Floats) -> tuple[float, float, float]:
+    x, y, z = vector.tolist()
+    return x, y, z
+
+
+def _unit(vector: _Floats) -> _Floats:
+    return np.asarray(vector / np.linalg.norm(vector))
+
+
+def _are_parallel(a: _Floats, b: _Floats) -> bool:
+    """Tells whether two vectors are parallel up to rounding, or one of them zero."""
+    return bool(np.linalg.norm(np.cross(a, b)) <= 1e-6 * np.linalg.norm(a) * np.linalg.norm(b))

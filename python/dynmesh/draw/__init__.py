@@ -1,0 +1,1 @@
+"""Pictures and pages of sequences. Needs the extra `view`."""

@@ -1,0 +1,293 @@
+"""Pictures of meshes, as arrays of pixels: surfaces, known and missing vertices, heatmaps.
+
+Everything is rendered off screen with pyvista (extra `view`).
+"""
+
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._core import cells
+from .._extras import require
+from ..sequence import Mask, Positions
+
+Image = NDArray[np.uint8]
+Vector = tuple[float, float, float]
+
+SURFACE_COLOUR = "#d7dce3"
+KNOWN_COLOUR = "#0072b2"
+MISSING_COLOUR = "#cc3311"
+HEATMAP = "viridis"
+HEATMAP_RANGE = 1e-2  # errors of one frame spread over decades
+
+
+@dataclass(frozen=True)
+class View:
+    """Where a mesh is looked at from.
+
+    Attributes:
+        towards_viewer: direction from the mesh to the viewer.
+        up: direction that is up in the picture.
+        box: (2, 3) the corners of the axis-aligned box that fills the picture.
+        size: width and height in pixels.
+    """
+
+    towards_viewer: Vector
+    up: Vector
+    box: NDArray[np.floating[Any]]
+    size: tuple[int, int] = (480, 640)
+
+    @classmethod
+    def of(
+        cls, frames: Positions, up: str, azimuth: float, size: tuple[int, int] = (480, 640)
+    ) -> "View":
+        """Looks at positions from a little above.
+
+        Args:
+            frames: (k, 3) or (n, k, 3); all of them fit in the picture.
+            up: the axis that is up, "x", "y" or "z"; a sheet that lies flat is seen from higher.
+            azimuth: degrees around that axis, from the next axis in x, y, z, x towards the next
+                but one.
+            size: width and height in pixels.
+        """
+        if up not in ("x", "y", "z"):
+            raise ValueError(f"up: must be 'x', 'y' or 'z', not {up!r}")
+        points = frames.reshape(-1, 3)
+        box = np.stack([points.min(axis=0), points.max(axis=0)])
+        axis = "xyz".index(up)
+        extent = box[1] - box[0]
+        flat = extent[axis] < 0.25 * extent.max()
+        towards = np.zeros(3)
+        angle = np.radians(azimuth)
+        towards[[(axis + 1) % 3, (axis + 2) % 3]] = [np.cos(angle), np.sin(angle)]
+        towards[axis] = 0.9 if flat else 0.25
+        upward = np.zeros(3)
+        upward[axis] = 1
+        return cls(_vector(towards), _vector(upward), box, size)
+
+    @property
+    def axes(self) -> NDArray[np.float64]:
+        """Unit vectors: right in the picture, up in the picture, towards the viewer."""
+        towards = np.asarray(self.towards_viewer) / np.linalg.norm(self.towards_viewer)
+        right = np.cross(self.up, towards)
+        right /= np.linalg.norm(right)
+        return np.stack([right, np.cross(towards, right), towards])
+
+    def around(self, points: Positions) -> "View":
+        """The same view, at the same scale, of (k, 3) positions elsewhere."""
+        middle = (points.min(axis=0) + points.max(axis=0)) / 2
+        half = (self.box[1] - self.box[0]) / 2
+        return replace(self, box=np.stack([middle - half, middle + half]))
+
+
+def render(
+    faces: NDArray[np.integer[Any]],
+    points: Positions,
+    view: View,
+    *,
+    known: Mask | None = None,
+    values: NDArray[np.floating[Any]] | None = None,
+    limit: float | None = None,
+    places: NDArray[np.floating[Any]] | None = None,
+    colours: Sequence[str] = (),
+    dots: Mask | None = None,
+) -> Image:
+    """Draws one frame.
+
+    Args:
+        faces: (m, 3) integers.
+        points: (k, 3) positions.
+        view: where it is looked at from.
+        known: (k,) bool: colours the surface blue around known and red around missing vertices.
+        values: (k,) not negative: colours the surface on a logarithmic scale up to `limit`.
+        limit: with `values`, that of the last colour; the first is for `HEATMAP_RANGE` times it
+            and less.
+        places: (k,) from 0, the first of `colours`, to 1, the last.
+        colours: with `places`, one step after another, each as "#rrggbb".
+        dots: (k,) bool, with `places`: draws these vertices, which may be in no face, as dots.
+
+    Returns:
+        (height, width, 3) uint8, on white.
+
+    Raises:
+        ImportError: pyvista is missing.
+        ValueError, TypeError: a face refers to no vertex, a position or value is not finite,
+            another shape, a limit that is not positive, or more than one of `known`, `values` and
+            `places`.
+    """
+    _check(faces, points, known, values, limit, places)
+    pyvista = load_pyvista()
+    surface = pyvista.PolyData.from_regular_faces(
+        np.asarray(points, np.float32), np.asarray(faces, np.int64)
+    )
+    with _stage(view) as plotter:
+        if known is not None:
+            rgb = np.where(known[:, None], _rgb(KNOWN_COLOUR), _rgb(MISSING_COLOUR))
+            plotter.add_mesh(surface, scalars=rgb, rgb=True, smooth_shading=True, ambient=0.3)
+        elif values is not None:
+            scale = np.array([HEATMAP_RANGE, 1]) * limit
+            plotter.add_mesh(
+                surface,
+                scalars=np.log10(np.clip(values, *scale)).astype(np.float32),
+                cmap=HEATMAP,
+                clim=np.log10(scale).tolist(),
+                show_scalar_bar=False,
+                smooth_shading=True,
+                ambient=0.35,
+            )
+        elif places is not None:
+            surface["places"] = places.astype(np.float32)
+            style = {
+                "cmap": pyvista.LookupTable(list(colours), scalar_range=(0, 1)),
+                "clim": (0, 1),
+                "show_scalar_bar": False,
+                "ambient": 0.25,
+                "diffuse": 0.85,
+            }
+            if len(faces):
+                plotter.add_mesh(surface, scalars="places", smooth_shading=True, **style)
+            if dots is not None and dots.any():
+                cloud = pyvista.PolyData(surface.points[dots])
+                size = {"point_size": max(view.size) / 120, "render_points_as_spheres": True}
+                plotter.add_mesh(cloud, scalars=surface["places"][dots], **size, **style)
+        else:
+            plotter.add_mesh(surface, color=SURFACE_COLOUR, smooth_shading=True, ambient=0.05)
+        return _taken(plotter, view)
+
+
+@dataclass(frozen=True, eq=False)
+class Mark:
+    """Something that stands out in a picture of a mesh.
+
+    Attributes:
+        colour: as "#rrggbb".
+        faces: (f,) integers, of the faces to paint.
+        points: (p, 3) where to put dots.
+        size: of the dots, in hundredths of the picture.
+    """
+
+    colour: str
+    faces: NDArray[np.integer[Any]]
+    points: Positions
+    size: float
+
+
+def render_marked(
+    faces: NDArray[np.integer[Any]], points: Positions, view: View, marks: Sequence[Mark]
+) -> Image:
+    """Draws one frame with marks on it, each over those before it.
+
+    Takes, returns and raises what :func:`render` does.
+    """
+    _check(faces, points, None, None, None, None)
+    pyvista = load_pyvista()
+    rgb = np.tile(_rgb(SURFACE_COLOUR), (len(faces), 1))
+    for mark in marks:
+        rgb[mark.faces] = _rgb(mark.colour)
+    surface = pyvista.PolyData.from_regular_faces(
+        np.asarray(points, np.float32), np.asarray(faces, np.int64)
+    )
+    surface.cell_data["colour"] = rgb
+    with _stage(view) as plotter:
+        if len(faces):
+            plotter.add_mesh(surface, scalars="colour", rgb=True, ambient=0.25, diffuse=0.85)
+        for mark in marks:
+            if len(mark.points):
+                plotter.add_mesh(
+                    pyvista.PolyData(np.asarray(mark.points, np.float32)),
+                    color=mark.colour,
+                    point_size=mark.size / 100 * max(view.size),
+                    render_points_as_spheres=True,
+                    ambient=0.4,
+                )
+        return _taken(plotter, view)
+
+
+def cropped(images: list[Image], margin: int = 12) -> list[Image]:
+    """Cuts the white around the images away, from all alike so that they stay comparable."""
+    marked = np.any([(image < 250).any(axis=2) for image in images], axis=0)
+    rows, columns = np.flatnonzero(marked.any(axis=1)), np.flatnonzero(marked.any(axis=0))
+    if not len(rows):
+        return images
+    top, left = max(rows[0] - margin, 0), max(columns[0] - margin, 0)
+    return [image[top : rows[-1] + margin, left : columns[-1] + margin] for image in images]
+
+
+def _check(
+    faces: NDArray[np.integer[Any]],
+    points: Positions,
+    known: Mask | None,
+    values: NDArray[np.floating[Any]] | None,
+    limit: float | None,
+    places: NDArray[np.floating[Any]] | None,
+) -> None:
+    """VTK trusts its input: a face out of range would end the process."""
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise ValueError(f"points: must have shape (k, 3), not {points.shape}")
+    cells(faces, len(points))
+    for name, array in (("known", known), ("values", values), ("places", places)):
+        if array is not None and array.shape != (len(points),):
+            raise ValueError(f"{name}: must have shape ({len(points)},), not {array.shape}")
+    for name, numbers in (("points", points), ("values", values), ("places", places)):
+        if numbers is not None and not np.isfinite(numbers).all():
+            row = int(np.argwhere(~np.isfinite(numbers))[0][0])
+            raise ValueError(f"{name}: row {row} is not finite")
+    colourings = (("known", known), ("values", values), ("places", places))
+    given = [name for name, array in colourings if array is not None]
+    if len(given) > 1:
+        raise ValueError(f"{given[1]}: there is one colour to a vertex, and {given[0]} takes it")
+    if values is not None and not (limit is not None and np.isfinite(limit) and limit > 0):
+        raise ValueError(f"limit: must be positive and finite, not {limit}")
+
+
+def load_pyvista(extra: str = "view") -> Any:
+    """The library that draws, or an ImportError that names the extra which installs it."""
+    if sys.platform == "linux" and not os.environ.get("DISPLAY"):
+        # Without a screen: else VTK looks for one and complains that there is none.
+        os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+    return require("pyvista", extra=extra)
+
+
+@contextmanager
+def _stage(view: View) -> Iterator[Any]:
+    """A plotter without a window, closed in the end."""
+    plotter = load_pyvista().Plotter(off_screen=True, window_size=view.size, lighting="light kit")
+    try:
+        plotter.set_background("white")
+        plotter.enable_anti_aliasing("ssaa")
+        yield plotter
+    finally:
+        plotter.close()
+
+
+def _taken(plotter: Any, view: View) -> Image:
+    _aim(plotter, view)
+    return np.asarray(plotter.screenshot(return_img=True), np.uint8)[..., :3]
+
+
+def _vector(values: NDArray[np.floating[Any]]) -> Vector:
+    x, y, z = (float(v) for v in values)
+    return x, y, z
+
+
+def _rgb(colour: str) -> NDArray[np.uint8]:
+    return np.frombuffer(bytes.fromhex(colour.removeprefix("#")), np.uint8)
+
+
+def _aim(plotter: Any, view: View) -> None:
+    centre = view.box.mean(axis=0)
+    half = (view.box[1] - view.box[0]) / 2
+    width, height, _ = np.abs(view.axes) @ half
+    camera = plotter.camera
+    camera.focal_point = centre
+    camera.position = centre + 4 * np.linalg.norm(half) * view.axes[2]
+    camera.up = view.up
+    camera.parallel_projection = True
+    camera.parallel_scale = 1.04 * max(height, width * view.size[1] / view.size[0])
+    plotter.reset_camera_clipping_range()

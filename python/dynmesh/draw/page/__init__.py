@@ -1,0 +1,105 @@
+"""A sequence as one HTML page that plays, with nothing but a browser."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..._extras import require_all
+from ...files import Reader
+from ..figures import View
+from ..heatmap import Colour, Heatmap, ShownFrame, likely_up
+from .player import Playback, compose
+from .thin import thin
+
+
+@dataclass(frozen=True)
+class Shown:
+    """How much of a sequence a page shows.
+
+    Attributes:
+        frames: how many of `n_frames`, evenly spaced from frame 0 on.
+        step: from one shown frame to the next.
+        vertices: how many of `n_vertices`.
+        triangles: how many of `n_triangles`.
+    """
+
+    frames: int
+    n_frames: int
+    step: int
+    vertices: int
+    n_vertices: int
+    triangles: int
+    n_triangles: int
+
+    def __str__(self) -> str:
+        """What was left out, for people; empty where nothing was."""
+        parts = []
+        if self.step > 1:
+            parts.append(f"every {_ordinal(self.step)} of {self.n_frames} frames")
+        if self.vertices < self.n_vertices:
+            parts.append(f"{self.vertices} of {self.n_vertices} vertices")
+            parts.append(f"{self.triangles} of {self.n_triangles} triangles")
+        return ", ".join(parts)
+
+
+def view(
+    reader: Reader,
+    output: Path,
+    *,
+    reference: Reader | None = None,
+    colour: Colour | None = None,
+    up: str | None = None,
+    azimuth: float = 60.0,
+    max_frames: int = 120,
+    max_vertices: int = 20_000,
+    watch: Callable[[Iterable[ShownFrame], int], Iterable[ShownFrame]] = lambda frames, _: frames,
+) -> Shown:
+    """Writes a page that plays a sequence, and that needs no other file and no network.
+
+    Triangles with a missing vertex are left out; vertices left in no triangle become dots. What
+    the page leaves out to stay small is said in it.
+
+    Args:
+        reader: of the sequence.
+        output: an HTML file; an existing one is replaced.
+        reference: of the truth, for errors.
+        colour: as :class:`dynmesh.heatmap.Heatmap` decides.
+        up: "x", "y" or "z"; None: what the file says, else z for a sheet that lies flat, else y.
+        azimuth: degrees around that axis to look from at first.
+        max_frames: longer sequences show every second, third, ... frame.
+        max_vertices: larger meshes show about so many.
+        watch: gets the frames and how many there are, and passes them on while they are read.
+
+    Raises:
+        OSError: it cannot be written.
+        ImportError: k3d or pyvista is missing.
+        ValueError: no vertex is known in any shown frame, a large mesh has no whole frame 0, or as
+            :class:`dynmesh.heatmap.Heatmap` says.
+    """
+    require_all("k3d", "matplotlib", extra="view")
+    heatmap = Heatmap(reader, reference=reference, colour=colour)
+    kept, faces = thin(reader.faces, next(iter(reader)).points, max_vertices)
+    step = -(-reader.n_frames // max_frames)
+    numbers = range(0, reader.n_frames, step)
+    frames = [frame.of(kept) for frame in watch(heatmap.frames(numbers), len(numbers))]
+    seen = np.concatenate([frame.points[frame.visible] for frame in frames])
+    if not len(seen):
+        raise ValueError(f"{reader.path}: no vertex is known in these frames")
+    shown = Shown(
+        len(frames), reader.n_frames, step, len(kept), reader.n_vertices, len(faces),
+        len(reader.faces),
+    )  # fmt: skip
+    playback = Playback(reader.path.name, str(shown), list(numbers), reader.n_frames, reader.fps)
+    camera = View.of(
+        seen, up or likely_up(next(iter(reader)).points, reader.header.up_axis), azimuth
+    )
+    page = compose(faces, frames, heatmap.scale(frames), camera, playback)
+    output.write_text(page, encoding="utf-8")
+    return shown
+
+
+def _ordinal(number: int) -> str:
+    ending = "th" if number % 100 in (11, 12, 13) else {1: "st", 2: "nd", 3: "rd"}.get(number % 10)
+    return f"{number}{ending or 'th'}"

@@ -1,0 +1,89 @@
+"""Pictures of a sequence as PNG: one frame, or a contact sheet of several."""
+
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from .._extras import require_all
+from ..files import Reader
+from . import figures
+from .figures import SURFACE_COLOUR, Image, View
+from .heatmap import Colour, Heatmap, ShownFrame, likely_up, whole_faces
+from .scales import Scale
+from .sheet import contact_sheet
+
+
+def evenly_spaced(n_frames: int, count: int) -> list[int]:
+    """The numbers of at most `count` of `n_frames` frames, the first and the last among them."""
+    return sorted({round(x) for x in np.linspace(0, n_frames - 1, count)})
+
+
+def picture(
+    reader: Reader,
+    output: Path,
+    *,
+    numbers: Sequence[int],
+    reference: Reader | None = None,
+    colour: Colour | None = None,
+    up: str | None = None,
+    azimuth: float = 60.0,
+    size: tuple[int, int] = (480, 480),
+    watch: Callable[[Iterable[ShownFrame], int], Iterable[ShownFrame]] = lambda frames, _: frames,
+) -> None:
+    """Draws frames of a sequence, all at one scale, with one colour bar.
+
+    Triangles with a missing vertex are left out; vertices left in no triangle become dots.
+
+    Args:
+        reader: of the sequence.
+        output: a PNG file; an existing one is replaced.
+        numbers: of the frames, one or several; :func:`evenly_spaced` helps.
+        reference: of the truth, for errors.
+        colour: as :class:`dynmesh.heatmap.Heatmap` decides.
+        up: "x", "y" or "z"; None: what the file says, else z for a sheet that lies flat, else y.
+        azimuth: degrees around that axis to look from.
+        size: of each frame, in pixels.
+        watch: gets the frames and how many there are, and passes them on while they are read.
+
+    Raises:
+        OSError: it cannot be written.
+        ImportError: pyvista or Pillow is missing.
+        ValueError: there is no such frame, no vertex in any of them, or as
+            :class:`dynmesh.heatmap.Heatmap` says.
+    """
+    require_all("PIL.Image", "matplotlib", extra="view")
+    figures.load_pyvista()
+    heatmap = Heatmap(reader, reference=reference, colour=colour)
+    for number in numbers:
+        if not 0 <= number < reader.n_frames:
+            raise ValueError(
+                f"{reader.path}: has no frame {number}, but 0 to {reader.n_frames - 1}"
+            )
+    chosen = (frame for n in numbers for frame in heatmap.frames(range(n, n + 1)))
+    frames = list(watch(chosen, len(numbers)))
+    seen = np.concatenate([frame.points[frame.visible] for frame in frames])
+    if not len(seen):
+        raise ValueError(f"{reader.path}: no vertex is known in these frames")
+    scale = heatmap.scale(frames)
+    view = View.of(
+        seen, up or likely_up(next(iter(reader)).points, reader.header.up_axis), azimuth, size
+    )
+    images = figures.cropped([_draw(reader, frame, scale, view) for frame in frames])
+    titles = [f"frame {frame.number}" for frame in frames]
+    contact_sheet(reader.path.name, images, titles, scale).save(output, format="PNG")
+
+
+def _draw(reader: Reader, frame: ShownFrame, scale: Scale | None, view: View) -> Image:
+    faces, alone = whole_faces(reader.faces, frame.visible)
+    places = np.zeros(len(frame.points), np.float32)
+    if scale is not None and frame.values is not None:
+        places = np.where(frame.visible, scale.place(frame.values), 0)
+    return figures.render(
+        faces,
+        np.where(frame.visible[:, None], frame.points, 0),
+        view,
+        places=places,
+        colours=(SURFACE_COLOUR,) if scale is None else scale.colours,
+        dots=alone,
+    )

@@ -1,0 +1,90 @@
+"""Several pictures on one sheet, with a colour bar."""
+
+import math
+import textwrap
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from .._extras import require
+from .figures import Image
+from .scales import Scale
+
+_MARGIN = 12
+_LINE = 20
+_INK = "#222222"
+_PROPORTION = 1.6  # of a whole sheet, width to height
+_BAR_WIDTH = 22
+_LEGEND_WIDTH = 190
+
+
+def contact_sheet(
+    heading: str, images: Sequence[Image], captions: Sequence[str], scale: Scale | None
+) -> Any:
+    """Lays pictures out in rows.
+
+    Args:
+        heading: over all of them.
+        images: of one size.
+        captions: one under each.
+        scale: for the colour bar at the right; None: there is none.
+
+    Returns:
+        A Pillow image.
+    """
+    image_module = require("PIL.Image", extra="view")
+    drawing = require("PIL.ImageDraw", extra="view")
+    fonts = require("PIL.ImageFont", extra="view")
+    title_font, font = fonts.load_default(20), fonts.load_default(15)
+    height, width = images[0].shape[:2]
+    cell_width, cell_height = width + _MARGIN, height + _LINE + _MARGIN
+    columns = _columns(len(images), cell_width / cell_height)
+    rows = math.ceil(len(images) / columns)
+    top = _LINE + 2 * _MARGIN
+    right = _MARGIN + max(columns * cell_width, math.ceil(title_font.getlength(heading)))
+    bottom = top + rows * cell_height
+    if scale is not None:
+        lines = len(_title_lines(scale))
+        bottom = max(bottom, top + lines * _LINE + _bar_height(scale) + 3 * _MARGIN)
+    total_width = right + (_LEGEND_WIDTH if scale is not None else 0) + _MARGIN
+    sheet = image_module.new("RGB", (total_width, bottom), "white")
+    draw = drawing.Draw(sheet)
+    draw.text((_MARGIN, _MARGIN), heading, fill=_INK, font=title_font)
+    for i, (image, caption) in enumerate(zip(images, captions, strict=True)):
+        row, column = divmod(i, columns)
+        x, y = _MARGIN + column * cell_width, top + row * cell_height
+        sheet.paste(image_module.fromarray(np.ascontiguousarray(image)), (x, y))
+        draw.text((x + width // 2, y + height), caption, fill=_INK, font=font, anchor="ma")
+    if scale is not None:
+        _draw_legend(draw, font, scale, right, top)
+    return sheet
+
+
+def _columns(count: int, proportion: float) -> int:
+    """So many that a sheet of cells of this proportion has about the one that it should have."""
+    rows = max(1, round(math.sqrt(count * proportion / _PROPORTION)))
+    return math.ceil(count / rows)
+
+
+def _bar_height(scale: Scale) -> int:
+    return min(260, 36 * len(scale.colours))
+
+
+def _title_lines(scale: Scale) -> list[str]:
+    return textwrap.wrap(scale.title, 22)
+
+
+def _draw_legend(draw: Any, font: Any, scale: Scale, x: int, y: int) -> None:
+    for line in _title_lines(scale):
+        draw.text((x, y), line, fill=_INK, font=font)
+        y += _LINE
+    y += _MARGIN
+    width, height = _BAR_WIDTH, _bar_height(scale)
+    edges = np.linspace(y + height, y, len(scale.colours) + 1).round().astype(int).tolist()
+    for colour, below, above in zip(scale.colours, edges, edges[1:], strict=False):
+        draw.rectangle((x, above, x + width, below - 1), fill=colour)
+    for place, label in scale.ticks:
+        middle = y + round((1 - place) * height)
+        draw.line((x + width, middle, x + width + 4, middle), fill=_INK)
+        draw.text((x + width + 10, middle), label, fill=_INK, font=font, anchor="lm")

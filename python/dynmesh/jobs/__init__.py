@@ -1,0 +1,1 @@
+"""Completion from file to file, one file or many, which an interruption does not undo."""

@@ -1,0 +1,176 @@
+"""Completion of many files, by any number of processes or machines."""
+
+import time
+from collections.abc import Callable, Iterable
+from concurrent.futures import Executor, Future, as_completed
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+from .. import files
+from .._checks import SettingError
+from ..streaming import Settings
+from .checkpoint import OtherJobError, Source
+from .file_completion import FileReport, complete_file
+
+
+@dataclass(frozen=True)
+class Job:
+    """One file to complete.
+
+    Attributes:
+        input: the incomplete sequence, in any format.
+        output: where the completed one goes; its folder is made where there is none.
+        source: how to read the input, as :func:`dynmesh.open` documents.
+        output_format: None goes by the suffix of `output`.
+        fps: frames per second of the output; None: what the input says.
+        provenance: also write the generation and the age of every vertex.
+        settings: those of :class:`dynmesh.Completer`.
+    """
+
+    input: Path
+    output: Path
+    source: Source = field(default_factory=Source)
+    output_format: str | None = None
+    fps: float | None = None
+    provenance: bool = False
+    settings: Settings = field(default_factory=Settings)
+
+
+@dataclass(frozen=True)
+class Result:
+    """What became of a job.
+
+    Attributes:
+        job: the job.
+        status: "done"; "exists", where the output was there already; "failed".
+        reason: why it failed, in one line; empty otherwise.
+        frames: in the output; 0 unless done.
+        seconds: that it took.
+        remarks: what else a user should know of the output, a line each.
+    """
+
+    job: Job
+    status: Literal["done", "exists", "failed"]
+    reason: str = ""
+    frames: int = 0
+    seconds: float = 0.0
+    remarks: tuple[str, ...] = ()
+
+
+def complete_files(
+    jobs: Iterable[Job],
+    executor: Executor | None = None,
+    *,
+    overwrite: bool = False,
+    watch: Callable[[Result], None] | None = None,
+) -> list[Result]:
+    """Completes every job's file; one that fails does not stop the others.
+
+    A job whose output exists is left alone, and an interrupted one goes on where it stopped if the
+    format of its output can, so the same call again does what is left to do. Outputs appear under
+    their names when they are whole. Every process must see the files under the same paths.
+
+    Args:
+        jobs: with different outputs.
+        executor: runs them, as :class:`concurrent.futures.ProcessPoolExecutor` or a Dask client's
+            ``get_executor()``; None: one after another, here.
+        overwrite: replace outputs that exist.
+        watch: called with each result as it comes.
+
+    Returns:
+        The results, in the order of the jobs.
+
+    Raises:
+        ValueError: two jobs have the same output.
+    """
+    if not isinstance(jobs, Iterable):
+        raise TypeError(f"jobs: must be iterable, not {type(jobs).__name__}")
+    jobs = list(jobs)
+    for number, job in enumerate(jobs):
+        if not isinstance(job, Job):
+            raise TypeError(f"jobs: place {number} holds no Job, but {job!r}")
+    _check_outputs(jobs)
+    results: dict[int, Result] = {}
+
+    def take(number: int, result: Result) -> None:
+        results[number] = result
+        if watch is not None:
+            watch(result)
+
+    if executor is None:
+        for number, job in enumerate(jobs):
+            take(number, _run(job, overwrite))
+    else:
+        futures = {executor.submit(_run, job, overwrite): i for i, job in enumerate(jobs)}
+        for future in as_completed(futures):
+            number = futures[future]
+            take(number, _result_of(future, jobs[number]))
+    return [results[number] for number in range(len(jobs))]
+
+
+def _run(job: Job, overwrite: bool) -> Result:
+    """What a worker does."""
+    began = time.monotonic()
+    try:
+        _make_folder(Path(job.output).parent)
+        try:
+            resume = files.resumable(job.output, job.output_format)
+            report = _complete(job, overwrite, resume=resume)
+        except OtherJobError:  # the table has changed since
+            report = _complete(job, overwrite, resume=False)
+    except FileExistsError:
+        return Result(job, "exists")
+    except SettingError as error:  # which names no file
+        return Result(job, "failed", f"{job.input}: {error}", seconds=time.monotonic() - began)
+    except Exception as error:  # whatever it is, the other jobs go on
+        return Result(job, "failed", _in_one_line(error), seconds=time.monotonic() - began)
+    if report.existed:
+        return Result(job, "exists")
+    seconds = time.monotonic() - began
+    return Result(job, "done", "", report.frames, seconds, report.remarks)
+
+
+def _make_folder(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except FileExistsError as error:  # which of an output means that it is there already
+        raise NotADirectoryError(
+            error.errno, "is in the way, as it is no folder", str(folder)
+        ) from error
+
+
+def _complete(job: Job, overwrite: bool, *, resume: bool) -> FileReport:
+    return complete_file(
+        job.input,
+        job.output,
+        source=job.source,
+        output_format=job.output_format,
+        fps=job.fps,
+        provenance=job.provenance,
+        overwrite=overwrite,
+        resume=resume,
+        **job.settings,
+    )
+
+
+def _result_of(future: "Future[Result]", job: Job) -> Result:
+    try:
+        return future.result()
+    except Exception as error:  # the worker, not the job
+        return Result(job, "failed", f"the worker was lost: {_in_one_line(error)}")
+
+
+def _in_one_line(error: Exception) -> str:
+    if isinstance(error, OSError) and error.filename:
+        return f"{error.filename}: {error.strerror}"
+    lines = str(error).splitlines()
+    return lines[0] if lines else type(error).__name__
+
+
+def _check_outputs(jobs: list[Job]) -> None:
+    seen: set[Path] = set()
+    for job in jobs:
+        if (output := Path(job.output).absolute()) in seen:
+            raise ValueError(f"{job.output}: is the output of two jobs")
+        seen.add(output)

@@ -1,0 +1,135 @@
+"""What a run leaves behind after an interruption, beside its unfinished files."""
+
+import json
+import os
+import time
+import zipfile
+import zlib
+from pathlib import Path
+from typing import Any, Literal, NamedTuple, TypedDict
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._core import __version__
+from ..files import Header, PathLike, Reader
+from ..streaming import Settings, default_settings
+
+
+class Source(TypedDict, total=False):
+    """How to read the input; :func:`dynmesh.open` documents the keywords."""
+
+    format: str | None
+    faces: NDArray[np.integer[Any]] | PathLike | None
+    prim: str | None
+    known: NDArray[np.bool_] | PathLike | None
+    missing: Literal["zero"] | None
+
+
+class OtherJobError(ValueError):
+    """What an interrupted run left is of another job than the one that should go on."""
+
+
+class Saved(NamedTuple):
+    """How far a run came, and the completer's state there."""
+
+    frames: int
+    state: bytes
+
+
+class Checkpoint:
+    """A file with what is needed, beside the unfinished files, to go on with the same job."""
+
+    least_seconds_between = 2.0
+    most_of_the_time = 0.05
+
+    def __init__(self, path: Path, job: str) -> None:
+        """Touches no file; `job` is what :func:`describe_job` says."""
+        self._path = path
+        self._job = job
+        self._next = time.monotonic() + self.least_seconds_between
+
+    def load(self) -> Saved | None:
+        """What an earlier run of this job saved; None where none did."""
+        try:
+            with np.load(self._path, allow_pickle=False) as saved:
+                job, frames, state = str(saved["job"]), int(saved["frames"]), saved["state"]
+        except FileNotFoundError:
+            return None
+        except (ValueError, EOFError, KeyError, zipfile.BadZipFile) as error:
+            raise ValueError(
+                f"{self._path}: is damaged; without --resume the job begins anew"
+            ) from error
+        if job != self._job:
+            changed = "; ".join(_differences(json.loads(job), json.loads(self._job)))
+            raise OtherJobError(
+                f"{self._path}: is of another job: {changed}; without --resume the job begins anew"
+            )
+        return Saved(frames, state.tobytes())
+
+    def exists(self) -> bool:
+        """Whether there is anything to go on with, of whatever job."""
+        return self._path.exists()
+
+    def is_of_this_job(self) -> bool:
+        """Whether an earlier run of this job saved something."""
+        try:
+            return self.load() is not None
+        except ValueError:  # of another job, or damaged
+            return False
+
+    def is_due(self) -> bool:
+        """Whether it is time to save again."""
+        return time.monotonic() >= self._next
+
+    def save(self, frames: int, state: bytes) -> None:
+        """Replaces what was saved before, at once."""
+        began = time.monotonic()
+        partial = self._path.with_suffix(".part")
+        with partial.open("wb") as file:
+            bytes_of_state = np.frombuffer(state, np.uint8)
+            np.savez(file, job=self._job, frames=frames, state=bytes_of_state)
+        partial.replace(self._path)
+        now = time.monotonic()
+        pause = (now - began) / self.most_of_the_time
+        self._next = now + max(self.least_seconds_between, pause)
+
+
+def describe_job(
+    reader: Reader, header: Header, source: Source, format: str | None, settings: Settings
+) -> str:
+    """Everything on which the output depends, as JSON: not the threads, whatever their number."""
+    inputs = [*reader.files]
+    masks = source.get("known")
+    if isinstance(masks, str | os.PathLike):
+        inputs.append(Path(masks))
+    description: dict[str, Any] = {
+        "version": __version__,
+        "input": [[str(p), p.stat().st_size, p.stat().st_mtime_ns] for p in inputs],
+        "known": zlib.crc32(masks.tobytes()) if isinstance(masks, np.ndarray) else None,
+        "faces": zlib.crc32(header.faces.tobytes()),
+        "missing": source.get("missing"),
+        "prim": header.name,
+        "fps": header.fps,
+        "provenance": header.has_provenance,
+        "format": format,
+        **{**default_settings, **settings},
+    }
+    del description["threads"]
+    return json.dumps(description)
+
+
+def _differences(one: dict[str, Any], other: dict[str, Any]) -> list[str]:
+    """What differs, with the values of settings; those of inputs, masks and faces tell nothing."""
+    told = []
+    for name in sorted(one.keys() | other.keys()):
+        before, now = one.get(name), other.get(name)
+        if before != now:
+            opaque = name in ("input", "known", "faces")
+            values = "" if opaque else f" ({_shown(before)} before, {_shown(now)} now)"
+            told.append(f"{name} changed{values}")
+    return told
+
+
+def _shown(value: object) -> str:
+    return "not given" if value is None else str(value).lower()

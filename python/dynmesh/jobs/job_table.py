@@ -1,0 +1,162 @@
+"""Tables of files to complete, and of what became of them."""
+
+import csv
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, cast
+
+from ..streaming import Settings
+from .batch import Job, Result
+from .checkpoint import Source
+
+
+def read_jobs(path: Path) -> list[Job]:
+    """Reads jobs from a table with a line for each.
+
+    Args:
+        path: comma-separated values. The first line names the columns: `input`, `output` and, where
+            wanted, `format`, `output_format`, `faces`, `prim`, `mask`, `missing`, `fps`,
+            `provenance`, `method`, `revisit`, `extra_iterations`, `unseen`, `noise`,
+            `reject_outliers`, `threads`, as the options of ``dynmesh complete`` are called. An
+            empty value is the default. Paths are relative to the table.
+
+    Raises:
+        OSError: it cannot be read.
+        ValueError: it is no such table; the message names the line and the value.
+    """
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            table = csv.DictReader(file, strict=True)
+            columns = table.fieldnames or []
+            _check_columns(path, columns)
+            return [_job_of(path, table.line_num, row) for row in table]
+    except (csv.Error, UnicodeDecodeError) as error:
+        raise ValueError(f"{path}: is no table of comma-separated values: {error}") from error
+
+
+_SEPARATORS = {";": "semicolons", "\t": "tabs"}
+
+
+@contextmanager
+def report_file(path: Path) -> Iterator[Callable[[Result], None]]:
+    """Begins a table with a line for each result, as it comes; an existing file is replaced.
+
+    Args:
+        path: comma-separated values. The columns are `input`, `output`, `status`, `reason`,
+            `frames` and `seconds`, as :class:`dynmesh.batch.Result` says.
+
+    Yields:
+        What adds a result.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    with path.open("w", newline="", encoding="utf-8") as file:
+        table = csv.writer(file)
+        table.writerow(["input", "output", "status", "reason", "frames", "seconds"])
+
+        def add(result: Result) -> None:
+            job = result.job
+            outcome = (result.status, result.reason, result.frames, f"{result.seconds:.3f}")
+            table.writerow([job.input, job.output, *outcome])
+            file.flush()  # a killed process leaves what it knew
+
+        yield add
+
+
+def _check_columns(path: Path, columns: Iterable[str]) -> None:
+    names = ("input", "output", *_columns)
+    for needed in ("input", "output"):
+        if needed not in columns:
+            used = [what for mark, what in _SEPARATORS.items() if mark in "".join(columns)]
+            hint = f"; values are separated by {used[0]}, but must be by commas" if used else ""
+            raise ValueError(f"{path}: has no column '{needed}'{hint}")
+    for column in columns:
+        if column not in names:
+            raise ValueError(
+                f"{path}: the column '{column}' is not known; there are {', '.join(names)}"
+            )
+
+
+def _job_of(path: Path, line: int, row: Mapping[str, Any]) -> Job:
+    place = f"{path}: line {line}"
+    if None in row or None in row.values():
+        raise ValueError(f"{place}: has more or fewer values than there are columns")
+    for needed in ("input", "output"):
+        if not row[needed]:
+            raise ValueError(f"{place}: {needed} is empty")
+    values: dict[str, Any] = {}
+    for column, parse in _columns.items():
+        if text := row.get(column):
+            try:
+                values[column] = parse(text)
+            except ValueError as error:
+                raise ValueError(f"{place}: {column}: {error}") from error
+    for column in ("faces", "mask"):
+        if column in values:
+            values[column] = path.parent / values[column]
+    if "mask" in values:
+        values["known"] = values.pop("mask")
+    source = {name: values.pop(name) for name in Source.__annotations__ if name in values}
+    return Job(
+        path.parent / row["input"],
+        path.parent / row["output"],
+        cast(Source, source),
+        values.pop("output_format", None),
+        values.pop("fps", None),
+        values.pop("provenance", False),
+        cast(Settings, values),
+    )
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise ValueError(f"must be a number, not '{text}'") from None
+
+
+def _whole_number(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise ValueError(f"must be a whole number, not '{text}'") from None
+
+
+def _flag(text: str) -> bool:
+    flags = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
+    if text.lower() not in flags:
+        raise ValueError(f"must be true or false, not '{text}'")
+    return flags[text.lower()]
+
+
+def _one_of(*names: str) -> Callable[[str], str]:
+    def check(text: str) -> str:
+        if text not in names:
+            raise ValueError(f"must be {' or '.join(names)}, not '{text}'")
+        return text
+
+    return check
+
+
+_columns: dict[str, Callable[[str], Any]] = {
+    "format": str,
+    "output_format": str,
+    "faces": str,
+    "prim": str,
+    "mask": str,
+    "missing": _one_of("zero"),
+    "fps": _number,
+    "provenance": _flag,
+    "method": _one_of("motion", "detail"),
+    "revisit": _flag,
+    "extra_iterations": _whole_number,
+    "unseen": _one_of("follow", "hold"),
+    "noise": _number,
+    "reject_outliers": _flag,
+    "threads": _whole_number,
+}
+
+optional_columns = tuple(_columns)
+"""Which columns a table of jobs may have beside `input` and `output`."""

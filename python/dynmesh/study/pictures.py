@@ -1,0 +1,210 @@
+"""The figures that show meshes: the paper's 8, 10 and 11, and what lies beyond."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..draw import figures
+from ..draw.figures import Image, View
+from ..sequence import Positions
+from .measure import Run, Subject, vertex_error
+from .methods import COMPARED, HARMONIC, LIA, LSM, MOTION
+from .plan import PAPER_SHARES, SCENARIOS, Study, pictured_frames
+from .style import new_figure, percent, save, scientific
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+T = TypeVar("T")
+
+_PANEL_WIDTH = 3.0  # inches
+
+
+def figure8(study: Study, folder: Path) -> Path:
+    """Missing and known vertices, and heatmaps, at four shares."""
+    subject = study.subject
+    (number,) = pictured_frames(subject)["figure8"]
+    runs = [study.grid[MOTION.key, share] for share in PAPER_SHARES]
+    view = _view(subject, [number])
+    truth = subject.vertices[number]
+    dots = [figures.render(subject.faces, truth, view, known=run.masks[number]) for run in runs]
+    heat, limit = _heatmaps(subject, number, runs, view)
+    images = figures.cropped([*dots, *heat])
+    titles = [f"{percent(share)} known" for share in PAPER_SHARES]
+    captions = [f"NMSVE {scientific(run.nmsve[number - 1])}" for run in runs]
+    return _sheet(
+        f"{subject.name}, frame {number}: known (blue) and missing (red); error after completion",
+        [images[: len(runs)], images[len(runs) :]],
+        [titles, [""] * len(runs)],
+        [[""] * len(runs), captions],
+        folder,
+        f"figure8_{subject.name}",
+        limit,
+    )
+
+
+def figure10(study: Study, folder: Path) -> Path:
+    """Original, motion, LIA and LSM side by side."""
+    subject = study.subject
+    chosen = [
+        (share, number)
+        for share in (0.3, 0.5)
+        for number in pictured_frames(subject)[f"figure10 {percent(share)}"]
+    ]
+    view = _view(subject, [number for _, number in chosen])
+    images: list[Image] = []
+    captions: list[list[str]] = []
+    for share, number in chosen:
+        runs = [study.grid[method.key, share] for method in (MOTION, LIA, LSM)]
+        images += _surfaces(subject, number, [run.frames[number] for run in runs], view)
+        errors = [f"NMSVE {scientific(run.nmsve[number - 1])}" for run in runs]
+        captions.append([f"frame {number}, {percent(share)} known", *errors])
+    images = figures.cropped(images)
+    rows = _in_rows(images, 4)
+    titles = [["original", MOTION.label, LIA.label, LSM.label], *[[""] * 4] * (len(rows) - 1)]
+    return _sheet(subject.name, rows, titles, captions, folder, f"figure10_{subject.name}")
+
+
+def figure11(study: Study, folder: Path) -> Path:
+    """Reconstructions at four shares beside the original."""
+    subject = study.subject
+    (number,) = pictured_frames(subject)["figure11"]
+    runs = [study.grid[MOTION.key, share] for share in PAPER_SHARES]
+    frames = [run.frames[number] for run in runs]
+    row = figures.cropped(_surfaces(subject, number, frames, _view(subject, [number])))
+    captions = ["", *(f"NMSVE {scientific(run.nmsve[number - 1])}" for run in runs)]
+    titles = ["original", *(f"{percent(share)} known" for share in PAPER_SHARES)]
+    heading = f"{subject.name}, frame {number}, completed by motion"
+    return _sheet(heading, [row], [titles], [captions], folder, f"figure11_{subject.name}")
+
+
+def figure12(study: Study, name: str, folder: Path) -> Path:
+    """What is known, and every method's error, where a camera or patches hide vertices."""
+    subject = study.subject
+    (number,) = pictured_frames(subject)["scenarios"]
+    # A camera hides the back: look at it from there.
+    turned = replace(subject, azimuth=subject.azimuth + 180) if name == "camera" else subject
+    view = _view(turned, [number])
+    methods = [method for method in COMPARED if method not in (HARMONIC, LSM)]
+    methods = [*methods, *study.beyond]
+    runs = [study.scenarios[name, method.key] for method in methods]
+    truth = subject.vertices[number]
+    dots = figures.render(subject.faces, truth, view, known=runs[0].masks[number])
+    heat, limit = _heatmaps(subject, number, runs, view)
+    images = figures.cropped([dots, *heat])
+    labels = ["known (blue)", *(method.label for method in methods)]
+    captions = ["", *(f"NMSVE {scientific(run.nmsve[number - 1])}" for run in runs)]
+    return _sheet(
+        f"{subject.name}, frame {number}, {SCENARIOS[name]}: what is known, and the error after",
+        _in_rows(images, 4),
+        _in_rows(labels, 4),
+        _in_rows(captions, 4),
+        folder,
+        f"figure12_{name}_{subject.name}",
+        limit,
+    )
+
+
+def figure15(study: Study, folder: Path) -> Path:
+    """Original, motion, detail and what libigl offers, where few vertices are known."""
+    subject, share = study.subject, PAPER_SHARES[0]
+    (number,) = pictured_frames(subject)["figure15"]
+    methods = [MOTION, *study.beyond]
+    runs = [study.grid[method.key, share] for method in methods]
+    view = _view(subject, [number])
+    truth = subject.vertices[number]
+    surfaces = _surfaces(subject, number, [run.frames[number] for run in runs], view)
+    dots = figures.render(subject.faces, truth, view, known=runs[0].masks[number])
+    heat, limit = _heatmaps(subject, number, runs, view)
+    captions = ["known (blue)", *(f"NMSVE {scientific(run.nmsve[number - 1])}" for run in runs)]
+    return _sheet(
+        f"{subject.name}, frame {number}, {percent(share)} known",
+        _in_rows(figures.cropped([*surfaces, dots, *heat]), len(runs) + 1),
+        [["original", *(method.label for method in methods)], [""] * (len(runs) + 1)],
+        [[""] * (len(runs) + 1), captions],
+        folder,
+        f"figure15_{subject.name}",
+        limit,
+    )
+
+
+def _view(subject: Subject, numbers: list[int]) -> View:
+    """A view large enough for any of the frames."""
+    views = [View.of(subject.vertices[n], subject.up, subject.azimuth) for n in numbers]
+    half = np.max([(view.box[1] - view.box[0]) / 2 for view in views], axis=0)
+    return replace(views[0], box=np.stack([-half, half])).around(subject.vertices[numbers[0]])
+
+
+def _surfaces(
+    subject: Subject, number: int, completed: Sequence[Positions], view: View
+) -> list[Image]:
+    truth = subject.vertices[number]
+    return [figures.render(subject.faces, f, view.around(truth)) for f in (truth, *completed)]
+
+
+def _heatmaps(
+    subject: Subject, number: int, runs: Sequence[Run], view: View
+) -> tuple[list[Image], float]:
+    """One scale for all: up to the 99th percentile of the worst."""
+    frames = [run.frames[number] for run in runs]
+    errors: list[NDArray[np.float64]] = [vertex_error(subject, number, frame) for frame in frames]
+    limit = max(float(np.percentile(error, 99)) for error in errors) or 1.0
+    images = [
+        figures.render(subject.faces, frame, view, values=error, limit=limit)
+        for frame, error in zip(frames, errors, strict=True)
+    ]
+    return images, limit
+
+
+def _sheet(
+    heading: str,
+    rows: list[list[Image]],
+    titles: list[list[str]],
+    captions: list[list[str]],
+    folder: Path,
+    name: str,
+    limit: float | None = None,
+) -> Path:
+    """Pictures in rows, each with a title over it and a caption under it; a bar for heatmaps."""
+    columns = len(titles[0])
+    width = _PANEL_WIDTH * columns + (0.9 if limit is not None else 0)
+    heights = [_PANEL_WIDTH * row[0].shape[0] / row[0].shape[1] for row in rows]
+    # Tall subjects would fill a page: their panels are made smaller instead.
+    shrink = min(1.0, 10.5 / sum(heights), 4.2 / max(heights))
+    heights = [height * shrink for height in heights]
+    with new_figure(max(width, 10.5), sum(heights) + 0.45 * len(rows) + 0.8) as figure:
+        axes = figure.subplots(len(rows), columns, squeeze=False, height_ratios=heights)
+        figure.suptitle(heading)
+        for axis in axes.ravel():
+            axis.set(xticks=[], yticks=[])
+            axis.grid(visible=False)
+            axis.spines[:].set_visible(False)
+        for row, images, heads, texts in zip(axes, rows, titles, captions, strict=True):
+            for axis, image, head, text in zip(row, images, heads, texts, strict=False):
+                axis.imshow(image, interpolation="antialiased")
+                axis.set_title(head, fontsize=12)
+                axis.set_xlabel(text)
+        if limit is not None:
+            _colour_bar(figure, axes.ravel(), limit)
+        return save(figure, folder, name, is_chart=False)
+
+
+def _in_rows(values: Sequence[T], length: int) -> list[list[T]]:
+    """The last one may be shorter."""
+    return [list(values[first : first + length]) for first in range(0, len(values), length)]
+
+
+def _colour_bar(figure: "Figure", axes: NDArray[np.object_], limit: float) -> None:
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import LogNorm
+
+    scale = LogNorm(100 * limit * figures.HEATMAP_RANGE, 100 * limit)
+    colours = ScalarMappable(scale, figures.HEATMAP)
+    bar = figure.colorbar(
+        colours, ax=axes.tolist(), extend="both", shrink=0.6 if len(axes) > 6 else 0.85, pad=0.01
+    )
+    bar.set_label("error / % of diagonal")
