@@ -55,8 +55,9 @@ void check_against_plain(Real tolerance, std::size_t k, Index extra_iterations, 
   const Index piece = std::max(4, static_cast<Index>(k) / 20);
   Workers workers(2, in_small_pieces(piece));
   const std::uint64_t before = pieces_done_by_others();
-  for (const Sweeps<Real>* sweeps : runnable_sweeps<Real>()) {
-    FastMotion<Real> fast(topology.cells, extra_iterations, workers, *sweeps);
+  for (const Kernels& level : runnable_kernels()) {
+    const Sweeps<Real>& sweeps = level.sweeps<Real>();
+    FastMotion<Real> fast(topology.cells, extra_iterations, workers, sweeps);
     fast.reset(previous);
     for (int repeat = 0; repeat < 2; ++repeat) {  // the second time nothing must be left over
       auto completed = points;

@@ -101,8 +101,9 @@ double largest_difference(const std::vector<Vector3<double>>& a,
 TEST_CASE("a masked factor solves as Eigen does, whatever the mask and the processor") {
   for (const int n : {1, 2, 5, 40, 400}) {
     const Matrix matrix = random_matrix(n, 3);
-    for (const DenseKernels* kernels : runnable_dense_kernels()) {
-      MaskedFactor factor(converted(matrix), *kernels);
+    for (const Kernels& level : runnable_kernels()) {
+      const DenseKernels& kernels = level.dense;
+      MaskedFactor factor(converted(matrix), kernels);
       unsigned seed = 0;
       for (const double share : {0.0, 0.3, 0.9, 0.6, 1.0, 0.02}) {
         const auto mask = random_mask(static_cast<std::size_t>(n), share, ++seed);

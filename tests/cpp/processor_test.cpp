@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "kernels/dense_kernels.hpp"
+#include "kernels/kernels.hpp"
 
 namespace dynmesh::testing {
 namespace {
@@ -60,7 +60,7 @@ TEST_CASE("this processor is what the compiler takes it for") {
   const ProcessorLevel level = level_of(processor_features());
   CHECK((level == ProcessorLevel::v3) == (__builtin_cpu_supports("x86-64-v3") != 0));
   CHECK((level >= ProcessorLevel::v2) == (__builtin_cpu_supports("x86-64-v2") != 0));
-  CHECK(runnable_dense_kernels().size() == static_cast<std::size_t>(level) + 1);
+  CHECK(runnable_kernels().size() == static_cast<std::size_t>(level) + 1);
 }
 #endif
 

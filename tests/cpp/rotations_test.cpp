@@ -26,7 +26,8 @@ TEST_CASE("a turn is found, up to nearly half a turn, whatever the processor and
   const Topology topology = build_topology(mesh.faces(), mesh.size());
   const auto rest = rows_of(mesh.vertices);
   Workers workers(1);
-  for (const RotationKernels* kernels : runnable_rotation_kernels()) {
+  for (const Kernels& level : runnable_kernels()) {
+    const RotationKernels& kernels = level.rotations;
     for (const double scale : {1.0, 1e-100, 1e100}) {
       for (const double angle : {0.0, 1e-6, 0.5, 1.5, 3.0}) {
         for (const Eigen::Vector3d& axis :
@@ -38,7 +39,7 @@ TEST_CASE("a turn is found, up to nearly half a turn, whatever the processor and
             const Eigen::Vector3d moved = scale * (turn * Eigen::Vector3d(v.x, v.y, v.z));
             v = {moved.x(), moved.y(), moved.z()};
           }
-          Rotations rotations(topology.cells, workers, *kernels);
+          Rotations rotations(topology.cells, workers, kernels);
           rotations.reset(rest, 1);
           rotations.fit(frame);
           for (const Quaternion& q : rotations.quaternions()) {
@@ -150,14 +151,15 @@ TEST_CASE("the best rotation is found for every covariance and from every last r
   const auto covariances = covariances_of_every_kind();
   const std::vector<Eigen::Quaterniond> starts = {
       {1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 0, 1}, Eigen::Quaterniond(1, 2, 3, 4).normalized()};
-  for (const RotationKernels* kernels : runnable_rotation_kernels()) {
+  for (const Kernels& level : runnable_kernels()) {
+    const RotationKernels& kernels = level.rotations;
     for (const double scale : {1.0, 1e-12, 1e12, 1e-200, 1e200}) {
       for (const Eigen::Quaterniond& start : starts) {
         std::vector<Matrix> given;
         for (const Matrix& s : covariances) given.emplace_back(scale * s);
         const std::vector<Quaternion> last(given.size(),
                                            {start.w(), start.x(), start.y(), start.z()});
-        const auto found = turn(*kernels, given, last);
+        const auto found = turn(kernels, given, last);
         double worst = 0;
         for (std::size_t i = 0; i < given.size(); ++i) {
           const Eigen::Quaterniond q = eigen(found[i]);
@@ -181,12 +183,13 @@ TEST_CASE("of rotations that are equally good the last one stays, as far as it i
   const Matrix nothing = Matrix::Zero();
   const Matrix line = turned * along * along.transpose();
   const Matrix reflection = -turned;  // any half turn after it is equally good
-  for (const RotationKernels* kernels : runnable_rotation_kernels()) {
+  for (const Kernels& level : runnable_kernels()) {
+    const RotationKernels& kernels = level.rotations;
     const Quaternion given{last.w(), last.x(), last.y(), last.z()};
-    const auto found = turn(*kernels, {nothing, line}, {given, given});
+    const auto found = turn(kernels, {nothing, line}, {given, given});
     for (const Quaternion& q : found) CHECK(eigen(q).angularDistance(last) < 2e-6);
-    const auto reflected = turn(*kernels, {reflection}, {given});
-    const auto again = turn(*kernels, {reflection}, reflected);
+    const auto reflected = turn(kernels, {reflection}, {given});
+    const auto again = turn(kernels, {reflection}, reflected);
     CHECK(eigen(again[0]).angularDistance(eigen(reflected[0])) < 2e-6);
   }
 }

@@ -16,7 +16,7 @@ bool is_packed(const Points<Real>& rows) {
 
 template <class Real>
 Exchange<Real>::Exchange(const Numbering& numbering, Workers& workers)
-    : numbering_(numbering), workers_(workers), kernels_(*runnable_row_kernels<Real>().front()) {}
+    : numbering_(numbering), workers_(workers), kernels_(best_kernels().rows<Real>()) {}
 
 template <class Real>
 bool Exchange<Real>::read(Points<const Real> rows, KnownMask known, std::span<Vector3<Real>> points,

@@ -4,7 +4,7 @@
 #include <dynmesh/types.hpp>
 #include <span>
 
-#include "kernels/row_kernels.hpp"
+#include "kernels/kernels.hpp"
 #include "mesh/numbering.hpp"
 #include "support/workers.hpp"
 

@@ -9,7 +9,7 @@ Rotations::Rotations(const Cells& cells, Workers& workers, const RotationKernels
     : cells_(cells),
       workers_(workers),
       kernels_(kernels),
-      turning_(*runnable_operator_kernels().front()),
+      turning_(best_kernels().products),
       rest_edges_(cells.neighbours.size()),
       covariances_(cells.size()),
       quaternions_(cells.size()),

@@ -6,8 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "kernels/operator_kernels.hpp"
-#include "kernels/rotation_kernels.hpp"
+#include "kernels/kernels.hpp"
 #include "support/workers.hpp"
 
 namespace dynmesh {
@@ -20,7 +19,7 @@ class Rotations {
  public:
   /// `cells` and `workers` must outlive this object.
   Rotations(const Cells& cells, Workers& workers,
-            const RotationKernels& kernels = *runnable_rotation_kernels().front());
+            const RotationKernels& kernels = best_kernels().rotations);
 
   /// Frame 0, in any unit of length; no vertex has turned.
   void reset(std::span<const Vector3<double>> first_frame, double mean_edge);

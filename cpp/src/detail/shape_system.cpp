@@ -8,7 +8,7 @@ namespace dynmesh {
 ShapeSystem::ShapeSystem(const Cells& cells, Workers& workers)
     : cells_(cells),
       workers_(workers),
-      kernels_(*runnable_operator_kernels().front()),
+      kernels_(best_kernels().products),
       scaled_residual_(3 * cells.size()),
       solution_(3 * cells.size()),
       steps_(3 * cells.size()) {}

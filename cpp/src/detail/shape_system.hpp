@@ -10,7 +10,7 @@
 #include "detail/anchors.hpp"
 #include "detail/detail_operator.hpp"
 #include "factor/masked_factor.hpp"
-#include "kernels/operator_kernels.hpp"
+#include "kernels/kernels.hpp"
 #include "support/geometry.hpp"
 #include "support/workers.hpp"
 

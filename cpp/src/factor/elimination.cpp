@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "kernels/dense_kernels.hpp"
+#include "kernels/kernels.hpp"
 
 namespace dynmesh {
 namespace {

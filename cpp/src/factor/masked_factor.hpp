@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "factor/elimination.hpp"
-#include "kernels/dense_kernels.hpp"
+#include "kernels/kernels.hpp"
 
 namespace dynmesh {
 
@@ -17,8 +17,7 @@ namespace dynmesh {
 class MaskedFactor {
  public:
   /// `matrix` must be positive semidefinite.
-  explicit MaskedFactor(SymmetricMatrix matrix,
-                        const DenseKernels& kernels = *runnable_dense_kernels().front());
+  explicit MaskedFactor(SymmetricMatrix matrix, const DenseKernels& kernels = best_kernels().dense);
 
   /// Factors the rows and columns with `mask[i] != 0`, with `added` (n,) on the diagonal, unless it
   /// is empty, and returns true; or keeps the factor of the last call, where both are the same, and

@@ -1,21 +1,17 @@
 #include "kernels/dense_kernels.hpp"
 
-// Compiled several times with different instructions, each in a namespace of its own, by the rules
-// of sweeps.cpp: nothing here may be instantiated elsewhere too.
-#ifndef DYNMESH_KERNELS
-#define DYNMESH_KERNELS portable
-#endif
+#include "kernels/lanes.hpp"
 
 namespace dynmesh::DYNMESH_KERNELS {
 namespace {
 
-using Quad [[gnu::vector_size(32), gnu::may_alias]] = double;
+using Doubles = Quad<double>;
 using Unaligned [[gnu::vector_size(32), gnu::may_alias, gnu::aligned(8)]] = double;
 
-[[gnu::always_inline]] inline Quad load(const double* from) {
+[[gnu::always_inline]] inline Doubles load(const double* from) {
   return *reinterpret_cast<const Unaligned*>(from);
 }
-[[gnu::always_inline]] inline void store(double* to, Quad value) {
+[[gnu::always_inline]] inline void store(double* to, Doubles value) {
   *reinterpret_cast<Unaligned*>(to) = value;
 }
 
@@ -23,9 +19,9 @@ using Unaligned [[gnu::vector_size(32), gnu::may_alias, gnu::aligned(8)]] = doub
 template <int height, int width>
 [[gnu::always_inline]] inline void multiply_tile(const double* a, Index c, const double* packed,
                                                  double* products, Index stride) {
-  Quad sums[height][width] = {};
+  Doubles sums[height][width] = {};
   for (Index k = 0; k < c; ++k) {
-    Quad columns[width];
+    Doubles columns[width];
     for (int w = 0; w < width; ++w) columns[w] = load(packed + (width * k + w) * 4);
     for (int h = 0; h < height; ++h) {
       const double factor = a[h * c + k];
@@ -94,14 +90,14 @@ void factor_triangle(double* panel, Index columns, const double* least, double* 
 template <int width>
 [[gnu::always_inline]] inline void factor_rows(double* rows, Index columns, const double* inverse,
                                                const double* upper) {
-  Quad lanes[widest_supernode][width];
+  Doubles lanes[widest_supernode][width];
   for (Index k = 0; k < columns; ++k) {
     for (int w = 0; w < width; ++w) {
       for (int i = 0; i < 4; ++i) lanes[k][w][i] = rows[(4 * w + i) * columns + k];
     }
   }
   for (Index k = 0; k < columns; ++k) {
-    Quad x[width];
+    Doubles x[width];
     for (int w = 0; w < width; ++w) x[w] = lanes[k][w] *= inverse[k];
     for (Index j = k + 1; j < columns; ++j) {
       const double factor = upper[widest_supernode * k + j];
@@ -137,7 +133,7 @@ void forward(const double* panel, Index rows, Index columns, const double* inver
   constexpr int step = 4 * fields;
   double* own = values + static_cast<std::ptrdiff_t>(first) * step;
   for (Index j = 0; j < columns; ++j) {
-    Quad x[fields];
+    Doubles x[fields];
     for (int f = 0; f < fields; ++f) {
       x[f] = inverse[j] * load(own + j * step + 4 * f);
       store(own + j * step + 4 * f, x[f]);
@@ -151,11 +147,11 @@ void forward(const double* panel, Index rows, Index columns, const double* inver
     }
   }
   const auto subtract = [&]<int height>(Index r) {
-    Quad sums[height][fields] = {};
+    Doubles sums[height][fields] = {};
     const double* l = panel + r * columns;
     for (Index j = 0; j < columns; ++j) {
       for (int f = 0; f < fields; ++f) {
-        const Quad x = load(own + j * step + 4 * f);
+        const Doubles x = load(own + j * step + 4 * f);
         for (int h = 0; h < height; ++h) sums[h][f] += l[h * columns + j] * x;
       }
     }
@@ -175,7 +171,7 @@ void backward(const double* panel, Index rows, Index columns, const double* inve
   constexpr int step = 4 * fields;
   double* own = values + static_cast<std::ptrdiff_t>(first) * step;
   const auto subtract = [&]<int height>(Index r) {
-    Quad x[height][fields];
+    Doubles x[height][fields];
     for (int h = 0; h < height; ++h) {
       const double* y = values + static_cast<std::ptrdiff_t>(below[r - columns + h]) * step;
       for (int f = 0; f < fields; ++f) x[h][f] = load(y + 4 * f);
@@ -184,7 +180,7 @@ void backward(const double* panel, Index rows, Index columns, const double* inve
     for (Index j = 0; j < columns; ++j) {
       for (int f = 0; f < fields; ++f) {
         double* y = own + j * step + 4 * f;
-        Quad sum = load(y);
+        Doubles sum = load(y);
         for (int h = 0; h < height; ++h) sum -= l[h * columns + j] * x[h][f];
         store(y, sum);
       }
@@ -194,7 +190,7 @@ void backward(const double* panel, Index rows, Index columns, const double* inve
   for (; r + 4 <= rows; r += 4) subtract.template operator()<4>(r);
   for (; r < rows; ++r) subtract.template operator()<1>(r);
   for (Index i = columns; i-- > 0;) {
-    Quad x[fields];
+    Doubles x[fields];
     for (int f = 0; f < fields; ++f) {
       x[f] = inverse[i] * load(own + i * step + 4 * f);
       store(own + i * step + 4 * f, x[f]);

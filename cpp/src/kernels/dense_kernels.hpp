@@ -6,7 +6,6 @@
 #pragma once
 
 #include <dynmesh/types.hpp>
-#include <vector>
 
 namespace dynmesh {
 
@@ -40,8 +39,5 @@ struct DenseKernels {
   void (*solve_backward)(const double* panel, Index rows, Index columns, const double* inverse,
                          Index first, const Index* below, double* values, int fields);
 };
-
-/// Those that this processor can run, the best first.
-std::vector<const DenseKernels*> runnable_dense_kernels();
 
 }  // namespace dynmesh

@@ -1,7 +1,7 @@
 /// Four numbers at a time, for the inner loops.
 ///
 /// These (lanes.hpp and the files that include it) are compiled several times with different
-/// instructions, each in a namespace of its own; kernels_choice.cpp tells which may run. Nothing in
+/// instructions, each in a namespace of its own; kernels.cpp tells which may run. Nothing in
 /// there may be instantiated elsewhere too, or the linker could choose the wrong one: so no
 /// templates and no inline functions of the standard library.
 #pragma once

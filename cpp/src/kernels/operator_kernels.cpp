@@ -1,27 +1,25 @@
 #include "kernels/operator_kernels.hpp"
 
-// Compiled several times with different instructions, each in a namespace of its own, by the rules
-// of sweeps.cpp: nothing here may be instantiated elsewhere too.
-#ifndef DYNMESH_KERNELS
-#define DYNMESH_KERNELS portable
-#endif
+#include "kernels/lanes.hpp"
 
 namespace dynmesh::DYNMESH_KERNELS {
 namespace {
 
-using Quad [[gnu::vector_size(32), gnu::may_alias]] = double;
+using Doubles = Quad<double>;
 
-[[gnu::always_inline]] inline Quad quad(const Vector3<double>* v) {
-  return *reinterpret_cast<const Quad*>(v);
+[[gnu::always_inline]] inline Doubles quad(const Vector3<double>* v) {
+  return *reinterpret_cast<const Doubles*>(v);
 }
-[[gnu::always_inline]] inline Quad& quad(Vector3<double>* v) { return *reinterpret_cast<Quad*>(v); }
+[[gnu::always_inline]] inline Doubles& quad(Vector3<double>* v) {
+  return *reinterpret_cast<Doubles*>(v);
+}
 
 /// Row i of C x, times `factor`.
 template <int fields>
 [[gnu::always_inline]] inline void multiply_row(const OperatorData& k, Index i, double factor,
                                                 const Vector3<double>* x,
                                                 Vector3<double>* product) {
-  Quad sums[fields] = {};
+  Doubles sums[fields] = {};
   for (Index e = k.offsets[i]; e < k.offsets[i + 1]; ++e) {
     const Vector3<double>* other = x + static_cast<std::ptrdiff_t>(k.columns[e]) * fields;
     for (int f = 0; f < fields; ++f) sums[f] += k.values[e] * quad(other + f);
@@ -59,15 +57,15 @@ void apply_transposed(const OperatorData& k, const Vector3<double>* y, int field
 
 /// The columns of a rotation matrix.
 struct Matrix {
-  Quad x, y, z;
+  Doubles x, y, z;
 };
 
 [[gnu::always_inline]] inline Matrix matrix_of(const Quaternion& q) {
   const double xx = 2 * q.x * q.x, yy = 2 * q.y * q.y, zz = 2 * q.z * q.z;
   const double xy = 2 * q.x * q.y, xz = 2 * q.x * q.z, yz = 2 * q.y * q.z;
   const double wx = 2 * q.w * q.x, wy = 2 * q.w * q.y, wz = 2 * q.w * q.z;
-  return {Quad{1 - yy - zz, xy + wz, xz - wy, 0}, Quad{xy - wz, 1 - xx - zz, yz + wx, 0},
-          Quad{xz + wy, yz - wx, 1 - xx - yy, 0}};
+  return {Doubles{1 - yy - zz, xy + wz, xz - wy, 0}, Doubles{xy - wz, 1 - xx - zz, yz + wx, 0},
+          Doubles{xz + wy, yz - wx, 1 - xx - yy, 0}};
 }
 
 void turn(const Quaternion* rotations, const Vector3<double>* triples, Vector3<double>* turned,

@@ -6,7 +6,6 @@
 #pragma once
 
 #include <dynmesh/types.hpp>
-#include <vector>
 
 #include "kernels/rotation_kernels.hpp"
 
@@ -37,8 +36,5 @@ struct OperatorKernels {
   void (*turn_back)(const Quaternion* rotations, const Vector3<double>* field,
                     Vector3<double>* turned, Index first, Index last);
 };
-
-/// Those that this processor can run, the best first.
-std::vector<const OperatorKernels*> runnable_operator_kernels();
 
 }  // namespace dynmesh

@@ -1,45 +1,39 @@
 #include "kernels/rotation_kernels.hpp"
 
 #include "kernels/best_rotation.hpp"
-
-// Compiled several times with different instructions, each in a namespace of its own, by the rules
-// of sweeps.cpp: nothing here may be instantiated elsewhere too.
-#ifndef DYNMESH_KERNELS
-#define DYNMESH_KERNELS portable
-#endif
+#include "kernels/lanes.hpp"
 
 namespace dynmesh::DYNMESH_KERNELS {
 namespace {
 
-using Quad [[gnu::vector_size(32), gnu::may_alias]] = double;
-using Bits [[gnu::vector_size(32), gnu::may_alias]] = std::int64_t;
+using Doubles = Quad<double>;
+using Integers = Bits<double>;
 
-[[gnu::always_inline]] inline Quad quad(const Vector3<double>& v) {
-  return *reinterpret_cast<const Quad*>(&v);
+[[gnu::always_inline]] inline Doubles quad(const Vector3<double>& v) {
+  return *reinterpret_cast<const Doubles*>(&v);
 }
-[[gnu::always_inline]] inline Quad root(Quad v) {
-  return Quad{__builtin_sqrt(v[0]), __builtin_sqrt(v[1]), __builtin_sqrt(v[2]),
-              __builtin_sqrt(v[3])};
+[[gnu::always_inline]] inline Doubles root(Doubles v) {
+  return Doubles{__builtin_sqrt(v[0]), __builtin_sqrt(v[1]), __builtin_sqrt(v[2]),
+                 __builtin_sqrt(v[3])};
 }
-[[gnu::always_inline]] inline Quad larger(Quad a, Quad b) { return a > b ? a : b; }
-[[gnu::always_inline]] inline bool all(Bits lanes) {
+[[gnu::always_inline]] inline bool all(Integers lanes) {
   return (lanes[0] & lanes[1] & lanes[2] & lanes[3]) != 0;
 }
 
 void measure(const RotationData& data, Index first, Index last) {
   for (Index i = first; i < last; ++i) {
-    Quad x{};
-    Quad y{};
-    Quad z{};
-    const Quad here = quad(data.frame[i]);
+    Doubles x{};
+    Doubles y{};
+    Doubles z{};
+    const Doubles here = quad(data.frame[i]);
     for (Index e = data.cell_offsets[i]; e < data.cell_offsets[i + 1]; ++e) {
-      const Quad edge = quad(data.frame[data.neighbours[e]]) - here;
-      const Quad rest = quad(data.rest_edges[e]);
+      const Doubles edge = quad(data.frame[data.neighbours[e]]) - here;
+      const Doubles rest = quad(data.rest_edges[e]);
       x += edge[0] * rest;
       y += edge[1] * rest;
       z += edge[2] * rest;
     }
-    auto* rows = reinterpret_cast<Quad*>(&data.covariances[i]);
+    auto* rows = reinterpret_cast<Doubles*>(&data.covariances[i]);
     rows[0] = x;
     rows[1] = y;
     rows[2] = z;
@@ -48,18 +42,18 @@ void measure(const RotationData& data, Index first, Index last) {
 
 /// Four quaternions or covariances, one in each lane.
 struct Turns {
-  Quad w, x, y, z;
+  Doubles w, x, y, z;
 };
 struct Covariances {
-  Quad s[3][3];
+  Doubles s[3][3];
 };
 
 /// The rotation matrix of quaternions of any length but 0.
 [[gnu::always_inline]] inline Covariances matrix_of(const Turns& q) {
-  const Quad scale = 2 / (q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
-  const Quad xx = scale * q.x * q.x, yy = scale * q.y * q.y, zz = scale * q.z * q.z;
-  const Quad xy = scale * q.x * q.y, xz = scale * q.x * q.z, yz = scale * q.y * q.z;
-  const Quad wx = scale * q.w * q.x, wy = scale * q.w * q.y, wz = scale * q.w * q.z;
+  const Doubles scale = 2 / (q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
+  const Doubles xx = scale * q.x * q.x, yy = scale * q.y * q.y, zz = scale * q.z * q.z;
+  const Doubles xy = scale * q.x * q.y, xz = scale * q.x * q.z, yz = scale * q.y * q.z;
+  const Doubles wx = scale * q.w * q.x, wy = scale * q.w * q.y, wz = scale * q.w * q.z;
   return {{{1 - yy - zz, xy - wz, xz + wy},
            {xy + wz, 1 - xx - zz, yz - wx},
            {xz - wy, yz + wx, 1 - xx - yy}}};
@@ -71,46 +65,47 @@ struct Covariances {
 /// step of Mueller, Bender, Chentanez and Macklin (2016) climbs as well. `is_maximum` is set where
 /// G is safely positive without a shift too, so that a step of no length has arrived at the maximum
 /// and not at a saddle. Returns |step|^2.
-[[gnu::always_inline]] inline Quad turn_once(const Covariances& s, Turns& q, Bits& is_maximum) {
+[[gnu::always_inline]] inline Doubles turn_once(const Covariances& s, Turns& q,
+                                                Integers& is_maximum) {
   const Covariances r = matrix_of(q);
-  Quad p[3][3];
+  Doubles p[3][3];
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
       p[i][j] = r.s[0][i] * s.s[0][j] + r.s[1][i] * s.s[1][j] + r.s[2][i] * s.s[2][j];
     }
   }
-  const Quad ax = p[2][1] - p[1][2];
-  const Quad ay = p[0][2] - p[2][0];
-  const Quad az = p[1][0] - p[0][1];
-  const Quad trace = p[0][0] + p[1][1] + p[2][2];
-  const Quad size = root(trace * trace + ax * ax + ay * ay + az * az);
-  const Quad shift = 0.5 * (size - trace);
-  const Quad xx = p[1][1] + p[2][2] + shift;
-  const Quad yy = p[0][0] + p[2][2] + shift;
-  const Quad zz = p[0][0] + p[1][1] + shift;
-  const Quad xy = -0.5 * (p[0][1] + p[1][0]);
-  const Quad xz = -0.5 * (p[0][2] + p[2][0]);
-  const Quad yz = -0.5 * (p[1][2] + p[2][1]);
-  const Quad cxx = yy * zz - yz * yz;
-  const Quad cxy = xz * yz - xy * zz;
-  const Quad cxz = xy * yz - xz * yy;
-  const Quad cyy = xx * zz - xz * xz;
-  const Quad cyz = xy * xz - xx * yz;
-  const Quad czz = xx * yy - xy * xy;
-  const Quad determinant = xx * cxx + xy * cxy + xz * cxz;
-  const Quad threshold = 1e-4 * size;
-  const Bits is_safe =
+  const Doubles ax = p[2][1] - p[1][2];
+  const Doubles ay = p[0][2] - p[2][0];
+  const Doubles az = p[1][0] - p[0][1];
+  const Doubles trace = p[0][0] + p[1][1] + p[2][2];
+  const Doubles size = root(trace * trace + ax * ax + ay * ay + az * az);
+  const Doubles shift = 0.5 * (size - trace);
+  const Doubles xx = p[1][1] + p[2][2] + shift;
+  const Doubles yy = p[0][0] + p[2][2] + shift;
+  const Doubles zz = p[0][0] + p[1][1] + shift;
+  const Doubles xy = -0.5 * (p[0][1] + p[1][0]);
+  const Doubles xz = -0.5 * (p[0][2] + p[2][0]);
+  const Doubles yz = -0.5 * (p[1][2] + p[2][1]);
+  const Doubles cxx = yy * zz - yz * yz;
+  const Doubles cxy = xz * yz - xy * zz;
+  const Doubles cxz = xy * yz - xz * yy;
+  const Doubles cyy = xx * zz - xz * xz;
+  const Doubles cyz = xy * xz - xx * yz;
+  const Doubles czz = xx * yy - xy * xy;
+  const Doubles determinant = xx * cxx + xy * cxy + xz * cxz;
+  const Doubles threshold = 1e-4 * size;
+  const Integers is_safe =
       (xx > threshold) & (czz > threshold * size) & (determinant > threshold * size * size);
-  is_maximum = is_safe & (trace > Quad{});  // where the step is short, so is the shift then
-  const Quad newton = 1 / (is_safe ? determinant : Quad{} + 1);
+  is_maximum = is_safe & (trace > Doubles{});  // where the step is short, so is the shift then
+  const Doubles newton = 1 / (is_safe ? determinant : Doubles{} + 1);
   // At half a turn from the maximum nothing tells how far to go: not out of range, at any rate.
-  const Quad scalar = 2 / larger(trace + size, 1e-6 * size + 1e-300);
-  const Quad wx = is_safe ? newton * (cxx * ax + cxy * ay + cxz * az) : scalar * ax;
-  const Quad wy = is_safe ? newton * (cxy * ax + cyy * ay + cyz * az) : scalar * ay;
-  const Quad wz = is_safe ? newton * (cxz * ax + cyz * ay + czz * az) : scalar * az;
-  const Quad hx = 0.5 * wx;
-  const Quad hy = 0.5 * wy;
-  const Quad hz = 0.5 * wz;
+  const Doubles scalar = 2 / larger(trace + size, 1e-6 * size + 1e-300);
+  const Doubles wx = is_safe ? newton * (cxx * ax + cxy * ay + cxz * az) : scalar * ax;
+  const Doubles wy = is_safe ? newton * (cxy * ax + cyy * ay + cyz * az) : scalar * ay;
+  const Doubles wz = is_safe ? newton * (cxz * ax + cyz * ay + czz * az) : scalar * az;
+  const Doubles hx = 0.5 * wx;
+  const Doubles hy = 0.5 * wy;
+  const Doubles hz = 0.5 * wz;
   const Turns old = q;
   q.w = old.w - old.x * hx - old.y * hy - old.z * hz;
   q.x = old.x + old.w * hx + old.y * hz - old.z * hy;
@@ -122,7 +117,7 @@ struct Covariances {
 /// The lanes that the steps above have not brought to the maximum, anew from the last rotations.
 /// They are few: half turns, which are where a step has no length either, and cells that hold a
 /// line, a point or a reflection, where several rotations may be equally good.
-[[gnu::cold, gnu::noinline]] void settle(const Covariances& s, const Bits& is_settled,
+[[gnu::cold, gnu::noinline]] void settle(const Covariances& s, const Integers& is_settled,
                                          const Quaternion* last_fit, Index first, Index last,
                                          Turns& q) {
   for (int lane = 0; lane < 4 && first + lane < last; ++lane) {
@@ -148,10 +143,10 @@ void turn(const RotationData& data, Index first, Index last) {
     Turns q;
     for (int lane = 0; lane < 4; ++lane) {
       const Index vertex = i + lane < last ? i + lane : last - 1;
-      const auto* rows = reinterpret_cast<const Quad*>(&data.covariances[vertex]);
-      Quad sum[3] = {rows[0], rows[1], rows[2]};
+      const auto* rows = reinterpret_cast<const Doubles*>(&data.covariances[vertex]);
+      Doubles sum[3] = {rows[0], rows[1], rows[2]};
       for (Index e = data.cell_offsets[vertex]; e < data.cell_offsets[vertex + 1]; ++e) {
-        rows = reinterpret_cast<const Quad*>(&data.covariances[data.neighbours[e]]);
+        rows = reinterpret_cast<const Doubles*>(&data.covariances[data.neighbours[e]]);
         for (int c = 0; c < 3; ++c) sum[c] += rows[c];
       }
       for (int c = 0; c < 3; ++c) {
@@ -163,23 +158,23 @@ void turn(const RotationData& data, Index first, Index last) {
       q.z[lane] = data.quaternions[vertex].z;
     }
     // In a unit of its own, so that no power of it runs out of range.
-    Quad largest{};
+    Doubles largest{};
     for (auto& row : s.s) {
-      for (const Quad& value : row) largest = larger(largest, value > 0 ? value : -value);
+      for (const Doubles& value : row) largest = larger(largest, value > 0 ? value : -value);
     }
-    const Bits is_usable = (largest > 1e-250) & (largest < 1e250);
-    const Quad scale = is_usable ? 1 / largest : Quad{};
+    const Integers is_usable = (largest > 1e-250) & (largest < 1e250);
+    const Doubles scale = is_usable ? 1 / largest : Doubles{};
     for (auto& row : s.s) {
-      for (Quad& value : row) value = is_usable ? scale * value : Quad{};
+      for (Doubles& value : row) value = is_usable ? scale * value : Doubles{};
     }
-    Bits is_settled{};
+    Integers is_settled{};
     for (int step = 0; step < most_steps; ++step) {
-      Bits is_maximum;
-      const Bits has_stopped = turn_once(s, q, is_maximum) <= small_step;
+      Integers is_maximum;
+      const Integers has_stopped = turn_once(s, q, is_maximum) <= small_step;
       is_settled = (has_stopped & is_maximum) | ~is_usable;
       if (all(has_stopped)) break;
     }
-    const Quad norm = 1 / root(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
+    const Doubles norm = 1 / root(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
     q.w *= norm;
     q.x *= norm;
     q.y *= norm;

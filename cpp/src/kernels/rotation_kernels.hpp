@@ -2,7 +2,6 @@
 #pragma once
 
 #include <dynmesh/types.hpp>
-#include <vector>
 
 namespace dynmesh {
 
@@ -33,8 +32,5 @@ struct RotationKernels {
   /// Their rotations, from the covariances of all.
   void (*turn)(const RotationData& data, Index first, Index last);
 };
-
-/// Those that this processor can run, the best first.
-std::vector<const RotationKernels*> runnable_rotation_kernels();
 
 }  // namespace dynmesh

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <dynmesh/types.hpp>
-#include <vector>
 
 namespace dynmesh {
 
@@ -25,9 +24,5 @@ struct RowKernels {
   void (*give)(Real* points, const Real* previous, Real limit, Index first, Index last,
                const PackedRows<Real>& rows);
 };
-
-/// Those that this processor runs, the fastest first.
-template <class Real>
-std::vector<const RowKernels<Real>*> runnable_row_kernels();
 
 }  // namespace dynmesh

@@ -15,7 +15,6 @@
 #pragma once
 
 #include <dynmesh/types.hpp>
-#include <vector>
 
 namespace dynmesh {
 
@@ -70,9 +69,5 @@ struct Sweeps {
   /// there were so many iterations.
   void (*finish)(const SweepData<Real>& data, const Rows& rows, Index iterations);
 };
-
-/// Those that this processor runs, the fastest first.
-template <class Real>
-std::vector<const Sweeps<Real>*> runnable_sweeps();
 
 }  // namespace dynmesh

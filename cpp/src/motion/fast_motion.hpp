@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "generations/estimator.hpp"
-#include "kernels/sweeps.hpp"
+#include "kernels/kernels.hpp"
 #include "support/large_vector.hpp"
 #include "support/workers.hpp"
 
@@ -22,7 +22,7 @@ class FastMotion final : public Estimator<Real> {
 
   /// `cells` and `workers` must outlive this object. Any number of threads gives the same.
   FastMotion(const Cells& cells, Index extra_iterations, Workers& workers,
-             const Sweeps<Real>& sweeps = *runnable_sweeps<Real>().front());
+             const Sweeps<Real>& sweeps = best_kernels().sweeps<Real>());
 
   void reset(Frame first_frame) override;
   Index estimate(Frame previous, std::span<Vector3<Real>> points,
