@@ -12,8 +12,8 @@
 #include <string_view>
 #include <vector>
 
-#include "meshes.hpp"
 #include "kernels/processor.hpp"
+#include "meshes.hpp"
 
 using namespace dynmesh;
 
