@@ -3,19 +3,23 @@
 #include <getopt.h>
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cstdio>
+#include <deque>
 #include <dynmesh/version.hpp>
+#include <sstream>
 #include <stdexcept>
 #include <system_error>
+#include <type_traits>
+#include <vector>
 
+#include "completer/settings_table.hpp"
 #include "frame_files.hpp"
 
 namespace dynmesh::app {
 namespace {
 
-constexpr const char* help =
+constexpr const char* help_before_settings =
     R"(Usage: dynmesh-complete --template MESH --input FRAMES --output FRAMES [OPTION]...
 
 Fills in the missing vertices of every frame of a dynamic mesh, from that frame and
@@ -30,19 +34,10 @@ FRAMES is a point cache (.pc2), or raw little-endian float32, x y z for each ver
 frame after frame (.raw, .f32, .float32, .bin, .dat or no suffix). "-" is standard
 input or output, raw.
 
-  --method METHOD    "motion": the paper's, fast (default); "detail": keeps the shape of
-                     the mesh, turned with the motion: truer, at milliseconds a frame
-  --unseen RULE      parts of the mesh without any known vertex: "follow" the surface
-                     nearest to them (default), or "hold" still
-  --extra-iterations N   of method motion: more iterations per frame (default 0); ten
-                     take off a third of the error on many sequences
-  --no-revisit       estimate each vertex only once: another reading of the paper
-  --noise SIGMA      of method detail: the known positions are noisy, by this standard
-                     deviation in their unit, and are smoothed
-  --reject-outliers  of method detail: known positions that move unlike those around
-                     them are taken as missing
-  --threads N        that a frame may use (default 1)
-  --report           one JSON line per frame on standard error: known, filled, unseen,
+)";
+
+constexpr const char* help_after_settings =
+    R"(  --report           one JSON line per frame on standard error: known, filled, unseen,
                      rejected, iterations, seconds
   --overwrite        replace an output file that exists
   --help, --version
@@ -72,6 +67,57 @@ Number parse(const char* option, const std::string& text, const char* kind) {
   return value;
 }
 
+/// What an option of a setting is called. One that is on by default is turned off by --no-....
+template <class Value>
+std::string option_of(const Setting& setting, Value Settings::*member) {
+  std::string name = setting.name;
+  std::ranges::replace(name, '_', '-');
+  if constexpr (std::is_same_v<Value, bool>) {
+    if (Settings{}.*member) return "no-" + name;
+  }
+  return name;
+}
+
+template <class Value>
+Value value_of(const Setting& setting, Value Settings::*member, const char* text) {
+  const std::string option = "--" + option_of(setting, member);
+  if constexpr (std::is_same_v<Value, bool>) {
+    return !(Settings{}.*member);
+  } else if constexpr (std::is_enum_v<Value>) {
+    return from_name<Value>(setting.name, text);
+  } else if constexpr (std::is_same_v<Value, Index>) {
+    return parse<Index>(option.c_str(), text, "whole number");
+  } else {
+    return parse<double>(option.c_str(), text, "number");
+  }
+}
+
+void print_help() {
+  constexpr std::size_t indent = 21;
+  constexpr std::size_t width = 86;
+  std::string text = help_before_settings;
+  for_each_setting([&](const Setting& setting, auto member) {
+    std::string line = "  --" + option_of(setting, member) + ' ' + setting.value;
+    line.resize(std::max(line.size() + 1, indent), ' ');
+    std::string sentence = setting.help;
+    if (setting.method) {
+      sentence = "(method " +
+                 std::string(names_of<Method>.at(static_cast<std::size_t>(*setting.method))) +
+                 ") " + sentence;
+    }
+    std::istringstream words(sentence);
+    for (std::string word; words >> word;) {
+      if (line.size() + word.size() > width) {
+        text += line.substr(0, line.find_last_not_of(' ') + 1) + '\n';
+        line.assign(indent, ' ');
+      }
+      line += word + ' ';
+    }
+    text += line.substr(0, line.find_last_not_of(' ') + 1) + '\n';
+  });
+  std::fputs((text + help_after_settings).c_str(), stdout);
+}
+
 /// The library's "extra_iterations: ..." as "--extra-iterations: ...".
 std::string as_option(std::string message) {
   std::replace(message.begin(), message.begin() + static_cast<std::ptrdiff_t>(message.find(':')),
@@ -82,35 +128,22 @@ std::string as_option(std::string message) {
 }  // namespace
 
 std::optional<Options> parse_options(int argc, char** argv) {
-  enum : int {
-    template_path = 256,
-    input,
-    output,
-    method,
-    unseen,
-    extra,
-    no_revisit,
-    noise,
-    reject_outliers,
-    threads,
-    report,
-    overwrite
-  };
-  constexpr std::array known = {option{"template", required_argument, nullptr, template_path},
-                                option{"input", required_argument, nullptr, input},
-                                option{"output", required_argument, nullptr, output},
-                                option{"method", required_argument, nullptr, method},
-                                option{"unseen", required_argument, nullptr, unseen},
-                                option{"extra-iterations", required_argument, nullptr, extra},
-                                option{"no-revisit", no_argument, nullptr, no_revisit},
-                                option{"noise", required_argument, nullptr, noise},
-                                option{"reject-outliers", no_argument, nullptr, reject_outliers},
-                                option{"threads", required_argument, nullptr, threads},
-                                option{"report", no_argument, nullptr, report},
-                                option{"overwrite", no_argument, nullptr, overwrite},
-                                option{"help", no_argument, nullptr, 'h'},
-                                option{"version", no_argument, nullptr, 'v'},
-                                option{nullptr, 0, nullptr, 0}};
+  enum : int { template_path = 256, input, output, report, overwrite, first_setting };
+  std::vector<option> known = {{"template", required_argument, nullptr, template_path},
+                               {"input", required_argument, nullptr, input},
+                               {"output", required_argument, nullptr, output},
+                               {"report", no_argument, nullptr, report},
+                               {"overwrite", no_argument, nullptr, overwrite},
+                               {"help", no_argument, nullptr, 'h'},
+                               {"version", no_argument, nullptr, 'v'}};
+  std::deque<std::string> names;  // which the options point to
+  for_each_setting([&]<class Value>(const Setting& setting, Value Settings::*member) {
+    const int takes = std::is_same_v<Value, bool> ? no_argument : required_argument;
+    names.push_back(option_of(setting, member));
+    known.push_back(
+        {names.back().c_str(), takes, nullptr, first_setting + static_cast<int>(names.size()) - 1});
+  });
+  known.push_back({nullptr, 0, nullptr, 0});
   Options options;
   try {
     for (int c = 0; (c = getopt_long(argc, argv, "h", known.data(), nullptr)) != -1;) {
@@ -124,28 +157,6 @@ std::optional<Options> parse_options(int argc, char** argv) {
         case output:
           options.output = optarg;
           break;
-        case method:
-          options.settings.method = method_from_name(optarg);
-          break;
-        case unseen:
-          options.settings.unseen = unseen_rule_from_name(optarg);
-          break;
-        case extra:
-          options.settings.extra_iterations =
-              parse<Index>("--extra-iterations", optarg, "whole number");
-          break;
-        case no_revisit:
-          options.settings.revisit = false;
-          break;
-        case noise:
-          options.settings.noise = parse<double>("--noise", optarg, "number");
-          break;
-        case reject_outliers:
-          options.settings.reject_outliers = true;
-          break;
-        case threads:
-          options.settings.threads = parse<Index>("--threads", optarg, "whole number");
-          break;
         case report:
           options.report = true;
           break;
@@ -153,20 +164,27 @@ std::optional<Options> parse_options(int argc, char** argv) {
           options.overwrite = true;
           break;
         case 'h':
-          std::fputs(help, stdout);
+          print_help();
           return {};
         case 'v':
           std::puts("dynmesh-complete " DYNMESH_VERSION);
           return {};
-        default:
-          throw UsageError("see dynmesh-complete --help");  // getopt said what is wrong
+        default: {
+          if (c < first_setting)
+            throw UsageError("see dynmesh-complete --help");  // getopt says why
+          int number = first_setting;
+          for_each_setting([&](const Setting& setting, auto member) {
+            if (number++ == c) options.settings.*member = value_of(setting, member, optarg);
+          });
+        }
       }
     }
     check_settings(options.settings);
   } catch (const std::invalid_argument& error) {
     throw UsageError(as_option(error.what()));
   }
-  if (optind < argc) throw UsageError(std::string("what is '") + argv[optind] + "'? see --help");
+  if (optind < argc)
+    throw UsageError(std::string("unexpected argument '") + argv[optind] + "'; see --help");
   if (!options.template_path) throw UsageError("--template is missing; see --help");
   if (!options.input) throw UsageError("--input is missing; see --help");
   if (!options.output) throw UsageError("--output is missing; see --help");

@@ -1,5 +1,6 @@
 #include <dynmesh/completer.hpp>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
@@ -9,23 +10,38 @@
 #include "arrays.hpp"
 #include "bindings.hpp"
 #include "completer/one_at_a_time.hpp"
+#include "completer/settings_table.hpp"
 #include "scalars.hpp"
 
 namespace dynmesh {
 namespace {
 
-Settings settings_of(const py::object& method, const py::object& revisit,
-                     const py::object& extra_iterations, const py::object& unseen,
-                     const py::object& noise, const py::object& reject_outliers,
-                     const py::object& threads) {
+bool value_of(const char* name, const bool& /*old*/, py::handle given) {
+  return truth_argument(name, given);
+}
+Index value_of(const char* name, const Index& /*old*/, py::handle given) {
+  return integer_argument(name, given);
+}
+std::optional<double> value_of(const char* name, const std::optional<double>& /*old*/,
+                               py::handle given) {
+  if (given.is_none()) return std::nullopt;
+  return number_argument(name, given);
+}
+template <class Enumeration>
+Enumeration value_of(const char* name, const Enumeration& /*old*/, py::handle given) {
+  return from_name<Enumeration>(name, text_argument(name, given));
+}
+
+Settings settings_of(const py::kwargs& given) {
   Settings settings;
-  settings.method = method_from_name(text_argument("method", method));
-  settings.revisit = truth_argument("revisit", revisit);
-  settings.extra_iterations = integer_argument("extra_iterations", extra_iterations);
-  settings.unseen = unseen_rule_from_name(text_argument("unseen", unseen));
-  if (!noise.is_none()) settings.noise = number_argument("noise", noise);
-  settings.reject_outliers = truth_argument("reject_outliers", reject_outliers);
-  settings.threads = integer_argument("threads", threads);
+  std::size_t n_taken = 0;
+  for_each_setting([&](const Setting& setting, auto member) {
+    if (!given.contains(setting.name)) return;
+    settings.*member = value_of(setting.name, settings.*member, given[setting.name]);
+    ++n_taken;
+  });
+  // On to the overload that refuses calls: see calls.cpp.
+  if (n_taken < given.size()) throw py::reference_cast_error();
   return settings;
 }
 
@@ -308,19 +324,10 @@ void bind_completer(py::module_& module) {
 
   py::class_<AnyCompleter>(module, "Completer", completer_doc)
       .def(py::init([](const py::object& faces, const py::object& first_frame,
-                       const py::object& method, const py::object& revisit,
-                       const py::object& extra_iterations, const py::object& unseen,
-                       const py::object& noise, const py::object& reject_outliers,
-                       const py::object& threads) {
-             return std::make_unique<AnyCompleter>(
-                 faces, first_frame,
-                 settings_of(method, revisit, extra_iterations, unseen, noise, reject_outliers,
-                             threads));
+                       const py::kwargs& settings) {
+             return std::make_unique<AnyCompleter>(faces, first_frame, settings_of(settings));
            }),
-           py::arg("faces"), py::arg("first_frame"), py::kw_only(), py::arg("method") = "motion",
-           py::arg("revisit") = true, py::arg("extra_iterations") = 0, py::arg("unseen") = "follow",
-           py::arg("noise") = py::none(), py::arg("reject_outliers") = false,
-           py::arg("threads") = 1, init_doc)
+           py::arg("faces"), py::arg("first_frame"), init_doc)
       .def("push", &AnyCompleter::push, py::arg("points"), py::arg("known") = py::none(),
            py::kw_only(), py::arg("out") = py::none(), push_doc)
       .def("push_sparse", &AnyCompleter::push_sparse, py::arg("indices"), py::arg("points"),

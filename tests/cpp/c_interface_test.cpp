@@ -478,11 +478,8 @@ TEST_CASE("a completer is not made of what it cannot work with") {
   setting([](auto& s) { s.extra_iterations = -1; },
           "extra_iterations: must be from 0 to 1000000, not -1");
   setting([](auto& s) { s.threads = 0; }, "threads: must be from 1 to 256, not 0");
-  setting([](auto& s) { s.noise = 0; },
-          "noise: is no setting of method motion, which takes anchors exactly as they are");
-  setting([](auto& s) { s.reject_outliers = 1; },
-          "reject_outliers: is no setting of method motion, which takes anchors exactly as they "
-          "are");
+  setting([](auto& s) { s.noise = 0; }, "noise: requires method='detail'");
+  setting([](auto& s) { s.reject_outliers = 1; }, "reject_outliers: requires method='detail'");
 
   CHECK(dynmesh_create(faces, n_faces, &frame, nullptr, nullptr) == DYNMESH_INVALID_ARGUMENT);
   CHECK(dynmesh_default_settings(nullptr, sizeof(dynmesh_settings)) == DYNMESH_INVALID_ARGUMENT);

@@ -204,8 +204,8 @@ TEST_CASE("a state that was made up is refused where later frames could not bear
   for (const Method method : {Method::motion, Method::detail}) {
     Completer<float> completer(mesh.faces(), mesh.points(), {.method = method});
     const auto state = completer.state();
-    const std::size_t facts = 56;   // where those of the last frame begin, after the header
-    const std::size_t frames = 80;  // where frame 0 begins
+    const std::size_t facts = 76;    // where those of the last frame begin, after the header
+    const std::size_t frames = 100;  // where frame 0 begins
     const std::size_t ages = frames + 2 * k * 3 * sizeof(float);
     const std::size_t masks = ages + k * sizeof(Index);
     const std::size_t rows = masks + k;
@@ -235,7 +235,7 @@ TEST_CASE("a state that was made up is refused where later frames could not bear
     Completer<float> completer(mesh.faces(), mesh.points());
     auto state = completer.state();
     const Index oldest = std::numeric_limits<Index>::max();
-    std::memcpy(&state[80 + 2 * k * 3 * sizeof(float)], &oldest, sizeof oldest);
+    std::memcpy(&state[100 + 2 * k * 3 * sizeof(float)], &oldest, sizeof oldest);
     seal(state);
     completer.restore(state);
     std::vector<float> out(3 * k);
@@ -359,7 +359,7 @@ TEST_CASE("a completer is not made of what it cannot work with") {
   CHECK(message(mesh.faces(), mesh.points(), {.extra_iterations = -1})
             .starts_with("extra_iterations: must be from 0 to 1000000, not -1"));
   CHECK(message(mesh.faces(), mesh.points(), {.noise = 0.5})
-            .starts_with("noise: is no setting of method motion"));
+            .starts_with("noise: requires method='detail'"));
   CHECK(message(mesh.faces(), mesh.points(), {.reject_outliers = true}) != "");
   CHECK(message(mesh.faces(), mesh.points(), {.threads = 0}) ==
         "threads: must be from 1 to 256, not 0");

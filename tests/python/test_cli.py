@@ -370,4 +370,4 @@ def test_the_method_can_be_chosen(folder: Path, tmp_path: Path) -> None:
         "complete", folder / "partial.npz", tmp_path / "no.npz", "--method", "detail",
         "--extra-iterations", "2", code=2,
     ).stderr  # fmt: skip
-    assert "'--extra-iterations': is a setting of method motion" in error
+    assert "'--extra-iterations': requires method='motion'" in error

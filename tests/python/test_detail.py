@@ -180,9 +180,9 @@ def test_the_report_says_where_the_time_went(mesh: Mesh) -> None:
 
 
 def test_settings_of_motion_are_refused(mesh: Mesh) -> None:
-    with pytest.raises(ValueError, match="revisit: is a setting of method motion"):
+    with pytest.raises(ValueError, match="revisit: requires method='motion'"):
         dynmesh.Completer(mesh.faces, mesh.vertices, method="detail", revisit=False)
-    with pytest.raises(ValueError, match="extra_iterations: is a setting of method motion"):
+    with pytest.raises(ValueError, match="extra_iterations: requires method='motion'"):
         dynmesh.Completer(mesh.faces, mesh.vertices, method="detail", extra_iterations=3)
 
 

@@ -470,14 +470,14 @@ def read_only(points: Any) -> Any:
         ),
         (
             ValueError,
-            r"noise: is no setting of method motion",
+            r"noise: requires method='detail'",
             [[0, 1, 2]],
             np.eye(3),
             {"noise": 0.1},
         ),
         (
             ValueError,
-            r"reject_outliers: is no setting",
+            r"reject_outliers: requires method='detail'",
             [[0, 1, 2]],
             np.eye(3),
             {"reject_outliers": True},

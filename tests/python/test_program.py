@@ -277,7 +277,7 @@ def test_errors_and_exit_codes(complete: Any, programs: Path, job: Job, tmp_path
         (2, job.raw, ["--extra-iterations", "many"], "'many' is not a whole number"),
         (2, job.raw, ["--extra-iterations", "-1"], "--extra-iterations: must be from 0"),
         (2, job.raw, ["--speed"], "unrecognized option '--speed'"),
-        (2, job.raw, ["more"], "what is 'more'?"),
+        (2, job.raw, ["more"], "unexpected argument 'more'"),
     ]
     for code, input_, options, message in cases:
         error = complete(input_, out, *options, code=code).stderr.decode()

@@ -4,55 +4,51 @@
 #include <dynmesh/settings.hpp>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
+
+#include "completer/settings_table.hpp"
 
 namespace dynmesh {
+namespace {
+
+[[noreturn]] void refuse(const char* setting, const std::string& why) {
+  throw std::invalid_argument(std::string(setting) + ": " + why);
+}
+
+template <class Value>
+void check_value(const Setting& /*setting*/, const Value& /*value*/) {}
+
+void check_value(const Setting& setting, const Index& value) {
+  if (value >= setting.least && value <= setting.most) return;
+  refuse(setting.name, "must be from " + std::to_string(setting.least) + " to " +
+                           std::to_string(setting.most) + ", not " + std::to_string(value));
+}
+
+void check_value(const Setting& setting, const std::optional<double>& value) {
+  if (!value || (*value > 0 && std::isfinite(*value))) return;
+  std::array<char, 32> text{};
+  (void)std::snprintf(text.data(), text.size(), "%.9g", *value);
+  refuse(setting.name, std::string("must be positive and finite, not ") + text.data());
+}
+
+}  // namespace
 
 void check_settings(const Settings& settings) {
-  constexpr Index most_extra_iterations = 1'000'000;
-  if (settings.extra_iterations < 0 || settings.extra_iterations > most_extra_iterations) {
-    throw std::invalid_argument("extra_iterations: must be from 0 to " +
-                                std::to_string(most_extra_iterations) + ", not " +
-                                std::to_string(settings.extra_iterations));
-  }
-  constexpr Index most_threads = 256;
-  if (settings.threads < 1 || settings.threads > most_threads) {
-    throw std::invalid_argument("threads: must be from 1 to " + std::to_string(most_threads) +
-                                ", not " + std::to_string(settings.threads));
-  }
-  if (settings.method == Method::detail) {
-    if (!settings.revisit) {
-      throw std::invalid_argument("revisit: is a setting of method motion, not of detail");
+  const Settings defaults;
+  for_each_setting([&](const Setting& setting, auto member) {
+    const bool is_given = settings.*member != defaults.*member;
+    if (is_given && setting.method && *setting.method != settings.method) {
+      const auto method = names_of<Method>.at(static_cast<std::size_t>(*setting.method));
+      refuse(setting.name, "requires method='" + std::string(method) + "'");
     }
-    if (settings.extra_iterations != 0) {
-      throw std::invalid_argument("extra_iterations: is a setting of method motion, not of detail");
-    }
-  }
-  if (settings.method == Method::motion) {
-    const std::string exactly =
-        ": is no setting of method motion, which takes anchors exactly as they are";
-    if (settings.noise) throw std::invalid_argument("noise" + exactly);
-    if (settings.reject_outliers) throw std::invalid_argument("reject_outliers" + exactly);
-  }
-  if (settings.noise && !(*settings.noise > 0 && std::isfinite(*settings.noise))) {
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.9g", *settings.noise);
-    throw std::invalid_argument(std::string("noise: must be positive and finite, not ") +
-                                text.data());
-  }
+    check_value(setting, settings.*member);
+  });
 }
 
-Method method_from_name(std::string_view name) {
-  if (name == "motion") return Method::motion;
-  if (name == "detail") return Method::detail;
-  throw std::invalid_argument("method: must be 'motion' or 'detail', not '" + std::string(name) +
-                              "'");
-}
+Method method_from_name(std::string_view name) { return from_name<Method>("method", name); }
 
 UnseenRule unseen_rule_from_name(std::string_view name) {
-  if (name == "hold") return UnseenRule::hold;
-  if (name == "follow") return UnseenRule::follow;
-  throw std::invalid_argument("unseen: must be 'hold' or 'follow', not '" + std::string(name) +
-                              "'");
+  return from_name<UnseenRule>("unseen", name);
 }
 
 }  // namespace dynmesh

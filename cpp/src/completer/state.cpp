@@ -6,11 +6,14 @@
 #include <cstdint>
 #include <dynmesh/completer.hpp>
 #include <limits>
+#include <optional>
 #include <sstream>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 #include "completer/parts.hpp"
+#include "completer/settings_table.hpp"
 #include "completer/stored_numbers.hpp"
 #include "support/geometry.hpp"
 
@@ -18,34 +21,77 @@ namespace dynmesh {
 namespace {
 
 /// Ends in the version of the format.
-constexpr std::array<char, 8> magic = {'d', 'y', 'n', 'm', 'e', 's', 'h', '4'};
+constexpr std::array<char, 8> magic = {'d', 'y', 'n', 'm', 'e', 's', 'h', '5'};
 
-/// What must agree between the completer that wrote a state and the one that reads it.
+/// What must agree between the completer that wrote a state and the one that reads it, beside the
+/// settings.
 struct Header {
   std::uint32_t real_size = 0;
-  std::uint32_t method = 0;
-  std::uint32_t revisit = 0;
-  std::int32_t extra_iterations = 0;
-  std::uint32_t unseen = 0;
-  std::uint32_t reject_outliers = 0;
   std::uint64_t n_vertices = 0;
   std::uint64_t cells = 0;  // a hash
-  double noise = 0;         // 0 for none
 
   /// Calls `visit` with each field, in the order in which they are stored.
   template <class Self, class Visit>
   static void for_each_field(Self& self, const Visit& visit) {
     visit(self.real_size);
-    visit(self.method);
-    visit(self.revisit);
-    visit(self.extra_iterations);
-    visit(self.unseen);
-    visit(self.reject_outliers);
     visit(self.n_vertices);
     visit(self.cells);
-    visit(self.noise);
   }
 };
+
+/// Settings are stored as a number each.
+template <class Value>
+double stored(const Value& value) {
+  if constexpr (std::is_same_v<Value, std::optional<double>>) {
+    return value.value_or(0);  // which no noise can be
+  } else {
+    return static_cast<double>(value);
+  }
+}
+
+/// A stored value as it is written in Python. The bytes may hold any number.
+template <class Value>
+std::string text_of(double number) {
+  std::ostringstream text;
+  text.precision(9);
+  if constexpr (std::is_enum_v<Value>) {
+    const auto& names = names_of<Value>;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (number == static_cast<double>(i)) return std::string(names[i]);
+    }
+  } else if constexpr (std::is_same_v<Value, bool>) {
+    if (number == 0 || number == 1) return number == 1 ? "True" : "False";
+  } else if constexpr (std::is_same_v<Value, std::optional<double>>) {
+    if (number == 0) return "None";
+  }
+  text << number;
+  return text.str();
+}
+
+void write_settings(Writer& writer, const Settings& settings) {
+  for_each_setting([&](const Setting& setting, auto member) {
+    if (setting.is_stored) writer.write(stored(settings.*member));
+  });
+}
+
+std::size_t size_of_settings() {
+  std::size_t size = 0;
+  for_each_setting([&](const Setting& setting, auto /*member*/) {
+    if (setting.is_stored) size += sizeof(double);
+  });
+  return size;
+}
+
+void check_settings_of_state(Reader& reader, const Settings& settings) {
+  for_each_setting([&]<class Value>(const Setting& setting, Value Settings::*member) {
+    if (!setting.is_stored) return;
+    const auto found = reader.read<double>();
+    const double expected = stored(settings.*member);
+    if (found == expected) return;
+    refuse_state(std::string("of a completer with other settings: ") + setting.name + " is " +
+                 text_of<Value>(found) + ", not " + text_of<Value>(expected));
+  });
+}
 
 /// Of the last frame, what neither its mask nor the mesh tells.
 struct FrameFacts {
@@ -88,30 +134,8 @@ std::uint64_t hash_of_cells(const Cells& cells) {
 }
 
 template <class Real>
-Header header_of(const Settings& settings, const Cells& cells) {
-  return {sizeof(Real),
-          static_cast<std::uint32_t>(settings.method),
-          settings.revisit ? 1U : 0U,
-          settings.extra_iterations,
-          static_cast<std::uint32_t>(settings.unseen),
-          settings.reject_outliers ? 1U : 0U,
-          cells.size(),
-          hash_of_cells(cells),
-          settings.noise.value_or(0)};
-}
-
-/// The name at such a place, as of an enumeration's value; the bytes may hold any other, too.
-std::string name_in(std::span<const char* const> names, std::uint32_t value) {
-  return value < names.size() ? names[value] : std::to_string(value);
-}
-
-template <class Value>
-void check_setting(const char* name, const Value& found, const Value& expected) {
-  if (found == expected) return;
-  std::ostringstream why;
-  why.precision(9);
-  why << "of a completer with other settings: " << name << " is " << found << ", not " << expected;
-  refuse_state(why.str());
+Header header_of(const Cells& cells) {
+  return {sizeof(Real), cells.size(), hash_of_cells(cells)};
 }
 
 void check_header(const Header& found, const Header& expected) {
@@ -125,14 +149,6 @@ void check_header(const Header& found, const Header& expected) {
                  std::to_string(expected.n_vertices));
   }
   if (found.cells != expected.cells) refuse_state("of a mesh with other faces");
-  constexpr std::array methods = {"motion", "detail"};
-  check_setting("method", name_in(methods, found.method), name_in(methods, expected.method));
-  check_setting("revisit", found.revisit, expected.revisit);
-  check_setting("extra_iterations", found.extra_iterations, expected.extra_iterations);
-  constexpr std::array rules = {"hold", "follow"};
-  check_setting("unseen", name_in(rules, found.unseen), name_in(rules, expected.unseen));
-  check_setting("reject_outliers", found.reject_outliers, expected.reject_outliers);
-  check_setting("noise", found.noise, expected.noise);
 }
 
 /// The seal tells what was damaged, not what was made up. Nothing that later frames could not bear
@@ -175,7 +191,7 @@ std::size_t Completer<Real>::state_size() const {
   const std::size_t of_method =
       sizeof(std::uint64_t) + parts_->estimator->memory_rows() * sizeof(Row) + sizeof(double);
   const std::size_t of_seal = sizeof(std::uint64_t);
-  return sizeof magic + stored_size<Header>() + stored_size<FrameFacts>() +
+  return sizeof magic + stored_size<Header>() + size_of_settings() + stored_size<FrameFacts>() +
          n_vertices() * of_vertex + of_method + of_seal;
 }
 
@@ -189,7 +205,8 @@ std::vector<std::byte> Completer<Real>::state() const {
                             parts_->report.rejected, parts_->report.stages.blend};
   Writer writer(state_size());
   writer.write(std::span<const char>(magic));
-  write_fields(writer, header_of<Real>(parts_->settings, parts_->topology->cells));
+  write_fields(writer, header_of<Real>(parts_->topology->cells));
+  write_settings(writer, parts_->settings);
   write_fields(writer, facts);
   writer.write(to_vertices(parts_->numbering, parts_->first_frame));
   writer.write(to_vertices(parts_->numbering, parts_->previous));
@@ -212,8 +229,8 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   std::array<char, magic.size()> found_magic{};
   reader.read(std::span<char>(found_magic));
   if (found_magic != magic) refuse_state("not a completer state of this version");
-  check_header(read_fields<Header>(reader),
-               header_of<Real>(parts_->settings, parts_->topology->cells));
+  check_header(read_fields<Header>(reader), header_of<Real>(parts_->topology->cells));
+  check_settings_of_state(reader, parts_->settings);
   const auto facts = read_fields<FrameFacts>(reader);
   std::vector<Vector3<Real>> first_frame(n_vertices());
   std::vector<Vector3<Real>> previous(n_vertices());
