@@ -334,11 +334,11 @@ TEST_CASE("bad calls are refused with the completer's own words, and change noth
   refused(dynmesh_restore(nullptr, before.data(), size), "completer: is a null pointer");
   refused(dynmesh_restore(c, nullptr, size), "state: is a null pointer");
   refused(dynmesh_restore(c, before.data(), -1), "state: cannot have -1 bytes");
-  refused(dynmesh_restore(c, before.data(), size - 1), "state: cut off: its 567 bytes are too few");
+  refused(dynmesh_restore(c, before.data(), size - 1), "state: cut off: its 587 bytes are too few");
   auto damaged = before;
   damaged[200] ^= std::byte{1};
   refused(dynmesh_restore(c, damaged.data(), size),
-          "state: damaged: its 568 bytes do not fit their checksum");
+          "state: damaged: its 588 bytes do not fit their checksum");
 
   std::int64_t face = 0;
   const char* reason = nullptr;
