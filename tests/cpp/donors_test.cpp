@@ -53,5 +53,25 @@ TEST_CASE("coincident vertices, each a component, are done in no time") {
   CHECK(donors[5] == 0);
 }
 
+TEST_CASE("two large components far apart do not take the square of their size") {
+  // One tenth of a second; comparing all pairs takes minutes.
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> coordinate(0, 1);
+  std::vector<Vector3<float>> frame(60'000);
+  std::vector<Index> component(frame.size());
+  for (std::size_t v = 0; v < frame.size(); ++v) {
+    component[v] = v % 2 == 0 ? 0 : 1;
+    const float x = coordinate(random) + static_cast<float>(3 * component[v]);
+    frame[v] = {x, coordinate(random), 0};
+  }
+  const auto donors = find_donors<float>(frame, component);
+  for (std::size_t v = 0; v < 20; ++v) {
+    const auto distance = [&](std::size_t n) { return squared_norm(frame[v] - frame[n]); };
+    for (std::size_t n = 1 - v % 2; n < frame.size(); n += 2) {
+      CHECK_FALSE(distance(n) < distance(static_cast<std::size_t>(donors[v])));
+    }
+  }
+}
+
 }  // namespace
 }  // namespace dynmesh::testing

@@ -9,8 +9,8 @@
 namespace dynmesh {
 namespace {
 
-/// A k-d tree whose nodes know if all their vertices are of one component: without that, a search
-/// from inside a large component would wade through all of it first.
+/// A k-d tree whose nodes know whether all their vertices are of one component. Without that, a
+/// search from inside a large component would visit all of that component first.
 template <class Real>
 class ComponentTree {
  public:
@@ -72,7 +72,7 @@ class ComponentTree {
   std::size_t build(std::size_t begin, std::size_t end) {
     const std::size_t index = nodes_.size();
     nodes_.push_back(enclose(begin, end));
-    if (end - begin <= leaf_size || nodes_[index].component != mixed) return index;
+    if (end - begin <= leaf_size) return index;
 
     const auto& [low, high] = std::pair(nodes_[index].low, nodes_[index].high);
     std::size_t axis = 0;
