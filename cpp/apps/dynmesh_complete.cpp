@@ -44,13 +44,13 @@ void print(const dynmesh::FrameReport& report, std::size_t frame) {
                report.iterations, report.seconds);
 }
 
-/// What `call` returns; what the library refuses in it is said to be in `place`.
+/// What `call` returns; what the library refuses in it is said to be in `where`.
 template <class Call>
-auto blaming(const std::string& place, const Call& call) {
+auto with_context(const std::string& where, const Call& call) {
   try {
     return call();
   } catch (const std::invalid_argument& error) {
-    throw DataError(place + ": " + error.what());
+    throw DataError(where + ": " + error.what());
   }
 }
 
@@ -58,7 +58,7 @@ void complete(const Options& options) {
   (void)dynmesh::app::format_of(*options.input);
   (void)dynmesh::app::format_of(*options.output);
   const dynmesh::TemplateMesh mesh = dynmesh::read_template(*options.template_path);
-  dynmesh::Completer<float> completer = blaming(*options.template_path, [&] {
+  dynmesh::Completer<float> completer = with_context(*options.template_path, [&] {
     return dynmesh::Completer<float>(mesh.triangles(), mesh.points(), options.settings);
   });
 
@@ -75,8 +75,8 @@ void complete(const Options& options) {
     dynmesh::FrameReport report;
     try {
       if (caught_signal != 0 || !reader.read(frame)) break;
-      report = blaming(*options.input + ": frame " + std::to_string(number),
-                       [&] { return completer.push(points, points); });
+      report = with_context(*options.input + ": frame " + std::to_string(number),
+                            [&] { return completer.push(points, points); });
     } catch (const DataError& error) {
       damage = error;  // what was completed before it is worth having
       break;

@@ -85,10 +85,10 @@ class AnyCompleter {
   py::object push_sparse(const py::object& indices, const py::object& points,
                          const py::object& out) {
     return exclusively([&]<class Real>(Completer<Real>& completer) {
-      const IndicesArgument places("indices", indices, 0, "(n,)");
+      const IndicesArgument observed("indices", indices, 0, "(n,)");
       const PointsArgument<Real> given("points", points, "(n, 3)");
       OutputArgument<Real> output(out, completer.n_vertices());
-      released([&] { completer.push_sparse(places.view(), given.view(), output.view()); });
+      released([&] { completer.push_sparse(observed.view(), given.view(), output.view()); });
       return output.array();
     });
   }

@@ -59,9 +59,9 @@ void try_cpp(World& world) {
     ++faults();
     std::fprintf(stderr, "%s, %s: changed the completer\n", call, given);
   };
-  const auto with = [&](std::size_t place, double value) {
+  const auto with = [&](std::size_t index, double value) {
     auto changed = world.given;
-    changed[place] = value;
+    changed[index] = value;
     return changed;
   };
 
@@ -168,7 +168,7 @@ void try_cpp(World& world) {
   tried("nmsve", "`reference`: one row too few", [&] {
     nmsve<double>(topology.cells, {points.data, k - 1}, points);
   });
-  tried("vertex_error", "`error`: one place too few", [&] {
+  tried("vertex_error", "`error`: one element too few", [&] {
     vertex_error<double>(points, points, {world.written.data(), k - 1});
   });
   tried("summary", "no error", [] { summary({}); });

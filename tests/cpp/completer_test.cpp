@@ -209,9 +209,9 @@ TEST_CASE("a state that was made up is refused where later frames could not bear
     const std::size_t ages = frames + 2 * k * 3 * sizeof(float);
     const std::size_t masks = ages + k * sizeof(Index);
     const std::size_t rows = masks + k;
-    const auto refused = [&](std::size_t place, const auto& value, const std::string& why) {
+    const auto refused = [&](std::size_t offset, const auto& value, const std::string& why) {
       auto bytes = state;
-      std::memcpy(&bytes[place], &value, sizeof value);
+      std::memcpy(&bytes[offset], &value, sizeof value);
       seal(bytes);
       CHECK(message_of([&] { completer.restore(bytes); }).find(why) != std::string::npos);
       CHECK(completer.state() == state);

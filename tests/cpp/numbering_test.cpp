@@ -54,13 +54,13 @@ TEST_CASE("only large meshes with scattered neighbours are numbered anew") {
   const Numbering numbering = choose_numbering(topology.cells);
   REQUIRE(!numbering.is_natural());
   const Topology renumbered = renumber(topology, numbering);
-  for (std::size_t place = 0; place < mesh.size(); ++place) {
-    const auto vertex = numbering.vertex_at[place];
-    REQUIRE(numbering.place(static_cast<std::size_t>(vertex)) == place);
+  for (std::size_t internal = 0; internal < mesh.size(); ++internal) {
+    const auto vertex = numbering.caller_indices[internal];
+    REQUIRE(numbering.internal_index(static_cast<std::size_t>(vertex)) == internal);
     const auto cell = topology.cells[vertex];
-    const auto found = renumbered.cells[static_cast<Index>(place)];
+    const auto found = renumbered.cells[static_cast<Index>(internal)];
     REQUIRE(std::ranges::equal(cell, found, {}, {}, [&](Index p) {
-      return numbering.vertex_at[static_cast<std::size_t>(p)];
+      return numbering.caller_indices[static_cast<std::size_t>(p)];
     }));
   }
   CHECK(choose_numbering(renumbered.cells).is_natural());

@@ -10,7 +10,7 @@ namespace dynmesh::testing {
 
 /// Pieces of a few vertices, which no thread does alone if another can be had.
 constexpr Sharing in_small_pieces(Index vertices = 16) {
-  return {.stretch = vertices, .short_stretch = vertices, .fewest_pieces = 2, .patience = 100'000};
+  return {.chunk = vertices, .short_chunk = vertices, .fewest_pieces = 2, .patience = 100'000};
 }
 
 /// As long as it lives, completers are made that share their work in such pieces.

@@ -188,10 +188,10 @@ TEST_CASE("threads are woken from 24 pieces on") {
   // What docs/speed.md and the settings promise: 23 553 vertices with motion, 5 889 with detail.
   Workers workers(2, {.patience = 100'000});
   const auto nothing = [](Index, Index) {};
-  CHECK(shared_pieces([&] { workers.for_each_stretch(23'552, nothing); }) == 0);
-  CHECK(shared_pieces([&] { workers.for_each_stretch(23'553, nothing); }) > 0);
-  CHECK(shared_pieces([&] { workers.for_each_short_stretch(5'888, nothing); }) == 0);
-  CHECK(shared_pieces([&] { workers.for_each_short_stretch(5'889, nothing); }) > 0);
+  CHECK(shared_pieces([&] { workers.for_each_chunk(23'552, nothing); }) == 0);
+  CHECK(shared_pieces([&] { workers.for_each_chunk(23'553, nothing); }) > 0);
+  CHECK(shared_pieces([&] { workers.for_each_short_chunk(5'888, nothing); }) == 0);
+  CHECK(shared_pieces([&] { workers.for_each_short_chunk(5'889, nothing); }) > 0);
 }
 
 TEST_CASE_TEMPLATE("a completer in each thread works as it would alone", Real, float, double) {

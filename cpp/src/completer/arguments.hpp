@@ -16,12 +16,12 @@
 
 namespace dynmesh {
 
-/// `place`: which row or vertex of the argument is at `v`.
+/// `kind`: which row or vertex of the argument is at `v`.
 template <class Real>
-void check_position(const char* argument, const char* place, std::size_t number,
+void check_position(const char* argument, const char* kind, std::size_t number,
                     const Vector3<Real>& v, const char* rule) {
   if (is_in_range(v)) return;
-  std::string message = std::string(argument) + ": " + place + " " + std::to_string(number) +
+  std::string message = std::string(argument) + ": " + kind + " " + std::to_string(number) +
                         " is at " + to_text(v) + ", but " + rule;
   if (is_finite(v)) message += " and below 1e" + std::string(sizeof(Real) == 4 ? "18" : "200");
   throw std::invalid_argument(message);

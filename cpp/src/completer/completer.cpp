@@ -46,7 +46,7 @@ template <class Real>
 void Completer<Real>::Parts::read(Points<const Real> points, KnownMask mask) {
   if (exchange.read(points, mask, current, known)) return;
   for (std::size_t i = 0; i < points.count; ++i) {  // one of them is out of range
-    if (known[numbering.place(i)] != 0) check_known_position(i, row(points, i));
+    if (known[numbering.internal_index(i)] != 0) check_known_position(i, row(points, i));
   }
 }
 
@@ -67,7 +67,7 @@ Completer<Real>& Completer<Real>::operator=(Completer&&) noexcept = default;
 template <class Real>
 void Completer<Real>::reset(Points<const Real> frame) {
   check_rows("frame", frame, n_vertices());
-  parts_->begin(to_places(parts_->numbering, complete_frame("frame", frame)));
+  parts_->begin(to_internal_order(parts_->numbering, complete_frame("frame", frame)));
 }
 
 template <class Real>
@@ -110,7 +110,7 @@ FrameReport Completer<Real>::push_sparse(std::span<const Index> indices, Points<
                                   std::to_string(index) + ", but the mesh has " +
                                   std::to_string(n_vertices()) + " vertices, counted from 0");
     }
-    const std::size_t v = parts_->numbering.place(static_cast<std::size_t>(index));
+    const std::size_t v = parts_->numbering.internal_index(static_cast<std::size_t>(index));
     if (parts_->known[v] != 0) {
       const auto first = std::ranges::find(indices, index) - indices.begin();
       throw std::invalid_argument("indices: places " + std::to_string(first) + " and " +

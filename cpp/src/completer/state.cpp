@@ -191,14 +191,14 @@ std::vector<std::byte> Completer<Real>::state() const {
   writer.write(std::span<const char>(magic));
   write_fields(writer, header_of<Real>(parts_->settings, parts_->topology->cells));
   write_fields(writer, facts);
-  writer.write(to_vertices(parts_->numbering, parts_->first_frame));
-  writer.write(to_vertices(parts_->numbering, parts_->previous));
+  writer.write(to_caller_order(parts_->numbering, parts_->first_frame));
+  writer.write(to_caller_order(parts_->numbering, parts_->previous));
   writer.write(age());
   writer.write(std::span<const std::uint8_t>(known));
   const auto memory = parts_->estimator->memory();
   writer.write(static_cast<std::uint64_t>(memory.rows.size()));
   if (!memory.rows.empty()) {
-    for (const auto& row : to_vertices(parts_->numbering, memory.rows)) {
+    for (const auto& row : to_caller_order(parts_->numbering, memory.rows)) {
       writer.write(std::span<const double>(row));
     }
   }
@@ -242,11 +242,11 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   if (!has_every_row || !parts_->estimator->accepts(memory))
     refuse_state("holds no memory of this method");
 
-  previous = to_places(parts_->numbering, previous);
-  age = to_places(parts_->numbering, age);
-  known = to_places(parts_->numbering, known);
-  if (!memory.rows.empty()) memory.rows = to_places(parts_->numbering, memory.rows);
-  parts_->begin(to_places(parts_->numbering, first_frame));
+  previous = to_internal_order(parts_->numbering, previous);
+  age = to_internal_order(parts_->numbering, age);
+  known = to_internal_order(parts_->numbering, known);
+  if (!memory.rows.empty()) memory.rows = to_internal_order(parts_->numbering, memory.rows);
+  parts_->begin(to_internal_order(parts_->numbering, first_frame));
   // From here on nothing fails.
   parts_->previous = std::move(previous);
   parts_->age = std::move(age);

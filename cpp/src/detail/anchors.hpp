@@ -35,8 +35,8 @@ struct Anchors {
 
   /// Takes those of a frame. `lambda`: the weight of noisy anchors.
   template <class Real>
-  void take(std::span<const Vector3<double>> previous, std::span<const Vector3<Real>> points,
-            const Generations& generations, double lambda) {
+  void set_frame(std::span<const Vector3<double>> previous, std::span<const Vector3<Real>> points,
+                 const Generations& generations, double lambda) {
     const auto generation = generations.of_vertices();
     number = generations.anchors();
     n_solved = generations.reached() + (are_noisy() ? number : 0);

@@ -94,7 +94,7 @@ typename Detail<Real>::Field Detail<Real>::in_workspace(Frame frame) {
 template <class Real>
 const Anchors& Detail<Real>::hold(Field previous, std::span<const Vector3<Real>> points,
                                   const Generations& generations) {
-  workspace_.anchors.template take<Real>(previous, points, generations, lambda_);
+  workspace_.anchors.template set_frame<Real>(previous, points, generations, lambda_);
   const Stopwatch stopwatch(report_.factor_seconds);
   if (workspace_.anchors.any_solved()) system_.factorize(workspace_.anchors);
   return workspace_.anchors;

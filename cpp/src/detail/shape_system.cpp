@@ -33,7 +33,7 @@ OperatorData ShapeSystem::operator_data() const {
 
 void ShapeSystem::apply(Field x, int fields, std::span<Vector3<double>> detail) const {
   const OperatorData k = operator_data();
-  workers_.for_each_short_stretch(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
+  workers_.for_each_short_chunk(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
     kernels_.apply(k, x.data(), fields, detail.data(), first, last);
   });
 }
@@ -45,7 +45,7 @@ void ShapeSystem::factorize(const Anchors& anchors) {
 ShapeSystem::Field ShapeSystem::solve_scaled(int fields, Field x, const Anchors& anchors) {
   const auto rows = solved();
   const OperatorData k = operator_data();
-  workers_.for_each_short_stretch(static_cast<Index>(rows.size()), [&](Index first, Index last) {
+  workers_.for_each_short_chunk(static_cast<Index>(rows.size()), [&](Index first, Index last) {
     kernels_.apply_transposed(k, scaled_residual_.data(), fields, rows.data(), solution_.data(),
                               first, last);
   });

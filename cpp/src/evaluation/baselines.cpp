@@ -183,7 +183,7 @@ struct LaplacianInterpolation::System {
   const Topology topology;
   const Matrix energy;  // L, or L^T L: its rows at the unknown vertices, set to zero, are solved
   Mask known;           // that the factor below is for
-  std::vector<Eigen::Index> place;  // of an unknown vertex among the unknown ones; else -1
+  std::vector<Eigen::Index> unknown_index;  // of an unknown vertex among the unknown ones; else -1
   Matrix unknown_block;
   Cholesky factor;
 
@@ -215,17 +215,17 @@ struct LaplacianInterpolation::System {
 
   void factorize(const Mask& mask) {
     if (known == mask) return;  // the factor is that of the last frame
-    place.assign(mask.size(), -1);
+    unknown_index.assign(mask.size(), -1);
     Eigen::Index n_unknown = 0;
     for (std::size_t v = 0; v < mask.size(); ++v) {
-      if (mask[v] == 0) place[v] = n_unknown++;
+      if (mask[v] == 0) unknown_index[v] = n_unknown++;
     }
     std::vector<Eigen::Triplet<double>> entries;
     for (Eigen::Index column = 0; column < energy.cols(); ++column) {
-      const Eigen::Index j = place[static_cast<std::size_t>(column)];
+      const Eigen::Index j = unknown_index[static_cast<std::size_t>(column)];
       if (j < 0) continue;
       for (Matrix::InnerIterator entry(energy, column); entry; ++entry) {
-        const Eigen::Index i = place[static_cast<std::size_t>(entry.row())];
+        const Eigen::Index i = unknown_index[static_cast<std::size_t>(entry.row())];
         if (i >= 0) entries.emplace_back(i, j, entry.value());
       }
     }
@@ -256,16 +256,16 @@ void LaplacianInterpolation::complete(Points<const double> points, KnownMask kno
     system.factorize(given.known);
     const Columns pull = system.energy * given.values;  // of the known vertices on all others
     Columns right_hand_side(system.unknown_block.rows(), 3);
-    for (std::size_t v = 0; v < system.place.size(); ++v) {
-      if (system.place[v] >= 0) {
-        right_hand_side.row(system.place[v]) = -pull.row(static_cast<Eigen::Index>(v));
+    for (std::size_t v = 0; v < system.unknown_index.size(); ++v) {
+      if (system.unknown_index[v] >= 0) {
+        right_hand_side.row(system.unknown_index[v]) = -pull.row(static_cast<Eigen::Index>(v));
       }
     }
     const Columns unknown = system.factor.solve(right_hand_side);
-    for (std::size_t v = 0; v < system.place.size(); ++v) {
+    for (std::size_t v = 0; v < system.unknown_index.size(); ++v) {
       const auto row = static_cast<Eigen::Index>(v);
-      if (system.place[v] >= 0) {
-        solution.row(row) = given.origin.row(row) + unknown.row(system.place[v]);
+      if (system.unknown_index[v] >= 0) {
+        solution.row(row) = given.origin.row(row) + unknown.row(system.unknown_index[v]);
       }
     }
   }

@@ -88,10 +88,10 @@ ErrorSummary summary(std::span<const double> errors) {
   }
   std::ranges::sort(sorted);
   const auto count = static_cast<double>(sorted.size());
-  const double place = 0.99 * (count - 1);
-  const auto below = static_cast<std::size_t>(place);
+  const double rank = 0.99 * (count - 1);
+  const auto below = static_cast<std::size_t>(rank);
   const std::size_t above = std::min(below + 1, sorted.size() - 1);
-  const double fraction = place - static_cast<double>(below);
+  const double fraction = rank - static_cast<double>(below);
 
   ErrorSummary summary;
   summary.mean = std::accumulate(sorted.begin(), sorted.end(), 0.0) / count;

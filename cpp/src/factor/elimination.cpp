@@ -25,36 +25,36 @@ std::vector<Index> minimum_degree_order(const SymmetricMatrix& matrix) {
 }
 
 std::vector<Index> inverse(const std::vector<Index>& order) {
-  std::vector<Index> places(order.size());
+  std::vector<Index> positions(order.size());
   for (std::size_t p = 0; p < order.size(); ++p) {
-    places[static_cast<std::size_t>(order[p])] = static_cast<Index>(p);
+    positions[static_cast<std::size_t>(order[p])] = static_cast<Index>(p);
   }
-  return places;
+  return positions;
 }
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-/// Calls `visit(place)` for the places before `place` that its column has entries at.
+/// Calls `visit(position)` for the positions before `position` that its column has entries at.
 template <class Visit>
-void for_each_before(const SymmetricMatrix& matrix, const Elimination& plan, Index place,
+void for_each_before(const SymmetricMatrix& matrix, const Elimination& plan, Index position,
                      const Visit& visit) {
-  const auto column = at(plan.column_at[at(place)]);
+  const auto column = at(plan.column_at[at(position)]);
   for (Index e = matrix.offsets[column]; e < matrix.offsets[column + 1]; ++e) {
-    const Index other = plan.place_of[at(matrix.rows[at(e)])];
-    if (other < place) visit(other);
+    const Index other = plan.position_of[at(matrix.rows[at(e)])];
+    if (other < position) visit(other);
   }
 }
 
-/// The elimination tree (Liu 1986): the parent of each place, none for roots.
+/// The elimination tree (Liu 1986): the parent of each position, none for roots.
 std::vector<Index> elimination_tree(const SymmetricMatrix& matrix, const Elimination& plan) {
   std::vector<Index> parent(matrix.size(), none);
   std::vector<Index> ancestor(matrix.size(), none);
-  for (Index place = 0; place < static_cast<Index>(matrix.size()); ++place) {
-    for_each_before(matrix, plan, place, [&](Index i) {
-      while (i != none && i < place) {
+  for (Index position = 0; position < static_cast<Index>(matrix.size()); ++position) {
+    for_each_before(matrix, plan, position, [&](Index i) {
+      while (i != none && i < position) {
         const Index next = ancestor[at(i)];
-        ancestor[at(i)] = place;
-        if (next == none) parent[at(i)] = place;
+        ancestor[at(i)] = position;
+        if (next == none) parent[at(i)] = position;
         i = next;
       }
     });
@@ -62,7 +62,7 @@ std::vector<Index> elimination_tree(const SymmetricMatrix& matrix, const Elimina
   return parent;
 }
 
-/// The places of a forest, every subtree in a row and before its root.
+/// The positions of a forest, every subtree in a row and before its root.
 std::vector<Index> postorder(const std::vector<Index>& parent) {
   std::vector<Index> first_child(parent.size(), none);
   std::vector<Index> sibling(parent.size(), none);
@@ -97,12 +97,12 @@ std::vector<Index> column_counts(const SymmetricMatrix& matrix, const Eliminatio
                                  const std::vector<Index>& parent) {
   std::vector<Index> counts(matrix.size(), 1);
   std::vector<Index> visited(matrix.size(), none);
-  for (Index place = 0; place < static_cast<Index>(matrix.size()); ++place) {
-    visited[at(place)] = place;
-    for_each_before(matrix, plan, place, [&](Index i) {
-      for (; visited[at(i)] != place; i = parent[at(i)]) {
+  for (Index position = 0; position < static_cast<Index>(matrix.size()); ++position) {
+    visited[at(position)] = position;
+    for_each_before(matrix, plan, position, [&](Index i) {
+      for (; visited[at(i)] != position; i = parent[at(i)]) {
         ++counts[at(i)];
-        visited[at(i)] = place;
+        visited[at(i)] = position;
       }
     });
   }
@@ -117,8 +117,8 @@ struct Block {
   double held;  // entries that the factor has in it
 
   [[nodiscard]] double share_of_zeros() const {
-    const double places = columns * (rows - 0.5 * (columns - 1));
-    return 1 - held / places;
+    const double entries = columns * (rows - 0.5 * (columns - 1));
+    return 1 - held / entries;
   }
 };
 
@@ -159,12 +159,12 @@ Elimination plan_elimination(const SymmetricMatrix& matrix) {
   const std::size_t n = matrix.size();
   Elimination plan;
   plan.column_at = minimum_degree_order(matrix);
-  plan.place_of = inverse(plan.column_at);
+  plan.position_of = inverse(plan.column_at);
   const auto order = postorder(elimination_tree(matrix, plan));
   std::vector<Index> column_at(n);
   for (std::size_t p = 0; p < n; ++p) column_at[p] = plan.column_at[at(order[p])];
   plan.column_at = column_at;
-  plan.place_of = inverse(plan.column_at);
+  plan.position_of = inverse(plan.column_at);
   const auto parent = elimination_tree(matrix, plan);
 
   plan.firsts.clear();
@@ -195,7 +195,7 @@ Elimination plan_elimination(const SymmetricMatrix& matrix) {
     for (Index j = plan.firsts[at(s)]; j <= last; ++j) {
       const auto column = at(plan.column_at[at(j)]);
       for (Index e = matrix.offsets[column]; e < matrix.offsets[column + 1]; ++e) {
-        add(plan.place_of[at(matrix.rows[at(e)])]);
+        add(plan.position_of[at(matrix.rows[at(e)])]);
       }
     }
     for (Index child = first_child[at(s)]; child != none; child = sibling[at(child)]) {

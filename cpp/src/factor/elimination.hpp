@@ -17,14 +17,14 @@ struct SymmetricMatrix {
   [[nodiscard]] std::size_t size() const { return offsets.size() - 1; }
 };
 
-/// Places are positions in the order of elimination. Supernode s is the columns at places firsts[s]
-/// to firsts[s + 1] - 1; below them the factor may have entries in the rows at places
+/// Places are positions in the order of elimination. Supernode s is the columns at positions
+/// firsts[s] to firsts[s + 1] - 1; below them the factor may have entries in the rows at positions
 /// rows[row_offsets[s]] to rows[row_offsets[s + 1] - 1], ascending, and in no others, whichever
 /// rows and columns of the matrix are left out (Rose, Tarjan and Lueker 1976: a submatrix fills in
 /// where the whole does, or less).
 struct Elimination {
-  std::vector<Index> column_at;  ///< (n,) the column at each place
-  std::vector<Index> place_of;   ///< (n,) the place of each column
+  std::vector<Index> column_at;    ///< (n,) the column at each position
+  std::vector<Index> position_of;  ///< (n,) the position of each column
   std::vector<Index> firsts;
   std::vector<Index> row_offsets;
   std::vector<Index> rows;

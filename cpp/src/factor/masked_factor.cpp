@@ -21,7 +21,7 @@ SymmetricMatrix permuted(const SymmetricMatrix& matrix, const Elimination& plan)
   for (const Index j : plan.column_at) {
     column.clear();
     for (Index e = matrix.offsets[at(j)]; e < matrix.offsets[at(j) + 1]; ++e) {
-      column.emplace_back(plan.place_of[at(matrix.rows[at(e)])], matrix.values[at(e)]);
+      column.emplace_back(plan.position_of[at(matrix.rows[at(e)])], matrix.values[at(e)]);
     }
     std::sort(column.begin(), column.end());
     for (const auto& [row, value] : column) {
@@ -64,7 +64,7 @@ MaskedFactor::MaskedFactor(SymmetricMatrix matrix, const DenseKernels& kernels)
   mask_.reserve(n);
   added_.reserve(n);
   row_of_.resize(n);
-  place_at_.reserve(n);
+  position_at_.reserve(n);
   order_.reserve(n);
   panel_of_.resize(n);
   panels_.reserve(supernodes);
@@ -97,7 +97,7 @@ bool MaskedFactor::factorize(std::span<const std::uint8_t> mask, std::span<const
     subtract_descendants(p);
     std::array<double, widest_supernode> least{};
     for (Index j = 0; j < panel.columns; ++j) {
-      least[at(j)] = least_pivots_[at(place_at_[at(panel.first + j)])];
+      least[at(j)] = least_pivots_[at(position_at_[at(panel.first + j)])];
     }
     kernels_.factor(&factor_[panel.data], panel.columns + panel.n_below, panel.columns,
                     least.data(), &inverse_[at(panel.first)], work_.data());
@@ -109,14 +109,14 @@ bool MaskedFactor::factorize(std::span<const std::uint8_t> mask, std::span<const
 
 /// Finds the panels of the submatrix and the rows that they really have.
 void MaskedFactor::thin_out(std::span<const std::uint8_t> mask) {
-  place_at_.clear();
+  position_at_.clear();
   order_.clear();
-  for (std::size_t place = 0; place < row_of_.size(); ++place) {
-    const bool is_in = mask[at(plan_.column_at[place])] != 0;
-    row_of_[place] = is_in ? static_cast<Index>(place_at_.size()) : none;
+  for (std::size_t position = 0; position < row_of_.size(); ++position) {
+    const bool is_in = mask[at(plan_.column_at[position])] != 0;
+    row_of_[position] = is_in ? static_cast<Index>(position_at_.size()) : none;
     if (!is_in) continue;
-    place_at_.push_back(static_cast<Index>(place));
-    order_.push_back(plan_.column_at[place]);
+    position_at_.push_back(static_cast<Index>(position));
+    order_.push_back(plan_.column_at[position]);
   }
   panels_.clear();
   rows_.clear();
@@ -125,9 +125,10 @@ void MaskedFactor::thin_out(std::span<const std::uint8_t> mask) {
   std::size_t size = 0;
   Index first = 0;
   for (Index s = 0; s < plan_.supernodes(); ++s) {
-    const Index last_place = plan_.firsts[at(s) + 1];
+    const Index end_position = plan_.firsts[at(s) + 1];
     const Index begin = first;
-    while (first < static_cast<Index>(place_at_.size()) && place_at_[at(first)] < last_place) {
+    while (first < static_cast<Index>(position_at_.size()) &&
+           position_at_[at(first)] < end_position) {
       panel_of_[at(first++)] = static_cast<Index>(panels_.size());
     }
     if (first == begin) continue;
@@ -147,30 +148,30 @@ void MaskedFactor::find_rows(Index supernode) {
   const Panel& panel = panels_.back();
   const auto mine = static_cast<Index>(panels_.size()) - 1;
   for (Index j = panel.first; j < panel.first + panel.columns; ++j) {
-    const auto place = at(place_at_[at(j)]);
-    for (Index e = matrix_.offsets[place]; e < matrix_.offsets[place + 1]; ++e) {
+    const auto position = at(position_at_[at(j)]);
+    for (Index e = matrix_.offsets[position]; e < matrix_.offsets[position + 1]; ++e) {
       seen_[at(matrix_.rows[at(e)])] = mine;
     }
   }
   for (Index child = first_child_[s]; child != none; child = sibling_[at(child)]) {
     const Panel& below = panels_[at(child)];
     for (Index r = below.below; r < below.below + below.n_below; ++r) {
-      seen_[at(place_at_[at(rows_[at(r)])])] = mine;
+      seen_[at(position_at_[at(rows_[at(r)])])] = mine;
     }
   }
   for (Index r = plan_.row_offsets[s]; r < plan_.row_offsets[s + 1]; ++r) {
-    const auto place = at(plan_.rows[at(r)]);
-    if (seen_[place] == mine && row_of_[place] != none) rows_.push_back(row_of_[place]);
+    const auto position = at(plan_.rows[at(r)]);
+    if (seen_[position] == mine && row_of_[position] != none) rows_.push_back(row_of_[position]);
   }
   if (static_cast<Index>(rows_.size()) == panel.below) return;
-  const Index place = place_at_[at(rows_[at(panel.below)])];
-  const auto up =
-      std::upper_bound(plan_.firsts.begin(), plan_.firsts.end(), place) - plan_.firsts.begin() - 1;
+  const Index position = position_at_[at(rows_[at(panel.below)])];
+  const auto up = std::upper_bound(plan_.firsts.begin(), plan_.firsts.end(), position) -
+                  plan_.firsts.begin() - 1;
   sibling_[at(mine)] = first_child_[static_cast<std::size_t>(up)];
   first_child_[static_cast<std::size_t>(up)] = mine;
 }
 
-/// Puts the entries of the matrix in their places.
+/// Puts the entries of the matrix in their positions.
 void MaskedFactor::fill(const Panel& panel) {
   double* data = &factor_[panel.data];
   std::fill_n(data, at(panel.columns) * at(panel.columns + panel.n_below), 0.0);
@@ -179,13 +180,13 @@ void MaskedFactor::fill(const Panel& panel) {
     local_[at(rows_[at(panel.below + r)])] = panel.columns + r;
   }
   for (Index j = 0; j < panel.columns; ++j) {
-    const auto place = at(place_at_[at(panel.first + j)]);
-    for (Index e = matrix_.offsets[place]; e < matrix_.offsets[place + 1]; ++e) {
+    const auto position = at(position_at_[at(panel.first + j)]);
+    for (Index e = matrix_.offsets[position]; e < matrix_.offsets[position + 1]; ++e) {
       const Index row = row_of_[at(matrix_.rows[at(e)])];
       if (row == none) continue;
       data[at(local_[at(row)]) * at(panel.columns) + at(j)] = matrix_.values[at(e)];
     }
-    if (!added_.empty()) data[at(j * panel.columns + j)] += added_[at(plan_.column_at[place])];
+    if (!added_.empty()) data[at(j * panel.columns + j)] += added_[at(plan_.column_at[position])];
   }
 }
 

@@ -47,24 +47,24 @@ class MaskedFactor {
   void subtract_descendants(Index panel);
   void queue(Index panel, Index row);
 
-  SymmetricMatrix matrix_;  // rows and columns by their places
+  SymmetricMatrix matrix_;  // rows and columns by their positions
   Elimination plan_;
   const DenseKernels& kernels_;
-  std::vector<double> least_pivots_;  // (n,) by places
+  std::vector<double> least_pivots_;  // (n,) by positions
 
   std::vector<std::uint8_t> mask_;
   std::vector<double> added_;
-  std::vector<Index> row_of_;  // (n,) row of the submatrix at each place, -1 where masked out
+  std::vector<Index> row_of_;  // (n,) row of the submatrix at each position, -1 where masked out
   std::vector<Index> order_;
-  std::vector<Index> place_at_;  // the place of each row of the submatrix
-  std::vector<Index> panel_of_;  // and its panel
+  std::vector<Index> position_at_;  // the position of each row of the submatrix
+  std::vector<Index> panel_of_;     // and its panel
   std::vector<Panel> panels_;
   std::vector<Index> rows_;
   std::vector<double> factor_;
   std::vector<double> inverse_;  // one over the diagonal of the factor
 
   // Of the panel in the making.
-  std::vector<Index> seen_;         // (n,) by places: the last supernode that has a row there
+  std::vector<Index> seen_;         // (n,) by positions: the last supernode that has a row there
   std::vector<Index> first_child_;  // (supernodes,) panels whose first row below is in it
   std::vector<Index> sibling_;
   std::vector<Index> local_;  // row of the panel for a row of the submatrix

@@ -28,7 +28,7 @@ class Generations {
   /// For an estimator that finds the generations on its way: (k,) for it to fill in, and then to
   /// say how many anchors and satellites there are. `satellites()` and `last()` are not told then.
   [[nodiscard]] std::span<Index> to_fill() { return generation_; }
-  void found(std::size_t anchors, std::size_t reached) {
+  void set_counts(std::size_t anchors, std::size_t reached) {
     anchors_ = anchors;
     reached_ = reached;
   }

@@ -44,9 +44,9 @@ template <class Real>
 [[gnu::always_inline]] inline const Quad<Real>& quad_of(const Real* quads, Index vertex) {
   return reinterpret_cast<const Quad<Real>*>(quads)[vertex];
 }
-template <int place, class Vector>
+template <int lane, class Vector>
 [[gnu::always_inline]] inline Vector spread(Vector v) {
-  return __builtin_shufflevector(v, v, place, place, place, place);
+  return __builtin_shufflevector(v, v, lane, lane, lane, lane);
 }
 template <class Vector>
 [[gnu::always_inline]] inline Vector larger(Vector a, Vector b) {

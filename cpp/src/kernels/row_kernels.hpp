@@ -19,11 +19,11 @@ struct RowKernels {
   /// Reads the vertices from `first` to `last` into `points`. `observed` has a byte for each row;
   /// if null, the rows that are finite are known. Returns whether all known ones lie within
   /// `limit`.
-  bool (*take)(const PackedRows<const Real>& rows, const std::uint8_t* observed, Real limit,
+  bool (*read)(const PackedRows<const Real>& rows, const std::uint8_t* observed, Real limit,
                Index first, Index last, Real* points, std::uint8_t* known);
   /// Writes them. A vertex beyond `limit`, or not a number, first goes back to `previous`.
-  void (*give)(Real* points, const Real* previous, Real limit, Index first, Index last,
-               const PackedRows<Real>& rows);
+  void (*write)(Real* points, const Real* previous, Real limit, Index first, Index last,
+                const PackedRows<Real>& rows);
 };
 
 /// Those that this processor runs, the fastest first.

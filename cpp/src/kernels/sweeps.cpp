@@ -38,13 +38,13 @@ template <class Real>
                                            data.inverse_mean_edge);
 }
 
-/// s_ij of eight neighbours, zero in places that are not taken.
+/// s_ij of eight neighbours, zero in slots that are not taken.
 template <class Real>
 [[gnu::always_inline]] inline void weigh(const SweepData<Real>& data, Index j,
                                          const std::uint32_t* neighbours, Quad<Real>* weights) {
   alignas(sizeof(Quad<Real>)) static constexpr Real ones_and_zeros[16] = {1, 1, 1, 1, 1, 1, 1, 1};
   using Unaligned [[gnu::aligned(sizeof(Real)), gnu::may_alias]] = Quad<Real>;
-  const Real* taken = ones_and_zeros + (places - data.valence[j]);
+  const Real* taken = ones_and_zeros + (slots - data.valence[j]);
   const Quad<Real> v_j = quad_of(data.previous, j);
   for (int half = 0; half < 2; ++half) {
     weights[half] = inverse_squared_distances(data, neighbours + 4 * half, v_j) *
@@ -81,12 +81,12 @@ template <>
       __builtin_shufflevector(ab_xy, cd_xy, 0, 1, 8, 9, 4, 5, 12, 13),
       __builtin_shufflevector(ab_xy, cd_xy, 2, 3, 10, 11, 6, 7, 14, 15),
       __builtin_shufflevector(ab_z, cd_z, 0, 1, 8, 9, 4, 5, 12, 13), data.inverse_mean_edge);
-  const float* taken = ones_and_zeros + (places - data.valence[j]);
+  const float* taken = ones_and_zeros + (slots - data.valence[j]);
   *reinterpret_cast<Unaligned*>(weights) = s * *reinterpret_cast<const Unaligned*>(taken);
 }
 #endif
 
-/// The sum of s_ij times the estimate over four places.
+/// The sum of s_ij times the estimate over four slots.
 template <class Real>
 [[gnu::always_inline]] inline Quad<Real> sum_of(const Real* estimates,
                                                 const std::uint32_t* neighbours, Quad<Real> s,
@@ -107,11 +107,11 @@ Quad<Real> sum_of_wide(const SweepData<Real>& data, Index j) {
   for (Index i = data.cell_offsets[j]; i < end; i += 4) {
     std::uint32_t neighbours[4];
     Quad<Real> taken{};
-    for (Index place = 0; place < 4; ++place) {
-      const bool is_taken = i + place < end;
-      const Index neighbour = is_taken ? data.cell_neighbours[i + place] : j;
-      neighbours[place] = size * static_cast<std::uint32_t>(neighbour);
-      taken[place] = is_taken ? Real(1) : Real(0);
+    for (Index slot = 0; slot < 4; ++slot) {
+      const bool is_taken = i + slot < end;
+      const Index neighbour = is_taken ? data.cell_neighbours[i + slot] : j;
+      neighbours[slot] = size * static_cast<std::uint32_t>(neighbour);
+      taken[slot] = is_taken ? Real(1) : Real(0);
     }
     const auto s = inverse_squared_distances(data, neighbours, quad_of(data.previous, j));
     sum = sum_of(data.before, neighbours, s * taken, sum);
@@ -139,9 +139,9 @@ template <class Real>
 }
 
 template <class Real>
-Rows prepare(const SweepData<Real>& arrays, const Rows& stretch_rows) {
+Rows prepare(const SweepData<Real>& arrays, const Rows& chunk_rows) {
   const SweepData<Real> data = arrays;  // which no write below can change
-  Rows rows = stretch_rows;
+  Rows rows = chunk_rows;
   Index narrow_rows = 0;
   for (Index v = rows.first; v < rows.last; ++v) {
     const Index known = data.known[v];  // 0 or 1
@@ -172,9 +172,9 @@ Index first_sweep(const SweepData<Real>& arrays, const Rows& of_rows) {
   Bits<Real> reached{};
   for (Index r = rows.first; r < rows.first + rows.narrow; ++r) {
     const Index j = data.rows[r];
-    const std::uint32_t* neighbours = data.neighbours + places * static_cast<std::size_t>(j);
+    const std::uint32_t* neighbours = data.neighbours + slots * static_cast<std::size_t>(j);
     auto* weights =
-        reinterpret_cast<Quad<Real>*>(data.weights + places * static_cast<std::size_t>(j));
+        reinterpret_cast<Quad<Real>*>(data.weights + slots * static_cast<std::size_t>(j));
     weigh<Real>(data, j, neighbours, weights);
     const Quad<Real> low = sum_of<Real>(data.before, neighbours, weights[0], Quad<Real>{});
     const Quad<Real> high = sum_of<Real>(data.before, neighbours + 4, weights[1], Quad<Real>{});
@@ -195,9 +195,9 @@ Index next_sweep(const SweepData<Real>& arrays, const Rows& of_rows, Index t) {
   Bits<Real> reached{};
   for (Index r = rows.first; r < rows.first + rows.narrow; ++r) {
     const Index j = data.rows[r];
-    const std::uint32_t* neighbours = data.neighbours + places * static_cast<std::size_t>(j);
+    const std::uint32_t* neighbours = data.neighbours + slots * static_cast<std::size_t>(j);
     const Quad<Real>* weights =
-        reinterpret_cast<const Quad<Real>*>(data.weights + places * static_cast<std::size_t>(j));
+        reinterpret_cast<const Quad<Real>*>(data.weights + slots * static_cast<std::size_t>(j));
     const Quad<Real> low = sum_of<Real>(data.before, neighbours, weights[0], Quad<Real>{});
     const Quad<Real> high = sum_of<Real>(data.before, neighbours + 4, weights[1], Quad<Real>{});
     reached -= settle(data, j, low + high, data.visits[j], next_share);

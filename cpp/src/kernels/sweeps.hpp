@@ -7,7 +7,7 @@
 ///   load and one multiply-add take a neighbour into numerator and denominator. It is zero as long
 ///   as the vertex is not reached, and that is how generations are found on the way.
 /// - s_ij is computed in the first iteration and kept for the others.
-/// - Cells have eight places each, the last ones empty; the few vertices with more neighbours take
+/// - Cells have eight slots each, the last ones empty; the few vertices with more neighbours take
 ///   a slower path of their own.
 ///
 /// sweeps.cpp is compiled once for each kind of processor; `runnable_sweeps` tells which may be
@@ -20,14 +20,14 @@
 namespace dynmesh {
 
 /// How many neighbours the fast path takes.
-constexpr int places = 8;
+constexpr int slots = 8;
 
 /// The arrays of a mesh and its frame; a quad is four Reals, aligned as such.
 template <class Real>
 struct SweepData {
-  // Of the mesh; `neighbours` has eight places per vertex, each the offset of a quad in bytes.
+  // Of the mesh; `neighbours` has eight slots per vertex, each the offset of a quad in bytes.
   const std::uint32_t* neighbours;
-  const std::uint8_t* valence;   // (k,) how many of the places are taken; more than 8: see cells
+  const std::uint8_t* valence;   // (k,) how many of the slots are taken; more than 8: see cells
   const std::uint8_t* narrow;    // (k,) 1 where there are no more than eight, else 0
   const Index* wide;             // the vertices with more, ascending
   const Index* cell_offsets;     // (k + 1,) of
@@ -46,7 +46,7 @@ struct SweepData {
   Index* rows;    // (k,) unknown vertices; see Rows
 };
 
-/// A stretch of vertices and which of them are unknown: those with up to eight neighbours from
+/// A chunk of vertices and which of them are unknown: those with up to eight neighbours from
 /// `rows[first]` on, the others before `rows[last]`, backwards.
 struct Rows {
   Index first;
@@ -60,8 +60,8 @@ struct Rows {
 
 template <class Real>
 struct Sweeps {
-  /// Sets the estimates of the vertices of a stretch and finds out which are unknown.
-  Rows (*prepare)(const SweepData<Real>& data, const Rows& stretch);
+  /// Sets the estimates of the vertices of a chunk and finds out which are unknown.
+  Rows (*prepare)(const SweepData<Real>& data, const Rows& chunk);
   /// Iteration 1. Returns how many of the rows were reached so far, as `next` does.
   Index (*first)(const SweepData<Real>& data, const Rows& rows);
   /// Iteration t = 2, 3, ...

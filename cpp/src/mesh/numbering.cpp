@@ -46,7 +46,7 @@ Numbering choose_numbering(const Cells& cells) {
   // One line for four vertices is the least; a search through a good numbering takes below one.
   if (cells.size() < small_mesh || lines_per_vertex(cells) < 1.5) return {};
   Numbering numbering;
-  auto& order = numbering.vertex_at;
+  auto& order = numbering.caller_indices;
   order.reserve(cells.size());
   std::vector<std::uint8_t> found(cells.size(), 0);
   for (std::size_t v = 0; v < cells.size(); ++v) {
@@ -60,9 +60,10 @@ Numbering choose_numbering(const Cells& cells) {
     order.resize(first);
     search(cells, rim, found, order);
   }
-  numbering.place_of.resize(cells.size());
-  for (std::size_t place = 0; place < order.size(); ++place) {
-    numbering.place_of[static_cast<std::size_t>(order[place])] = static_cast<Index>(place);
+  numbering.internal_indices.resize(cells.size());
+  for (std::size_t internal = 0; internal < order.size(); ++internal) {
+    numbering.internal_indices[static_cast<std::size_t>(order[internal])] =
+        static_cast<Index>(internal);
   }
   return numbering;
 }
@@ -74,9 +75,9 @@ Topology renumber(const Topology& topology, const Numbering& numbering) {
   cells.offsets.reserve(topology.cells.offsets.size());
   cells.neighbours.reserve(topology.cells.neighbours.size());
   renumbered.component.reserve(topology.component.size());
-  for (const Index vertex : numbering.vertex_at) {
+  for (const Index vertex : numbering.caller_indices) {
     for (const Index n : topology.cells[vertex]) {
-      cells.neighbours.push_back(numbering.place_of[static_cast<std::size_t>(n)]);
+      cells.neighbours.push_back(numbering.internal_indices[static_cast<std::size_t>(n)]);
     }
     cells.offsets.push_back(static_cast<Index>(cells.neighbours.size()));
     renumbered.component.push_back(topology.component[static_cast<std::size_t>(vertex)]);

@@ -9,15 +9,15 @@ namespace dynmesh {
 
 /// Both empty where vertices lie as the caller numbers them.
 struct Numbering {
-  std::vector<Index> vertex_at;  ///< (k,) the caller's number of the vertex at each place
-  std::vector<Index> place_of;   ///< (k,) the place of the caller's vertex of each number
+  std::vector<Index> caller_indices;    ///< (k,) the caller's number of the vertex at each place
+  std::vector<Index> internal_indices;  ///< (k,) the place of the caller's vertex of each number
 
-  [[nodiscard]] bool is_natural() const { return vertex_at.empty(); }
-  [[nodiscard]] std::size_t place(std::size_t vertex) const {
-    return is_natural() ? vertex : static_cast<std::size_t>(place_of[vertex]);
+  [[nodiscard]] bool is_natural() const { return caller_indices.empty(); }
+  [[nodiscard]] std::size_t internal_index(std::size_t caller) const {
+    return is_natural() ? caller : static_cast<std::size_t>(internal_indices[caller]);
   }
-  [[nodiscard]] std::size_t vertex(std::size_t place) const {
-    return is_natural() ? place : static_cast<std::size_t>(vertex_at[place]);
+  [[nodiscard]] std::size_t caller_index(std::size_t internal) const {
+    return is_natural() ? internal : static_cast<std::size_t>(caller_indices[internal]);
   }
 };
 
@@ -32,17 +32,17 @@ Topology renumber(const Topology& topology, const Numbering& numbering);
 
 /// What the caller numbers `values` by vertices, put in their places.
 template <class T>
-std::vector<T> to_places(const Numbering& numbering, const std::vector<T>& values) {
-  std::vector<T> placed(values.size());
-  for (std::size_t i = 0; i < values.size(); ++i) placed[numbering.place(i)] = values[i];
-  return placed;
+std::vector<T> to_internal_order(const Numbering& numbering, const std::vector<T>& values) {
+  std::vector<T> stored(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) stored[numbering.internal_index(i)] = values[i];
+  return stored;
 }
 
 /// The other way.
 template <class T>
-std::vector<T> to_vertices(const Numbering& numbering, const std::vector<T>& placed) {
-  std::vector<T> values(placed.size());
-  for (std::size_t i = 0; i < values.size(); ++i) values[i] = placed[numbering.place(i)];
+std::vector<T> to_caller_order(const Numbering& numbering, const std::vector<T>& stored) {
+  std::vector<T> values(stored.size());
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = stored[numbering.internal_index(i)];
   return values;
 }
 

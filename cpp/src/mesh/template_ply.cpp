@@ -63,9 +63,9 @@ Property property_of(const std::string& path, std::size_t line,
                      const std::vector<std::string_view>& words) {
   const bool is_list = words.size() == 5 && words[1] == "list";
   if (!is_list && words.size() != 3) refuse_line(path, line, "is no property");
-  const auto kind_at = [&](std::size_t place) {
-    const auto kind = kind_of(words[place]);
-    if (!kind) refuse_line(path, line, "has '" + std::string(words[place]) + "' for a type");
+  const auto kind_at = [&](std::size_t word) {
+    const auto kind = kind_of(words[word]);
+    if (!kind) refuse_line(path, line, "has '" + std::string(words[word]) + "' for a type");
     return *kind;
   };
   if (!is_list) return {std::string(words[2]), kind_at(1), std::nullopt};

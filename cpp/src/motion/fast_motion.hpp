@@ -18,7 +18,7 @@ class FastMotion final : public Estimator<Real> {
   using typename Estimator<Real>::Frame;
 
   /// Whether a mesh of so many vertices can be addressed.
-  static bool takes(std::size_t n_vertices);
+  static bool supports(std::size_t n_vertices);
 
   /// `cells` and `workers` must outlive this object. Any number of threads gives the same.
   FastMotion(const Cells& cells, Index extra_iterations, Workers& workers,
@@ -32,7 +32,7 @@ class FastMotion final : public Estimator<Real> {
  private:
   Index sweep(Index t);
   template <class Work>
-  void for_each_stretch(Work&& work);
+  void for_each_chunk(Work&& work);
 
   const Cells& cells_;
   Workers& workers_;
@@ -49,7 +49,7 @@ class FastMotion final : public Estimator<Real> {
   LargeVector<Vector3<Real>> after_;
   LargeVector<Real> visits_;
   std::vector<Index> rows_;
-  std::vector<Rows> stretches_;
+  std::vector<Rows> chunks_;
 };
 
 }  // namespace dynmesh

@@ -14,9 +14,9 @@ namespace dynmesh {
 /// which sizes on that is, docs/speed.md and the documentation of the setting `threads` say.
 struct Sharing {
   /// Vertices that a thread takes at a time: their part of every array stays in the fastest cache.
-  Index stretch = 1024;
+  Index chunk = 1024;
   /// The same where each vertex takes long, so that meshes of ten thousand are shared, too.
-  Index short_stretch = 256;
+  Index short_chunk = 256;
   /// The caller does fewer pieces than this by itself, before another thread would be awake.
   Index fewest_pieces = 24;
   /// For tests alone, in which every call is to be shared: the caller lets other threads run up to
@@ -58,15 +58,15 @@ class Workers {
         count, [](void* context, Index i) { (*static_cast<Work*>(context))(i); }, &work);
   }
 
-  /// The same for numbers from 0 to `count` - 1, cut into stretches: calls `work(first, last)`,
+  /// The same for numbers from 0 to `count` - 1, cut into chunks: calls `work(first, last)`,
   /// `last` not included.
   template <class Work>
-  void for_each_stretch(Index count, const Work& work) {
-    cut(count, sharing_.stretch, work);
+  void for_each_chunk(Index count, const Work& work) {
+    cut(count, sharing_.chunk, work);
   }
   template <class Work>
-  void for_each_short_stretch(Index count, const Work& work) {
-    cut(count, sharing_.short_stretch, work);
+  void for_each_short_chunk(Index count, const Work& work) {
+    cut(count, sharing_.short_chunk, work);
   }
 
  private:
