@@ -18,8 +18,8 @@ namespace {
 constexpr const char* help =
     R"(Usage: dynmesh-complete --template MESH --input FRAMES --output FRAMES [OPTION]...
 
-Fills in the missing vertices of every frame of a dynamic mesh, from that frame and
-the past alone, one frame in memory at a time.
+Completes the missing vertices of every frame of a dynamic mesh, from that frame and
+earlier frames only. One frame is in memory at a time.
 
   --template MESH    the complete frame 0 and the faces: .obj, .ply or .off
   --input FRAMES     frames 1, 2, ... with the vertices of MESH in the same order;
@@ -30,34 +30,37 @@ FRAMES is a point cache (.pc2), or raw little-endian float32, x y z for each ver
 frame after frame (.raw, .f32, .float32, .bin, .dat or no suffix). "-" is standard
 input or output, raw.
 
-  --method METHOD    "motion": the paper's, fast (default); "detail": keeps the shape of
-                     the mesh, turned with the motion: truer, at milliseconds a frame
-  --unseen RULE      parts of the mesh without any known vertex: "follow" the surface
-                     nearest to them (default), or "hold" still
-  --extra-iterations N   of method motion: more iterations per frame (default 0); ten
-                     take off a third of the error on many sequences
-  --no-revisit       estimate each vertex only once: another reading of the paper
-  --noise SIGMA      of method detail: the known positions are noisy, by this standard
-                     deviation in their unit, and are smoothed
-  --reject-outliers  of method detail: known positions that move unlike those around
-                     them are taken as missing
-  --threads N        that a frame may use (default 1)
-  --report           one JSON line per frame on standard error: known, filled, unseen,
-                     rejected, iterations, seconds
-  --overwrite        replace an output file that exists
-  --help, --version
+  --method METHOD    "motion": the method of the paper, fast (default); "detail":
+                     preserves the shape of the mesh, rotated with the motion; more
+                     accurate, but takes milliseconds per frame
+  --unseen RULE      for parts of the mesh without any known vertex: "follow" the
+                     nearest surface (default), or "hold" their positions
+  --extra-iterations N   for method motion: additional iterations per frame (default
+                     0); ten reduce the error by a third on many sequences
+  --no-revisit       for method motion: estimate each vertex only once per frame,
+                     another interpretation of the paper
+  --noise SIGMA      for method detail: the known positions have noise of this standard
+                     deviation, in their unit, and are smoothed
+  --reject-outliers  for method detail: treat known positions whose motion contradicts
+                     that of their neighbours as missing
+  --threads N        the number of threads that may work on a frame (default 1)
+  --report           print one JSON line per frame to standard error: known, filled,
+                     unseen, rejected, iterations, seconds
+  --overwrite        replace an existing output file
+  --help             print this text
+  --version          print the version
 
-If the input ends within a frame or holds one that no completion can use, or an
-interrupt (Ctrl-C) ends the program, all whole frames before that are completed and
-written. Exit code: 0 done; 1 the data or a file is bad; 2 the call is; 130 or 143
-interrupted.
+If the input ends within a frame or contains a frame that cannot be completed, or if
+the program is interrupted (Ctrl-C), all frames before that are completed and written.
+Exit code: 0 success; 1 the data or a file is not valid; 2 the command line is not
+valid; 130 or 143 interrupted.
 
 Examples:
   dynmesh-complete --template body.obj --input partial.pc2 --output completed.pc2
   sensor | dynmesh-complete --template body.ply --input - --output - | renderer
 )";
 
-/// `kind`: what the text should be, as in "is not a whole number".
+/// `kind` is what the text should be, as in "is not a whole number".
 template <class Number>
 Number parse(const char* option, const std::string& text, const char* kind) {
   Number value = 0;
@@ -72,7 +75,7 @@ Number parse(const char* option, const std::string& text, const char* kind) {
   return value;
 }
 
-/// The library's "extra_iterations: ..." as "--extra-iterations: ...".
+/// Converts "extra_iterations: ..." of the library to "--extra-iterations: ...".
 std::string as_option(std::string message) {
   std::replace(message.begin(), message.begin() + static_cast<std::ptrdiff_t>(message.find(':')),
                '_', '-');
@@ -159,14 +162,15 @@ std::optional<Options> parse_options(int argc, char** argv) {
           std::puts("dynmesh-complete " DYNMESH_VERSION);
           return {};
         default:
-          throw UsageError("see dynmesh-complete --help");  // getopt said what is wrong
+          throw UsageError("see dynmesh-complete --help");  // getopt has printed what is wrong
       }
     }
     check_settings(options.settings);
   } catch (const std::invalid_argument& error) {
     throw UsageError(as_option(error.what()));
   }
-  if (optind < argc) throw UsageError(std::string("what is '") + argv[optind] + "'? see --help");
+  if (optind < argc)
+    throw UsageError(std::string("unexpected argument '") + argv[optind] + "'; see --help");
   if (!options.template_path) throw UsageError("--template is missing; see --help");
   if (!options.input) throw UsageError("--input is missing; see --help");
   if (!options.output) throw UsageError("--output is missing; see --help");

@@ -1,4 +1,5 @@
-/// What tests of threads need: they have the work of small meshes shared, and see that it was.
+/// Functions for tests of threads, with which they make threads share the work of small meshes and
+/// verify it.
 #include <tuple>
 
 #include "bindings.hpp"
@@ -9,7 +10,7 @@ namespace {
 
 using Values = std::tuple<Index, Index, Index, Index>;
 
-/// For completers made from now on. Returns the values before.
+/// Sets the values for completers that are constructed later. Returns the previous values.
 Values set_sharing(Index chunk, Index short_chunk, Index fewest_pieces, Index patience) {
   Sharing& sharing = default_sharing();
   const Values before = {sharing.chunk, sharing.short_chunk, sharing.fewest_pieces,
@@ -22,12 +23,12 @@ constexpr const char* set_sharing_doc =
     R"doc(_set_sharing(chunk, short_chunk, fewest_pieces, patience)
 --
 
-Sets how the work of completers made from now on is shared. Returns the values before.)doc";
+Set how completers that are constructed later share their work. Returns the previous values.)doc";
 
 constexpr const char* pieces_doc = R"doc(_pieces_done_by_others()
 --
 
-How many pieces of work threads other than the caller's have done in this process.)doc";
+Return how many pieces of work threads other than the caller's have done in this process.)doc";
 
 }  // namespace
 

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t side = 180;  // large enough that the numbering matters
 
-/// Where each vertex of a sheet goes if it is numbered at random.
+/// A random permutation of the vertices of a sheet.
 std::vector<Index> shuffled_numbers() {
   std::vector<Index> number(side * side);
   std::iota(number.begin(), number.end(), 0);
@@ -24,7 +24,7 @@ std::vector<Index> shuffled_numbers() {
   return number;
 }
 
-/// The sheet, its vertices numbered so.
+/// The sheet with its vertices in that order.
 struct Renumbered {
   std::vector<Index> number;
   std::vector<Index> indices;
@@ -46,7 +46,7 @@ struct Renumbered {
 
 Points<const float> view(const std::vector<float>& rows) { return {rows.data(), rows.size() / 3}; }
 
-TEST_CASE("only large meshes with scattered neighbours are numbered anew") {
+TEST_CASE("only large meshes with scattered neighbours are reordered") {
   const auto mesh = sheet<float>(side);
   CHECK(choose_numbering(build_topology(mesh.faces(), mesh.size()).cells).is_natural());
   const Renumbered shuffled(mesh, shuffled_numbers());
@@ -66,7 +66,7 @@ TEST_CASE("only large meshes with scattered neighbours are numbered anew") {
   CHECK(choose_numbering(renumbered.cells).is_natural());
 }
 
-TEST_CASE("whichever way vertices are numbered, and with any number of threads") {
+TEST_CASE("results do not depend on the order of vertices and the number of threads") {
   const SharedWork shared(512);
   const auto mesh = sheet<float>(side);
   const std::size_t k = mesh.size();

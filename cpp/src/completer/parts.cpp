@@ -10,7 +10,7 @@
 namespace dynmesh {
 namespace {
 
-/// The topology as it lies in memory.
+/// Chooses the internal order of the vertices and returns the topology in that order.
 std::unique_ptr<const Topology> in_internal_order(Topology topology, Numbering& numbering) {
   numbering = choose_numbering(topology.cells);
   return std::make_unique<const Topology>(numbering.is_natural() ? std::move(topology)
@@ -72,7 +72,7 @@ void Completer<Real>::Parts::begin(Frame new_first_frame) {
   Unseen<Real> new_unseen = unseen;
   new_unseen.reset(new_first_frame);
   estimator->reset(new_first_frame);
-  // From here on nothing fails.
+  // Nothing below can throw.
   unseen = std::move(new_unseen);
   if (outliers) outliers->reset(new_first_frame);
   std::ranges::copy(new_first_frame, previous.begin());

@@ -1,5 +1,5 @@
-/// The stored form of a completer, field by field, little-endian and packed: what it fits, what the
-/// last frame was like, then the arrays, and a checksum of all of it.
+/// The state of a completer: the properties that another completer must share to restore it,
+/// details of the last frame, the arrays, and a checksum. All fields are little-endian and packed.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,7 +17,7 @@
 namespace dynmesh {
 namespace {
 
-/// Ends in the version of the format.
+/// The last character is the version of the format.
 constexpr std::array<char, 8> magic = {'d', 'y', 'n', 'm', 'e', 's', 'h', '4'};
 
 /// What must agree between the completer that wrote a state and the one that reads it.
@@ -47,7 +47,7 @@ struct Header {
   }
 };
 
-/// Of the last frame, what neither its mask nor the mesh tells.
+/// The details of the last frame that cannot be computed from its mask and the mesh.
 struct FrameFacts {
   std::int64_t iterations = 0;
   std::uint64_t rejected = 0;
@@ -81,7 +81,7 @@ std::size_t stored_size() {
   return size;
 }
 
-/// States move between meshes of equal connectivity only.
+/// A state can be restored only for a mesh of the same connectivity.
 std::uint64_t hash_of_cells(const Cells& cells) {
   return hash_of(std::as_bytes(std::span(cells.offsets))) ^
          hash_of(std::as_bytes(std::span(cells.neighbours))) * 3;
@@ -100,7 +100,8 @@ Header header_of(const Settings& settings, const Cells& cells) {
           settings.noise.value_or(0)};
 }
 
-/// The name at such a place, as of an enumeration's value; the bytes may hold any other, too.
+/// Returns the name of the value of an enumeration, or the number if it is not a valid one, since
+/// the bytes may be arbitrary.
 std::string name_in(std::span<const char* const> names, std::uint32_t value) {
   return value < names.size() ? names[value] : std::to_string(value);
 }
@@ -135,8 +136,8 @@ void check_header(const Header& found, const Header& expected) {
   check_setting("noise", found.noise, expected.noise);
 }
 
-/// The seal tells what was damaged, not what was made up. Nothing that later frames could not bear
-/// gets in here, wherever the bytes are from.
+/// The checksum detects damage but not bytes that were made up. The following checks refuse all
+/// values that later frames cannot handle, wherever the bytes come from.
 template <class Real>
 void check_frame(const std::vector<Vector3<Real>>& frame) {
   const auto wrong = std::ranges::find_if_not(frame, is_in_range<Real>);
@@ -160,8 +161,8 @@ void check_facts(const FrameFacts& facts, std::span<const std::uint8_t> known) {
 void check_ages(std::span<const Index> age, std::span<const std::uint8_t> known) {
   for (std::size_t v = 0; v < age.size(); ++v) {
     if (age[v] < 0 || known[v] > 1) {
-      refuse_state("says of vertex " + std::to_string(v) + " that its age is " +
-                   std::to_string(age[v]) + " and its mask " + std::to_string(known[v]));
+      refuse_state("vertex " + std::to_string(v) + " has the age " + std::to_string(age[v]) +
+                   " and the mask " + std::to_string(known[v]) + ", which is not possible");
     }
   }
 }
@@ -232,7 +233,7 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   if (reader.rest() != 0) refuse_state(std::to_string(reader.rest()) + " bytes too long");
   if (seal != hash_of(state.first(state.size() - sizeof seal))) {
     refuse_state("damaged: its " + std::to_string(state.size()) +
-                 " bytes do not fit their checksum");
+                 " bytes do not match their checksum");
   }
   check_frame(first_frame);
   check_frame(previous);
@@ -240,14 +241,14 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   check_facts(facts, known);
   const bool has_every_row = memory_rows == memory.rows.size();
   if (!has_every_row || !parts_->estimator->accepts(memory))
-    refuse_state("holds no memory of this method");
+    refuse_state("does not contain a valid memory of this method");
 
   previous = to_internal_order(parts_->numbering, previous);
   age = to_internal_order(parts_->numbering, age);
   known = to_internal_order(parts_->numbering, known);
   if (!memory.rows.empty()) memory.rows = to_internal_order(parts_->numbering, memory.rows);
   parts_->begin(to_internal_order(parts_->numbering, first_frame));
-  // From here on nothing fails.
+  // Nothing below can throw.
   parts_->previous = std::move(previous);
   parts_->age = std::move(age);
   parts_->known = std::move(known);
@@ -261,7 +262,7 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   parts_->report.stages.blend = facts.blend;
 }
 
-// The members that stand here; all others are made in completer.cpp.
+// Only the members defined in this file; completer.cpp instantiates the others.
 template std::size_t Completer<float>::state_size() const;
 template std::size_t Completer<double>::state_size() const;
 template std::vector<std::byte> Completer<float>::state() const;

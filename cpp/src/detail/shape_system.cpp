@@ -17,7 +17,8 @@ template <class Real>
 void ShapeSystem::reset(std::span<const Triangle> faces, std::span<const Vector3<Real>> first_frame,
                         const DetailConstants& constants) {
   auto k = build_detail_operator<Real>(faces, cells_, first_frame, constants);
-  factor_ = std::make_unique<MaskedFactor>(normal_matrix(k));  // may run out of memory: first
+  factor_ = std::make_unique<MaskedFactor>(
+      normal_matrix(k));  // first, since it may throw if memory is exhausted
   operator_ = std::move(k);
 }
 

@@ -35,7 +35,7 @@ std::vector<Vector3<double>> finite_frame(const char* argument, Points<const Rea
   return frame;
 }
 
-/// GL(v_i), eq. (6).
+/// Returns GL(v_i), eq. (6).
 Vector3<double> geometric_laplacian(const Cells& cells, const std::vector<Vector3<double>>& frame,
                                     Index vertex, double shortest) {
   const Vector3<double> v_i = frame[static_cast<std::size_t>(vertex)];
@@ -83,7 +83,7 @@ ErrorSummary summary(std::span<const double> errors) {
   std::vector<double> sorted(errors.begin(), errors.end());
   const auto nan = std::ranges::find_if(sorted, [](double e) { return std::isnan(e); });
   if (nan != sorted.end()) {
-    throw std::invalid_argument("errors: place " + std::to_string(nan - sorted.begin()) +
+    throw std::invalid_argument("errors: position " + std::to_string(nan - sorted.begin()) +
                                 " is not a number");
   }
   std::ranges::sort(sorted);

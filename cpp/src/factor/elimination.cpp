@@ -34,7 +34,7 @@ std::vector<Index> inverse(const std::vector<Index>& order) {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-/// Calls `visit(position)` for the positions before `position` that its column has entries at.
+/// Calls `visit(other)` for the positions before `position` at which its column has entries.
 template <class Visit>
 void for_each_before(const SymmetricMatrix& matrix, const Elimination& plan, Index position,
                      const Visit& visit) {
@@ -45,7 +45,7 @@ void for_each_before(const SymmetricMatrix& matrix, const Elimination& plan, Ind
   }
 }
 
-/// The elimination tree (Liu 1986): the parent of each position, none for roots.
+/// Returns the elimination tree (Liu 1986): the parent of each position, or none for a root.
 std::vector<Index> elimination_tree(const SymmetricMatrix& matrix, const Elimination& plan) {
   std::vector<Index> parent(matrix.size(), none);
   std::vector<Index> ancestor(matrix.size(), none);
@@ -62,7 +62,8 @@ std::vector<Index> elimination_tree(const SymmetricMatrix& matrix, const Elimina
   return parent;
 }
 
-/// The positions of a forest, every subtree in a row and before its root.
+/// Returns the positions of a forest in postorder: every subtree is contiguous and precedes its
+/// root.
 std::vector<Index> postorder(const std::vector<Index>& parent) {
   std::vector<Index> first_child(parent.size(), none);
   std::vector<Index> sibling(parent.size(), none);
@@ -92,7 +93,7 @@ std::vector<Index> postorder(const std::vector<Index>& parent) {
   return order;
 }
 
-/// Entries of each column of the factor, diagonal and all.
+/// Returns the number of entries of each column of the factor, including the diagonal.
 std::vector<Index> column_counts(const SymmetricMatrix& matrix, const Elimination& plan,
                                  const std::vector<Index>& parent) {
   std::vector<Index> counts(matrix.size(), 1);
@@ -109,12 +110,12 @@ std::vector<Index> column_counts(const SymmetricMatrix& matrix, const Eliminatio
   return counts;
 }
 
-/// Columns in the making of a supernode.
+/// Contiguous columns that may become a supernode.
 struct Block {
   Index first;
   Index columns;
-  Index rows;   // of its first column, diagonal and all
-  double held;  // entries that the factor has in it
+  Index rows;   // of its first column, including the diagonal
+  double held;  // the number of nonzero entries
 
   [[nodiscard]] double share_of_zeros() const {
     const double entries = columns * (rows - 0.5 * (columns - 1));
@@ -122,7 +123,8 @@ struct Block {
   }
 };
 
-/// How many zeros are worth a wider block; masks thin it out, so narrow ones are too slow.
+/// Limits the share of zeros by the width of the block. Narrow blocks are joined more readily,
+/// since the mask removes columns from them and very narrow blocks are slow.
 bool is_worth_joining(const Block& joined) {
   if (joined.columns <= 8) return true;
   const double zeros = joined.share_of_zeros();
@@ -131,8 +133,8 @@ bool is_worth_joining(const Block& joined) {
   return zeros < 0.05;
 }
 
-/// Runs of columns with nearly the same rows. A block may join the one before it where that is a
-/// subtree below it: the rows of a child are among those of its parent.
+/// Finds runs of columns with nearly the same rows. A block may be joined with the previous one if
+/// that is a subtree below it, since the rows of a child are among those of its parent.
 std::vector<Block> find_blocks(const std::vector<Index>& parent, const std::vector<Index>& counts) {
   std::vector<Block> blocks;
   for (Index j = 0; j < static_cast<Index>(parent.size()); ++j) {
@@ -143,7 +145,7 @@ std::vector<Block> find_blocks(const std::vector<Index>& parent, const std::vect
       if (root == none || root > j) break;
       const Block joined = {below.first, below.columns + block.columns, below.columns + block.rows,
                             below.held + block.held};
-      const bool is_chain = below.rows == joined.rows;  // no zeros at all
+      const bool is_chain = below.rows == joined.rows;  // joining adds no zeros
       if (!is_chain && !is_worth_joining(joined)) break;
       block = joined;
       blocks.pop_back();
@@ -179,7 +181,7 @@ Elimination plan_elimination(const SymmetricMatrix& matrix) {
     for (Index j = plan.firsts[at(s)]; j < plan.firsts[at(s) + 1]; ++j) supernode_of[at(j)] = s;
   }
 
-  // The rows of a supernode: those of its columns and those of its children.
+  // The rows of a supernode are those of its columns and of its children.
   std::vector<Index> first_child(at(plan.supernodes()), none);
   std::vector<Index> sibling(at(plan.supernodes()), none);
   std::vector<Index> seen(n, none);

@@ -9,7 +9,7 @@ namespace {
 
 constexpr Index none = -1;
 
-/// Pivots below this share of the matrix's own diagonal are rounding errors of zeros.
+/// Pivots below this fraction of the diagonal of the matrix are zero except for rounding errors.
 constexpr double singular = 1e-14;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
@@ -39,7 +39,7 @@ MaskedFactor::MaskedFactor(SymmetricMatrix matrix, const DenseKernels& kernels)
     : plan_(plan_elimination(matrix)), kernels_(kernels) {
   matrix_ = permuted(matrix, plan_);
   const std::size_t n = matrix_.size();
-  // Only the lower triangle is used from here on.
+  // Only the lower triangle is needed from here on.
   least_pivots_.resize(n);
   SymmetricMatrix lower;
   lower.offsets.push_back(0);
@@ -86,7 +86,7 @@ bool MaskedFactor::factorize(std::span<const std::uint8_t> mask, std::span<const
   if (is_same_mask && std::ranges::equal(added, added_)) return false;
   added_.assign(added.begin(), added.end());
   if (!is_same_mask) {
-    mask_.clear();  // so that a factor for which memory did not suffice is nobody's
+    mask_.clear();  // if memory is exhausted below, the factor matches no mask
     thin_out(mask);
     mask_.assign(mask.begin(), mask.end());
   }
@@ -107,7 +107,7 @@ bool MaskedFactor::factorize(std::span<const std::uint8_t> mask, std::span<const
   return true;
 }
 
-/// Finds the panels of the submatrix and the rows that they really have.
+/// Determines the panels of the submatrix and their rows.
 void MaskedFactor::thin_out(std::span<const std::uint8_t> mask) {
   position_at_.clear();
   order_.clear();
@@ -142,7 +142,8 @@ void MaskedFactor::thin_out(std::span<const std::uint8_t> mask) {
   if (factor_.size() < size) factor_.resize(size);
 }
 
-/// Of the rows that the supernode may have, those of its columns that are in and of its children.
+/// Selects the rows of the current panel: those of its columns and of its children that the mask
+/// contains.
 void MaskedFactor::find_rows(Index supernode) {
   const auto s = at(supernode);
   const Panel& panel = panels_.back();
@@ -171,7 +172,7 @@ void MaskedFactor::find_rows(Index supernode) {
   first_child_[static_cast<std::size_t>(up)] = mine;
 }
 
-/// Puts the entries of the matrix in their positions.
+/// Copies the entries of the matrix to the panel.
 void MaskedFactor::fill(const Panel& panel) {
   double* data = &factor_[panel.data];
   std::fill_n(data, at(panel.columns) * at(panel.columns + panel.n_below), 0.0);
@@ -190,7 +191,7 @@ void MaskedFactor::fill(const Panel& panel) {
   }
 }
 
-/// Takes off what the panels before it, with rows in this one, add up to.
+/// Subtracts the contributions of all earlier panels that have rows in this one.
 void MaskedFactor::subtract_descendants(Index p) {
   const Panel& panel = panels_[at(p)];
   double* data = &factor_[panel.data];
@@ -224,7 +225,8 @@ void MaskedFactor::subtract_descendants(Index p) {
   }
 }
 
-/// Puts a panel down for the later one that its row below number `row` is in.
+/// Adds a panel to the list of the later panel that contains its row number `row` below the
+/// triangle.
 void MaskedFactor::queue(Index p, Index row) {
   const Panel& panel = panels_[at(p)];
   if (row == panel.n_below) return;

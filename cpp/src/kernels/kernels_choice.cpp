@@ -27,11 +27,11 @@ namespace {
 
 [[maybe_unused]] ProcessorLevel level_of_this_processor() {
   static const ProcessorLevel level =
-      level_of(processor_features());  // takes long in a virtual machine
+      level_of(processor_features());  // CPUID is slow in a virtual machine
   return level;
 }
 
-/// Of those for each kind of processor the ones that this one can run, the best first.
+/// Returns the kernels that this processor can run, the fastest first.
 template <class Kernels>
 std::vector<const Kernels*> runnable([[maybe_unused]] const Kernels* v3,
                                      [[maybe_unused]] const Kernels* v2, const Kernels* portable) {

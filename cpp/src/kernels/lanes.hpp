@@ -1,9 +1,9 @@
-/// Four numbers at a time, for the inner loops.
+/// Vectors of four numbers for the inner loops.
 ///
-/// These (lanes.hpp and the files that include it) are compiled several times with different
-/// instructions, each in a namespace of its own; kernels_choice.cpp tells which may run. Nothing in
-/// there may be instantiated elsewhere too, or the linker could choose the wrong one: so no
-/// templates and no inline functions of the standard library.
+/// This header and the files that include it are compiled several times with different
+/// instructions, each time in a namespace of its own; kernels_choice.cpp selects which to run.
+/// Nothing in them may also be instantiated elsewhere, since the linker might then choose the wrong
+/// version. They therefore use no templates and no inline functions of the standard library.
 #pragma once
 
 #include <dynmesh/types.hpp>
@@ -53,10 +53,11 @@ template <class Vector>
   return a > b ? a : b;
 }
 
-/// All ones where the magnitude is at most `limit`, and zero for what is not a number.
+/// Returns all ones in the lanes whose magnitude is at most `limit`, and zero in the others and for
+/// NaN.
 template <class Real>
 [[gnu::always_inline]] inline Bits<Real> within(Quad<Real> v, Real limit) {
-  // Without the sign bit.
+  // Clear the sign bit.
   const Bits<Real> bits =
       reinterpret_cast<Bits<Real>>(v) & ~reinterpret_cast<Bits<Real>>(-Quad<Real>{});
   return reinterpret_cast<Quad<Real>>(bits) <= limit;

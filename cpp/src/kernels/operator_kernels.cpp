@@ -1,7 +1,7 @@
 #include "kernels/operator_kernels.hpp"
 
-// Compiled several times with different instructions, each in a namespace of its own, by the rules
-// of sweeps.cpp: nothing here may be instantiated elsewhere too.
+// This file is compiled several times with different instructions, each time in a namespace of its
+// own, and follows the rules in lanes.hpp: nothing here may also be instantiated elsewhere.
 #ifndef DYNMESH_KERNELS
 #define DYNMESH_KERNELS portable
 #endif
@@ -16,7 +16,7 @@ using Quad [[gnu::vector_size(32), gnu::may_alias]] = double;
 }
 [[gnu::always_inline]] inline Quad& quad(Vector3<double>* v) { return *reinterpret_cast<Quad*>(v); }
 
-/// Row i of C x, times `factor`.
+/// Computes row i of C x, times `factor`.
 template <int fields>
 [[gnu::always_inline]] inline void multiply_row(const OperatorData& k, Index i, double factor,
                                                 const Vector3<double>* x,

@@ -5,10 +5,10 @@
 namespace dynmesh::DYNMESH_KERNELS {
 namespace {
 
-/// So many rows ahead, one that lies elsewhere is called for.
+/// If rows are not in order, they are prefetched this many rows ahead.
 constexpr Index ahead = 24;
 
-/// A row of three, by one load where there is something behind it.
+/// Loads a row of three, by a single load if there are bytes after it.
 template <class Real>
 [[gnu::always_inline]] inline Quad<Real> load_row(const Real* row, bool is_last) {
   using Unaligned [[gnu::aligned(sizeof(Real)), gnu::may_alias]] = Quad<Real>;
@@ -28,7 +28,7 @@ template <class Real>
   at[2] = point[2];
 }
 
-/// Takes one vertex; returns ones where a known coordinate is beyond the limit.
+/// Reads one vertex. Returns ones in the lanes in which a known coordinate is beyond the limit.
 template <class Real>
 [[gnu::always_inline]] inline Bits<Real> read_one(Quad<Real> point, const std::uint8_t* observed,
                                                   Real limit, Index v, Real* points,
@@ -52,7 +52,7 @@ bool read(const PackedRows<const Real>& rows, const std::uint8_t* observed, Real
   const Real* data = rows.data;
   const Index* row_of = rows.row_of;
   Bits<Real> beyond{};
-  if (row_of == nullptr && observed != nullptr) {  // the usual case, without a branch in its loop
+  if (row_of == nullptr && observed != nullptr) {  // the usual case; its loop has no branch
     for (Index v = first; v < last; ++v) known[v] = observed[v] != 0 ? 1 : 0;
     const auto store = [&](Index v, Quad<Real> point) {
       quad_of(points, v) = point;
@@ -86,7 +86,7 @@ void write(Real* points, const Real* previous, Real limit, Index first, Index la
   const Index* row_of = rows.row_of;
   Bits<Real> beyond{};
   if (row_of == nullptr) {
-    // One store a row; what it spills into the next row is overwritten at once.
+    // Each row takes one store, which spills into the next row before that is written.
     for (Index v = first; v < last - 1; ++v) {
       const Quad<Real> point = quad_of<Real>(points, v);
       beyond |= ~within<Real>(point, limit);

@@ -6,8 +6,8 @@
 namespace dynmesh::DYNMESH_KERNELS {
 namespace {
 
-/// 1 / |a - v_j|^2 and so on, as Motion::inverse_squared_distance. Distances may be of any number
-/// of neighbours, one in each lane of `x`, `y` and `z`.
+/// Returns 1 / |v_i - v_j|^2 like Motion::inverse_squared_distance, for one neighbour in each lane
+/// of `x`, `y` and `z`, the components of the distances.
 template <class Real, class Vector>
 [[gnu::always_inline]] inline Vector inverse_squares(Vector x, Vector y, Vector z, Real scale) {
   x *= scale;
@@ -19,7 +19,7 @@ template <class Real, class Vector>
   return Real(1) / (length < ceiling ? length : ceiling);
 }
 
-/// s_ij of four neighbours.
+/// Returns s_ij of four neighbours.
 template <class Real>
 [[gnu::always_inline]] inline Quad<Real> inverse_squared_distances(const SweepData<Real>& data,
                                                                    const std::uint32_t* neighbours,
@@ -38,7 +38,7 @@ template <class Real>
                                            data.inverse_mean_edge);
 }
 
-/// s_ij of eight neighbours, zero in slots that are not taken.
+/// Computes s_ij of eight neighbours, and 0 for empty slots.
 template <class Real>
 [[gnu::always_inline]] inline void weigh(const SweepData<Real>& data, Index j,
                                          const std::uint32_t* neighbours, Quad<Real>* weights) {
@@ -59,7 +59,7 @@ using Octet [[gnu::vector_size(32), gnu::may_alias]] = float;
   return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
 }
 
-/// The same, eight at a time.
+/// The same, with vectors of eight numbers.
 template <>
 [[gnu::always_inline]] inline void weigh(const SweepData<float>& data, Index j,
                                          const std::uint32_t* neighbours, Quad<float>* weights) {
@@ -86,7 +86,7 @@ template <>
 }
 #endif
 
-/// The sum of s_ij times the estimate over four slots.
+/// Adds s_ij times the estimate for four slots.
 template <class Real>
 [[gnu::always_inline]] inline Quad<Real> sum_of(const Real* estimates,
                                                 const std::uint32_t* neighbours, Quad<Real> s,
@@ -98,7 +98,7 @@ template <class Real>
   return sum;
 }
 
-/// The same over a cell of any size, s_ij anew each time.
+/// Returns the same sum over a cell of any size, computing s_ij each time.
 template <class Real>
 Quad<Real> sum_of_wide(const SweepData<Real>& data, Index j) {
   constexpr std::uint32_t size = sizeof(Quad<Real>);
@@ -119,8 +119,8 @@ Quad<Real> sum_of_wide(const SweepData<Real>& data, Index j) {
   return sum;
 }
 
-/// Eq. (4) after the sums, divided by t + 1 for the next iteration. Returns -1 in all lanes if the
-/// vertex is reached, else 0.
+/// Completes eq. (4) after the sums, divided by t + 1 for the next iteration. Returns -1 in all
+/// lanes if the vertex is reached, and 0 otherwise.
 template <class Real>
 [[gnu::always_inline]] inline Bits<Real> settle(const SweepData<Real>& data, Index j,
                                                 Quad<Real> sum, Real visits_before,
@@ -132,7 +132,7 @@ template <class Real>
   const Quad<Real> visits =
       reinterpret_cast<Quad<Real>>(reinterpret_cast<Bits<Real>>(one) & reached) + visits_before;
   data.visits[j] = visits[0];
-  // Where nothing is reached, sum and visits are zero and so is this.
+  // If the vertex is not reached, sum and visits are zero, and so is this.
   const Quad<Real> scale = visits * next_share / larger(denominator, Quad<Real>{} + smallest);
   quad_of(data.after, j) = sum * scale;
   return reached;

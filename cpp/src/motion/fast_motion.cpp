@@ -33,7 +33,7 @@ FastMotion<Real>::FastMotion(const Cells& cells, Index extra_iterations, Workers
     if (cell.size() > slots) wide_.push_back(static_cast<Index>(j));
     valence_[j] = static_cast<std::uint8_t>(std::min<std::size_t>(cell.size(), slots + 1));
     for (std::size_t slot = 0; slot < slots; ++slot) {
-      // Empty slots hold the vertex itself, and weigh nothing.
+      // Empty slots refer to the vertex itself and have weight 0.
       const std::size_t i = slot < cell.size() ? static_cast<std::size_t>(cell[slot]) : j;
       neighbours_[slots * j + slot] = static_cast<std::uint32_t>(i * sizeof(Vector3<Real>));
     }
@@ -68,7 +68,7 @@ void FastMotion<Real>::for_each_chunk(Work&& work) {
                     [&](Index i) { work(chunks_[static_cast<std::size_t>(i)]); });
 }
 
-/// One iteration; returns how many satellites it left.
+/// Executes one iteration and returns the number of satellites reached so far.
 template <class Real>
 Index FastMotion<Real>::sweep(Index t) {
   for_each_chunk([&](Rows& rows) {
@@ -107,7 +107,7 @@ Index FastMotion<Real>::estimate(Frame previous, std::span<Vector3<Real>> points
   Index t = 0;
   while (reached < unknown) {
     const Index now = sweep(++t);
-    if (now == reached) break;  // the others are out of reach, and this iteration is no more
+    if (now == reached) break;  // the other vertices are unseen, and this iteration does not count
     reached = now;
     last = t;
     std::swap(data_.before, data_.after);

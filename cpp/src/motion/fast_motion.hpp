@@ -1,4 +1,4 @@
-/// Method motion with `revisit`, by the loops of sweeps.hpp.
+/// Method motion with `revisit`, implemented by the loops of sweeps.hpp.
 #pragma once
 
 #include <dynmesh/topology.hpp>
@@ -11,16 +11,18 @@
 
 namespace dynmesh {
 
-/// Gives what Motion gives, but for rounding. Allocates in the constructor only.
+/// Computes the same result as Motion, except for rounding. Allocates memory only in the
+/// constructor.
 template <class Real>
 class FastMotion final : public Estimator<Real> {
  public:
   using typename Estimator<Real>::Frame;
 
-  /// Whether a mesh of so many vertices can be addressed.
+  /// Whether the 32-bit byte offsets of the loops suffice for a mesh of this size.
   static bool supports(std::size_t n_vertices);
 
-  /// `cells` and `workers` must outlive this object. Any number of threads gives the same.
+  /// `cells` and `workers` must outlive this object. The result does not depend on the number of
+  /// threads.
   FastMotion(const Cells& cells, Index extra_iterations, Workers& workers,
              const Sweeps<Real>& sweeps = *runnable_sweeps<Real>().front());
 
