@@ -1,4 +1,4 @@
-# The C++ package: library, headers, what CMake and pkg-config find it by, and dynmesh-complete.
+# Installs the library, headers, files for CMake and pkg-config, and dynmesh-complete.
 install(TARGETS dynmesh EXPORT dynmesh-targets)
 install(DIRECTORY cpp/include/dynmesh ${CMAKE_CURRENT_BINARY_DIR}/include/dynmesh
         DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
@@ -12,7 +12,8 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/dynmesh-config.cmake
               ${CMAKE_CURRENT_BINARY_DIR}/dynmesh-config-version.cmake
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/dynmesh)
 
-# For pkg-config; valid wherever the prefix is moved to. `runtime`: what a C compiler does not link.
+# The file for pkg-config, which stays valid if the prefix is moved. `runtime` lists the libraries
+# that a C compiler does not link by default.
 set(runtime ${CMAKE_CXX_IMPLICIT_LINK_LIBRARIES})
 list(FILTER runtime INCLUDE REGEX "^((std)?c[+][+]|m)$")
 list(TRANSFORM runtime PREPEND "-l")
@@ -30,7 +31,7 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/dynmesh.pc
 
 if(DYNMESH_APPS)
   if(BUILD_SHARED_LIBS)
-    # Found beside its library wherever the prefix is moved to.
+    # Let the program find its library even if the prefix is moved.
     file(RELATIVE_PATH to_library ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
     set_target_properties(dynmesh-complete PROPERTIES INSTALL_RPATH "$ORIGIN/${to_library}")
   endif()

@@ -21,19 +21,20 @@ using dynmesh::app::FrameWriter;
 using dynmesh::app::Options;
 using dynmesh::app::UsageError;
 
-// A signal handler reaches nothing else.
+// A signal handler can access nothing else.
 // NOLINTNEXTLINE(cppcoreguidelines-avoid-non-const-global-variables)
 volatile std::sig_atomic_t caught_signal = 0;
 
-/// Reading and writing stop at the next frame, so that what was completed is not lost. A signal
-/// that whoever started the program ignores stays ignored, as a script's background jobs expect.
+/// Makes a signal stop the program after the current frame, so that the completed frames are not
+/// lost. A signal that was ignored when the program was started stays ignored, as background jobs
+/// of a shell script expect.
 void stop_on(int signal) {
   struct sigaction action {};
   sigaction(signal, nullptr, &action);
   if (action.sa_handler == SIG_IGN) return;
   action = {};
   action.sa_handler = [](int number) { caught_signal = number; };
-  sigaction(signal, &action, nullptr);  // no SA_RESTART: a read that waits comes back
+  sigaction(signal, &action, nullptr);  // without SA_RESTART, a blocking read returns
 }
 
 void print(const dynmesh::FrameReport& report, std::size_t frame) {
@@ -44,13 +45,13 @@ void print(const dynmesh::FrameReport& report, std::size_t frame) {
                report.iterations, report.seconds);
 }
 
-/// What `call` returns; what the library refuses in it is said to be in `place`.
+/// Returns what `call` returns. Adds `where` to the message of an error of the library.
 template <class Call>
-auto blaming(const std::string& place, const Call& call) {
+auto with_context(const std::string& where, const Call& call) {
   try {
     return call();
   } catch (const std::invalid_argument& error) {
-    throw DataError(place + ": " + error.what());
+    throw DataError(where + ": " + error.what());
   }
 }
 
@@ -58,13 +59,14 @@ void complete(const Options& options) {
   (void)dynmesh::app::format_of(*options.input);
   (void)dynmesh::app::format_of(*options.output);
   const dynmesh::TemplateMesh mesh = dynmesh::read_template(*options.template_path);
-  dynmesh::Completer<float> completer = blaming(*options.template_path, [&] {
+  dynmesh::Completer<float> completer = with_context(*options.template_path, [&] {
     return dynmesh::Completer<float>(mesh.triangles(), mesh.points(), options.settings);
   });
 
   std::error_code missing;
   if (std::filesystem::equivalent(*options.input, *options.output, missing)) {
-    throw UsageError(*options.output + ": is the input; completing it in place would lose it");
+    throw UsageError(*options.output +
+                     ": is also the input file, which would be overwritten; choose another output");
   }
   FrameReader reader(*options.input, completer.n_vertices());
   FrameWriter writer(*options.output, completer.n_vertices(), reader.timing(), options.overwrite);
@@ -75,16 +77,17 @@ void complete(const Options& options) {
     dynmesh::FrameReport report;
     try {
       if (caught_signal != 0 || !reader.read(frame)) break;
-      report = blaming(*options.input + ": frame " + std::to_string(number),
-                       [&] { return completer.push(points, points); });
+      report = with_context(*options.input + ": frame " + std::to_string(number),
+                            [&] { return completer.push(points, points); });
     } catch (const DataError& error) {
-      damage = error;  // what was completed before it is worth having
+      damage = error;  // keep the frames that were completed before it
       break;
     }
     if (options.report) print(report, number);
     writer.write(frame);
   }
-  if (damage && writer.n_frames() == 0) throw DataError(*damage);  // an older file stays
+  if (damage && writer.n_frames() == 0)
+    throw DataError(*damage);  // leave an existing file unchanged
   writer.finish();
   if (damage) throw DataError(*damage);
 }
@@ -92,14 +95,15 @@ void complete(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // A reader that goes away shows as a failed write, which is reported.
+  // If the reader of a pipe exits, writing fails, which is reported.
   std::signal(SIGPIPE, SIG_IGN);
   stop_on(SIGINT);
   stop_on(SIGTERM);
   try {
     if (const auto options = dynmesh::app::parse_options(argc, argv)) complete(*options);
     if (caught_signal != 0) {
-      std::fprintf(stderr, "dynmesh-complete: interrupted; the frames so far are written\n");
+      std::fprintf(
+          stderr, "dynmesh-complete: interrupted; all frames completed so far have been written\n");
       return 128 + caught_signal;
     }
     return 0;

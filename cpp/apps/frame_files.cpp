@@ -14,7 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-static_assert(std::endian::native == std::endian::little, "frames are read as they lie in memory");
+static_assert(std::endian::native == std::endian::little,
+              "frames are read in the byte order of memory");
 
 constexpr std::array<char, 12> pc2_signature = {'P', 'O', 'I', 'N', 'T', 'C',
                                                 'A', 'C', 'H', 'E', '2', '\0'};
@@ -50,16 +51,16 @@ FrameFormat format_of(const std::string& path) {
   if (suffix == ".pc2") return FrameFormat::pc2;
   constexpr std::array raw = {"", ".raw", ".f32", ".float32", ".bin", ".dat"};
   if (std::ranges::find(raw, suffix) != raw.end()) return FrameFormat::raw;
-  throw UsageError(path +
-                   ": frames are read and written as .pc2, or as raw little-endian float32 " +
-                   "under the name .raw, .f32, .float32, .bin, .dat or without a suffix");
+  throw UsageError(
+      path + ": the suffix must be .pc2, or .raw, .f32, .float32, .bin, .dat or none for raw " +
+      "little-endian float32");
 }
 
 FrameReader::FrameReader(const std::string& path, std::size_t n_vertices)
     : path_(path == "-" ? "standard input" : path),
       format_(format_of(path)),
       file_(path == "-" ? File(stdin) : open_file(path, "rb")) {
-  if (path != "-" && fs::is_directory(path)) throw DataError(path + ": is a folder");
+  if (path != "-" && fs::is_directory(path)) throw DataError(path + ": is a directory");
   if (format_ == FrameFormat::pc2) read_header(n_vertices);
 }
 
@@ -67,7 +68,7 @@ void FrameReader::read_header(std::size_t n_vertices) {
   Pc2Header header;
   if (std::fread(&header, sizeof header, 1, file_.get()) != 1 ||
       header.signature != pc2_signature || header.version != 1) {
-    throw DataError(path_ + ": is no PC2 file; one begins with POINTCACHE2 and version 1");
+    throw DataError(path_ + ": is not a PC2 file: it must begin with POINTCACHE2 and version 1");
   }
   if (header.n_vertices < 0 || static_cast<std::size_t>(header.n_vertices) != n_vertices) {
     throw DataError(path_ + ": has frames of " + std::to_string(header.n_vertices) +
@@ -80,7 +81,7 @@ void FrameReader::read_header(std::size_t n_vertices) {
   n_frames_ = static_cast<std::uint32_t>(header.n_frames);
 }
 
-/// Reads up to one frame and returns the number of bytes got.
+/// Reads up to one frame and returns the number of bytes read.
 std::size_t FrameReader::fill(std::span<float> frame) {
   const std::size_t got = std::fread(frame.data(), 1, frame.size_bytes(), file_.get());
   if (std::ferror(file_.get()) != 0 && errno != EINTR) {
@@ -94,14 +95,14 @@ bool FrameReader::read(std::span<float> frame) {
   const std::size_t got = fill(at_declared_end ? frame.first(1) : frame);
   if (at_declared_end) {
     if (got == 0) return false;
-    throw DataError(path_ + ": goes on after the " + frames(n_read_) + " that it declares");
+    throw DataError(path_ + ": continues after the " + frames(n_read_) +
+                    " that its header declares");
   }
   if (got == frame.size_bytes()) {
     if (n_read_ == 0 && format_ == FrameFormat::raw &&
         std::memcmp(frame.data(), pc2_signature.data(), std::min(got, pc2_signature.size())) == 0) {
-      throw DataError(
-          path_ +
-          ": is a PC2 file by its first bytes, not raw frames; a file named .pc2 is read as one");
+      throw DataError(path_ +
+                      ": begins like a PC2 file, but is read as raw frames; rename it to .pc2");
     }
     ++n_read_;
     return true;
@@ -112,7 +113,7 @@ bool FrameReader::read(std::span<float> frame) {
                   (n_frames_ ? " of " + std::to_string(*n_frames_) : std::string()) +
                   " ends after " + std::to_string(got) + " of " +
                   std::to_string(frame.size_bytes()) + " bytes; " + frames(n_read_) +
-                  " came before it");
+                  " preceded it");
 }
 
 FrameWriter::FrameWriter(const std::string& path, std::size_t n_vertices, Timing timing,
@@ -128,12 +129,15 @@ FrameWriter::FrameWriter(const std::string& path, std::size_t n_vertices, Timing
   const bool exists = fs::exists(path);
   if (exists && !fs::is_regular_file(path)) {
     if (format_ == FrameFormat::pc2) {
-      throw UsageError(path + ": PC2 needs a file to go back in, as its header holds the count");
+      throw UsageError(path +
+                       ": PC2 can only be written to a regular file, since its header contains the "
+                       "number of frames");
     }
     file_ = open_file(path, "wb");
     return;
   }
-  if (exists && !overwrite) throw DataError(path + ": exists already; --overwrite replaces it");
+  if (exists && !overwrite)
+    throw DataError(path + ": already exists; use --overwrite to replace it");
   partial_ = path;
   partial_ += ".";
   partial_ += std::to_string(getpid());

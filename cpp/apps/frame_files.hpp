@@ -1,4 +1,4 @@
-/// Streams of frames in files and pipes: PC2, or raw little-endian float32.
+/// Reads and writes streams of frames in files and pipes: PC2 or raw little-endian float32.
 #pragma once
 
 #include <cstddef>
@@ -13,13 +13,13 @@
 
 namespace dynmesh::app {
 
-/// A call that makes no sense: exit code 2.
+/// The command line is not valid: exit code 2.
 class UsageError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// A file that does not hold or take what it should: exit code 1.
+/// A file cannot be read or written, or its content is not valid: exit code 1.
 class DataError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -27,10 +27,11 @@ class DataError : public std::runtime_error {
 
 enum class FrameFormat { pc2, raw };
 
-/// By the suffix of `path`; "-" is raw. UsageError for a suffix of something else.
+/// Returns the format for the suffix of `path`; "-" is raw. Throws UsageError for an unknown
+/// suffix.
 FrameFormat format_of(const std::string& path);
 
-/// What a PC2 header says of time.
+/// The times in the header of a PC2 file.
 struct Timing {
   float start_frame = 0;
   float sample_rate = 1;
@@ -43,14 +44,15 @@ struct CloseFile {
 };
 using File = std::unique_ptr<std::FILE, CloseFile>;
 
-/// Reads frames of `n_vertices` one after another. Everything throws DataError that names the file.
+/// Reads successive frames of `n_vertices`. All functions throw DataError with the path of the
+/// file.
 class FrameReader {
  public:
   /// "-" is standard input.
   FrameReader(const std::string& path, std::size_t n_vertices);
 
-  /// Fills (n_vertices, 3) and returns true, or false at the end or when a signal came. A frame
-  /// that is cut off throws, and so does what follows the last frame of a PC2 file.
+  /// Reads a frame (n_vertices, 3). Returns false at the end of the file and if a signal interrupts
+  /// reading. Throws if a frame is truncated and if data follows the last frame of a PC2 file.
   bool read(std::span<float> frame);
 
   [[nodiscard]] const Timing& timing() const { return timing_; }
@@ -63,15 +65,15 @@ class FrameReader {
   FrameFormat format_;
   File file_;
   Timing timing_;
-  std::optional<std::uint32_t> n_frames_;  // as PC2 declares them
+  std::optional<std::uint32_t> n_frames_;  // declared in a PC2 header
   std::uint64_t n_read_ = 0;
 };
 
-/// Writes frames one after another. Everything throws DataError that names the file.
+/// Writes successive frames. All functions throw DataError with the path of the file.
 class FrameWriter {
  public:
-  /// "-" is standard output. A regular file is written under a temporary name until `finish`; an
-  /// existing one throws unless `overwrite`.
+  /// "-" is standard output. A regular file has a temporary name until `finish`. Throws if it
+  /// already exists, unless `overwrite` is set.
   FrameWriter(const std::string& path, std::size_t n_vertices, Timing timing, bool overwrite);
   ~FrameWriter();
   FrameWriter(const FrameWriter&) = delete;
@@ -79,10 +81,10 @@ class FrameWriter {
   FrameWriter(FrameWriter&&) = delete;
   FrameWriter& operator=(FrameWriter&&) = delete;
 
-  /// A reader at the other end of a pipe gets the frame at once.
+  /// Writes a frame. A pipe is flushed, so that its reader receives the frame immediately.
   void write(std::span<const float> frame);
 
-  /// Completes the header and gives the file its name.
+  /// Completes the header and renames the file to its final name.
   void finish();
 
   [[nodiscard]] std::size_t n_frames() const { return n_frames_; }
@@ -93,7 +95,7 @@ class FrameWriter {
 
   std::string path_;
   FrameFormat format_;
-  std::filesystem::path partial_;  // empty for what cannot be renamed
+  std::filesystem::path partial_;  // empty unless the output is a regular file
   File file_;
   std::uint32_t n_vertices_;
   Timing timing_;

@@ -22,8 +22,8 @@ namespace {
 constexpr const char* help_before_settings =
     R"(Usage: dynmesh-complete --template MESH --input FRAMES --output FRAMES [OPTION]...
 
-Fills in the missing vertices of every frame of a dynamic mesh, from that frame and
-the past alone, one frame in memory at a time.
+Completes the missing vertices of every frame of a dynamic mesh, from that frame and
+earlier frames only. One frame is in memory at a time.
 
   --template MESH    the complete frame 0 and the faces: .obj, .ply or .off
   --input FRAMES     frames 1, 2, ... with the vertices of MESH in the same order;
@@ -37,22 +37,23 @@ input or output, raw.
 )";
 
 constexpr const char* help_after_settings =
-    R"(  --report           one JSON line per frame on standard error: known, filled, unseen,
-                     rejected, iterations, seconds
-  --overwrite        replace an output file that exists
-  --help, --version
+    R"(  --report           print one JSON line per frame to standard error: known, filled,
+                     unseen, rejected, iterations, seconds
+  --overwrite        replace an existing output file
+  --help             print this text
+  --version          print the version
 
-If the input ends within a frame or holds one that no completion can use, or an
-interrupt (Ctrl-C) ends the program, all whole frames before that are completed and
-written. Exit code: 0 done; 1 the data or a file is bad; 2 the call is; 130 or 143
-interrupted.
+If the input ends within a frame or contains a frame that cannot be completed, or if
+the program is interrupted (Ctrl-C), all frames before that are completed and written.
+Exit code: 0 success; 1 the data or a file is not valid; 2 the command line is not
+valid; 130 or 143 interrupted.
 
 Examples:
   dynmesh-complete --template body.obj --input partial.pc2 --output completed.pc2
   sensor | dynmesh-complete --template body.ply --input - --output - | renderer
 )";
 
-/// `kind`: what the text should be, as in "is not a whole number".
+/// `kind` is what the text should be, as in "is not a whole number".
 template <class Number>
 Number parse(const char* option, const std::string& text, const char* kind) {
   Number value = 0;
@@ -118,7 +119,7 @@ void print_help() {
   std::fputs((text + help_after_settings).c_str(), stdout);
 }
 
-/// The library's "extra_iterations: ..." as "--extra-iterations: ...".
+/// Converts "extra_iterations: ..." of the library to "--extra-iterations: ...".
 std::string as_option(std::string message) {
   std::replace(message.begin(), message.begin() + static_cast<std::ptrdiff_t>(message.find(':')),
                '_', '-');

@@ -14,7 +14,7 @@ struct Options {
   bool overwrite = false;
 };
 
-/// Nothing where the answer was printed already. Throws UsageError.
+/// Returns nothing if --help or --version has been printed. Throws UsageError.
 std::optional<Options> parse_options(int argc, char** argv);
 
 }  // namespace dynmesh::app

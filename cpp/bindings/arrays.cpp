@@ -11,8 +11,8 @@ py::array to_array(const char* argument, const py::object& object) {
   if (py::isinstance<py::array>(object)) {
     if (py::hasattr(object, "mask")) {
       throw py::type_error(std::string(argument) +
-                           ": is a masked array, whose mask would be lost; give a plain one, and "
-                           "say by `known` what was observed");
+                           ": is a masked array, whose mask would be ignored; pass a plain "
+                           "array, and the mask as `known`");
     }
     return py::reinterpret_borrow<py::array>(object);
   }
@@ -20,8 +20,8 @@ py::array to_array(const char* argument, const py::object& object) {
     return py::module_::import("numpy").attr("asarray")(object);
   } catch (const py::error_already_set& error) {
     if (!error.matches(PyExc_ValueError) && !error.matches(PyExc_TypeError)) throw;
-    throw py::value_error(std::string(argument) +
-                          ": is no array: " + std::string(py::str(error.value())));
+    throw py::value_error(std::string(argument) + ": cannot be converted to an array: " +
+                          std::string(py::str(error.value())));
   }
 }
 
@@ -59,7 +59,7 @@ py::array_t<float> to_single(const py::array& array) {
   for (std::size_t i = 0; i < from.count; ++i) {
     for (std::size_t c = 0; c < 3; ++c) {
       const double value = from(i, c);
-      // Comparisons that NaN and the infinities leave as they are.
+      // NaN and infinities are preserved.
       const bool beyond = std::abs(value) > largest && std::isfinite(value);
       to(i, c) = beyond ? std::copysign(largest, static_cast<float>(std::copysign(1.0, value)))
                         : static_cast<float>(value);
@@ -85,7 +85,7 @@ IndicesArgument::IndicesArgument(const char* argument, const py::object& object,
                                  py::ssize_t columns, const char* expected) {
   const py::array array = to_array(argument, object);
   const char kind = array.dtype().kind();
-  // numpy makes float64 of an empty list.
+  // NumPy converts an empty list to float64.
   if (kind != 'i' && kind != 'u' && array.size() != 0) {
     throw py::type_error(std::string(argument) + ": must be integers, not " + dtype_name(array));
   }
@@ -119,7 +119,7 @@ void IndicesArgument::narrow(const char* argument, const py::array& array, py::s
     if (!std::in_range<Index>(value)) {
       const std::size_t row = columns == 0 ? i : i / static_cast<std::size_t>(columns);
       throw py::value_error(std::string(argument) + ": row " + std::to_string(row) + " holds " +
-                            std::to_string(value) + ", which is no vertex of any mesh");
+                            std::to_string(value) + ", which cannot be a vertex index");
     }
     narrowed_[i] = static_cast<Index>(value);
   }

@@ -1,6 +1,6 @@
-/// numpy arrays as the views of types.hpp. An array of the right kind is viewed where it lies,
-/// strides and all; the view is valid as long as the argument object, so the GIL may be released
-/// while it is in use.
+/// Converts NumPy arrays to the views of types.hpp. An array of a suitable type is viewed without
+/// copying, with its strides. A view is valid during the lifetime of the argument object, so the
+/// GIL may be released while it is in use.
 #pragma once
 
 #include <pybind11/numpy.h>
@@ -19,25 +19,27 @@ namespace dynmesh {
 
 namespace py = pybind11;
 
-/// numpy.asarray, whose errors get the argument's name. TypeError for a masked array, whose mask
-/// would be lost.
+/// Calls numpy.asarray and adds the name of the argument to its errors. Raises TypeError for a
+/// masked array, whose mask would be ignored.
 py::array to_array(const char* argument, const py::object& object);
 
-/// ValueError unless `array` has this many axes and, where `columns` > 0, that last axis.
+/// Raises ValueError unless `array` has this number of axes and, if `columns` > 0, this number of
+/// columns in the last one.
 void check_shape(const char* argument, const py::array& array, py::ssize_t axes,
                  py::ssize_t columns, const char* expected);
 
-/// TypeError unless `array` holds float32 or float64.
+/// Raises TypeError unless the dtype of `array` is float32 or float64.
 void check_floating(const char* argument, const py::array& array);
 
 std::string dtype_name(const py::array& array);
 
-/// Whether the array must be copied to be viewed, as numpy has broadcast it: several of its
-/// elements are one in memory, and the library refuses strides of 0. Not where it is longer than
-/// any mesh, which is refused all the same, and for which there may be no memory.
+/// Whether the array must be copied before it can be viewed, because NumPy has broadcast it:
+/// several of its elements share memory, and the library refuses strides of 0. An array that is
+/// longer than any mesh is not copied; it is refused later, and memory might not suffice for a
+/// copy.
 bool is_to_be_spread(const py::array& array);
 
-/// Whether element strides can express the array's, and its elements are aligned.
+/// Whether the strides of the array are multiples of the element size and its elements are aligned.
 template <class T>
 bool viewable(const py::array& array) {
   constexpr auto size = static_cast<py::ssize_t>(sizeof(T));
@@ -48,11 +50,11 @@ bool viewable(const py::array& array) {
   return in_elements;
 }
 
-/// The array rounded to float32; what is finite but beyond its range becomes the largest number, so
-/// that it is refused as too large, not taken as missing.
+/// Rounds the array to float32. A finite number out of range becomes the largest float32, so that
+/// it is refused as too large and does not count as missing.
 py::array_t<float> to_single(const py::array& array);
 
-/// The array as `T`, itself where it is that already and no two of its elements are one.
+/// Converts the array to `T`. Returns the array itself if it can be viewed as it is.
 template <class T>
 py::array_t<T> as_type(const py::array& array) {
   if constexpr (std::is_same_v<T, float>) {
@@ -63,7 +65,7 @@ py::array_t<T> as_type(const py::array& array) {
   return py::array_t<T, py::array::c_style | py::array::forcecast>(typed.attr("copy")());
 }
 
-/// Frame `frame` of a (k, 3) or (n, k, 3) array.
+/// Returns a view of frame `frame` of a (k, 3) or (n, k, 3) array.
 template <class T, class Array>
 Points<T> view_frame(Array& array, T* data, py::ssize_t frame = 0) {
   constexpr auto size = static_cast<py::ssize_t>(sizeof(T));
@@ -73,7 +75,7 @@ Points<T> view_frame(Array& array, T* data, py::ssize_t frame = 0) {
           array.strides(axis + 1) / size};
 }
 
-/// (n, 3) floating positions to read.
+/// An (n, 3) floating-point array of positions to read.
 template <class Real>
 class PointsArgument {
  public:
@@ -89,7 +91,7 @@ class PointsArgument {
   py::array_t<Real> array_;
 };
 
-/// (k,) bool.
+/// A (k,) bool array.
 class KnownArgument {
  public:
   explicit KnownArgument(const py::object& object);
@@ -99,10 +101,10 @@ class KnownArgument {
   py::array array_;
 };
 
-/// (n,) or (n, columns) integers.
+/// An (n,) or (n, columns) array of integers.
 class IndicesArgument {
  public:
-  /// `columns` 0 asks for one axis.
+  /// If `columns` is 0, the array must have one axis.
   IndicesArgument(const char* argument, const py::object& object, py::ssize_t columns,
                   const char* expected);
   [[nodiscard]] std::span<const Index> view() const { return view_; }
@@ -117,7 +119,7 @@ class IndicesArgument {
   std::span<const Index> view_;
 };
 
-/// (k, 3) positions to write: `out` as given, or a fresh array where it is None.
+/// A (k, 3) array of positions to write: `out`, or a new array if it is None.
 template <class Real>
 class OutputArgument {
  public:
@@ -127,16 +129,16 @@ class OutputArgument {
       return;
     }
     if (!py::isinstance<py::array>(out)) {
-      throw py::type_error("out: must be a numpy array, not " + type_name(out));
+      throw py::type_error("out: must be a NumPy array, not " + type_name(out));
     }
     const auto array = to_array("out", out);
     if (!py::isinstance<py::array_t<Real>>(array)) {
       throw py::type_error("out: must be " + std::string(py::str(py::dtype::of<Real>())) +
-                           ", as first_frame was, not " + dtype_name(array));
+                           ", the dtype of first_frame, not " + dtype_name(array));
     }
     check_shape("out", array, 2, 3, "(k, 3)");
     if (!array.writeable()) throw py::value_error("out: is read-only");
-    if (!viewable<Real>(array)) throw py::value_error("out: its elements are not aligned");
+    if (!viewable<Real>(array)) throw py::value_error("out: is not aligned");
     array_ = py::reinterpret_borrow<py::array_t<Real>>(array);
   }
   [[nodiscard]] Points<Real> view() { return view_frame(array_, array_.mutable_data()); }

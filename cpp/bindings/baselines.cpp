@@ -14,7 +14,7 @@ Topology topology_of(const py::object& faces, const py::object& n_vertices) {
   return build_topology(indices.faces(), k);
 }
 
-/// (k, 3) positions or None.
+/// A (k, 3) array of positions, or None.
 class OptionalFrame {
  public:
   OptionalFrame(const char* argument, const py::object& frame) {
@@ -45,49 +45,50 @@ py::object complete(Baseline& baseline, const py::object& points, const py::obje
 constexpr const char* complete_doc = R"doc(complete(self, points, known, *, previous=None)
 --
 
-Completes one frame, by itself.
+Complete one frame, independently of all others.
 
 Args:
-    points: (k, 3) float32 or float64; rows that are not known are ignored.
-    known: (k,) bool; at least one vertex of each component.
-    previous: (k, 3), a whole frame: work on motion from it instead of on positions. Or None.
+    points: Positions, (k, 3) float32 or float64. Rows that are not known are ignored.
+    known: The known mask, (k,) bool. At least one vertex of each component must be known.
+    previous: A complete frame, (k, 3). If given, the method is applied to the motion vectors from
+        it instead of to the positions.
 
 Returns:
-    (k, 3) float64.)doc";
+    The completed frame, (k, 3) float64.)doc";
 
 constexpr const char* mesh_doc =
-    R"doc(Least-squares meshes (Sorkine and Cohen-Or 2004): known vertices move.
+    R"doc(Least-squares meshes (Sorkine and Cohen-Or 2004), in which known vertices move as well.
 
-Minimises |L x|^2 + sum over the known vertices of |x_i - given_i|^2, L the combinatorial Laplacian.
-One thread at a time.
+Minimises |L x|^2 + sum over the known vertices of |x_i - given_i|^2, where L is the combinatorial
+Laplacian. An object may be used by one thread at a time.
 
 Args:
-    faces: (m, 3) integers.
-    n_vertices: k.)doc";
+    faces: The triangles, (m, 3) integers.
+    n_vertices: The number of vertices, k.)doc";
 
 constexpr const char* mesh_init_doc = R"doc(__init__(self, faces, n_vertices)
 --
 
-Takes the mesh, which all frames have in common.)doc";
+Prepare the mesh that all frames share.)doc";
 
 constexpr const char* interpolation_doc =
-    R"doc(Laplacian interpolation (Oostendorp et al. 1989): known vertices stay.
+    R"doc(Laplacian interpolation (Oostendorp et al. 1989), in which known vertices do not move.
 
-One thread at a time.
+An object may be used by one thread at a time.
 
 Args:
-    faces: (m, 3) integers.
-    n_vertices: k.
-    objective: "harmonic": (L x)_i = 0 at the unknown vertices; "least_squares": minimise |L x|.
-    weights: "uniform", or "inverse_distance" as measured on `reference`.
-    reference: (k, 3), for "inverse_distance" only.)doc";
+    faces: The triangles, (m, 3) integers.
+    n_vertices: The number of vertices, k.
+    objective: "harmonic" sets (L x)_i = 0 at the unknown vertices; "least_squares" minimises |L x|.
+    weights: "uniform", or "inverse_distance", measured on `reference`.
+    reference: A frame, (k, 3). Required for weights "inverse_distance" only.)doc";
 
 constexpr const char* interpolation_init_doc =
     R"doc(__init__(self, faces, n_vertices, *, objective="least_squares", weights="uniform",
          reference=None)
 --
 
-Takes the mesh, which all frames have in common, and how to interpolate on it.)doc";
+Prepare the mesh that all frames share.)doc";
 
 }  // namespace
 

@@ -11,9 +11,9 @@ void bind_files(pybind11::module_& module);
 void bind_metrics(pybind11::module_& module);
 void bind_sharing(pybind11::module_& module);
 
-/// To be called last: from then on a call that does not fit the signature of a function, method or
-/// constructor is refused in one line, in Python's words. pybind11's own message would print every
-/// argument, arrays among them.
+/// Makes calls that do not match the signature of a function, method or constructor raise the same
+/// short TypeError as Python functions do. The message of pybind11 would print every argument,
+/// including arrays. Must be called after everything else is bound.
 void refuse_other_calls(const pybind11::module_& module);
 
 }  // namespace dynmesh

@@ -9,11 +9,11 @@ namespace {
 
 namespace py = pybind11;
 
-/// Raises the TypeError of a call that does not fit the signature of `callee`.
+/// Raises the TypeError for a call that does not match the signature of `callee`.
 [[noreturn]] void refuse(const py::handle& callee, const py::args& args,
                          const py::kwargs& keywords) {
   const auto signature = py::module_::import("inspect").attr("signature")(callee);
-  std::string why = "an argument is of the wrong kind";
+  std::string why = "an argument has the wrong type";
   try {
     signature.attr("bind")(*args, **keywords);
   } catch (const py::error_already_set& error) {
@@ -24,10 +24,10 @@ namespace py = pybind11;
   throw py::type_error(name + "(): " + why + "; it takes " + std::string(py::str(signature)));
 }
 
-/// Adds an overload to the function of this name in a module or class. It is tried last, and so
-/// gets the calls that no other one takes.
+/// Adds an overload to the function of this name in a module or class. It is tried last and so
+/// receives all calls that match no other overload.
 void refuse_other_calls_of(const char* name, const py::handle& scope) {
-  const py::handle function = py::object(scope.attr(name));  // of the scope, which keeps it alive
+  const py::handle function = py::object(scope.attr(name));  // the scope keeps it alive
   const py::sibling others(function);
   if (!py::isinstance<py::type>(scope)) {
     const auto refusal = [function](const py::args& args, const py::kwargs& keywords) {
@@ -35,14 +35,14 @@ void refuse_other_calls_of(const char* name, const py::handle& scope) {
     };
     py::cpp_function(refusal, py::name(name), py::scope(scope), others);
   } else if (std::string(name) == "__init__") {
-    // As py::init makes one of a factory.
+    // This is how py::init defines a constructor from a factory.
     const auto refusal = [scope](py::detail::value_and_holder& /*self*/, const py::args& args,
                                  const py::kwargs& keywords) { refuse(scope, args, keywords); };
     py::cpp_function(refusal, py::name(name), py::is_method(scope), others,
                      py::detail::is_new_style_constructor());
   } else {
     const auto refusal = [function, scope](const py::args& args, const py::kwargs& keywords) {
-      // Bound to its object, a method takes what the user sees.
+      // A bound method has the signature that the user sees, without self.
       if (!args.empty() && py::isinstance(args[0], scope)) {
         refuse(args[0].attr(function.attr("__name__")), args[py::slice(1, {}, {})], keywords);
       }

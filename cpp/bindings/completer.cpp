@@ -45,8 +45,8 @@ Settings settings_of(const py::kwargs& given) {
   return settings;
 }
 
-/// One Python class for both precisions. Python may call from any thread while another thread is
-/// inside with the GIL released, which Completer does not allow: such a call is refused.
+/// A Python class for both precisions. Python may call it from any thread while another thread is
+/// using it with the GIL released, which Completer does not allow. Such calls are refused.
 class AnyCompleter {
   template <class Real>
   void construct(const IndicesArgument& faces, const py::array& first_frame,
@@ -101,10 +101,10 @@ class AnyCompleter {
   py::object push_sparse(const py::object& indices, const py::object& points,
                          const py::object& out) {
     return exclusively([&]<class Real>(Completer<Real>& completer) {
-      const IndicesArgument places("indices", indices, 0, "(n,)");
+      const IndicesArgument observed("indices", indices, 0, "(n,)");
       const PointsArgument<Real> given("points", points, "(n, 3)");
       OutputArgument<Real> output(out, completer.n_vertices());
-      released([&] { completer.push_sparse(places.view(), given.view(), output.view()); });
+      released([&] { completer.push_sparse(observed.view(), given.view(), output.view()); });
       return output.array();
     });
   }
@@ -138,7 +138,7 @@ class AnyCompleter {
       }
       const py::buffer_info buffer = py::reinterpret_borrow<py::buffer>(state).request();
       if (buffer.itemsize != 1 || buffer.ndim != 1 || buffer.strides[0] != 1) {
-        throw py::type_error("state: must be bytes, in one piece");
+        throw py::type_error("state: must be contiguous bytes");
       }
       completer.restore(
           {static_cast<const std::byte*>(buffer.ptr), static_cast<std::size_t>(buffer.size)});
@@ -157,7 +157,7 @@ class AnyCompleter {
     return exclusively([]<class Real>(Completer<Real>& completer) { return completer.report(); });
   }
 
-  // What never changes needs no exclusion.
+  // Properties that never change can be read at any time.
   [[nodiscard]] TopologyReport topology() const {
     return std::visit([](const auto& completer) { return completer->topology(); }, completer_);
   }
@@ -182,120 +182,135 @@ constexpr const char* completer_doc =
     for points, known in sensor:
         frame = completer.push(points, known)
 
-Each frame is completed from itself and the past alone. Calls that take a frame return the completed
-one, (k, 3) of the dtype of `first_frame`: known vertices exactly as given, everything else
-estimated; with `noise` known vertices move too, and those that `reject_outliers` rejects are
-estimated. They release the GIL. Bad input raises ValueError, or TypeError where the kind is wrong,
-with what, where and the value; the completer is then as it was before the call.
+Each frame is completed from the frame itself and earlier frames only. `push`, `push_sparse` and
+`skip` return the completed frame, an array (k, 3) with the dtype of `first_frame`. Known vertices
+are returned exactly as given, and all others are estimated. With `noise`, known vertices move as
+well; vertices rejected by `reject_outliers` are estimated. These methods release the GIL. Bad input
+raises ValueError, or TypeError for a wrong type, with a message that says what is wrong, where, and
+with which value. The completer is then unchanged.
+
+A completer may be used by one thread at a time. A call while another thread is using it raises
+RuntimeError.
 
 Args:
-    faces: (m, 3) integers, triangles. Faces that no half-edge mesh can hold are listed in
-        `topology`; their edges count all the same.
-    first_frame: (k, 3) float32 or float64, complete and finite. Positions of the other dtype that
-        come later are converted. A float64 that is finite but beyond the range of float32 becomes
-        the largest float32 of its sign: known positions with it are refused as too large, and never
-        taken as missing.
-    method: "motion", the default: the paper's averaged motion vectors (Arvanitis et al. 2017,
-        section 3). "detail": keeps the shape of frame 0 and of the last frame, turned with the
-        motion: a fraction of the error, in milliseconds where "motion" takes tenths of one;
-        docs/method.md says how.
-    revisit: of "motion"; "detail" refuses False. True, the default: every iteration estimates all
-        satellites reached so far. False: each is estimated once, and errors feed on themselves.
-    extra_iterations: of "motion"; "detail" refuses all but 0, the default. Iterations after the one
-        that reaches the last satellite, 0 to 1 000 000; without `revisit` they change nothing.
-    unseen: for vertices that no chain of edges ties to a known one. "follow", the default: their
-        component moves rigidly, as the nearest surface does; "hold": they stay.
-    noise: of "detail"; "motion" refuses it. The standard deviation of known positions, in their
-        unit, positive: they then move too, as far as the shape around them says. None, the
-        default: they are exact.
-    reject_outliers: of "detail"; "motion" refuses True. True: known vertices whose motion
-        contradicts that of the known ones around them are taken as unknown, estimated, and counted
-        as `report.rejected`. False is the default.
-    threads: that a frame may use, 1, the default, to 256. They are used for meshes of 23 553
-        vertices or more, with "detail" of 5 889 or more; smaller ones are completed on the thread
-        that calls. Without `revisit`, threads only take and give back positions. Results are the
-        same to the last bit; whether they come sooner depends on the machine and the mesh: measure
-        it.
-
-One thread at a time: a call while another thread is inside raises RuntimeError.)doc";
+    faces: The triangles, (m, 3) integers. Faces that a half-edge mesh cannot represent are listed
+        in `topology`; their edges still count.
+    first_frame: Frame 0, (k, 3) float32 or float64, complete and finite. Later positions are
+        converted to its dtype. When float64 is converted to float32, a finite number out of range
+        becomes the largest float32 of its sign; a known position with such a coordinate is refused
+        as too large and does not count as missing.
+    method: "motion", the default, averages motion vectors as in the paper (Arvanitis et al. 2017,
+        section 3). "detail" preserves the shape of frame 0 and of the last frame, rotated with the
+        motion. Its error is a fraction of that of "motion", but a frame takes milliseconds instead
+        of tenths of a millisecond. Both are described in docs/method.md.
+    revisit: If True, the default, every iteration estimates all satellites reached so far. If
+        False, each satellite is estimated once, and errors accumulate from frame to frame. "detail"
+        requires True.
+    extra_iterations: The number of iterations after the one that reaches the last satellite, from
+        0, the default, to 1 000 000. They have no effect without `revisit`. "detail" requires 0.
+    unseen: How vertices are completed that are not connected to any known vertex. "follow", the
+        default: their component moves rigidly, with the nearest surface. "hold": they keep their
+        previous positions.
+    noise: The standard deviation of the known positions, positive and in the unit of the
+        positions. Known vertices then move as well, according to the shape around them. With None,
+        the default, known positions are exact. Requires "detail".
+    reject_outliers: If True, known vertices whose motion contradicts that of the known vertices
+        around them are treated as unknown, estimated, and counted as `report.rejected`. The default
+        is False. Requires "detail".
+    threads: The number of threads that may work on a frame, from 1, the default, to 256. They are
+        used for meshes of 23 553 vertices or more, and with "detail" of 5 889 or more; smaller
+        meshes are completed by the calling thread alone. Without `revisit`, threads are only used
+        to read and write positions. Results are identical for any number of threads. Whether more
+        threads are faster depends on the machine and the mesh.)doc";
 
 constexpr const char* init_doc =
     R"doc(__init__(self, faces, first_frame, *, method="motion", revisit=True, extra_iterations=0,
          unseen="follow", noise=None, reject_outliers=False, threads=1)
 --
 
-Begins at a frame that is complete.)doc";
+Start at a complete frame.)doc";
 
 constexpr const char* push_doc = R"doc(push(self, points, known=None, *, out=None)
 --
 
-Completes the next frame.
+Complete the next frame.
 
 Args:
-    points: (k, 3) float32 or float64, any strides. Rows that are not known are ignored.
-    known: (k,) bool, True where the position was observed. None: rows of `points` that are not
-        finite are missing, all others known.
-    out: (k, 3) array of the completer's dtype to write to, instead of a fresh one. It may be
-        `points` itself; it must not overlap the input otherwise.
+    points: Positions, (k, 3) float32 or float64 with any strides. Rows that are not known are
+        ignored.
+    known: The known mask, (k,) bool: True for vertices that were observed. If None, rows of
+        `points` that are not finite are missing, and all others are known.
+    out: An array (k, 3) of the completer's dtype to which the completed frame is written. It may be
+        `points` itself, but must not overlap the input in any other way. If None, a new array is
+        allocated.
 
 Returns:
-    `out`, or the fresh array.)doc";
+    The completed frame, (k, 3): `out`, or the new array.)doc";
 
 constexpr const char* push_sparse_doc = R"doc(push_sparse(self, indices, points, *, out=None)
 --
 
-Completes the next frame from what was observed alone.
+Complete the next frame from the observed vertices only.
 
 Args:
-    indices: (n,) integers, the observed vertices, each once, in any order.
-    points: (n, 3) their positions.
-    out: as in `push`.)doc";
+    indices: The observed vertices, (n,) integers, in any order and without duplicates.
+    points: Their positions, (n, 3).
+    out: See `push`.
+
+Returns:
+    The completed frame, (k, 3).)doc";
 
 constexpr const char* skip_doc = R"doc(skip(self, *, out=None)
 --
 
-Completes a frame of which nothing was observed.
+Complete a frame in which no vertex was observed.
 
 Args:
-    out: as in `push`.)doc";
+    out: See `push`.
+
+Returns:
+    The completed frame, (k, 3).)doc";
 
 constexpr const char* reset_doc = R"doc(reset(self, frame)
 --
 
-Makes a complete frame the new frame 0.
+Start again with a new frame 0.
 
 Args:
-    frame: (k, 3), complete and finite.)doc";
+    frame: The new frame 0, (k, 3), complete and finite.)doc";
 
 constexpr const char* state_doc = R"doc(state(self)
 --
 
-All that later frames depend on, to be stored or sent.
+Return everything that later frames depend on, to be stored or sent.
 
 Returns:
-    bytes for `restore`, little-endian. There are no times in them: completers that were given the
-        same frames have the same bytes.)doc";
+    Little-endian bytes for `restore`. They contain no times, so completers that received the same
+        frames have identical states.)doc";
 
 constexpr const char* restore_doc = R"doc(restore(self, state)
 --
 
-Continues where `state` was taken, with the same results. The seconds of `report` are 0 then.
+Continue from a state, with the same results.
+
+The seconds of `report` become 0.
 
 Args:
-    state: bytes, from a completer of the same faces, dtype and settings, on any machine.)doc";
+    state: The bytes that `state` returned, from a completer with the same faces, dtype and
+        settings, on any machine.)doc";
 
-constexpr const char* frame_report_doc = R"doc(What happened to one frame.
+constexpr const char* frame_report_doc = R"doc(Statistics of one frame.
 
 Attributes:
-    known: vertices that were observed.
-    filled: vertices estimated by the method.
-    unseen: vertices not tied to a known one. known + filled + unseen = k.
-    iterations: of the method.
-    rejected: vertices that were observed, but taken as unknown: outliers.
-    seconds: wall time inside the core.
-    blend: b of method "detail", the share of frame 0's shape; 0 of "motion".
-    factor_seconds, rotation_seconds, solve_seconds: where the time of "detail" went, except for
-        what both methods do; 0 of "motion".)doc";
+    known: The number of vertices that were observed.
+    filled: The number of vertices that the method estimated.
+    unseen: The number of vertices not connected to a known one. known + filled + unseen = k.
+    iterations: The number of iterations of the method.
+    rejected: The number of vertices that were observed but rejected as outliers.
+    seconds: The wall time of the completion.
+    blend: b of method "detail", the weight of the shape of frame 0; 0 for "motion".
+    factor_seconds, rotation_seconds, solve_seconds: The times of the stages of "detail"; 0 for
+        "motion".)doc";
 
 }  // namespace
 
@@ -336,15 +351,17 @@ void bind_completer(py::module_& module) {
       .def("reset", &AnyCompleter::reset, py::arg("frame"), reset_doc)
       .def("state", &AnyCompleter::state, state_doc)
       .def("restore", &AnyCompleter::restore, py::arg("state"), restore_doc)
-      .def_property_readonly("generation", &AnyCompleter::generation,
-                             "(k,) int32, of the last frame: 0 anchor, g satellite, -1 unseen.")
+      .def_property_readonly(
+          "generation", &AnyCompleter::generation,
+          "(k,) int32, for the last frame: 0 for an anchor, g for a satellite of generation "
+          "g, -1 for an unseen vertex.")
       .def_property_readonly("age", &AnyCompleter::age,
-                             "(k,) int32: frames since the vertex was last observed.")
-      .def_property_readonly("report", &AnyCompleter::report, "FrameReport of the last frame.")
-      .def_property_readonly("topology", &AnyCompleter::topology, "TopologyReport of the mesh.")
-      .def_property_readonly("n_vertices", &AnyCompleter::n_vertices, "k.")
+                             "(k,) int32: the number of frames since the vertex was last observed.")
+      .def_property_readonly("report", &AnyCompleter::report, "The FrameReport of the last frame.")
+      .def_property_readonly("topology", &AnyCompleter::topology, "The TopologyReport of the mesh.")
+      .def_property_readonly("n_vertices", &AnyCompleter::n_vertices, "The number of vertices, k.")
       .def_property_readonly("dtype", &AnyCompleter::dtype,
-                             "float32 or float64, as first_frame was.")
+                             "float32 or float64, the dtype of first_frame.")
       .def("__repr__", [](const AnyCompleter& completer) {
         return py::str("<dynmesh.Completer of {} vertices, {}>")
             .format(completer.n_vertices(), completer.dtype());

@@ -26,14 +26,14 @@ py::object plain_obj(const py::bytes& text) {
 constexpr const char* plain_obj_doc = R"doc(plain_obj(text)
 --
 
-Reads the text of an OBJ file that is written in the ordinary way.
+Read the text of an OBJ file that uses only the common syntax.
 
 Args:
-    text: bytes, the whole file.
+    text: The bytes of the whole file.
 
 Returns:
-    positions (n, 3) float64, the number of corners of each face (m,) int64, and all corners int64,
-    counted from 0; None where a line is unusual or wrong.)doc";
+    The positions (n, 3) float64, the number of corners of each face (m,) int64, and the vertex
+    indices of all corners int64, counted from 0. None if a line is invalid or uses other syntax.)doc";
 
 }  // namespace
 

@@ -6,7 +6,7 @@
 namespace dynmesh {
 namespace {
 
-/// Reference and completion, (k, 3) each or (n, k, 3) each, as double precision.
+/// A reference and a completion, both (k, 3) or both (n, k, 3), converted to double precision.
 class Pair {
  public:
   Pair(const py::object& reference, const py::object& completed)
@@ -85,42 +85,43 @@ constexpr const char* nmsve_doc = R"doc(nmsve(faces, reference, completed)
 
 Normalised mean square visual error (paper, eq. 5 and 6).
 
-1/(2k) sum of |v_i - v'_i| + |GL(v_i) - GL(v'_i)| over the vertices, with GL(v_i) = v_i less the
-mean of its neighbours weighted by inverse distance. Linear in the edges.
+1/(2k) times the sum of |v_i - v'_i| + |GL(v_i) - GL(v'_i)| over all vertices, where GL(v_i) is v_i
+minus the mean of its neighbours weighted by inverse distance. The time is linear in the number of
+edges.
 
 Args:
-    faces: (m, 3) integers.
-    reference: (k, 3) float32 or float64, finite; or (n, k, 3) for n frames.
-    completed: of the same shape.
+    faces: The triangles, (m, 3) integers.
+    reference: A frame (k, 3) or n frames (n, k, 3), float32 or float64, finite.
+    completed: The completed frame or frames, of the same shape.
 
 Returns:
-    float, in the unit of the positions; (n,) float64 for n frames.)doc";
+    The error in the unit of the positions: a float, or (n,) float64 for n frames.)doc";
 
 constexpr const char* vertex_error_doc = R"doc(vertex_error(reference, completed)
 --
 
-|v_i - v'_i| of each vertex, the paper's heatmap.
+The error |v_i - v'_i| of each vertex, the heatmap of the paper.
 
 Args:
-    reference: (k, 3) float32 or float64, finite; or (n, k, 3).
-    completed: of the same shape.
+    reference: A frame (k, 3) or n frames (n, k, 3), float32 or float64, finite.
+    completed: The completed frame or frames, of the same shape.
 
 Returns:
-    (k,) or (n, k) float64, in the unit of the positions.)doc";
+    The errors (k,) or (n, k), float64, in the unit of the positions.)doc";
 
 constexpr const char* summary_doc = R"doc(summary(errors)
 --
 
-Mean, root mean square, 99th percentile and maximum.
+Mean, root mean square, 99th percentile and maximum of errors.
 
 Args:
-    errors: float32 or float64 of any shape, not empty, without NaN.)doc";
+    errors: An array of any shape, float32 or float64, not empty and without NaN.)doc";
 
 }  // namespace
 
 void bind_metrics(py::module_& module) {
   py::class_<ErrorSummary>(module, "ErrorSummary",
-                           "Of per-vertex errors, in their unit: mean, rms, p99, maximum.")
+                           "Statistics of errors, in their unit: mean, rms, p99 and maximum.")
       .def_readonly("mean", &ErrorSummary::mean)
       .def_readonly("rms", &ErrorSummary::rms)
       .def_readonly("p99", &ErrorSummary::p99)

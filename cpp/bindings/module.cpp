@@ -7,7 +7,7 @@ namespace py = pybind11;
 
 PYBIND11_MODULE(_core, module) {
   py::options options;
-  // The docstrings begin with better ones, which Python reads up to the line "--" and answers as
+  // Each docstring begins with a signature, followed by the line "--", which Python returns from
   // inspect.signature.
   options.disable_function_signatures();
   module.attr("__version__") = DYNMESH_VERSION;
@@ -17,7 +17,7 @@ PYBIND11_MODULE(_core, module) {
   dynmesh::bind_baselines(module);
   dynmesh::bind_sharing(module);
   dynmesh::bind_files(module);
-  // Users meet these as dynmesh.Completer and so on.
+  // Users know these classes as dynmesh.Completer and so on.
   for (const char* name : {"Completer", "FrameReport", "TopologyReport"}) {
     module.attr(name).attr("__module__") = "dynmesh";
   }

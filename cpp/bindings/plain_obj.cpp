@@ -11,18 +11,18 @@ bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z')
 
 bool is_blank(char c) { return c == ' ' || c == '\t'; }
 
-/// Goes through the words of one line, which only spaces and tabs separate.
+/// Iterates over the words of one line, which are separated by spaces and tabs.
 class Words {
  public:
   explicit Words(std::string_view line) : at_(line.data()), end_(line.data() + line.size()) {}
 
-  /// Whether there is another word; `at` then points to it.
+  /// Moves to the next word. Returns false if there is none.
   bool next() {
     while (at_ != end_ && is_blank(*at_)) ++at_;
     return at_ != end_;
   }
 
-  /// Reads a number, which must be the whole word or, for a corner, end at a slash.
+  /// Reads a number at the beginning of the word.
   template <class Number>
   bool read(Number& value) {
     const auto [stopped, error] = std::from_chars(at_, end_, value);
@@ -33,7 +33,7 @@ class Words {
   /// Whether the last number was the whole word.
   [[nodiscard]] bool at_end_of_word() const { return at_ == end_ || is_blank(*at_); }
 
-  /// Passes over the texture coordinate and the normal of a corner, as in 7/8/9.
+  /// Skips the texture coordinate and the normal of a corner, as in 7/8/9.
   void skip_references() {
     if (at_ == end_ || *at_ != '/') return;
     while (at_ != end_ && (*at_ == '/' || *at_ == '-' || (*at_ >= '0' && *at_ <= '9'))) ++at_;
@@ -44,9 +44,10 @@ class Words {
   const char* end_;
 };
 
-/// Reads what follows "v": a position, then perhaps a weight of 1, or a colour of 3 or 4 numbers.
+/// Reads a line after "v": a position, optionally followed by a weight of 1 or a colour of 3 or 4
+/// numbers.
 bool read_vertex(std::string_view line, PlainObj& mesh) {
-  if (line.find('(') != std::string_view::npos) return false;  // "nan(1)", which C++ would accept
+  if (line.find('(') != std::string_view::npos) return false;  // from_chars would accept "nan(1)"
   double values[7];
   std::size_t count = 0;
   for (Words words(line); words.next(); ++count) {
@@ -58,7 +59,7 @@ bool read_vertex(std::string_view line, PlainObj& mesh) {
   return true;
 }
 
-/// Reads what follows "f"; negative numbers count back from the last vertex before this line.
+/// Reads a line after "f". Negative numbers count back from the last vertex before this line.
 bool read_face(std::string_view line, PlainObj& mesh, std::int64_t& largest) {
   const auto n_before = static_cast<std::int64_t>(mesh.positions.size() / 3);
   std::int64_t size = 0;
@@ -74,11 +75,11 @@ bool read_face(std::string_view line, PlainObj& mesh, std::int64_t& largest) {
   return size >= 3;
 }
 
-/// Whether a line can be left out: a comment, or a keyword that is neither "v" nor "f".
+/// Whether a line can be ignored: a comment, or a keyword that is neither "v" nor "f".
 bool is_ignored(std::string_view line) {
-  if (line.find('\r') != std::string_view::npos) return false;  // which ends a line, too
+  if (line.find('\r') != std::string_view::npos) return false;  // it also ends a line
   if (line.empty() || line[0] == '#') return true;
-  if (line.find('\\') != std::string_view::npos) return false;  // which may continue a line
+  if (line.find('\\') != std::string_view::npos) return false;  // it may continue a line
   const bool may_be_vertex_or_face = line[0] == 'v' || line[0] == 'f';
   return is_letter(line[0]) && (!may_be_vertex_or_face || (line.size() > 1 && is_letter(line[1])));
 }

@@ -1,4 +1,4 @@
-/// Reads the text of an OBJ file fast, if it is written in the ordinary way.
+/// A fast reader of OBJ files that use only the common syntax.
 #pragma once
 
 #include <cstdint>
@@ -11,13 +11,13 @@ namespace dynmesh {
 /// The vertices and faces of an OBJ file.
 struct PlainObj {
   std::vector<double> positions;      ///< x y z of every vertex
-  std::vector<std::int64_t> sizes;    ///< how many corners each face has
-  std::vector<std::int64_t> corners;  ///< of all faces, counted from 0
+  std::vector<std::int64_t> sizes;    ///< the number of corners of each face
+  std::vector<std::int64_t> corners;  ///< the vertex indices of all corners, counted from 0
 };
 
-/// Reads the text; nothing where any line is written in an unusual way or is wrong. The reader in
-/// Python, which reads line by line, then decides what is meant and says what is wrong. What is
-/// returned is exactly what that reader would return.
+/// Reads the text of an OBJ file. Returns nothing if a line is invalid or uses other syntax; the
+/// reader in Python, which is slower, then reads the file or reports the error. Both readers return
+/// the same result.
 std::optional<PlainObj> read_plain_obj(std::string_view text);
 
 }  // namespace dynmesh

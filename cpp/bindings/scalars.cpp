@@ -28,7 +28,7 @@ std::string text_argument(const std::string& argument, py::handle given) {
   const char* text = PyUnicode_AsUTF8AndSize(given.ptr(), &size);
   if (text == nullptr) {
     PyErr_Clear();
-    throw py::value_error(argument + ": is no text, " + std::string(py::repr(given)));
+    throw py::value_error(argument + ": is not valid text, " + std::string(py::repr(given)));
   }
   return {text, static_cast<std::size_t>(size)};
 }
@@ -39,7 +39,7 @@ bool truth_argument(const std::string& argument, py::handle given) {
 }
 
 double number_argument(const std::string& argument, py::handle given) {
-  // Not PyNumber_Float: that also reads strings.
+  // PyNumber_Float is not used, since it also accepts strings.
   const bool is_number = PyFloat_Check(given.ptr()) != 0 || PyIndex_Check(given.ptr()) != 0 ||
                          (given.ptr()->ob_type->tp_as_number != nullptr &&
                           given.ptr()->ob_type->tp_as_number->nb_float != nullptr);

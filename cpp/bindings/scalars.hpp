@@ -1,5 +1,5 @@
-/// Python's numbers and strings as arguments, refused by name: pybind11's own message would list
-/// every argument's type and say neither which is wrong nor why.
+/// Converts Python numbers and strings. Errors name the argument; the message of pybind11 would
+/// list the types of all arguments without saying which is wrong and why.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -14,20 +14,21 @@ namespace py = pybind11;
 
 std::string type_name(py::handle object);
 
-/// str. TypeError for anything else, ValueError for one that UTF-8 cannot hold.
+/// Accepts str. Raises TypeError for other types, and ValueError for a string that cannot be
+/// encoded in UTF-8.
 std::string text_argument(const std::string& argument, py::handle given);
 
-/// bool, Python's or numpy's. TypeError for anything else.
+/// Accepts bool and numpy.bool. Raises TypeError for other types.
 bool truth_argument(const std::string& argument, py::handle given);
 
-/// A real number, but no bool. TypeError for anything else.
+/// Accepts real numbers except bool. Raises TypeError for other types.
 double number_argument(const std::string& argument, py::handle given);
 
-/// An integer, but no bool, that `Index` can hold. TypeError for anything else, ValueError out of
-/// range.
+/// Accepts integers except bool. Raises TypeError for other types, and ValueError for integers out
+/// of the range of `Index`.
 Index integer_argument(const std::string& argument, py::handle given);
 
-/// As integer_argument, and not negative.
+/// Like integer_argument, but raises ValueError for negative integers.
 std::size_t count_argument(const std::string& argument, py::handle given);
 
 }  // namespace dynmesh

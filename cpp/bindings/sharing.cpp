@@ -1,4 +1,5 @@
-/// What tests of threads need: they have the work of small meshes shared, and see that it was.
+/// Functions for tests of threads, with which they make threads share the work of small meshes and
+/// verify it.
 #include <tuple>
 
 #include "bindings.hpp"
@@ -9,31 +10,31 @@ namespace {
 
 using Values = std::tuple<Index, Index, Index, Index>;
 
-/// For completers made from now on. Returns the values before.
-Values set_sharing(Index stretch, Index short_stretch, Index fewest_pieces, Index patience) {
+/// Sets the values for completers that are constructed later. Returns the previous values.
+Values set_sharing(Index chunk, Index short_chunk, Index fewest_pieces, Index patience) {
   Sharing& sharing = default_sharing();
-  const Values before = {sharing.stretch, sharing.short_stretch, sharing.fewest_pieces,
+  const Values before = {sharing.chunk, sharing.short_chunk, sharing.fewest_pieces,
                          sharing.patience};
-  sharing = {stretch, short_stretch, fewest_pieces, patience};
+  sharing = {chunk, short_chunk, fewest_pieces, patience};
   return before;
 }
 
 constexpr const char* set_sharing_doc =
-    R"doc(_set_sharing(stretch, short_stretch, fewest_pieces, patience)
+    R"doc(_set_sharing(chunk, short_chunk, fewest_pieces, patience)
 --
 
-Sets how the work of completers made from now on is shared. Returns the values before.)doc";
+Set how completers that are constructed later share their work. Returns the previous values.)doc";
 
 constexpr const char* pieces_doc = R"doc(_pieces_done_by_others()
 --
 
-How many pieces of work threads other than the caller's have done in this process.)doc";
+Return how many pieces of work threads other than the caller's have done in this process.)doc";
 
 }  // namespace
 
 void bind_sharing(pybind11::module_& module) {
   namespace py = pybind11;
-  module.def("_set_sharing", &set_sharing, py::arg("stretch"), py::arg("short_stretch"),
+  module.def("_set_sharing", &set_sharing, py::arg("chunk"), py::arg("short_chunk"),
              py::arg("fewest_pieces"), py::arg("patience"), set_sharing_doc);
   module.def("_pieces_done_by_others", &pieces_done_by_others, pieces_doc);
 }

@@ -35,21 +35,21 @@ constexpr const char* cells_doc = R"doc(cells(faces, n_vertices)
 The one-ring of every vertex.
 
 Args:
-    faces: (m, 3) integers.
-    n_vertices: k.
+    faces: The triangles, (m, 3) integers.
+    n_vertices: The number of vertices, k.
 
 Returns:
-    offsets (k + 1,) int32 and neighbours int32: the neighbours of vertex i, ascending, are
+    offsets (k + 1,) int32 and neighbours int32. The neighbours of vertex i, in ascending order, are
     neighbours[offsets[i]:offsets[i + 1]].)doc";
 
-constexpr const char* report_doc = R"doc(What there is to say about a mesh's connectivity.
+constexpr const char* report_doc = R"doc(Statistics of the connectivity of a mesh.
 
 Attributes:
-    components: connected components; an isolated vertex is one.
-    isolated_vertices: vertices without an edge.
-    boundary_edges: edges with one face, among the faces not refused.
-    refused_faces: (index, reason) of each degenerate, duplicate or non-manifold face; its edges
-        count in the cells all the same.)doc";
+    components: The number of connected components, including isolated vertices.
+    isolated_vertices: The number of vertices without an edge.
+    boundary_edges: The number of edges with one face, among the faces that are not refused.
+    refused_faces: (index, reason) of each degenerate, duplicate or non-manifold face. Its edges
+        still count in the cells.)doc";
 
 }  // namespace
 

@@ -2,9 +2,10 @@
 ///
 ///     sensor | complete_stream body.obj > completed.raw
 ///
-/// Frames are little-endian float32 x y z for each vertex of the template, in its order, with NaN
-/// where a vertex was not seen. A frame that is refused is shown as the past foretells it, and the
-/// stream goes on. Standard error tells how long the frames took.
+/// Frames are little-endian float32 x y z for each vertex of the template, in the same order, with
+/// NaN for vertices that were not observed. If a frame is refused, it is replaced by one predicted
+/// from earlier frames, and the stream continues. The time of the slowest frame is printed to
+/// standard error.
 #include <dynmesh/dynmesh.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -14,7 +15,7 @@ static int fail(const char* what) {
   return 1;
 }
 
-/// Completes standard input to standard output in `frame`, which holds one frame of `completer`.
+/// Completes frames from standard input to standard output. `frame` has room for one frame.
 static int run(dynmesh_completer* completer, float* frame) {
   const int64_t k = dynmesh_n_vertices(completer);
   const dynmesh_points points = {frame, k, 3, 1, DYNMESH_FLOAT32};

@@ -2,10 +2,11 @@
 ///
 ///     capture_loop body.obj partial.raw completed.raw [--every-frame]
 ///
-/// partial.raw holds frames of little-endian float32 x y z, NaN where a vertex was not seen. A
-/// frame that comes before the last one was taken up is dropped in favour of the newer one, as a
-/// live system must, and counted. --every-frame delivers without pause instead, and drops none. A
-/// frame that is refused is told of on standard error and shown as the past foretells it.
+/// partial.raw contains frames of little-endian float32 x y z, with NaN for vertices that were not
+/// observed. As in any live system, a frame that has not been taken when the next one arrives is
+/// replaced by it; such dropped frames are counted. With --every-frame, frames are delivered
+/// without a pause and none is dropped. If a frame is refused, a message is printed to standard
+/// error, and the frame is replaced by one predicted from earlier frames.
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
@@ -26,17 +27,17 @@ namespace {
 
 struct Frame {
   std::vector<float> positions;
-  std::size_t number = 0;  // in the input; the template is frame 0
+  std::size_t number = 0;  // counted from 1; the template is frame 0
 };
 
-/// Holds the newest frame until it is taken. Buffers change hands, so nothing is allocated or
+/// Stores the newest frame until it is taken. Buffers are swapped, so nothing is allocated or
 /// copied.
 class Mailbox {
  public:
   explicit Mailbox(std::size_t floats) : frame_{std::vector<float>(floats)} {}
 
-  /// Leaves `frame` here and gives an old buffer back. Returns false where that dropped a frame.
-  /// Waits no longer once it is asked to stop.
+  /// Stores `frame` and returns an old buffer in it. Returns false if this dropped a frame. Stops
+  /// waiting if a stop is requested.
   bool deliver(Frame& frame, bool wait_until_taken, const std::stop_token& stop) {
     std::unique_lock lock(mutex_);
     if (wait_until_taken) changed_.wait(lock, stop, [&] { return !full_; });
@@ -52,7 +53,7 @@ class Mailbox {
     changed_.notify_all();
   }
 
-  /// Waits for a frame; false at the end.
+  /// Waits for a frame. Returns false after the last one.
   bool take(Frame& frame) {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return full_ || closed_; });
@@ -71,7 +72,7 @@ class Mailbox {
   bool closed_ = false;
 };
 
-/// The sensor: returns how many of its frames were dropped.
+/// Simulates the sensor. Returns the number of dropped frames.
 std::size_t produce(std::ifstream& sensor, Frame frame, bool every_frame, Mailbox& mailbox,
                     const std::stop_token& stop) {
   constexpr auto period = std::chrono::nanoseconds(std::chrono::seconds(1)) / 60;
@@ -88,7 +89,8 @@ std::size_t produce(std::ifstream& sensor, Frame frame, bool every_frame, Mailbo
   return dropped;
 }
 
-/// Completes a frame in place. One that is refused has changed nothing, and counts as unobserved.
+/// Completes a frame in place. A refused frame leaves the completer unchanged and is replaced by
+/// one in which nothing was observed.
 dynmesh::FrameReport complete(dynmesh::Completer<float>& completer, Frame& frame) {
   const dynmesh::Points<float> points(frame.positions.data(), completer.n_vertices());
   try {
@@ -108,13 +110,13 @@ void run(const char* template_path, const char* input, const char* output, bool 
   std::ofstream display(output, std::ios::binary);
   if (!sensor || !display) throw std::runtime_error("cannot open the input or the output");
   if (std::filesystem::file_size(input) % (3 * k * sizeof(float)) != 0) {
-    throw std::runtime_error("the input does not hold whole raw frames of the template's vertices");
+    throw std::runtime_error("the size of the input is not a multiple of the size of a frame");
   }
 
   Mailbox mailbox(3 * k);
   Frame frame{std::vector<float>(3 * k)};
   std::size_t dropped = 0;
-  // Where this function ends by an error, the producer is stopped and waited for.
+  // If this function throws, the destructor stops and joins the producer.
   std::jthread producer([&, buffer = frame](const std::stop_token& stop) mutable {
     dropped = produce(sensor, std::move(buffer), every_frame, mailbox, stop);
   });

@@ -1,4 +1,4 @@
-/// Counts every allocation of the process, to see that a frame makes none.
+/// Counts all allocations of the process, to verify that a frame makes none.
 #include <doctest/doctest.h>
 #include <dynmesh/dynmesh.h>
 
@@ -13,7 +13,7 @@ namespace dynmesh::testing {
 namespace {
 
 #ifdef DYNMESH_WRAPPED_MALLOC
-TEST_CASE("what Eigen allocates is counted, too") {
+TEST_CASE("allocations of Eigen are counted as well") {
   const std::size_t before = allocations();
   const Eigen::VectorXd vector = Eigen::VectorXd::Zero(100);
   CHECK(vector.size() == 100);
@@ -21,7 +21,7 @@ TEST_CASE("what Eigen allocates is counted, too") {
 }
 #endif
 
-TEST_CASE_TEMPLATE("frames allocate nothing", Real, float, double) {
+TEST_CASE_TEMPLATE("a frame allocates no memory", Real, float, double) {
   auto mesh = join(join(sheet<Real>(20), sheet<Real>(5, 30.0)), sheet<Real>(3, 40.0));
   mesh.vertices.insert(mesh.vertices.end(), {0, 0, 9});
   const std::size_t k = mesh.size();
@@ -33,7 +33,8 @@ TEST_CASE_TEMPLATE("frames allocate nothing", Real, float, double) {
     const std::vector<Index> indices = {4, 2, 7};
     for (const double share : {1.0, 0.0, 0.01, 0.3, 0.9}) {
       auto known = random_mask(k, share, 5);
-      std::fill(known.begin() + 400, known.begin() + 425, std::uint8_t{0});  // a part unseen
+      std::fill(known.begin() + 400, known.begin() + 425,
+                std::uint8_t{0});  // one component is unseen
       const std::size_t before = allocations();
       const std::uint64_t pieces = pieces_done_by_others();
       completer.push(mesh.points(), {known.data(), k}, completed);
@@ -46,14 +47,14 @@ TEST_CASE_TEMPLATE("frames allocate nothing", Real, float, double) {
   }
 }
 
-TEST_CASE("method detail allocates only where its factor is larger than all before") {
+TEST_CASE("method detail allocates memory only if its factor is larger than all earlier ones") {
   constexpr unsigned n_frames = 100;
   const SharedWork shared;
   Settings settings = {.method = Method::detail};
   SUBCASE("anchors exact") {}
   SUBCASE("anchors noisy") { settings.noise = 0.01; }
   SUBCASE("outliers rejected") { settings.reject_outliers = true; }
-  SUBCASE("all of it, on three threads") {
+  SUBCASE("all of these, on three threads") {
     settings = {.method = Method::detail, .noise = 0.01, .reject_outliers = true, .threads = 3};
   }
   const auto mesh = join(sheet<float>(20), sheet<float>(5, 200));
@@ -67,8 +68,9 @@ TEST_CASE("method detail allocates only where its factor is larger than all befo
   std::vector<std::uint8_t> one_each(k, 0);
   one_each[7] = one_each[k - 5] = 1;
   push(one_each);
-  if (settings.noise) push(std::vector<std::uint8_t>(k, 1));  // noisy anchors are solved for too
-  // Once the factor is as large as it gets, no frame allocates, however long masks go on changing.
+  if (settings.noise)
+    push(std::vector<std::uint8_t>(k, 1));  // noisy anchors are solved for as well
+  // Once the factor has reached its largest size, no frame allocates memory, even with new masks.
   const std::size_t before = allocations();
   const std::uint64_t pieces = pieces_done_by_others();
   std::size_t of_the_test = 0;
@@ -85,7 +87,7 @@ TEST_CASE("method detail allocates only where its factor is larger than all befo
   CHECK((pieces_done_by_others() > pieces) == (settings.threads > 1));
 }
 
-TEST_CASE("nor do they in C") {
+TEST_CASE("a frame allocates no memory through the C interface") {
   const auto mesh = sheet<float>(20);
   constexpr std::int64_t k = 400;
   std::vector<float> frame(3 * k);

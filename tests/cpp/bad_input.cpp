@@ -1,7 +1,7 @@
-/// Tries bad input on the C++ and the C interface and prints what they answer, a line for each
-/// case: interface, call, what is wrong and the answer, with tabs between them. The exit code is 1
-/// if something was accepted, said nothing, or changed a completer. docs/reference/bad_input.md is
-/// made of it.
+/// Passes bad input to the C++ and the C interface and prints one line for each case: interface,
+/// call, what is wrong, and the message, separated by tabs. The exit code is 1 if bad input was
+/// accepted, gave no message, or changed a completer. docs/reference/bad_input.md is generated from
+/// the output.
 #include <dynmesh/dynmesh.h>
 
 #include <array>
@@ -20,7 +20,7 @@ using namespace dynmesh::testing;
 
 namespace {
 
-/// How many cases went wrong.
+/// The number of cases that failed.
 int& faults() {
   static int count = 0;
   return count;
@@ -33,7 +33,7 @@ void show(const char* interface, const char* call, const char* given, const std:
   std::fprintf(stderr, "%s, %s: was accepted\n", call, given);
 }
 
-/// A completer in the middle of its work, and good arguments for its calls.
+/// A completer that has completed some frames, and valid arguments for its functions.
 struct World {
   Mesh<double> mesh = sheet<double>(7);
   std::size_t k = mesh.size();
@@ -59,9 +59,9 @@ void try_cpp(World& world) {
     ++faults();
     std::fprintf(stderr, "%s, %s: changed the completer\n", call, given);
   };
-  const auto with = [&](std::size_t place, double value) {
+  const auto with = [&](std::size_t index, double value) {
     auto changed = world.given;
-    changed[place] = value;
+    changed[index] = value;
     return changed;
   };
 
@@ -168,7 +168,7 @@ void try_cpp(World& world) {
   tried("nmsve", "`reference`: one row too few", [&] {
     nmsve<double>(topology.cells, {points.data, k - 1}, points);
   });
-  tried("vertex_error", "`error`: one place too few", [&] {
+  tried("vertex_error", "`error`: one element too few", [&] {
     vertex_error<double>(points, points, {world.written.data(), k - 1});
   });
   tried("summary", "no error", [] { summary({}); });

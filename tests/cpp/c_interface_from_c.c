@@ -1,10 +1,10 @@
-/// What a C program does, compiled as strict C11. A C++ compiler would let other things pass.
+/// A C program, compiled as strict C11, since a C++ compiler accepts other constructs.
 #include <dynmesh/dynmesh.h>
 #include <math.h>
 #include <stddef.h>
 #include <stdlib.h>
 
-// What other languages declare.
+// The layout that other languages declare.
 _Static_assert(sizeof(dynmesh_points) == 40 && offsetof(dynmesh_points, type) == 32, "");
 _Static_assert(sizeof(dynmesh_output) == 40 && offsetof(dynmesh_output, type) == 32, "");
 _Static_assert(sizeof(dynmesh_mask) == 24, "");

@@ -1,4 +1,4 @@
-/// The C interface against the completer that it wraps.
+/// Compares the C interface with the completer that it wraps.
 #include <doctest/doctest.h>
 #include <dynmesh/dynmesh.h>
 
@@ -14,7 +14,7 @@
 
 #include "meshes.hpp"
 
-// A C program, in c_interface_from_c.c: 0 where all went well, else the line that failed.
+// A C program in c_interface_from_c.c. Returns 0 on success and otherwise the line that failed.
 extern "C" int run_c_program(void);
 
 namespace dynmesh::testing {
@@ -60,7 +60,7 @@ bool same_bytes(const std::vector<Real>& a, const std::vector<Real>& b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(Real)) == 0;
 }
 
-/// All of a report but the time, and of either kind.
+/// The fields of a report of C or C++, except for the time.
 template <class Report>
 auto counts(const Report& report) {
   return std::tuple(
@@ -69,7 +69,7 @@ auto counts(const Report& report) {
       static_cast<std::int64_t>(report.iterations));
 }
 
-/// A completer and its twin behind the C interface, which must agree on everything.
+/// A completer and its equivalent in the C interface, which must give the same results.
 template <class Real>
 struct Twins {
   Mesh<Real> mesh;
@@ -101,7 +101,7 @@ struct Twins {
     CHECK(std::equal(completer.age().begin(), completer.age().end(), dynmesh_age(handle.get())));
   }
 
-  /// Each way to complete a frame in turn, on what frame `number` shows.
+  /// Completes frame `number`, with each of the functions in turn.
   void step(unsigned number) {
     const std::size_t k = mesh.size();
     auto moved = turned(mesh.vertices, 0.03 * number);
@@ -146,14 +146,14 @@ Mesh<Real> parts() {
   return join(join(sheet<Real>(12), sheet<Real>(4, 20.0)), sheet<Real>(2, 30.0));
 }
 
-TEST_CASE_TEMPLATE("C completes as C++ does, to the byte", Real, float, double) {
+TEST_CASE_TEMPLATE("C and C++ complete frames identically", Real, float, double) {
   Twins<Real> twins(parts<Real>());
   CHECK(dynmesh_n_vertices(twins.handle.get()) == static_cast<std::int64_t>(twins.mesh.size()));
   for (unsigned number = 1; number < 30; ++number) twins.step(number);
 
-  SUBCASE("a state goes on elsewhere") {
+  SUBCASE("a state is restored in another completer") {
     const auto state = state_of(twins.handle.get());
-    REQUIRE(state == twins.completer.state());  // no wall times in it
+    REQUIRE(state == twins.completer.state());  // a state contains no times
     for (unsigned number = 30; number < 34; ++number) twins.step(number);
     const auto last = twins.completed;
     Handle other = create(twins.mesh);
@@ -171,7 +171,7 @@ TEST_CASE_TEMPLATE("C completes as C++ does, to the byte", Real, float, double) 
     REQUIRE(dynmesh_reset(twins.handle.get(), &frame) == DYNMESH_OK);
     for (unsigned number = 1; number < 9; ++number) twins.step(number);
   }
-  SUBCASE("nothing observed, sparsely") {
+  SUBCASE("push_sparse without observed vertices") {
     const dynmesh_points none = {nullptr, 0, 3, 1, type_of<Real>};
     const auto output = out(twins.completed);
     dynmesh_frame_report report{};
@@ -179,7 +179,7 @@ TEST_CASE_TEMPLATE("C completes as C++ does, to the byte", Real, float, double) 
     twins.check(dynmesh_push_sparse(twins.handle.get(), nullptr, 0, &none, &output, &report),
                 theirs, report);
   }
-  SUBCASE("one interleaved buffer, from its last vertex to its first, and no report") {
+  SUBCASE("one interleaved buffer in reverse order, and no report") {
     struct Vertex {
       Real in[3];
       Real out[3];
@@ -207,7 +207,7 @@ TEST_CASE_TEMPLATE("C completes as C++ does, to the byte", Real, float, double) 
   }
 }
 
-TEST_CASE("every setting goes through") {
+TEST_CASE("every setting is passed on") {
   dynmesh_settings c_settings{};
   REQUIRE(dynmesh_default_settings(&c_settings, sizeof c_settings) == DYNMESH_OK);
   Settings settings;
@@ -226,7 +226,7 @@ TEST_CASE("every setting goes through") {
   CHECK(!same_bytes(steps(), usual));
 }
 
-TEST_CASE("the topology is told") {
+TEST_CASE("the topology is reported") {
   Mesh<float> mesh = sheet<float>(4);
   mesh.indices.insert(mesh.indices.end(), {0, 0, 1, 0, 1, 4});
   mesh.vertices.insert(mesh.vertices.end(), {9, 9, 9});
@@ -248,7 +248,7 @@ TEST_CASE("the topology is told") {
   }
 }
 
-TEST_CASE("bad calls are refused with the completer's own words, and change nothing") {
+TEST_CASE("bad calls are refused with the messages of the completer, and change nothing") {
   const Mesh<float> mesh = sheet<float>(4);
   constexpr std::int64_t k = 16;
   const Handle handle = create(mesh);
@@ -292,7 +292,7 @@ TEST_CASE("bad calls are refused with the completer's own words, and change noth
   refused(write({data, -5, 3, 1, 32}), "out: cannot have -5 rows");
   refused(write({data, k, 3, 1, 64}), "out: type must be 32, that of the first frame, not 64");
   refused(write({askew, k, 3, 1, 32}), "out: is not aligned to 4 bytes");
-  refused(write({data, k, 2, 1, 32}), "out: the rows of the completed frame overlap one another");
+  refused(write({data, k, 2, 1, 32}), "out: the rows of the completed frame overlap each other");
   refused(mask({nullptr, k, 1}), "known: is a null pointer");
   refused(mask({nullptr, -2, 1}), "known: cannot have -2 rows");
 
@@ -307,7 +307,7 @@ TEST_CASE("bad calls are refused with the completer's own words, and change noth
   const auto sparse = [&](const std::int32_t* of, std::int64_t n) {
     return dynmesh_push_sparse(c, of, n, &three, &output, nullptr);
   };
-  refused(sparse(indices.data(), 3), "indices: places 0 and 2 both hold vertex 5");
+  refused(sparse(indices.data(), 3), "indices: vertex 5 is listed twice, at positions 0 and 2");
   refused(sparse(indices.data(), 2), "points: has 3 rows for 2 indices");
   refused(sparse(indices.data(), -3), "indices: cannot have -3 rows");
   refused(sparse(nullptr, 3), "indices: is a null pointer");
@@ -327,18 +327,19 @@ TEST_CASE("bad calls are refused with the completer's own words, and change noth
   const auto size = static_cast<std::int64_t>(before.size());
   refused(dynmesh_state(nullptr, room.data(), size), "completer: is a null pointer");
   refused(dynmesh_state(c, nullptr, size), "state: is a null pointer");
-  refused(dynmesh_state(c, room.data(), size - 1), "state: has room for " +
-                                                       std::to_string(size - 1) +
-                                                       " bytes, but needs " + std::to_string(size));
+  refused(dynmesh_state(c, room.data(), size - 1),
+          "state: has room for " + std::to_string(size - 1) + " bytes, but the state has " +
+              std::to_string(size));
   CHECK(room == std::vector<std::byte>(before.size()));
   refused(dynmesh_restore(nullptr, before.data(), size), "completer: is a null pointer");
   refused(dynmesh_restore(c, nullptr, size), "state: is a null pointer");
   refused(dynmesh_restore(c, before.data(), -1), "state: cannot have -1 bytes");
-  refused(dynmesh_restore(c, before.data(), size - 1), "state: cut off: its 587 bytes are too few");
+  refused(dynmesh_restore(c, before.data(), size - 1),
+          "state: truncated: its 587 bytes are too few");
   auto damaged = before;
   damaged[200] ^= std::byte{1};
   refused(dynmesh_restore(c, damaged.data(), size),
-          "state: damaged: its 588 bytes do not fit their checksum");
+          "state: damaged: its 588 bytes do not match their checksum");
 
   std::int64_t face = 0;
   const char* reason = nullptr;
@@ -366,7 +367,7 @@ TEST_CASE("bad calls are refused with the completer's own words, and change noth
   dynmesh_free_template(nullptr);
 }
 
-TEST_CASE_TEMPLATE("strides of 0 are those of packed arrays", Real, float, double) {
+TEST_CASE_TEMPLATE("strides of 0 mean packed arrays", Real, float, double) {
   Twins<Real> twins(parts<Real>());
   const auto known = random_mask(twins.mesh.size(), 0.3, 1);
   const auto moved = turned(twins.mesh.vertices, 0.4);
@@ -400,8 +401,8 @@ TEST_CASE("settings of another size are refused") {
   untouched.threads = 7;
   for (const std::int64_t size : {0, 32, 39, 41, 48, -1}) {
     const std::string reason = "is " + std::to_string(size) +
-                               ", but this version of dynmesh knows settings of 40 bytes; "
-                               "dynmesh_default_settings fills them in";
+                               ", but this version of dynmesh expects settings of 40 bytes; "
+                               "call dynmesh_default_settings first";
     dynmesh_settings settings = untouched;
     CHECK(dynmesh_default_settings(&settings, size) == DYNMESH_INVALID_ARGUMENT);
     CHECK(std::string(dynmesh_last_message()) == "size: " + reason);
@@ -429,13 +430,13 @@ TEST_CASE("long messages are cut between two characters") {
             name.substr(0, shift + whole * character.size()));
     }
   }
-  // Bytes that are no UTF-8 are not looked through for where a character may begin.
+  // Bytes that are not UTF-8 are not searched for the beginning of a character.
   const std::string no_text(1200, '\x80');
   CHECK(dynmesh_read_template(no_text.c_str(), &mesh) == DYNMESH_UNREADABLE_FILE);
   CHECK(std::string(dynmesh_last_message()).size() == 1020);
 }
 
-TEST_CASE("a completer is not made of what it cannot work with") {
+TEST_CASE("a completer is not created from bad input") {
   const Mesh<double> mesh = sheet<double>(3);
   const auto n_faces = static_cast<std::int64_t>(mesh.faces().count);
   const auto frame = in(mesh.vertices);
@@ -450,7 +451,7 @@ TEST_CASE("a completer is not made of what it cannot work with") {
   refused(nullptr, n_faces, &frame, nullptr, "faces: is a null pointer");
   refused(faces, -1, &frame, nullptr, "faces: cannot have -1 rows");
   refused(faces, 0, &frame, nullptr,
-          "faces: is empty, but completion needs the mesh's connectivity");
+          "faces: is empty; completion needs the connectivity of the mesh");
   refused(faces, n_faces, nullptr, nullptr, "first_frame: is a null pointer");
   auto changed = frame;
   changed.type = 16;
@@ -486,7 +487,7 @@ TEST_CASE("a completer is not made of what it cannot work with") {
   CHECK(std::string(dynmesh_last_message()) == "settings: is a null pointer");
 }
 
-TEST_CASE("each thread has its own last message, which no success wipes out") {
+TEST_CASE("each thread has its own last message, which successful calls keep") {
   CHECK(dynmesh_default_settings(nullptr, sizeof(dynmesh_settings)) == DYNMESH_INVALID_ARGUMENT);
   std::string elsewhere = "?";
   std::thread([&] { elsewhere = dynmesh_last_message(); }).join();
@@ -495,7 +496,7 @@ TEST_CASE("each thread has its own last message, which no success wipes out") {
   CHECK(std::string(dynmesh_last_message()) == "settings: is a null pointer");
 }
 
-TEST_CASE("templates are read, or refused by name") {
+TEST_CASE("templates are read, or refused with their path") {
   const auto folder = std::filesystem::temp_directory_path() / "dynmesh-c-interface-test";
   std::filesystem::create_directories(folder);
   const std::string path = (folder / "quad.obj").string();

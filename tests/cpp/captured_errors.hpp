@@ -1,4 +1,4 @@
-/// What is printed as errors, for tests that expect nothing.
+/// Captures what is printed as errors, for tests that expect no output.
 #pragma once
 
 #include <iostream>
@@ -7,7 +7,7 @@
 
 namespace dynmesh::testing {
 
-/// While it lives, what goes to std::cerr, to which OpenMesh's own stream passes on what it gets.
+/// Captures the output to std::cerr, to which the stream of OpenMesh writes, during its lifetime.
 class CapturedErrors {
  public:
   CapturedErrors() : usual_(std::cerr.rdbuf(text_.rdbuf())) {}

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-TEST_CASE_TEMPLATE("anchors come back bit for bit, however the arrays lie", Real, float, double) {
+TEST_CASE_TEMPLATE("anchors are returned unchanged for every memory layout", Real, float, double) {
   const auto mesh = sheet<Real>(8);
   const std::size_t k = mesh.size();
   const auto moved = turned(translated<Real>(mesh.vertices, 1, 2, 3), 0.2);
@@ -30,7 +30,7 @@ TEST_CASE_TEMPLATE("anchors come back bit for bit, however the arrays lie", Real
       CHECK(completer.generation()[v] == 0);
     }
   }
-  SUBCASE("planar, from the last vertex to the first") {
+  SUBCASE("planar, in reverse order") {
     std::vector<Real> planar(3 * k);
     std::vector<Real> completed(3 * k);
     std::vector<std::uint8_t> reversed(known.rbegin(), known.rend());
@@ -47,7 +47,7 @@ TEST_CASE_TEMPLATE("anchors come back bit for bit, however the arrays lie", Real
       }
     }
   }
-  SUBCASE("in place, missing rows not finite") {
+  SUBCASE("in place, with missing rows that are not finite") {
     std::vector<Real> frame = moved;
     for (std::size_t v = 0; v < k; ++v) {
       if (known[v] == 0) frame[3 * v + v % 3] = std::numeric_limits<Real>::infinity();
@@ -56,7 +56,7 @@ TEST_CASE_TEMPLATE("anchors come back bit for bit, however the arrays lie", Real
     completer.push(Points<Real>(frame.data(), k), Points<Real>(frame.data(), k));
     CHECK(frame == expected);
   }
-  SUBCASE("sparse, in any order") {
+  SUBCASE("sparse, in arbitrary order") {
     std::vector<Index> indices;
     std::vector<Real> observed;
     for (std::size_t v = k; v-- > 0;) {
@@ -69,7 +69,7 @@ TEST_CASE_TEMPLATE("anchors come back bit for bit, however the arrays lie", Real
     completer.push_sparse(indices, {observed.data(), indices.size()}, {completed.data(), k});
     CHECK(completed == expected);
   }
-  SUBCASE("one interleaved buffer holds points, mask and result") {
+  SUBCASE("points, mask and result in one interleaved buffer") {
     struct Vertex {
       Real in[3];
       Real out[3];
@@ -88,7 +88,7 @@ TEST_CASE_TEMPLATE("anchors come back bit for bit, however the arrays lie", Real
   }
 }
 
-TEST_CASE("age counts the frames since a vertex was seen; skip sees none") {
+TEST_CASE("age counts the frames since a vertex was observed; skip observes none") {
   const auto mesh = sheet<double>(4);
   Completer<double> completer(mesh.faces(), mesh.points());
   std::vector<double> out(mesh.vertices.size());
@@ -104,7 +104,7 @@ TEST_CASE("age counts the frames since a vertex was seen; skip sees none") {
   CHECK(completer.age()[4] == 2);
 }
 
-TEST_CASE("a restored state continues with the same bytes") {
+TEST_CASE("a restored completer gives identical results") {
   const auto mesh = join(sheet<double>(6), sheet<double>(3, 9.0));
   const std::size_t k = mesh.size();
   const auto push = [&](Completer<double>& completer, int frame) {
@@ -128,16 +128,16 @@ TEST_CASE("a restored state continues with the same bytes") {
   CHECK(restored.state() == state);
   for (int frame = 4; frame < 8; ++frame) CHECK(push(restored, frame) == push(original, frame));
 
-  SUBCASE("and what does not fit is refused, with no change") {
+  SUBCASE("a state that does not match is refused and changes nothing") {
     const auto before = restored.state();
     const auto refused = [&](std::vector<std::byte> bytes, const std::string& why) {
       CHECK(message_of([&] { restored.restore(bytes); }).find(why) != std::string::npos);
       CHECK(restored.state() == before);
     };
-    refused({}, "cut off");
+    refused({}, "truncated");
     auto bytes = state;
     bytes.pop_back();
-    refused(bytes, "cut off");
+    refused(bytes, "truncated");
     bytes = state;
     bytes.push_back({});
     refused(bytes, "1 bytes too long");
@@ -162,7 +162,8 @@ TEST_CASE("a restored state continues with the same bytes") {
   }
 }
 
-TEST_CASE_TEMPLATE("equal runs have equal states, of the size that was told", Real, float, double) {
+TEST_CASE_TEMPLATE("equal runs have equal states of the size that state_size returns", Real, float,
+                   double) {
   const auto mesh = join(sheet<Real>(6), sheet<Real>(3, 9.0));
   const std::size_t k = mesh.size();
   const std::vector<Settings> all_settings = {
@@ -198,20 +199,20 @@ TEST_CASE_TEMPLATE("equal runs have equal states, of the size that was told", Re
   }
 }
 
-TEST_CASE("a state that was made up is refused where later frames could not bear it") {
+TEST_CASE("a made-up state is refused if later frames could not handle it") {
   const auto mesh = sheet<float>(4);
   const std::size_t k = mesh.size();
   for (const Method method : {Method::motion, Method::detail}) {
     Completer<float> completer(mesh.faces(), mesh.points(), {.method = method});
     const auto state = completer.state();
-    const std::size_t facts = 76;    // where those of the last frame begin, after the header
-    const std::size_t frames = 100;  // where frame 0 begins
+    const std::size_t facts = 76;  // the offset of the details of the last frame, after the header
+    const std::size_t frames = 100;  // the offset of frame 0
     const std::size_t ages = frames + 2 * k * 3 * sizeof(float);
     const std::size_t masks = ages + k * sizeof(Index);
     const std::size_t rows = masks + k;
-    const auto refused = [&](std::size_t place, const auto& value, const std::string& why) {
+    const auto refused = [&](std::size_t offset, const auto& value, const std::string& why) {
       auto bytes = state;
-      std::memcpy(&bytes[place], &value, sizeof value);
+      std::memcpy(&bytes[offset], &value, sizeof value);
       seal(bytes);
       CHECK(message_of([&] { completer.restore(bytes); }).find(why) != std::string::npos);
       CHECK(completer.state() == state);
@@ -222,16 +223,16 @@ TEST_CASE("a state that was made up is refused where later frames could not bear
     refused(facts + 16, nan, "blend");
     refused(frames, std::numeric_limits<float>::quiet_NaN(), "position of vertex 0");
     refused(ages - sizeof(float), 1e30F, "position of vertex 15");
-    refused(ages + sizeof(Index), Index{-1}, "vertex 1 that its age is -1");
-    refused(masks + 2, std::uint8_t{2}, "its mask 2");
-    refused(rows, std::uint64_t{15}, method == Method::detail ? "memory" : "cut off");
+    refused(ages + sizeof(Index), Index{-1}, "vertex 1 has the age -1");
+    refused(masks + 2, std::uint8_t{2}, "the mask 2");
+    refused(rows, std::uint64_t{15}, method == Method::detail ? "memory" : "truncated");
     refused(state.size() - 16, -1.0, "memory");
     if (method == Method::detail) refused(rows + 8, 2.0, "memory");
-    // It is refused for this alone.
+    // It is refused for no other reason.
     CHECK_NOTHROW(completer.restore(state));
   }
 
-  SUBCASE("and ages do not run over") {
+  SUBCASE("ages do not overflow") {
     Completer<float> completer(mesh.faces(), mesh.points());
     auto state = completer.state();
     const Index oldest = std::numeric_limits<Index>::max();
@@ -245,7 +246,7 @@ TEST_CASE("a state that was made up is refused where later frames could not bear
   }
 }
 
-TEST_CASE("a completer may move house") {
+TEST_CASE("a completer can be moved") {
   const auto mesh = sheet<double>(5);
   const auto known = random_mask(mesh.size(), 0.4, 1);
   const auto push = [&](Completer<double>& completer) {
@@ -260,7 +261,7 @@ TEST_CASE("a completer may move house") {
   CHECK(push(last) == push(completers[1]));
 }
 
-TEST_CASE("bad input is named, and changes nothing") {
+TEST_CASE("bad input is reported and changes nothing") {
   const auto mesh = sheet<double>(4);
   const std::size_t k = mesh.size();
   Completer<double> completer(mesh.faces(), mesh.points());
@@ -285,10 +286,10 @@ TEST_CASE("bad input is named, and changes nothing") {
   });
   refused("known: has 15 rows", [&] { completer.push(points, {known.data(), k - 1}, completed); });
   refused("out: has 15 rows", [&] { completer.push(points, mask_view, {out.data(), k - 1}); });
-  refused("out: the rows of the completed frame overlap one another", [&] {
+  refused("out: the rows of the completed frame overlap each other", [&] {
     completer.skip({out.data(), k, 2});
   });
-  const std::string one_row = ": has a row stride of 0, so that its 16 rows would be one";
+  const std::string one_row = ": has a row stride of 0, with which its 16 rows would be the same";
   refused("out" + one_row, [&] { completer.skip({out.data(), k, 0}); });
   refused("points" + one_row, [&] {
     completer.push({moved.data(), k, 0}, {known.data(), k}, completed);
@@ -298,11 +299,11 @@ TEST_CASE("bad input is named, and changes nothing") {
     completer.push({moved.data(), k}, {known.data(), k, 0}, completed);
   });
   refused("frame" + one_row, [&] { completer.reset({moved.data(), k, 0}); });
-  refused("points: has a column stride of 0, so that x, y and z would be one", [&] {
+  refused("points: has a column stride of 0, with which x, y and z would be the same", [&] {
     completer.push({moved.data(), k, 3, 0}, {known.data(), k}, completed);
   });
   const std::vector<Index> two = {1, 2};
-  refused("points: has a row stride of 0, so that its 2 rows would be one", [&] {
+  refused("points: has a row stride of 0, with which its 2 rows would be the same", [&] {
     completer.push_sparse(two, {moved.data(), 2, 0}, completed);
   });
 
@@ -313,13 +314,13 @@ TEST_CASE("bad input is named, and changes nothing") {
   const std::vector<Index> indices = {5, 3, 5};
   const std::vector<Index> high = {5, 16};
   const std::vector<Index> low = {-1};
-  refused("indices: places 0 and 2 both hold vertex 5", [&] {
+  refused("indices: vertex 5 is listed twice, at positions 0 and 2", [&] {
     completer.push_sparse(indices, {moved.data(), 3}, completed);
   });
-  refused("indices: place 1 holds 16, but the mesh has 16 vertices", [&] {
+  refused("indices: position 1 holds 16, but the mesh has 16 vertices", [&] {
     completer.push_sparse(high, {moved.data(), 2}, completed);
   });
-  refused("indices: place 0 holds -1", [&] {
+  refused("indices: position 0 holds -1", [&] {
     completer.push_sparse(low, {moved.data(), 1}, completed);
   });
   refused("points: has 2 rows for 1 indices", [&] {
@@ -346,7 +347,7 @@ TEST_CASE("bad input is named, and changes nothing") {
   CHECK(completer.push({holed.data(), k}, mask_view, completed).known < k);  // not read
 }
 
-TEST_CASE("a completer is not made of what it cannot work with") {
+TEST_CASE("a completer is not created from bad input") {
   const auto mesh = sheet<double>(3);
   using C = Completer<double>;
   const auto message = [&](Faces faces, Points<const double> frame, const Settings& settings) {
@@ -375,7 +376,7 @@ TEST_CASE("a completer is not made of what it cannot work with") {
         "unseen: must be 'hold' or 'follow', not 'vanish'");
 }
 
-TEST_CASE("very small and very large meshes are completed alike") {
+TEST_CASE("very small and very large meshes are completed in the same way") {
   const auto mesh = sheet<float>(6);
   const auto known = random_mask(mesh.size(), 0.3, 2);
   const auto complete = [&](float scale) {
@@ -390,7 +391,7 @@ TEST_CASE("very small and very large meshes are completed alike") {
     return moved;
   };
   const auto expected = complete(1);
-  // Powers of two: not even rounding differs.
+  // The factors are powers of two, so even rounding is the same.
   for (const int exponent : {-100, -30, 30, 50}) {
     CHECK(complete(std::ldexp(1.0F, exponent)) == expected);
   }

@@ -21,9 +21,9 @@ bool fails() {
 
 }  // namespace
 
-// Eigen allocates by malloc, which a C++ program cannot replace as it can operator new. Where the
-// linker redirects the calls of this program, and of the static library in it, to the functions
-// named here (see CMakeLists.txt), they are counted as well.
+// Eigen allocates memory with malloc, which a C++ program cannot replace as it can operator new. If
+// the linker can redirect the calls of this program and of the static library in it to the
+// functions below (see CMakeLists.txt), they are counted as well.
 #ifdef DYNMESH_WRAPPED_MALLOC
 extern "C" {
 void* real_malloc(std::size_t size) asm("__real_malloc");

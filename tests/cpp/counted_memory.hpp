@@ -1,17 +1,17 @@
-/// Counts every allocation of the process, and makes one of them fail where a test says so.
+/// Counts all allocations of the process and can make one of them fail.
 #pragma once
 
 #include <cstddef>
 
 namespace dynmesh::testing {
 
-/// How many allocations there have been, by operator new and, where the linker can tell, by malloc.
+/// The number of allocations so far, with operator new and, if the linker supports it, with malloc.
 std::size_t allocations();
 
-/// How many of them have not been freed.
+/// The number of allocations that have not been freed.
 std::size_t live_allocations();
 
-/// While it lives, the allocation after `n` others fails, and no other one does.
+/// Makes the allocation after `n` others fail, and no other one, during its lifetime.
 class FailingAllocation {
  public:
   explicit FailingAllocation(std::size_t n);
@@ -19,7 +19,7 @@ class FailingAllocation {
   FailingAllocation(const FailingAllocation&) = delete;
   FailingAllocation& operator=(const FailingAllocation&) = delete;
 
-  /// Whether there were so many allocations.
+  /// Whether that allocation was reached.
   [[nodiscard]] bool has_failed() const;
 };
 

@@ -1,4 +1,4 @@
-/// Method detail where little is known, or the mesh is not what anyone would make.
+/// Tests method detail with few known vertices and with degenerate meshes.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr Settings detail = {.method = Method::detail};
 
-TEST_CASE_TEMPLATE("frames are finite and sensible whatever is known", Real, float, double) {
+TEST_CASE_TEMPLATE("frames are finite and plausible for every known mask", Real, float, double) {
   const auto mesh = join(sheet<Real>(9), sheet<Real>(4, 20));
   const std::size_t k = mesh.size();
   for (const UnseenRule rule : {UnseenRule::follow, UnseenRule::hold}) {
@@ -47,7 +47,7 @@ TEST_CASE_TEMPLATE("frames are finite and sensible whatever is known", Real, flo
   }
 }
 
-TEST_CASE("one anchor carries the shape along") {
+TEST_CASE("a single anchor moves the whole shape") {
   const auto mesh = sheet<double>(10);
   Completer<double> completer(mesh.faces(), mesh.points(), detail);
   const auto frame = translated<double>(mesh.vertices, 2, 3, -1);
@@ -64,12 +64,12 @@ TEST_CASE("degenerate meshes stay finite") {
   SUBCASE("needles") {
     for (std::size_t i = 0; i < mesh.vertices.size(); i += 3) mesh.vertices[i + 1] *= 1e-9;
   }
-  SUBCASE("all on one line") {
+  SUBCASE("all vertices on one line") {
     for (std::size_t i = 0; i < mesh.vertices.size(); i += 3) {
       mesh.vertices[i + 1] = mesh.vertices[i + 2] = 0;
     }
   }
-  SUBCASE("all in one place") { std::ranges::fill(mesh.vertices, 2.5); }
+  SUBCASE("all vertices coincide") { std::ranges::fill(mesh.vertices, 2.5); }
   SUBCASE("single triangles and isolated vertices") {
     for (std::size_t i = 0; i < mesh.indices.size(); ++i) {
       mesh.indices[i] = static_cast<Index>(i % 75);
@@ -90,7 +90,7 @@ TEST_CASE("degenerate meshes stay finite") {
   }
 }
 
-TEST_CASE("an anchor far away harms no later frame") {
+TEST_CASE("a distant anchor does not affect later frames") {
   const auto mesh = sheet<double>(9);
   Completer<double> completer(mesh.faces(), mesh.points(), detail);
   auto outlier = mesh.vertices;
@@ -104,7 +104,7 @@ TEST_CASE("an anchor far away harms no later frame") {
   CHECK(largest_difference(completed, mesh.vertices) < 1e-6);
 }
 
-TEST_CASE("scale changes nothing") {
+TEST_CASE("the result does not depend on the scale") {
   const auto mesh = sheet<double>(9);
   const auto complete = [&](double scale) {
     auto vertices = mesh.vertices;
@@ -126,7 +126,7 @@ TEST_CASE("scale changes nothing") {
   }
 }
 
-TEST_CASE("where nothing is known everything stays") {
+TEST_CASE("if no vertex is known, none moves") {
   const auto mesh = sheet<double>(9);
   const std::vector<std::uint8_t> none(mesh.size(), 0);
   Completer<double> completer(mesh.faces(), mesh.points(), detail);
@@ -135,7 +135,7 @@ TEST_CASE("where nothing is known everything stays") {
   for (int n = 0; n < 3; ++n) CHECK(push(completer, mesh.vertices, none) == last);
 }
 
-TEST_CASE("a turn is followed on every kind of mesh, more closely than by motion") {
+TEST_CASE("a rotation is completed on every kind of mesh, more accurately than by motion") {
   auto mesh = sheet<double>(12);
   std::size_t first_unseen = mesh.size();
   SUBCASE("open") {}
@@ -143,7 +143,7 @@ TEST_CASE("a turn is followed on every kind of mesh, more closely than by motion
     mesh = torus(12);
     first_unseen = mesh.size();
   }
-  SUBCASE("two vertices in one place") {
+  SUBCASE("two coincident vertices") {
     std::copy_n(mesh.vertices.begin() + 120, 3, mesh.vertices.begin() + 123);
   }
   SUBCASE("needles") {
@@ -156,7 +156,7 @@ TEST_CASE("a turn is followed on every kind of mesh, more closely than by motion
     mesh = taken_apart(mesh);
     first_unseen = mesh.size();
   }
-  SUBCASE("a part unseen") { mesh = join(mesh, sheet<double>(4, 14)); }
+  SUBCASE("one component unseen") { mesh = join(mesh, sheet<double>(4, 14)); }
   const auto error = [&](Method method, double scale) {
     auto first = mesh.vertices;
     for (double& x : first) x *= scale;
@@ -180,7 +180,7 @@ TEST_CASE("a turn is followed on every kind of mesh, more closely than by motion
   }
 }
 
-TEST_CASE("where the anchors leave the blend open it is not left to rounding errors") {
+TEST_CASE("the blend does not depend on rounding errors if the anchors do not determine it") {
   const auto mesh = taken_apart(sheet<double>(12));
   const auto complete = [&](double scale) {
     auto vertices = mesh.vertices;
@@ -202,7 +202,7 @@ TEST_CASE("where the anchors leave the blend open it is not left to rounding err
   }
 }
 
-TEST_CASE("a vertex with too many neighbours is refused, and by method motion taken") {
+TEST_CASE("a vertex with too many neighbours is refused by detail and accepted by motion") {
   constexpr Index rim = 9000;
   std::vector<double> vertices(3 * (rim + 1));
   std::vector<Index> faces;

@@ -15,7 +15,7 @@ namespace {
 
 constexpr Settings detail = {.method = Method::detail};
 
-TEST_CASE("a translation is completed exactly, and a turn nearly") {
+TEST_CASE("a translation is completed exactly, and a rotation approximately") {
   for (const Mesh<double>& mesh : {sheet<double>(12), torus(14)}) {
     const std::size_t k = mesh.size();
     Completer<double> moved(mesh.faces(), mesh.points(), detail);
@@ -31,7 +31,7 @@ TEST_CASE("a translation is completed exactly, and a turn nearly") {
   }
 }
 
-TEST_CASE("a completer continues from its state to the last bit") {
+TEST_CASE("a completer continues from its state with identical results") {
   const auto mesh = join(sheet<float>(9), sheet<float>(4, 20));
   const std::size_t k = mesh.size();
   std::optional<double> noise;
@@ -55,7 +55,7 @@ TEST_CASE("a completer continues from its state to the last bit") {
         std::string::npos);
 }
 
-TEST_CASE("the number of threads changes nothing") {
+TEST_CASE("the result does not depend on the number of threads") {
   const SharedWork shared;
   const auto mesh = sheet<double>(24);
   std::optional<double> noise;

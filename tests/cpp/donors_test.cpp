@@ -27,7 +27,7 @@ std::vector<Index> plain_donors(const std::vector<Vector3<Real>>& frame,
   return donors;
 }
 
-TEST_CASE("donors are the nearest vertices of other components, the first among equals") {
+TEST_CASE("donors are the nearest vertices of other components, with the smallest index") {
   for (unsigned seed = 0; seed < 40; ++seed) {
     std::mt19937 random(seed);
     std::uniform_int_distribution<Index> label(0, static_cast<Index>(seed % 7));
@@ -44,7 +44,7 @@ TEST_CASE("donors are the nearest vertices of other components, the first among 
   }
 }
 
-TEST_CASE("coincident vertices, each a component, are done in no time") {
+TEST_CASE("coincident isolated vertices do not slow down the search") {
   const std::vector<Vector3<float>> frame(200'000, Vector3<float>{1, 2, 3});
   std::vector<Index> component(frame.size());
   for (std::size_t v = 0; v < frame.size(); ++v) component[v] = static_cast<Index>(v);

@@ -13,7 +13,7 @@
 namespace dynmesh::testing {
 namespace {
 
-/// Any faces at all, mostly between near vertices, and one vertex that half the mesh is tied to.
+/// Random faces, mostly between nearby vertices, and one vertex that is connected to half the mesh.
 Topology random_mesh(std::mt19937& random, std::size_t k) {
   std::uniform_int_distribution<Index> vertex(0, static_cast<Index>(k) - 1);
   std::uniform_int_distribution<Index> step(1, 3);
@@ -59,7 +59,7 @@ void check_against_plain(Real tolerance, std::size_t k, Index extra_iterations, 
     const Sweeps<Real>& sweeps = level.sweeps<Real>();
     FastMotion<Real> fast(topology.cells, extra_iterations, workers, sweeps);
     fast.reset(previous);
-    for (int repeat = 0; repeat < 2; ++repeat) {  // the second time nothing must be left over
+    for (int repeat = 0; repeat < 2; ++repeat) {  // the second frame must not depend on the first
       auto completed = points;
       Generations found(k);
       CHECK(fast.estimate(previous, completed, known, found) == iterations);
@@ -79,7 +79,7 @@ void check_against_plain(Real tolerance, std::size_t k, Index extra_iterations, 
   CHECK((pieces_done_by_others() > before) == (static_cast<Index>(k) > piece));
 }
 
-TEST_CASE("the fast path gives what the plain one gives, on every processor's loops") {
+TEST_CASE("the fast implementation agrees with the readable one, for every kind of processor") {
   unsigned seed = 0;
   for (const std::size_t k : {1, 2, 5, 30, 300, 5000}) {
     for (const double share : {0.0, 0.01, 0.1, 0.5, 0.9, 1.0}) {
@@ -94,7 +94,7 @@ TEST_CASE("the fast path gives what the plain one gives, on every processor's lo
   }
 }
 
-TEST_CASE("positions in very small and very large units do not leave the range of float") {
+TEST_CASE("very small and very large units do not exceed the range of float") {
   for (const float unit : {1e-18F, 1e-4F, 1e6F, 1e15F}) {
     CAPTURE(unit);
     const auto mesh = sheet<float>(9);

@@ -9,7 +9,7 @@
 namespace dynmesh::testing {
 namespace {
 
-/// The classification as the paper words it: each iteration looks at every vertex.
+/// The classification as described in the paper: each iteration visits every vertex.
 std::vector<Index> plain_generations(const Cells& cells, const std::vector<std::uint8_t>& known) {
   std::vector<Index> generation(known.size());
   for (std::size_t v = 0; v < known.size(); ++v) generation[v] = known[v] != 0 ? 0 : -1;
@@ -24,7 +24,7 @@ std::vector<Index> plain_generations(const Cells& cells, const std::vector<std::
   }
 }
 
-TEST_CASE("satellites come in generations, reached one iteration after another") {
+TEST_CASE("the generation of a satellite is the iteration that reaches it") {
   const auto mesh = join(sheet<float>(9), sheet<float>(4));
   const Topology topology = build_topology(mesh.faces(), mesh.size());
   Generations generations(mesh.size());

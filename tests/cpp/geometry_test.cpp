@@ -12,13 +12,13 @@ namespace {
 
 constexpr float largest = std::numeric_limits<float>::max();
 
-// The compiler refuses a conversion beyond the range, which is undefined, in these.
+// In constant expressions, the compiler refuses undefined conversions out of range.
 static_assert(saturated<float>(1e300) == largest);
 static_assert(saturated<float>(-1e300) == -largest);
 static_assert(saturated<float>(1.5) == 1.5F);
 static_assert(saturated<double>(-1e300) == -1e300);
 
-TEST_CASE("numbers beyond the range of float become the largest one") {
+TEST_CASE("numbers out of the range of float become the largest one") {
   CHECK(saturated<float>(std::numeric_limits<double>::infinity()) == largest);
   CHECK(std::isnan(saturated<float>(std::numeric_limits<double>::quiet_NaN())));
   RigidMotion motion;

@@ -30,7 +30,7 @@ double area_of(const std::vector<IntrinsicTriangle>& triangles) {
                          [](double sum, const auto& t) { return sum + t.area(); });
 }
 
-/// Sums of the two cotangents opposite to each edge, by its ends and length.
+/// The sum of the two cotangents opposite to each edge, identified by its ends and length.
 std::map<std::tuple<Index, Index, long>, std::vector<double>> cotangents_of(
     const std::vector<IntrinsicTriangle>& triangles) {
   std::map<std::tuple<Index, Index, long>, std::vector<double>> found;
@@ -45,7 +45,7 @@ std::map<std::tuple<Index, Index, long>, std::vector<double>> cotangents_of(
   return found;
 }
 
-TEST_CASE("flips keep the surface and leave no angles beyond two right ones") {
+TEST_CASE("flips preserve the surface and satisfy the Delaunay condition") {
   auto mesh = sheet<double>(12);
   for (std::size_t i = 0; i < mesh.vertices.size(); i += 3) {
     mesh.vertices[i] += 3.1 * mesh.vertices[i + 1];  // far from Delaunay
@@ -54,7 +54,7 @@ TEST_CASE("flips keep the surface and leave no angles beyond two right ones") {
   const Surface surface = surface_of(mesh);
   const auto triangles = intrinsic_delaunay<double>(surface.faces, surface.frame, 1);
   CHECK(triangles.size() == surface.faces.size());
-  CHECK(area_of(triangles) == doctest::Approx(121));  // a shear keeps it
+  CHECK(area_of(triangles) == doctest::Approx(121));  // a shear preserves the area
   std::size_t interior = 0;
   for (const auto& [edge, cotangents] : cotangents_of(triangles)) {
     REQUIRE(cotangents.size() <= 2);
@@ -64,7 +64,7 @@ TEST_CASE("flips keep the surface and leave no angles beyond two right ones") {
   CHECK(interior == 341);  // (3 * 242 - 44) / 2
 }
 
-TEST_CASE("what is flat and Delaunay stays as it is") {
+TEST_CASE("a flat Delaunay triangulation is not changed") {
   const Surface surface = surface_of(sheet<double>(6));
   const auto triangles = intrinsic_delaunay<double>(surface.faces, surface.frame, 1);
   const auto again = intrinsic_delaunay<double>(surface.faces, surface.frame, 2);
@@ -74,7 +74,7 @@ TEST_CASE("what is flat and Delaunay stays as it is") {
   }
 }
 
-TEST_CASE("triangles that are none, and edges that more share, do no harm") {
+TEST_CASE("degenerate triangles and non-manifold edges are handled") {
   const std::vector<Vector3<double>> frame = {{0, 0, 0}, {1, 0, 0},   {1, 0, 0},      {2, 0, 0},
                                               {0, 1, 0}, {0.5, 9, 0}, {0.5, -1e-9, 0}};
   const std::vector<Triangle> faces = {{0, 1, 2}, {0, 1, 3}, {0, 1, 4}, {1, 0, 5}, {0, 1, 6},

@@ -11,7 +11,7 @@ namespace {
 
 using Matrix = Eigen::SparseMatrix<double>;
 
-/// L L^T of the graph of random faces, and a little on the diagonal.
+/// L L^T of the graph of random faces, plus a small diagonal.
 Matrix random_matrix(int n, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_int_distribution<int> pick(0, n - 1);
@@ -45,7 +45,7 @@ std::vector<Vector3<double>> random_vectors(std::size_t n, unsigned seed) {
   return values;
 }
 
-/// The solution by Eigen; `values` outside the mask.
+/// The solution computed by Eigen; entries outside the mask keep their `values`.
 std::vector<Vector3<double>> expected_solution(const Matrix& matrix,
                                                const std::vector<std::uint8_t>& mask,
                                                std::vector<Vector3<double>> values) {
@@ -74,7 +74,7 @@ std::vector<Vector3<double>> expected_solution(const Matrix& matrix,
   return values;
 }
 
-/// Solves for 1 or 3 frames at once; values outside the mask stay.
+/// Solves for 1 or 3 frames at once; entries outside the mask keep their values.
 void solve(const MaskedFactor& factor, std::vector<std::vector<Vector3<double>>*> frames) {
   const auto order = factor.order();
   std::vector<Vector3<double>> values;
@@ -98,7 +98,7 @@ double largest_difference(const std::vector<Vector3<double>>& a,
   return largest;
 }
 
-TEST_CASE("a masked factor solves as Eigen does, whatever the mask and the processor") {
+TEST_CASE("a masked factor agrees with Eigen for every mask and kind of processor") {
   for (const int n : {1, 2, 5, 40, 400}) {
     const Matrix matrix = random_matrix(n, 3);
     for (const Kernels& level : runnable_kernels()) {
@@ -130,8 +130,8 @@ TEST_CASE("a masked factor solves as Eigen does, whatever the mask and the proce
   }
 }
 
-TEST_CASE("what is singular stays out of the solution") {
-  // Two chains, of which only the first is tied to anything.
+TEST_CASE("singular directions have no part in the solution") {
+  // Two chains, of which only the first is constrained.
   Matrix matrix(6, 6);
   for (const int i : {0, 1, 3, 4}) {
     matrix.coeffRef(i, i) += 1;

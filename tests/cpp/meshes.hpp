@@ -26,7 +26,7 @@ inline Faces faces_of(const std::vector<Index>& indices) {
   return {indices.data(), indices.size() / 3};
 }
 
-/// n by n vertices on a bumpy sheet, two triangles to a square; `offset` along x.
+/// A bumpy sheet of n by n vertices, with two triangles per square, shifted along x by `offset`.
 template <class Real>
 Mesh<Real> sheet(int n, double offset = 0) {
   Mesh<Real> mesh;
@@ -48,7 +48,7 @@ Mesh<Real> sheet(int n, double offset = 0) {
   return mesh;
 }
 
-/// n by n vertices around a torus: closed.
+/// A torus of n by n vertices, which is a closed surface.
 inline Mesh<double> torus(int n) {
   Mesh<double> mesh;
   for (int i = 0; i < n; ++i) {
@@ -67,7 +67,7 @@ inline Mesh<double> torus(int n) {
   return mesh;
 }
 
-/// Each triangle by itself.
+/// Separates all triangles.
 template <class Real>
 Mesh<Real> taken_apart(const Mesh<Real>& mesh) {
   Mesh<Real> apart;
@@ -79,7 +79,7 @@ Mesh<Real> taken_apart(const Mesh<Real>& mesh) {
   return apart;
 }
 
-/// Both meshes as one, unconnected.
+/// Joins two meshes without connecting them.
 template <class Real>
 Mesh<Real> join(const Mesh<Real>& a, const Mesh<Real>& b) {
   Mesh<Real> both = a;
@@ -113,7 +113,7 @@ std::vector<Real> translated(const std::vector<Real>& vertices, Real x, Real y, 
   return moved;
 }
 
-/// Turned about z.
+/// Rotates about the z axis.
 template <class Real>
 std::vector<Real> turned(const std::vector<Real>& vertices, double angle) {
   std::vector<Real> moved = vertices;
@@ -136,7 +136,7 @@ double largest_difference(const std::vector<Real>& a, const std::vector<Real>& b
   return largest;
 }
 
-/// What `call` throws, or "" where it throws no std::exception.
+/// Returns the message of the exception that `call` throws, or "" if it throws no std::exception.
 template <class Call>
 std::string message_of(const Call& call) {
   try {

@@ -10,7 +10,7 @@
 namespace dynmesh::testing {
 namespace {
 
-TEST_CASE("NMSVE of one moved vertex of a triangle, by hand") {
+TEST_CASE("NMSVE of a triangle with one moved vertex, computed by hand") {
   const std::vector<Index> faces = {0, 1, 2};
   const Topology topology = build_topology(faces_of(faces), 3);
   const std::vector<double> truth = {0, 0, 0, 3, 0, 0, 0, 4, 0};
@@ -20,7 +20,7 @@ TEST_CASE("NMSVE of one moved vertex of a triangle, by hand") {
   const Points<const double> w(moved.data(), 3);
   CHECK(nmsve(topology.cells, v, v) == 0);
 
-  // Distances of the truth: 3, 4, 5; of the other: sqrt(9 + 144), sqrt(16 + 144), 5.
+  // Edge lengths of the reference: 3, 4, 5; of the completion: sqrt(9 + 144), sqrt(16 + 144), 5.
   const double d1 = std::sqrt(153.0);
   const double d2 = std::sqrt(160.0);
   struct P {
@@ -43,7 +43,7 @@ TEST_CASE("NMSVE of one moved vertex of a triangle, by hand") {
   CHECK(nmsve(topology.cells, v, w) == doctest::Approx(sum / 6).epsilon(1e-14));
 }
 
-TEST_CASE("an isolated vertex counts by its distance alone") {
+TEST_CASE("an isolated vertex contributes only its distance") {
   const std::vector<Index> faces = {0, 1, 2};
   const Topology topology = build_topology(faces_of(faces), 4);
   const std::vector<float> truth = {0, 0, 0, 3, 0, 0, 0, 4, 0, 9, 9, 9};
@@ -63,7 +63,7 @@ TEST_CASE("a summary has the mean, root mean square, 99th percentile and maximum
   CHECK(summary(std::vector<double>{7}).p99 == 7);
 }
 
-TEST_CASE("what cannot be measured is refused") {
+TEST_CASE("bad input is refused") {
   const std::vector<Index> faces = {0, 1, 2};
   const Topology topology = build_topology(faces_of(faces), 3);
   std::vector<float> v = {0, 0, 0, 3, 0, 0, 0, 4, 0};

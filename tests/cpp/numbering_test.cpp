@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t side = 180;  // large enough that the numbering matters
 
-/// Where each vertex of a sheet goes if it is numbered at random.
+/// A random permutation of the vertices of a sheet.
 std::vector<Index> shuffled_numbers() {
   std::vector<Index> number(side * side);
   std::iota(number.begin(), number.end(), 0);
@@ -24,7 +24,7 @@ std::vector<Index> shuffled_numbers() {
   return number;
 }
 
-/// The sheet, its vertices numbered so.
+/// The sheet with its vertices in that order.
 struct Renumbered {
   std::vector<Index> number;
   std::vector<Index> indices;
@@ -46,7 +46,7 @@ struct Renumbered {
 
 Points<const float> view(const std::vector<float>& rows) { return {rows.data(), rows.size() / 3}; }
 
-TEST_CASE("only large meshes with scattered neighbours are numbered anew") {
+TEST_CASE("only large meshes with scattered neighbours are reordered") {
   const auto mesh = sheet<float>(side);
   CHECK(choose_numbering(build_topology(mesh.faces(), mesh.size()).cells).is_natural());
   const Renumbered shuffled(mesh, shuffled_numbers());
@@ -54,19 +54,19 @@ TEST_CASE("only large meshes with scattered neighbours are numbered anew") {
   const Numbering numbering = choose_numbering(topology.cells);
   REQUIRE(!numbering.is_natural());
   const Topology renumbered = renumber(topology, numbering);
-  for (std::size_t place = 0; place < mesh.size(); ++place) {
-    const auto vertex = numbering.vertex_at[place];
-    REQUIRE(numbering.place(static_cast<std::size_t>(vertex)) == place);
+  for (std::size_t internal = 0; internal < mesh.size(); ++internal) {
+    const auto vertex = numbering.caller_indices[internal];
+    REQUIRE(numbering.internal_index(static_cast<std::size_t>(vertex)) == internal);
     const auto cell = topology.cells[vertex];
-    const auto found = renumbered.cells[static_cast<Index>(place)];
+    const auto found = renumbered.cells[static_cast<Index>(internal)];
     REQUIRE(std::ranges::equal(cell, found, {}, {}, [&](Index p) {
-      return numbering.vertex_at[static_cast<std::size_t>(p)];
+      return numbering.caller_indices[static_cast<std::size_t>(p)];
     }));
   }
   CHECK(choose_numbering(renumbered.cells).is_natural());
 }
 
-TEST_CASE("whichever way vertices are numbered, and with any number of threads") {
+TEST_CASE("results do not depend on the order of vertices and the number of threads") {
   const SharedWork shared(512);
   const auto mesh = sheet<float>(side);
   const std::size_t k = mesh.size();

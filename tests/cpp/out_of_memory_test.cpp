@@ -1,4 +1,4 @@
-/// Lets every allocation of every call fail in turn: a completer must be as it was before.
+/// Makes each allocation of each function fail in turn. The completer must be unchanged.
 #include <doctest/doctest.h>
 #include <dynmesh/dynmesh.h>
 
@@ -13,8 +13,8 @@
 namespace dynmesh::testing {
 namespace {
 
-/// Runs `call` once for each of its allocations, which fails, on what `prepare` makes anew, and
-/// then `check` on what the failure left. Returns how many calls failed.
+/// Executes `call` once for each of its allocations, which fails, on a new result of `prepare`, and
+/// then calls `check`. Returns the number of calls that failed.
 template <class Prepare, class Call, class Check>
 int fail_everywhere(const Prepare& prepare, const Call& call, const Check& check) {
   int failures = 0;
@@ -32,7 +32,7 @@ int fail_everywhere(const Prepare& prepare, const Call& call, const Check& check
       was_reached = failing.has_failed();
     }
     if (!was_reached) return failures;
-    // Algorithms that only wished for memory, as std::stable_sort, make do without.
+    // Algorithms such as std::stable_sort use memory only if it is available.
     if (!is_out_of_memory) continue;
     ++failures;
     check(subject);
@@ -60,7 +60,7 @@ struct World {
       completer.push({points.data(), k}, {seen.data(), k}, out());
     }
     start = completer.state();
-    std::ranges::fill(known.begin() + 36, known.end(), std::uint8_t{0});  // a part unseen
+    std::ranges::fill(known.begin() + 36, known.end(), std::uint8_t{0});  // one component is unseen
   }
 
   [[nodiscard]] Points<Real> out() { return {completed.data(), k}; }
@@ -74,7 +74,7 @@ struct World {
     completer.push({moved.data(), k}, {known.data(), k}, out());
   }
 
-  /// Lets `call` run out of memory everywhere, and expects the completer to be as before.
+  /// Makes each allocation of `call` fail and checks that the completer is unchanged.
   template <class Call>
   int leaves_all_as_it_was(const Call& call) {
     Completer<Real> twin = begun();
@@ -124,7 +124,7 @@ TEST_CASE_TEMPLATE("a call that runs out of memory changes nothing", Real, float
     world.moved[3 * 20] += 50;  // an outlier
     world.known[20] = 1;
 
-    // Motion allocates nothing; detail makes room for its factor.
+    // Motion allocates no memory; detail allocates memory for its factor.
     const int least = is_detail ? 1 : 0;
     CHECK(world.leaves_all_as_it_was([&](C& c) { world.push(c); }) >= least);
     CHECK(world.leaves_all_as_it_was([&](C& c) {
@@ -140,7 +140,7 @@ TEST_CASE_TEMPLATE("a call that runs out of memory changes nothing", Real, float
   }
 }
 
-TEST_CASE("a constructor that runs out of memory leaves none behind") {
+TEST_CASE("a constructor that runs out of memory frees everything") {
   for (Settings settings : all_settings()) {
     settings.threads = 2;
     World<float> world(settings);
@@ -153,7 +153,7 @@ TEST_CASE("a constructor that runs out of memory leaves none behind") {
   }
 }
 
-TEST_CASE("in C it is a status") {
+TEST_CASE("the C interface returns a status") {
   World<float> world({.method = Method::detail});
   const auto k = static_cast<std::int64_t>(world.k);
   const dynmesh_points first = {world.mesh.vertices.data(), k, 3, 1, DYNMESH_FLOAT32};

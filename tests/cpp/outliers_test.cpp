@@ -17,7 +17,7 @@ std::vector<Vector3<double>> frame_of(const std::vector<double>& vertices) {
   return frame;
 }
 
-TEST_CASE("anchors that leave their neighbours are dropped, and no others") {
+TEST_CASE("only anchors that move away from their neighbours are rejected") {
   const auto mesh = sheet<double>(20);
   const Topology topology = build_topology(mesh.faces(), mesh.size());
   const auto previous = frame_of(mesh.vertices);
@@ -40,12 +40,12 @@ TEST_CASE("anchors that leave their neighbours are dropped, and no others") {
   }
 }
 
-TEST_CASE("a limb may start to move on a still body") {
+TEST_CASE("a limb that starts to move on a body at rest is not rejected") {
   const auto mesh = sheet<double>(20);
   const Topology topology = build_topology(mesh.faces(), mesh.size());
   const auto previous = frame_of(mesh.vertices);
   auto points = previous;
-  for (std::size_t v = 0; v < 100; ++v) {  // the first five rows, the more the further away
+  for (std::size_t v = 0; v < 100; ++v) {  // the first five rows, in proportion to their distance
     points[v].z += 4e-4 * static_cast<double>(5 - v / 20);
   }
   Outliers<double> outliers(topology.cells);
@@ -54,7 +54,7 @@ TEST_CASE("a limb may start to move on a still body") {
   CHECK(outliers.drop(previous, points, known) == 0);
 }
 
-TEST_CASE("few anchors say nothing") {
+TEST_CASE("with few anchors, none is rejected") {
   const auto mesh = sheet<double>(5);
   const Topology topology = build_topology(mesh.faces(), mesh.size());
   const auto previous = frame_of(mesh.vertices);

@@ -10,7 +10,7 @@
 namespace dynmesh::testing {
 namespace {
 
-/// The bytes of an extent, one by one.
+/// The addresses of all bytes of an extent.
 std::multiset<std::intptr_t> bytes_of(const Extent& e) {
   std::multiset<std::intptr_t> bytes;
   for (std::size_t row = 0; row < e.rows; ++row) {
@@ -33,7 +33,7 @@ bool share(const Extent& a, const Extent& b) {
   return false;
 }
 
-TEST_CASE("overlap agrees with the bytes, exactly where pitches are equal, on the safe side else") {
+TEST_CASE("overlap is exact for equal pitches and conservative otherwise") {
   std::mt19937 random(7);
   const auto draw = [&](int low, int high) {
     return std::uniform_int_distribution(low, high)(random);

@@ -11,8 +11,8 @@ namespace {
 
 constexpr std::uint32_t bit(int number) { return std::uint32_t{1} << number; }
 
-// Written down once more, one by one: a level lacks nothing that its name promises.
-TEST_CASE("a processor is of a level only if it has all of it") {
+// The features of each level, listed independently of the implementation.
+TEST_CASE("a processor has a level only if it has all of its features") {
   const ProcessorFeatures everything = {~0U, ~0U, ~0U, ~std::uint64_t{0}};
   CHECK(level_of(everything) == ProcessorLevel::v3);
   CHECK(level_of({}) == ProcessorLevel::baseline);
@@ -46,7 +46,7 @@ TEST_CASE("a processor is of a level only if it has all of it") {
   }
 }
 
-TEST_CASE("nothing else is asked of a processor") {
+TEST_CASE("no other features are required") {
   const ProcessorFeatures v2 = {bit(0) | bit(9) | bit(13) | bit(19) | bit(20) | bit(23), 0, bit(0),
                                 0};
   CHECK(level_of(v2) == ProcessorLevel::v2);
@@ -56,7 +56,7 @@ TEST_CASE("nothing else is asked of a processor") {
 }
 
 #if defined(__x86_64__) && !defined(__clang__) && __GNUC__ >= 12
-TEST_CASE("this processor is what the compiler takes it for") {
+TEST_CASE("the level of this processor agrees with the compiler") {
   const ProcessorLevel level = level_of(processor_features());
   CHECK((level == ProcessorLevel::v3) == (__builtin_cpu_supports("x86-64-v3") != 0));
   CHECK((level >= ProcessorLevel::v2) == (__builtin_cpu_supports("x86-64-v2") != 0));

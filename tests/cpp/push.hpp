@@ -1,4 +1,4 @@
-/// Frames completed into vectors.
+/// Completes frames and returns them as vectors.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@ std::vector<Real> push(Completer<Real>& completer, const std::vector<Real>& fram
   return completed;
 }
 
-/// Largest coordinate; infinite where one is not finite.
+/// The largest magnitude of a coordinate; infinite if one is not finite.
 template <class Real>
 double largest(const std::vector<Real>& values) {
   double most = 0;

@@ -21,7 +21,7 @@ std::vector<Vector3<double>> rows_of(const std::vector<double>& vertices) {
   return rows;
 }
 
-TEST_CASE("a turn is found, up to nearly half a turn, whatever the processor and the scale") {
+TEST_CASE("rotations of up to nearly half a turn are found for every kind of processor and scale") {
   const auto mesh = sheet<double>(7);
   const Topology topology = build_topology(mesh.faces(), mesh.size());
   const auto rest = rows_of(mesh.vertices);
@@ -53,7 +53,7 @@ TEST_CASE("a turn is found, up to nearly half a turn, whatever the processor and
   }
 }
 
-TEST_CASE("where cells do not tell, the last rotation stays") {
+TEST_CASE("if a cell does not determine a rotation, it keeps the last one") {
   auto mesh = sheet<double>(3);
   mesh.vertices.insert(mesh.vertices.end(), {5, 5, 5});  // isolated
   const Topology topology = build_topology(mesh.faces(), mesh.size());
@@ -64,7 +64,7 @@ TEST_CASE("where cells do not tell, the last rotation stays") {
   const std::vector<Quaternion> before(rotations.quaternions().begin(),
                                        rotations.quaternions().end());
   CHECK(before.back().w == 1);
-  SUBCASE("all in one place") {
+  SUBCASE("all vertices coincide") {
     rotations.fit(std::vector<Vector3<double>>(mesh.size(), Vector3<double>{1, 2, 3}));
   }
   SUBCASE("out of range") {
@@ -78,7 +78,7 @@ TEST_CASE("where cells do not tell, the last rotation stays") {
 
 using Matrix = Eigen::Matrix3d;
 
-/// The rotations that a kernel finds from these covariances alone: no vertex has a neighbour.
+/// The rotations that a kernel fits to these covariances, without averaging over neighbours.
 std::vector<Quaternion> turn(const RotationKernels& kernels, const std::vector<Matrix>& covariances,
                              const std::vector<Quaternion>& last) {
   const auto n = static_cast<Index>(covariances.size());
@@ -98,7 +98,7 @@ std::vector<Quaternion> turn(const RotationKernels& kernels, const std::vector<M
 
 Eigen::Quaterniond eigen(const Quaternion& q) { return {q.w, q.x, q.y, q.z}; }
 
-/// The largest tr(R^T S) of all rotations R.
+/// The largest tr(R^T S) over all rotations R.
 double largest_trace(const Matrix& s) {
   const Eigen::JacobiSVD<Matrix> svd(s, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const Eigen::Vector3d values = svd.singularValues();
@@ -106,7 +106,8 @@ double largest_trace(const Matrix& s) {
   return values[0] + values[1] + (is_reflected ? -values[2] : values[2]);
 }
 
-/// All ranks, with and without reflection and equal singular values, turned in several ways.
+/// Covariances of all ranks, with and without reflections and equal singular values, in several
+/// orientations.
 std::vector<Matrix> covariances_of_every_kind() {
   const Eigen::Vector3d skew = Eigen::Vector3d(1, 2, 3).normalized();
   const double pi = std::acos(-1.0);
@@ -117,7 +118,7 @@ std::vector<Matrix> covariances_of_every_kind() {
       turns.push_back(Eigen::AngleAxisd(angle, axis).toRotationMatrix());
     }
   }
-  // Exactly half a turn, which the cosine of pi is not.
+  // Exactly half a turn, which the rounded value of pi does not give.
   for (int axis = 0; axis < 3; ++axis) {
     Eigen::Vector3d signs(-1, -1, -1);
     signs[axis] = 1;
@@ -176,13 +177,13 @@ TEST_CASE("the best rotation is found for every covariance and from every last r
   }
 }
 
-TEST_CASE("of rotations that are equally good the last one stays, as far as it is one of them") {
+TEST_CASE("if several rotations are equally good, the one nearest to the last is chosen") {
   const auto last = Eigen::Quaterniond(1, 2, 3, 4).normalized();
   const Matrix turned = last.toRotationMatrix();
   const Eigen::Vector3d along(1, 2, 2);
   const Matrix nothing = Matrix::Zero();
   const Matrix line = turned * along * along.transpose();
-  const Matrix reflection = -turned;  // any half turn after it is equally good
+  const Matrix reflection = -turned;  // followed by any half turn it is equally good
   for (const Kernels& level : runnable_kernels()) {
     const RotationKernels& kernels = level.rotations;
     const Quaternion given{last.w(), last.x(), last.y(), last.z()};

@@ -1,4 +1,4 @@
-/// The seal of a completer's state, for tests that make states up.
+/// The checksum of a state of a completer, for tests that construct states.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,7 @@
 
 namespace dynmesh::testing {
 
-/// Makes the last eight bytes the hash (FNV-1a) of those before them.
+/// Sets the last eight bytes to the FNV-1a hash of the preceding ones.
 inline void seal(std::span<std::byte> state) {
   std::uint64_t hash = 14695981039346656037ULL;
   const std::size_t n = state.size() - sizeof hash;

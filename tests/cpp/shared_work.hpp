@@ -1,4 +1,4 @@
-/// Small meshes whose work threads share all the same.
+/// Makes threads share the work of small meshes.
 #pragma once
 
 #include <cstdint>
@@ -8,12 +8,12 @@
 
 namespace dynmesh::testing {
 
-/// Pieces of a few vertices, which no thread does alone if another can be had.
+/// Pieces of a few vertices, with a caller that waits for other threads to take some.
 constexpr Sharing in_small_pieces(Index vertices = 16) {
-  return {.stretch = vertices, .short_stretch = vertices, .fewest_pieces = 2, .patience = 100'000};
+  return {.chunk = vertices, .short_chunk = vertices, .fewest_pieces = 2, .patience = 100'000};
 }
 
-/// As long as it lives, completers are made that share their work in such pieces.
+/// Completers that are constructed during its lifetime share their work in such pieces.
 class SharedWork {
  public:
   explicit SharedWork(Index vertices = 16) { default_sharing() = in_small_pieces(vertices); }
@@ -27,7 +27,7 @@ class SharedWork {
   Sharing before_ = default_sharing();
 };
 
-/// How many pieces threads other than the caller do in what is called.
+/// The number of pieces of `call` that threads other than the caller execute.
 template <class Call>
 std::uint64_t shared_pieces(const Call& call) {
   const std::uint64_t before = pieces_done_by_others();

@@ -12,7 +12,7 @@
 namespace dynmesh::testing {
 namespace {
 
-/// A file that lives as long as the test; OpenMesh must have nothing to say about it.
+/// A file that is deleted after the test. OpenMesh must print nothing about it.
 class TemporaryFile {
  public:
   TemporaryFile(const std::string& name, const std::string& content)
@@ -43,7 +43,7 @@ constexpr const char* triangle_ply =
 
 TEST_CASE("templates keep every vertex and face in order") {
   const std::vector<float> vertices = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0.1F, 5, 5, 9, 9, 9};
-  SUBCASE("OBJ, with a polygon, faces no half-edge mesh holds, and other things") {
+  SUBCASE("OBJ with a polygon, non-manifold faces and other elements") {
     const TemporaryFile file("a.OBJ",
                              "# a comment\nv 0 0 0\nv 1 0 0 1\nv 0 1 0\nvn 0 0 1\nvt 0 0\n"
                              "v 0.1 5 5\nv 9 9 9\n"
@@ -76,7 +76,7 @@ TEST_CASE("templates keep every vertex and face in order") {
   }
 }
 
-TEST_CASE("text carries single precision through") {
+TEST_CASE("text preserves single precision") {
   std::vector<float> vertices;
   std::string text;
   for (std::uint32_t i = 0; i < 300; ++i) {
@@ -90,14 +90,13 @@ TEST_CASE("text carries single precision through") {
   CHECK(read_template(file.path()).vertices == vertices);
 }
 
-TEST_CASE("what a reader would lose is refused") {
+TEST_CASE("incomplete and invalid data is refused") {
   CHECK(refusal("nan.obj", "v 0 0 0\nv nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
-            .ends_with(
-                "line 2 has 'nan' where a finite number should be; a template must be complete"));
+            .ends_with("line 2 has 'nan' instead of a finite number; a template must be complete"));
   CHECK(refusal("short.obj", "v 0 0 0\nv 1 0\nv 0 1 0\nf 1 2 3\n").find("line 2") !=
         std::string::npos);
   CHECK(refusal("twice.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 1 2\n")
-            .ends_with("line 5 has a face with vertex 1 twice; take it out"));
+            .ends_with("line 5 has a face with vertex 1 twice; remove the face"));
   CHECK(refusal("two.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2\n")
             .ends_with("line 4 has a face of 2 vertices"));
   CHECK(refusal("high.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n")
@@ -121,7 +120,7 @@ TEST_CASE("what a reader would lose is refused") {
         std::string::npos);
   CHECK(refusal("hexadecimal.obj", "v 0 0 0\nv 1 0 0x10\nv 0 1 0\nf 1 2 3\n").find("'0x10'") !=
         std::string::npos);
-  CHECK(refusal("a.stl", "solid\n").find("a template is read from .obj, .ply or .off") !=
+  CHECK(refusal("a.stl", "solid\n").find("a template must be an .obj, .ply or .off file") !=
         std::string::npos);
   CHECK(message_of([] { read_template("no-such-folder/x.obj"); }) ==
         "no-such-folder/x.obj: cannot be opened");
@@ -134,10 +133,10 @@ std::string binary_ply(const std::string& x_type, const std::string& count_type,
          " int vertex_indices\nend_header\n" + body;
 }
 
-TEST_CASE("what a reader would not survive is refused") {
+TEST_CASE("malformed headers and counts are refused") {
   const std::string header = "ply\nformat ascii 1.0\n";
   CHECK(refusal("head.ply", header + "element vertex 3\nproperty float x\n")
-            .ends_with("ends in its header"));
+            .ends_with("ends within its header"));
   CHECK(refusal("order.ply", header + "property float x\nelement vertex 3\nend_header\n")
             .ends_with("line 3 does not belong in the header of a PLY file"));
   CHECK(refusal("bare.ply", header + "element vertex 9999999999\nend_header\n") != "");
@@ -157,12 +156,12 @@ TEST_CASE("what a reader would not survive is refused") {
   std::memcpy(&far[4 * sizeof coordinate], &coordinate, sizeof coordinate);
   CHECK(refusal("far.ply", binary_ply("double", "uchar", far + zeros))
             .ends_with("has the coordinate -1e+300, too large for a template"));
-  // OpenMesh reads this as zeros, and says so on standard error.
+  // OpenMesh would read zeros and print a message to standard error.
   CHECK(refusal("int.ply", binary_ply("int", "uchar", zeros)).find("must be float or double") !=
         std::string::npos);
 }
 
-TEST_CASE("what a reader would get wrong is read all the same") {
+TEST_CASE("unusual files are read correctly") {
   const std::vector<float> vertices = {0, 0, 0, 1, 0, 0, 0, 1, 0};
   SUBCASE("lists among the vertices and the faces of a PLY, and other elements") {
     const TemporaryFile file(

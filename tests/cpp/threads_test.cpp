@@ -1,5 +1,5 @@
-/// Several threads at once: on one completer, which refuses all but one, and on one each. Meant to
-/// be run under the thread sanitizer as well: -DDYNMESH_SANITIZE=thread.
+/// Tests several threads: on one completer, which refuses all but one of them, and on separate
+/// completers. Should also be run with the thread sanitizer: -DDYNMESH_SANITIZE=thread.
 #include <doctest/doctest.h>
 #include <dynmesh/dynmesh.h>
 
@@ -28,7 +28,7 @@ void in_threads(int count, const Work& work) {
   for (auto& thread : threads) thread.join();
 }
 
-TEST_CASE("one call is let in at a time, and another one after it, however it ended") {
+TEST_CASE("one call is executed at a time, and another one after it, even if it failed") {
   OneAtATime turns;
   CHECK(turns.enter([&] {
     const auto refused = message_of([&] { turns.enter([] { FAIL("two are inside"); }); });
@@ -39,9 +39,9 @@ TEST_CASE("one call is let in at a time, and another one after it, however it en
   CHECK(turns.enter([] { return true; }));
 }
 
-TEST_CASE("what is guarded is never shared") {
+TEST_CASE("guarded data is never accessed by two threads") {
   OneAtATime turns;
-  int inside = 0;  // a plain number: the sanitizer sees whether two threads touch it
+  int inside = 0;  // not atomic, so that the sanitizer detects concurrent accesses
   std::atomic<int> served{0};
   std::atomic<int> refused{0};
   in_threads(4, [&](int) {
@@ -88,7 +88,7 @@ struct Shared {
   const Mesh<float>& mesh_;
 };
 
-TEST_CASE("one completer in many threads serves or refuses, and stays whole") {
+TEST_CASE("calls from many threads succeed or are refused, and the completer stays valid") {
   const SharedWork pieces(64);
   const auto mesh = sheet<float>(40);
   const auto k = mesh.size();
@@ -132,7 +132,7 @@ TEST_CASE("one completer in many threads serves or refuses, and stays whole") {
     CHECK(wrong == 0);
     CHECK(pushed > 0);
     CHECK((pieces_done_by_others() > before) == (threads > 1));
-    // As one thread alone would have left it.
+    // The state is that which a single thread produces.
     Completer<float> alone(mesh.faces(), mesh.points());
     std::vector<float> expected(3 * k);
     std::vector<float> completed(3 * k);
@@ -160,7 +160,8 @@ std::vector<Real> complete_alone(const Mesh<Real>& mesh, const Settings& setting
   return completed;
 }
 
-TEST_CASE_TEMPLATE("any number of threads completes motion to the same bits", Real, float, double) {
+TEST_CASE_TEMPLATE("method motion gives identical results with any number of threads", Real, float,
+                   double) {
   const SharedWork pieces;
   const auto mesh = join(sheet<Real>(20), sheet<Real>(5, 40.0));
   for (const Index extra_iterations : {0, 3}) {
@@ -185,16 +186,17 @@ TEST_CASE_TEMPLATE("any number of threads completes motion to the same bits", Re
 }
 
 TEST_CASE("threads are woken from 24 pieces on") {
-  // What docs/speed.md and the settings promise: 23 553 vertices with motion, 5 889 with detail.
+  // The sizes that docs/speed.md and the settings state: 23 553 vertices with motion, 5 889 with
+  // detail.
   Workers workers(2, {.patience = 100'000});
   const auto nothing = [](Index, Index) {};
-  CHECK(shared_pieces([&] { workers.for_each_stretch(23'552, nothing); }) == 0);
-  CHECK(shared_pieces([&] { workers.for_each_stretch(23'553, nothing); }) > 0);
-  CHECK(shared_pieces([&] { workers.for_each_short_stretch(5'888, nothing); }) == 0);
-  CHECK(shared_pieces([&] { workers.for_each_short_stretch(5'889, nothing); }) > 0);
+  CHECK(shared_pieces([&] { workers.for_each_chunk(23'552, nothing); }) == 0);
+  CHECK(shared_pieces([&] { workers.for_each_chunk(23'553, nothing); }) > 0);
+  CHECK(shared_pieces([&] { workers.for_each_short_chunk(5'888, nothing); }) == 0);
+  CHECK(shared_pieces([&] { workers.for_each_short_chunk(5'889, nothing); }) > 0);
 }
 
-TEST_CASE_TEMPLATE("a completer in each thread works as it would alone", Real, float, double) {
+TEST_CASE_TEMPLATE("completers in separate threads are independent", Real, float, double) {
   const SharedWork pieces;
   const auto mesh = sheet<Real>(20);
   for (const Method method : {Method::motion, Method::detail}) {

@@ -40,7 +40,7 @@ std::set<std::pair<Index, Index>> edges_of(const std::vector<Index>& faces) {
   return edges;
 }
 
-TEST_CASE("a tetrahedron is closed and everyone knows everyone") {
+TEST_CASE("a tetrahedron is closed and all of its vertices are neighbours") {
   const std::vector<Index> faces = {0, 1, 2, 0, 3, 1, 1, 3, 2, 2, 3, 0};
   const Topology topology = build_topology(faces_of(faces), 4);
   CHECK(topology.cells.offsets == std::vector<Index>{0, 3, 6, 9, 12});
@@ -59,7 +59,7 @@ TEST_CASE("components and isolated vertices are counted") {
   CHECK(topology.component == std::vector<Index>{0, 1, 1, 1, 2, 3, 3, 3, 4});
 }
 
-TEST_CASE("faces that half-edges cannot hold are named, and their edges kept") {
+TEST_CASE("faces that a half-edge mesh cannot represent are reported, and their edges kept") {
   SUBCASE("degenerate") {
     const std::vector<Index> faces = {0, 1, 2, 3, 3, 2, 4, 4, 4};
     const Topology topology = build_topology(faces_of(faces), 5);
@@ -78,7 +78,7 @@ TEST_CASE("faces that half-edges cannot hold are named, and their edges kept") {
     CHECK(topology.report.refused_faces[1].reason == "duplicate of face 0");
     CHECK(edges_of(topology.cells) == edges_of(faces));
   }
-  SUBCASE("an edge of three faces") {
+  SUBCASE("an edge with three faces") {
     const std::vector<Index> faces = {0, 1, 2, 1, 0, 3, 0, 1, 4};
     const Topology topology = build_topology(faces_of(faces), 5);
     REQUIRE(topology.report.refused_faces.size() == 1);
@@ -93,7 +93,7 @@ TEST_CASE("faces that half-edges cannot hold are named, and their edges kept") {
     CHECK(topology.report.refused_faces[0].reason.find("flipped") != std::string::npos);
     CHECK(edges_of(topology.cells) == edges_of(faces));
   }
-  SUBCASE("a fin on an enclosed vertex") {
+  SUBCASE("a face on an enclosed vertex") {
     const std::vector<Index> faces = {0, 1, 2, 0, 2, 3, 0, 3, 1, 0, 4, 5};
     const Topology topology = build_topology(faces_of(faces), 6);
     REQUIRE(topology.report.refused_faces.size() == 1);
@@ -103,7 +103,7 @@ TEST_CASE("faces that half-edges cannot hold are named, and their edges kept") {
   }
 }
 
-/// Faces of any vertices, in which everything that can be wrong with faces occurs.
+/// Random faces, among which all kinds of invalid faces occur.
 std::vector<Index> soup(unsigned seed, int& k) {
   std::mt19937 random(seed);
   k = std::uniform_int_distribution(1, 12)(random);
@@ -113,7 +113,7 @@ std::vector<Index> soup(unsigned seed, int& k) {
   return faces;
 }
 
-TEST_CASE("any soup of faces has exactly the edges of its faces") {
+TEST_CASE("the cells of random faces contain exactly the edges of the faces") {
   for (unsigned seed = 0; seed < 200; ++seed) {
     int k = 0;
     const std::vector<Index> faces = soup(seed, k);
@@ -123,7 +123,7 @@ TEST_CASE("any soup of faces has exactly the edges of its faces") {
   }
 }
 
-TEST_CASE("the faces that are refused are those that OpenMesh refuses, but nothing is printed") {
+TEST_CASE("the refused faces are those that OpenMesh refuses, and nothing is printed") {
   int unorderable = 0;
   for (unsigned seed = 0; seed < 400; ++seed) {
     int k = 0;
@@ -136,7 +136,7 @@ TEST_CASE("the faces that are refused are those that OpenMesh refuses, but nothi
       for (const auto& face : report.refused_faces) {
         if (face.reason.starts_with("degenerate") || face.reason.starts_with("duplicate")) continue;
         refused.push_back(face.index);
-        if (face.reason.starts_with("its vertices join fans")) ++unorderable;
+        if (face.reason.starts_with("its vertices connect fans")) ++unorderable;
       }
     }
     const CapturedErrors captured;
@@ -157,7 +157,7 @@ TEST_CASE("the faces that are refused are those that OpenMesh refuses, but nothi
   CHECK(unorderable > 0);
 }
 
-TEST_CASE("what the host prints while meshes are built in several threads is not lost") {
+TEST_CASE("the output of the application is not lost while several threads build meshes") {
   const std::vector<Index> faces = {0, 1, 2, 1, 0, 3, 0, 1, 4};  // the last one is refused
   const CapturedErrors captured;
   std::atomic<bool> is_over{false};
@@ -183,7 +183,7 @@ TEST_CASE("what the host prints while meshes are built in several threads is not
   CHECK(wrong == 0);
 }
 
-TEST_CASE("indices out of range are refused with place and value") {
+TEST_CASE("indices out of range are refused with their position and value") {
   const std::vector<Index> high = {0, 1, 2, 0, 1, 7};
   const std::vector<Index> low = {0, 1, -2};
   CHECK(message_of([&] { build_topology(faces_of(high), 3); }) ==

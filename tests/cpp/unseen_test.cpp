@@ -7,7 +7,7 @@
 namespace dynmesh::testing {
 namespace {
 
-/// A sheet of 25 vertices, one of 16 beside it, and a vertex of its own.
+/// A sheet of 25 vertices, one of 16 vertices beside it, and an isolated vertex.
 Mesh<double> three_parts() {
   auto mesh = join(sheet<double>(5), sheet<double>(4, 6.0));
   mesh.vertices.insert(mesh.vertices.end(), {2.0, 2.0, 1.0});
@@ -23,7 +23,7 @@ std::vector<double> complete(const Mesh<double>& mesh, const std::vector<double>
   return completed;
 }
 
-TEST_CASE("a part without anchors follows the rigid motion of the nearest surface") {
+TEST_CASE("a component without anchors follows the rigid motion of the nearest surface") {
   const auto mesh = three_parts();
   const auto moved = translated(turned(mesh.vertices, 0.7), 3.0, -1.0, 2.0);
   auto known = std::vector<std::uint8_t>(mesh.size(), 0);
@@ -32,7 +32,7 @@ TEST_CASE("a part without anchors follows the rigid motion of the nearest surfac
   CHECK(largest_difference(completed, moved) < 1e-12);
 }
 
-TEST_CASE("hold leaves it where it was") {
+TEST_CASE("with hold, a component without anchors keeps its position") {
   const auto mesh = three_parts();
   const auto moved = turned(mesh.vertices, 0.7);
   auto known = std::vector<std::uint8_t>(mesh.size(), 0);
@@ -42,10 +42,10 @@ TEST_CASE("hold leaves it where it was") {
   for (std::size_t i = 75; i < completed.size(); ++i) CHECK(completed[i] == mesh.vertices[i]);
 }
 
-TEST_CASE("with fewer than four donors all anchors decide") {
+TEST_CASE("with fewer than four donors, a component follows all anchors") {
   const auto mesh = three_parts();
-  // Only four vertices of the large sheet are seen: its vertices may be donors, but the single
-  // vertex has one donor only. The motion of the four anchors is rigid and known.
+  // Only four vertices of the large sheet are observed. Its vertices may be donors, but the
+  // isolated vertex has only one donor. The four anchors move rigidly with a known motion.
   const auto moved = turned(mesh.vertices, -0.4);
   const auto known = mask(mesh.size(), {0, 4, 20, 24});
   const auto completed = complete(mesh, moved, known, UnseenRule::follow);
@@ -55,7 +55,7 @@ TEST_CASE("with fewer than four donors all anchors decide") {
   }
 }
 
-TEST_CASE("anchors on a line, or fewer than three, give their mean translation") {
+TEST_CASE("collinear anchors, or fewer than three, give their mean translation") {
   Mesh<double> mesh = three_parts();
   auto moved = turned(mesh.vertices, 1.5);
   for (const auto& known : {mask(mesh.size(), {0, 1}), mask(mesh.size(), {7})}) {
@@ -74,14 +74,14 @@ TEST_CASE("anchors on a line, or fewer than three, give their mean translation")
   }
 }
 
-TEST_CASE("a mirrored neighbour does not mirror what follows it") {
+TEST_CASE("a mirrored neighbour does not mirror the component that follows it") {
   const auto mesh = three_parts();
   auto moved = mesh.vertices;
   for (std::size_t i = 0; i < moved.size(); i += 3) moved[i] = -moved[i];
   auto known = std::vector<std::uint8_t>(mesh.size(), 0);
   std::fill_n(known.begin(), 25, std::uint8_t{1});
   const auto completed = complete(mesh, moved, known, UnseenRule::follow);
-  const auto volume = [&](const std::vector<double>& v) {  // of a corner of the second sheet
+  const auto volume = [&](const std::vector<double>& v) {  // at a corner of the second sheet
     const auto edge = [&](std::size_t to, std::size_t c) {
       return v[3 * (25 + to) + c] - v[75 + c];
     };
@@ -96,7 +96,7 @@ TEST_CASE("a mirrored neighbour does not mirror what follows it") {
   CHECK(volume(completed) == doctest::Approx(volume(mesh.vertices)));
 }
 
-TEST_CASE("nothing known: everything stays") {
+TEST_CASE("if no vertex is known, none moves") {
   const auto mesh = three_parts();
   const std::vector<std::uint8_t> known(mesh.size(), 0);
   CHECK(complete(mesh, mesh.vertices, known, UnseenRule::follow) == mesh.vertices);

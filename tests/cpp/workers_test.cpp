@@ -11,11 +11,11 @@
 namespace dynmesh::testing {
 namespace {
 
-TEST_CASE("every piece is done once, and all before the call returns") {
+TEST_CASE("every piece is executed once, and all before the call returns") {
   Sharing sharing;
   int calls = 3000;
-  SUBCASE("when the others come") {}
-  SUBCASE("by all of them") {
+  SUBCASE("if other threads are available") {}
+  SUBCASE("by all threads") {
     sharing = in_small_pieces();
     calls = 300;
   }
@@ -42,7 +42,7 @@ TEST_CASE("every piece is done once, and all before the call returns") {
   }
 }
 
-TEST_CASE("threads end with their owner, used or not") {
+TEST_CASE("threads end with their owner, whether or not they were used") {
   for (int i = 0; i < 50; ++i) {
     Workers workers(3, in_small_pieces());
     if (i % 2 == 0) workers.for_each(7, [](Index) {});

@@ -77,9 +77,9 @@ def _share_work(*, small: bool) -> None:
     so quick that every call waits for the other thread, which would come too late otherwise.
     """
     if small:
-        _core._set_sharing(stretch=2, short_stretch=2, fewest_pieces=2, patience=1000)
+        _core._set_sharing(chunk=2, short_chunk=2, fewest_pieces=2, patience=1000)
     else:
-        _core._set_sharing(stretch=1024, short_stretch=16, fewest_pieces=24, patience=0)
+        _core._set_sharing(chunk=1024, short_chunk=16, fewest_pieces=24, patience=0)
 
 
 def _stations(seed: int, *, small: bool) -> list[Station]:

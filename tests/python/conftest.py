@@ -82,7 +82,7 @@ def shared_pieces() -> Iterator[Callable[[], int]]:
     Completers that the test makes work in pieces of 64 vertices, and share them where there are two
     or more: every call waits until another thread has come.
     """
-    usual = _core._set_sharing(stretch=64, short_stretch=64, fewest_pieces=2, patience=100_000)
+    usual = _core._set_sharing(chunk=64, short_chunk=64, fewest_pieces=2, patience=100_000)
     before = _core._pieces_done_by_others()
     yield lambda: _core._pieces_done_by_others() - before
     _core._set_sharing(*usual)

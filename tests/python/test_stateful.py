@@ -49,7 +49,7 @@ class AnyCalls(RuleBasedStateMachine):
         self.first = first.astype(self.dtype)
         threads = data.draw(st.sampled_from([1, 2]))
         # Small pieces, and a call waits for the other thread, so that the two share the work.
-        usual = _core._set_sharing(stretch=4, short_stretch=4, fewest_pieces=2, patience=100_000)
+        usual = _core._set_sharing(chunk=4, short_chunk=4, fewest_pieces=2, patience=100_000)
         self.completer = Completer(self.faces, self.first, threads=threads, **self.settings)
         _core._set_sharing(*usual)
         self.shares = threads > 1 and self.k > 4

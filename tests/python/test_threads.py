@@ -130,7 +130,7 @@ import dynmesh
 from dynmesh import _core
 
 # In a child nobody else comes, however long a call waits.
-_core._set_sharing(stretch=64, short_stretch=64, fewest_pieces=2, patience=1000)
+_core._set_sharing(chunk=64, short_chunk=64, fewest_pieces=2, patience=1000)
 sea = dynmesh.synth.ocean(6, grid=60, seed=1)
 known = np.random.default_rng(0).random(sea.vertices.shape[1]) < 0.3
 

@@ -1,8 +1,10 @@
-/// The methods that the paper compares itself with (section 4, "Comparison Methods"): each frame by
-/// itself, from its known vertices and the Laplacian of the connectivity.
+/// The two methods that the paper compares its own method with (section 4, "Comparison Methods").
+/// Both complete each frame separately, from its known vertices and the Laplacian of the
+/// connectivity.
 ///
-/// `previous`, a whole frame, makes either method work on motion vectors instead of positions: the
-/// fair comparison for a method that knows the past. A null view means positions.
+/// If `previous`, a complete frame, is given, a method is applied to the motion vectors from that
+/// frame instead of to the positions. This makes for a fair comparison with methods that use the
+/// past. A null view means that positions are used.
 #pragma once
 
 #include <dynmesh/export.hpp>
@@ -13,9 +15,9 @@
 
 namespace dynmesh {
 
-/// Least-squares meshes (Sorkine and Cohen-Or 2004): minimise |L x|^2 + sum over the known vertices
-/// of |x_i - given_i|^2, with L = D - R, eq. (2). Known vertices move. A sparse Cholesky
-/// factorisation for each mask; its ordering is found once, in the constructor.
+/// Least-squares meshes (Sorkine and Cohen-Or 2004): minimises |L x|^2 + sum over the known
+/// vertices of |x_i - given_i|^2, with L = D - R, eq. (2). Known vertices move. Each known mask
+/// takes one sparse Cholesky factorisation, whose ordering is computed once, in the constructor.
 class DYNMESH_EXPORT LeastSquaresMesh {
  public:
   explicit LeastSquaresMesh(const Topology& topology);
@@ -25,9 +27,10 @@ class DYNMESH_EXPORT LeastSquaresMesh {
   LeastSquaresMesh(const LeastSquaresMesh&) = delete;
   LeastSquaresMesh& operator=(const LeastSquaresMesh&) = delete;
 
-  /// (k, 3) in, (k, 3) out; `completed` may be `points`. Throws std::invalid_argument for other
-  /// counts, a known position that is not finite, and a component without a known vertex, which
-  /// could be anywhere.
+  /// All views are (k, 3), and `completed` may be the same view as `points`. Throws
+  /// std::invalid_argument if a view has another number of rows, if a known position is not finite,
+  /// and if a component of the mesh has no known vertex, since its position would then be
+  /// undetermined.
   void complete(Points<const double> points, KnownMask known, Points<const double> previous,
                 Points<double> completed);
 
@@ -42,20 +45,23 @@ enum class Objective {
 };
 enum class Weights {
   uniform,          ///< L = D - R, eq. (2)
-  inverse_distance  ///< 1 / |v_i - v_j| of a reference frame in place of the ones of R
+  inverse_distance  ///< 1 / |v_i - v_j|, measured on a reference frame, replaces the ones of R
 };
 
-/// "harmonic" or "least_squares". Throws std::invalid_argument for another name.
+/// Returns the objective of this name, "harmonic" or "least_squares". Throws std::invalid_argument
+/// for any other name.
 DYNMESH_EXPORT Objective objective_from_name(std::string_view name);
-/// "uniform" or "inverse_distance". Throws std::invalid_argument for another name.
+/// Returns the weights of this name, "uniform" or "inverse_distance". Throws std::invalid_argument
+/// for any other name.
 DYNMESH_EXPORT Weights weights_from_name(std::string_view name);
 
-/// Laplacian interpolation (Oostendorp, van Oosterom and Huiskamp 1989): known vertices stay, the
-/// others make the surface smooth. A sparse Cholesky factorisation for each mask, kept while the
-/// mask stays the same.
+/// Laplacian interpolation (Oostendorp, van Oosterom and Huiskamp 1989): known vertices keep their
+/// positions, and the others are placed so that the surface is smooth. Each known mask takes one
+/// sparse Cholesky factorisation, which is reused while the mask does not change.
 class DYNMESH_EXPORT LaplacianInterpolation {
  public:
-  /// `reference`: (k, 3), the frame that `inverse_distance` is measured on; null for `uniform`.
+  /// `reference` is the frame, (k, 3), on which `inverse_distance` is measured. It must be null for
+  /// `uniform`.
   LaplacianInterpolation(const Topology& topology, Objective objective, Weights weights,
                          Points<const double> reference);
   ~LaplacianInterpolation();
@@ -64,7 +70,7 @@ class DYNMESH_EXPORT LaplacianInterpolation {
   LaplacianInterpolation(const LaplacianInterpolation&) = delete;
   LaplacianInterpolation& operator=(const LaplacianInterpolation&) = delete;
 
-  /// As LeastSquaresMesh::complete, but known vertices come back exactly as given.
+  /// Like LeastSquaresMesh::complete, except that known vertices are returned exactly as given.
   void complete(Points<const double> points, KnownMask known, Points<const double> previous,
                 Points<double> completed);
 

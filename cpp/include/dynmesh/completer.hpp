@@ -14,30 +14,36 @@
 
 namespace dynmesh {
 
-/// Completes the frames of one dynamic mesh in their order, each from itself and the past alone.
+/// Completes the frames of one dynamic mesh in order, each from the frame itself and earlier frames
+/// only.
 ///
 /// `push`, `push_sparse` and `skip` write the completed frame to `completed` and return its report.
-/// Known vertices come back exactly as given, except that with the setting `noise` they move too,
-/// and that those which `reject_outliers` takes as unknown are estimated. They allocate nothing,
-/// except that method detail makes room for a factor larger than all before. Every one of them
-/// throws std::invalid_argument for bad input (wrong counts, null pointers, strides of 0, a known
-/// position that is not finite or has a coordinate beyond 1e18 for float and 1e200 for double,
-/// indices out of range or twice), saying what, where and with which value. `completed` may be the
-/// very view that `points` is, or other columns of the same interleaved buffer; output that would
-/// overwrite input in any other way is refused.
+/// Known vertices are returned exactly as given, with two exceptions: with the setting `noise` they
+/// move as well, and vertices rejected by `reject_outliers` are estimated. These functions allocate
+/// no memory, except that method detail enlarges its storage when a factor is larger than all
+/// earlier ones.
 ///
-/// Completed frames are finite always: an estimate that would leave the range above, which takes a
-/// recursion that diverges for long, stays where it was.
+/// They throw std::invalid_argument for bad input, with a message that says what is wrong, where,
+/// and with which value. Bad input is: a wrong number of rows; a null pointer; a stride of 0; a
+/// known position that is not finite or has a coordinate beyond 1e18 for float or 1e200 for double;
+/// an index that is out of range or given twice. `completed` may be the same view as `points`, or
+/// other columns of the same interleaved buffer. Output that would overwrite input in any other way
+/// is refused.
 ///
-/// A call that throws, whatever it throws, std::bad_alloc included, leaves the completer as it was
-/// before the call and writes nothing to `completed`.
+/// Completed frames are always finite. If an estimate leaves the range above, which can only happen
+/// if the recursion diverges over many frames, the vertex keeps its previous position.
 ///
-/// One thread at a time per object; different objects are independent.
+/// If a call throws any exception, including std::bad_alloc, the completer stays as it was before
+/// the call and nothing is written to `completed`.
+///
+/// A completer may be used by one thread at a time. Different completers are independent.
 template <class Real>
 class DYNMESH_EXPORT Completer {
  public:
-  /// `faces`, at least one, is read once. `first_frame` must be complete: at least one vertex, all
-  /// finite. Throws std::invalid_argument for these and for settings that `check_settings` refuses.
+  /// `faces` must hold at least one face and is not needed after construction. `first_frame` must
+  /// be complete: it has at least one vertex, and all of its positions are finite. Throws
+  /// std::invalid_argument if these conditions are not met or if `check_settings` refuses the
+  /// settings.
   Completer(Faces faces, Points<const Real> first_frame, const Settings& settings = {});
   ~Completer();
   Completer(const Completer&) = delete;
@@ -45,29 +51,35 @@ class DYNMESH_EXPORT Completer {
   Completer(Completer&&) noexcept;
   Completer& operator=(Completer&&) noexcept;
 
-  /// `points` and `known` have a row for each vertex; rows that are not known are not read.
+  /// `points` and `known` have one row for each vertex. Rows of `points` that are not known are not
+  /// read.
   FrameReport push(Points<const Real> points, KnownMask known, Points<Real> completed);
 
-  /// Rows of `points` with a coordinate that is not finite are missing.
+  /// Rows of `points` that have a coordinate that is not finite count as missing.
   FrameReport push(Points<const Real> points, Points<Real> completed);
 
-  /// Vertex `indices[i]` was observed at `points(i)`, and no other was.
+  /// Only the vertices `indices[i]` were observed, at the positions `points(i)`.
   FrameReport push_sparse(std::span<const Index> indices, Points<const Real> points,
                           Points<Real> completed);
 
-  /// A frame of which nothing was observed.
+  /// Completes a frame in which no vertex was observed.
   FrameReport skip(Points<Real> completed);
 
-  /// This complete frame becomes frame 0, as if the completer were new. Allocates.
+  /// Makes this complete frame the new frame 0, as if the completer were newly constructed.
+  /// Allocates memory.
   void reset(Points<const Real> frame);
 
-  /// All that later frames depend on, in a form (little-endian, versioned) that may be stored and
-  /// moved. It holds no times, so that completers that were given the same frames have the same
-  /// bytes. `restore` takes it up in any completer of the same faces, Real and settings; one that
-  /// does not fit, is damaged, or holds what no completer can come to, throws
-  /// std::invalid_argument: the bytes may be anything. Both allocate.
+  /// `state` returns everything that later frames depend on, in a little-endian, versioned format
+  /// that can be stored or sent. It contains no times, so completers that received the same frames
+  /// have identical states.
+  ///
+  /// `restore` continues from a state in any completer with the same faces, Real and settings. It
+  /// throws std::invalid_argument if the state belongs to another mesh or other settings, is
+  /// damaged, or holds values that no completer can produce. It is safe to pass arbitrary bytes.
+  /// Both functions allocate memory.
   [[nodiscard]] std::vector<std::byte> state() const;
-  /// How many bytes `state` returns: the same number for the life of the completer.
+  /// The number of bytes that `state` returns. It does not change during the lifetime of the
+  /// completer.
   [[nodiscard]] std::size_t state_size() const;
   void restore(std::span<const std::byte> state);
 
@@ -75,14 +87,15 @@ class DYNMESH_EXPORT Completer {
   [[nodiscard]] const Settings& settings() const;
   [[nodiscard]] const TopologyReport& topology() const;
 
-  // `restore` brings these three back too, the report without its times, which are 0 then.
+  // `restore` restores the next three as well, except for the times in the report, which become 0.
 
-  /// (k,) of the last frame: 0 anchor, g satellite, -1 unseen. Valid until the next call of any
-  /// method.
+  /// (k,) for the last frame: 0 for an anchor, g for a satellite of generation g, -1 for an unseen
+  /// vertex. Valid until the next call of any member function.
   [[nodiscard]] std::span<const Index> generation() const;
-  /// (k,) frames since the vertex was last observed. Valid until the next call of any method.
+  /// (k,) the number of frames since the vertex was last observed. Valid until the next call of any
+  /// member function.
   [[nodiscard]] std::span<const Index> age() const;
-  /// Of the last frame; all vertices known before the first.
+  /// The report of the last frame. Before the first frame, all vertices count as known.
   [[nodiscard]] const FrameReport& report() const;
 
  private:

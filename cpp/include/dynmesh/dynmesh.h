@@ -1,35 +1,35 @@
-/// dynmesh for C, and for all that can call C: the same completer as in completer.hpp.
+/// The C interface of dynmesh, which can be called from any language that can call C. It wraps the
+/// completer of completer.hpp.
 ///
-/// Status. A function that can fail returns a dynmesh_status. Where that is not DYNMESH_OK, nothing
-/// has changed: the completer is as it was, nothing was written except as stated, and
-/// dynmesh_last_message() says what is wrong, where, and which value. This holds for
-/// DYNMESH_OUT_OF_MEMORY, too. No exception leaves a function, and nothing is printed.
+/// Status. A function that can fail returns a dynmesh_status. If it is not DYNMESH_OK, nothing has
+/// changed: the completer is as it was before the call, nothing was written unless stated
+/// otherwise, and dynmesh_last_message() says what is wrong, where, and with which value. This
+/// includes DYNMESH_OUT_OF_MEMORY. No exception leaves a function, and nothing is printed.
 ///
-/// Arguments. Pointers must not be null unless it says so; a null one, a negative number and
-/// whatever the completer can see of bad data is refused with DYNMESH_INVALID_ARGUMENT. What it
-/// cannot see is the caller's to guarantee: that counts and strides describe memory that is there,
-/// and that a handle is alive.
-/// The values of positions, indices and masks, and the bytes of a mesh file or a state, may be
-/// anything. The library never keeps a pointer that it was given.
+/// Arguments. Pointers must not be null unless stated otherwise. Null pointers, negative counts and
+/// bad data that the completer can detect are refused with DYNMESH_INVALID_ARGUMENT. The caller
+/// must guarantee what cannot be detected: that counts and strides describe valid memory, and that
+/// a handle has not been destroyed. The values of positions, indices and masks, and the bytes of a
+/// mesh file or a state, may be arbitrary. The library never keeps a pointer that it was given.
 ///
-/// Threads. One thread at a time for each completer: while one is inside, whatever another calls
-/// is refused with DYNMESH_IN_USE, at once and without harm. dynmesh_n_vertices,
-/// dynmesh_state_size, dynmesh_topology and dynmesh_refused_face tell what never changes and may be
-/// called at any time; dynmesh_destroy only when nobody is inside or will be. Different completers
-/// are independent.
+/// Threads. A completer may be used by one thread at a time. While one thread is executing a call,
+/// calls from other threads return DYNMESH_IN_USE immediately and change nothing.
+/// dynmesh_n_vertices, dynmesh_state_size, dynmesh_topology and dynmesh_refused_face return
+/// constant properties and may be called at any time. dynmesh_destroy may be called only if no
+/// thread is using the completer or will use it later. Different completers are independent.
 ///
-/// Memory. dynmesh_push, dynmesh_push_sparse and dynmesh_skip allocate nothing where they succeed,
-/// but for method detail where its factor is larger than all before.
+/// Memory. dynmesh_push, dynmesh_push_sparse and dynmesh_skip allocate no memory if they succeed,
+/// except with method detail when its factor is larger than all earlier ones.
 ///
-/// Structs lie in memory as C lays them out. Before version 1.0 every minor version may change this
-/// interface: whoever declares it in another language should compare dynmesh_version().
+/// The structs have the memory layout of C. Before version 1.0, every minor version may change this
+/// interface. Bindings that declare it in another language should check dynmesh_version().
 #ifndef DYNMESH_DYNMESH_H
 #define DYNMESH_DYNMESH_H
 
 // NOLINTBEGIN(modernize-deprecated-headers, modernize-use-using): this is C as well.
 #include <stdint.h>
 
-// These two hold macros alone.
+// These two headers contain only macros, so C can include them.
 #include <dynmesh/export.hpp>
 #include <dynmesh/version.hpp>
 
@@ -40,19 +40,19 @@ extern "C" {
 enum {
   DYNMESH_OK = 0,
   DYNMESH_INVALID_ARGUMENT = 1,
-  DYNMESH_OUT_OF_MEMORY = 2,    ///< or of threads
-  DYNMESH_UNREADABLE_FILE = 3,  ///< of dynmesh_read_template alone
-  DYNMESH_INTERNAL_ERROR = 4,   ///< a fault of dynmesh
-  DYNMESH_IN_USE = 5            ///< another thread is inside this completer
+  DYNMESH_OUT_OF_MEMORY = 2,    ///< memory is exhausted, or no more threads can be started
+  DYNMESH_UNREADABLE_FILE = 3,  ///< returned only by dynmesh_read_template
+  DYNMESH_INTERNAL_ERROR = 4,   ///< a bug in dynmesh
+  DYNMESH_IN_USE = 5            ///< another thread is using this completer
 };
 typedef int32_t dynmesh_status;
 
-/// What was wrong with the last call on this thread that failed, in UTF-8; "" where none has. A
-/// longer message is cut to at most 1023 bytes, between two characters. Paths stand in it as they
+/// The message of the last call on this thread that failed, in UTF-8, or "" if none has failed. A
+/// message of more than 1023 bytes is truncated between two characters. Paths are contained as they
 /// were given. Valid until the next call on this thread that fails.
 DYNMESH_EXPORT const char* dynmesh_last_message(void);
 
-/// The version of the library, "major.minor.patch"; DYNMESH_VERSION is that of this header.
+/// The version of the library, "major.minor.patch". DYNMESH_VERSION is the version of this header.
 DYNMESH_EXPORT const char* dynmesh_version(void);
 
 // Arrays in the caller's memory ------------------------------------------------------------------
@@ -60,9 +60,9 @@ DYNMESH_EXPORT const char* dynmesh_version(void);
 enum { DYNMESH_FLOAT32 = 32, DYNMESH_FLOAT64 = 64 };
 
 /// Positions that are read: coordinate c of row i is element i * row_stride + c * column_stride.
-/// Strides count elements, not bytes, and may be negative. x y z one after another: 3 and 1, or, as
-/// 0 means tightly packed, 0 and 0. `data` is aligned as its elements are, and may be null where
-/// `count` is 0.
+/// Strides are given in elements, not bytes, and may be negative. For tightly packed x y z, they
+/// are 3 and 1, or 0 and 0, since 0 means tightly packed. `data` must have the alignment of its
+/// elements. It may be null if `count` is 0.
 typedef struct dynmesh_points {
   const void* data;
   int64_t count;          ///< rows
@@ -71,7 +71,7 @@ typedef struct dynmesh_points {
   int32_t type;           ///< DYNMESH_FLOAT32 or DYNMESH_FLOAT64
 } dynmesh_points;
 
-/// Positions that are written. The fields are those of dynmesh_points.
+/// Positions that are written. The fields have the same meaning as those of dynmesh_points.
 typedef struct dynmesh_output {
   void* data;
   int64_t count;
@@ -80,8 +80,8 @@ typedef struct dynmesh_output {
   int32_t type;
 } dynmesh_output;
 
-/// A byte for each vertex: not zero where it was observed. `stride` counts bytes and may be
-/// negative; tightly packed: 1 or 0.
+/// A known mask: one byte for each vertex, which is not zero if the vertex was observed. `stride`
+/// is given in bytes and may be negative; for a tightly packed mask it is 1 or 0.
 typedef struct dynmesh_mask {
   const uint8_t* data;
   int64_t count;
@@ -93,77 +93,78 @@ typedef struct dynmesh_mask {
 enum { DYNMESH_METHOD_MOTION = 0, DYNMESH_METHOD_DETAIL = 1 };
 enum { DYNMESH_UNSEEN_HOLD = 0, DYNMESH_UNSEEN_FOLLOW = 1 };
 
-/// How a completer works. Call dynmesh_default_settings first, then change fields: the defaults are
-/// not zero, and a struct of zeros is refused.
+/// The settings of a completer. Call dynmesh_default_settings first and then change fields, since
+/// the defaults are not zero and a struct of zeros is refused.
 ///
 ///     dynmesh_settings settings;
 ///     dynmesh_default_settings(&settings, sizeof settings);
 ///     settings.extra_iterations = 10;
 typedef struct dynmesh_settings {
-  /// sizeof(dynmesh_settings), by which the library knows the fields that the caller knows: later
-  /// versions may append some. dynmesh_default_settings sets it; any other value is refused.
+  /// sizeof(dynmesh_settings), set by dynmesh_default_settings. Later versions may append fields,
+  /// and the size tells the library which fields the caller knows. Any other value is refused.
   int64_t size;
 
-  /// Default: DYNMESH_METHOD_MOTION, the paper's averaged motion vectors. DYNMESH_METHOD_DETAIL
-  /// keeps the shape of frame 0 and of the last frame, turned with the motion: a fraction of the
-  /// error, in milliseconds where the other takes tenths of one. It refuses other than the defaults
-  /// of `revisit` and `extra_iterations`.
+  /// Default: DYNMESH_METHOD_MOTION, which averages motion vectors as in the paper.
+  /// DYNMESH_METHOD_DETAIL preserves the shape of frame 0 and of the last frame, rotated with the
+  /// motion. Its error is a fraction of that of motion, but a frame takes milliseconds instead of
+  /// tenths of a millisecond. It requires the default values of `revisit` and `extra_iterations`.
   int32_t method;
 
-  /// Default: 1. Not zero: every iteration estimates all vertices reached so far. 0: each is
-  /// estimated once, when it is reached, and errors feed on themselves from frame to frame.
+  /// Default: 1. If not zero, every iteration estimates all vertices reached so far. If 0, each
+  /// vertex is estimated once, when it is reached, and errors accumulate from frame to frame.
   int32_t revisit;
 
-  /// Default: 0. Iterations after the one that reaches the last vertex, up to 1 000 000. Ten take
-  /// off a third of the error on many sequences, and add to it on some; without `revisit` they
-  /// change nothing.
+  /// Default: 0. The number of iterations after the one that reaches the last vertex, up to 1 000
+  /// 000. Ten reduce the error by a third on many sequences and increase it on some. They have no
+  /// effect if `revisit` is 0.
   int32_t extra_iterations;
 
-  /// Default: DYNMESH_UNSEEN_FOLLOW. What becomes of vertices that no chain of edges ties to a
-  /// known one. Follow: their component moves rigidly, as the surface nearest to it in frame 0
-  /// does. Hold: they stay where they were.
+  /// Default: DYNMESH_UNSEEN_FOLLOW. How vertices are completed that are not connected to any known
+  /// vertex. Follow: their component moves rigidly, with the surface that was nearest to it in
+  /// frame 0. Hold: they keep their previous positions.
   int32_t unseen;
 
-  /// Default: NaN, none. Standard deviation of the known positions, in their unit, positive; they
-  /// move too then. DYNMESH_METHOD_MOTION takes them exactly and refuses any number.
+  /// Default: NaN, which means that known positions are exact. Otherwise the standard deviation of
+  /// the known positions, positive and in the unit of the positions; known vertices then move as
+  /// well. Requires DYNMESH_METHOD_DETAIL.
   double noise;
 
-  /// Default: 0. Not zero: known positions that contradict their neighbours are taken as
-  /// unknown, estimated, and counted as `rejected`. DYNMESH_METHOD_MOTION refuses it.
+  /// Default: 0. If not zero, known positions that contradict their neighbours are treated as
+  /// unknown, estimated, and counted as `rejected`. Requires DYNMESH_METHOD_DETAIL.
   int32_t reject_outliers;
 
-  /// Default: 1. Threads that a frame may use, the caller's among them, up to 256. The others sleep
-  /// between frames. They are used for meshes of 23 553 vertices or more, with
-  /// DYNMESH_METHOD_DETAIL of 5 889 or more; the caller completes smaller ones alone. With
-  /// `revisit` 0, threads only take and give back positions. Results are the same to the last bit;
-  /// whether they come sooner depends on the machine and the mesh: measure it, as script/bench
-  /// does.
+  /// Default: 1. The number of threads that may work on a frame, including the calling thread, up
+  /// to 256. The other threads sleep between frames. They are used for meshes of 23 553 vertices or
+  /// more, and with DYNMESH_METHOD_DETAIL of 5 889 or more; smaller meshes are completed by the
+  /// calling thread alone. If `revisit` is 0, threads are only used to read and write positions.
+  /// Results are identical for any number of threads. Whether more threads are faster depends on
+  /// the machine and the mesh; script/bench measures it.
   int32_t threads;
 } dynmesh_settings;
 
-/// Writes the defaults, which are the paper's method, to all fields. `size` is
-/// sizeof(dynmesh_settings) where this is called; one that this version of the library does not
-/// know is refused, and nothing is written then.
+/// Writes the defaults, which select the paper's method, to all fields. Pass
+/// sizeof(dynmesh_settings) as `size`. If this version of the library does not know the size, it is
+/// refused and nothing is written.
 DYNMESH_EXPORT dynmesh_status dynmesh_default_settings(dynmesh_settings* settings, int64_t size);
 
 // The completer ----------------------------------------------------------------------------------
 
 typedef struct dynmesh_completer dynmesh_completer;
 
-/// What happened to one frame; known + filled + unseen is the number of vertices.
+/// Statistics of one completed frame. known + filled + unseen is the number of vertices.
 typedef struct dynmesh_frame_report {
   int64_t known;
-  int64_t filled;      ///< estimated by the method
-  int64_t unseen;      ///< not tied to a known vertex: held, or moved rigidly
-  int64_t rejected;    ///< observed, but taken as unknown: see reject_outliers
-  int64_t iterations;  ///< of the method
+  int64_t filled;      ///< the number of vertices estimated by the method
+  int64_t unseen;      ///< not connected to a known vertex: held, or moved rigidly
+  int64_t rejected;    ///< observed, but treated as unknown: see reject_outliers
+  int64_t iterations;  ///< iterations of the method
   double seconds;      ///< wall time of the call; 0 after dynmesh_reset and dynmesh_restore
 } dynmesh_frame_report;
 
-/// Makes a completer of `n_faces` triangles, three vertex indices each, packed, and of frame 0,
-/// which must be complete and finite. The type of `first_frame` is that of all later positions.
-/// `settings` may be null: the defaults; see dynmesh_default_settings. Free `*completer` with
-/// dynmesh_destroy; it is null where this fails.
+/// Creates a completer from `n_faces` packed triangles of three vertex indices each, and from frame
+/// 0, which must be complete and finite. All later positions must have the type of `first_frame`.
+/// If `settings` is null, the defaults are used; see dynmesh_default_settings. Free `*completer`
+/// with dynmesh_destroy. It is set to null if this function fails.
 DYNMESH_EXPORT dynmesh_status dynmesh_create(const int32_t* faces, int64_t n_faces,
                                              const dynmesh_points* first_frame,
                                              const dynmesh_settings* settings,
@@ -172,98 +173,103 @@ DYNMESH_EXPORT dynmesh_status dynmesh_create(const int32_t* faces, int64_t n_fac
 /// Null is allowed.
 DYNMESH_EXPORT void dynmesh_destroy(dynmesh_completer* completer);
 
-/// Completes the next frame: known vertices exactly as given, everything else estimated. With the
-/// setting `noise` known vertices move too; those that `reject_outliers` rejects are estimated.
+/// Completes the next frame. Known vertices are returned exactly as given, and all others are
+/// estimated. With the setting `noise`, known vertices move as well; vertices rejected by
+/// `reject_outliers` are estimated.
 ///
-/// `points` has a row for each vertex; rows that are not known are not read. `known` may be null:
-/// then rows with a coordinate that is not finite are missing, all others known. A known position
-/// must be finite and within 1e18 for float, 1e200 for double.
+/// `points` has one row for each vertex; rows that are not known are not read. If `known` is null,
+/// rows with a coordinate that is not finite count as missing, and all others are known. A known
+/// position must be finite and within 1e18 for float, 1e200 for double.
 ///
-/// `out` has a row for each vertex. It may be the very array that `points` is, or other columns of
-/// the same interleaved buffer; output that would overwrite input in any other way is refused.
-/// `report` may be null.
+/// `out` has one row for each vertex. It may be the same array as `points`, or other columns of the
+/// same interleaved buffer. Output that would overwrite input in any other way is refused. `report`
+/// may be null.
 DYNMESH_EXPORT dynmesh_status dynmesh_push(dynmesh_completer* completer,
                                            const dynmesh_points* points, const dynmesh_mask* known,
                                            const dynmesh_output* out, dynmesh_frame_report* report);
 
-/// Vertex `indices[i]` was observed at row i of `points`, and no other was. Each index at most
-/// once, in any order. `indices` may be null where `n_indices` is 0. The rest as dynmesh_push.
+/// Completes the next frame, of which only the vertices `indices[i]` were observed, at the
+/// positions in row i of `points`. Indices may be in any order but must not repeat. `indices` may
+/// be null if `n_indices` is 0. The other arguments are those of dynmesh_push.
 DYNMESH_EXPORT dynmesh_status dynmesh_push_sparse(dynmesh_completer* completer,
                                                   const int32_t* indices, int64_t n_indices,
                                                   const dynmesh_points* points,
                                                   const dynmesh_output* out,
                                                   dynmesh_frame_report* report);
 
-/// A frame of which nothing was observed. The rest as dynmesh_push.
+/// Completes a frame in which no vertex was observed. The arguments are those of dynmesh_push.
 DYNMESH_EXPORT dynmesh_status dynmesh_skip(dynmesh_completer* completer, const dynmesh_output* out,
                                            dynmesh_frame_report* report);
 
-/// This complete frame becomes frame 0, as if the completer were new. Allocates.
+/// Makes this complete frame the new frame 0, as if the completer were newly created. Allocates
+/// memory.
 DYNMESH_EXPORT dynmesh_status dynmesh_reset(dynmesh_completer* completer,
                                             const dynmesh_points* frame);
 
-/// Writes to `size` how many bytes dynmesh_state writes, the same number for the life of the
-/// completer. Allocates nothing.
+/// Sets `*size` to the number of bytes that dynmesh_state writes, which does not change during the
+/// lifetime of the completer. Allocates no memory.
 DYNMESH_EXPORT dynmesh_status dynmesh_state_size(const dynmesh_completer* completer, int64_t* size);
 
-/// Writes all that later frames depend on to `state`, which has room for `size` bytes; a smaller
-/// one than dynmesh_state_size tells is refused, and of a larger one the rest is left alone. Two
-/// completers that were given the same frames have the same bytes. Allocates.
+/// Writes everything that later frames depend on to `state`, a buffer of `size` bytes. A buffer
+/// smaller than dynmesh_state_size is refused; the rest of a larger one is left unchanged.
+/// Completers that received the same frames have identical states. Allocates memory.
 DYNMESH_EXPORT dynmesh_status dynmesh_state(const dynmesh_completer* completer, void* state,
                                             int64_t size);
 
-/// Continues where the state was taken, in any completer of the same faces, type and settings, on
-/// any machine. With the same build on the same kind of processor the results are the same to the
-/// byte, otherwise up to rounding. `size`: exactly that of the state. Allocates.
+/// Continues from a state, in any completer with the same faces, type and settings, on any machine.
+/// With the same build on the same kind of processor the results are identical; otherwise they
+/// agree up to rounding. `size` must be exactly the size of the state. Allocates memory.
 DYNMESH_EXPORT dynmesh_status dynmesh_restore(dynmesh_completer* completer, const void* state,
                                               int64_t size);
 
-/// k, the number of vertices; 0 for null.
+/// Returns the number of vertices, k, or 0 if `completer` is null.
 DYNMESH_EXPORT int64_t dynmesh_n_vertices(const dynmesh_completer* completer);
 
-/// (k,) of the last frame: 0 known, g estimated and reached by iteration g, -1 unseen. Valid until
-/// the next call that changes the completer, by any thread; null for null and while another thread
-/// is inside.
+/// Returns an array (k,) for the last frame: 0 for a known vertex, g for an estimated vertex that
+/// iteration g reached first, -1 for an unseen vertex. Valid until the next call, by any thread,
+/// that changes the completer. Returns null if `completer` is null or in use by another thread.
 DYNMESH_EXPORT const int32_t* dynmesh_generation(const dynmesh_completer* completer);
 
-/// (k,) frames since the vertex was last observed. Valid as dynmesh_generation.
+/// Returns an array (k,) with the number of frames since each vertex was last observed. It is valid
+/// for as long as that of dynmesh_generation.
 DYNMESH_EXPORT const int32_t* dynmesh_age(const dynmesh_completer* completer);
 
-/// Of the last frame; all vertices known before the first.
+/// Writes the report of the last frame. Before the first frame, all vertices count as known.
 DYNMESH_EXPORT dynmesh_status dynmesh_report(const dynmesh_completer* completer,
                                              dynmesh_frame_report* report);
 
 // The connectivity -------------------------------------------------------------------------------
 
 typedef struct dynmesh_topology_report {
-  int64_t components;         ///< connected components; an isolated vertex is one
+  int64_t components;         ///< connected components, including isolated vertices
   int64_t isolated_vertices;  ///< vertices without an edge
   int64_t boundary_edges;     ///< edges with one face, among the faces not refused
-  int64_t refused_faces;      ///< that no half-edge mesh can hold; their edges count all the same
+  int64_t refused_faces;  ///< faces that a half-edge mesh cannot represent; their edges still count
 } dynmesh_topology_report;
 
 DYNMESH_EXPORT dynmesh_status dynmesh_topology(const dynmesh_completer* completer,
                                                dynmesh_topology_report* report);
 
-/// Which face the refused face `number`, counted from 0, is, and what is wrong with it, for people.
-/// `*reason` is valid as long as the completer lives.
+/// Writes the index of refused face `number`, counted from 0, to `*face`, and a description of what
+/// is wrong with it to `*reason`, which is valid during the lifetime of the completer.
 DYNMESH_EXPORT dynmesh_status dynmesh_refused_face(const dynmesh_completer* completer,
                                                    int64_t number, int64_t* face,
                                                    const char** reason);
 
 // Template files ---------------------------------------------------------------------------------
 
-/// The complete first frame of a dynamic mesh, in the library's memory.
+/// The complete first frame of a dynamic mesh. The library owns the memory.
 typedef struct dynmesh_template {
   const float* vertices;  ///< x y z, packed, in the order of the file
   int64_t n_vertices;
-  const int32_t* faces;  ///< packed; polygons are fanned from their first vertex
+  const int32_t*
+      faces;  ///< packed; polygons are split into a fan of triangles from their first vertex
   int64_t n_faces;
 } dynmesh_template;
 
-/// Reads OBJ, PLY or OFF, by suffix. No vertex or face is dropped, merged or renumbered; a file
-/// that cannot be read so is refused. Free `*mesh` with dynmesh_free_template; it is null where
-/// this fails.
+/// Reads an OBJ, PLY or OFF file, according to its suffix. No vertex or face is dropped, merged or
+/// renumbered; a file for which this is not possible is refused. Free `*mesh` with
+/// dynmesh_free_template. It is set to null if this function fails.
 DYNMESH_EXPORT dynmesh_status dynmesh_read_template(const char* path,
                                                     const dynmesh_template** mesh);
 

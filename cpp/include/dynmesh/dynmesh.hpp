@@ -1,6 +1,6 @@
-/// dynmesh: real-time completion of dynamic meshes. This header includes all that users call.
+/// dynmesh: real-time completion of dynamic meshes. This header includes the whole C++ interface.
 ///
-/// Before version 1.0 every minor version may change both the interface and the binary interface.
+/// Before version 1.0, every minor version may change the interface and the binary interface.
 #pragma once
 
 #include <dynmesh/baselines.hpp>

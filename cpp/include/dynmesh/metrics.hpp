@@ -1,4 +1,4 @@
-/// How far a completed frame is from the truth (paper, section 4, "Metrics").
+/// Measures of the error of a completed frame (paper, section 4, "Metrics").
 #pragma once
 
 #include <dynmesh/export.hpp>
@@ -9,30 +9,34 @@
 namespace dynmesh {
 
 /// Normalised mean square visual error, eq. (5) and (6), in the unit of the positions:
-/// 1/(2k) sum over i of |v_i - v'_i| + |GL(v_i) - GL(v'_i)|, with GL(v_i) = v_i less the mean of
-/// its cell weighted by inverse distance, and 0 for an empty cell. Distances are measured on the
-/// mesh in question and floored at 1e-6 mean edges of the reference. Linear in the edges.
 ///
-/// `reference` and `completed` hold one finite row per cell; else std::invalid_argument.
+/// 1/(2k) sum over i of |v_i - v'_i| + |GL(v_i) - GL(v'_i)|
+///
+/// GL(v_i) is v_i minus the mean of its cell weighted by inverse distance, or 0 if the cell is
+/// empty. Distances are measured on the respective mesh and are at least 1e-6 mean edge lengths of
+/// the reference. The time is linear in the number of edges.
+///
+/// Throws std::invalid_argument unless `reference` and `completed` have one finite row per cell.
 template <class Real>
 DYNMESH_EXPORT double nmsve(const Cells& cells, Points<const Real> reference,
                             Points<const Real> completed);
 
-/// |v_i - v'_i| of each vertex, the paper's heatmap, in the unit of the positions. All three hold
-/// the same number of rows, finite ones; else std::invalid_argument.
+/// Computes |v_i - v'_i| of each vertex, the heatmap of the paper, in the unit of the positions.
+/// Throws std::invalid_argument unless all arguments have the same number of rows and all positions
+/// are finite.
 template <class Real>
 DYNMESH_EXPORT void vertex_error(Points<const Real> reference, Points<const Real> completed,
                                  std::span<double> error);
 
-/// In the unit of the errors.
+/// Statistics of errors, in their unit.
 struct ErrorSummary {
   double mean = 0;
   double rms = 0;  ///< root mean square
-  double p99 = 0;  ///< 99th percentile, interpolated between the two nearest errors
+  double p99 = 0;  ///< 99th percentile, interpolated linearly
   double maximum = 0;
 };
 
-/// `errors` must not be empty nor hold NaN; else std::invalid_argument.
+/// Throws std::invalid_argument if `errors` is empty or contains NaN.
 DYNMESH_EXPORT ErrorSummary summary(std::span<const double> errors);
 
 }  // namespace dynmesh

@@ -1,4 +1,4 @@
-/// How a completer works. The defaults are the paper's method.
+/// The settings of a completer. The defaults select the paper's method.
 #pragma once
 
 #include <dynmesh/export.hpp>
@@ -9,61 +9,65 @@
 namespace dynmesh {
 
 enum class Method {
-  /// The paper's averaged motion vectors: motion.hpp. Tenths of a millisecond at ten thousand
-  /// vertices, nothing allocated after construction.
+  /// Averages motion vectors, as in the paper; see motion.hpp. A frame of ten thousand vertices
+  /// takes tenths of a millisecond, and no memory is allocated after construction.
   motion,
-  /// Keeps the shape of frame 0 and of the last frame, turned with the motion: docs/method.md. A
-  /// fraction of the error, in milliseconds where motion takes tenths of one; allocates where its
-  /// factor is larger than all before.
+  /// Preserves the shape of frame 0 and of the last frame, rotated with the motion; see
+  /// docs/method.md. The error is a fraction of that of motion, but a frame takes milliseconds.
+  /// Memory is allocated when the factor is larger than all earlier ones.
   detail
 };
 
-/// What becomes of the vertices that no chain of edges ties to an anchor.
+/// How vertices are completed that are not connected to any anchor.
 enum class UnseenRule {
-  hold,   ///< they stay where they were
-  follow  ///< their component moves rigidly, as the surface nearest to it in frame 0 does
+  hold,   ///< they keep their previous positions
+  follow  ///< their component moves rigidly, with the surface that was nearest to it in frame 0
 };
 
 struct Settings {
   Method method = Method::motion;
 
-  /// true: every iteration estimates all satellites reached so far. false: each satellite is
-  /// estimated once, when it is reached, and errors feed on themselves from frame to frame.
-  /// A setting of method motion; detail refuses false.
+  /// If true, every iteration estimates all satellites reached so far. If false, each satellite is
+  /// estimated once, when it is reached, and errors accumulate from frame to frame. Method detail
+  /// requires true.
   bool revisit = true;
 
-  /// Iterations after the one that reaches the last satellite, 0 to 1 000 000. Ten take off a third
-  /// of the error on many sequences, and add to it on some; without `revisit` they change nothing.
-  /// A setting of method motion; detail refuses all but 0.
+  /// The number of iterations after the one that reaches the last satellite, 0 to 1 000 000. Ten
+  /// reduce the error by a third on many sequences and increase it on some. They have no effect if
+  /// `revisit` is false. Method detail requires 0.
   Index extra_iterations = 0;
 
-  /// Vertices that no chain of edges ties to an anchor follow the nearest surface, or stay.
+  /// How vertices are completed that are not connected to any anchor.
   UnseenRule unseen = UnseenRule::follow;
 
-  /// Standard deviation of the anchors' noise, in the unit of the positions, positive; none: they
-  /// are exact. With noise, anchors move too, as far as the shape around them says. A setting of
-  /// method detail; motion, which takes anchors exactly as they are, refuses it.
+  /// The standard deviation of the noise of the anchors, positive and in the unit of the positions.
+  /// If it is not set, anchors are exact. With noise, anchors move as well, according to the shape
+  /// around them. Requires method detail.
   std::optional<double> noise = std::nullopt;
 
-  /// Whether anchors whose motion contradicts that of the anchors around them are taken as unknown
-  /// for the frame, and estimated; FrameReport::rejected counts them. A setting of method detail;
-  /// motion refuses it.
+  /// Whether anchors whose motion contradicts that of the anchors around them are treated as
+  /// unknown in this frame, and estimated. FrameReport::rejected counts them. Requires method
+  /// detail.
   bool reject_outliers = false;
 
-  /// Threads that a frame may use, the caller's among them, 1 to 256. Others sleep between frames.
-  /// They are used for meshes of 23 553 vertices or more, with method detail of 5 889 or more; the
-  /// caller completes smaller ones alone. With `revisit` false, threads only take and give back
-  /// positions. Results are the same to the last bit; whether they come sooner depends on the
-  /// machine and the mesh: measure it, as script/bench does.
+  /// The number of threads that may work on a frame, including the calling thread, 1 to 256. The
+  /// other threads sleep between frames. They are used for meshes of 23 553 vertices or more, and
+  /// with method detail of 5 889 or more; smaller meshes are completed by the calling thread alone.
+  /// If `revisit` is false, threads are only used to read and write positions. Results are
+  /// identical for any number of threads. Whether more threads are faster depends on the machine
+  /// and the mesh; script/bench measures it.
   Index threads = 1;
 };
 
-/// Throws std::invalid_argument that names the setting and its value.
+/// Throws std::invalid_argument if a setting has an invalid value or is not supported by the
+/// method. The message contains the name of the setting and its value.
 DYNMESH_EXPORT void check_settings(const Settings& settings);
 
-/// "motion" or "detail". Throws std::invalid_argument for another name.
+/// Returns the method of this name, "motion" or "detail". Throws std::invalid_argument for any
+/// other name.
 DYNMESH_EXPORT Method method_from_name(std::string_view name);
-/// "hold" or "follow". Throws std::invalid_argument for another name.
+/// Returns the rule of this name, "hold" or "follow". Throws std::invalid_argument for any other
+/// name.
 DYNMESH_EXPORT UnseenRule unseen_rule_from_name(std::string_view name);
 
 }  // namespace dynmesh

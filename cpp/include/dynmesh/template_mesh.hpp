@@ -1,4 +1,4 @@
-/// Reading a template, the complete first frame of a dynamic mesh, from a mesh file.
+/// Reads a template, the complete first frame of a dynamic mesh, from a mesh file.
 #pragma once
 
 #include <dynmesh/export.hpp>
@@ -9,15 +9,17 @@
 
 namespace dynmesh {
 
-/// A mesh file that cannot be read; the message names it, and where it is known, the line.
+/// Thrown if a mesh file cannot be read. The message contains the path and, if it is known, the
+/// line.
 class DYNMESH_EXPORT UnreadableFile : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
 struct TemplateMesh {
-  std::vector<float> vertices;  ///< k rows x, y, z, in the order of the file
-  std::vector<Index> faces;     ///< rows of three; polygons are fanned from their first vertex
+  std::vector<float> vertices;  ///< x, y, z of each of the k vertices, in the order of the file
+  std::vector<Index>
+      faces;  ///< three vertices per face; polygons are split into a fan from their first vertex
 
   [[nodiscard]] Points<const float> points() const {
     return {vertices.data(), vertices.size() / 3};
@@ -25,8 +27,8 @@ struct TemplateMesh {
   [[nodiscard]] Faces triangles() const { return {faces.data(), faces.size() / 3}; }
 };
 
-/// Reads OBJ, PLY or OFF, by suffix. No vertex or face is dropped, merged or renumbered. Throws
-/// UnreadableFile where it cannot be read as a whole.
+/// Reads an OBJ, PLY or OFF file, according to its suffix. No vertex or face is dropped, merged or
+/// renumbered. Throws UnreadableFile if the file cannot be read completely.
 DYNMESH_EXPORT TemplateMesh read_template(const std::string& path);
 
 }  // namespace dynmesh

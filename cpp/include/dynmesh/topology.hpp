@@ -11,8 +11,9 @@
 
 namespace dynmesh {
 
-/// Cells c_i: the one-ring of vertex i is `neighbours[offsets[i]]` to `neighbours[offsets[i + 1] -
-/// 1]`, ascending, each neighbour once. Every edge stands in both of its cells.
+/// The cells c_i. The one-ring of vertex i is `neighbours[offsets[i]]` to `neighbours[offsets[i +
+/// 1] - 1]`, in ascending order and without duplicates. Every edge is contained in the cells of
+/// both of its vertices.
 struct Cells {
   std::vector<Index> offsets = {0};
   std::vector<Index> neighbours;
@@ -24,14 +25,14 @@ struct Cells {
   }
 };
 
-/// A face that the half-edge mesh could not hold. Its edges count in the cells all the same.
+/// A face that the half-edge mesh cannot represent. Its edges still count in the cells.
 struct RefusedFace {
-  std::size_t index;   ///< row of `faces`
-  std::string reason;  ///< for people: what is wrong, naming the vertices or the other face
+  std::size_t index;   ///< the row in `faces`
+  std::string reason;  ///< what is wrong, with the indices of the vertices or of the other face
 };
 
 struct TopologyReport {
-  std::size_t components = 0;         ///< connected components; an isolated vertex is one
+  std::size_t components = 0;         ///< connected components, including isolated vertices
   std::size_t isolated_vertices = 0;  ///< vertices with an empty cell
   std::size_t boundary_edges = 0;     ///< edges with one face, among the faces not refused
   std::vector<RefusedFace> refused_faces;
@@ -39,20 +40,23 @@ struct TopologyReport {
 
 struct Topology {
   Cells cells;
-  std::vector<Index> component;  ///< of each vertex; numbered by their first vertex
+  std::vector<Index> component;  ///< the component of each vertex; components are numbered in the
+                                 ///< order of their first vertices
   TopologyReport report;
 };
 
 /// Builds the cells of a mesh of `n_vertices` vertices. Vertices are never deleted, merged or
-/// renumbered. Degenerate faces (a repeated vertex), duplicates (the same three vertices as an
-/// earlier face, in any order) and faces that OpenMesh refuses (non-manifold edges or vertices,
-/// flipped neighbours) are reported; every edge between two distinct vertices of any face counts.
+/// renumbered. The following faces are reported: degenerate ones, in which a vertex is repeated;
+/// duplicates, which have the same three vertices as an earlier face in any order; and those that
+/// OpenMesh refuses because of non-manifold edges or vertices or because a neighbour is flipped.
+/// All edges between two distinct vertices of any face count.
 ///
-/// Linear in vertices and faces, except that OpenMesh walks around a vertex to insert a face, so
-/// one vertex with v faces costs v^2. Safe to call from several threads.
+/// The time is linear in the number of vertices and faces, except that OpenMesh iterates around a
+/// vertex to insert a face, so one vertex with v faces takes a time of v^2. This function may be
+/// called from several threads at once.
 ///
-/// Throws std::invalid_argument for an index outside [0, n_vertices), or for more vertices or
-/// half-edges than `Index` can count.
+/// Throws std::invalid_argument for an index outside [0, n_vertices), and if there are more
+/// vertices or half-edges than `Index` can count.
 DYNMESH_EXPORT Topology build_topology(Faces faces, std::size_t n_vertices);
 
 }  // namespace dynmesh

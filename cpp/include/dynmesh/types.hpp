@@ -1,7 +1,8 @@
-/// How arrays are laid out at the interface. Stated here once; every other header refers to it.
+/// The layout of arrays at the interface, which is the same in all other headers.
 ///
 /// Positions are rows x, y, z of `float` or `double`, one row per vertex, in any unit of length.
-/// Vertex indices are 32-bit and count from 0. The library never keeps a pointer that it was given.
+/// Vertex indices are 32-bit integers and count from 0. The library never keeps a pointer that it
+/// was given.
 #pragma once
 
 #include <array>
@@ -14,18 +15,18 @@ namespace dynmesh {
 /// A vertex, half-edge or generation number.
 using Index = std::int32_t;
 
-/// A view of `count` positions in the caller's memory: coordinate c of row i is
-/// `data[i * row_stride + c * column_stride]`. Strides count elements, not bytes, and may be
-/// negative, so interleaved vertex buffers and planar x, y, z arrays are read and written in place.
-/// A stride of 0, which would make rows or coordinates one and the same, is refused with
-/// std::invalid_argument.
+/// A view of `count` positions in the caller's memory. Coordinate c of row i is `data[i *
+/// row_stride + c * column_stride]`. Strides are given in elements, not bytes, and may be negative,
+/// so interleaved vertex buffers and planar x, y, z arrays can be read and written without copying.
+/// A stride of 0, with which several rows or coordinates would share the same memory, is refused
+/// with std::invalid_argument.
 ///
 ///     struct Vertex { float position[3]; float normal[3]; std::uint8_t seen; };
 ///     Points<float> points(buffer[0].position, k, sizeof(Vertex) / sizeof(float));
 ///     KnownMask known(&buffer[0].seen, k, sizeof(Vertex));
 ///     completer.push(points, known, points);
 ///
-/// `Points<const Real>` is read, `Points<Real>` is written.
+/// `Points<const Real>` can be read, `Points<Real>` can also be written.
 template <class Real>
 struct Points {
   Real* data = nullptr;
@@ -37,7 +38,7 @@ struct Points {
   Points(Real* first, std::size_t rows, std::ptrdiff_t per_row = 3, std::ptrdiff_t per_column = 1)
       : data(first), count(rows), row_stride(per_row), column_stride(per_column) {}
 
-  /// A writable view can be read.
+  /// Converts a writable view to a read-only one.
   template <class Mutable>
   requires std::is_same_v<const Mutable, Real> Points(
       const Points<Mutable>& other)  // NOLINT(google-explicit-constructor)
@@ -49,8 +50,9 @@ struct Points {
   }
 };
 
-/// A view of `count` bytes, one per vertex: not zero where the position was observed in this frame.
-/// `stride` counts bytes, may be negative, and is not 0.
+/// A known mask: a view of `count` bytes, one per vertex, which are not zero if the position of the
+/// vertex was observed in this frame. `stride` is given in bytes, may be negative, and must not be
+/// 0.
 struct KnownMask {
   const std::uint8_t* data = nullptr;
   std::size_t count = 0;
@@ -67,7 +69,7 @@ struct KnownMask {
   }
 };
 
-/// A view of `count` triangles, three vertex indices each, packed.
+/// A view of `count` packed triangles of three vertex indices each.
 struct Faces {
   const Index* data = nullptr;
   std::size_t count = 0;
@@ -77,7 +79,8 @@ struct Faces {
   }
 };
 
-/// A position or a motion vector. Takes the room of four numbers, so that one load brings it.
+/// A position or a motion vector. It is padded to four numbers, so that it can be loaded with one
+/// instruction.
 template <class Real>
 struct alignas(4 * sizeof(Real)) Vector3 {
   Real x{};

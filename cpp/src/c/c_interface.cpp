@@ -37,14 +37,15 @@ struct dynmesh_completer {
 namespace dynmesh {
 namespace {
 
-using Message = std::array<char, 1024>;  // in place: to say that memory ran out must take none
+using Message = std::array<char, 1024>;  // of fixed size, since reporting that memory is exhausted
+                                         // must not allocate any
 
 Message& last_message() noexcept {
   thread_local Message message{};
   return message;
 }
 
-/// Keeps `message`, as much of it as there is room for, in whole characters of UTF-8.
+/// Stores `message`, truncated to the available space after a whole character of UTF-8.
 dynmesh_status fail(dynmesh_status status, const char* message) noexcept {
   Message& kept = last_message();
   std::size_t size = std::strlen(message);
@@ -71,12 +72,12 @@ dynmesh_status guarded(const Call& call) noexcept {
     return fail(DYNMESH_IN_USE, error.what());
   } catch (const UnreadableFile& error) {
     return fail(DYNMESH_UNREADABLE_FILE, error.what());
-  } catch (const std::system_error& error) {  // of threads
+  } catch (const std::system_error& error) {  // a thread could not be started
     return fail(DYNMESH_OUT_OF_MEMORY, error.what());
   } catch (const std::exception& error) {
     return fail(DYNMESH_INTERNAL_ERROR, error.what());
   } catch (...) {
-    return fail(DYNMESH_INTERNAL_ERROR, "an exception of unknown kind");
+    return fail(DYNMESH_INTERNAL_ERROR, "an unknown exception");
   }
 }
 
@@ -88,7 +89,8 @@ void check_pointer(const char* argument, const void* pointer) {
   dynmesh::check_pointer(argument, pointer, 1);
 }
 
-/// Calls `call` with the Completer<float> or Completer<double> in `handle`, for what never changes.
+/// Calls `call` with the Completer<float> or Completer<double> in `handle`. For properties that
+/// never change.
 template <class Handle, class Call>
 dynmesh_status with_constant(Handle* handle, const Call& call) noexcept {
   return guarded([&] {
@@ -97,7 +99,7 @@ dynmesh_status with_constant(Handle* handle, const Call& call) noexcept {
   });
 }
 
-/// The same for all else, while no other thread is inside.
+/// The same for all other functions, which are refused while another thread is using the completer.
 template <class Handle, class Call>
 dynmesh_status with(Handle* handle, const Call& call) noexcept {
   return guarded([&] {
@@ -113,7 +115,7 @@ std::size_t count_of(const char* argument, std::int64_t count) {
   return static_cast<std::size_t>(count);
 }
 
-/// `View`: dynmesh_points for `const Real`, dynmesh_output for `Real`.
+/// Converts a view. `View` is dynmesh_points for `const Real` and dynmesh_output for `Real`.
 template <class Real, class View>
 Points<Real> points_of(const char* argument, const View* view) {
   constexpr std::int32_t type = sizeof(Real) == 4 ? DYNMESH_FLOAT32 : DYNMESH_FLOAT64;
@@ -125,7 +127,7 @@ Points<Real> points_of(const char* argument, const View* view) {
   if (reinterpret_cast<std::uintptr_t>(view->data) % alignof(Real) != 0) {
     refuse(argument, "is not aligned to " + std::to_string(alignof(Real)) + " bytes");
   }
-  // 0 means packed, as in OpenGL.
+  // A stride of 0 means packed, as in OpenGL.
   const std::int64_t per_column = view->column_stride == 0 ? 1 : view->column_stride;
   if (view->row_stride == 0 && per_column != 1) {
     refuse(argument, "row_stride is 0, which means packed, but column_stride is " +
@@ -161,13 +163,14 @@ UnseenRule unseen_rule_of(std::int32_t rule) {
                        std::to_string(rule));
 }
 
-/// Later versions will know several sizes, and the defaults of what a smaller one lacks.
+/// Later versions may support several sizes, with default values for the fields that smaller ones
+/// lack.
 void check_settings_size(const char* argument, std::int64_t size) {
   constexpr auto known = static_cast<std::int64_t>(sizeof(dynmesh_settings));
   if (size == known) return;
   refuse(argument, "is " + std::to_string(size) +
-                       ", but this version of dynmesh knows settings of " + std::to_string(known) +
-                       " bytes; dynmesh_default_settings fills them in");
+                       ", but this version of dynmesh expects settings of " +
+                       std::to_string(known) + " bytes; call dynmesh_default_settings first");
 }
 
 Settings settings_of(const dynmesh_settings& given) {
@@ -200,7 +203,7 @@ dynmesh_completer* create(Faces faces, const dynmesh_points* first_frame,
   return new dynmesh_completer{Completer<Real>(faces, frame, settings)};
 }
 
-/// What a dynmesh_template that was given out points into.
+/// The owner of the arrays to which a dynmesh_template points.
 struct OwnedTemplate : dynmesh_template {
   explicit OwnedTemplate(TemplateMesh read) : dynmesh_template{}, mesh(std::move(read)) {
     vertices = mesh.vertices.data();
@@ -214,7 +217,8 @@ struct OwnedTemplate : dynmesh_template {
 }  // namespace
 }  // namespace dynmesh
 
-// C has no namespaces, so its functions stand outside; what they call is above.
+// C has no namespaces, so the functions of the interface are global. The functions they call are
+// above.
 using namespace dynmesh;
 
 const char* dynmesh_last_message() { return last_message().data(); }
@@ -309,7 +313,7 @@ dynmesh_status dynmesh_state(const dynmesh_completer* completer, void* state, in
     check_pointer("state", state);
     const std::size_t needed = c.state_size();
     if (size < static_cast<int64_t>(needed)) {
-      refuse("state", "has room for " + std::to_string(size) + " bytes, but needs " +
+      refuse("state", "has room for " + std::to_string(size) + " bytes, but the state has " +
                           std::to_string(needed));
     }
     std::ranges::copy(c.state(), static_cast<std::byte*>(state));

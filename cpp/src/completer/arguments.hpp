@@ -1,4 +1,4 @@
-/// What a completer refuses of its arguments, before anything changes.
+/// Checks the arguments of a completer before anything changes.
 #pragma once
 
 #include <cstddef>
@@ -16,12 +16,12 @@
 
 namespace dynmesh {
 
-/// `place`: which row or vertex of the argument is at `v`.
+/// Refuses a position that is out of range. `kind` and `number` say which row or vertex it is.
 template <class Real>
-void check_position(const char* argument, const char* place, std::size_t number,
+void check_position(const char* argument, const char* kind, std::size_t number,
                     const Vector3<Real>& v, const char* rule) {
   if (is_in_range(v)) return;
-  std::string message = std::string(argument) + ": " + place + " " + std::to_string(number) +
+  std::string message = std::string(argument) + ": " + kind + " " + std::to_string(number) +
                         " is at " + to_text(v) + ", but " + rule;
   if (is_finite(v)) message += " and below 1e" + std::string(sizeof(Real) == 4 ? "18" : "200");
   throw std::invalid_argument(message);
@@ -47,19 +47,19 @@ struct NamedExtent {
   Extent extent;
 };
 
-/// The completed frame must not overlap any of `inputs`, unless it is the very same array.
+/// Checks that the completed frame does not overlap any of `inputs`, unless it is the same array.
 template <class Real>
 void check_output(const Points<Real>& completed, std::size_t n_vertices,
                   std::initializer_list<NamedExtent> inputs) {
   check_rows("out", completed, n_vertices);
   const Extent output = Extent::of(completed);
   if (overlaps_itself(output)) {
-    throw std::invalid_argument("out: the rows of the completed frame overlap one another");
+    throw std::invalid_argument("out: the rows of the completed frame overlap each other");
   }
   for (const auto& input : inputs) {
     if (input.extent != output && overlap(input.extent, output)) {
       throw std::invalid_argument(std::string("out: the completed frame overlaps ") + input.name +
-                                  "; it may be the same array as points, or one apart");
+                                  "; it must be the same array as points or a separate one");
     }
   }
 }
@@ -77,7 +77,7 @@ std::vector<Vector3<Real>> first_frame_of(Points<const Real> points) {
 
 inline Topology topology_of(Faces faces, std::size_t n_vertices) {
   if (faces.count == 0) {
-    throw std::invalid_argument("faces: is empty, but completion needs the mesh's connectivity");
+    throw std::invalid_argument("faces: is empty; completion needs the connectivity of the mesh");
   }
   return build_topology(faces, n_vertices);
 }

@@ -14,15 +14,17 @@ namespace dynmesh {
 
 using Clock = std::chrono::steady_clock;
 
-/// Algorithm 1 of the paper for one frame. The public calls below have checked everything, so that
-/// only the estimate can fail, for lack of memory: nothing that outlives the call changes before.
+/// Executes algorithm 1 of the paper for one frame. The public functions below have checked all
+/// arguments, so only the estimate can fail, if memory is exhausted. Nothing that is kept between
+/// calls changes before it.
 template <class Real>
 FrameReport Completer<Real>::Parts::complete(Points<Real> completed, Clock::time_point start) {
   const std::size_t rejected = outliers ? outliers->drop(previous, current, known) : 0;
-  // Anchors, satellites and unseen vertices; eq. (3), (4).
+  // Classify the vertices and estimate the satellites, eq. (3) and (4).
   const Index iterations = estimator->estimate(previous, current, known, generations);
   unseen.place(previous, current, generations);
-  // Where the recursion diverges, it must not end in a NaN that never leaves: such a vertex stays.
+  // If the recursion diverges, a vertex keeps its position, since a NaN would spread to later
+  // frames.
   exchange.write(current, previous, completed);
   for (std::size_t v = 0; v < n_vertices(); ++v) {
     const Index older = age[v] + (age[v] < std::numeric_limits<Index>::max() ? 1 : 0);
@@ -45,8 +47,8 @@ FrameReport Completer<Real>::Parts::complete(Points<Real> completed, Clock::time
 template <class Real>
 void Completer<Real>::Parts::read(Points<const Real> points, KnownMask mask) {
   if (exchange.read(points, mask, current, known)) return;
-  for (std::size_t i = 0; i < points.count; ++i) {  // one of them is out of range
-    if (known[numbering.place(i)] != 0) check_known_position(i, row(points, i));
+  for (std::size_t i = 0; i < points.count; ++i) {  // find the one that is out of range
+    if (known[numbering.internal_index(i)] != 0) check_known_position(i, row(points, i));
   }
 }
 
@@ -67,7 +69,7 @@ Completer<Real>& Completer<Real>::operator=(Completer&&) noexcept = default;
 template <class Real>
 void Completer<Real>::reset(Points<const Real> frame) {
   check_rows("frame", frame, n_vertices());
-  parts_->begin(to_places(parts_->numbering, complete_frame("frame", frame)));
+  parts_->begin(to_internal_order(parts_->numbering, complete_frame("frame", frame)));
 }
 
 template <class Real>
@@ -106,15 +108,16 @@ FrameReport Completer<Real>::push_sparse(std::span<const Index> indices, Points<
   for (std::size_t i = 0; i < indices.size(); ++i) {
     const Index index = indices[i];
     if (index < 0 || static_cast<std::size_t>(index) >= n_vertices()) {
-      throw std::invalid_argument("indices: place " + std::to_string(i) + " holds " +
+      throw std::invalid_argument("indices: position " + std::to_string(i) + " holds " +
                                   std::to_string(index) + ", but the mesh has " +
                                   std::to_string(n_vertices()) + " vertices, counted from 0");
     }
-    const std::size_t v = parts_->numbering.place(static_cast<std::size_t>(index));
+    const std::size_t v = parts_->numbering.internal_index(static_cast<std::size_t>(index));
     if (parts_->known[v] != 0) {
       const auto first = std::ranges::find(indices, index) - indices.begin();
-      throw std::invalid_argument("indices: places " + std::to_string(first) + " and " +
-                                  std::to_string(i) + " both hold vertex " + std::to_string(index));
+      throw std::invalid_argument("indices: vertex " + std::to_string(index) +
+                                  " is listed twice, at positions " + std::to_string(first) +
+                                  " and " + std::to_string(i));
     }
     parts_->known[v] = 1;
     parts_->current[v] = row(points, i);

@@ -22,22 +22,23 @@ template <class Real>
 bool Exchange<Real>::read(Points<const Real> rows, KnownMask known, std::span<Vector3<Real>> points,
                           std::span<std::uint8_t> is_known) {
   const auto k = static_cast<Index>(points.size());
-  const Index* vertex_at = numbering_.is_natural() ? nullptr : numbering_.vertex_at.data();
+  const Index* caller_indices =
+      numbering_.is_natural() ? nullptr : numbering_.caller_indices.data();
   std::atomic<bool> in_range{true};
-  workers_.for_each_stretch(k, [&](Index first, Index last) {
+  workers_.for_each_chunk(k, [&](Index first, Index last) {
     bool good = true;
     if (is_packed(rows) && (known.data == nullptr || known.stride == 1)) {
-      const PackedRows<const Real> packed = {rows.data, vertex_at};
-      good = kernels_.take(packed, known.data, largest_coordinate<Real>, first, last, &points[0].x,
+      const PackedRows<const Real> packed = {rows.data, caller_indices};
+      good = kernels_.read(packed, known.data, largest_coordinate<Real>, first, last, &points[0].x,
                            is_known.data());
     } else {
-      for (auto place = static_cast<std::size_t>(first); place < static_cast<std::size_t>(last);
-           ++place) {
-        const std::size_t i = numbering_.vertex(place);
+      for (auto internal = static_cast<std::size_t>(first);
+           internal < static_cast<std::size_t>(last); ++internal) {
+        const std::size_t i = numbering_.caller_index(internal);
         const Vector3<Real> point = row(rows, i);
         const bool observed = known.data == nullptr ? is_finite(point) : known[i];
-        is_known[place] = observed ? 1 : 0;
-        points[place] = point;
+        is_known[internal] = observed ? 1 : 0;
+        points[internal] = point;
         good = good && (!observed || is_in_range(point));
       }
     }
@@ -50,20 +51,21 @@ template <class Real>
 void Exchange<Real>::write(std::span<Vector3<Real>> points, std::span<const Vector3<Real>> previous,
                            Points<Real> rows) {
   const auto k = static_cast<Index>(points.size());
-  const Index* vertex_at = numbering_.is_natural() ? nullptr : numbering_.vertex_at.data();
-  workers_.for_each_stretch(k, [&](Index first, Index last) {
+  const Index* caller_indices =
+      numbering_.is_natural() ? nullptr : numbering_.caller_indices.data();
+  workers_.for_each_chunk(k, [&](Index first, Index last) {
     if (is_packed(rows)) {
-      kernels_.give(&points[0].x, &previous[0].x, largest_coordinate<Real>, first, last,
-                    {rows.data, vertex_at});
+      kernels_.write(&points[0].x, &previous[0].x, largest_coordinate<Real>, first, last,
+                     {rows.data, caller_indices});
       return;
     }
-    for (auto place = static_cast<std::size_t>(first); place < static_cast<std::size_t>(last);
-         ++place) {
-      const std::size_t row = numbering_.vertex(place);
-      if (!is_in_range(points[place])) points[place] = previous[place];
-      rows(row, 0) = points[place].x;
-      rows(row, 1) = points[place].y;
-      rows(row, 2) = points[place].z;
+    for (auto internal = static_cast<std::size_t>(first); internal < static_cast<std::size_t>(last);
+         ++internal) {
+      const std::size_t row = numbering_.caller_index(internal);
+      if (!is_in_range(points[internal])) points[internal] = previous[internal];
+      rows(row, 0) = points[internal].x;
+      rows(row, 1) = points[internal].y;
+      rows(row, 2) = points[internal].z;
     }
   });
 }

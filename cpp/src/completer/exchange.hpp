@@ -1,4 +1,4 @@
-/// Between the caller's arrays and the frames that the method works on.
+/// Copies frames between the caller's arrays and the internal arrays.
 #pragma once
 
 #include <dynmesh/types.hpp>
@@ -10,20 +10,22 @@
 
 namespace dynmesh {
 
-/// Puts vertices in their places and back. Allocates nothing. Packed rows take the fast way.
+/// Converts between the caller's order of vertices and the internal order. Allocates no memory.
+/// Packed rows are processed by faster loops.
 template <class Real>
 class Exchange {
  public:
-  /// Both must outlive this object.
+  /// Both arguments must outlive this object.
   Exchange(const Numbering& numbering, Workers& workers);
 
-  /// Takes every row to its place and notes which are known: those of the mask, or without one
-  /// (`known.data` null) the finite ones. Returns whether all known ones are in range; others are
-  /// taken all the same.
+  /// Copies every row to `points` and sets `is_known` according to the mask or, if `known.data` is
+  /// null, for finite rows. Returns whether all known rows are in range; rows that are not are
+  /// copied as well.
   bool read(Points<const Real> rows, KnownMask known, std::span<Vector3<Real>> points,
             std::span<std::uint8_t> is_known);
 
-  /// The other way; points that are not in range first go back to where they were.
+  /// Copies the completed points to the caller's rows. Points that are out of range are first reset
+  /// to their previous positions.
   void write(std::span<Vector3<Real>> points, std::span<const Vector3<Real>> previous,
              Points<Real> rows);
 

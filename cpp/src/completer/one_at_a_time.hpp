@@ -1,4 +1,4 @@
-/// For what one thread at a time may use.
+/// Refuses concurrent calls on an object that only one thread at a time may use.
 #pragma once
 
 #include <atomic>
@@ -7,18 +7,19 @@
 
 namespace dynmesh {
 
-/// Another thread is inside.
+/// Thrown if another thread is using the object.
 class InUse : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// Lets one call in and refuses all others until it returns; nobody waits. What hands a Completer
-/// to threads that it knows nothing of, as the C interface and the Python package do, keeps one
-/// beside it.
+/// Executes one call at a time. While it runs, other calls are refused immediately instead of
+/// waiting. The C interface and the Python package, which make a Completer available to arbitrary
+/// threads, keep one beside it.
 class OneAtATime {
  public:
-  /// What `call` returns. Throws InUse, and does not call, while another call is inside.
+  /// Returns what `call` returns. If another call is running, throws InUse without executing
+  /// `call`.
   template <class Call>
   decltype(auto) enter(const Call& call) {
     if (inside_.test_and_set(std::memory_order_acquire)) {

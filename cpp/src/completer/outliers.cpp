@@ -12,7 +12,8 @@ constexpr std::size_t fewest_neighbours = 3;
 constexpr double most_deviations = 5;
 constexpr double floor_in_edges = 1e-3;
 
-/// Of an even number the mean of the middle two. Reorders `values`, at least one.
+/// Returns the median, or the mean of the middle two for an even number of values. Reorders
+/// `values`, which must not be empty.
 double median(std::span<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
@@ -34,7 +35,7 @@ void Outliers<Real>::reset(Frame first_frame) {
   mean_edge_ = static_cast<double>(mean_edge_length(cells_, first_frame));
 }
 
-/// Breadth first.
+/// Searches breadth first.
 template <class Real>
 std::span<const Index> Outliers<Real>::nearest_anchors(Index anchor,
                                                        std::span<const std::uint8_t> known) {

@@ -1,4 +1,4 @@
-/// Anchors that cannot be where they were observed.
+/// Detects anchors whose observed positions are wrong.
 #pragma once
 
 #include <array>
@@ -11,24 +11,25 @@
 
 namespace dynmesh {
 
-/// An anchor is an outlier if its motion differs from the median of the eight anchors nearest to it
-/// along edges by more than five times the larger of two medians: of what theirs differ from the
-/// same median, and of what all anchors of the frame differ from that of theirs; the larger of both
-/// is floored at a thousandth of the mean edge, or a limb that starts to move on a still body would
-/// be one. Fewer than three other anchors in its component say nothing about an anchor.
+/// The motion of an anchor is compared with the median motion of the eight anchors nearest to it
+/// along edges. The anchor is an outlier if its deviation from that median is more than five times
+/// the largest of: the median deviation of these eight anchors from the same median; the median
+/// deviation of all anchors of the frame; and a thousandth of the mean edge length. Without the
+/// last two, a limb that starts to move on a body at rest would be an outlier. An anchor with fewer
+/// than three other anchors in its component is never an outlier.
 template <class Real>
 class Outliers {
  public:
   using Frame = std::span<const Vector3<Real>>;
 
-  /// `cells` must outlive this object. Allocates here only.
+  /// `cells` must outlive this object. Allocates memory only in the constructor.
   explicit Outliers(const Cells& cells);
 
-  /// `first_frame` gives the mean edge.
+  /// Sets the mean edge length from `first_frame`.
   void reset(Frame first_frame);
 
-  /// Sets `known` to 0 at the outliers of a frame, and returns how many there are. Linear in the
-  /// edges, times eight.
+  /// Sets `known` to 0 for the outliers of a frame and returns their number. The time is linear in
+  /// the number of edges, times eight.
   std::size_t drop(Frame previous, Frame points, std::span<std::uint8_t> known);
 
  private:
@@ -36,8 +37,8 @@ class Outliers {
 
   struct Deviation {
     Index anchor;
-    double own;     // from the median motion around it
-    double around;  // the median of what its neighbours deviate from that
+    double own;     // the deviation from the median motion around the anchor
+    double around;  // the median of the deviations of its neighbours from it
   };
 
   std::span<const Index> nearest_anchors(Index anchor, std::span<const std::uint8_t> known);
@@ -45,8 +46,8 @@ class Outliers {
   const Cells& cells_;
   double mean_edge_ = 1;
   std::array<Index, most_neighbours> nearest_{};
-  std::vector<Index> found_;       // of a search, in its order
-  std::vector<Index> found_from_;  // (k,) the last anchor whose search came by
+  std::vector<Index> found_;       // the vertices that a search has found, in order
+  std::vector<Index> found_from_;  // (k,) the last anchor whose search reached the vertex
   std::vector<Deviation> deviations_;
   std::vector<double> sorted_;
 };

@@ -6,7 +6,7 @@
 namespace dynmesh {
 namespace {
 
-/// First and past-the-last address.
+/// The first address and the address after the last one.
 struct Range {
   std::intptr_t low, high;
 };
@@ -19,8 +19,9 @@ Range span_of(const Extent& e) {
               static_cast<std::ptrdiff_t>(e.size)};
 }
 
-/// Whether a column of `a` meets a column of `b`, both of one row pitch, in different rows or,
-/// where that counts, in the same row. `offset`: bytes from the column of a to that of b in row 0.
+/// Whether a column of `a` and a column of `b`, which have the same row pitch, share bytes in
+/// different rows or, if `same_row_counts`, in the same row. `offset` is the number of bytes from
+/// the column of a to that of b in row 0.
 bool columns_meet(const Extent& a, const Extent& b, std::ptrdiff_t offset, bool same_row_counts) {
   const auto meets = [&](std::ptrdiff_t apart) {
     return apart < static_cast<std::ptrdiff_t>(a.size) &&
@@ -28,7 +29,8 @@ bool columns_meet(const Extent& a, const Extent& b, std::ptrdiff_t offset, bool 
   };
   const std::ptrdiff_t pitch = a.row_pitch;
   if (pitch == 0) return meets(offset) && (same_row_counts || a.rows > 1);
-  // Row i of a and row i + n of b are offset + n pitch apart: only n near -offset / pitch matter.
+  // Row i of a and row i + n of b are offset + n pitch apart, so only n near -offset / pitch
+  // matter.
   const std::ptrdiff_t nearest = -offset / pitch;
   const auto reach = static_cast<std::ptrdiff_t>(std::max(a.size, b.size)) / std::abs(pitch) + 1;
   const std::ptrdiff_t first = std::max(nearest - reach, 1 - static_cast<std::ptrdiff_t>(a.rows));

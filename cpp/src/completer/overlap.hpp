@@ -1,4 +1,4 @@
-/// Whether strided arrays share memory.
+/// Detects strided arrays that share memory.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,7 @@
 
 namespace dynmesh {
 
-/// `rows` times `columns` elements of `size` bytes; pitches in bytes.
+/// An array of `rows` times `columns` elements of `size` bytes. Pitches are in bytes.
 struct Extent {
   std::intptr_t address = 0;
   std::size_t rows = 0;
@@ -39,9 +39,9 @@ struct Extent {
   bool operator==(const Extent&) const = default;
 };
 
-/// Whether the two share a byte. Exact where both have the same row pitch, so that fields of one
-/// interleaved buffer do not count as overlapping; elsewhere the answer is for the ranges they
-/// span.
+/// Whether the two arrays share a byte. The result is exact if both have the same row pitch, so
+/// fields of one interleaved buffer do not count as overlapping. Otherwise the ranges of addresses
+/// that they span are compared.
 bool overlap(const Extent& a, const Extent& b);
 
 /// Whether two elements of `a` share a byte.

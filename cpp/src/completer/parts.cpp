@@ -10,21 +10,21 @@
 namespace dynmesh {
 namespace {
 
-/// The topology as it lies in memory.
-std::unique_ptr<const Topology> in_places(Topology topology, Numbering& numbering) {
+/// Chooses the internal order of the vertices and returns the topology in that order.
+std::unique_ptr<const Topology> in_internal_order(Topology topology, Numbering& numbering) {
   numbering = choose_numbering(topology.cells);
   return std::make_unique<const Topology>(numbering.is_natural() ? std::move(topology)
                                                                  : renumber(topology, numbering));
 }
 
-std::vector<Triangle> faces_in_places(Faces faces, const Numbering& numbering) {
-  std::vector<Triangle> placed(faces.count);
+std::vector<Triangle> faces_in_internal_order(Faces faces, const Numbering& numbering) {
+  std::vector<Triangle> renumbered(faces.count);
   for (std::size_t f = 0; f < faces.count; ++f) {
-    std::ranges::transform(faces[f], placed[f].begin(), [&](Index v) {
-      return static_cast<Index>(numbering.place(static_cast<std::size_t>(v)));
+    std::ranges::transform(faces[f], renumbered[f].begin(), [&](Index v) {
+      return static_cast<Index>(numbering.internal_index(static_cast<std::size_t>(v)));
     });
   }
-  return placed;
+  return renumbered;
 }
 
 template <class Real>
@@ -32,11 +32,11 @@ std::unique_ptr<Estimator<Real>> estimator_of(Faces faces, const Numbering& numb
                                               const Topology& topology, const Settings& settings,
                                               Workers& workers) {
   if (settings.method == Method::detail) {
-    return std::make_unique<Detail<Real>>(faces_in_places(faces, numbering), topology,
+    return std::make_unique<Detail<Real>>(faces_in_internal_order(faces, numbering), topology,
                                           settings.noise, workers);
   }
   const Cells& cells = topology.cells;
-  if (settings.revisit && FastMotion<Real>::takes(cells.size())) {
+  if (settings.revisit && FastMotion<Real>::supports(cells.size())) {
     return std::make_unique<FastMotion<Real>>(cells, settings.extra_iterations, workers);
   }
   return std::make_unique<Motion<Real>>(cells, settings.revisit, settings.extra_iterations);
@@ -48,7 +48,7 @@ template <class Real>
 Completer<Real>::Parts::Parts(Faces faces, const Frame& frame, Topology caller_topology,
                               const Settings& chosen)
     : settings(chosen),
-      topology(in_places(std::move(caller_topology), numbering)),
+      topology(in_internal_order(std::move(caller_topology), numbering)),
       workers(chosen.threads),
       exchange(numbering, workers),
       outliers(chosen.reject_outliers ? std::make_unique<Outliers<Real>>(topology->cells)
@@ -64,7 +64,7 @@ Completer<Real>::Parts::Parts(Faces faces, const Frame& frame, Topology caller_t
     generation_for_caller_.reserve(frame.size());
     age_for_caller_.reserve(frame.size());
   }
-  begin(to_places(numbering, frame));
+  begin(to_internal_order(numbering, frame));
 }
 
 template <class Real>
@@ -72,7 +72,7 @@ void Completer<Real>::Parts::begin(Frame new_first_frame) {
   Unseen<Real> new_unseen = unseen;
   new_unseen.reset(new_first_frame);
   estimator->reset(new_first_frame);
-  // From here on nothing fails.
+  // Nothing below can throw.
   unseen = std::move(new_unseen);
   if (outliers) outliers->reset(new_first_frame);
   std::ranges::copy(new_first_frame, previous.begin());
@@ -92,7 +92,7 @@ std::span<const Index> Completer<Real>::Parts::in_caller_order(std::span<const I
   if (numbering.is_natural()) return values;
   if (copy.empty()) {
     copy.resize(values.size());  // within its capacity
-    for (std::size_t i = 0; i < values.size(); ++i) copy[i] = values[numbering.place(i)];
+    for (std::size_t i = 0; i < values.size(); ++i) copy[i] = values[numbering.internal_index(i)];
   }
   return copy;
 }

@@ -1,4 +1,4 @@
-/// What a completer is made of.
+/// The parts of a completer.
 #pragma once
 
 #include <chrono>
@@ -22,9 +22,9 @@
 
 namespace dynmesh {
 
-/// The public class checks arguments; this completes frames. Everything is numbered by the places
-/// of vertices in memory, which are the caller's numbers unless these scatter neighbours over a
-/// large mesh.
+/// The implementation of Completer, which completes frames after the public class has checked the
+/// arguments. All arrays are in the internal order of vertices, which is that of the caller unless
+/// it scatters neighbours over a large mesh.
 template <class Real>
 struct Completer<Real>::Parts {
   using Clock = std::chrono::steady_clock;
@@ -33,14 +33,14 @@ struct Completer<Real>::Parts {
   /// `first_frame` is in the caller's order.
   Parts(Faces faces, const Frame& first_frame, Topology caller_topology, const Settings& chosen);
 
-  /// Begins a sequence. Where memory runs out, everything is as it was.
+  /// Begins a sequence. If memory is exhausted, nothing has changed.
   void begin(Frame new_first_frame);
 
-  /// Takes a row for each vertex to `current` and `known`; without a mask those that are finite are
+  /// Reads a row for each vertex into `current` and `known`. Without a mask, finite rows are
   /// anchors. Refuses anchors that are out of range.
   void read(Points<const Real> points, KnownMask mask);
 
-  /// Completes the frame whose anchors stand in `known` and `current`.
+  /// Completes the frame whose anchors have been read into `known` and `current`.
   FrameReport complete(Points<Real> completed, Clock::time_point start);
 
   [[nodiscard]] std::size_t n_vertices() const { return topology->cells.size(); }
@@ -50,18 +50,18 @@ struct Completer<Real>::Parts {
   Settings settings;
   Numbering numbering;
   std::unique_ptr<const Topology> topology;
-  // These refer to the two above and to one another.
+  // The following members refer to the two above and to each other.
   Workers workers;
   Exchange<Real> exchange;
-  std::unique_ptr<Outliers<Real>> outliers;  // null where none are looked for
+  std::unique_ptr<Outliers<Real>> outliers;  // null if outliers are not rejected
   Generations generations;
   std::unique_ptr<Estimator<Real>> estimator;
   Unseen<Real> unseen;
 
   Frame first_frame;
   Frame previous;                   // the last completed frame, V
-  Frame current;                    // the frame in the making
-  std::vector<std::uint8_t> known;  // its anchors
+  Frame current;                    // the frame being completed
+  std::vector<std::uint8_t> known;  // the known mask of the current frame
   std::vector<Index> age;
   FrameReport report;
 
@@ -69,7 +69,8 @@ struct Completer<Real>::Parts {
   std::span<const Index> in_caller_order(std::span<const Index> values,
                                          std::vector<Index>& copy) const;
 
-  // The last frame's in the caller's order, if vertices lie in another; empty until asked for.
+  // Values of the last frame in the caller's order, if it differs from the internal one. They are
+  // empty until requested.
   mutable std::vector<Index> generation_for_caller_;
   mutable std::vector<Index> age_for_caller_;
 };

@@ -1,5 +1,5 @@
-/// The stored form of a completer, field by field, little-endian and packed: what it fits, what the
-/// last frame was like, then the arrays, and a checksum of all of it.
+/// The state of a completer: the properties that another completer must share to restore it,
+/// details of the last frame, the arrays, and a checksum. All fields are little-endian and packed.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -20,7 +20,7 @@
 namespace dynmesh {
 namespace {
 
-/// Ends in the version of the format.
+/// The last character is the version of the format.
 constexpr std::array<char, 8> magic = {'d', 'y', 'n', 'm', 'e', 's', 'h', '5'};
 
 /// What must agree between the completer that wrote a state and the one that reads it, beside the
@@ -93,7 +93,7 @@ void check_settings_of_state(Reader& reader, const Settings& settings) {
   });
 }
 
-/// Of the last frame, what neither its mask nor the mesh tells.
+/// The details of the last frame that cannot be computed from its mask and the mesh.
 struct FrameFacts {
   std::int64_t iterations = 0;
   std::uint64_t rejected = 0;
@@ -127,7 +127,7 @@ std::size_t stored_size() {
   return size;
 }
 
-/// States move between meshes of equal connectivity only.
+/// A state can be restored only for a mesh of the same connectivity.
 std::uint64_t hash_of_cells(const Cells& cells) {
   return hash_of(std::as_bytes(std::span(cells.offsets))) ^
          hash_of(std::as_bytes(std::span(cells.neighbours))) * 3;
@@ -151,8 +151,8 @@ void check_header(const Header& found, const Header& expected) {
   if (found.cells != expected.cells) refuse_state("of a mesh with other faces");
 }
 
-/// The seal tells what was damaged, not what was made up. Nothing that later frames could not bear
-/// gets in here, wherever the bytes are from.
+/// The checksum detects damage but not bytes that were made up. The following checks refuse all
+/// values that later frames cannot handle, wherever the bytes come from.
 template <class Real>
 void check_frame(const std::vector<Vector3<Real>>& frame) {
   const auto wrong = std::ranges::find_if_not(frame, is_in_range<Real>);
@@ -176,8 +176,8 @@ void check_facts(const FrameFacts& facts, std::span<const std::uint8_t> known) {
 void check_ages(std::span<const Index> age, std::span<const std::uint8_t> known) {
   for (std::size_t v = 0; v < age.size(); ++v) {
     if (age[v] < 0 || known[v] > 1) {
-      refuse_state("says of vertex " + std::to_string(v) + " that its age is " +
-                   std::to_string(age[v]) + " and its mask " + std::to_string(known[v]));
+      refuse_state("vertex " + std::to_string(v) + " has the age " + std::to_string(age[v]) +
+                   " and the mask " + std::to_string(known[v]) + ", which is not possible");
     }
   }
 }
@@ -208,14 +208,14 @@ std::vector<std::byte> Completer<Real>::state() const {
   write_fields(writer, header_of<Real>(parts_->topology->cells));
   write_settings(writer, parts_->settings);
   write_fields(writer, facts);
-  writer.write(to_vertices(parts_->numbering, parts_->first_frame));
-  writer.write(to_vertices(parts_->numbering, parts_->previous));
+  writer.write(to_caller_order(parts_->numbering, parts_->first_frame));
+  writer.write(to_caller_order(parts_->numbering, parts_->previous));
   writer.write(age());
   writer.write(std::span<const std::uint8_t>(known));
   const auto memory = parts_->estimator->memory();
   writer.write(static_cast<std::uint64_t>(memory.rows.size()));
   if (!memory.rows.empty()) {
-    for (const auto& row : to_vertices(parts_->numbering, memory.rows)) {
+    for (const auto& row : to_caller_order(parts_->numbering, memory.rows)) {
       writer.write(std::span<const double>(row));
     }
   }
@@ -249,7 +249,7 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   if (reader.rest() != 0) refuse_state(std::to_string(reader.rest()) + " bytes too long");
   if (seal != hash_of(state.first(state.size() - sizeof seal))) {
     refuse_state("damaged: its " + std::to_string(state.size()) +
-                 " bytes do not fit their checksum");
+                 " bytes do not match their checksum");
   }
   check_frame(first_frame);
   check_frame(previous);
@@ -257,14 +257,14 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   check_facts(facts, known);
   const bool has_every_row = memory_rows == memory.rows.size();
   if (!has_every_row || !parts_->estimator->accepts(memory))
-    refuse_state("holds no memory of this method");
+    refuse_state("does not contain a valid memory of this method");
 
-  previous = to_places(parts_->numbering, previous);
-  age = to_places(parts_->numbering, age);
-  known = to_places(parts_->numbering, known);
-  if (!memory.rows.empty()) memory.rows = to_places(parts_->numbering, memory.rows);
-  parts_->begin(to_places(parts_->numbering, first_frame));
-  // From here on nothing fails.
+  previous = to_internal_order(parts_->numbering, previous);
+  age = to_internal_order(parts_->numbering, age);
+  known = to_internal_order(parts_->numbering, known);
+  if (!memory.rows.empty()) memory.rows = to_internal_order(parts_->numbering, memory.rows);
+  parts_->begin(to_internal_order(parts_->numbering, first_frame));
+  // Nothing below can throw.
   parts_->previous = std::move(previous);
   parts_->age = std::move(age);
   parts_->known = std::move(known);
@@ -278,7 +278,7 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   parts_->report.stages.blend = facts.blend;
 }
 
-// The members that stand here; all others are made in completer.cpp.
+// Only the members defined in this file; completer.cpp instantiates the others.
 template std::size_t Completer<float>::state_size() const;
 template std::size_t Completer<double>::state_size() const;
 template std::vector<std::byte> Completer<float>::state() const;

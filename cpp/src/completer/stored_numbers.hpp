@@ -1,4 +1,4 @@
-/// Numbers as bytes, little-endian and packed, and back: what a stored state is made of.
+/// Converts numbers to and from the bytes of a state, little-endian and packed.
 #pragma once
 
 #include <array>
@@ -17,13 +17,13 @@
 namespace dynmesh {
 
 static_assert(std::endian::native == std::endian::little,
-              "numbers are stored as they lie in memory");
+              "numbers are stored in the byte order of memory");
 
 [[noreturn]] inline void refuse_state(const std::string& why) {
   throw std::invalid_argument("state: " + why);
 }
 
-/// FNV-1a.
+/// The FNV-1a hash.
 inline std::uint64_t hash_of(std::span<const std::byte> bytes) {
   std::uint64_t hash = 14695981039346656037ULL;
   for (const std::byte byte : bytes) {
@@ -32,7 +32,7 @@ inline std::uint64_t hash_of(std::span<const std::byte> bytes) {
   return hash;
 }
 
-/// Writes numbers one after another into so many bytes.
+/// Writes numbers to a buffer of fixed size.
 class Writer {
  public:
   explicit Writer(std::size_t size) : bytes_(size) {}
@@ -46,7 +46,7 @@ class Writer {
   void write(std::span<const T> numbers) {
     static_assert(std::is_arithmetic_v<T>);
     if (numbers.size_bytes() > bytes_.size() - end_) {
-      throw std::logic_error("a state is larger than was foreseen");
+      throw std::logic_error("a state is larger than computed beforehand");
     }
     if (!numbers.empty()) std::memcpy(&bytes_[end_], numbers.data(), numbers.size_bytes());
     end_ += numbers.size_bytes();
@@ -58,7 +58,7 @@ class Writer {
       write(std::span<const Real>(coordinates));
     }
   }
-  /// With a hash of all that was written at the end, which must fill the bytes.
+  /// Appends a hash of everything written, which must fill the buffer, and returns the bytes.
   std::vector<std::byte> take_sealed() {
     write(hash_of(std::span(bytes_).first(end_)));
     return std::move(bytes_);
@@ -69,7 +69,7 @@ class Writer {
   std::size_t end_ = 0;
 };
 
-/// Takes them off again; refuses where there are too few.
+/// Reads numbers from bytes. Refuses to read past their end.
 class Reader {
  public:
   explicit Reader(std::span<const std::byte> bytes) : size_(bytes.size()), rest_(bytes) {}
@@ -85,7 +85,7 @@ class Reader {
     static_assert(std::is_arithmetic_v<T>);
     if (numbers.empty()) return;
     if (rest_.size() < numbers.size_bytes()) {
-      refuse_state("cut off: its " + std::to_string(size_) + " bytes are too few");
+      refuse_state("truncated: its " + std::to_string(size_) + " bytes are too few");
     }
     std::memcpy(numbers.data(), rest_.data(), numbers.size_bytes());
     rest_ = rest_.subspan(numbers.size_bytes());

@@ -1,4 +1,4 @@
-/// What holds a frame of method detail: where its anchors were observed, and how firmly they hold.
+/// The anchors of a frame of method detail: their observed positions and their weights.
 #pragma once
 
 #include <cstddef>
@@ -12,17 +12,19 @@
 
 namespace dynmesh {
 
-/// The anchors of one frame after another, in double precision. Allocates in the constructor only.
+/// The anchors of successive frames, in double precision. Allocates memory only in the constructor.
 ///
-/// Exact anchors are fixed: they stand at `observed` and are not solved for. Noisy anchors are
-/// solved for like satellites, and drawn to `observed` by their weight.
+/// Exact anchors are fixed at `observed` and are not solved for. Noisy anchors are solved for like
+/// satellites, with a weighted penalty on their distance from `observed`.
 struct Anchors {
-  std::vector<Vector3<double>> observed;  ///< (k,) anchors as given, elsewhere the last frame
-  std::vector<std::uint8_t> is_solved;    ///< (k,) 1 at satellites and noisy anchors, else 0
-  std::vector<double> weights;            ///< (k,) lambda at noisy anchors, else 0; empty if exact
-  std::vector<double> counts;             ///< (k,) 1 in components that hold an anchor, else 0
-  std::size_t number = 0;                 ///< of anchors
-  std::size_t n_solved = 0;               ///< how many vertices are solved for
+  std::vector<Vector3<double>>
+      observed;  ///< (k,) the given position of an anchor, the last position of any other vertex
+  std::vector<std::uint8_t> is_solved;  ///< (k,) 1 for satellites and noisy anchors, else 0
+  std::vector<double>
+      weights;  ///< (k,) lambda for noisy anchors, else 0; empty if anchors are exact
+  std::vector<double> counts;  ///< (k,) 1 in components that contain an anchor, else 0
+  std::size_t number = 0;      ///< the number of anchors
+  std::size_t n_solved = 0;    ///< the number of vertices that are solved for
 
   Anchors(std::size_t n_vertices, bool are_noisy)
       : observed(n_vertices),
@@ -33,10 +35,10 @@ struct Anchors {
   [[nodiscard]] bool are_noisy() const { return !weights.empty(); }
   [[nodiscard]] bool any_solved() const { return n_solved > 0; }
 
-  /// Takes those of a frame. `lambda`: the weight of noisy anchors.
+  /// Sets the anchors of a frame. `lambda` is the weight of noisy anchors.
   template <class Real>
-  void take(std::span<const Vector3<double>> previous, std::span<const Vector3<Real>> points,
-            const Generations& generations, double lambda) {
+  void set_frame(std::span<const Vector3<double>> previous, std::span<const Vector3<Real>> points,
+                 const Generations& generations, double lambda) {
     const auto generation = generations.of_vertices();
     number = generations.anchors();
     n_solved = generations.reached() + (are_noisy() ? number : 0);

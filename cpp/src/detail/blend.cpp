@@ -7,8 +7,9 @@
 namespace dynmesh {
 namespace {
 
-/// The sum of |r1|^2 below which r1 is rounding errors, in |Q (m_first - m)|^2; likewise r2. The
-/// square of the 1e-9 that solving in double precision leaves of an exact solution.
+/// If the sum of |r1|^2 is below this fraction of |Q (m_first - m)|^2, r1 consists of rounding
+/// errors. The same applies to r2 and |Q u|^2. It is the square of 1e-9, the relative error of a
+/// solution in double precision.
 constexpr double rounding = 1e-18;
 
 }  // namespace
@@ -34,7 +35,7 @@ Blend global_blend(const ResidualSums& sums, const DetailConstants& constants) {
   const double caution = constants.caution;
   const double s11 = std::min(caution * sums.s11, sums.s11 + (caution - 1) * sums.mean_edges);
   const auto finite = [](double value) { return std::isfinite(value) ? value : 0; };
-  // Of r0 and of r2, what b cannot explain.
+  // Remove from r0 and r2 what b can explain.
   const double b_of_r2 = finite(sums.s12 / s11);
   const double h = -(sums.s02 - b_of_r2 * sums.s01);
   const double q = constants.caution_of_change * sums.s22 - b_of_r2 * sums.s12;

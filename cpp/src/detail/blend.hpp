@@ -1,5 +1,5 @@
-/// How much of frame 0's shape, and of the change that was under way, there is in a frame, beside
-/// the shape of the last one.
+/// The blend: how much of the shape of frame 0, and of the recent change of the shape, is added to
+/// the shape of the last frame.
 #pragma once
 
 #include <cstddef>
@@ -14,33 +14,34 @@
 
 namespace dynmesh {
 
-/// b, of frame 0's shape less the last one, and c, of the change that was under way.
+/// b is the weight of the shape of frame 0 minus that of the last frame, and c the weight of the
+/// recent change.
 struct Blend {
   double b = 0;
   double c = 0;
 };
 
-/// Residuals at a vertex: r0 with the shape of the last frame, and what a unit of b, r1, and of c,
-/// r2, adds to it.
+/// Residuals at a vertex: r0 with the shape of the last frame, and the residuals r1 and r2 that a
+/// unit of b and a unit of c add.
 struct Residuals {
   Vector3<double> r0, r1, r2;
   double weight = 1;
 };
 
-/// The residuals of step 2 at all vertices that count. Fields of three hold, side by side, what
-/// belongs to the shape of the last frame, to a unit of b and to a unit of c.
+/// The residuals of step 2 at all vertices with `counts` 1. An array of size 3 k stores three
+/// vectors per vertex: for the shape of the last frame, for a unit of b and for a unit of c.
 struct ResidualField {
   const Anchors& anchors;
   std::span<const Vector3<double>> x;        ///< (k,) X before the step
   std::span<const Vector3<double>> kx;       ///< (k,) K X
   std::span<const Vector3<double>> wanted;   ///< (3 k,) Q m, Q (m_first - m) and Q u
-  std::span<const Vector3<double>> steps;    ///< (3 k,) the best steps towards them
-  std::span<const Vector3<double>> k_steps;  ///< (3 k,) K times these
+  std::span<const Vector3<double>> steps;    ///< (3 k,) the best steps towards these
+  std::span<const Vector3<double>> k_steps;  ///< (3 k,) K times the steps
 
   [[nodiscard]] std::size_t size() const { return x.size(); }
 
-  /// Calls `visit` with what the steps leave of the shape at a vertex, and of the distance of a
-  /// noisy anchor from where it was observed.
+  /// Calls `visit` with the residual of the shape at a vertex after the steps and, for a noisy
+  /// anchor, with the residual of its distance from the observed position.
   template <class Visit>
   void visit(std::size_t v, const Visit& visit) const {
     if (anchors.counts[v] == 0) return;
@@ -52,10 +53,10 @@ struct ResidualField {
   }
 };
 
-/// Sums of the products of residuals over all vertices, by their numbers.
+/// Sums of the products of residuals over all vertices; s01 is the sum of r0 . r1.
 struct ResidualSums {
   double s00 = 0, s01 = 0, s02 = 0, s11 = 0, s12 = 0, s22 = 0;
-  double mean_edges = 0;  ///< what s11 would be if r1 were a mean edge at every vertex
+  double mean_edges = 0;  ///< the value of s11 if r1 were a mean edge length at every vertex
 
   void add(const Residuals& r) {
     s00 += r.weight * dot(r.r0, r.r0);
@@ -67,17 +68,17 @@ struct ResidualSums {
   }
 };
 
-/// The sums, with r1 and r2 taken for 0 where they are rounding errors next to |Q (m_first - m)|^2
-/// and |Q u|^2, which they are left of: a component with one anchor, say, takes on any shape, so
-/// that b would be one rounding error over another.
+/// Computes the sums. r1 and r2 are replaced by 0 if they are rounding errors compared with |Q
+/// (m_first - m)|^2 and |Q u|^2. For example, a component with a single anchor can take on any
+/// shape, and without this check b would be a quotient of rounding errors.
 ResidualSums sum_products(const ResidualField& residuals, double mean_edge);
 
-/// b and c that make |r0 + b r1 + c r2|^2 smallest, a little short of it; 0 where their residuals
-/// are. c is from 0 to 1, and the smaller the less it explains: what was under way may have ended,
-/// and is as noisy as the frames that it was seen in.
+/// Returns the b and c that minimise |r0 + b r1 + c r2|^2, slightly reduced, or 0 if the respective
+/// residuals are 0. c is between 0 and 1 and is smaller the less it explains, since the change may
+/// have ended and is as noisy as the frames from which it was computed.
 Blend global_blend(const ResidualSums& sums, const DetailConstants& constants);
 
-/// What one vertex says about b, given c.
+/// The least-squares fit of b at one vertex, given c.
 struct BlendFit {
   double h = 0;  ///< -r1 . (r0 + c r2)
   double q = 0;  ///< |r1|^2
@@ -88,20 +89,22 @@ struct BlendFit {
   }
 };
 
-/// The blend of each vertex by the residuals around it, drawn to the global one.
+/// Computes the blend of each vertex from the residuals around it, regularised towards the global
+/// blend.
 class LocalBlend {
  public:
-  /// Both must outlive this object. Allocates here only.
+  /// Both arguments must outlive this object. Allocates memory only in the constructor.
   LocalBlend(const Cells& cells, const DetailConstants& constants);
 
-  /// b_i, (k,), within its bounds; the global b where r1 is 0 all around, or 0 in `sums`.
+  /// Returns b_i, (k,), within its bounds. It is the global b if r1 is 0 around the vertex or s11
+  /// is 0.
   std::span<const double> find(const ResidualField& residuals, const ResidualSums& sums,
                                const Blend& global);
 
  private:
   const Cells& cells_;
   const DetailConstants& constants_;
-  std::vector<double> shares_;  // (k,) one over the size of the cell
+  std::vector<double> shares_;  // (k,) the inverse of the size of the cell
   std::vector<BlendFit> fits_;
   std::vector<BlendFit> averaged_;
   std::vector<double> blend_;

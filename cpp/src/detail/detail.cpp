@@ -49,24 +49,24 @@ Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
                              std::span<const std::uint8_t> known, Generations& generations) {
   report_ = {};
   next_generations_.classify(topology_.cells, known);
-  const Anchors& anchors = hold(in_workspace(previous), points, next_generations_);  // may fail
+  const Anchors& anchors = hold(in_workspace(previous), points, next_generations_);  // may throw
   std::swap(generations, next_generations_);
   if (!anchors.any_solved()) return 0;
 
-  // Step 1: the smoothest motion.
+  // Step 1: find the smoothest motion.
   Positions positions = move_smoothly(workspace_.x, anchors);
 
-  // Step 2: one b and one c for all vertices.
+  // Step 2: find the global b and c.
   Field shapes = turned_shapes(positions);
   const ResidualField directions = find_directions(positions, shapes, anchors);
   const ResidualSums sums = sum_products(directions, mean_edge_);
   const Blend blend = global_blend(sums, constants_);
 
-  // Step 3: b varies over the surface.
+  // Step 3: find the local b_i.
   const std::span<const double> b = local_blend_.find(directions, sums, blend);
   positions = take_directions(positions, directions, blend);
 
-  // Step 4: turn and solve again.
+  // Step 4: fit rotations and solve again.
   Field shape;
   for (int round = 1; round < constants_.rounds; ++round) {
     shapes = turned_shapes(positions);
@@ -90,11 +90,11 @@ typename Detail<Real>::Field Detail<Real>::in_workspace(Frame frame) {
   return workspace_.x;
 }
 
-/// What holds the frame, and the factor of N for it.
+/// Sets the anchors of the frame and factors N for them.
 template <class Real>
 const Anchors& Detail<Real>::hold(Field previous, std::span<const Vector3<Real>> points,
                                   const Generations& generations) {
-  workspace_.anchors.template take<Real>(previous, points, generations, lambda_);
+  workspace_.anchors.template set_frame<Real>(previous, points, generations, lambda_);
   const Stopwatch stopwatch(report_.factor_seconds);
   if (workspace_.anchors.any_solved()) system_.factorize(workspace_.anchors);
   return workspace_.anchors;
@@ -105,7 +105,7 @@ template <class Real>
 typename Detail<Real>::Positions Detail<Real>::move_smoothly(Field previous,
                                                              const Anchors& anchors) {
   const Stopwatch stopwatch(report_.solve_seconds);
-  std::vector<Vector3<double>>& moved = workspace_.shape;  // K times how far the anchors moved
+  std::vector<Vector3<double>>& moved = workspace_.shape;  // K times the motion of the anchors
   if (!anchors.are_noisy()) {
     for (std::size_t v = 0; v < previous.size(); ++v) {
       workspace_.k_steps[v] = anchors.observed[v] - previous[v];
@@ -123,7 +123,7 @@ typename Detail<Real>::Positions Detail<Real>::move_smoothly(Field previous,
   return positions;
 }
 
-/// Q fitted to the positions, and Q m, Q (m_first - m), Q u: (3 k,).
+/// Fits Q to the positions and returns Q m, Q (m_first - m) and Q u: (3 k,).
 template <class Real>
 typename Detail<Real>::Field Detail<Real>::turned_shapes(const Positions& positions) {
   const Stopwatch stopwatch(report_.rotation_seconds);
@@ -131,7 +131,8 @@ typename Detail<Real>::Field Detail<Real>::turned_shapes(const Positions& positi
   return rotations_.turn(memory_.shapes());
 }
 
-/// The steps towards Q m and those that a unit of b and of c adds, and what each leaves.
+/// Computes the steps towards Q m, those that a unit of b and of c add, and the residuals they
+/// leave.
 template <class Real>
 ResidualField Detail<Real>::find_directions(const Positions& positions, Field shapes,
                                             const Anchors& anchors) {
@@ -160,7 +161,7 @@ typename Detail<Real>::Positions Detail<Real>::take_directions(Positions positio
   return positions;
 }
 
-/// Q (m + b_i (m_first - m) + c u): (k,).
+/// Returns Q (m + b_i (m_first - m) + c u): (k,).
 template <class Real>
 typename Detail<Real>::Field Detail<Real>::blended(Field shapes, std::span<const double> b,
                                                    double c) {
@@ -171,7 +172,7 @@ typename Detail<Real>::Field Detail<Real>::blended(Field shapes, std::span<const
   return workspace_.shape;
 }
 
-/// The positions whose detail is closest to the shape.
+/// Moves the positions to those whose detail is closest to the shape.
 template <class Real>
 typename Detail<Real>::Positions Detail<Real>::take_shape(Positions positions, Field shape,
                                                           const Anchors& anchors) {
@@ -183,8 +184,9 @@ typename Detail<Real>::Positions Detail<Real>::take_shape(Positions positions, F
   return positions;
 }
 
-/// The errors of the shape per coordinate, sigma_L^2 = (E + lambda |q|^2) / (3 anchors) with E the
-/// energy and q how far anchors moved, tell lambda of the next frame.
+/// Computes lambda for the next frame from the error of the shape per coordinate, sigma_L^2 = (E +
+/// lambda |q|^2) / (3 anchors), where E is the energy and q the displacement of the anchors from
+/// their observed positions.
 template <class Real>
 void Detail<Real>::weigh_anchors(const Positions& positions, Field shape, const Anchors& anchors) {
   double energy = 0;
@@ -197,7 +199,7 @@ void Detail<Real>::weigh_anchors(const Positions& positions, Field shape, const 
   lambda_ = (lambda_ + std::clamp(found, constants_.least_lambda, constants_.largest_lambda)) / 2;
 }
 
-/// Q^T K X of a completed frame, with Q fitted to it.
+/// Returns Q^T K X of a completed frame to which Q has been fitted.
 template <class Real>
 typename Detail<Real>::Field Detail<Real>::detail_turned_back(Field completed) {
   system_.apply(completed, 1, workspace_.kx);

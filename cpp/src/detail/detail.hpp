@@ -1,5 +1,5 @@
-/// Method detail: completion that keeps the shape of frame 0, turned with the motion. The method is
-/// described in docs/method.md, whose steps `estimate` follows.
+/// Method detail: completion that preserves the shape of frame 0, rotated with the motion.
+/// `estimate` follows the steps described in docs/method.md.
 #pragma once
 
 #include <cstdint>
@@ -21,24 +21,24 @@
 
 namespace dynmesh {
 
-/// The positions X of a frame minimise |K X - Q (m + b (m_first - m) + c u)|^2, anchors fixed. K,
-/// of frame 0, sees detail; m_first and m, in the axes of frame 0, are the detail of frame 0 and of
-/// the last frame, and u how it has been changing; Q turns them into this frame; b and c are what
-/// the anchors say.
+/// The positions X of a frame minimise |K X - Q (m + b (m_first - m) + c u)|^2 with the anchors
+/// fixed. K is an operator built from frame 0 that extracts the detail. m_first and m are the
+/// detail of frame 0 and of the last frame in the axes of frame 0, u is the recent change of m, and
+/// Q rotates them into the current frame. b and c are fitted to the anchors.
 ///
-/// With noise, anchors are not fixed but drawn to where they were observed, by lambda times their
-/// squared distance; lambda weighs the errors of the shape, as they were found in frames before,
-/// against those of the anchors.
+/// With noise, anchors are not fixed. Instead, lambda times their squared distance from the
+/// observed positions is added to the energy. lambda balances the errors of the shape, estimated in
+/// earlier frames, with the noise of the anchors.
 ///
-/// Allocates in `reset`, and in `estimate` where the factor is larger than all before.
+/// Allocates memory in `reset`, and in `estimate` if the factor is larger than all earlier ones.
 template <class Real>
 class Detail final : public Estimator<Real> {
  public:
   using typename Estimator<Real>::Frame;
   using typename Estimator<Real>::Memory;
 
-  /// `topology` and `workers` must outlive this object.
-  /// `noise`: the standard deviation of the anchors, positive; none: they are exact.
+  /// `topology` and `workers` must outlive this object. `noise` is the standard deviation of the
+  /// anchors, positive; without it, they are exact.
   Detail(std::vector<Triangle> faces, const Topology& topology, std::optional<double> noise,
          Workers& workers, const DetailConstants& constants = {});
 
@@ -82,12 +82,12 @@ class Detail final : public Estimator<Real> {
   LocalBlend local_blend_;
   ShapeMemory memory_;
   std::optional<double> noise_;
-  Generations next_generations_;  // of a frame, until nothing can fail any more
-  double mean_edge_ = 1;          // of frame 0
+  Generations next_generations_;  // of the current frame, until nothing can throw any more
+  double mean_edge_ = 1;          // the mean edge length of frame 0
   double lambda_ = 0;             // in the unit of K
   StageReport report_;
 
-  /// What the steps of a frame return views of; nothing in here lasts from frame to frame.
+  /// The arrays to which the steps of a frame return views. None is kept from frame to frame.
   struct Workspace {
     Workspace(std::size_t n_vertices, bool is_noisy);
 

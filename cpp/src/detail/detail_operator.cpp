@@ -28,7 +28,7 @@ void add_edge(std::vector<Entry>& entries, Index a, Index b, double weight) {
 
 /// Sums the entries into rows.
 void assemble(std::vector<Entry>& entries, DetailOperator& target) {
-  // Stable, so that both halves of a symmetric matrix are summed in the same order.
+  // A stable sort sums both halves of a symmetric matrix in the same order.
   std::ranges::stable_sort(entries, {},
                            [](const Entry& entry) { return std::pair(entry.row, entry.column); });
   target.offsets.assign(target.size() + 1, 0);
@@ -44,8 +44,8 @@ void assemble(std::vector<Entry>& entries, DetailOperator& target) {
   std::partial_sum(target.offsets.begin(), target.offsets.end(), target.offsets.begin());
 }
 
-/// All neighbours of a vertex are tied to one another in the normal matrix, which takes memory by
-/// the square of their number: out of all proportion to the mesh where one vertex has very many.
+/// Refuses a mesh in which a vertex has too many neighbours. The normal matrix couples all
+/// neighbours of a vertex with each other, so its memory grows with the square of their number.
 void check_size(const DetailOperator& k) {
   const double most = std::min(2'147'483'647.0, 6e7 + 1e3 * static_cast<double>(k.size()));
   double entries = 0;

@@ -1,4 +1,4 @@
-/// What method detail measures shape by: K = M^-1/2 C of frame 0, from which it is built once.
+/// The operator that extracts the detail of a frame: K = M^-1/2 C, built once from frame 0.
 #pragma once
 
 #include <dynmesh/topology.hpp>
@@ -23,11 +23,11 @@ struct DetailOperator {
   [[nodiscard]] std::size_t size() const { return scale.size(); }
 };
 
-/// C: the cotangent Laplacian of the intrinsic Delaunay triangulation of `frame`; M: vertex areas,
-/// a third of its triangles around, floored. Lengths are in mean edges of
-/// `frame`, so that the scale of the mesh cancels. An edge of a face with a repeated vertex, which
-/// spans no triangle, has a weight of its own for each such face. Everything is finite whatever the
-/// mesh.
+/// C is the cotangent Laplacian of the intrinsic Delaunay triangulation of `frame`. M contains the
+/// vertex areas, a third of the area of the adjacent triangles, with a lower bound. Lengths are in
+/// mean edge lengths of `frame`, so the result does not depend on the scale of the mesh. An edge of
+/// a face with a repeated vertex, which has no area, gets a constant weight for each such face. All
+/// values are finite for any mesh.
 template <class Real>
 DetailOperator build_detail_operator(std::span<const Triangle> faces, const Cells& cells,
                                      std::span<const Vector3<Real>> frame,

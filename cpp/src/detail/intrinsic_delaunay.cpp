@@ -8,21 +8,22 @@
 namespace dynmesh {
 namespace {
 
-/// By how much two sides of a triangle are longer than the third, at least.
+/// The minimum by which two sides of a triangle are longer than the third.
 constexpr double slack = 1e-4;
 
-/// Rounding errors must not flip an edge back and forth.
+/// Prevents rounding errors from flipping an edge back and forth.
 constexpr double tolerance = 1e-10;
 
-/// Far more than Delaunay flips take in practice, against an endless loop by rounding.
+/// The limit on the number of flips, far more than Delaunay flips take in practice. It prevents an
+/// endless loop caused by rounding.
 constexpr std::size_t flips_per_side = 50;
 
 std::size_t following(std::size_t side) { return (side + 1) % 3; }
 std::size_t preceding(std::size_t side) { return (side + 2) % 3; }
 
-/// One side of one triangle.
+/// A side of a triangle.
 struct Side {
-  Index triangle = -1;  // -1: there is none
+  Index triangle = -1;  // -1 if there is no such side
   std::size_t side = 0;
 };
 
@@ -44,7 +45,8 @@ class Flipping {
       open.pop_back();
       if (!flip_if_needed(side)) continue;
       --flips_left;
-      const Side other = across(side);  // the new edge; the four around it may need a flip now
+      const Side other =
+          across(side);  // the new edge; the four edges around it may have to be flipped now
       for (const Side& half : {side, other}) {
         open.push_back({half.triangle, following(half.side)});
         open.push_back({half.triangle, preceding(half.side)});
@@ -61,7 +63,7 @@ class Flipping {
     return across_[static_cast<std::size_t>(side.triangle)][side.side];
   }
 
-  /// Ties the two sides of every edge that has just two, one in each direction.
+  /// Connects the two sides of every edge that has exactly two, one in each direction.
   void glue() {
     struct Directed {
       std::pair<Index, Index> edge;
@@ -96,8 +98,8 @@ class Flipping {
     const IntrinsicTriangle far = triangle(other);
     if (near.cotangent(side.side) + far.cotangent(other.side) >= -tolerance) return false;
 
-    // Both triangles in the plane: the edge from u at 0 along x to v, w to its left, z to its
-    // right.
+    // Lay out both triangles in the plane: the edge runs from u at 0 along x to v, with w on its
+    // left and z on its right.
     const double edge = near.lengths[side.side];
     const double vw = near.lengths[following(side.side)];
     const double wu = near.lengths[preceding(side.side)];
@@ -120,7 +122,7 @@ class Flipping {
     const Side beyond_zv = across({other.triangle, preceding(other.side)});
     put(side, at_u);
     put(other, at_v);
-    // A side that was glued to one of the two triangles themselves has moved with it.
+    // If a side was glued to one of the two triangles themselves, it has moved with it.
     const auto moved = [&](const Side& old) {
       if (old.triangle == side.triangle) {
         return old.side == following(side.side) ? Side{other.triangle, preceding(other.side)}
@@ -139,7 +141,7 @@ class Flipping {
     return true;
   }
 
-  /// The triangle whose side 0 is to be `side`.
+  /// Replaces the triangle of `side`, so that side 0 of `placed` becomes `side`.
   void put(const Side& side, const IntrinsicTriangle& placed) {
     IntrinsicTriangle& target = triangle(side);
     for (std::size_t s = 0; s < 3; ++s) {
@@ -159,7 +161,7 @@ class Flipping {
 
 }  // namespace
 
-/// Heron's formula as Kahan has it, stable for needles.
+/// Heron's formula in the form of Kahan, which is stable for needle-like triangles.
 double IntrinsicTriangle::area() const {
   std::array<double, 3> sides = lengths;
   std::ranges::sort(sides, std::greater<>());

@@ -1,5 +1,5 @@
-/// The intrinsic Delaunay triangulation of a surface: the same vertices and the same surface, other
-/// edges, so that cotangents do not depend on how it happened to be cut into triangles.
+/// The intrinsic Delaunay triangulation of a surface. It has the same vertices and the same surface
+/// with other edges, so cotangents do not depend on how the surface was triangulated.
 #pragma once
 
 #include <array>
@@ -12,21 +12,23 @@ namespace dynmesh {
 
 using Triangle = std::array<Index, 3>;
 
-/// Known by its side lengths alone; its edges run over the surface and not through space. Two
-/// vertices may share several edges, and a vertex one with itself.
+/// A triangle that is defined by its side lengths alone. Its edges are geodesics of the surface,
+/// not straight lines in space. Two vertices may be connected by several edges, and a vertex by an
+/// edge to itself.
 struct IntrinsicTriangle {
   Triangle vertices;
-  std::array<double, 3> lengths;  ///< of the sides from vertex s to vertex s + 1
+  std::array<double, 3> lengths;  ///< of the side from vertex s to vertex s + 1
 
   [[nodiscard]] double area() const;
-  /// Of the angle opposite to side s.
+  /// The cotangent of the angle opposite to side s.
   [[nodiscard]] double cotangent(std::size_t side) const;
 };
 
-/// Flips edges until no two angles opposite to one exceed two right ones (Fisher, Springborn,
-/// Bobenko and Schroeder 2006). Edges with one triangle, more than two, or two that face opposite
-/// ways stay. Lengths are in units of `unit`, and all made longer by just so much that no triangle
-/// is degenerate (Sharp and Crane 2020). Faces with a repeated vertex are left out.
+/// Flips edges until the two angles opposite to each edge add up to at most pi (Fisher, Springborn,
+/// Bobenko and Schroeder 2006). Edges with one triangle, with more than two, or with two of
+/// opposite orientation are not flipped. Lengths are in units of `unit`, and all of them are
+/// increased by the smallest amount for which no triangle is degenerate (Sharp and Crane 2020).
+/// Faces with a repeated vertex are omitted.
 template <class Real>
 std::vector<IntrinsicTriangle> intrinsic_delaunay(std::span<const Triangle> faces,
                                                   std::span<const Vector3<Real>> frame,

@@ -21,7 +21,7 @@ void ShapeMemory::reset(Field first, double mean_edge) {
 void ShapeMemory::learn(Field detail) {
   for (std::size_t v = 0; v < detail.size(); ++v) {
     const auto newest_change = detail[v] - shapes_[3 * v];
-    // A jump by a mean edge or more is an error as a whole, and u begins anew.
+    // A jump by a mean edge length or more is considered an error, and u is reset.
     const bool is_jump = !(squared_norm(newest_change) < mean_edge_ * mean_edge_);
     const auto mean = (1 - newest_) * change(v) + newest_ * newest_change;
     set(v, detail[v], is_jump ? Vector3<double>{} : mean);

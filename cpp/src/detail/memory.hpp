@@ -1,4 +1,4 @@
-/// What method detail remembers of the shape, in the axes of frame 0.
+/// The shape that method detail stores, in the axes of frame 0.
 #pragma once
 
 #include <cstddef>
@@ -10,27 +10,28 @@
 
 namespace dynmesh {
 
-/// m_first, the detail of frame 0; m, that of the last completed frame; and u, how m has lately
-/// been changing from frame to frame. Allocates in the constructor only.
+/// Stores m_first, the detail of frame 0; m, the detail of the last completed frame; and u, the
+/// recent change of m per frame. Allocates memory only in the constructor.
 class ShapeMemory {
  public:
   using Field = std::span<const Vector3<double>>;
 
   ShapeMemory(std::size_t n_vertices, const DetailConstants& constants);
 
-  /// Begins with frame 0, whose detail is `first` (k,). `mean_edge` is that of frame 0.
+  /// Begins a sequence. `first` (k,) is the detail of frame 0, and `mean_edge` its mean edge
+  /// length.
   void reset(Field first, double mean_edge);
 
-  /// Takes the detail (k,) of a completed frame, turned back to the axes of frame 0, and learns how
-  /// it has changed.
+  /// Updates m and u with the detail (k,) of a completed frame, rotated back to the axes of frame
+  /// 0.
   void learn(Field detail);
 
-  /// Sets the detail of the last completed frame, and how it has been changing, as they were.
+  /// Restores m and u.
   void recall(Field detail, Field change);
 
   /// m, m_first - m and u of each vertex, side by side: (3 k,).
   [[nodiscard]] Field shapes() const { return shapes_; }
-  /// u of a vertex.
+  /// u of vertex v.
   [[nodiscard]] const Vector3<double>& change(std::size_t v) const { return shapes_[3 * v + 2]; }
 
  private:

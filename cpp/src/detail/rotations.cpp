@@ -32,19 +32,19 @@ void Rotations::fit(std::span<const Vector3<double>> frame) {
   const RotationData data = {cells_.offsets.data(), cells_.neighbours.data(), rest_edges_.data(),
                              frame.data(),          covariances_.data(),      quaternions_.data()};
   for (const auto kernel : {kernels_.measure, kernels_.turn}) {
-    workers_.for_each_short_stretch(k, [&](Index first, Index last) { kernel(data, first, last); });
+    workers_.for_each_short_chunk(k, [&](Index first, Index last) { kernel(data, first, last); });
   }
 }
 
 std::span<const Vector3<double>> Rotations::turn(std::span<const Vector3<double>> triples) {
-  workers_.for_each_short_stretch(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
+  workers_.for_each_short_chunk(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
     turning_.turn(quaternions_.data(), triples.data(), turned_.data(), first, last);
   });
   return turned_;
 }
 
 std::span<const Vector3<double>> Rotations::turn_back(std::span<const Vector3<double>> field) {
-  workers_.for_each_short_stretch(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
+  workers_.for_each_short_chunk(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
     turning_.turn_back(quaternions_.data(), field.data(), turned_.data(), first, last);
   });
   return {turned_.data(), cells_.size()};

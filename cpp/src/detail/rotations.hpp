@@ -1,4 +1,4 @@
-/// How the surface around each vertex has turned since frame 0.
+/// The rotation of the surface around each vertex since frame 0.
 #pragma once
 
 #include <dynmesh/topology.hpp>
@@ -11,28 +11,30 @@
 
 namespace dynmesh {
 
-/// Q_i: the rotation that best carries the cell of vertex i in frame 0 to the current one: its
-/// edges weighted by one over their squared length in frame 0, the covariance averaged once with
-/// those of the neighbours. Each fit starts from the last one, so that a vertex whose cell does not
-/// tell keeps its rotation. Allocates in the constructor only.
+/// Q_i is the rotation that best maps the cell of vertex i in frame 0 to the current cell. The
+/// edges are weighted by the inverse of their squared length in frame 0, and the covariance is
+/// averaged once with those of the neighbours. Each fit starts from the previous one, so a vertex
+/// whose cell does not determine a rotation keeps its rotation. Allocates memory only in the
+/// constructor.
 class Rotations {
  public:
   /// `cells` and `workers` must outlive this object.
   Rotations(const Cells& cells, Workers& workers,
             const RotationKernels& kernels = best_kernels().rotations);
 
-  /// Frame 0, in any unit of length; no vertex has turned.
+  /// Sets frame 0, in any unit of length, and resets all rotations to the identity.
   void reset(std::span<const Vector3<double>> first_frame, double mean_edge);
 
   void fit(std::span<const Vector3<double>> frame);
 
-  /// Q times each of three fields (3 k,), side by side, from the axes of frame 0 to those of the
-  /// frame fitted to. Valid until the next call, as is what `turn_back` returns.
+  /// Multiplies each of three fields (3 k,), stored side by side, by Q, which rotates them from the
+  /// axes of frame 0 to those of the fitted frame. The result is valid until the next call, and so
+  /// is that of `turn_back`.
   std::span<const Vector3<double>> turn(std::span<const Vector3<double>> triples);
-  /// Q^T times a field (k,).
+  /// Multiplies a field (k,) by Q^T.
   std::span<const Vector3<double>> turn_back(std::span<const Vector3<double>> field);
 
-  /// (k,), of unit length.
+  /// The rotations (k,), as unit quaternions.
   [[nodiscard]] std::span<Quaternion> quaternions() { return quaternions_; }
   [[nodiscard]] std::span<const Quaternion> quaternions() const { return quaternions_; }
 
@@ -41,7 +43,7 @@ class Rotations {
   Workers& workers_;
   const RotationKernels& kernels_;
   const OperatorKernels& turning_;
-  std::vector<Vector3<double>> rest_edges_;  // of each half-edge, over its squared length
+  std::vector<Vector3<double>> rest_edges_;  // of each half-edge, divided by its squared length
   std::vector<Covariance> covariances_;
   std::vector<Quaternion> quaternions_;
   std::vector<Vector3<double>> turned_;

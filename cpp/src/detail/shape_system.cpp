@@ -17,7 +17,8 @@ template <class Real>
 void ShapeSystem::reset(std::span<const Triangle> faces, std::span<const Vector3<Real>> first_frame,
                         const DetailConstants& constants) {
   auto k = build_detail_operator<Real>(faces, cells_, first_frame, constants);
-  factor_ = std::make_unique<MaskedFactor>(normal_matrix(k));  // may run out of memory: first
+  factor_ = std::make_unique<MaskedFactor>(
+      normal_matrix(k));  // first, since it may throw if memory is exhausted
   operator_ = std::move(k);
 }
 
@@ -33,7 +34,7 @@ OperatorData ShapeSystem::operator_data() const {
 
 void ShapeSystem::apply(Field x, int fields, std::span<Vector3<double>> detail) const {
   const OperatorData k = operator_data();
-  workers_.for_each_short_stretch(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
+  workers_.for_each_short_chunk(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
     kernels_.apply(k, x.data(), fields, detail.data(), first, last);
   });
 }
@@ -45,7 +46,7 @@ void ShapeSystem::factorize(const Anchors& anchors) {
 ShapeSystem::Field ShapeSystem::solve_scaled(int fields, Field x, const Anchors& anchors) {
   const auto rows = solved();
   const OperatorData k = operator_data();
-  workers_.for_each_short_stretch(static_cast<Index>(rows.size()), [&](Index first, Index last) {
+  workers_.for_each_short_chunk(static_cast<Index>(rows.size()), [&](Index first, Index last) {
     kernels_.apply_transposed(k, scaled_residual_.data(), fields, rows.data(), solution_.data(),
                               first, last);
   });

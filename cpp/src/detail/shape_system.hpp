@@ -1,4 +1,4 @@
-/// The linear systems of method detail: which positions have a wanted detail K X.
+/// The linear systems of method detail, which find the positions with a given detail K X.
 #pragma once
 
 #include <dynmesh/topology.hpp>
@@ -16,10 +16,10 @@
 
 namespace dynmesh {
 
-/// K of frame 0, and N = K^T K at what is solved for. Fields have one or three Vector3 for each
-/// vertex, side by side.
+/// K of frame 0, and N = K^T K restricted to the vertices that are solved for. Fields have one or
+/// three Vector3 for each vertex, side by side.
 ///
-/// Allocates in `reset`, and in `factorize` where the factor is larger than all before.
+/// Allocates memory in `reset`, and in `factorize` if the factor is larger than all earlier ones.
 class ShapeSystem {
  public:
   using Field = std::span<const Vector3<double>>;
@@ -27,7 +27,7 @@ class ShapeSystem {
   /// `cells` and `workers` must outlive this object.
   ShapeSystem(const Cells& cells, Workers& workers);
 
-  /// Builds K of a new frame 0.
+  /// Builds K for a new frame 0.
   template <class Real>
   void reset(std::span<const Triangle> faces, std::span<const Vector3<Real>> first_frame,
              const DetailConstants& constants);
@@ -35,16 +35,16 @@ class ShapeSystem {
   /// detail = K x.
   void apply(Field x, int fields, std::span<Vector3<double>> detail) const;
 
-  /// Factors N, plus the weights of noisy anchors, at what is solved for.
+  /// Factors N, plus the weights of noisy anchors, restricted to the vertices that are solved for.
   void factorize(const Anchors& anchors);
 
   /// The vertices that are solved for.
   [[nodiscard]] std::span<const Index> solved() const { return factor_->order(); }
 
-  /// The steps D that bring K (x + D) closest to K x + residual, in each of one or three fields:
-  /// N D = K^T residual. `residual(v, field)` is what is wanted less what is there; in the first
-  /// field, noisy anchors are also drawn from x to where they were observed. Steps are 0 where a
-  /// vertex is not solved for. Valid until the next call.
+  /// Returns the steps D that bring K (x + D) closest to K x + residual, for each of one or three
+  /// fields: N D = K^T residual. `residual(v, field)` is the wanted value minus the current one. In
+  /// the first field, noisy anchors also move from x towards their observed positions. Steps are 0
+  /// for vertices that are not solved for. The result is valid until the next call.
   template <int fields, class Residual>
   Field solve(const Residual& residual, Field x, const Anchors& anchors) {
     for (std::size_t v = 0; v < x.size(); ++v) {
@@ -62,11 +62,12 @@ class ShapeSystem {
   const Cells& cells_;
   Workers& workers_;
   const OperatorKernels& kernels_;
-  DetailOperator operator_;                       // K
-  std::unique_ptr<MaskedFactor> factor_;          // of N
-  std::vector<Vector3<double>> scaled_residual_;  // M^-1/2 times what K^T is multiplied with
-  std::vector<Vector3<double>> solution_;         // in the order of elimination
-  std::vector<Vector3<double>> steps_;            // in the order of vertices
+  DetailOperator operator_;               // K
+  std::unique_ptr<MaskedFactor> factor_;  // the factor of N
+  std::vector<Vector3<double>>
+      scaled_residual_;                    // M^-1/2 times the vector that is multiplied by K^T
+  std::vector<Vector3<double>> solution_;  // in the order of elimination
+  std::vector<Vector3<double>> steps_;     // in the order of vertices
 };
 
 }  // namespace dynmesh

@@ -17,7 +17,7 @@ using Columns = Eigen::Matrix<double, Eigen::Dynamic, 3>;
 using Cholesky = Eigen::SimplicialLLT<Matrix>;
 using Mask = std::vector<std::uint8_t>;
 
-/// L = D - R, eq. (2), with `weight(i, j)` in place of the ones of R.
+/// Returns L = D - R, eq. (2), with `weight(i, j)` instead of the ones of R.
 template <class Weight>
 Matrix laplacian(const Cells& cells, const Weight& weight) {
   const auto k = static_cast<Eigen::Index>(cells.size());
@@ -54,7 +54,7 @@ std::vector<Vector3<double>> whole_frame(const char* argument, Points<const doub
   return frame;
 }
 
-/// What is known of a frame, as a vertex's position or its motion.
+/// The known part of a frame, as positions or as motion vectors.
 struct Given {
   Mask known;
   Columns positions;  ///< as given; zero where unknown
@@ -108,7 +108,7 @@ struct Given {
     throw std::invalid_argument("known: component " + std::to_string(component) + " (" +
                                 std::to_string(size[component]) + " vertices, the first is " +
                                 std::to_string(first[component]) +
-                                ") has no known vertex, so it could be anywhere");
+                                ") has no known vertex, so its position is undetermined");
   }
 };
 
@@ -131,7 +131,7 @@ void check_solved(const Cholesky& factor) {
 struct LeastSquaresMesh::System {
   const Topology topology;
   const Matrix smoothness;  // L^T L
-  Matrix normal;            // the same, and one at each known vertex
+  Matrix normal;            // the same, plus 1 on the diagonal at known vertices
   Cholesky factor;
 
   explicit System(const Topology& mesh) : topology(mesh), smoothness(square(mesh.cells)) {
@@ -181,9 +181,10 @@ Weights weights_from_name(std::string_view name) {
 
 struct LaplacianInterpolation::System {
   const Topology topology;
-  const Matrix energy;  // L, or L^T L: its rows at the unknown vertices, set to zero, are solved
-  Mask known;           // that the factor below is for
-  std::vector<Eigen::Index> place;  // of an unknown vertex among the unknown ones; else -1
+  const Matrix energy;  // L, or L^T L; its rows at unknown vertices are set to zero by the solution
+  Mask known;           // the known mask of the factor below
+  std::vector<Eigen::Index>
+      unknown_index;  // the index among the unknown vertices; -1 for known ones
   Matrix unknown_block;
   Cholesky factor;
 
@@ -193,7 +194,7 @@ struct LaplacianInterpolation::System {
   static Matrix make_energy(const Cells& cells, Objective objective, Weights weights,
                             Points<const double> reference) {
     if (weights == Weights::uniform && reference.data != nullptr) {
-      throw std::invalid_argument("reference: is for weights 'inverse_distance' only");
+      throw std::invalid_argument("reference: requires weights 'inverse_distance'");
     }
     const Matrix l = weights == Weights::uniform ? laplacian(cells, one)
                                                  : inverse_distance_laplacian(cells, reference);
@@ -202,7 +203,7 @@ struct LaplacianInterpolation::System {
 
   static Matrix inverse_distance_laplacian(const Cells& cells, Points<const double> reference) {
     if (reference.data == nullptr) {
-      throw std::invalid_argument("reference: is needed to measure the inverse distances on");
+      throw std::invalid_argument("reference: is required for weights 'inverse_distance'");
     }
     const auto frame = whole_frame("reference", reference, cells.size());
     const double h = mean_edge_length<double>(cells, frame);
@@ -214,18 +215,18 @@ struct LaplacianInterpolation::System {
   }
 
   void factorize(const Mask& mask) {
-    if (known == mask) return;  // the factor is that of the last frame
-    place.assign(mask.size(), -1);
+    if (known == mask) return;  // reuse the factor of the last frame
+    unknown_index.assign(mask.size(), -1);
     Eigen::Index n_unknown = 0;
     for (std::size_t v = 0; v < mask.size(); ++v) {
-      if (mask[v] == 0) place[v] = n_unknown++;
+      if (mask[v] == 0) unknown_index[v] = n_unknown++;
     }
     std::vector<Eigen::Triplet<double>> entries;
     for (Eigen::Index column = 0; column < energy.cols(); ++column) {
-      const Eigen::Index j = place[static_cast<std::size_t>(column)];
+      const Eigen::Index j = unknown_index[static_cast<std::size_t>(column)];
       if (j < 0) continue;
       for (Matrix::InnerIterator entry(energy, column); entry; ++entry) {
-        const Eigen::Index i = place[static_cast<std::size_t>(entry.row())];
+        const Eigen::Index i = unknown_index[static_cast<std::size_t>(entry.row())];
         if (i >= 0) entries.emplace_back(i, j, entry.value());
       }
     }
@@ -254,18 +255,19 @@ void LaplacianInterpolation::complete(Points<const double> points, KnownMask kno
   Columns solution = given.positions;
   if (std::ranges::count(given.known, 0) > 0) {
     system.factorize(given.known);
-    const Columns pull = system.energy * given.values;  // of the known vertices on all others
+    const Columns pull =
+        system.energy * given.values;  // the influence of the known vertices on all others
     Columns right_hand_side(system.unknown_block.rows(), 3);
-    for (std::size_t v = 0; v < system.place.size(); ++v) {
-      if (system.place[v] >= 0) {
-        right_hand_side.row(system.place[v]) = -pull.row(static_cast<Eigen::Index>(v));
+    for (std::size_t v = 0; v < system.unknown_index.size(); ++v) {
+      if (system.unknown_index[v] >= 0) {
+        right_hand_side.row(system.unknown_index[v]) = -pull.row(static_cast<Eigen::Index>(v));
       }
     }
     const Columns unknown = system.factor.solve(right_hand_side);
-    for (std::size_t v = 0; v < system.place.size(); ++v) {
+    for (std::size_t v = 0; v < system.unknown_index.size(); ++v) {
       const auto row = static_cast<Eigen::Index>(v);
-      if (system.place[v] >= 0) {
-        solution.row(row) = given.origin.row(row) + unknown.row(system.place[v]);
+      if (system.unknown_index[v] >= 0) {
+        solution.row(row) = given.origin.row(row) + unknown.row(system.unknown_index[v]);
       }
     }
   }

@@ -35,7 +35,7 @@ std::vector<Vector3<double>> finite_frame(const char* argument, Points<const Rea
   return frame;
 }
 
-/// GL(v_i), eq. (6).
+/// Returns GL(v_i), eq. (6).
 Vector3<double> geometric_laplacian(const Cells& cells, const std::vector<Vector3<double>>& frame,
                                     Index vertex, double shortest) {
   const Vector3<double> v_i = frame[static_cast<std::size_t>(vertex)];
@@ -83,15 +83,15 @@ ErrorSummary summary(std::span<const double> errors) {
   std::vector<double> sorted(errors.begin(), errors.end());
   const auto nan = std::ranges::find_if(sorted, [](double e) { return std::isnan(e); });
   if (nan != sorted.end()) {
-    throw std::invalid_argument("errors: place " + std::to_string(nan - sorted.begin()) +
+    throw std::invalid_argument("errors: position " + std::to_string(nan - sorted.begin()) +
                                 " is not a number");
   }
   std::ranges::sort(sorted);
   const auto count = static_cast<double>(sorted.size());
-  const double place = 0.99 * (count - 1);
-  const auto below = static_cast<std::size_t>(place);
+  const double rank = 0.99 * (count - 1);
+  const auto below = static_cast<std::size_t>(rank);
   const std::size_t above = std::min(below + 1, sorted.size() - 1);
-  const double fraction = place - static_cast<double>(below);
+  const double fraction = rank - static_cast<double>(below);
 
   ErrorSummary summary;
   summary.mean = std::accumulate(sorted.begin(), sorted.end(), 0.0) / count;

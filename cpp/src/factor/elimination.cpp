@@ -25,36 +25,36 @@ std::vector<Index> minimum_degree_order(const SymmetricMatrix& matrix) {
 }
 
 std::vector<Index> inverse(const std::vector<Index>& order) {
-  std::vector<Index> places(order.size());
+  std::vector<Index> positions(order.size());
   for (std::size_t p = 0; p < order.size(); ++p) {
-    places[static_cast<std::size_t>(order[p])] = static_cast<Index>(p);
+    positions[static_cast<std::size_t>(order[p])] = static_cast<Index>(p);
   }
-  return places;
+  return positions;
 }
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-/// Calls `visit(place)` for the places before `place` that its column has entries at.
+/// Calls `visit(other)` for the positions before `position` at which its column has entries.
 template <class Visit>
-void for_each_before(const SymmetricMatrix& matrix, const Elimination& plan, Index place,
+void for_each_before(const SymmetricMatrix& matrix, const Elimination& plan, Index position,
                      const Visit& visit) {
-  const auto column = at(plan.column_at[at(place)]);
+  const auto column = at(plan.column_at[at(position)]);
   for (Index e = matrix.offsets[column]; e < matrix.offsets[column + 1]; ++e) {
-    const Index other = plan.place_of[at(matrix.rows[at(e)])];
-    if (other < place) visit(other);
+    const Index other = plan.position_of[at(matrix.rows[at(e)])];
+    if (other < position) visit(other);
   }
 }
 
-/// The elimination tree (Liu 1986): the parent of each place, none for roots.
+/// Returns the elimination tree (Liu 1986): the parent of each position, or none for a root.
 std::vector<Index> elimination_tree(const SymmetricMatrix& matrix, const Elimination& plan) {
   std::vector<Index> parent(matrix.size(), none);
   std::vector<Index> ancestor(matrix.size(), none);
-  for (Index place = 0; place < static_cast<Index>(matrix.size()); ++place) {
-    for_each_before(matrix, plan, place, [&](Index i) {
-      while (i != none && i < place) {
+  for (Index position = 0; position < static_cast<Index>(matrix.size()); ++position) {
+    for_each_before(matrix, plan, position, [&](Index i) {
+      while (i != none && i < position) {
         const Index next = ancestor[at(i)];
-        ancestor[at(i)] = place;
-        if (next == none) parent[at(i)] = place;
+        ancestor[at(i)] = position;
+        if (next == none) parent[at(i)] = position;
         i = next;
       }
     });
@@ -62,7 +62,8 @@ std::vector<Index> elimination_tree(const SymmetricMatrix& matrix, const Elimina
   return parent;
 }
 
-/// The places of a forest, every subtree in a row and before its root.
+/// Returns the positions of a forest in postorder: every subtree is contiguous and precedes its
+/// root.
 std::vector<Index> postorder(const std::vector<Index>& parent) {
   std::vector<Index> first_child(parent.size(), none);
   std::vector<Index> sibling(parent.size(), none);
@@ -92,37 +93,38 @@ std::vector<Index> postorder(const std::vector<Index>& parent) {
   return order;
 }
 
-/// Entries of each column of the factor, diagonal and all.
+/// Returns the number of entries of each column of the factor, including the diagonal.
 std::vector<Index> column_counts(const SymmetricMatrix& matrix, const Elimination& plan,
                                  const std::vector<Index>& parent) {
   std::vector<Index> counts(matrix.size(), 1);
   std::vector<Index> visited(matrix.size(), none);
-  for (Index place = 0; place < static_cast<Index>(matrix.size()); ++place) {
-    visited[at(place)] = place;
-    for_each_before(matrix, plan, place, [&](Index i) {
-      for (; visited[at(i)] != place; i = parent[at(i)]) {
+  for (Index position = 0; position < static_cast<Index>(matrix.size()); ++position) {
+    visited[at(position)] = position;
+    for_each_before(matrix, plan, position, [&](Index i) {
+      for (; visited[at(i)] != position; i = parent[at(i)]) {
         ++counts[at(i)];
-        visited[at(i)] = place;
+        visited[at(i)] = position;
       }
     });
   }
   return counts;
 }
 
-/// Columns in the making of a supernode.
+/// Contiguous columns that may become a supernode.
 struct Block {
   Index first;
   Index columns;
-  Index rows;   // of its first column, diagonal and all
-  double held;  // entries that the factor has in it
+  Index rows;   // of its first column, including the diagonal
+  double held;  // the number of nonzero entries
 
   [[nodiscard]] double share_of_zeros() const {
-    const double places = columns * (rows - 0.5 * (columns - 1));
-    return 1 - held / places;
+    const double entries = columns * (rows - 0.5 * (columns - 1));
+    return 1 - held / entries;
   }
 };
 
-/// How many zeros are worth a wider block; masks thin it out, so narrow ones are too slow.
+/// Limits the share of zeros by the width of the block. Narrow blocks are joined more readily,
+/// since the mask removes columns from them and very narrow blocks are slow.
 bool is_worth_joining(const Block& joined) {
   if (joined.columns <= 8) return true;
   const double zeros = joined.share_of_zeros();
@@ -131,8 +133,8 @@ bool is_worth_joining(const Block& joined) {
   return zeros < 0.05;
 }
 
-/// Runs of columns with nearly the same rows. A block may join the one before it where that is a
-/// subtree below it: the rows of a child are among those of its parent.
+/// Finds runs of columns with nearly the same rows. A block may be joined with the previous one if
+/// that is a subtree below it, since the rows of a child are among those of its parent.
 std::vector<Block> find_blocks(const std::vector<Index>& parent, const std::vector<Index>& counts) {
   std::vector<Block> blocks;
   for (Index j = 0; j < static_cast<Index>(parent.size()); ++j) {
@@ -143,7 +145,7 @@ std::vector<Block> find_blocks(const std::vector<Index>& parent, const std::vect
       if (root == none || root > j) break;
       const Block joined = {below.first, below.columns + block.columns, below.columns + block.rows,
                             below.held + block.held};
-      const bool is_chain = below.rows == joined.rows;  // no zeros at all
+      const bool is_chain = below.rows == joined.rows;  // joining adds no zeros
       if (!is_chain && !is_worth_joining(joined)) break;
       block = joined;
       blocks.pop_back();
@@ -159,12 +161,12 @@ Elimination plan_elimination(const SymmetricMatrix& matrix) {
   const std::size_t n = matrix.size();
   Elimination plan;
   plan.column_at = minimum_degree_order(matrix);
-  plan.place_of = inverse(plan.column_at);
+  plan.position_of = inverse(plan.column_at);
   const auto order = postorder(elimination_tree(matrix, plan));
   std::vector<Index> column_at(n);
   for (std::size_t p = 0; p < n; ++p) column_at[p] = plan.column_at[at(order[p])];
   plan.column_at = column_at;
-  plan.place_of = inverse(plan.column_at);
+  plan.position_of = inverse(plan.column_at);
   const auto parent = elimination_tree(matrix, plan);
 
   plan.firsts.clear();
@@ -179,7 +181,7 @@ Elimination plan_elimination(const SymmetricMatrix& matrix) {
     for (Index j = plan.firsts[at(s)]; j < plan.firsts[at(s) + 1]; ++j) supernode_of[at(j)] = s;
   }
 
-  // The rows of a supernode: those of its columns and those of its children.
+  // The rows of a supernode are those of its columns and of its children.
   std::vector<Index> first_child(at(plan.supernodes()), none);
   std::vector<Index> sibling(at(plan.supernodes()), none);
   std::vector<Index> seen(n, none);
@@ -195,7 +197,7 @@ Elimination plan_elimination(const SymmetricMatrix& matrix) {
     for (Index j = plan.firsts[at(s)]; j <= last; ++j) {
       const auto column = at(plan.column_at[at(j)]);
       for (Index e = matrix.offsets[column]; e < matrix.offsets[column + 1]; ++e) {
-        add(plan.place_of[at(matrix.rows[at(e)])]);
+        add(plan.position_of[at(matrix.rows[at(e)])]);
       }
     }
     for (Index child = first_child[at(s)]; child != none; child = sibling[at(child)]) {

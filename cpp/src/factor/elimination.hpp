@@ -1,5 +1,5 @@
-/// The order in which a sparse symmetric matrix is factored, and the blocks that its factor falls
-/// into: found once for the whole matrix, used for any of its principal submatrices.
+/// The elimination order of a sparse symmetric matrix and the blocks of its factor. They are
+/// computed once for the whole matrix and used for any of its principal submatrices.
 #pragma once
 
 #include <dynmesh/types.hpp>
@@ -8,7 +8,7 @@
 
 namespace dynmesh {
 
-/// A sparse symmetric matrix: both triangles, rows ascending in each column.
+/// A sparse symmetric matrix. Both triangles are stored, with ascending rows in each column.
 struct SymmetricMatrix {
   std::vector<Index> offsets;
   std::vector<Index> rows;
@@ -17,14 +17,14 @@ struct SymmetricMatrix {
   [[nodiscard]] std::size_t size() const { return offsets.size() - 1; }
 };
 
-/// Places are positions in the order of elimination. Supernode s is the columns at places firsts[s]
-/// to firsts[s + 1] - 1; below them the factor may have entries in the rows at places
-/// rows[row_offsets[s]] to rows[row_offsets[s + 1] - 1], ascending, and in no others, whichever
-/// rows and columns of the matrix are left out (Rose, Tarjan and Lueker 1976: a submatrix fills in
-/// where the whole does, or less).
+/// A position is an index in the elimination order. Supernode s consists of the columns at
+/// positions firsts[s] to firsts[s + 1] - 1. Below them, the factor can have entries only in the
+/// rows at positions rows[row_offsets[s]] to rows[row_offsets[s + 1] - 1], which are ascending.
+/// This also holds if any rows and columns of the matrix are removed (Rose, Tarjan and Lueker 1976:
+/// the fill-in of a submatrix is contained in that of the whole matrix).
 struct Elimination {
-  std::vector<Index> column_at;  ///< (n,) the column at each place
-  std::vector<Index> place_of;   ///< (n,) the place of each column
+  std::vector<Index> column_at;    ///< (n,) the column at each position
+  std::vector<Index> position_of;  ///< (n,) the position of each column
   std::vector<Index> firsts;
   std::vector<Index> row_offsets;
   std::vector<Index> rows;
@@ -32,8 +32,8 @@ struct Elimination {
   [[nodiscard]] Index supernodes() const { return static_cast<Index>(firsts.size()) - 1; }
 };
 
-/// Approximate minimum degree; columns with nearly the same rows share a supernode, of at most
-/// `widest_supernode` columns (dense_kernels.hpp).
+/// Computes an approximate minimum degree order. Columns with nearly the same rows form a supernode
+/// of at most `widest_supernode` columns (dense_kernels.hpp).
 Elimination plan_elimination(const SymmetricMatrix& matrix);
 
 }  // namespace dynmesh

@@ -9,7 +9,7 @@ namespace {
 
 constexpr Index none = -1;
 
-/// Pivots below this share of the matrix's own diagonal are rounding errors of zeros.
+/// Pivots below this fraction of the diagonal of the matrix are zero except for rounding errors.
 constexpr double singular = 1e-14;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
@@ -21,7 +21,7 @@ SymmetricMatrix permuted(const SymmetricMatrix& matrix, const Elimination& plan)
   for (const Index j : plan.column_at) {
     column.clear();
     for (Index e = matrix.offsets[at(j)]; e < matrix.offsets[at(j) + 1]; ++e) {
-      column.emplace_back(plan.place_of[at(matrix.rows[at(e)])], matrix.values[at(e)]);
+      column.emplace_back(plan.position_of[at(matrix.rows[at(e)])], matrix.values[at(e)]);
     }
     std::sort(column.begin(), column.end());
     for (const auto& [row, value] : column) {
@@ -39,7 +39,7 @@ MaskedFactor::MaskedFactor(SymmetricMatrix matrix, const DenseKernels& kernels)
     : plan_(plan_elimination(matrix)), kernels_(kernels) {
   matrix_ = permuted(matrix, plan_);
   const std::size_t n = matrix_.size();
-  // Only the lower triangle is used from here on.
+  // Only the lower triangle is needed from here on.
   least_pivots_.resize(n);
   SymmetricMatrix lower;
   lower.offsets.push_back(0);
@@ -64,7 +64,7 @@ MaskedFactor::MaskedFactor(SymmetricMatrix matrix, const DenseKernels& kernels)
   mask_.reserve(n);
   added_.reserve(n);
   row_of_.resize(n);
-  place_at_.reserve(n);
+  position_at_.reserve(n);
   order_.reserve(n);
   panel_of_.resize(n);
   panels_.reserve(supernodes);
@@ -86,7 +86,7 @@ bool MaskedFactor::factorize(std::span<const std::uint8_t> mask, std::span<const
   if (is_same_mask && std::ranges::equal(added, added_)) return false;
   added_.assign(added.begin(), added.end());
   if (!is_same_mask) {
-    mask_.clear();  // so that a factor for which memory did not suffice is nobody's
+    mask_.clear();  // if memory is exhausted below, the factor matches no mask
     thin_out(mask);
     mask_.assign(mask.begin(), mask.end());
   }
@@ -97,7 +97,7 @@ bool MaskedFactor::factorize(std::span<const std::uint8_t> mask, std::span<const
     subtract_descendants(p);
     std::array<double, widest_supernode> least{};
     for (Index j = 0; j < panel.columns; ++j) {
-      least[at(j)] = least_pivots_[at(place_at_[at(panel.first + j)])];
+      least[at(j)] = least_pivots_[at(position_at_[at(panel.first + j)])];
     }
     kernels_.factor(&factor_[panel.data], panel.columns + panel.n_below, panel.columns,
                     least.data(), &inverse_[at(panel.first)], work_.data());
@@ -107,16 +107,16 @@ bool MaskedFactor::factorize(std::span<const std::uint8_t> mask, std::span<const
   return true;
 }
 
-/// Finds the panels of the submatrix and the rows that they really have.
+/// Determines the panels of the submatrix and their rows.
 void MaskedFactor::thin_out(std::span<const std::uint8_t> mask) {
-  place_at_.clear();
+  position_at_.clear();
   order_.clear();
-  for (std::size_t place = 0; place < row_of_.size(); ++place) {
-    const bool is_in = mask[at(plan_.column_at[place])] != 0;
-    row_of_[place] = is_in ? static_cast<Index>(place_at_.size()) : none;
+  for (std::size_t position = 0; position < row_of_.size(); ++position) {
+    const bool is_in = mask[at(plan_.column_at[position])] != 0;
+    row_of_[position] = is_in ? static_cast<Index>(position_at_.size()) : none;
     if (!is_in) continue;
-    place_at_.push_back(static_cast<Index>(place));
-    order_.push_back(plan_.column_at[place]);
+    position_at_.push_back(static_cast<Index>(position));
+    order_.push_back(plan_.column_at[position]);
   }
   panels_.clear();
   rows_.clear();
@@ -125,9 +125,10 @@ void MaskedFactor::thin_out(std::span<const std::uint8_t> mask) {
   std::size_t size = 0;
   Index first = 0;
   for (Index s = 0; s < plan_.supernodes(); ++s) {
-    const Index last_place = plan_.firsts[at(s) + 1];
+    const Index end_position = plan_.firsts[at(s) + 1];
     const Index begin = first;
-    while (first < static_cast<Index>(place_at_.size()) && place_at_[at(first)] < last_place) {
+    while (first < static_cast<Index>(position_at_.size()) &&
+           position_at_[at(first)] < end_position) {
       panel_of_[at(first++)] = static_cast<Index>(panels_.size());
     }
     if (first == begin) continue;
@@ -141,36 +142,37 @@ void MaskedFactor::thin_out(std::span<const std::uint8_t> mask) {
   if (factor_.size() < size) factor_.resize(size);
 }
 
-/// Of the rows that the supernode may have, those of its columns that are in and of its children.
+/// Selects the rows of the current panel: those of its columns and of its children that the mask
+/// contains.
 void MaskedFactor::find_rows(Index supernode) {
   const auto s = at(supernode);
   const Panel& panel = panels_.back();
   const auto mine = static_cast<Index>(panels_.size()) - 1;
   for (Index j = panel.first; j < panel.first + panel.columns; ++j) {
-    const auto place = at(place_at_[at(j)]);
-    for (Index e = matrix_.offsets[place]; e < matrix_.offsets[place + 1]; ++e) {
+    const auto position = at(position_at_[at(j)]);
+    for (Index e = matrix_.offsets[position]; e < matrix_.offsets[position + 1]; ++e) {
       seen_[at(matrix_.rows[at(e)])] = mine;
     }
   }
   for (Index child = first_child_[s]; child != none; child = sibling_[at(child)]) {
     const Panel& below = panels_[at(child)];
     for (Index r = below.below; r < below.below + below.n_below; ++r) {
-      seen_[at(place_at_[at(rows_[at(r)])])] = mine;
+      seen_[at(position_at_[at(rows_[at(r)])])] = mine;
     }
   }
   for (Index r = plan_.row_offsets[s]; r < plan_.row_offsets[s + 1]; ++r) {
-    const auto place = at(plan_.rows[at(r)]);
-    if (seen_[place] == mine && row_of_[place] != none) rows_.push_back(row_of_[place]);
+    const auto position = at(plan_.rows[at(r)]);
+    if (seen_[position] == mine && row_of_[position] != none) rows_.push_back(row_of_[position]);
   }
   if (static_cast<Index>(rows_.size()) == panel.below) return;
-  const Index place = place_at_[at(rows_[at(panel.below)])];
-  const auto up =
-      std::upper_bound(plan_.firsts.begin(), plan_.firsts.end(), place) - plan_.firsts.begin() - 1;
+  const Index position = position_at_[at(rows_[at(panel.below)])];
+  const auto up = std::upper_bound(plan_.firsts.begin(), plan_.firsts.end(), position) -
+                  plan_.firsts.begin() - 1;
   sibling_[at(mine)] = first_child_[static_cast<std::size_t>(up)];
   first_child_[static_cast<std::size_t>(up)] = mine;
 }
 
-/// Puts the entries of the matrix in their places.
+/// Copies the entries of the matrix to the panel.
 void MaskedFactor::fill(const Panel& panel) {
   double* data = &factor_[panel.data];
   std::fill_n(data, at(panel.columns) * at(panel.columns + panel.n_below), 0.0);
@@ -179,17 +181,17 @@ void MaskedFactor::fill(const Panel& panel) {
     local_[at(rows_[at(panel.below + r)])] = panel.columns + r;
   }
   for (Index j = 0; j < panel.columns; ++j) {
-    const auto place = at(place_at_[at(panel.first + j)]);
-    for (Index e = matrix_.offsets[place]; e < matrix_.offsets[place + 1]; ++e) {
+    const auto position = at(position_at_[at(panel.first + j)]);
+    for (Index e = matrix_.offsets[position]; e < matrix_.offsets[position + 1]; ++e) {
       const Index row = row_of_[at(matrix_.rows[at(e)])];
       if (row == none) continue;
       data[at(local_[at(row)]) * at(panel.columns) + at(j)] = matrix_.values[at(e)];
     }
-    if (!added_.empty()) data[at(j * panel.columns + j)] += added_[at(plan_.column_at[place])];
+    if (!added_.empty()) data[at(j * panel.columns + j)] += added_[at(plan_.column_at[position])];
   }
 }
 
-/// Takes off what the panels before it, with rows in this one, add up to.
+/// Subtracts the contributions of all earlier panels that have rows in this one.
 void MaskedFactor::subtract_descendants(Index p) {
   const Panel& panel = panels_[at(p)];
   double* data = &factor_[panel.data];
@@ -223,7 +225,8 @@ void MaskedFactor::subtract_descendants(Index p) {
   }
 }
 
-/// Puts a panel down for the later one that its row below number `row` is in.
+/// Adds a panel to the list of the later panel that contains its row number `row` below the
+/// triangle.
 void MaskedFactor::queue(Index p, Index row) {
   const Panel& panel = panels_[at(p)];
   if (row == panel.n_below) return;

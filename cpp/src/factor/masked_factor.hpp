@@ -1,4 +1,4 @@
-/// Linear systems with a principal submatrix of one matrix that never changes.
+/// Solves linear systems with principal submatrices of a fixed matrix.
 #pragma once
 
 #include <cstddef>
@@ -13,31 +13,34 @@
 namespace dynmesh {
 
 /// A supernodal Cholesky factorisation (left-looking, as in Chen, Davis, Hager and Rajamanickam
-/// 2008) whose order and supernodes come from the whole matrix and are thinned out by the mask.
+/// 2008). Its order and supernodes are computed for the whole matrix, and each mask selects a part
+/// of them.
 class MaskedFactor {
  public:
   /// `matrix` must be positive semidefinite.
   explicit MaskedFactor(SymmetricMatrix matrix, const DenseKernels& kernels = best_kernels().dense);
 
-  /// Factors the rows and columns with `mask[i] != 0`, with `added` (n,) on the diagonal, unless it
-  /// is empty, and returns true; or keeps the factor of the last call, where both are the same, and
-  /// returns false. Allocates only where the factor is larger than all before.
+  /// Factors the rows and columns with `mask[i] != 0`, after adding `added` (n,) to the diagonal
+  /// unless it is empty. If both are the same as in the last call, keeps the factor and returns
+  /// false; otherwise returns true. Allocates memory only if the factor is larger than all earlier
+  /// ones.
   bool factorize(std::span<const std::uint8_t> mask, std::span<const double> added = {});
 
-  /// The rows and columns that are factored, in the order of elimination.
+  /// The factored rows and columns, in elimination order.
   [[nodiscard]] std::span<const Index> order() const { return order_; }
 
-  /// Replaces right-hand sides, one or three `fields` for each row of `order()`, by the solutions.
-  /// Directions in which the submatrix is singular in double precision stay out of them.
+  /// Replaces right-hand sides by the solutions. There are one or three `fields` for each row of
+  /// `order()`. Directions in which the submatrix is singular in double precision have no part in
+  /// the solution.
   void solve(std::span<Vector3<double>> values, int fields) const;
 
  private:
   struct Panel {
-    Index first;  // row of the submatrix, in the order of elimination, that it begins with
+    Index first;  // its first row in the submatrix, in elimination order
     Index columns;
-    Index below;  // its rows further down are rows_[below] to rows_[below + n_below - 1]
+    Index below;  // the rows below its triangle are rows_[below] to rows_[below + n_below - 1]
     Index n_below;
-    std::size_t data;  // where its numbers begin in factor_
+    std::size_t data;  // the index of its first entry in factor_
   };
 
   void thin_out(std::span<const std::uint8_t> mask);
@@ -46,30 +49,31 @@ class MaskedFactor {
   void subtract_descendants(Index panel);
   void queue(Index panel, Index row);
 
-  SymmetricMatrix matrix_;  // rows and columns by their places
+  SymmetricMatrix matrix_;  // rows and columns by positions
   Elimination plan_;
   const DenseKernels& kernels_;
-  std::vector<double> least_pivots_;  // (n,) by places
+  std::vector<double> least_pivots_;  // (n,) by positions
 
   std::vector<std::uint8_t> mask_;
   std::vector<double> added_;
-  std::vector<Index> row_of_;  // (n,) row of the submatrix at each place, -1 where masked out
+  std::vector<Index> row_of_;  // (n,) row of the submatrix at each position, -1 where masked out
   std::vector<Index> order_;
-  std::vector<Index> place_at_;  // the place of each row of the submatrix
-  std::vector<Index> panel_of_;  // and its panel
+  std::vector<Index> position_at_;  // the position of each row of the submatrix
+  std::vector<Index> panel_of_;     // the panel of each row of the submatrix
   std::vector<Panel> panels_;
   std::vector<Index> rows_;
   std::vector<double> factor_;
-  std::vector<double> inverse_;  // one over the diagonal of the factor
+  std::vector<double> inverse_;  // the inverse of the diagonal of the factor
 
-  // Of the panel in the making.
-  std::vector<Index> seen_;         // (n,) by places: the last supernode that has a row there
-  std::vector<Index> first_child_;  // (supernodes,) panels whose first row below is in it
+  // For the construction of panels:
+  std::vector<Index> seen_;  // (n,) by positions: the last supernode with an entry in that row
+  std::vector<Index> first_child_;  // (supernodes,) the first panel whose first row below the
+                                    // triangle is in the supernode
   std::vector<Index> sibling_;
-  std::vector<Index> local_;  // row of the panel for a row of the submatrix
-  std::vector<Index> next_;   // (panels,) lists of the panels that reach into a later one
+  std::vector<Index> local_;  // the row of the panel for each row of the submatrix
+  std::vector<Index> next_;   // (panels,) linked lists of the panels that contribute to a later one
   std::vector<Index> head_;
-  std::vector<Index> reached_;  // (panels,) rows below that are done with
+  std::vector<Index> reached_;  // (panels,) how many rows below the triangle have been processed
   std::vector<double> products_;
   std::vector<double> work_;
 };

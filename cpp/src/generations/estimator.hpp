@@ -1,4 +1,4 @@
-/// The seam between the completer and its methods.
+/// The interface between the completer and its methods.
 #pragma once
 
 #include <array>
@@ -13,17 +13,17 @@
 
 namespace dynmesh {
 
-/// One way to estimate the satellites of a frame. Frames have one Vector3 per vertex.
+/// A method of estimating the satellites of a frame. Frames have one Vector3 per vertex.
 template <class Real>
 class Estimator {
  public:
   using Frame = std::span<const Vector3<Real>>;
-  /// Of a vertex: of detail the rotation, as a quaternion w x y z, and how the shape has been
-  /// changing.
+  /// The memory of one vertex. For method detail it is the rotation, as a quaternion w x y z, and
+  /// the recent change of the shape.
   using Row = std::array<double, 7>;
-  /// What a method keeps beside frames; detail alone does.
+  /// What a method stores in addition to frames. Only method detail stores anything.
   struct Memory {
-    std::vector<Row> rows;  ///< one for each vertex, or none
+    std::vector<Row> rows;  ///< one for each vertex, or empty
     double anchor_weight = 0;
   };
 
@@ -34,32 +34,33 @@ class Estimator {
   Estimator& operator=(Estimator&&) = delete;
   virtual ~Estimator() = default;
 
-  /// Begins a sequence whose frame 0 is `first_frame`. Where it throws, all is as it was.
+  /// Begins a sequence whose frame 0 is `first_frame`. If it throws, nothing has changed.
   virtual void reset(Frame first_frame) = 0;
 
-  /// Classifies the vertices and fills in the satellites of `points`, where the anchors, those with
-  /// `known[v] == 1` and not 0, already stand, from them and from the previous completed frame.
-  /// Unseen vertices are left alone; anchors too, unless the method takes them to be noisy. Returns
-  /// the number of iterations. Where it throws, for lack of memory, `generations` and all that
-  /// later calls depend on are as they were.
+  /// Classifies the vertices and estimates the satellites of `points` from the anchors and from the
+  /// previous completed frame. The anchors, which are the vertices with `known[v] == 1` and not 0,
+  /// are already in `points`. Unseen vertices are not changed, and neither are anchors, unless the
+  /// method treats them as noisy. Returns the number of iterations. If it throws because memory is
+  /// exhausted, `generations` and everything that later calls depend on are unchanged.
   virtual Index estimate(Frame previous, std::span<Vector3<Real>> points,
                          std::span<const std::uint8_t> known, Generations& generations) = 0;
 
-  /// Takes note of a completed frame, unseen vertices and all, before the next `estimate`.
+  /// Updates the memory of the method with a completed frame, including its unseen vertices. Called
+  /// before the next `estimate`.
   virtual void remember(Frame completed) = 0;
 
-  /// What later estimates depend on beside frame 0 and the last completed frame, to be stored.
+  /// Returns what later estimates depend on in addition to frame 0 and the last completed frame.
   [[nodiscard]] virtual Memory memory() const { return {}; }
-  /// How many rows that memory has, at all times.
+  /// The number of rows of that memory, which is constant.
   [[nodiscard]] virtual std::size_t memory_rows() const { return 0; }
-  /// Whether such an estimator can have had this memory.
+  /// Whether this method can have produced this memory.
   [[nodiscard]] virtual bool accepts(const Memory& memory) const {
     return memory.rows.size() == memory_rows() && memory.anchor_weight == 0;
   }
-  /// Takes it up again after `reset`; `completed` is the last completed frame.
+  /// Restores the memory after `reset`. `completed` is the last completed frame.
   virtual void recall(const Memory& /*memory*/, Frame /*completed*/) {}
 
-  /// Of the last `estimate` and `remember`.
+  /// The details of the last `estimate` and `remember`.
   [[nodiscard]] virtual StageReport stages() const { return {}; }
 };
 

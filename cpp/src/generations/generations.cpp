@@ -33,7 +33,7 @@ void Generations::classify(const Cells& cells, std::span<const std::uint8_t> kno
     if (generation_[v] == unseen && has_anchor(vertex)) reach(vertex, 1);
   }
 
-  // From here on the last generation's cells are searched for new satellites.
+  // Now search the cells of the last generation for new satellites.
   for (Index iteration = 2; reached_ > ends_.back(); ++iteration) {
     const std::size_t first = ends_.back();
     const std::size_t last = reached_;

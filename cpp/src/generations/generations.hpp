@@ -1,5 +1,5 @@
-/// Anchors, satellites and unseen vertices of one frame (paper, section 3, "Spatial Classification
-/// of Each Frame Vertices").
+/// The anchors, satellites and unseen vertices of a frame (paper, section 3, "Spatial
+/// Classification of Each Frame Vertices").
 #pragma once
 
 #include <cstddef>
@@ -11,24 +11,25 @@
 
 namespace dynmesh {
 
-/// Classifies the vertices of frame after frame. Allocates in the constructor only.
+/// Classifies the vertices of successive frames. Allocates memory only in the constructor.
 class Generations {
  public:
   static constexpr Index anchor = 0;
   static constexpr Index unseen = -1;
 
-  /// All vertices are anchors until the first `classify`.
+  /// Until the first `classify`, all vertices are anchors.
   explicit Generations(std::size_t n_vertices);
 
-  /// Generation 0 for every vertex with `known[v] != 0`, g for a vertex that the g-th iteration
-  /// reaches first, -1 for one that no chain of edges ties to an anchor. Each unknown vertex's cell
-  /// is visited twice at most.
+  /// Assigns generation 0 to every vertex with `known[v] != 0`, g to a vertex that iteration g
+  /// reaches first, and -1 to a vertex that is not connected to any anchor. The cell of each
+  /// unknown vertex is visited at most twice.
   void classify(const Cells& cells, std::span<const std::uint8_t> known);
 
-  /// For an estimator that finds the generations on its way: (k,) for it to fill in, and then to
-  /// say how many anchors and satellites there are. `satellites()` and `last()` are not told then.
+  /// For an estimator that computes the generations itself: it fills in this array (k,) and then
+  /// sets the numbers of anchors and satellites. `satellites()` and `last()` are not updated in
+  /// this case.
   [[nodiscard]] std::span<Index> to_fill() { return generation_; }
-  void found(std::size_t anchors, std::size_t reached) {
+  void set_counts(std::size_t anchors, std::size_t reached) {
     anchors_ = anchors;
     reached_ = reached;
   }
@@ -41,11 +42,11 @@ class Generations {
     return {satellites_.data(), reached_by(last())};
   }
 
-  /// T, the largest generation; 0 where nothing was to be reached.
+  /// T, the largest generation, or 0 if there are no satellites.
   [[nodiscard]] Index last() const { return static_cast<Index>(ends_.size()) - 1; }
 
-  /// How many satellites the iterations up to `iteration` reach: the first so many of
-  /// `satellites()` are of that generation or an earlier one.
+  /// The number of satellites that the iterations up to `iteration` reach. They come first in
+  /// `satellites()`.
   [[nodiscard]] std::size_t reached_by(Index iteration) const {
     return ends_[static_cast<std::size_t>(iteration < last() ? iteration : last())];
   }

@@ -7,12 +7,12 @@
 namespace dynmesh {
 namespace {
 
-/// How much the last rotation counts beside a covariance: enough to decide between rotations that
-/// the covariance cannot tell apart, and too little to be seen where it can.
+/// The weight of the last rotation relative to a covariance. It decides between rotations that are
+/// equally good for the covariance, and is too small to have an effect otherwise.
 constexpr double pull_to_last = 1e-9;
 
-/// A rotation is as good as the best one where its trace falls short of the largest by no more than
-/// this: rounding errors.
+/// A rotation counts as optimal if its trace is below the largest one by at most this, the size of
+/// rounding errors.
 constexpr double rounding = 1e-13;
 
 Eigen::Vector4d in_eigen(const Quaternion& q) { return {q.w, q.x, q.y, q.z}; }
@@ -23,9 +23,9 @@ bool has_only_positive_eigenvalues(const Eigen::Matrix4d& matrix) {
 
 }  // namespace
 
-/// For unit quaternions tr(R^T S) = q^T N q, with N the symmetric matrix of Horn (1987), so that
-/// the best one is the eigenvector of the largest eigenvalue. It exists whatever the rank of S is,
-/// and whether or not S holds a reflection.
+/// For unit quaternions tr(R^T S) = q^T N q, with N the symmetric matrix of Horn (1987), so the
+/// best rotation is the eigenvector of the largest eigenvalue. It exists for any rank of S, whether
+/// or not S contains a reflection.
 Quaternion best_rotation(const double (&s)[3][3], const Quaternion& last, const Quaternion& found) {
   Eigen::Matrix4d n;
   n << s[0][0] + s[1][1] + s[2][2], s[2][1] - s[1][2], s[0][2] - s[2][0], s[1][0] - s[0][1],  //

@@ -15,7 +15,7 @@ using Unaligned [[gnu::vector_size(32), gnu::may_alias, gnu::aligned(8)]] = doub
   *reinterpret_cast<Unaligned*>(to) = value;
 }
 
-/// `height` rows of a times `width` quads of packed columns of b.
+/// Multiplies `height` rows of a with `width` quads of packed columns of b.
 template <int height, int width>
 [[gnu::always_inline]] inline void multiply_tile(const double* a, Index c, const double* packed,
                                                  double* products, Index stride) {
@@ -51,7 +51,7 @@ void multiply(const double* a, Index m, const double* b, Index n, Index c, doubl
               double* work) {
   const Index stride = (n + 3) / 4 * 4;
   Index j = 0;
-  // Rows before j of these columns are the upper half, which nobody reads.
+  // Rows before j of these columns are in the upper triangle, which is not used.
   for (; j + 4 < n; j += 8) {
     multiply_columns<2>(a + j * c, m - j, b + j * c, n - j, c, products + j * stride + j, stride,
                         work);
@@ -62,7 +62,7 @@ void multiply(const double* a, Index m, const double* b, Index n, Index c, doubl
   }
 }
 
-/// The triangle; its transpose goes to `upper` (columns, widest_supernode).
+/// Factors the triangle and writes its transpose to `upper` (columns, widest_supernode).
 void factor_triangle(double* panel, Index columns, const double* least, double* inverse,
                      double* upper) {
   for (Index i = 0; i < columns; ++i) {
@@ -86,7 +86,7 @@ void factor_triangle(double* panel, Index columns, const double* least, double* 
   }
 }
 
-/// `width` quads of rows below the triangle, a row in each lane.
+/// Solves for `width` quads of rows below the triangle, with one row in each lane.
 template <int width>
 [[gnu::always_inline]] inline void factor_rows(double* rows, Index columns, const double* inverse,
                                                const double* upper) {

@@ -1,9 +1,9 @@
-/// Four numbers at a time, for the inner loops.
+/// Vectors of four numbers for the inner loops.
 ///
-/// These (lanes.hpp and the files that include it) are compiled several times with different
-/// instructions, each in a namespace of its own; kernels.cpp tells which may run. Nothing in
-/// there may be instantiated elsewhere too, or the linker could choose the wrong one: so no
-/// templates and no inline functions of the standard library.
+/// This header and the files that include it are compiled several times with different
+/// instructions, each time in a namespace of its own; kernels.cpp selects which to run.
+/// Nothing in them may also be instantiated elsewhere, since the linker might then choose the wrong
+/// version. They therefore use no templates and no inline functions of the standard library.
 #pragma once
 
 #include <dynmesh/types.hpp>
@@ -44,19 +44,20 @@ template <class Real>
 [[gnu::always_inline]] inline const Quad<Real>& quad_of(const Real* quads, Index vertex) {
   return reinterpret_cast<const Quad<Real>*>(quads)[vertex];
 }
-template <int place, class Vector>
+template <int lane, class Vector>
 [[gnu::always_inline]] inline Vector spread(Vector v) {
-  return __builtin_shufflevector(v, v, place, place, place, place);
+  return __builtin_shufflevector(v, v, lane, lane, lane, lane);
 }
 template <class Vector>
 [[gnu::always_inline]] inline Vector larger(Vector a, Vector b) {
   return a > b ? a : b;
 }
 
-/// All ones where the magnitude is at most `limit`, and zero for what is not a number.
+/// Returns all ones in the lanes whose magnitude is at most `limit`, and zero in the others and for
+/// NaN.
 template <class Real>
 [[gnu::always_inline]] inline Bits<Real> within(Quad<Real> v, Real limit) {
-  // Without the sign bit.
+  // Clear the sign bit.
   const Bits<Real> bits =
       reinterpret_cast<Bits<Real>>(v) & ~reinterpret_cast<Bits<Real>>(-Quad<Real>{});
   return reinterpret_cast<Quad<Real>>(bits) <= limit;

@@ -14,7 +14,7 @@ using Doubles = Quad<double>;
   return *reinterpret_cast<Doubles*>(v);
 }
 
-/// Row i of C x, times `factor`.
+/// Computes row i of C x, times `factor`.
 template <int fields>
 [[gnu::always_inline]] inline void multiply_row(const OperatorData& k, Index i, double factor,
                                                 const Vector3<double>* x,

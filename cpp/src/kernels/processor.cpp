@@ -17,7 +17,7 @@ constexpr std::uint32_t bits(std::initializer_list<int> numbers) {
 
 constexpr bool has(std::uint64_t found, std::uint64_t wanted) { return (found & wanted) == wanted; }
 
-// The numbers are those of Intel's and AMD's manuals.
+// Bit numbers from the manuals of Intel and AMD.
 constexpr std::uint32_t v2_leaf_1 = bits({0, 9, 13, 19, 20, 23});      // SSE3, SSSE3, CMPXCHG16B,
                                                                        // SSE4.1, SSE4.2, POPCNT
 constexpr std::uint32_t v2_leaf_80000001 = bits({0});                  // LAHF and SAHF
@@ -39,11 +39,12 @@ ProcessorLevel level_of(const ProcessorFeatures& features) {
   return is_v3 ? ProcessorLevel::v3 : ProcessorLevel::v2;
 }
 
-// Not by __builtin_cpu_supports: Clang 14 knows neither the levels nor all that they hold.
+// __builtin_cpu_supports is not used, since Clang 14 supports neither the levels nor all of their
+// features.
 ProcessorFeatures processor_features() {
   ProcessorFeatures features;
 #if defined(__x86_64__)
-  // A leaf that the processor does not have leaves its registers at 0.
+  // If the processor does not have a leaf, its registers stay 0.
   std::uint32_t eax = 0;
   std::uint32_t ebx = 0;
   std::uint32_t ecx = 0;

@@ -1,5 +1,5 @@
-/// What kind of x86-64 processor this is, by the levels of its psABI, which -march=x86-64-v2 and
-/// -v3 compile for.
+/// Determines the level of an x86-64 processor as defined by the psABI, for which -march=x86-64-v2
+/// and -v3 compile.
 #pragma once
 
 #include <cstdint>
@@ -8,19 +8,20 @@ namespace dynmesh {
 
 enum class ProcessorLevel { baseline, v2, v3 };
 
-/// What a processor says of itself: registers after the instructions CPUID, with the leaf in eax,
-/// and XGETBV.
+/// The features of a processor: registers after the instructions CPUID, with the leaf in eax, and
+/// XGETBV.
 struct ProcessorFeatures {
   std::uint32_t leaf_1_ecx = 0;
   std::uint32_t leaf_7_ebx = 0;
   std::uint32_t leaf_80000001_ecx = 0;
-  std::uint64_t xcr0 = 0;  ///< the registers that the operating system keeps
+  std::uint64_t xcr0 = 0;  ///< the registers that the operating system saves
 };
 
-/// The highest level of which the processor has everything: the compiler may use any of it.
+/// Returns the highest level all of whose features are present, since the compiler may use any of
+/// them.
 ProcessorLevel level_of(const ProcessorFeatures& features);
 
-/// Of the processor that this runs on; nothing where it is not of x86-64.
+/// Returns the features of this processor, or none if it is not x86-64.
 ProcessorFeatures processor_features();
 
 }  // namespace dynmesh

@@ -48,7 +48,7 @@ struct Covariances {
   Doubles s[3][3];
 };
 
-/// The rotation matrix of quaternions of any length but 0.
+/// Returns the rotation matrices of quaternions of any length except 0.
 [[gnu::always_inline]] inline Covariances matrix_of(const Turns& q) {
   const Doubles scale = 2 / (q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
   const Doubles xx = scale * q.x * q.x, yy = scale * q.y * q.y, zz = scale * q.z * q.z;
@@ -59,12 +59,12 @@ struct Covariances {
            {xz - wy, yz + wx, 1 - xx - yy}}};
 }
 
-/// A step towards the rotation R with the largest tr(R^T S): with P = R^T S, the gradient is the
-/// axial vector a of P and the Hessian G = tr(P) 1 - (P + P^T) / 2. A shift that vanishes at the
-/// end makes the step that of a whole turn far from it; where G is not safely positive, the scalar
-/// step of Mueller, Bender, Chentanez and Macklin (2016) climbs as well. `is_maximum` is set where
-/// G is safely positive without a shift too, so that a step of no length has arrived at the maximum
-/// and not at a saddle. Returns |step|^2.
+/// Executes a step towards the rotation R with the largest tr(R^T S). With P = R^T S, the gradient
+/// is the axial vector a of P and the Hessian is G = tr(P) 1 - (P + P^T) / 2. A shift that vanishes
+/// at the maximum allows steps of large angles far from it. If G is not safely positive, the scalar
+/// step of Mueller, Bender, Chentanez and Macklin (2016) is taken, which increases the trace as
+/// well. `is_maximum` is set if G is safely positive even without a shift, so that a step of length
+/// 0 has reached the maximum and not a saddle. Returns |step|^2.
 [[gnu::always_inline]] inline Doubles turn_once(const Covariances& s, Turns& q,
                                                 Integers& is_maximum) {
   const Covariances r = matrix_of(q);
@@ -96,9 +96,9 @@ struct Covariances {
   const Doubles threshold = 1e-4 * size;
   const Integers is_safe =
       (xx > threshold) & (czz > threshold * size) & (determinant > threshold * size * size);
-  is_maximum = is_safe & (trace > Doubles{});  // where the step is short, so is the shift then
+  is_maximum = is_safe & (trace > Doubles{});  // the shift is small if the step is small
   const Doubles newton = 1 / (is_safe ? determinant : Doubles{} + 1);
-  // At half a turn from the maximum nothing tells how far to go: not out of range, at any rate.
+  // At half a turn from the maximum, the length of the step is not determined; keep it in range.
   const Doubles scalar = 2 / larger(trace + size, 1e-6 * size + 1e-300);
   const Doubles wx = is_safe ? newton * (cxx * ax + cxy * ay + cxz * az) : scalar * ax;
   const Doubles wy = is_safe ? newton * (cxy * ax + cyy * ay + cyz * az) : scalar * ay;
@@ -114,9 +114,9 @@ struct Covariances {
   return wx * wx + wy * wy + wz * wz;
 }
 
-/// The lanes that the steps above have not brought to the maximum, anew from the last rotations.
-/// They are few: half turns, which are where a step has no length either, and cells that hold a
-/// line, a point or a reflection, where several rotations may be equally good.
+/// Computes the rotation anew, from the last fit, in the lanes that have not converged. These are
+/// few: half turns, where the step has length 0 as well, and cells whose covariance is that of a
+/// line, a point or a reflection, for which several rotations may be equally good.
 [[gnu::cold, gnu::noinline]] void settle(const Covariances& s, const Integers& is_settled,
                                          const Quaternion* last_fit, Index first, Index last,
                                          Turns& q) {
@@ -137,7 +137,8 @@ struct Covariances {
 
 void turn(const RotationData& data, Index first, Index last) {
   constexpr int most_steps = 8;
-  constexpr double small_step = 1e-7;  // squared; what is left after it is about its square
+  constexpr double small_step =
+      1e-7;  // squared; the remaining error is about the square of the step
   for (Index i = first; i < last; i += 4) {
     Covariances s;
     Turns q;
@@ -157,7 +158,7 @@ void turn(const RotationData& data, Index first, Index last) {
       q.y[lane] = data.quaternions[vertex].y;
       q.z[lane] = data.quaternions[vertex].z;
     }
-    // In a unit of its own, so that no power of it runs out of range.
+    // Scale each covariance to its largest entry, so that its powers stay in range.
     Doubles largest{};
     for (auto& row : s.s) {
       for (const Doubles& value : row) largest = larger(largest, value > 0 ? value : -value);

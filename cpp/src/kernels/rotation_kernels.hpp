@@ -1,4 +1,5 @@
-/// The inner loops of fitting rotations, as fast as the processor allows; see dense_kernels.hpp.
+/// The inner loops of fitting rotations, optimised for each kind of processor; see
+/// dense_kernels.hpp.
 #pragma once
 
 #include <dynmesh/types.hpp>
@@ -12,7 +13,7 @@ struct Quaternion {
   double z;
 };
 
-/// Row c is the sum over the cell of coordinate c of the current edge times the rest edge.
+/// Row c is the sum, over the cell, of coordinate c of the current edge times the rest edge.
 struct Covariance {
   Vector3<double> rows[3];
 };
@@ -23,13 +24,13 @@ struct RotationData {
   const Vector3<double>* rest_edges;  // (half-edges,) weighted
   const Vector3<double>* frame;       // (k,)
   Covariance* covariances;            // (k,)
-  Quaternion* quaternions;            // (k,) the last fit, and then this one
+  Quaternion* quaternions;            // (k,) in: the last fit; out: the new fit
 };
 
 struct RotationKernels {
-  /// The covariances of the vertices `first` to `last` - 1.
+  /// Computes the covariances of the vertices `first` to `last` - 1.
   void (*measure)(const RotationData& data, Index first, Index last);
-  /// Their rotations, from the covariances of all.
+  /// Fits the rotations of these vertices, from the covariances of all vertices.
   void (*turn)(const RotationData& data, Index first, Index last);
 };
 

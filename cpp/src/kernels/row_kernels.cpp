@@ -5,10 +5,10 @@
 namespace dynmesh::DYNMESH_KERNELS {
 namespace {
 
-/// So many rows ahead, one that lies elsewhere is called for.
+/// If rows are not in order, they are prefetched this many rows ahead.
 constexpr Index ahead = 24;
 
-/// A row of three, by one load where there is something behind it.
+/// Loads a row of three, by a single load if there are bytes after it.
 template <class Real>
 [[gnu::always_inline]] inline Quad<Real> load_row(const Real* row, bool is_last) {
   using Unaligned [[gnu::aligned(sizeof(Real)), gnu::may_alias]] = Quad<Real>;
@@ -28,9 +28,9 @@ template <class Real>
   at[2] = point[2];
 }
 
-/// Takes one vertex; returns ones where a known coordinate is beyond the limit.
+/// Reads one vertex. Returns ones in the lanes in which a known coordinate is beyond the limit.
 template <class Real>
-[[gnu::always_inline]] inline Bits<Real> take_one(Quad<Real> point, const std::uint8_t* observed,
+[[gnu::always_inline]] inline Bits<Real> read_one(Quad<Real> point, const std::uint8_t* observed,
                                                   Real limit, Index v, Real* points,
                                                   std::uint8_t* known) {
   constexpr Real largest = sizeof(Real) == 4 ? Real(3.4028234e38) : Real(1.7976931348623157e308);
@@ -47,21 +47,21 @@ template <class Real>
 }
 
 template <class Real>
-bool take(const PackedRows<const Real>& rows, const std::uint8_t* observed, Real limit, Index first,
+bool read(const PackedRows<const Real>& rows, const std::uint8_t* observed, Real limit, Index first,
           Index last, Real* points, std::uint8_t* known) {
   const Real* data = rows.data;
   const Index* row_of = rows.row_of;
   Bits<Real> beyond{};
-  if (row_of == nullptr && observed != nullptr) {  // the usual case, without a branch in its loop
+  if (row_of == nullptr && observed != nullptr) {  // the usual case; its loop has no branch
     for (Index v = first; v < last; ++v) known[v] = observed[v] != 0 ? 1 : 0;
-    const auto place = [&](Index v, Quad<Real> point) {
+    const auto store = [&](Index v, Quad<Real> point) {
       quad_of(points, v) = point;
       beyond |= ~within<Real>(point, limit) & (Bits<Real>{} - Index{known[v]});
     };
     for (Index v = first; v < last - 1; ++v) {
-      place(v, load_row(data + 3 * static_cast<std::size_t>(v), false));
+      store(v, load_row(data + 3 * static_cast<std::size_t>(v), false));
     }
-    place(last - 1, load_row(data + 3 * static_cast<std::size_t>(last - 1), true));
+    store(last - 1, load_row(data + 3 * static_cast<std::size_t>(last - 1), true));
   } else {
     for (Index v = first; v < last; ++v) {
       const auto row = static_cast<std::size_t>(row_of != nullptr ? row_of[v] : v);
@@ -72,21 +72,21 @@ bool take(const PackedRows<const Real>& rows, const std::uint8_t* observed, Real
       }
       const Quad<Real> point = load_row(data + 3 * row, row_of != nullptr || v + 1 == last);
       const std::uint8_t* of_row = observed != nullptr ? observed + row : nullptr;
-      beyond |= take_one(point, of_row, limit, v, points, known);
+      beyond |= read_one(point, of_row, limit, v, points, known);
     }
   }
   return (beyond[0] | beyond[1] | beyond[2]) == 0;
 }
 
 template <class Real>
-void give(Real* points, const Real* previous, Real limit, Index first, Index last,
-          const PackedRows<Real>& rows) {
+void write(Real* points, const Real* previous, Real limit, Index first, Index last,
+           const PackedRows<Real>& rows) {
   using Unaligned [[gnu::aligned(sizeof(Real)), gnu::may_alias]] = Quad<Real>;
   Real* data = rows.data;
   const Index* row_of = rows.row_of;
   Bits<Real> beyond{};
   if (row_of == nullptr) {
-    // One store a row; what it spills into the next row is overwritten at once.
+    // Each row takes one store, which spills into the next row before that is written.
     for (Index v = first; v < last - 1; ++v) {
       const Quad<Real> point = quad_of<Real>(points, v);
       beyond |= ~within<Real>(point, limit);
@@ -114,7 +114,7 @@ void give(Real* points, const Real* previous, Real limit, Index first, Index las
 
 extern const RowKernels<float> row_kernels_of_floats;
 extern const RowKernels<double> row_kernels_of_doubles;
-const RowKernels<float> row_kernels_of_floats = {take<float>, give<float>};
-const RowKernels<double> row_kernels_of_doubles = {take<double>, give<double>};
+const RowKernels<float> row_kernels_of_floats = {read<float>, write<float>};
+const RowKernels<double> row_kernels_of_doubles = {read<double>, write<double>};
 
 }  // namespace dynmesh::DYNMESH_KERNELS

@@ -1,5 +1,5 @@
-/// The inner loops between the caller's packed rows and frames in memory of our own, as fast as the
-/// processor allows.
+/// The inner loops that copy frames between the caller's packed rows and the internal arrays,
+/// optimised for each kind of processor.
 #pragma once
 
 #include <dynmesh/types.hpp>
@@ -10,19 +10,18 @@ namespace dynmesh {
 template <class Real>
 struct PackedRows {
   Real* data;
-  const Index* row_of;  // (k,) the row of each vertex, or null where that is its number
+  const Index* row_of;  // (k,) the row of each vertex, or null if rows are in the order of vertices
 };
 
 template <class Real>
 struct RowKernels {
-  /// Reads the vertices from `first` to `last` into `points`. `observed` has a byte for each row;
-  /// if null, the rows that are finite are known. Returns whether all known ones lie within
-  /// `limit`.
-  bool (*take)(const PackedRows<const Real>& rows, const std::uint8_t* observed, Real limit,
+  /// Reads the vertices `first` to `last` - 1 into `points`. `observed` has a byte for each row; if
+  /// it is null, finite rows are known. Returns whether all known rows are within `limit`.
+  bool (*read)(const PackedRows<const Real>& rows, const std::uint8_t* observed, Real limit,
                Index first, Index last, Real* points, std::uint8_t* known);
-  /// Writes them. A vertex beyond `limit`, or not a number, first goes back to `previous`.
-  void (*give)(Real* points, const Real* previous, Real limit, Index first, Index last,
-               const PackedRows<Real>& rows);
+  /// Writes these vertices. A vertex that is beyond `limit` or NaN is first reset to `previous`.
+  void (*write)(Real* points, const Real* previous, Real limit, Index first, Index last,
+                const PackedRows<Real>& rows);
 };
 
 }  // namespace dynmesh

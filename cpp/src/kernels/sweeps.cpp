@@ -6,8 +6,8 @@
 namespace dynmesh::DYNMESH_KERNELS {
 namespace {
 
-/// 1 / |a - v_j|^2 and so on, as Motion::inverse_squared_distance. Distances may be of any number
-/// of neighbours, one in each lane of `x`, `y` and `z`.
+/// Returns 1 / |v_i - v_j|^2 like Motion::inverse_squared_distance, for one neighbour in each lane
+/// of `x`, `y` and `z`, the components of the distances.
 template <class Real, class Vector>
 [[gnu::always_inline]] inline Vector inverse_squares(Vector x, Vector y, Vector z, Real scale) {
   x *= scale;
@@ -19,7 +19,7 @@ template <class Real, class Vector>
   return Real(1) / (length < ceiling ? length : ceiling);
 }
 
-/// s_ij of four neighbours.
+/// Returns s_ij of four neighbours.
 template <class Real>
 [[gnu::always_inline]] inline Quad<Real> inverse_squared_distances(const SweepData<Real>& data,
                                                                    const std::uint32_t* neighbours,
@@ -38,13 +38,13 @@ template <class Real>
                                            data.inverse_mean_edge);
 }
 
-/// s_ij of eight neighbours, zero in places that are not taken.
+/// Computes s_ij of eight neighbours, and 0 for empty slots.
 template <class Real>
 [[gnu::always_inline]] inline void weigh(const SweepData<Real>& data, Index j,
                                          const std::uint32_t* neighbours, Quad<Real>* weights) {
   alignas(sizeof(Quad<Real>)) static constexpr Real ones_and_zeros[16] = {1, 1, 1, 1, 1, 1, 1, 1};
   using Unaligned [[gnu::aligned(sizeof(Real)), gnu::may_alias]] = Quad<Real>;
-  const Real* taken = ones_and_zeros + (places - data.valence[j]);
+  const Real* taken = ones_and_zeros + (slots - data.valence[j]);
   const Quad<Real> v_j = quad_of(data.previous, j);
   for (int half = 0; half < 2; ++half) {
     weights[half] = inverse_squared_distances(data, neighbours + 4 * half, v_j) *
@@ -59,7 +59,7 @@ using Octet [[gnu::vector_size(32), gnu::may_alias]] = float;
   return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
 }
 
-/// The same, eight at a time.
+/// The same, with vectors of eight numbers.
 template <>
 [[gnu::always_inline]] inline void weigh(const SweepData<float>& data, Index j,
                                          const std::uint32_t* neighbours, Quad<float>* weights) {
@@ -81,12 +81,12 @@ template <>
       __builtin_shufflevector(ab_xy, cd_xy, 0, 1, 8, 9, 4, 5, 12, 13),
       __builtin_shufflevector(ab_xy, cd_xy, 2, 3, 10, 11, 6, 7, 14, 15),
       __builtin_shufflevector(ab_z, cd_z, 0, 1, 8, 9, 4, 5, 12, 13), data.inverse_mean_edge);
-  const float* taken = ones_and_zeros + (places - data.valence[j]);
+  const float* taken = ones_and_zeros + (slots - data.valence[j]);
   *reinterpret_cast<Unaligned*>(weights) = s * *reinterpret_cast<const Unaligned*>(taken);
 }
 #endif
 
-/// The sum of s_ij times the estimate over four places.
+/// Adds s_ij times the estimate for four slots.
 template <class Real>
 [[gnu::always_inline]] inline Quad<Real> sum_of(const Real* estimates,
                                                 const std::uint32_t* neighbours, Quad<Real> s,
@@ -98,7 +98,7 @@ template <class Real>
   return sum;
 }
 
-/// The same over a cell of any size, s_ij anew each time.
+/// Returns the same sum over a cell of any size, computing s_ij each time.
 template <class Real>
 Quad<Real> sum_of_wide(const SweepData<Real>& data, Index j) {
   constexpr std::uint32_t size = sizeof(Quad<Real>);
@@ -107,11 +107,11 @@ Quad<Real> sum_of_wide(const SweepData<Real>& data, Index j) {
   for (Index i = data.cell_offsets[j]; i < end; i += 4) {
     std::uint32_t neighbours[4];
     Quad<Real> taken{};
-    for (Index place = 0; place < 4; ++place) {
-      const bool is_taken = i + place < end;
-      const Index neighbour = is_taken ? data.cell_neighbours[i + place] : j;
-      neighbours[place] = size * static_cast<std::uint32_t>(neighbour);
-      taken[place] = is_taken ? Real(1) : Real(0);
+    for (Index slot = 0; slot < 4; ++slot) {
+      const bool is_taken = i + slot < end;
+      const Index neighbour = is_taken ? data.cell_neighbours[i + slot] : j;
+      neighbours[slot] = size * static_cast<std::uint32_t>(neighbour);
+      taken[slot] = is_taken ? Real(1) : Real(0);
     }
     const auto s = inverse_squared_distances(data, neighbours, quad_of(data.previous, j));
     sum = sum_of(data.before, neighbours, s * taken, sum);
@@ -119,8 +119,8 @@ Quad<Real> sum_of_wide(const SweepData<Real>& data, Index j) {
   return sum;
 }
 
-/// Eq. (4) after the sums, divided by t + 1 for the next iteration. Returns -1 in all lanes if the
-/// vertex is reached, else 0.
+/// Completes eq. (4) after the sums, divided by t + 1 for the next iteration. Returns -1 in all
+/// lanes if the vertex is reached, and 0 otherwise.
 template <class Real>
 [[gnu::always_inline]] inline Bits<Real> settle(const SweepData<Real>& data, Index j,
                                                 Quad<Real> sum, Real visits_before,
@@ -132,16 +132,16 @@ template <class Real>
   const Quad<Real> visits =
       reinterpret_cast<Quad<Real>>(reinterpret_cast<Bits<Real>>(one) & reached) + visits_before;
   data.visits[j] = visits[0];
-  // Where nothing is reached, sum and visits are zero and so is this.
+  // If the vertex is not reached, sum and visits are zero, and so is this.
   const Quad<Real> scale = visits * next_share / larger(denominator, Quad<Real>{} + smallest);
   quad_of(data.after, j) = sum * scale;
   return reached;
 }
 
 template <class Real>
-Rows prepare(const SweepData<Real>& arrays, const Rows& stretch_rows) {
+Rows prepare(const SweepData<Real>& arrays, const Rows& chunk_rows) {
   const SweepData<Real> data = arrays;  // which no write below can change
-  Rows rows = stretch_rows;
+  Rows rows = chunk_rows;
   Index narrow_rows = 0;
   for (Index v = rows.first; v < rows.last; ++v) {
     const Index known = data.known[v];  // 0 or 1
@@ -172,9 +172,9 @@ Index first_sweep(const SweepData<Real>& arrays, const Rows& of_rows) {
   Bits<Real> reached{};
   for (Index r = rows.first; r < rows.first + rows.narrow; ++r) {
     const Index j = data.rows[r];
-    const std::uint32_t* neighbours = data.neighbours + places * static_cast<std::size_t>(j);
+    const std::uint32_t* neighbours = data.neighbours + slots * static_cast<std::size_t>(j);
     auto* weights =
-        reinterpret_cast<Quad<Real>*>(data.weights + places * static_cast<std::size_t>(j));
+        reinterpret_cast<Quad<Real>*>(data.weights + slots * static_cast<std::size_t>(j));
     weigh<Real>(data, j, neighbours, weights);
     const Quad<Real> low = sum_of<Real>(data.before, neighbours, weights[0], Quad<Real>{});
     const Quad<Real> high = sum_of<Real>(data.before, neighbours + 4, weights[1], Quad<Real>{});
@@ -195,9 +195,9 @@ Index next_sweep(const SweepData<Real>& arrays, const Rows& of_rows, Index t) {
   Bits<Real> reached{};
   for (Index r = rows.first; r < rows.first + rows.narrow; ++r) {
     const Index j = data.rows[r];
-    const std::uint32_t* neighbours = data.neighbours + places * static_cast<std::size_t>(j);
+    const std::uint32_t* neighbours = data.neighbours + slots * static_cast<std::size_t>(j);
     const Quad<Real>* weights =
-        reinterpret_cast<const Quad<Real>*>(data.weights + places * static_cast<std::size_t>(j));
+        reinterpret_cast<const Quad<Real>*>(data.weights + slots * static_cast<std::size_t>(j));
     const Quad<Real> low = sum_of<Real>(data.before, neighbours, weights[0], Quad<Real>{});
     const Quad<Real> high = sum_of<Real>(data.before, neighbours + 4, weights[1], Quad<Real>{});
     reached -= settle(data, j, low + high, data.visits[j], next_share);

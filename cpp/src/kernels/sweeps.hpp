@@ -1,72 +1,74 @@
-/// The inner loops of method motion, as fast as the processor allows.
+/// The inner loops of method motion, optimised for each kind of processor.
 ///
-/// motion.cpp says the same in plain words, and the tests compare the two. What is different here:
-/// - Eq. (4) is divided by the number of the iteration, t: an anchor then weighs 1 in all of them,
-///   and a satellite (t - g) / t. So one sum over the whole cell does for both.
-/// - The estimate of a vertex is kept as w d and w in four numbers next to each other, so that one
-///   load and one multiply-add take a neighbour into numerator and denominator. It is zero as long
-///   as the vertex is not reached, and that is how generations are found on the way.
-/// - s_ij is computed in the first iteration and kept for the others.
-/// - Cells have eight places each, the last ones empty; the few vertices with more neighbours take
-///   a slower path of their own.
+/// motion.cpp computes the same in a more readable way, and the tests compare the two. The
+/// differences are:
+/// - Eq. (4) is divided by the number of the iteration, t. An anchor then has weight 1 in all
+///   iterations and a satellite (t - g) / t, so a single sum over the cell suffices.
+/// - The estimate of a vertex is stored as w d and w in four adjacent numbers, so that one load and
+///   one multiply-add include a neighbour in numerator and denominator. It is zero until the vertex
+///   is reached, which also determines the generations.
+/// - s_ij is computed in the first iteration and stored for the others.
+/// - Each cell has eight slots for neighbours, of which the last may be empty. The few vertices
+///   with more neighbours are processed separately by a slower loop.
 ///
-/// sweeps.cpp is compiled once for each kind of processor; `runnable_sweeps` tells which may be
-/// used.
+/// sweeps.cpp is compiled once for each kind of processor, and `runnable_sweeps` returns those that
+/// may be used.
 #pragma once
 
 #include <dynmesh/types.hpp>
 
 namespace dynmesh {
 
-/// How many neighbours the fast path takes.
-constexpr int places = 8;
+/// The number of neighbours that the fast loop supports.
+constexpr int slots = 8;
 
-/// The arrays of a mesh and its frame; a quad is four Reals, aligned as such.
+/// The arrays of a mesh and a frame. A quad is four Reals, aligned to its size.
 template <class Real>
 struct SweepData {
-  // Of the mesh; `neighbours` has eight places per vertex, each the offset of a quad in bytes.
+  // Of the mesh. `neighbours` has eight slots per vertex, each the offset of a quad in bytes.
   const std::uint32_t* neighbours;
-  const std::uint8_t* valence;   // (k,) how many of the places are taken; more than 8: see cells
-  const std::uint8_t* narrow;    // (k,) 1 where there are no more than eight, else 0
-  const Index* wide;             // the vertices with more, ascending
-  const Index* cell_offsets;     // (k + 1,) of
-  const Index* cell_neighbours;  // the cells of vertices with more neighbours
+  const std::uint8_t* valence;   // (k,) the number of slots in use; 9 if there are more neighbours
+  const std::uint8_t* narrow;    // (k,) 1 if there are at most eight neighbours, else 0
+  const Index* wide;             // the vertices with more than eight neighbours, ascending
+  const Index* cell_offsets;     // (k + 1,) the cells, which are used
+  const Index* cell_neighbours;  // for vertices with more than eight neighbours
   Real inverse_mean_edge;        // 1 / h
-  // Of the frame.
+  // Of the frame:
   const std::uint8_t* known;  // (k,)
   const Real* previous;       // (k,) quads: V
-  Real* points;               // (k,) quads: anchors as given; satellites are filled in
+  Real* points;               // (k,) quads: anchors as given; satellites are written here
   Index* generation;          // (k,)
-  // Of the iterations.
+  // Of the iterations:
   Real* weights;  // (k, 8) s_ij
   Real* before;   // (k,) quads: w d / t and w / t before the iteration
-  Real* after;    // and after it
-  Real* visits;   // (k,) iterations that found the vertex reached
+  Real* after;    // (k,) quads: the same after the iteration
+  Real* visits;   // (k,) the number of iterations that gave the vertex an estimate
   Index* rows;    // (k,) unknown vertices; see Rows
 };
 
-/// A stretch of vertices and which of them are unknown: those with up to eight neighbours from
-/// `rows[first]` on, the others before `rows[last]`, backwards.
+/// A chunk of vertices and a list of its unknown vertices. Those with up to eight neighbours are
+/// stored from `rows[first]` on, the others backwards from `rows[last - 1]`.
 struct Rows {
   Index first;
   Index last;
-  Index first_wide;  // in the list of all vertices with more neighbours, its part of them
+  Index first_wide;  // the range of this chunk in `wide`, the list of all vertices with more
+                     // neighbours
   Index last_wide;
   Index narrow;
   Index wide;
-  Index reached;  // of them, after the last iteration
+  Index reached;  // how many of the unknown vertices have been reached
 };
 
 template <class Real>
 struct Sweeps {
-  /// Sets the estimates of the vertices of a stretch and finds out which are unknown.
-  Rows (*prepare)(const SweepData<Real>& data, const Rows& stretch);
-  /// Iteration 1. Returns how many of the rows were reached so far, as `next` does.
+  /// Sets the estimates of the vertices of a chunk and lists the unknown ones.
+  Rows (*prepare)(const SweepData<Real>& data, const Rows& chunk);
+  /// Executes iteration 1. Returns how many of the rows have been reached so far, as `next` does.
   Index (*first)(const SweepData<Real>& data, const Rows& rows);
-  /// Iteration t = 2, 3, ...
+  /// Executes iteration t = 2, 3, ...
   Index (*next)(const SweepData<Real>& data, const Rows& rows, Index t);
-  /// Places the reached rows by the estimates in `before`, and sets the generation of all rows, if
-  /// there were so many iterations.
+  /// Computes the positions of the reached rows from the estimates in `before`, and sets the
+  /// generation of all rows. `iterations` is the number of iterations that were executed.
   void (*finish)(const SweepData<Real>& data, const Rows& rows, Index iterations);
 };
 

@@ -7,11 +7,11 @@
 namespace dynmesh {
 namespace {
 
-/// Below, everything stays in the second-level cache.
+/// Smaller meshes fit into the second-level cache in any order.
 constexpr std::size_t small_mesh = 30'000;
 
-/// How many lines of 64 bytes are fetched for each vertex if every cell is read in turn, four
-/// vertices to a line, with a cache of 2048 lines.
+/// The mean number of cache lines of 64 bytes that are fetched per vertex when every cell is read
+/// in turn, with four vertices to a line and a cache of 2048 lines.
 double lines_per_vertex(const Cells& cells) {
   std::array<Index, 2048> cached{};
   cached.fill(-1);
@@ -25,7 +25,7 @@ double lines_per_vertex(const Cells& cells) {
   return static_cast<double>(fetched) / static_cast<double>(cells.size());
 }
 
-/// Appends the component of `start` in the order in which a search finds it.
+/// Appends the component of `start` to `order`, breadth first.
 void search(const Cells& cells, Index start, std::vector<std::uint8_t>& found,
             std::vector<Index>& order) {
   std::size_t next = order.size();
@@ -43,15 +43,16 @@ void search(const Cells& cells, Index start, std::vector<std::uint8_t>& found,
 }  // namespace
 
 Numbering choose_numbering(const Cells& cells) {
-  // One line for four vertices is the least; a search through a good numbering takes below one.
+  // The minimum is one line for four vertices; a good numbering needs less than one line per
+  // vertex.
   if (cells.size() < small_mesh || lines_per_vertex(cells) < 1.5) return {};
   Numbering numbering;
-  auto& order = numbering.vertex_at;
+  auto& order = numbering.caller_indices;
   order.reserve(cells.size());
   std::vector<std::uint8_t> found(cells.size(), 0);
   for (std::size_t v = 0; v < cells.size(); ++v) {
     if (found[v] != 0) continue;
-    // The vertex found last is at the rim: searching from there, fronts stay short.
+    // A vertex found last lies on the rim. A search from there has shorter fronts.
     const std::size_t first = order.size();
     search(cells, static_cast<Index>(v), found, order);
     const Index rim = order.back();
@@ -60,9 +61,10 @@ Numbering choose_numbering(const Cells& cells) {
     order.resize(first);
     search(cells, rim, found, order);
   }
-  numbering.place_of.resize(cells.size());
-  for (std::size_t place = 0; place < order.size(); ++place) {
-    numbering.place_of[static_cast<std::size_t>(order[place])] = static_cast<Index>(place);
+  numbering.internal_indices.resize(cells.size());
+  for (std::size_t internal = 0; internal < order.size(); ++internal) {
+    numbering.internal_indices[static_cast<std::size_t>(order[internal])] =
+        static_cast<Index>(internal);
   }
   return numbering;
 }
@@ -74,9 +76,9 @@ Topology renumber(const Topology& topology, const Numbering& numbering) {
   cells.offsets.reserve(topology.cells.offsets.size());
   cells.neighbours.reserve(topology.cells.neighbours.size());
   renumbered.component.reserve(topology.component.size());
-  for (const Index vertex : numbering.vertex_at) {
+  for (const Index vertex : numbering.caller_indices) {
     for (const Index n : topology.cells[vertex]) {
-      cells.neighbours.push_back(numbering.place_of[static_cast<std::size_t>(n)]);
+      cells.neighbours.push_back(numbering.internal_indices[static_cast<std::size_t>(n)]);
     }
     cells.offsets.push_back(static_cast<Index>(cells.neighbours.size()));
     renumbered.component.push_back(topology.component[static_cast<std::size_t>(vertex)]);

@@ -1,4 +1,4 @@
-/// The order of the vertices in memory, which decides how fast a large mesh is read.
+/// The order of the vertices in memory, which affects how fast a large mesh is processed.
 #pragma once
 
 #include <dynmesh/topology.hpp>
@@ -7,42 +7,43 @@
 
 namespace dynmesh {
 
-/// Both empty where vertices lie as the caller numbers them.
+/// Maps the caller's vertex indices to the internal indices, by which vertices are ordered in
+/// memory. Both arrays are empty if the two are the same.
 struct Numbering {
-  std::vector<Index> vertex_at;  ///< (k,) the caller's number of the vertex at each place
-  std::vector<Index> place_of;   ///< (k,) the place of the caller's vertex of each number
+  std::vector<Index> caller_indices;    ///< (k,) the caller's index of each internal index
+  std::vector<Index> internal_indices;  ///< (k,) the internal index of each of the caller's indices
 
-  [[nodiscard]] bool is_natural() const { return vertex_at.empty(); }
-  [[nodiscard]] std::size_t place(std::size_t vertex) const {
-    return is_natural() ? vertex : static_cast<std::size_t>(place_of[vertex]);
+  [[nodiscard]] bool is_natural() const { return caller_indices.empty(); }
+  [[nodiscard]] std::size_t internal_index(std::size_t caller) const {
+    return is_natural() ? caller : static_cast<std::size_t>(internal_indices[caller]);
   }
-  [[nodiscard]] std::size_t vertex(std::size_t place) const {
-    return is_natural() ? place : static_cast<std::size_t>(vertex_at[place]);
+  [[nodiscard]] std::size_t caller_index(std::size_t internal) const {
+    return is_natural() ? internal : static_cast<std::size_t>(caller_indices[internal]);
   }
 };
 
-/// The caller's numbering where neighbours lie near enough to each other, or the mesh is so small
-/// that it does not matter; else breadth first from a vertex at the rim (Cuthill and McKee 1969,
-/// without their order by degree).
+/// Keeps the caller's order if neighbours are close to each other in memory, or if the mesh is so
+/// small that the order does not matter. Otherwise the order is breadth first from a vertex at the
+/// rim (Cuthill and McKee 1969, without sorting by degree).
 Numbering choose_numbering(const Cells& cells);
 
-/// The same mesh, its vertices numbered by their places. Neighbours keep their order in each cell,
-/// so that sums come out the same to the last bit.
+/// Returns the same mesh with internal vertex indices. Neighbours keep their order in each cell, so
+/// sums are the same to the last bit.
 Topology renumber(const Topology& topology, const Numbering& numbering);
 
-/// What the caller numbers `values` by vertices, put in their places.
+/// Reorders `values` from the caller's order to the internal order.
 template <class T>
-std::vector<T> to_places(const Numbering& numbering, const std::vector<T>& values) {
-  std::vector<T> placed(values.size());
-  for (std::size_t i = 0; i < values.size(); ++i) placed[numbering.place(i)] = values[i];
-  return placed;
+std::vector<T> to_internal_order(const Numbering& numbering, const std::vector<T>& values) {
+  std::vector<T> stored(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) stored[numbering.internal_index(i)] = values[i];
+  return stored;
 }
 
-/// The other way.
+/// Reorders `stored` from the internal order to the caller's order.
 template <class T>
-std::vector<T> to_vertices(const Numbering& numbering, const std::vector<T>& placed) {
-  std::vector<T> values(placed.size());
-  for (std::size_t i = 0; i < values.size(); ++i) values[i] = placed[numbering.place(i)];
+std::vector<T> to_caller_order(const Numbering& numbering, const std::vector<T>& stored) {
+  std::vector<T> values(stored.size());
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = stored[numbering.internal_index(i)];
   return values;
 }
 

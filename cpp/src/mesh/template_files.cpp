@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::string_view blanks = " \t\r\v\f";
 
-/// The next line without what follows `comment`, and its number.
+/// Reads the next line, without the text that follows `comment`, and increments the line number.
 bool next_line(std::istream& file, char comment, std::string& line, std::size_t& number) {
   if (!std::getline(file, line)) return false;
   line.resize(std::min(line.size(), line.find(comment)));
@@ -27,7 +27,7 @@ bool parse(std::string_view word, Integer& value) {
   return error == std::errc() && end == word.data() + word.size();
 }
 
-/// A vertex that a face refers to, counted from 1 as OBJ does, and where it stands.
+/// A vertex that a face refers to, counted from 1 as in OBJ, and the line of the face.
 struct Reference {
   std::int64_t vertex = 0;
   std::size_t line = 0;
@@ -40,18 +40,18 @@ std::int64_t obj_corner(const std::string& path, std::size_t line, std::string_v
   if (vertex < 0) vertex += static_cast<std::int64_t>(vertices_so_far) + 1;
   if (!is_number || vertex < 1) {
     refuse_line(path, line,
-                "has '" + std::string(word) + "' where a vertex should be, counted from 1");
+                "has '" + std::string(word) + "' instead of a vertex index, counted from 1");
   }
   return vertex;
 }
 
-/// A face must not repeat a vertex.
+/// Refuses a face that repeats a vertex.
 void check_distinct(const std::string& path, std::size_t line, std::vector<std::int64_t> face) {
   std::ranges::sort(face);
   const auto repeated = std::ranges::adjacent_find(face);
   if (repeated == face.end()) return;
   refuse_line(path, line,
-              "has a face with vertex " + std::to_string(*repeated) + " twice; take it out");
+              "has a face with vertex " + std::to_string(*repeated) + " twice; remove the face");
 }
 
 void check_corners(const std::string& path, std::size_t line, std::size_t corners) {
@@ -59,7 +59,7 @@ void check_corners(const std::string& path, std::size_t line, std::size_t corner
   refuse_line(path, line, "has a face of " + std::to_string(corners) + " vertices");
 }
 
-/// Whether `word` is OFF or its kin, as COFF and STOFF are.
+/// Whether `word` is OFF or a variant of it, such as COFF or STOFF.
 bool begins_off(std::string_view word) {
   if (!word.ends_with("OFF")) return false;
   word.remove_suffix(3);
@@ -79,11 +79,11 @@ void refuse_line(const std::string& path, std::size_t line, const std::string& w
 float checked_number(const std::string& path, std::size_t line, std::string_view word) {
   const std::string_view number = word.substr(word.starts_with('+') ? 1 : 0);
   double value = std::numeric_limits<double>::quiet_NaN();
-  // In no locale's way of writing numbers, and in no other base.
+  // std::from_chars does not depend on the locale and accepts decimal numbers only.
   if (!parse(number, value) || !(std::abs(value) <= std::numeric_limits<float>::max())) {
     refuse_line(path, line,
                 "has '" + std::string(word.substr(0, 80)) +
-                    "' where a finite number should be; a template must be complete");
+                    "' instead of a finite number; a template must be complete");
   }
   return static_cast<float>(value);
 }
@@ -91,8 +91,7 @@ float checked_number(const std::string& path, std::size_t line, std::string_view
 std::size_t checked_count(const std::string& path, std::size_t line, std::string_view word) {
   std::size_t count = 0;
   if (!parse(word, count)) {
-    refuse_line(path, line,
-                "has '" + std::string(word.substr(0, 80)) + "' where a count should be");
+    refuse_line(path, line, "has '" + std::string(word.substr(0, 80)) + "' instead of a count");
   }
   return count;
 }
@@ -143,7 +142,7 @@ TemplateMesh read_obj(const std::string& path, std::istream& file) {
 TemplateMesh read_off(const std::string& path, std::istream& file) {
   TemplateMesh mesh;
   std::size_t number = 0;
-  std::vector<std::size_t> counts;  // of vertices, faces and, of no use, edges
+  std::vector<std::size_t> counts;  // of vertices, faces and edges; the number of edges is not used
   std::size_t n_faces = 0;
   bool is_plain = true;  // no normals, colours or texture coordinates after the positions
   bool began = false;
@@ -161,7 +160,7 @@ TemplateMesh read_off(const std::string& path, std::istream& file) {
     if (rest.empty()) continue;
     if (counts.size() < 2) {
       if (std::ranges::find(rest, "BINARY") != rest.end()) {
-        refuse_file(path, "binary OFF is not read; write it as text, or as PLY");
+        refuse_file(path, "binary OFF is not supported; convert it to text or to PLY");
       }
       for (const auto word : rest) counts.push_back(checked_count(path, number, word));
     } else if (mesh.points().count < counts[0]) {
@@ -177,7 +176,7 @@ TemplateMesh read_off(const std::string& path, std::istream& file) {
       check_corners(path, number, corners);
       if (corners > rest.size() - 1) {
         refuse_line(path, number,
-                    "has a face of " + std::to_string(corners) + " vertices, but names " +
+                    "has a face of " + std::to_string(corners) + " vertices, but lists " +
                         std::to_string(rest.size() - 1));
       }
       face.clear();
@@ -192,7 +191,7 @@ TemplateMesh read_off(const std::string& path, std::istream& file) {
       ++n_faces;
     }
   }
-  if (counts.size() < 2) refuse_file(path, "ends before its numbers of vertices and faces");
+  if (counts.size() < 2) refuse_file(path, "ends before the numbers of vertices and faces");
   if (mesh.points().count < counts[0] || n_faces < counts[1]) {
     refuse_file(path, "declares " + std::to_string(counts[0]) + " vertices and " +
                           std::to_string(counts[1]) + " faces, but ends after " +

@@ -1,10 +1,10 @@
 /// The readers of template files, one for each format.
 ///
-/// OpenMesh has readers of its own, but they trust a file. They crash on a PLY whose header is out
-/// of order and never return from one that is cut there; they make room for whatever count a file
-/// claims; they open the material files that an OBJ names; a list among the vertices of a PLY
-/// shifts all that follows it; and they turn what is not a number into zeros or drop it without a
-/// word.
+/// The readers of OpenMesh are not used, since they do not validate files. They crash on a PLY file
+/// whose header is out of order and do not return if the header is truncated. They allocate memory
+/// for any count that a file declares. They open the material files that an OBJ file names. A list
+/// property of the vertices of a PLY file shifts all data that follows it. Text that is not a
+/// number becomes zero or is dropped without an error.
 #pragma once
 
 #include <cstddef>
@@ -18,9 +18,9 @@
 
 namespace dynmesh {
 
-/// All of them throw UnreadableFile. What they hold in memory is a small multiple of the size of
-/// the file, whatever it claims. Whether faces of a PLY refer to vertices that exist, and whether
-/// its numbers are finite, is left to the caller.
+/// These functions throw UnreadableFile. The memory they use is a small multiple of the size of the
+/// file, whatever counts it declares. `read_ply` does not check whether faces refer to existing
+/// vertices and whether coordinates are finite; the caller does.
 TemplateMesh read_obj(const std::string& path, std::istream& file);
 TemplateMesh read_off(const std::string& path, std::istream& file);
 TemplateMesh read_ply(const std::string& path, std::istream& file);
@@ -29,15 +29,15 @@ TemplateMesh read_ply(const std::string& path, std::istream& file);
 /// `line` counts from 1.
 [[noreturn]] void refuse_line(const std::string& path, std::size_t line, const std::string& why);
 
-/// The value of `word`, a finite number that a float holds; refuses others.
+/// Returns the value of `word`. Refuses it unless it is a finite number within the range of float.
 float checked_number(const std::string& path, std::size_t line, std::string_view word);
-/// A whole number from 0 on; refuses others.
+/// Returns the value of `word`. Refuses it unless it is a non-negative integer.
 std::size_t checked_count(const std::string& path, std::size_t line, std::string_view word);
 
-/// The words of a line.
+/// Splits a line into words.
 std::vector<std::string_view> words_of(std::string_view line);
 
-/// Adds a polygon, fanned from its first vertex.
+/// Adds a polygon, split into a fan of triangles from its first vertex.
 template <class Corner>
 void append_triangles(TemplateMesh& mesh, std::span<const Corner> polygon) {
   for (std::size_t c = 2; c < polygon.size(); ++c) {

@@ -19,7 +19,7 @@ std::string lowercase_suffix(const std::string& path) {
   return suffix;
 }
 
-/// What the readers leave to be looked at.
+/// Checks what the readers do not: finite coordinates and valid indices.
 void check(const std::string& path, const TemplateMesh& mesh) {
   const std::size_t k = mesh.points().count;
   const auto wrong =
@@ -41,7 +41,7 @@ void check(const std::string& path, const TemplateMesh& mesh) {
 TemplateMesh read_template(const std::string& path) {
   const std::string suffix = lowercase_suffix(path);
   if (suffix != ".obj" && suffix != ".ply" && suffix != ".off") {
-    refuse_file(path, "a template is read from .obj, .ply or .off");
+    refuse_file(path, "a template must be an .obj, .ply or .off file");
   }
   std::ifstream file(path, std::ios::binary);
   if (!file || std::filesystem::is_directory(path)) refuse_file(path, "cannot be opened");
@@ -49,9 +49,9 @@ TemplateMesh read_template(const std::string& path) {
                       : suffix == ".ply" ? read_ply(path, file)
                                          : read_off(path, file);
   const std::size_t most = std::max(mesh.points().count, mesh.triangles().count);
-  if (mesh.vertices.empty()) refuse_file(path, "holds no vertices");
+  if (mesh.vertices.empty()) refuse_file(path, "has no vertices");
   if (most > static_cast<std::size_t>(std::numeric_limits<Index>::max())) {
-    refuse_file(path, "holds more than 2^31 - 1 vertices or triangles");
+    refuse_file(path, "has more than 2^31 - 1 vertices or triangles");
   }
   check(path, mesh);
   return mesh;

@@ -1,4 +1,4 @@
-/// PLY for template_files.hpp.
+/// The PLY reader of template_files.hpp.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -14,9 +14,10 @@
 namespace dynmesh {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "numbers are read as they lie in memory");
+static_assert(std::endian::native == std::endian::little,
+              "numbers are read in the byte order of memory");
 
-/// A type of numbers: 'i' or 'u' for integers, 'f' for others, and how many bytes it takes.
+/// A numeric type: 'i' or 'u' for integers, 'f' for floating point, and its size in bytes.
 struct Kind {
   char letter = 'i';
   std::size_t size = 0;
@@ -25,7 +26,7 @@ struct Kind {
 struct Property {
   std::string name;
   Kind kind;
-  std::optional<Kind> count;  ///< of a list: how many numbers, which stands before them
+  std::optional<Kind> count;  ///< of a list: the type of the count that precedes its elements
 };
 
 struct Element {
@@ -62,14 +63,15 @@ std::optional<Kind> kind_of(std::string_view name) {
 Property property_of(const std::string& path, std::size_t line,
                      const std::vector<std::string_view>& words) {
   const bool is_list = words.size() == 5 && words[1] == "list";
-  if (!is_list && words.size() != 3) refuse_line(path, line, "is no property");
-  const auto kind_at = [&](std::size_t place) {
-    const auto kind = kind_of(words[place]);
-    if (!kind) refuse_line(path, line, "has '" + std::string(words[place]) + "' for a type");
+  if (!is_list && words.size() != 3) refuse_line(path, line, "is not a valid property");
+  const auto kind_at = [&](std::size_t word) {
+    const auto kind = kind_of(words[word]);
+    if (!kind)
+      refuse_line(path, line, "has '" + std::string(words[word]) + "' as a type, which is unknown");
     return *kind;
   };
   if (!is_list) return {std::string(words[2]), kind_at(1), std::nullopt};
-  if (kind_at(2).letter == 'f') refuse_line(path, line, "counts by numbers that are no integers");
+  if (kind_at(2).letter == 'f') refuse_line(path, line, "has a list whose count is not an integer");
   return {std::string(words[4]), kind_at(3), kind_at(2)};
 }
 
@@ -82,7 +84,7 @@ Header read_header(const std::string& path, std::istream& file) {
     if (number == 1) {
       if (keyword != "ply" && keyword != "PLY") break;
     } else if (keyword == "end_header") {
-      if (header.format.empty()) refuse_file(path, "does not say its format");
+      if (header.format.empty()) refuse_file(path, "has no line 'format' in its header");
       return header;
     } else if (keyword == "format" && words.size() > 1) {
       header.format = words[1];
@@ -93,7 +95,7 @@ Header read_header(const std::string& path, std::istream& file) {
     } else if (keyword == "element" && words.size() == 3) {
       const auto same_name = [&](const Element& e) { return e.name == words[1]; };
       if (std::ranges::any_of(header.elements, same_name)) {
-        refuse_line(path, number, "has the element '" + std::string(words[1]) + "' once more");
+        refuse_line(path, number, "has the element '" + std::string(words[1]) + "' twice");
       }
       header.elements.push_back({std::string(words[1]), checked_count(path, number, words[2]), {}});
     } else if (keyword == "property" && !header.elements.empty()) {
@@ -102,11 +104,11 @@ Header read_header(const std::string& path, std::istream& file) {
       refuse_line(path, number, "does not belong in the header of a PLY file");
     }
   }
-  if (header.lines < 2) refuse_file(path, "is no PLY file, which begins with 'ply'");
-  refuse_file(path, "ends in its header");
+  if (header.lines < 2) refuse_file(path, "is not a PLY file: the first line must be 'ply'");
+  refuse_file(path, "ends within its header");
 }
 
-/// The numbers after the header, one after another.
+/// Reads the numbers after the header one by one.
 class Body {
  public:
   Body(const std::string& path, const Header& header, std::istream& file)
@@ -121,32 +123,34 @@ class Body {
 
   void skip(Kind kind) { (void)next(kind); }
 
-  /// A coordinate; whether it is finite is left to the caller.
+  /// Returns a coordinate. The caller checks whether it is finite.
   float coordinate(Kind kind) {
     if (is_text_) return checked_number(path_, line_, next(kind));
-    if (kind.letter != 'f') refuse_file(path_, "its vertices must be float or double");
+    if (kind.letter != 'f')
+      refuse_file(path_, "the coordinates of its vertices must be float or double");
     if (kind.size == sizeof(float)) return number<float>(next(kind));
     const double value = number<double>(next(kind));
     check_range(value);
     return static_cast<float>(value);
   }
 
-  /// A whole number from 0 to 2^32 - 1.
+  /// Returns an integer from 0 to 2^32 - 1.
   std::uint32_t count(Kind kind) {
     const auto bytes = next(kind);
     if (is_text_) {
       const std::size_t value = checked_count(path_, line_, bytes);
-      if (value > UINT32_MAX) refuse_line(path_, line_, "has too large a number");
+      if (value > UINT32_MAX) refuse_line(path_, line_, "has a number above 2^32 - 1");
       return static_cast<std::uint32_t>(value);
     }
     const auto highest = static_cast<signed char>(is_big_endian_ ? bytes.front() : bytes.back());
     const bool is_negative = kind.letter == 'i' && highest < 0;
-    if (is_negative) refuse_file(path_, "has a negative number in a face, or for a count");
+    if (is_negative) refuse_file(path_, "has a negative vertex index or count in a list");
     return number<std::uint32_t>(bytes);
   }
 
  private:
-  /// The number that `bytes` hold, the lowest ones of it where these are fewer.
+  /// Returns the number stored in `bytes`. If it has fewer bytes than Number, the higher ones are
+  /// zero.
   template <class Number>
   [[nodiscard]] Number number(std::string_view bytes) const {
     std::array<char, sizeof(Number)> little{};
@@ -166,13 +170,13 @@ class Body {
     refuse_file(path_, "has the coordinate " + number.str() + ", too large for a template");
   }
 
-  /// The bytes of the next number.
+  /// Returns the bytes of the next number and moves past it.
   std::string_view next(Kind kind) {
     if (is_text_) skip_blanks();
     const std::size_t size =
         is_text_ ? std::min(rest_.size(), rest_.find_first_of(" \t\r\v\f\n")) : kind.size;
     if (rest_.empty() || rest_.size() < size) {
-      refuse_file(path_, "declares more than it holds: not all could be read");
+      refuse_file(path_, "ends before all declared elements");
     }
     const std::string_view found = rest_.substr(0, size);
     rest_.remove_prefix(size);
@@ -199,7 +203,7 @@ bool is_corners(const Element& element, const Property& property) {
          (property.name == "vertex_indices" || property.name == "vertex_index");
 }
 
-/// Which of x, y, z it is, or 3.
+/// Returns 0, 1 or 2 for x, y or z, or 3 for any other property.
 std::size_t axis_of(const Element& element, const Property& property) {
   if (element.name != "vertex" || property.count || property.name.size() != 1) return 3;
   return std::min<std::size_t>(std::string_view("xyz").find(property.name), 3);

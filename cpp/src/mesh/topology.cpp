@@ -17,7 +17,7 @@ using Edge = std::pair<Index, Index>;
 
 void check_indices(Faces faces, std::size_t n_vertices) {
   constexpr auto limit = static_cast<std::size_t>(std::numeric_limits<Index>::max());
-  // Every face adds at most six entries to the cells, three edges from both ends.
+  // Every face adds at most six entries to the cells: three edges, each in two cells.
   if (n_vertices >= limit || faces.count >= limit / 6) {
     throw std::invalid_argument("faces: a mesh of " + std::to_string(n_vertices) +
                                 " vertices and " + std::to_string(faces.count) +
@@ -39,8 +39,9 @@ bool is_degenerate(const std::array<Index, 3>& face) {
   return face[0] == face[1] || face[1] == face[2] || face[2] == face[0];
 }
 
-/// For each face the earlier face with the same three vertices, or -1. Faces are put in buckets by
-/// their smallest vertex first, so that the comparisons stay local and the work near linear.
+/// Returns, for each face, the earlier face with the same three vertices, or -1. Faces are first
+/// sorted into buckets by their smallest vertex, so that comparisons are local and the time is
+/// nearly linear.
 std::vector<Index> find_duplicates(Faces faces, std::size_t n_vertices) {
   std::vector<std::array<Index, 3>> sorted(faces.count);
   std::vector<std::size_t> bucket_ends(n_vertices + 1, 0);
@@ -72,10 +73,11 @@ std::vector<Index> find_duplicates(Faces faces, std::size_t n_vertices) {
 }
 
 constexpr const char* unorderable =
-    "its vertices join fans of faces that cannot be ordered: non-manifold";
+    "its vertices connect fans of faces that cannot be ordered: non-manifold";
 
-/// Whether the fan of faces between two halfedges, both at the border and the one ending where the
-/// other begins, can be moved elsewhere around that vertex, as a face between the two needs it.
+/// Whether the two halfedges can be made consecutive, as a new face between them needs. Both are
+/// boundary halfedges, and `before` ends where `after` begins. It is possible if the fan of faces
+/// between them can be moved elsewhere around that vertex.
 bool can_be_neighbours(const OpenMesh::TriConnectivity& mesh, OpenMesh::HalfedgeHandle before,
                        OpenMesh::HalfedgeHandle after) {
   if (mesh.next_halfedge_handle(before) == after) return true;
@@ -85,8 +87,9 @@ bool can_be_neighbours(const OpenMesh::TriConnectivity& mesh, OpenMesh::Halfedge
   return gap != before;
 }
 
-/// Why `face` cannot be inserted into `mesh`; "" where it can. OpenMesh finds the same out, but
-/// then prints to a stream of the whole process that the host may be using, and gives no reason.
+/// Returns the reason why `face` cannot be inserted into `mesh`, or "" if it can. OpenMesh makes
+/// the same checks, but it prints to a stream of the process, which the application may be using,
+/// and gives no reason.
 std::string refusal(const OpenMesh::TriConnectivity& mesh, const std::array<Index, 3>& face) {
   std::array<OpenMesh::HalfedgeHandle, 3> halfedges;
   for (std::size_t corner = 0; corner < 3; ++corner) {
@@ -114,7 +117,7 @@ std::string refusal(const OpenMesh::TriConnectivity& mesh, const std::array<Inde
   return "";
 }
 
-/// The edges of all faces, each at least once, and what there is to report about the faces.
+/// Returns the edges of all faces, each at least once, and fills in the report about the faces.
 std::vector<Edge> find_edges(Faces faces, std::size_t n_vertices, TopologyReport& report) {
   OpenMesh::TriConnectivity mesh;
   mesh.reserve(n_vertices, n_vertices + faces.count, faces.count);
@@ -145,7 +148,8 @@ std::vector<Edge> find_edges(Faces faces, std::size_t n_vertices, TopologyReport
       const auto handle =
           mesh.add_face(OpenMesh::VertexHandle(face[0]), OpenMesh::VertexHandle(face[1]),
                         OpenMesh::VertexHandle(face[2]));
-      if (!handle.is_valid()) refuse(f, unorderable);  // for a reason of later versions' own
+      if (!handle.is_valid())
+        refuse(f, unorderable);  // a later version of OpenMesh may have other reasons
     }
   }
 
@@ -171,8 +175,8 @@ Cells collect_cells(const std::vector<Edge>& edges, std::size_t n_vertices) {
     neighbours[static_cast<std::size_t>(ends[static_cast<std::size_t>(b)]++)] = a;
   }
 
-  // Edges of refused faces may stand there several times; the rows close up as they are made
-  // unique.
+  // Edges of refused faces may occur several times. Removing the duplicates moves the rows
+  // together.
   Cells cells;
   cells.offsets.assign(n_vertices + 1, 0);
   auto end = neighbours.begin();

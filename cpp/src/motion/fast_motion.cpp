@@ -8,7 +8,7 @@
 
 namespace dynmesh {
 template <class Real>
-bool FastMotion<Real>::takes(std::size_t n_vertices) {
+bool FastMotion<Real>::supports(std::size_t n_vertices) {
   return n_vertices <= std::numeric_limits<std::uint32_t>::max() / sizeof(Vector3<Real>);
 }
 
@@ -19,7 +19,7 @@ FastMotion<Real>::FastMotion(const Cells& cells, Index extra_iterations, Workers
       workers_(workers),
       sweeps_(sweeps),
       extra_iterations_(extra_iterations),
-      neighbours_(places * cells.size()),
+      neighbours_(slots * cells.size()),
       valence_(cells.size()),
       narrow_(cells.size()),
       weights_(2 * cells.size()),
@@ -29,29 +29,29 @@ FastMotion<Real>::FastMotion(const Cells& cells, Index extra_iterations, Workers
       rows_(cells.size()) {
   for (std::size_t j = 0; j < cells.size(); ++j) {
     const auto cell = cells[static_cast<Index>(j)];
-    narrow_[j] = cell.size() <= places ? 1 : 0;
-    if (cell.size() > places) wide_.push_back(static_cast<Index>(j));
-    valence_[j] = static_cast<std::uint8_t>(std::min<std::size_t>(cell.size(), places + 1));
-    for (std::size_t place = 0; place < places; ++place) {
-      // Empty places hold the vertex itself, and weigh nothing.
-      const std::size_t i = place < cell.size() ? static_cast<std::size_t>(cell[place]) : j;
-      neighbours_[places * j + place] = static_cast<std::uint32_t>(i * sizeof(Vector3<Real>));
+    narrow_[j] = cell.size() <= slots ? 1 : 0;
+    if (cell.size() > slots) wide_.push_back(static_cast<Index>(j));
+    valence_[j] = static_cast<std::uint8_t>(std::min<std::size_t>(cell.size(), slots + 1));
+    for (std::size_t slot = 0; slot < slots; ++slot) {
+      // Empty slots refer to the vertex itself and have weight 0.
+      const std::size_t i = slot < cell.size() ? static_cast<std::size_t>(cell[slot]) : j;
+      neighbours_[slots * j + slot] = static_cast<std::uint32_t>(i * sizeof(Vector3<Real>));
     }
   }
   const auto k = static_cast<Index>(cells.size());
   Index wide = 0;
-  const Index stretch = workers.sharing().stretch;
-  for (Index first = 0; first < k; first += stretch) {
+  const Index chunk = workers.sharing().chunk;
+  for (Index first = 0; first < k; first += chunk) {
     Rows rows{};
     rows.first = first;
-    rows.last = std::min(first + stretch, k);
+    rows.last = std::min(first + chunk, k);
     rows.first_wide = wide;
     while (wide < static_cast<Index>(wide_.size()) &&
            wide_[static_cast<std::size_t>(wide)] < rows.last) {
       ++wide;
     }
     rows.last_wide = wide;
-    stretches_.push_back(rows);
+    chunks_.push_back(rows);
   }
 }
 
@@ -63,19 +63,19 @@ void FastMotion<Real>::reset(Frame first_frame) {
 
 template <class Real>
 template <class Work>
-void FastMotion<Real>::for_each_stretch(Work&& work) {
-  workers_.for_each(static_cast<Index>(stretches_.size()),
-                    [&](Index i) { work(stretches_[static_cast<std::size_t>(i)]); });
+void FastMotion<Real>::for_each_chunk(Work&& work) {
+  workers_.for_each(static_cast<Index>(chunks_.size()),
+                    [&](Index i) { work(chunks_[static_cast<std::size_t>(i)]); });
 }
 
-/// One iteration; returns how many satellites it left.
+/// Executes one iteration and returns the number of satellites reached so far.
 template <class Real>
 Index FastMotion<Real>::sweep(Index t) {
-  for_each_stretch([&](Rows& rows) {
+  for_each_chunk([&](Rows& rows) {
     rows.reached = t == 1 ? sweeps_.first(data_, rows) : sweeps_.next(data_, rows, t);
   });
   Index reached = 0;
-  for (const Rows& rows : stretches_) reached += rows.reached;
+  for (const Rows& rows : chunks_) reached += rows.reached;
   return reached;
 }
 
@@ -98,16 +98,16 @@ Index FastMotion<Real>::estimate(Frame previous, std::span<Vector3<Real>> points
   data_.visits = visits_.data();
   data_.rows = rows_.data();
 
-  for_each_stretch([&](Rows& rows) { rows = sweeps_.prepare(data_, rows); });
+  for_each_chunk([&](Rows& rows) { rows = sweeps_.prepare(data_, rows); });
   Index unknown = 0;
-  for (const Rows& rows : stretches_) unknown += rows.narrow + rows.wide;
+  for (const Rows& rows : chunks_) unknown += rows.narrow + rows.wide;
 
   Index reached = 0;
   Index last = 0;  // T
   Index t = 0;
   while (reached < unknown) {
     const Index now = sweep(++t);
-    if (now == reached) break;  // the others are out of reach, and this iteration is no more
+    if (now == reached) break;  // the other vertices are unseen, and this iteration does not count
     reached = now;
     last = t;
     std::swap(data_.before, data_.after);
@@ -120,9 +120,9 @@ Index FastMotion<Real>::estimate(Frame previous, std::span<Vector3<Real>> points
     }
     std::swap(data_.before, data_.after);
   }
-  for_each_stretch([&](const Rows& rows) { sweeps_.finish(data_, rows, sweeps_made); });
-  generations.found(previous.size() - static_cast<std::size_t>(unknown),
-                    static_cast<std::size_t>(reached));
+  for_each_chunk([&](const Rows& rows) { sweeps_.finish(data_, rows, sweeps_made); });
+  generations.set_counts(previous.size() - static_cast<std::size_t>(unknown),
+                         static_cast<std::size_t>(reached));
   return last + extra_iterations_;
 }
 

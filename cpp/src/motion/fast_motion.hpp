@@ -1,4 +1,4 @@
-/// Method motion with `revisit`, by the loops of sweeps.hpp.
+/// Method motion with `revisit`, implemented by the loops of sweeps.hpp.
 #pragma once
 
 #include <dynmesh/topology.hpp>
@@ -11,16 +11,18 @@
 
 namespace dynmesh {
 
-/// Gives what Motion gives, but for rounding. Allocates in the constructor only.
+/// Computes the same result as Motion, except for rounding. Allocates memory only in the
+/// constructor.
 template <class Real>
 class FastMotion final : public Estimator<Real> {
  public:
   using typename Estimator<Real>::Frame;
 
-  /// Whether a mesh of so many vertices can be addressed.
-  static bool takes(std::size_t n_vertices);
+  /// Whether the 32-bit byte offsets of the loops suffice for a mesh of this size.
+  static bool supports(std::size_t n_vertices);
 
-  /// `cells` and `workers` must outlive this object. Any number of threads gives the same.
+  /// `cells` and `workers` must outlive this object. The result does not depend on the number of
+  /// threads.
   FastMotion(const Cells& cells, Index extra_iterations, Workers& workers,
              const Sweeps<Real>& sweeps = best_kernels().sweeps<Real>());
 
@@ -32,7 +34,7 @@ class FastMotion final : public Estimator<Real> {
  private:
   Index sweep(Index t);
   template <class Work>
-  void for_each_stretch(Work&& work);
+  void for_each_chunk(Work&& work);
 
   const Cells& cells_;
   Workers& workers_;
@@ -49,7 +51,7 @@ class FastMotion final : public Estimator<Real> {
   LargeVector<Vector3<Real>> after_;
   LargeVector<Real> visits_;
   std::vector<Index> rows_;
-  std::vector<Rows> stretches_;
+  std::vector<Rows> chunks_;
 };
 
 }  // namespace dynmesh

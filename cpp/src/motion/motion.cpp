@@ -24,8 +24,9 @@ void Motion<Real>::reset(Frame first_frame) {
   mean_edge_ = mean_edge_length(cells_, first_frame);
 }
 
-/// s_ij = 1 / |v_i - v_j|^2, in units of the mean edge: eq. (4) only needs ratios, and these units
-/// keep the squares of very small and very large coordinates within the range of Real.
+/// s_ij = 1 / |v_i - v_j|^2, in units of the mean edge length. Eq. (4) depends only on ratios, and
+/// in these units the squares of very small and very large coordinates stay within the range of
+/// Real.
 template <class Real>
 Real Motion<Real>::inverse_squared_distance(const Vector3<Real>& a, const Vector3<Real>& b) const {
   constexpr auto floor = static_cast<Real>(squared_length_floor);
@@ -35,8 +36,8 @@ Real Motion<Real>::inverse_squared_distance(const Vector3<Real>& a, const Vector
   return Real{1} / std::clamp(squared_norm(scaled), floor, ceiling);
 }
 
-/// Splits the sums of eq. (4) in what the iterations leave alone, the sum over the anchors of a
-/// cell, and what they change, its satellites.
+/// Splits the sums of eq. (4) into two parts: the sum over the anchors of a cell, which is the same
+/// in all iterations, and the sum over its satellites, which is not.
 template <class Real>
 void Motion<Real>::gather(Frame previous, std::span<const Vector3<Real>> points,
                           const Generations& generations) {
@@ -64,8 +65,9 @@ void Motion<Real>::gather(Frame previous, std::span<const Vector3<Real>> points,
   }
 }
 
-/// Numerator and denominator of eq. (4). An anchor's weight w_i is the number of the iteration; a
-/// satellite's is inside its estimate, and zero as long as it was not reached.
+/// Numerator and denominator of eq. (4). The weight w_i of an anchor is the number of the
+/// iteration. The weight of a satellite is part of its estimate, and is zero until the satellite is
+/// reached.
 template <class Real>
 typename Motion<Real>::Weighted Motion<Real>::weighted_sum(std::size_t row, Index iteration) const {
   Weighted sum{};
@@ -96,10 +98,11 @@ Index Motion<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
       const auto j = static_cast<std::size_t>(satellites[row]);
       const Weighted sum = weighted_sum(row, t);
       const Vector3<Real> d_j = (Real{1} / sum.weight) * sum.motion;  // eq. (4)
-      const auto w_j = static_cast<Real>(t + 1 - generation[j]);      // one, and one more each time
+      const auto w_j =
+          static_cast<Real>(t + 1 - generation[j]);  // 1 at first, then one more in each iteration
       next_[row] = {w_j * d_j, w_j};
     }
-    // Synchronous: an iteration reads what the one before it left.
+    // Every estimate is computed from those of the previous iteration.
     if (revisit_) {
       std::swap(estimates_, next_);
     } else {

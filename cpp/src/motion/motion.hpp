@@ -1,4 +1,4 @@
-/// The paper's estimate: a satellite moves as the known vertices of its cell do (section 3,
+/// The estimate of the paper: a satellite moves like the known vertices of its cell (section 3,
 /// "Geometry Completion Based on Topological Characteristics").
 #pragma once
 
@@ -14,16 +14,17 @@
 
 namespace dynmesh {
 
-/// Allocates in the constructor only; a frame costs the edges at its satellites, once per
-/// iteration that they take part in.
+/// Allocates memory only in the constructor. The time of an iteration is linear in the number of
+/// edges of the satellites that it estimates.
 template <class Real>
 class Motion final : public Estimator<Real> {
  public:
   using typename Estimator<Real>::Frame;
 
-  /// `cells` must outlive this object. `revisit`: every iteration estimates all satellites reached
-  /// so far; otherwise each is estimated once, when it is reached. `extra_iterations` >= 0 follow
-  /// the one that reaches the last satellite (they change nothing without `revisit`).
+  /// `cells` must outlive this object. With `revisit`, every iteration estimates all satellites
+  /// reached so far; otherwise each is estimated once, when it is reached. `extra_iterations` >= 0
+  /// is the number of iterations after the one that reaches the last satellite; without `revisit`
+  /// they have no effect.
   Motion(const Cells& cells, bool revisit, Index extra_iterations);
 
   void reset(Frame first_frame) override;
@@ -32,7 +33,7 @@ class Motion final : public Estimator<Real> {
   void remember(Frame /*completed*/) override {}
 
  private:
-  /// w d and w: a motion vector times its weight, and that weight.
+  /// w d and w: a motion vector times its weight, and the weight.
   struct alignas(4 * sizeof(Real)) Weighted {
     Vector3<Real> motion;
     Real weight{};
@@ -44,7 +45,7 @@ class Motion final : public Estimator<Real> {
   };
   /// A satellite neighbour i of satellite j.
   struct Neighbour {
-    std::uint32_t row;  ///< of i, in the order of Generations::satellites
+    std::uint32_t row;  ///< of vertex i, in the order of Generations::satellites
     Real s;             ///< s_ij
   };
 
@@ -63,7 +64,7 @@ class Motion final : public Estimator<Real> {
   std::vector<Index> row_ends_;        // row j of neighbours_ ends at row_ends_[j + 1]
   std::vector<Neighbour> neighbours_;  // satellites i in the cell of j
   std::vector<Weighted> estimates_;    // w_j d_j before the iteration
-  std::vector<Weighted> next_;         // and after it
+  std::vector<Weighted> next_;         // w_j d_j after the iteration
   std::vector<std::uint32_t> row_of_;  // (k,) the row of each satellite
 };
 

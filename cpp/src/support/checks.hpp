@@ -1,4 +1,4 @@
-/// What several calls refuse of their arguments, in the same words.
+/// Checks of arguments that several functions share.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 
 namespace dynmesh {
 
-/// "(x, y, z)", for people.
+/// Returns "(x, y, z)" for messages.
 template <class Real>
 std::string to_text(const Vector3<Real>& v) {
   std::array<char, 96> text{};
@@ -19,7 +19,7 @@ std::string to_text(const Vector3<Real>& v) {
   return text.data();
 }
 
-/// Throws std::invalid_argument where `rows` rows cannot lie at `data`.
+/// Throws std::invalid_argument if `data` is null although there are rows.
 inline void check_pointer(const char* argument, const void* data, std::size_t rows) {
   if (rows > 0 && data == nullptr) {
     throw std::invalid_argument(std::string(argument) + ": is a null pointer");
@@ -27,20 +27,20 @@ inline void check_pointer(const char* argument, const void* data, std::size_t ro
 }
 
 [[noreturn]] inline void refuse_row_stride(const char* argument, std::size_t rows) {
-  throw std::invalid_argument(std::string(argument) + ": has a row stride of 0, so that its " +
-                              std::to_string(rows) + " rows would be one and the same");
+  throw std::invalid_argument(std::string(argument) + ": has a row stride of 0, with which its " +
+                              std::to_string(rows) + " rows would be the same");
 }
 
-/// Throws std::invalid_argument where the rows cannot lie as the view says. A stride of 0 is always
-/// a mistake, often that of a caller who took it to mean packed.
+/// Throws std::invalid_argument if the rows of a view cannot exist. A stride of 0 is always a
+/// mistake, often of a caller who assumes that it means packed.
 template <class Real>
 void check_view(const char* argument, const Points<Real>& points) {
   check_pointer(argument, points.data, points.count);
   if (points.count > 1 && points.row_stride == 0) refuse_row_stride(argument, points.count);
   if (points.count > 0 && points.column_stride == 0) {
-    throw std::invalid_argument(std::string(argument) +
-                                ": has a column stride of 0, so that x, y and z would be one and "
-                                "the same");
+    throw std::invalid_argument(
+        std::string(argument) +
+        ": has a column stride of 0, with which x, y and z would be the same");
   }
 }
 
@@ -49,7 +49,8 @@ inline void check_view(const char* argument, const KnownMask& known) {
   if (known.count > 1 && known.stride == 0) refuse_row_stride(argument, known.count);
 }
 
-/// The same, and unless there is a row for each vertex. `View`: Points or KnownMask.
+/// Also throws std::invalid_argument unless there is a row for each vertex. `View` is Points or
+/// KnownMask.
 template <class View>
 void check_rows(const char* argument, const View& view, std::size_t n_vertices) {
   if (view.count != n_vertices) {

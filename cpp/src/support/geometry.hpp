@@ -1,4 +1,4 @@
-/// What positions and edges are measured by.
+/// Functions on positions and edges.
 #pragma once
 
 #include <algorithm>
@@ -18,8 +18,9 @@ bool is_finite(const Vector3<Real>& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-/// Larger coordinates are refused: times the largest weights of eq. (4) they would run out of Real,
-/// and a position that is not finite would spread over the mesh and stay.
+/// The largest coordinate that is accepted. The product of a larger one with the largest weights of
+/// eq. (4) could exceed the range of Real, and a position that is not finite would spread over the
+/// mesh permanently.
 template <class Real>
 constexpr Real largest_coordinate = sizeof(Real) == 4 ? Real(1e18) : Real(1e200);
 
@@ -36,8 +37,9 @@ Vector3<Real> row(const Points<const Real>& points, std::size_t i) {
   return {points(i, 0), points(i, 1), points(i, 2)};
 }
 
-/// `x` as a Real. Where Real has not its range, which C++ leaves undefined, the largest one: the
-/// checks of what comes in and goes out find that it is beyond the largest coordinate. NaN stays.
+/// Converts `x` to Real. If it is out of the range of Real, for which the conversion is undefined
+/// in C++, returns the largest number, which the checks of input and output recognise as beyond the
+/// largest coordinate. NaN is preserved.
 template <class Real>
 constexpr Real saturated(double x) {
   constexpr auto largest = static_cast<double>(std::numeric_limits<Real>::max());
@@ -54,7 +56,7 @@ Real dot(const Vector3<Real>& a, const Vector3<Real>& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
-/// h: the mean edge length of `frame`, 1 where that is zero or there is no edge.
+/// Returns h, the mean edge length of `frame`, or 1 if it is zero or there are no edges.
 template <class Real>
 Real mean_edge_length(const Cells& cells, std::span<const Vector3<Real>> frame) {
   double sum = 0;

@@ -11,8 +11,8 @@
 
 namespace dynmesh {
 
-/// Asks the system for huge pages where an array fills some: neighbours that lie far apart then
-/// cost fewer translations of addresses.
+/// Requests huge pages for large arrays, which reduces the number of address translations when
+/// neighbours are far apart in memory.
 template <class T>
 class LargeAllocator {
  public:
@@ -27,7 +27,7 @@ class LargeAllocator {
     const std::align_val_t alignment = alignment_of(size);
     void* memory = ::operator new(size, alignment);
 #ifdef __linux__
-    // Advice only: where it is not taken, pages are small.
+    // The system may ignore this advice; pages are then small.
     if (size >= page) ::madvise(memory, size, MADV_HUGEPAGE);
 #endif
     return static_cast<T*>(memory);

@@ -1,12 +1,12 @@
-/// Between what bounds squared lengths count. By themselves, so that the inner loops can use them
-/// too: these may not include anything with inline functions, see lanes.hpp.
+/// The bounds of squared lengths. They are in a separate header because the inner loops use them as
+/// well, which may not include inline functions; see lanes.hpp.
 #pragma once
 
 namespace dynmesh {
 
-/// Squared lengths are floored at this many squared mean edges.
+/// The lower bound of squared lengths, in squared mean edge lengths.
 inline constexpr double squared_length_floor = 1e-12;
-/// And capped here, where the next square would no longer be a float: only an outlier gets there.
+/// The upper bound, above which the square would exceed the range of float. Only outliers reach it.
 inline constexpr double squared_length_ceiling = 1e24;
 
 }  // namespace dynmesh

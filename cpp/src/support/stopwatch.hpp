@@ -1,11 +1,11 @@
-/// Where the time of a frame goes.
+/// Measures the stages of a frame.
 #pragma once
 
 #include <chrono>
 
 namespace dynmesh {
 
-/// Adds the time of its scope to a stage.
+/// Adds the duration of its scope to `seconds`.
 class Stopwatch {
  public:
   explicit Stopwatch(double& seconds) : seconds_(seconds) {}

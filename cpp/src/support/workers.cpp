@@ -7,7 +7,7 @@
 namespace dynmesh {
 namespace {
 
-constexpr unsigned bits = 20;  // of a number of pieces
+constexpr unsigned bits = 20;  // in each of the two counters of a ticket
 constexpr std::uint64_t mask = (std::uint64_t{1} << bits) - 1;
 
 std::atomic<std::uint64_t> done_by_others{0};
@@ -45,7 +45,7 @@ void Workers::end() {
 }
 
 void Workers::run(Index count, Piece piece, void* context) {
-  // Nobody reads these between calls, but only who holds a ticket of this one.
+  // These are read only by threads that hold a ticket of this call.
   piece_ = piece;
   context_ = context;
   done_.store(0, std::memory_order_relaxed);
@@ -57,7 +57,7 @@ void Workers::run(Index count, Piece piece, void* context) {
     std::this_thread::yield();
   }
   take_pieces(true);
-  // Others may still be at their last piece. Waiting sleeps; it does not spin on a busy processor.
+  // Other threads may still be executing their last piece. Waiting sleeps instead of spinning.
   for (std::uint32_t done = done_.load(std::memory_order_acquire); done < pieces;
        done = done_.load(std::memory_order_acquire)) {
     done_.wait(done, std::memory_order_acquire);

@@ -1,4 +1,4 @@
-/// Threads that share the work of one frame.
+/// Distributes the work of one frame among threads.
 #pragma once
 
 #include <algorithm>
@@ -10,33 +10,36 @@
 
 namespace dynmesh {
 
-/// How the work of a frame is cut into pieces, and when other threads are woken for them. From
-/// which sizes on that is, docs/speed.md and the documentation of the setting `threads` say.
+/// How the work of a frame is divided into pieces, and from which number of pieces on other threads
+/// are woken. docs/speed.md and the documentation of the setting `threads` state the resulting mesh
+/// sizes.
 struct Sharing {
-  /// Vertices that a thread takes at a time: their part of every array stays in the fastest cache.
-  Index stretch = 1024;
-  /// The same where each vertex takes long, so that meshes of ten thousand are shared, too.
-  Index short_stretch = 256;
-  /// The caller does fewer pieces than this by itself, before another thread would be awake.
+  /// The number of vertices in a chunk. Its part of every array fits into the first-level cache.
+  Index chunk = 1024;
+  /// The same if the work per vertex is larger, so that meshes of ten thousand vertices are shared.
+  Index short_chunk = 256;
+  /// If there are fewer pieces, the calling thread executes them all, since it would be done before
+  /// another thread wakes up.
   Index fewest_pieces = 24;
-  /// For tests alone, in which every call is to be shared: the caller lets other threads run up to
-  /// so many times until one of them has taken a piece, and every thread does so after each piece.
+  /// For tests, in which every call must be shared: the calling thread yields up to this many times
+  /// until another thread has taken a piece, and every thread yields after each piece.
   Index patience = 0;
 };
 
-/// What Workers use that are not told otherwise. Only tests change it, so that the work of small
-/// meshes is shared, too; they do so before they make the completers that are to use it.
+/// The default of Workers. Only tests change it, before they construct completers, so that the work
+/// of small meshes is shared as well.
 Sharing& default_sharing();
 
-/// How many pieces threads other than their caller have done so far, in the whole process. Tests
-/// make sure by it that work was shared.
+/// The number of pieces in this process that were executed by threads other than the caller's.
+/// Tests use it to verify that work was shared.
 std::uint64_t pieces_done_by_others();
 
-/// The caller and `threads - 1` others, which sleep between calls and never hold it up: who comes
-/// first takes the next piece, and where nobody else comes, the caller does it all.
+/// The calling thread and `threads - 1` others, which sleep between calls. Each thread takes the
+/// next piece when it is free. The calling thread does not wait for others to start; it executes
+/// all pieces if no other thread is available.
 class Workers {
  public:
-  /// Throws std::system_error if the system has not so many threads left.
+  /// Throws std::system_error if the system cannot start as many threads.
   explicit Workers(Index threads, const Sharing& sharing = default_sharing());
   ~Workers();
   Workers(const Workers&) = delete;
@@ -46,8 +49,8 @@ class Workers {
 
   [[nodiscard]] const Sharing& sharing() const { return sharing_; }
 
-  /// Calls `work(i)` for i = 0 ... count - 1 in any order, from any of the threads, and returns
-  /// when all are done; at most a million. `work` must not throw. Allocates nothing.
+  /// Calls `work(i)` for i = 0 ... count - 1 in any order, on any of the threads, and returns when
+  /// all calls are done. `count` is at most a million. `work` must not throw. Allocates no memory.
   template <class Work>
   void for_each(Index count, Work&& work) {
     if (threads_.empty() || count < sharing_.fewest_pieces) {
@@ -58,15 +61,15 @@ class Workers {
         count, [](void* context, Index i) { (*static_cast<Work*>(context))(i); }, &work);
   }
 
-  /// The same for numbers from 0 to `count` - 1, cut into stretches: calls `work(first, last)`,
-  /// `last` not included.
+  /// Divides the numbers from 0 to `count` - 1 into chunks and calls `work(first, last)` for each
+  /// of them, `last` not included.
   template <class Work>
-  void for_each_stretch(Index count, const Work& work) {
-    cut(count, sharing_.stretch, work);
+  void for_each_chunk(Index count, const Work& work) {
+    cut(count, sharing_.chunk, work);
   }
   template <class Work>
-  void for_each_short_stretch(Index count, const Work& work) {
-    cut(count, sharing_.short_stretch, work);
+  void for_each_short_chunk(Index count, const Work& work) {
+    cut(count, sharing_.short_chunk, work);
   }
 
  private:
@@ -87,11 +90,11 @@ class Workers {
   Piece piece_ = nullptr;
   void* context_ = nullptr;
   std::uint64_t calls_ = 0;
-  // Of the present call: its number, how many pieces it has, and the next one. All in one, so that
-  // a thread that comes late cannot take a piece of another call.
+  // Of the current call: its number, its number of pieces, and the next piece. They are stored in
+  // one variable, so that a thread that is late cannot take a piece of another call.
   std::atomic<std::uint64_t> ticket_{0};
   std::atomic<std::uint32_t> done_{0};
-  std::atomic<std::uint32_t> call_{0};  // what the others wait for
+  std::atomic<std::uint32_t> call_{0};  // the variable on which the other threads wait
   std::atomic<bool> ending_{false};
   std::vector<std::thread> threads_;
 };

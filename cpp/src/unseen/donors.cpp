@@ -9,7 +9,7 @@
 namespace dynmesh {
 namespace {
 
-/// A k-d tree whose nodes know whether all their vertices are of one component. Without that, a
+/// A k-d tree. Each node stores whether all of its vertices belong to one component; otherwise a
 /// search from inside a large component would visit all of that component first.
 template <class Real>
 class ComponentTree {
@@ -20,7 +20,7 @@ class ComponentTree {
     build(0, order_.size());
   }
 
-  /// The nearest vertex that is not of `vertex`'s component, or -1.
+  /// Returns the nearest vertex that is not in the component of `vertex`, or -1.
   [[nodiscard]] Index nearest(Index vertex) const {
     Nearest best;
     search(0, vertex, best);
@@ -33,9 +33,9 @@ class ComponentTree {
 
   struct Node {
     std::size_t begin, end;   // vertices order_[begin] .. order_[end - 1]
-    std::size_t left, right;  // children; 0 in a leaf
-    Index component;          // or mixed
-    Index first_vertex;       // the smallest index
+    std::size_t left, right;  // children; 0 for a leaf
+    Index component;          // of all its vertices, or mixed
+    Index first_vertex;       // the smallest index of a vertex
     std::array<double, 3> low, high;
   };
   struct Nearest {

@@ -1,4 +1,4 @@
-/// For each vertex the nearest vertex of another component.
+/// Finds the nearest vertex of another component for each vertex.
 #pragma once
 
 #include <dynmesh/types.hpp>
@@ -7,8 +7,8 @@
 
 namespace dynmesh {
 
-/// (k,) the nearest vertex of another component, the one of smallest index among equals; -1 where
-/// there is one component only. About k log k.
+/// Returns (k,) the nearest vertex of another component, or -1 if there is only one component. Ties
+/// are resolved in favour of the smallest index. The time is about k log k.
 template <class Real>
 std::vector<Index> find_donors(std::span<const Vector3<Real>> frame,
                                std::span<const Index> component);

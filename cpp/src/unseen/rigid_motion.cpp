@@ -5,8 +5,9 @@
 namespace dynmesh {
 namespace {
 
-/// Points whose spread across a line is below this share of the spread along it (both squared) are
-/// on it: float coordinates do not say more.
+/// If the squared spread of points across a line is below this fraction of that along the line, the
+/// points count as collinear. The precision of float coordinates does not allow a finer
+/// distinction.
 constexpr double collinear = 1e-10;
 
 template <class Real>

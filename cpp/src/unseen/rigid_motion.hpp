@@ -1,4 +1,4 @@
-/// The rigid motion that best carries one set of points to another.
+/// Fits a rigid motion between two sets of points.
 #pragma once
 
 #include <array>
@@ -28,9 +28,10 @@ struct RigidMotion {
   }
 };
 
-/// The least-squares rigid motion from `before[v]` to `after[v]` over the given vertices (Kabsch
-/// 1976, with the sign of the determinant kept positive). Fewer than three vertices, or vertices on
-/// one line, leave the rotation open: the mean translation then. `vertices` must not be empty.
+/// Returns the least-squares rigid motion from `before[v]` to `after[v]` over the given vertices
+/// (Kabsch 1976, with a positive determinant). If there are fewer than three vertices, or if all
+/// lie on a line, the rotation is not determined and the mean translation is returned. `vertices`
+/// must not be empty.
 template <class Real>
 RigidMotion fit_rigid_motion(std::span<const Index> vertices, std::span<const Vector3<Real>> before,
                              std::span<const Vector3<Real>> after);

@@ -10,8 +10,8 @@
 namespace dynmesh {
 namespace {
 
-constexpr Index fewest_anchors = 4;       // of a component whose vertices may be donors
-constexpr std::size_t fewest_donors = 4;  // that a component follows
+constexpr Index fewest_anchors = 4;       // in a component whose vertices may be donors
+constexpr std::size_t fewest_donors = 4;  // that a component must have to follow them
 
 }  // namespace
 

@@ -1,4 +1,4 @@
-/// What becomes of the vertices that no chain of edges ties to an anchor.
+/// Completes the vertices that are not connected to any anchor.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@
 
 namespace dynmesh {
 
-/// Moves the components of a frame that hold no anchor. Allocates in `reset` only.
+/// Moves the components of a frame that contain no anchor. Allocates memory only in `reset`.
 template <class Real>
 class Unseen {
  public:
@@ -21,16 +21,19 @@ class Unseen {
   /// `topology` must outlive this object.
   Unseen(const Topology& topology, UnseenRule rule);
 
-  /// Begins a sequence whose frame 0 is `first_frame`. Each vertex's donor is the vertex nearest to
-  /// it, in that frame, of another component.
+  /// Begins a sequence whose frame 0 is `first_frame`. The donor of each vertex is the vertex of
+  /// another component that is nearest to it in that frame.
   void reset(Frame first_frame);
 
-  /// Fills in the unseen vertices of `points`, where anchors and satellites already stand.
+  /// Estimates the unseen vertices of `points`, in which the anchors and satellites are already
+  /// complete.
   ///
-  /// Under `follow` a component takes the rigid motion, previous to current, of its distinct donors
-  /// whose component holds at least four anchors; with fewer than four such donors that of all
-  /// anchors; where these are on one line or fewer than three, their mean translation; without any
-  /// anchor it stays. Linear in the vertices, and no work where none is unseen.
+  /// Under `follow`, a component moves with the rigid motion, from the previous to the current
+  /// frame, of its distinct donors whose component contains at least four anchors. If there are
+  /// fewer than four such donors, it moves with that of all anchors. If there are fewer than three
+  /// anchors or all lie on a line, it moves with their mean translation, and without any anchor it
+  /// stays. The time is linear in the number of vertices, and nothing is done if no vertex is
+  /// unseen.
   void place(Frame previous, std::span<Vector3<Real>> points, const Generations& generations);
 
  private:
@@ -39,11 +42,11 @@ class Unseen {
   const Topology* topology_;
   UnseenRule rule_;
   std::vector<Index> donors_;            // the distinct donors of each component, one after another
-  std::vector<std::size_t> donor_ends_;  // those of component c end at donor_ends_[c + 1]
+  std::vector<std::size_t> donor_ends_;  // the donors of component c end at donor_ends_[c + 1]
   std::vector<Index> members_;           // the vertices of each component, one after another
-  std::vector<std::size_t> member_ends_;  // likewise
-  std::vector<Index> anchors_in_;         // anchors of the frame in each component
-  std::vector<Index> chosen_;             // vertices that a motion is fitted to
+  std::vector<std::size_t> member_ends_;  // the members of component c end at member_ends_[c + 1]
+  std::vector<Index> anchors_in_;         // the number of anchors in each component
+  std::vector<Index> chosen_;             // the vertices to which a motion is fitted
 };
 
 }  // namespace dynmesh
