@@ -150,15 +150,15 @@ def test_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     table.write_text("input,output\nin0.npz,out0.npz\nnone.npz,out1.npz\nin2.npz,out2.npz\n")
     shown = run("batch", table, "--workers", "2", code=1).stderr
     assert "none.npz: No such file or directory" in shown
-    assert "2 done, 0 there already, 1 failed of 3 jobs" in shown
+    assert "2 done, 0 already complete, 1 failed of 3 jobs" in shown
     assert_equal(jobs[0], expected[0])
     assert_equal(jobs[2], expected[2])
     table.write_text("input,output\nin0.npz,out0.npz\nin1.npz,out1.npz\nin2.npz,out2.npz\n")
-    assert "1 done, 2 there already, 0 failed" in run("batch", table).stderr
+    assert "1 done, 2 already complete, 0 failed" in run("batch", table).stderr
     assert_equal(jobs[1], expected[1])
     monkeypatch.setattr(sys.modules["dynmesh.cli.batch"], "_patience", "0.5s")
     error = run("batch", table, "--scheduler", "tcp://127.0.0.1:1", code=1).stderr
-    assert "--scheduler: there is none at tcp://127.0.0.1:1" in error
+    assert "--scheduler: no Dask scheduler answers at tcp://127.0.0.1:1" in error
 
 
 def test_a_report_tells_of_every_job(tmp_path: Path) -> None:
@@ -244,8 +244,8 @@ def test_a_worker_may_die_in_the_middle(tmp_path: Path) -> None:
         workers[0].send_signal(signal.SIGKILL)
         _, shown = batch.communicate(timeout=120)
     assert batch.returncode == 0, shown
-    # What the dead worker had finished and not yet told is found there already.
-    done, there = re.search(r"(\d+) done, (\d+) there already, 0 failed", shown).groups()  # type: ignore[union-attr]
+    # An output that the killed worker finished, but did not report, counts as already complete.
+    done, there = re.search(r"(\d+) done, (\d+) already complete, 0 failed", shown).groups()  # type: ignore[union-attr]
     assert int(done) + int(there) == n
     for i in range(n):
         np.testing.assert_array_equal(dynmesh.read(tmp_path / f"out{i}.npz").vertices, expected)
@@ -288,6 +288,6 @@ def test_an_interrupted_command_says_so_in_a_line(tmp_path: Path, workers: int) 
         children = Path(f"/proc/{batch.pid}/task/{batch.pid}/children").read_text().split()
         os.killpg(batch.pid, signal.SIGINT)  # as a terminal does
         _, shown = batch.communicate(timeout=60)
-    assert shown == "interrupted; run it again to go on\n"
+    assert shown == "interrupted; run the command again to continue\n"
     assert batch.returncode == 130
     wait_until(lambda: not any(running(int(child)) for child in children))

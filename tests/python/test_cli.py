@@ -58,7 +58,7 @@ def test_evaluate_measures_in_diagonals_without_frame_0(folder: Path) -> None:
     assert summary["maximum"] == pytest.approx(errors.max() / diagonal)
     assert result["frames"] == 39
     shown = run("evaluate", folder / "completed.npz", folder / "truth.npz").stdout
-    assert f"{result['nmsve']:.4g}" in shown
+    assert f"NMSVE x 1e4       {1e4 * result['nmsve']:.4g} " in shown
 
 
 def test_settings_reach_the_completer(folder: Path, tmp_path: Path) -> None:
@@ -129,7 +129,7 @@ def test_info_tells_what_a_file_holds(folder: Path) -> None:
     assert re.search(r"^known masks +yes *$", shown, re.MULTILINE)
     assert re.search(r"^generation and age +no *$", shown, re.MULTILINE)
     assert re.search(r"^up axis +z *$", shown, re.MULTILINE)
-    assert re.search(r"^name +not said *$", shown, re.MULTILINE)
+    assert re.search(r"^name +unknown *$", shown, re.MULTILINE)
 
 
 def test_info_tells_polygons_axis_and_name(tmp_path: Path) -> None:
@@ -169,7 +169,7 @@ def test_zeros_that_may_be_holes_are_told(folder: Path, tmp_path: Path) -> None:
     dynmesh.write(tmp_path / "few.npz", dynmesh.Sequence(few, partial.faces))
     hint = (
         "70 % of the positions after frame 0 are exactly (0, 0, 0); "
-        "if nothing was observed there, --missing zero"
+        "if nothing was observed there, use --missing zero"
     )
     commands: list[tuple[str, list[str | Path]]] = [
         ("complete", [tmp_path / "a.npz", "--overwrite"]),
@@ -189,10 +189,10 @@ def test_zeros_that_may_be_holes_are_told(folder: Path, tmp_path: Path) -> None:
         return " ".join(run("info", *arguments).stdout.split())
 
     assert "exactly (0, 0, 0), 70 % of all" in told(zeros)
-    assert "Say --missing zero" in told(zeros)
+    assert "Use --missing zero" in told(zeros)
     assert "exactly (0, 0, 0)" not in told(zeros, "--missing=zero")
     assert "exactly (0, 0, 0)" not in told(masked)
-    assert "780 positions after frame 0 of exactly (0, 0, 0), 0.8 %" in told(tmp_path / "few.npz")
+    assert "780 positions of exactly (0, 0, 0) after frame 0, 0.8 %" in told(tmp_path / "few.npz")
 
 
 def test_complete_tells_what_it_did(folder: Path, tmp_path: Path) -> None:
@@ -203,17 +203,17 @@ def test_complete_tells_what_it_did(folder: Path, tmp_path: Path) -> None:
     assert "b.npz: nothing was missing" in shown
 
 
-def test_the_axis_that_is_taken_for_up_is_told(folder: Path, tmp_path: Path) -> None:
+def test_a_guessed_up_axis_is_reported(folder: Path, tmp_path: Path) -> None:
     said = dynmesh.read(folder / "truth.npz")
     upright = np.roll(said.vertices, 1, axis=2)  # z, the flat axis, becomes x
     flat, wall = tmp_path / "flat.npz", tmp_path / "wall.npz"
     dynmesh.write(flat, replace(said, up_axis=None))
     dynmesh.write(wall, replace(said, up_axis=None, vertices=upright))
     image = ("-o", tmp_path / "a.png", "--size", "50", "--frame", "0", "--overwrite")
-    assert "z is taken for up; --up y if it is not" in run("picture", flat, *image).stderr
-    assert "y is taken for up; --up z if it is not" in run("picture", wall, *image).stderr
-    assert "is taken" not in run("picture", folder / "truth.npz", *image).stderr
-    assert "is taken" not in run("picture", flat, *image, "--up", "z").stderr
+    assert "assuming that z is up; if not, use --up y" in run("picture", flat, *image).stderr
+    assert "assuming that y is up; if not, use --up z" in run("picture", wall, *image).stderr
+    assert "assuming" not in run("picture", folder / "truth.npz", *image).stderr
+    assert "assuming" not in run("picture", flat, *image, "--up", "z").stderr
     page = ("-o", tmp_path / "a.html")
     assert "z is taken for up" in run("view", flat, *page).stderr
 
@@ -247,7 +247,9 @@ def test_what_a_format_cannot_hold_is_left_out_aloud(folder: Path, tmp_path: Pat
     completed = dynmesh.read(tmp_path / "a.npz").vertices
     for name in ("a.pc2", "o/f_%02d.obj"):
         shown = run("convert", tmp_path / "a.npz", tmp_path / name).stderr
-        assert f"{name}: generation and age are left out, as this format holds none\n" in shown
+        assert (
+            f"{name}: generation and age are not written; this format cannot hold them\n" in shown
+        )
         np.testing.assert_array_equal(dynmesh.read(tmp_path / name).vertices, completed)
     shown = run("convert", tmp_path / "a.npz", tmp_path / "a.npy").stderr
     assert "left out" not in shown
@@ -307,7 +309,7 @@ def test_errors_take_one_line_and_leave_nothing(folder: Path, tmp_path: Path) ->
             "text.npz",
         ]
     assert run("complete", code=2).stderr
-    assert "quote a pattern" in run("info", truth, partial, code=2).stderr
+    assert "put patterns in quotes" in run("info", truth, partial, code=2).stderr
     for share in ("0", "1", "30", "nan"):
         error = run("degrade", truth, out, "--known", share, code=2).stderr
         assert "must be above 0 and below 1, not" in error

@@ -47,8 +47,8 @@ def test_shell(tmp_path: Path) -> None:
     assert len(snippet.splitlines()) <= 10
     shown = run("bash", "-euc", snippet, cwd=tmp_path)
     (quoted,) = re.findall(r"shell commands above give\s+an error of (\d\.\d\d)\.", README)
-    (nmsve,) = re.findall(r"^NMSVE\s+([\d.]+)", shown, flags=re.MULTILINE)
-    assert f"{1e4 * float(nmsve):.2f}" == quoted
+    (nmsve,) = re.findall(r"^NMSVE x 1e4\s+([\d.]+)", shown, flags=re.MULTILINE)
+    assert f"{float(nmsve):.2f}" == quoted
     example = REPOSITORY / "examples" / "python" / "complete_file.py"
     shown = run(sys.executable, example, "partial.npz", "again.npz", cwd=tmp_path)
     assert "frame 174: 3001 known, 7001 filled in" in shown

@@ -334,15 +334,15 @@ def test_the_command_tells_what_an_interruption_leaves(
     capfd: pytest.CaptureFixture[str],
 ) -> None:
     out = tmp_path / "out.npz"
-    kept = f"{out}: what is done so far is kept; --resume goes on from there\n"
+    kept = f"{out}: completed frames are kept; --resume continues from there\n"
     assert shell(monkeypatch, "complete", partial, out, interrupt=7) == 130
     assert capfd.readouterr().err == kept
     assert shell(monkeypatch, "complete", partial, out, interrupt=5) == 130
-    anew = f"{out}: begins anew; --resume goes on where a run was interrupted\n"
+    anew = f"{out}: starting again from frame 0; --resume continues an interrupted run\n"
     assert capfd.readouterr().err == anew + kept
     assert shell(monkeypatch, "complete", partial, out, "--resume") == 0
     shown = capfd.readouterr().err
-    assert f"{out}: went on at frame 5\n" in shown
+    assert f"{out}: continued at frame 5\n" in shown
     assert f"{out}: 25 frames completed in" in shown
     assert "anew" not in shown
 
@@ -359,7 +359,7 @@ def test_the_command_tells_when_it_cannot_go_on(
     (unfinished_folder(out) / "files" / "vertices.npy").write_bytes(b"")
     capfd.readouterr()
     assert shell(monkeypatch, "complete", partial, out, "--resume") == 0
-    assert f"{out}: begins anew\n" in capfd.readouterr().err
+    assert f"{out}: starting again from frame 0\n" in capfd.readouterr().err
 
 
 @pytest.mark.parametrize("format", RESUMABLE)
@@ -414,7 +414,7 @@ def test_the_command_tells_what_is_complete(
     assert shell(monkeypatch, "complete", partial, out, "--resume") == 0
     capfd.readouterr()
     assert shell(monkeypatch, "complete", partial, out, "--resume") == 0
-    assert capfd.readouterr().err == f"{out}: already complete; --overwrite makes it anew\n"
+    assert capfd.readouterr().err == f"{out}: already complete; --overwrite replaces it\n"
 
 
 def test_the_command_tells_that_nothing_is_kept(
@@ -425,5 +425,5 @@ def test_the_command_tells_that_nothing_is_kept(
 ) -> None:
     out = tmp_path / "out.npz"
     assert shell(monkeypatch, "complete", partial, out, interrupt=7) == 130
-    assert capfd.readouterr().err == f"{out}: interrupted; nothing is kept\n"
+    assert capfd.readouterr().err == f"{out}: interrupted; nothing was kept\n"
     assert not list(tmp_path.iterdir())

@@ -96,7 +96,7 @@ shell = [
     _shell("info gap", "gap: f_0002.obj is missing", "put it there", "exit code 1"),
     _shell("info gap/f_*.obj", "gap/f_*.obj: f_0002.obj is missing", "exit code 1"),
     _shell("info body.npz --brief", "--brief", "--json", "exit code 2"),
-    _shell("info body.npz other.npz", "other.npz", "quote a pattern", "exit code 2"),
+    _shell("info body.npz other.npz", "other.npz", "put patterns in quotes", "exit code 2"),
     _shell("complete body.npz other.npz", "other.npz:", "--overwrite", "exit code 1"),
     _shell("complete body.npz body.npz --overwrite", "body.npz:", "input", "exit code 1"),
     _shell("complete body.npz folder.npz", "folder.npz", "exit code 1"),
@@ -131,7 +131,7 @@ shell = [
     _shell(
         "degrade body.npz new.npz --known 30",
         "--known",
-        "not 30; 30 per cent is written 30%",
+        "not 30; for 30 per cent, write 30%",
         "exit code 2",
     ),
     _shell("degrade body.npz new.npz --known 130%", "--known", "below 100%", "130%", "exit code 2"),
