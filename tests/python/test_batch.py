@@ -80,12 +80,12 @@ def test_the_folders_of_outputs_are_made(tmp_path: Path) -> None:
     in_the_way = Job(tmp_path / "in.npz", tmp_path / "in.npz" / "out.npz")
     (result,) = complete_files([in_the_way])
     assert result.status == "failed"
-    assert result.reason == f"{tmp_path / 'in.npz'}: is in the way, as it is no folder"
+    assert result.reason == f"{tmp_path / 'in.npz'}: exists and is not a folder"
 
 
 def test_two_jobs_do_not_share_an_output(tmp_path: Path) -> None:
     jobs = [Job(tmp_path / name, tmp_path / "out.npz") for name in ("a.npz", "b.npz")]
-    with pytest.raises(ValueError, match=r"out\.npz: is the output of two jobs"):
+    with pytest.raises(ValueError, match=r"out\.npz: is the output of more than one job"):
         complete_files(jobs)
 
 
@@ -122,18 +122,18 @@ def test_a_table_is_read(tmp_path: Path) -> None:
     [
         ("", "has no column 'input'"),
         ("input\na.npz\n", "has no column 'output'$"),
-        ("input;output\na;b\n", "has no column 'input'; values are separated by semicolons"),
-        ("input\toutput\na\tb\n", "has no column 'input'; values are separated by tabs"),
+        ("input;output\na;b\n", "separate the values by commas instead of semicolons"),
+        ("input\toutput\na\tb\n", "separate the values by commas instead of tabs"),
         (
             "input,output,quality\na,b,1\n",
-            "'quality' is not known; there are input, output, format",
+            "unknown column 'quality'; the columns are input, output, format",
         ),
         ("input,output\na.npz\n", "line 2: has more or fewer values than there are columns"),
         ("input,output\na.npz,b.npz,c\n", "line 2: has more or fewer values"),
         ("input,output\n\na.npz,\n", "line 3: output is empty"),
         ("input,output,fps\na,b,fast\n", "line 2: fps: must be a number, not .fast"),
         ("input,output,provenance\na,b,perhaps\n", "provenance: must be true or false, not 'perh"),
-        ('input,output\na,"b\n', "is no table of comma-separated values"),
+        ('input,output\na,"b\n', "is not a table of comma-separated values"),
     ],
 )
 def test_tables_that_cannot_be_read_are_refused(tmp_path: Path, text: str, message: str) -> None:

@@ -570,7 +570,7 @@ def test_bad_masks_are_refused_at_the_call(
         ),
         (
             ValueError,
-            "first_frame: must have vertices in more than one place",
+            "first_frame: must have vertices at more than one position",
             lambda: degrade.orbit(POINT),
         ),
         (
@@ -623,7 +623,7 @@ def test_what_is_no_camera_is_refused(error: type[Exception], message: str, sett
 )
 def test_bad_frames_are_refused_with_their_number(make: Any) -> None:
     good = SHEET.vertices
-    with pytest.raises(ValueError, match=r"frame 2: must have shape \(36, 3\) as frame 0, not"):
+    with pytest.raises(ValueError, match=r"frame 2: must have shape \(36, 3\) like frame 0, not"):
         list(make([good, good, good[:-1]], SHEET.faces))
     with pytest.raises(ValueError, match=r"frame 1: must have shape \(k, 3\) .*, not \(36, 2\)"):
         list(make([good, good[:, :2]], SHEET.faces))
@@ -648,5 +648,5 @@ def test_a_frame_without_a_camera_is_refused() -> None:
     def cameras(frame: int) -> list[Camera]:
         return [NEAR_X] if frame < 2 else []
 
-    with pytest.raises(ValueError, match="cameras: must be at least one, but frame 2 has none"):
+    with pytest.raises(ValueError, match="cameras: at least one is needed, but frame 2 has none"):
         list(degrade.camera_known([SHEET.vertices] * 4, SHEET.faces, cameras))

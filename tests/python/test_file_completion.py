@@ -128,8 +128,8 @@ def test_another_job_is_not_mixed_in(tmp_path: Path, partial: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         complete_file(partial, output, watch=interrupted_after(11, KeyboardInterrupt()))
     message = (
-        r"is of another job: extra_iterations changed \(0 before, 2 now\); "
-        r"noise changed \(not given before, 0\.5 now\); without"
+        r"is of another job: extra_iterations changed \(it was 0, now it is 2\); "
+        r"noise changed \(it was not given, now it is 0\.5\); run without"
     )
     with pytest.raises(OtherJobError, match=message):
         complete_file(partial, output, resume=True, extra_iterations=2, noise=0.5)
@@ -139,7 +139,7 @@ def test_another_job_is_not_mixed_in(tmp_path: Path, partial: Path) -> None:
             partial, output, overwrite=True, watch=interrupted_after(5, KeyboardInterrupt())
         )
     os.utime(partial)
-    with pytest.raises(OtherJobError, match="is of another job: input changed; without"):
+    with pytest.raises(OtherJobError, match="is of another job: input changed; run without"):
         complete_file(partial, output, overwrite=True, resume=True)
     assert complete_file(partial, output, overwrite=True).resumed_at == 0
     assert [path.name for path in tmp_path.iterdir()] == ["out.npz"]
@@ -195,8 +195,8 @@ def test_holes_in_frame_0_are_counted(tmp_path: Path, partial: Path) -> None:
     assert sequence.known is not None
     sequence.known[0, [7, 9]] = False
     message = (
-        r"holes\.npz: frame 0: 2 of 2500 vertices are missing, vertex 7 first; all motion begins "
-        r"there: begin at a whole frame, which `dynmesh info` names"
+        r"holes\.npz: frame 0: 2 of 2500 vertices are missing, the first is vertex 7; "
+        r"completion starts from frame 0: start at a complete frame, which `dynmesh info` names"
     )
     for known in (sequence.known, None):
         sequence.vertices[0, [7, 9], 1] = np.nan
@@ -309,7 +309,7 @@ def test_what_cannot_go_on_is_refused_before_any_work(tmp_path: Path, partial: P
         with pytest.raises(ValueError, match=rf"{name}: files of this .*; npz, .* and pvd can"):
             complete_file(tmp_path / "none.npz", tmp_path / name, output_format=format, resume=True)
     shown = run("complete", partial, tmp_path / "out.abc", "--resume", code=1).stderr
-    assert "out.abc: files of this format cannot be resumed; npz, hdf5" in shown
+    assert "out.abc: this format cannot be resumed; npz, hdf5" in shown
     assert not list(tmp_path.iterdir())
 
 

@@ -217,7 +217,7 @@ def test_damaged_files_are_refused(tmp_path: Path, mesh: Mesh) -> None:
 
 
 def test_a_sequence_fits_together(mesh: Mesh) -> None:
-    with pytest.raises(ValueError, match=r"known: must have shape \(1, 49\), as vertices say"):
+    with pytest.raises(ValueError, match=r"known: must have shape \(1, 49\) to match vertices"):
         dynmesh.Sequence(mesh.vertices[None], mesh.faces, np.ones(49, bool))
     with pytest.raises(TypeError, match="vertices: must be a numpy array, not list"):
         dynmesh.Sequence([mesh.vertices], mesh.faces)  # type: ignore[arg-type]

@@ -124,7 +124,7 @@ def known(value: str, *, kind: str = "bool[]", interpolation: str = "vertex") ->
         (mesh(points_at(t1=1), faces=""), "the mesh has no faces"),
         (
             mesh(points_at(t1=1), faces=FACES.replace("0, ", "")),
-            "3 corners are announced, but there are 2",
+            "sizes announce 3 corners, but corners holds 2",
         ),
         (
             mesh(f"point3f[] points.timeSamples = {{1: {REST}, 2: [(0, 0, 0)]}}"),

@@ -95,7 +95,7 @@ def test_known_is_generation_0_where_there_are_no_masks(sequence: Sequence, tmp_
         ("age", r"bare.npz: holds no age; dynmesh complete --provenance writes it"),
         ("generation", r"bare.npz: holds no generation; dynmesh complete --provenance writes it"),
         ("known", r"bare.npz: holds no known masks"),
-        ("error", r"errors are told by a reference"),
+        ("error", "error requires a reference"),
     ],
 )
 def test_what_a_sequence_does_not_hold_is_refused(

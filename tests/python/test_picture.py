@@ -107,7 +107,7 @@ def test_the_smallest_meshes_are_drawn(faces: list[list[int]], tmp_path: Path) -
 
 def test_frames_that_are_not_there_are_refused(sequence: Sequence, tmp_path: Path) -> None:
     for number in (-1, 4):
-        with pytest.raises(ValueError, match=rf"sheet.npz: has no frame {number}, but 0 to 3"):
+        with pytest.raises(ValueError, match=rf"sheet.npz: has no frame {number}, only 0 to 3"):
             draw(sequence, tmp_path, numbers=[0, number])
     assert not (tmp_path / "sheet.png").exists()
 
