@@ -188,7 +188,7 @@ def test_zeros_that_may_be_holes_are_told(folder: Path, tmp_path: Path) -> None:
     def told(*arguments: str | Path) -> str:
         return " ".join(run("info", *arguments).stdout.split())
 
-    assert "exactly (0, 0, 0), 70 % of all" in told(zeros)
+    assert "exactly (0, 0, 0) after frame 0, 70 % of all" in told(zeros)
     assert "Use --missing zero" in told(zeros)
     assert "exactly (0, 0, 0)" not in told(zeros, "--missing=zero")
     assert "exactly (0, 0, 0)" not in told(masked)
@@ -215,7 +215,7 @@ def test_a_guessed_up_axis_is_reported(folder: Path, tmp_path: Path) -> None:
     assert "assuming" not in run("picture", folder / "truth.npz", *image).stderr
     assert "assuming" not in run("picture", flat, *image, "--up", "z").stderr
     page = ("-o", tmp_path / "a.html")
-    assert "z is taken for up" in run("view", flat, *page).stderr
+    assert "assuming that z is up" in run("view", flat, *page).stderr
 
 
 def test_faces_and_prim_are_for_whichever_file_takes_them(folder: Path, tmp_path: Path) -> None:
@@ -280,20 +280,23 @@ def test_errors_take_one_line_and_leave_nothing(folder: Path, tmp_path: Path) ->
     text.write_text("hello")
     for arguments, message in [
         (["complete", tmp_path / "none.npz", out], "none.npz: No such file or directory"),
-        (["complete", text, out], "text.npz: is damaged or no .npz archive"),
+        (["complete", text, out], "text.npz: is damaged or not an .npz archive"),
         (
             ["complete", incomplete, out],
             "incomplete.npz: frame 0: 1750 of 2500 vertices are",
         ),
         (["complete", partial, truth], "truth.npz: exists already; --overwrite replaces it"),
         (["complete", partial, tmp_path / "no" / "out.npz"], "there is no folder"),
-        (["complete", partial, tmp_path / "out.stl"], "the format '.stl' is not known"),
-        (["complete", tmp_path / "none", out], "none: there is no such file or folder"),
-        (["complete", tmp_path / "no*", out], "has no suffix that tells its format: name the"),
+        (["complete", partial, tmp_path / "out.stl"], "unknown format '.stl'"),
+        (["complete", tmp_path / "none", out], "none: no such file or folder"),
+        (
+            ["complete", tmp_path / "no*", out],
+            "has no suffix, which would determine the format; name the",
+        ),
         (
             ["complete", partial, tmp_path / "out"],
-            f"out: has no suffix that tells its format: write {tmp_path}/out/frame_%04d.ply, "
-            "or give --output-format",
+            "out: has no suffix, which would determine the format; "
+            f"write {tmp_path}/out/frame_%04d.ply, or give --output-format",
         ),
         (["complete", partial, partial, "--overwrite"], "partial.npz: is the input"),
         (["evaluate", partial, truth], "partial.npz: frame 1 lacks vertex"),
@@ -313,7 +316,7 @@ def test_errors_take_one_line_and_leave_nothing(folder: Path, tmp_path: Path) ->
     for share in ("0", "1", "30", "nan"):
         error = run("degrade", truth, out, "--known", share, code=2).stderr
         assert "must be above 0 and below 1, not" in error
-    assert "say what to do" in run("degrade", truth, out, code=2).stderr
+    assert "nothing to do: give" in run("degrade", truth, out, code=2).stderr
     assert "must be finite" in run("degrade", truth, out, "--noise", "nan", code=2).stderr
     assert run("synth", "lake", out, code=2).stderr
 
@@ -349,7 +352,7 @@ def test_a_sequence_is_converted_there_and_back(folder: Path, tmp_path: Path) ->
     shown = run("info", tmp_path / "scan", "--format", "hdf5").stdout
     assert "30.0 %" in shown
     error = run("convert", tmp_path / "new", tmp_path / "x.npz", "--format", "fbx", code=1).stderr
-    assert "the format 'fbx' is not known; there are npz" in error
+    assert "unknown format 'fbx'; the formats are npz" in error
 
 
 def test_the_method_can_be_chosen(folder: Path, tmp_path: Path) -> None:

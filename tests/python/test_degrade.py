@@ -530,7 +530,7 @@ def test_bad_masks_are_refused_at_the_call(
         ),
         (
             ValueError,
-            "cameras: must be at least one",
+            "cameras: at least one is needed",
             lambda: degrade.camera_known(FRAMES, SHEET.faces, []),
         ),
         (

@@ -360,7 +360,7 @@ def test_the_suffix_can_be_overridden(
     path = tmp_path / "scan.dat"
     dynmesh.write(path, partial, format=format)
     np.testing.assert_array_equal(dynmesh.read(path, format=format).vertices, partial.vertices)
-    with pytest.raises(ValueError, match=r"the format '\.dat' is not known; there are \.npz"):
+    with pytest.raises(ValueError, match=r"unknown format '\.dat'; the suffixes are \.npz"):
         dynmesh.read(path)
 
 
@@ -388,7 +388,7 @@ def test_masks_that_are_none_are_refused(tmp_path: Path, partial: dynmesh.Sequen
     dynmesh.write(path, partial)
     mask: Any = tmp_path / "mask.npy"
     mask.write_text("hello")
-    with pytest.raises(ValueError, match=r"mask\.npy: is no \.npy file with a mask"):
+    with pytest.raises(ValueError, match=r"mask\.npy: is not a \.npy file with a mask"):
         dynmesh.open(path, known=mask)
     np.save(mask, np.ones((7, 144)))
     with pytest.raises(ValueError, match=r"mask\.npy: known: must be bool, not float64"):

@@ -118,7 +118,7 @@ def test_nothing_unfinished_stands_under_the_name(tmp_path: Path, mesh: Mesh) ->
         write_some(2, KeyboardInterrupt())  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="only 2 of 3 frames were appended"):
         write_some(2, None)
-    with pytest.raises(ValueError, match="frame 3: the file was begun for 3 frames"):
+    with pytest.raises(ValueError, match="frame 3: the file was created for 3 frames only"):
         write_some(4, None)
     assert path.read_bytes() == before
     assert list(tmp_path.iterdir()) == [path]
@@ -212,7 +212,7 @@ def test_damaged_files_are_refused(tmp_path: Path, mesh: Mesh) -> None:
 
     with pytest.raises(FileNotFoundError):
         dynmesh.read(tmp_path / "none.npz")
-    with pytest.raises(ValueError, match=r"the format '\.stl' is not known; there are \.npz"):
+    with pytest.raises(ValueError, match=r"unknown format '\.stl'; the suffixes are \.npz"):
         dynmesh.open(tmp_path / "a.stl")
 
 

@@ -103,10 +103,12 @@ def test_a_mesh_is_chosen(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="several meshes; choose one with --prim: /Moving, /Other"):
         dynmesh.read(path)
     assert dynmesh.read(path, prim="/Other").vertices[0, 0, 2] == 3
-    with pytest.raises(ValueError, match="no mesh '/Nobody'; there are /Still, /Moving, /Other"):
+    with pytest.raises(
+        ValueError, match="no mesh '/Nobody'; the meshes are /Still, /Moving, /Other"
+    ):
         dynmesh.read(path, prim="/Nobody")
     archive_of(path)
-    with pytest.raises(ValueError, match="holds no mesh of polygons"):
+    with pytest.raises(ValueError, match="contains no polygon mesh"):
         dynmesh.read(path)
     archive_of(path, *((f"m{i:02}", [0.0]) for i in range(12)))
     with pytest.raises(ValueError, match=r"--prim: /m00, .*/m09, and 2 more$"):
@@ -139,7 +141,7 @@ def masked(*values: int) -> Any:
         (lambda s: known(s, "Int32", VERTEX, integers(1, 1, 0)), "known: must be .* of uchar"),
         (
             lambda s: known(s, "Uchar", Geometry.GeometryScope.kFacevaryingScope, masked(1, 1, 0)),
-            "known: must have a value per vertex",
+            "known: must have one value per vertex",
         ),
         (
             lambda s: known(s, "Uchar", VERTEX, masked(1, 1, 0), masked(1, 0, 0)),
@@ -151,7 +153,7 @@ def masked(*values: int) -> Any:
         ),
         (
             lambda s: known(s, "Uchar", VERTEX, *[masked(1, 1, 1)] * 2, masked(0, 1, 255)),
-            "frame 2: known must hold 0 and 1 only",
+            "frame 2: known must hold only 0 and 1",
         ),
         (
             lambda s: s.set(Geometry.OPolyMeshSchemaSample(imath.V3fArrayFromBuffer(REST[:2]))),
@@ -163,7 +165,7 @@ def masked(*values: int) -> Any:
                     imath.V3fArrayFromBuffer(REST), integers(0, 1, 2), integers(3)
                 )
             ),
-            "time 1.5: the faces are others than in the first frame, but they must stay",
+            "time 1.5: the faces differ from those of the first frame, but must not change",
         ),
     ],
 )

@@ -253,7 +253,7 @@ def test_groups_and_lost_links_are_no_datasets(tmp_path: Path) -> None:
     with h5py.File(path, "r+") as file:
         del file["faces"]
         file["faces"] = h5py.ExternalLink("none.h5", "/faces")
-    with pytest.raises(ValueError, match=r"faces: is in the file 'none\.h5', which is no file"):
+    with pytest.raises(ValueError, match=r"faces: is in the file 'none\.h5', which does not exist"):
         dynmesh.open(path)
 
 
@@ -314,7 +314,7 @@ def test_an_hdf5_file_that_is_being_written_is_refused(tmp_path: Path) -> None:
     ) as capture:
         assert capture.stdout is not None
         capture.stdout.readline()
-        with pytest.raises(OSError, match=r"a\.h5: is open in another program, which writes it$"):
+        with pytest.raises(OSError, match=r"a\.h5: is open for writing in another program$"):
             dynmesh.open(path)
         capture.communicate(b"\n")
     assert dynmesh.read(path).vertices.shape == (N, K, 3)
@@ -343,9 +343,9 @@ def test_damaged_npy_is_refused(tmp_path: Path) -> None:
         (b"", "magic string"),
         (b"solid body", "magic string"),
         (whole[:50], "EOF"),
-        (whole[:-130], "ends in the middle of frame 7 of 10: .* 608 bytes, but there are 478"),
+        (whole[:-130], "ends in the middle of frame 7 of 10: .* 608 bytes, but the file has 478"),
         (whole[:-96], "ends before frame 8 of 10"),
-        (whole + b"\0", "goes on after its 10 frames: .* 608 bytes, but there are 609"),
+        (whole + b"\0", "continues after its 10 frames: .* 608 bytes, but the file has 609"),
         (whole.replace(b"(10, 4, 3)", b"(-1, 4, 3)"), r"array of shape \(-1, 4, 3\)"),
         (whole.replace(b"(10, 4, 3), }   ", b"(99999, 4, 3), }"), "frame 10 of 99999"),
         (npy_of(np.zeros((4, 3)), path), r"must have shape \(n, k, 3\), not \(4, 3\)"),

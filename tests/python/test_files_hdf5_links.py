@@ -152,7 +152,7 @@ def test_a_virtual_dataset_of_its_own_file_is_followed(own: Path) -> None:
         (virtual("../secret.h5"), r"vertices: .*'\.\./secret.h5'.* outside of the folder"),
         (virtual("OWN/../secret.h5"), r"vertices: .*secret.h5'.* outside of the folder"),
         (virtual("symbolic.h5"), r"vertices: .*'symbolic.h5'.* outside of the folder"),
-        (pattern, r"vertices: is in files that a pattern names, '\.\./secret-%b.h5'"),
+        (pattern, r"vertices: has its data in files with the pattern '\.\./secret-%b.h5'"),
         (soft_to_nested("../secret.h5"), r"vertices: .*'\.\./secret.h5'.* outside of the folder"),
         (
             in_part(raw("../../secret.bin"), external("parts/between.h5", "/vertices")),
@@ -171,17 +171,17 @@ def test_a_virtual_dataset_of_its_own_file_is_followed(own: Path) -> None:
             "vertices: .*secret.h5.* outside of the folder",
         ),
         # what HDF5 would look for in the folder where the program runs
-        (external("secret.h5"), "vertices: .*'secret.h5'.* is no file"),
-        (virtual("secret.h5"), "vertices: .*'secret.h5'.* is no file"),
+        (external("secret.h5"), "vertices: .*'secret.h5'.* does not exist in that folder"),
+        (virtual("secret.h5"), "vertices: .*'secret.h5'.* does not exist in that folder"),
         (virtual("broken.h5"), "cannot be read as HDF5"),
-        (external("pipe.h5"), "vertices: .*'pipe.h5'.* is no file"),
+        (external("pipe.h5"), "vertices: .*'pipe.h5'.* does not exist in that folder"),
         (
             external("part.h5", "/nothing"),
-            "vertices: leads to '/nothing' in part.h5, but there is nothing",
+            "vertices: leads to '/nothing' in part.h5, which does not exist",
         ),
         (
             virtual("part.h5", "/nothing"),
-            "vertices: leads to '/nothing' in part.h5, but there is nothing",
+            "vertices: leads to '/nothing' in part.h5, which does not exist",
         ),
         (external("part.h5", "/deep"), "vertices: must be a dataset, not a group"),
         (external("a.h5", "/vertices"), "vertices: leads in a circle"),

@@ -88,11 +88,13 @@ def test_a_folder_is_written_and_read(tmp_path: Path, mesh: Mesh) -> None:
     assert names(tmp_path) == ["walk"]
 
     (folder / "scan.ply").touch()
-    with pytest.raises(ValueError, match=r"walk: holds scan\.ply, which is not called frame_%04d"):
+    with pytest.raises(
+        ValueError, match=r"walk: contains scan\.ply, which does not match frame_%04d"
+    ):
         dynmesh.write(folder, sequence)
     (folder / "scan.ply").rename(folder / "scan.obj")
     with pytest.raises(
-        ValueError, match=r"both \.ply and \.obj files: name the format with --form"
+        ValueError, match=r"both \.ply and \.obj files; name the format with --form"
     ):
         dynmesh.open(folder)
     assert dynmesh.open(folder, format="ply").n_frames == 2
@@ -140,7 +142,7 @@ def test_gaps_in_a_folder_and_a_glob_are_refused(
                 assert reader.n_frames == len(numbers)
                 assert reader.header.start == int(numbers[0])
         else:
-            with pytest.raises(ValueError, match=rf": f2_{missing}\.obj is missing: put it there"):
+            with pytest.raises(ValueError, match=rf": f2_{missing}\.obj is missing: add it"):
                 dynmesh.open(path)
 
 
@@ -205,7 +207,7 @@ def test_what_cannot_be_written_leaves_nothing(tmp_path: Path, mesh: Mesh) -> No
     sequence = sequence_of(mesh)
     for path, message in (
         ("body.ply", r"one file holds one frame, not 3: write body_%04d\.ply"),
-        ("a*.ply", r"a glob is only read; write frame_%04d\.ply"),
+        ("a*.ply", r"a glob can only be read; write to frame_%04d\.ply"),
     ):
         with pytest.raises(ValueError, match=message):
             dynmesh.write(tmp_path / path, sequence)
@@ -269,7 +271,7 @@ def test_frames_of_another_mesh_are_refused(tmp_path: Path, second: str, message
 
 def test_later_frames_may_be_points_alone(tmp_path: Path) -> None:
     (tmp_path / "f0.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\n")
-    with pytest.raises(ValueError, match="has points alone, but the first frame needs faces"):
+    with pytest.raises(ValueError, match="has only points, but the first frame needs faces"):
         dynmesh.open(tmp_path / "f%d.obj")
     (tmp_path / "f0.obj").rename(tmp_path / "f1.obj")
     (tmp_path / "f0.obj").write_text(TRIANGLE)
@@ -387,21 +389,33 @@ def test_text_ply_is_read(tmp_path: Path) -> None:
         (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 two\n"), "13: .* b'two'"),
         (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1\n"), "13: has 3 words.* 4"),
         (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 1_0\n"), "13: .* '_'"),
-        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 0.5\n"), "13: 0.5 is no int32"),
+        (
+            ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 0.5\n"),
+            "13: 0.5 is not a value of int32",
+        ),
         (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 2"), "is cut in line 13"),
         (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"\n"), "13: has too few words"),
-        (ply(f"vertex 3: {XYZ}", POINTS.replace(b"1", b"1e39")), "line 9: 1e\\+39 is no float32"),
+        (
+            ply(f"vertex 3: {XYZ}", POINTS.replace(b"1", b"1e39")),
+            "line 9: 1e\\+39 is not a value of float32",
+        ),
         (
             ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 3\n"),
-            "face 0: has the vertex 3",
+            "face 0: refers to vertex 3",
         ),
-        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 -1\n"), "has the vertex -1"),
+        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 -1\n"), "refers to vertex -1"),
         (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"2 0 1\n"), "face 0: has 2 corners"),
         (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"0\n"), "face 0: has 0 corners"),
-        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"300 0 1 2\n"), "13: a list of 300"),
-        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"-1\n"), "13: a list of -1"),
-        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"nan\n"), "13: a list of nan"),
-        (ply(f"vertex -3: {XYZ}", POINTS), "line 3: an element has a number of records, not '-3'"),
+        (
+            ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"300 0 1 2\n"),
+            "13: the list length 300",
+        ),
+        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"-1\n"), "13: the list length -1"),
+        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"nan\n"), "13: the list length nan"),
+        (
+            ply(f"vertex -3: {XYZ}", POINTS),
+            "line 3: the number of records must be an integer, not '-3'",
+        ),
         (ply(f"vertex 0: {XYZ}; face 0: {FACE}", b""), "has no vertices"),
         (ply(f"vertex 999999999999999: {XYZ}; face 1: {FACE}", b""), "need 999999999999999 lines"),
         (
@@ -412,14 +426,14 @@ def test_text_ply_is_read(tmp_path: Path) -> None:
         (ply("vertex 1: float x, float y", b"0 0\n"), "need a property 'z', float or double"),
         (ply("vertex 3: float x, float y, int z", POINTS), "need a property 'z'"),
         (ply("vertex 3", POINTS).replace(b"property \n", b""), "'vertex' has no properties"),
-        (ply("vertex 1: quad x", b"1\n"), "line 4: there is no type 'quad'"),
+        (ply("vertex 1: quad x", b"1\n"), "line 4: unknown type 'quad'"),
         (ply("vertex 1: list float int x", b"1 1\n"), "line 4: .* integer, no float"),
         (ply("vertex 1: list int x", b"1\n"), "line 4: a property has a type, or 'list'"),
         (ply("vertex 1: float x, int x", b"1 1\n"), "line 5: there is a second property 'x'"),
         (ply("a 1: int x; a 1: int x", b"1\n1\n"), "line 5: there is a second element 'a'"),
         (ply("a 1: int x", b"1\n", format="binary"), "line 2: the format must be one of ascii"),
-        (ply("a 1: int x", b"1\n", head="format ascii 1.0"), "line 3: .* means nothing here"),
-        (b"ply\nelement a 1\nend_header\n", "line 2: .* means nothing here"),
+        (ply("a 1: int x", b"1\n", head="format ascii 1.0"), "line 3: .* is not valid here"),
+        (b"ply\nelement a 1\nend_header\n", "line 2: .* is not valid here"),
         (b"ply\ncomment\nend_header\n", "names no format"),
         (b"ply\nformat ascii 1.0\nproperty int x\nend_header\n", "line 3: .* means nothing"),
         (
@@ -442,7 +456,7 @@ def test_text_ply_is_read(tmp_path: Path) -> None:
         ),
         (
             binary_ply("<", "vertex_index", "float")[:-1],
-            "record 0 of 'face' ends at byte 363, but the file at byte 362",
+            "record 0 of 'face' ends at byte 363, but the file ends at byte 362",
         ),
         (
             binary_ply("<", "vertex_index", "float")[:-20],
@@ -451,7 +465,7 @@ def test_text_ply_is_read(tmp_path: Path) -> None:
         (binary_ply(">", "vertex_index", "float") + b"\n", "goes on .* for 1 bytes"),
         (
             ply("a 2: list short char b", b"\1\0\7\xff\xff", format="binary_little_endian"),
-            "record 1 of 'a': has a list of -1",
+            "record 1 of 'a': has a list of length -1",
         ),
     ],
 )

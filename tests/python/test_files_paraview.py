@@ -146,7 +146,10 @@ def test_an_interrupted_sequence_goes_on(tmp_path: Path, mesh: Mesh) -> None:
 
 def test_what_cannot_be_written_leaves_nothing(tmp_path: Path, mesh: Mesh) -> None:
     (tmp_path / "walk").touch()
-    for name, message in (("walk.pvd", "walk is in the way"), ("other", r"must end in \.pvd")):
+    for name, message in (
+        ("walk.pvd", "walk exists and is not a folder"),
+        ("other", r"must end in \.pvd"),
+    ):
         with pytest.raises(ValueError, match=message):
             dynmesh.write(tmp_path / name, moving(mesh), format="pvd")
     assert names(tmp_path) == ["walk"]
@@ -227,14 +230,14 @@ def test_steps_are_frames_per_second(
         ("", "damaged or no PVD file: no element found"),
         ("solid", "damaged or no PVD file: syntax error"),
         ('<VTKFile type="PolyData"/>', "no PVD file, which has the type Collection, not PolyData"),
-        (index(), "names no file"),
+        (index(), "does not name a file"),
         (index('timestep="0"'), "lists the file '', but only .vtp"),
         (index('timestep="0" file="a.vtu"'), "lists the file 'a.vtu', but only .vtp"),
         (index('timestep="soon" file="a.vtp"'), "could not convert string to float: 'soon'"),
         (index('timestep="nan" file="a.vtp"'), "a.vtp: the time must be finite"),
         (
             index('timestep="1" part="0" file="a.vtp"', 'timestep="1" part="1" file="b.vtp"'),
-            "lists a.vtp and b.vtp for the time 1; parts cannot be joined",
+            "lists a.vtp and b.vtp for the time 1; parts are not supported",
         ),
     ],
 )
@@ -263,15 +266,18 @@ def with_provenance(values: Any) -> Adjust:
         (lambda mesh: mesh.SetVerts(as_cells([[0]])), "holds points as cells, but only polygons"),
         (lambda mesh: mesh.SetLines(as_cells([[0, 1]])), "holds lines, but only polygons"),
         (lambda mesh: mesh.SetStrips(as_cells([[0, 1, 2, 3]])), "holds strips, but only polygons"),
-        (lambda mesh: mesh.SetPolys(as_cells([[0, 1, 49]])), "face 0: has the vertex 49"),
+        (lambda mesh: mesh.SetPolys(as_cells([[0, 1, 49]])), "face 0: refers to vertex 49"),
         (lambda mesh: mesh.SetPolys(as_cells([[0, 1]])), "face 0: has 2 corners, but needs 3"),
         (lambda mesh: mesh.SetPolys(vtkCellArray()), "points alone, but the first frame needs"),
         (lambda mesh: mesh.Initialize(), "has no vertices"),
         (with_array("known", np.full(49, 2)), "'known' must be 0 or 1"),
-        (with_array("known", np.ones(49)), "'known' must be one int per vertex"),
-        (with_provenance(np.ones(49)), "'generation' must be one int per vertex"),
-        (with_provenance(np.full(49, 2**40)), "'generation' must be one int per vertex"),
-        (with_provenance(np.ones((49, 3), np.int32)), "'generation' must be one int per vertex"),
+        (with_array("known", np.ones(49)), "'known' must have one integer per vertex"),
+        (with_provenance(np.ones(49)), "'generation' must have one integer per vertex"),
+        (with_provenance(np.full(49, 2**40)), "'generation' must have one integer per vertex"),
+        (
+            with_provenance(np.ones((49, 3), np.int32)),
+            "'generation' must have one integer per vertex",
+        ),
     ],
 )
 def test_other_meshes_are_refused(tmp_path: Path, mesh: Mesh, change: Adjust, message: str) -> None:

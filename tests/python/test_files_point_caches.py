@@ -105,7 +105,7 @@ def test_faces_come_from_a_mesh(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"a{suffix}"
     before = sequence()
     path.write_bytes(ENCODE[suffix](before.vertices))
-    with pytest.raises(ValueError, match=r"no a\.obj or a\.ply beside it: give its faces") as e:
+    with pytest.raises(ValueError, match=r"no a\.obj or a\.ply beside it; give its faces") as e:
         dynmesh.open(path)
     assert str(e.value).startswith(f"{path}: ")
     dynmesh.write(tmp_path / "b.npz", before)
@@ -170,14 +170,22 @@ FRAMES = np.arange(10 * K * 3, dtype=np.float32).reshape(10, K, 3)
 @pytest.mark.parametrize(
     ("name", "data", "message"),
     [
-        ("a.pc2", b"", "is no PC2 file"),
-        ("a.pc2", b"v 0 0 0\n" * 50, "is no PC2 file; one begins with POINTCACHE2"),
+        ("a.pc2", b"", "is not a PC2 file"),
+        ("a.pc2", b"v 0 0 0\n" * 50, "is not a PC2 file, as it does not begin with POINTCACHE2"),
         ("a.pc2", pc2(FRAMES)[:20], "ends in its header, after 20 of 32 bytes"),
-        ("a.pc2", pc2(FRAMES, version=2), "version 2, but only 1 is known"),
+        ("a.pc2", pc2(FRAMES, version=2), "version 2, but only version 1 is supported"),
         ("a.pc2", pc2(FRAMES)[: 32 + 588 * 7 + 5], "ends in the middle of frame 7 of 10"),
-        ("a.pc2", pc2(FRAMES)[: 32 + 588 * 7], "before frame 7 of 10: .* 5912 .* there are 4148"),
-        ("a.pc2", pc2(FRAMES) + b"\0", "goes on after its 10 frames: .* 5912 .* there are 5913"),
-        ("a.pc2", pc2(FRAMES, n=0), "goes on after its 0 frames"),
+        (
+            "a.pc2",
+            pc2(FRAMES)[: 32 + 588 * 7],
+            "before frame 7 of 10: .* 5912 .* the file has 4148",
+        ),
+        (
+            "a.pc2",
+            pc2(FRAMES) + b"\0",
+            "continues after its 10 frames: .* 5912 .* the file has 5913",
+        ),
+        ("a.pc2", pc2(FRAMES, n=0), "continues after its 0 frames"),
         ("a.pc2", pc2(FRAMES[:0]), "holds no frame"),
         ("a.pc2", pc2(FRAMES, n=-1), r"array of shape \(-1, 49, 3\)"),
         ("a.pc2", pc2(FRAMES, k=-1), r"array of shape \(10, -1, 3\)"),
@@ -186,7 +194,11 @@ FRAMES = np.arange(10 * K * 3, dtype=np.float32).reshape(10, K, 3)
         ("a.mdd", b"v 0 0 0\n" * 50, "ends in its header, after 400 of"),
         ("a.mdd", mdd(FRAMES)[:30], "ends in its header, after 30 of 48 bytes"),
         ("a.mdd", mdd(FRAMES)[: 48 + 588 * 7 + 5], "ends in the middle of frame 7 of 10"),
-        ("a.mdd", mdd(FRAMES) + b"\0", "goes on after its 10 frames: .* 5928 .* there are 5929"),
+        (
+            "a.mdd",
+            mdd(FRAMES) + b"\0",
+            "continues after its 10 frames: .* 5928 .* the file has 5929",
+        ),
         ("a.mdd", mdd(FRAMES[:0]), "holds no frame"),
         ("a.mdd", mdd(FRAMES, n=-1), r"array of shape \(-1, 49, 3\)"),
         ("a.mdd", mdd(FRAMES, k=-1), r"array of shape \(10, -1, 3\)"),

@@ -105,11 +105,11 @@ def test_a_mesh_is_chosen(tmp_path: Path) -> None:
         dynmesh.read(path)
     assert dynmesh.read(path, prim="/Other").vertices[0, 0, 2] == 3
     for prim in ("/Nobody", "Moving", "not a path"):
-        message = f"no mesh '{prim}'; there are /Still, /Moving, /Other"
+        message = f"no mesh '{prim}'; the meshes are /Still, /Moving, /Other"
         with pytest.raises(ValueError, match=message):
             dynmesh.read(path, prim=prim)
     layer(path, 'def Xform "Body" {}')
-    with pytest.raises(ValueError, match="holds no mesh of polygons"):
+    with pytest.raises(ValueError, match="contains no polygon mesh"):
         dynmesh.read(path)
 
 
@@ -232,7 +232,7 @@ def test_what_is_missing_from_the_mesh_is_said(
         ("", ['def "Body" (references = @body.usd@) {}']),
     ):
         layer(path, *prims, about=about)
-        with pytest.raises(ValueError, match=r"is not all there: .*@(points|body)\.usd@"):
+        with pytest.raises(ValueError, match=r"is incomplete: .*@(points|body)\.usd@"):
             dynmesh.read(path)
     assert capfd.readouterr() == ("", "")
 
@@ -353,5 +353,5 @@ def test_packed_stages_are_only_read(tmp_path: Path) -> None:
     path = layer(tmp_path / "a.usda", mesh(points_at(t1=1, t2=2)))
     assert UsdUtils.CreateNewUsdzPackage(str(path), str(tmp_path / "a.usdz"))
     np.testing.assert_array_equal(dynmesh.read(tmp_path / "a.usdz").vertices[:, 0, 2], [1, 2])
-    with pytest.raises(ValueError, match="usdz files are only read"):
+    with pytest.raises(ValueError, match="usdz files can only be read"):
         dynmesh.write(tmp_path / "b.usdz", dynmesh.read(path))

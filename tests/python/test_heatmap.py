@@ -120,7 +120,7 @@ def test_a_reference_must_be_of_use_and_fit(path: Path, tmp_path: Path, mesh: Me
         for name, message in (
             ("short.npz", "partial.npz has 5 frames, but .*short.npz has 4"),
             ("other.npz", "different faces"),
-            ("point.npz", "frame 0 has no extent"),
+            ("point.npz", "errors have no unit"),
         ):
             with (
                 open_sequence(tmp_path / name) as reference,

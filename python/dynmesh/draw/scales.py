@@ -47,7 +47,7 @@ class ErrorScale(Scale):
     """Errors, on a logarithmic scale, since those in one frame vary by decades."""
 
     def __init__(self, limit: float) -> None:
-        """Creates a scale up to `limit`, in bounding-box diagonals, over a range of `HEATMAP_RANGE`."""
+        """Creates a scale that ends at `limit`, which is in bounding-box diagonals."""
         self._last = math.log10(limit)
         self._decades = -math.log10(HEATMAP_RANGE)
         first = limit * HEATMAP_RANGE

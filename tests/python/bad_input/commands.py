@@ -93,7 +93,7 @@ shell = [
         "whole frame",
         "exit code 1",
     ),
-    _shell("info gap", "gap: f_0002.obj is missing", "put it there", "exit code 1"),
+    _shell("info gap", "gap: f_0002.obj is missing", "add it", "exit code 1"),
     _shell("info gap/f_*.obj", "gap/f_*.obj: f_0002.obj is missing", "exit code 1"),
     _shell("info body.npz --brief", "--brief", "--json", "exit code 2"),
     _shell("info body.npz other.npz", "other.npz", "put patterns in quotes", "exit code 2"),
