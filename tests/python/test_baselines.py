@@ -85,7 +85,7 @@ def test_laplacian_interpolation_is_dense_algebra(
     np.testing.assert_allclose(completed, expected, rtol=0, atol=1e-9)
 
 
-def test_systems_are_used_again_and_again(rng: np.random.Generator) -> None:
+def test_systems_can_be_reused(rng: np.random.Generator) -> None:
     mesh = meshes.sheet(9)
     k = len(mesh.vertices)
     squares = dynmesh.baselines.LeastSquaresMesh(mesh.faces, k)

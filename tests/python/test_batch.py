@@ -68,7 +68,7 @@ def test_a_failed_job_does_not_stop_the_others(tmp_path: Path, parallel: bool) -
     assert [r.status for r in complete_files(jobs, overwrite=True)] == ["done"] * 4
 
 
-def test_the_folders_of_outputs_are_made(tmp_path: Path) -> None:
+def test_folders_of_outputs_are_created(tmp_path: Path) -> None:
     expected = write_partial(tmp_path / "in.npz")
     outputs = [tmp_path / "a" / "b" / "out.npz", tmp_path / "c" / "d" / "f_%04d.ply"]
     assert [r.status for r in complete_files(Job(tmp_path / "in.npz", o) for o in outputs)] == [
@@ -161,7 +161,7 @@ def test_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert "--scheduler: no Dask scheduler answers at tcp://127.0.0.1:1" in error
 
 
-def test_a_report_tells_of_every_job(tmp_path: Path) -> None:
+def test_the_report_lists_every_job(tmp_path: Path) -> None:
     jobs, _ = check_jobs(tmp_path, 2)
     dynmesh.write(jobs[1].output, dynmesh.read(jobs[1].input))
     table, report = tmp_path / "jobs.csv", tmp_path / "report.csv"
@@ -180,7 +180,7 @@ def test_a_report_tells_of_every_job(tmp_path: Path) -> None:
     assert table.read_bytes() == before
 
 
-def test_a_format_that_cannot_go_on_is_written_all_the_same(tmp_path: Path) -> None:
+def test_formats_that_cannot_be_resumed_are_written(tmp_path: Path) -> None:
     pytest.importorskip("pxr", reason="usd-core is not installed")
     expected = write_partial(tmp_path / "in.npz")
     job = Job(tmp_path / "in.npz", tmp_path / "out.usdc")
@@ -188,7 +188,7 @@ def test_a_format_that_cannot_go_on_is_written_all_the_same(tmp_path: Path) -> N
     assert_equal(job, expected)
 
 
-def test_help_tells_the_columns() -> None:
+def test_help_lists_the_columns() -> None:
     shown = run("batch", "--help").stdout
     for column in ("input", "output", *optional_columns):
         assert column in shown
@@ -275,7 +275,7 @@ def test_the_workers_of_a_killed_command_end(tmp_path: Path) -> None:
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="Linux alone tells of children")
 @pytest.mark.usefixtures("hearing_interrupts")
 @pytest.mark.parametrize("workers", [1, 2])
-def test_an_interrupted_command_says_so_in_a_line(tmp_path: Path, workers: int) -> None:
+def test_an_interruption_is_reported_in_one_line(tmp_path: Path, workers: int) -> None:
     write_partial(tmp_path / "in.npz", n_frames=60)
     table = tmp_path / "jobs.csv"
     rows = "".join(f"in.npz,out{i}.npz,detail\n" for i in range(100))

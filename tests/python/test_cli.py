@@ -86,7 +86,7 @@ def test_known_masks_add_up(folder: Path, tmp_path: Path) -> None:
     assert 0.1 < second[1:].mean() < 0.2
 
 
-def test_each_way_to_degrade_is_the_librarys(folder: Path, tmp_path: Path) -> None:
+def test_degrade_equals_the_library(folder: Path, tmp_path: Path) -> None:
     truth = dynmesh.read(folder / "truth.npz")
     frames, faces, degrade = truth.vertices, truth.faces, dynmesh.degrade
     everywhere = frames.reshape(-1, 3)
@@ -121,7 +121,7 @@ def test_each_way_to_degrade_is_the_librarys(folder: Path, tmp_path: Path) -> No
     np.testing.assert_array_equal(both, expected)
 
 
-def test_info_tells_what_a_file_holds(folder: Path) -> None:
+def test_info_describes_a_file(folder: Path) -> None:
     shown = run("info", folder / "partial.npz").stdout
     for line in ("2500, float32", "4802", "30.0 %", "196", "30"):
         assert line in shown
@@ -132,7 +132,7 @@ def test_info_tells_what_a_file_holds(folder: Path) -> None:
     assert re.search(r"^name +unknown *$", shown, re.MULTILINE)
 
 
-def test_info_tells_polygons_axis_and_name(tmp_path: Path) -> None:
+def test_info_shows_polygons_axis_and_name(tmp_path: Path) -> None:
     polygons = Polygons(np.array([4, 3]), np.array([0, 1, 2, 3, 0, 1, 4]))
     faces, _ = split_polygons(polygons)
     points = np.random.default_rng(0).random((2, 5, 3))
@@ -156,7 +156,7 @@ def test_info_says_why_a_file_cannot_be_completed(tmp_path: Path) -> None:
     assert error.startswith(f"dynmesh: {tmp_path / 'a.npz'}: ")
 
 
-def test_zeros_that_may_be_holes_are_told(folder: Path, tmp_path: Path) -> None:
+def test_zeros_that_may_be_missing_are_reported(folder: Path, tmp_path: Path) -> None:
     partial = dynmesh.read(folder / "partial.npz")
     assert partial.known is not None
     zeros, masked = tmp_path / "zeros.npz", tmp_path / "masked.npz"
@@ -195,7 +195,7 @@ def test_zeros_that_may_be_holes_are_told(folder: Path, tmp_path: Path) -> None:
     assert "780 positions of exactly (0, 0, 0) after frame 0, 0.8 %" in told(tmp_path / "few.npz")
 
 
-def test_complete_tells_what_it_did(folder: Path, tmp_path: Path) -> None:
+def test_complete_reports_what_it_did(folder: Path, tmp_path: Path) -> None:
     shown = run("complete", folder / "partial.npz", tmp_path / "a.npz").stderr
     assert "a.npz: known 30 %, filled in 70 %, unseen 0 % of the vertices after frame 0" in shown
     assert "nothing was missing" not in shown
@@ -218,7 +218,7 @@ def test_a_guessed_up_axis_is_reported(folder: Path, tmp_path: Path) -> None:
     assert "assuming that z is up" in run("view", flat, *page).stderr
 
 
-def test_faces_and_prim_are_for_whichever_file_takes_them(folder: Path, tmp_path: Path) -> None:
+def test_faces_and_prim_apply_to_the_file_that_supports_them(folder: Path, tmp_path: Path) -> None:
     pytest.importorskip("pxr", reason="usd-core is not installed")
     truth, completed = folder / "truth.npz", folder / "completed.npz"
     expected = run("evaluate", completed, truth).stdout
@@ -235,14 +235,14 @@ def test_faces_and_prim_are_for_whichever_file_takes_them(folder: Path, tmp_path
     run("view", completed, "--reference", scene, "--prim", "/mesh", *page)
     refused: list[tuple[list[str | Path], str]] = [
         ([completed, scene, "--prim", "/no"], "truth.usda: has no mesh '/no'"),
-        ([completed, truth, "--prim", "/mesh"], "completed.npz: holds one mesh"),
-        ([completed, truth, "--faces", body], "completed.npz: has faces of its own"),
+        ([completed, truth, "--prim", "/mesh"], "completed.npz: holds a single mesh"),
+        ([completed, truth, "--faces", body], "completed.npz: holds its faces"),
     ]
     for arguments, message in refused:
         assert message in run("evaluate", *arguments, code=1).stderr
 
 
-def test_what_a_format_cannot_hold_is_left_out_aloud(folder: Path, tmp_path: Path) -> None:
+def test_what_a_format_cannot_hold_is_reported(folder: Path, tmp_path: Path) -> None:
     run("complete", folder / "partial.npz", tmp_path / "a.npz", "--provenance")
     completed = dynmesh.read(tmp_path / "a.npz").vertices
     for name in ("a.pc2", "o/f_%02d.obj"):

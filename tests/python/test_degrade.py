@@ -607,7 +607,9 @@ def test_bad_arguments_are_refused_at_the_call(
         (TypeError, "field_of_view: must be a number, not None", {"field_of_view": None}),
     ],
 )
-def test_what_is_no_camera_is_refused(error: type[Exception], message: str, settings: Any) -> None:
+def test_objects_other_than_cameras_are_refused(
+    error: type[Exception], message: str, settings: Any
+) -> None:
     arguments = {"position": (4, 0, 0), "target": (0, 0, 0), "up": (0, 0, 1), **settings}
     with pytest.raises(error, match=message):
         Camera(**arguments)

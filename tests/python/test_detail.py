@@ -165,7 +165,7 @@ def test_names_and_order_do_not_matter(mesh: Mesh, data: st.DataObject) -> None:
     )
 
 
-def test_the_report_says_where_the_time_went(mesh: Mesh) -> None:
+def test_the_report_divides_the_time(mesh: Mesh) -> None:
     completer = dynmesh.Completer(mesh.faces, mesh.vertices, method="detail")
     known = np.arange(len(mesh.vertices)) % 3 == 0
     completer.push(mesh.vertices, known)

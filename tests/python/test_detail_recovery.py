@@ -71,7 +71,7 @@ def errors(completer: dynmesh.Completer, frames: Array) -> Array:
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 @pytest.mark.parametrize("noise", [None, 0.01], ids=["exact", "noise"])
-def test_one_whole_frame_makes_up_for_anything(
+def test_one_complete_frame_restores_accuracy(
     subject: tuple[Array, Array], dtype: DTypeLike, noise: float | None
 ) -> None:
     faces, exact = subject

@@ -58,13 +58,13 @@ def test_what_is_broken_is_found_where_it_is(code: str) -> None:
     ],
     ids=["sheet", "one frame", "square", "ocean"],
 )
-def test_nothing_is_odd_about_what_is_sound(sequence: Sequence) -> None:
+def test_sound_sequences_have_no_findings(sequence: Sequence) -> None:
     diagnosis = dynmesh.diagnose(sequence)
     assert codes(diagnosis) == []
     assert diagnosis.severity is None
 
 
-def test_losing_vertices_alone_is_not_odd() -> None:
+def test_lost_vertices_are_not_a_finding() -> None:
     whole = walker()
     assert codes(dynmesh.diagnose(whole)) == []
     n_frames, k, _ = whole.vertices.shape
@@ -127,7 +127,7 @@ def test_what_is_too_large_is_what_completion_refuses(dtype: type, limit: float)
     list(dynmesh.complete(sequence.faces, iter(largest)))
 
 
-def test_frame_0_says_where_to_begin_instead() -> None:
+def test_an_incomplete_frame_0_names_the_first_complete_frame() -> None:
     sequence, _ = BROKEN["first_frame_incomplete"]()
     sequence.vertices[1:3, 9] = np.nan
     assert "Frame 3 is the first complete one" in dynmesh.diagnose(sequence).findings[0].advice
@@ -146,7 +146,7 @@ def test_units_of_people_are_guessed_and_no_others(scale: float) -> None:
     assert dynmesh.diagnose(sheet_of_a_size).likely_unit is None
 
 
-def test_nothing_at_all_is_bearable() -> None:
+def test_empty_and_still_sequences_are_diagnosed() -> None:
     nothing = np.full((3, 4, 3), np.nan)
     no_faces = np.empty((0, 3), np.int64)
     assert "first_frame_incomplete" in codes(dynmesh.diagnose(Sequence(nothing, no_faces)))
@@ -162,7 +162,7 @@ def test_nothing_at_all_is_bearable() -> None:
 
 @settings(max_examples=150, deadline=None)
 @given(meshes())
-def test_any_mesh_is_told_as_the_core_tells_it(mesh: Mesh) -> None:
+def test_the_findings_agree_with_the_core(mesh: Mesh) -> None:
     sequence = moving(mesh, 3)
     diagnosis = dynmesh.diagnose(sequence)
     topology = dynmesh.Completer(mesh.faces, mesh.vertices).topology
@@ -238,7 +238,7 @@ def test_the_mean_edge_is_what_noise_is_measured_in(tmp_path: Path) -> None:
     assert point.mean_edge is None
 
 
-def test_what_was_first_met_at_the_origin_is_there() -> None:
+def test_vertices_first_observed_at_the_origin_are_not_missing() -> None:
     """A vertex that is pinned there, and that frame 0 lacks."""
     pinned = dynmesh.synth.ocean(6, grid=8)
     vertices = pinned.vertices - pinned.vertices[:, :1]
@@ -248,7 +248,7 @@ def test_what_was_first_met_at_the_origin_is_there() -> None:
     assert "zeros" not in " ".join(codes(found))
 
 
-def test_places_are_listed_as_people_do() -> None:
+def test_places_are_listed_in_words() -> None:
     assert listed("vertex", [4]) == "vertex 4"
     assert listed("face", [4, 6]) == "faces 4 and 6"
     assert listed("vertex", range(9)) == "vertices 0, 1, 2, 3, 4 and 4 others"
@@ -256,7 +256,7 @@ def test_places_are_listed_as_people_do() -> None:
 
 
 @pytest.mark.parametrize("format", [name for name in formats if formats[name].writer])
-def test_a_file_is_told_as_the_sequence_is(format: str, tmp_path: Path) -> None:
+def test_a_file_has_the_findings_of_its_sequence(format: str, tmp_path: Path) -> None:
     sequence, _ = BROKEN["outliers"]()
     suffix = formats[format].suffixes[0]
     path = tmp_path / (f"a_%04d{suffix}" if format in ("ply", "obj") else f"a{suffix}")
@@ -286,7 +286,7 @@ def test_memory_does_not_grow_with_the_frames(tmp_path: Path) -> None:
     assert peaks[1] < peaks[0] + 300_000
 
 
-def test_the_command_says_it_in_every_way(tmp_path: Path) -> None:
+def test_the_command_prints_text_and_json(tmp_path: Path) -> None:
     sequence, _ = BROKEN["outliers"]()
     path, sound = tmp_path / "a.npz", tmp_path / "sound.npz"
     dynmesh.write(path, sequence)

@@ -172,7 +172,7 @@ def test_one_frame_may_have_a_time(tmp_path: Path, partial: dynmesh.Sequence, fo
         assert again.start == (7 if format in ("usd", "alembic") else 0)
 
 
-def test_any_frames_can_be_asked_for(
+def test_any_frames_can_be_requested(
     tmp_path: Path, partial: dynmesh.Sequence, format: str
 ) -> None:
     path = place(tmp_path, format)
@@ -227,7 +227,7 @@ def test_completion_is_the_same_through_each(
     assert (completed.polygons is None) == (format == "npy")
 
 
-def test_provenance_is_refused_where_it_cannot_be(
+def test_provenance_is_refused_by_formats_without_it(
     tmp_path: Path, partial: dynmesh.Sequence, format: str
 ) -> None:
     if format in TRACED:
@@ -265,7 +265,7 @@ def binary_zeros(file: Path) -> None:
 
 
 @pytest.mark.parametrize("spoil", [truncated, emptied, mislabelled, binary_zeros])
-def test_spoilt_files_are_refused_in_one_line(
+def test_damaged_files_are_refused_in_one_line(
     tmp_path: Path,
     partial: dynmesh.Sequence,
     format: str,
@@ -364,7 +364,7 @@ def test_the_suffix_can_be_overridden(
         dynmesh.read(path)
 
 
-def test_masks_may_come_from_elsewhere(
+def test_masks_may_be_in_another_file(
     tmp_path: Path, partial: dynmesh.Sequence, format: str
 ) -> None:
     zeros = np.where(np.isnan(partial.vertices), 0, partial.vertices)
@@ -383,7 +383,7 @@ def test_masks_may_come_from_elsewhere(
         dynmesh.read(path, known=partial.known[1:])
 
 
-def test_masks_that_are_none_are_refused(tmp_path: Path, partial: dynmesh.Sequence) -> None:
+def test_invalid_masks_are_refused(tmp_path: Path, partial: dynmesh.Sequence) -> None:
     path = tmp_path / "a.npz"
     dynmesh.write(path, partial)
     mask: Any = tmp_path / "mask.npy"
@@ -409,6 +409,6 @@ def test_a_vertex_at_the_origin_in_frame_0_is_known(tmp_path: Path) -> None:
 def test_sequences_without_frames_are_refused(tmp_path: Path, partial: dynmesh.Sequence) -> None:
     none = dynmesh.Sequence(partial.vertices[:0], partial.faces)
     dynmesh.write(tmp_path / "a.npz", none)
-    with pytest.raises(ValueError, match=r"a\.npz: holds no frame"):
+    with pytest.raises(ValueError, match=r"a\.npz: has no frames"):
         dynmesh.open(tmp_path / "a.npz")
     shutil.rmtree(tmp_path)

@@ -146,7 +146,7 @@ def test_another_job_is_not_mixed_in(tmp_path: Path, partial: Path) -> None:
 
 
 @pytest.mark.usefixtures("eager")
-def test_other_threads_go_on_with_the_same_job(tmp_path: Path, partial: Path) -> None:
+def test_a_job_is_resumed_with_another_number_of_threads(tmp_path: Path, partial: Path) -> None:
     whole, output = tmp_path / "whole.npz", tmp_path / "out.npz"
     complete_file(partial, whole)
     with pytest.raises(KeyboardInterrupt):
@@ -156,7 +156,7 @@ def test_other_threads_go_on_with_the_same_job(tmp_path: Path, partial: Path) ->
 
 
 @pytest.mark.usefixtures("eager")
-def test_only_what_can_be_continued_is_left(tmp_path: Path, partial: Path) -> None:
+def test_only_resumable_files_are_kept(tmp_path: Path, partial: Path) -> None:
     output = tmp_path / "out.npz"
     with pytest.raises(ValueError, match="no sensor"):
         complete_file(partial, output, watch=interrupted_after(11, ValueError("no sensor")))
@@ -166,7 +166,7 @@ def test_only_what_can_be_continued_is_left(tmp_path: Path, partial: Path) -> No
     assert complete_file(partial, output, resume=True).resumed_at == 11
 
 
-def test_rejected_outliers_are_told(tmp_path: Path, partial: Path) -> None:
+def test_rejected_outliers_are_reported(tmp_path: Path, partial: Path) -> None:
     sequence = dynmesh.read(partial)
     assert sequence.known is not None
     astray = list(dynmesh.degrade.add_outliers(sequence.vertices, sequence.faces, 0.01))
@@ -256,7 +256,7 @@ def test_the_defaults_are_the_completers(partial: Path) -> None:
     assert said.state() == dynmesh.Completer(faces, frame).state()
 
 
-def test_it_tells_what_it_did(tmp_path: Path, partial: Path) -> None:
+def test_the_report_of_a_file(tmp_path: Path, partial: Path) -> None:
     report = complete_file(partial, tmp_path / "out.npz", fps=12.5)
     assert (report.frames, report.resumed_at) == (30, 0)
     assert report.seconds_per_frame is not None
@@ -304,7 +304,7 @@ def test_many_files_are_compared_in_linear_time(
         assert calls(20, **options) <= 4 * few
 
 
-def test_what_cannot_go_on_is_refused_before_any_work(tmp_path: Path, partial: Path) -> None:
+def test_formats_that_cannot_be_resumed_are_refused_first(tmp_path: Path, partial: Path) -> None:
     for name, format in (("out.abc", None), ("out.usdc", None), ("out", "usd")):
         with pytest.raises(
             ValueError, match=rf"{name}: this format cannot be resumed; npz, .* and pvd can"
@@ -329,7 +329,7 @@ def shell(monkeypatch: pytest.MonkeyPatch, *arguments: object, interrupt: int = 
 
 
 @pytest.mark.usefixtures("eager")
-def test_the_command_tells_what_an_interruption_leaves(
+def test_the_command_reports_what_an_interruption_leaves(
     tmp_path: Path,
     partial: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -350,7 +350,7 @@ def test_the_command_tells_what_an_interruption_leaves(
 
 
 @pytest.mark.usefixtures("eager")
-def test_the_command_tells_when_it_cannot_go_on(
+def test_the_command_reports_that_it_cannot_resume(
     tmp_path: Path,
     partial: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -365,7 +365,9 @@ def test_the_command_tells_when_it_cannot_go_on(
 
 
 @pytest.mark.parametrize("format", RESUMABLE)
-def test_resuming_what_is_complete_does_nothing(tmp_path: Path, partial: Path, format: str) -> None:
+def test_resuming_a_complete_output_does_nothing(
+    tmp_path: Path, partial: Path, format: str
+) -> None:
     output = output_path(tmp_path, format)
     complete_file(partial, output)
     before = files_in(tmp_path)
@@ -378,9 +380,7 @@ def test_resuming_what_is_complete_does_nothing(tmp_path: Path, partial: Path, f
 
 
 @pytest.mark.usefixtures("eager")
-def test_what_an_interruption_left_beside_an_older_output_is_not_forgotten(
-    tmp_path: Path, partial: Path
-) -> None:
+def test_unfinished_files_beside_an_older_output_are_resumed(tmp_path: Path, partial: Path) -> None:
     output = tmp_path / "out.npz"
     complete_file(partial, output)
     with pytest.raises(KeyboardInterrupt):
@@ -406,7 +406,7 @@ def test_only_a_complete_output_ends_a_resumed_job(tmp_path: Path, partial: Path
         complete_file(partial, tmp_path / "out.npz", resume=True)
 
 
-def test_the_command_tells_what_is_complete(
+def test_the_command_reports_a_complete_output(
     tmp_path: Path,
     partial: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -419,7 +419,7 @@ def test_the_command_tells_what_is_complete(
     assert capfd.readouterr().err == f"{out}: already complete; --overwrite replaces it\n"
 
 
-def test_the_command_tells_that_nothing_is_kept(
+def test_the_command_reports_that_nothing_is_kept(
     tmp_path: Path,
     partial: Path,
     monkeypatch: pytest.MonkeyPatch,

@@ -138,7 +138,7 @@ def masked(*values: int) -> Any:
 @pytest.mark.parametrize(
     ("add", "message"),
     [
-        (lambda s: known(s, "Int32", VERTEX, integers(1, 1, 0)), "known: must be .* of uchar"),
+        (lambda s: known(s, "Int32", VERTEX, integers(1, 1, 0)), "known: must be .* of type uchar"),
         (
             lambda s: known(s, "Uchar", Geometry.GeometryScope.kFacevaryingScope, masked(1, 1, 0)),
             "known: must have one value per vertex",
@@ -169,7 +169,7 @@ def masked(*values: int) -> Any:
         ),
     ],
 )
-def test_meshes_that_are_no_sequence_are_refused(
+def test_unsuitable_meshes_are_refused(
     tmp_path: Path,
     add: Callable[[Any], None],
     message: str,
@@ -187,7 +187,7 @@ def test_meshes_that_are_no_sequence_are_refused(
     assert capfd.readouterr() == ("", "")
 
 
-def test_a_mask_may_stay(tmp_path: Path) -> None:
+def test_a_mask_may_be_constant(tmp_path: Path) -> None:
     path = tmp_path / "a.abc"
     archive = Abc.OArchive(str(path))
     known(add_mesh(archive, "Body", [1, 2, 3]), "Uchar", VERTEX, masked(1, 1, 0))
@@ -202,7 +202,7 @@ def test_old_archives_are_refused(tmp_path: Path) -> None:
         dynmesh.read(path)
 
 
-def test_what_is_written_follows_the_customs(tmp_path: Path) -> None:
+def test_written_archives_follow_conventions(tmp_path: Path) -> None:
     vertices = np.zeros((3, 4, 3))
     vertices[1, 2] = np.nan
     faces = np.array([[0, 1, 2], [0, 2, 3]])

@@ -94,7 +94,7 @@ def test_npy_keeps_the_arrays(tmp_path: Path, dtype: Any) -> None:
     assert sorted(files.existing(path)) == sorted(tmp_path.iterdir())
 
     (tmp_path / "a.b.age.npy").unlink()
-    with pytest.raises(ValueError, match="only one of generation and age"):
+    with pytest.raises(ValueError, match="generation and age must both exist or neither"):
         dynmesh.read(path)
 
 
@@ -205,7 +205,7 @@ GOOD: dict[str, Any] = {
         ({"faces": GOOD["faces"]}, "has no array 'vertices'.*this file holds faces"),
         ({}, "has no array 'vertices'.*this file holds none"),
         (GOOD | {"vertices": np.zeros((4, 3))}, r"must have shape \(n, k, 3\), not \(4, 3\)"),
-        (GOOD | {"vertices": np.zeros((0, 4, 3))}, "holds no frame"),
+        (GOOD | {"vertices": np.zeros((0, 4, 3))}, "has no frames"),
         (GOOD | {"vertices": np.float32(1)}, r"must have shape \(n, k, 3\), not \(\)"),
         (GOOD | {"vertices": h5py.Empty("f4")}, r"must have shape \(n, k, 3\), not \(\)"),
         (GOOD | {"vertices": np.zeros((2, 4, 3), "f2")}, "float32 or float64, not float16"),
@@ -243,7 +243,7 @@ def test_hdf5_without_a_sequence_is_refused(
     assert str(caught.value).startswith(f"{path}: ")
 
 
-def test_groups_and_lost_links_are_no_datasets(tmp_path: Path) -> None:
+def test_groups_and_broken_links_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.h5"
     with h5py.File(path, "w") as file:
         file["vertices"] = GOOD["vertices"]
@@ -288,7 +288,7 @@ def test_damaged_hdf5_is_refused_quietly(tmp_path: Path, capfd: pytest.CaptureFi
     assert capfd.readouterr() == ("", "")
 
 
-def test_an_hdf5_file_of_unreadable_frames_says_so(tmp_path: Path) -> None:
+def test_unreadable_frames_of_an_hdf5_file_are_reported(tmp_path: Path) -> None:
     path = tmp_path / "a.h5"
     with h5py.File(path, "w") as file:
         vertices = np.arange(24, dtype=np.float32).reshape(2, 4, 3)
@@ -320,7 +320,7 @@ def test_an_hdf5_file_that_is_being_written_is_refused(tmp_path: Path) -> None:
     assert dynmesh.read(path).vertices.shape == (N, K, 3)
 
 
-def test_what_the_system_refuses_is_said_of_the_file(tmp_path: Path) -> None:
+def test_errors_of_the_system_name_the_file(tmp_path: Path) -> None:
     for name in ("none.h5", "none.npy"):
         with pytest.raises(FileNotFoundError) as caught:
             dynmesh.open(tmp_path / name)
@@ -352,7 +352,7 @@ def test_damaged_npy_is_refused(tmp_path: Path) -> None:
         (npy_of(np.zeros((2, 4, 3), int), path), "float32 or float64, not int64"),
         (npy_of(np.array([None]), path), "holds Python objects"),
         (npy_of(np.float32(1), path), r"array of shape \(\)"),
-        (npy_of(np.zeros((0, 4, 3)), path), "holds no frame"),
+        (npy_of(np.zeros((0, 4, 3)), path), "has no frames"),
     ):
         path.write_bytes(data)
         with pytest.raises(ValueError, match=message) as caught:
@@ -388,7 +388,7 @@ with dynmesh.files.begin(path, header, folder=part, resume_at=kept) as writer:
 
 
 @pytest.mark.parametrize("suffix", [".h5", ".npy", ".pc2", ".mdd"])
-def test_a_killed_writer_can_be_gone_on_with(tmp_path: Path, suffix: str) -> None:
+def test_a_killed_writer_can_be_resumed(tmp_path: Path, suffix: str) -> None:
     rng = np.random.default_rng(1)
     n, k = 9, 2000
     known = rng.random((n, k)) < 0.5
@@ -455,9 +455,7 @@ def test_memory_does_not_grow_with_the_frames(tmp_path: Path, name: str) -> None
     subprocess.run(command, check=True, env=environment)
 
 
-def test_a_full_disk_is_an_error_of_the_system(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_a_full_disk_raises_an_oserror(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     sequence = dynmesh.Sequence(np.ones((50, 9000, 3)), np.array([[0, 1, 2]]))
     for name in ("a.h5", "a.npy", "a.pc2", "a.mdd"):
         path = tmp_path / name

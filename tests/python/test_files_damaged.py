@@ -140,7 +140,7 @@ def spoil(path: Path, old: bytes, new: bytes) -> None:
     path.write_bytes(content.replace(old, new, 1))
 
 
-def test_a_header_of_gigabytes_is_not_made_room_for(files: Files) -> None:
+def test_no_memory_is_allocated_for_a_huge_header(files: Files) -> None:
     files.whole("npy")
     faces = files.path("npy").with_name("body.faces.npy")
     spoil(faces, b"NUMPY\x01\x00", b"NUMPY\x02\x00")
@@ -182,7 +182,7 @@ def test_an_archive_whose_members_begin_before_it(tmp_path: Path) -> None:
     content = bytearray(path.read_bytes())
     content[-4] += 1  # of where the list of members is said to begin
     path.write_bytes(content)
-    with pytest.raises(ValueError, match=r"places\.npz: is damaged or no \.npz archive"):
+    with pytest.raises(ValueError, match=r"places\.npz: is damaged or not an \.npz archive"):
         dynmesh.read(path)
 
 
@@ -204,5 +204,5 @@ def test_an_index_in_an_unknown_encoding(files: Files) -> None:
     pytest.importorskip("vtkmodules")
     files.whole("pvd")
     spoil(files.path("pvd"), b"utf-8", b"uuf-8")
-    with pytest.raises(ValueError, match="damaged or no PVD file"):
+    with pytest.raises(ValueError, match="damaged or not a PVD file"):
         dynmesh.read(files.path("pvd"))

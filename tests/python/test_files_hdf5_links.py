@@ -118,7 +118,7 @@ def pattern(h5: Any, own: Path) -> None:  # noqa: ARG001
         in_part(external("../part.h5"), virtual("parts/between.h5", "/vertices")),
     ],
 )
-def test_what_is_in_the_own_folder_is_followed(own: Path, make: Make) -> None:
+def test_links_within_the_folder_are_followed(own: Path, make: Make) -> None:
     path = written(own, make)
     np.testing.assert_array_equal(dynmesh.read(path).vertices, VERTICES)
     with dynmesh.open(path) as reader:
@@ -192,11 +192,11 @@ def test_a_virtual_dataset_of_its_own_file_is_followed(own: Path) -> None:
         ),
         (
             lambda h5, _: h5.__setitem__("vertices", h5py.SoftLink("/no")),
-            "vertices: leads to '/no' in a.h5, but",
+            "vertices: leads to '/no' in a.h5, which",
         ),
     ],
 )
-def test_nothing_else_is_reached(
+def test_links_to_other_places_are_refused(
     own: Path, make: Make, message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (own / "symbolic.h5").symlink_to("../secret.h5")
@@ -214,7 +214,7 @@ def test_nothing_else_is_reached(
         assert "\n" not in str(caught.value)
 
 
-def test_what_is_not_needed_is_not_opened(own: Path) -> None:
+def test_unused_links_are_not_opened(own: Path) -> None:
     """A name that may be there is looked up without following where it leads."""
 
     def make(h5: Any, _: Path) -> None:
@@ -225,7 +225,7 @@ def test_what_is_not_needed_is_not_opened(own: Path) -> None:
     np.testing.assert_array_equal(dynmesh.read(written(own, make)).vertices, VERTICES)
 
 
-def test_the_folder_is_where_a_symbolic_link_leads(own: Path) -> None:
+def test_the_folder_is_that_of_the_resolved_path(own: Path) -> None:
     path = written(own, external("part.h5"))
     (own.parent / "link.h5").symlink_to(path)
     np.testing.assert_array_equal(dynmesh.read(own.parent / "link.h5").vertices, VERTICES)

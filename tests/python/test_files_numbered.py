@@ -93,9 +93,7 @@ def test_a_folder_is_written_and_read(tmp_path: Path, mesh: Mesh) -> None:
     ):
         dynmesh.write(folder, sequence)
     (folder / "scan.ply").rename(folder / "scan.obj")
-    with pytest.raises(
-        ValueError, match=r"both \.ply and \.obj files; name the format with --form"
-    ):
+    with pytest.raises(ValueError, match=r"both \.ply and \.obj files; name the format: --form"):
         dynmesh.open(folder)
     assert dynmesh.open(folder, format="ply").n_frames == 2
     (tmp_path / "none").mkdir()
@@ -203,7 +201,7 @@ def test_files_are_numbered_from_the_start(tmp_path: Path, mesh: Mesh) -> None:
     assert dynmesh.read(tmp_path / "one.ply").start == 0
 
 
-def test_what_cannot_be_written_leaves_nothing(tmp_path: Path, mesh: Mesh) -> None:
+def test_a_failed_write_leaves_nothing(tmp_path: Path, mesh: Mesh) -> None:
     sequence = sequence_of(mesh)
     for path, message in (
         ("body.ply", r"one file holds one frame, not 3: write body_%04d\.ply"),
@@ -212,7 +210,7 @@ def test_what_cannot_be_written_leaves_nothing(tmp_path: Path, mesh: Mesh) -> No
         with pytest.raises(ValueError, match=message):
             dynmesh.write(tmp_path / path, sequence)
     traced = np.zeros((3, 49), np.int32)
-    with pytest.raises(ValueError, match="holds no generation and age"):
+    with pytest.raises(ValueError, match="cannot hold generation and age"):
         dynmesh.write(
             tmp_path / "new" / "f_%04d.obj",
             dynmesh.Sequence(sequence.vertices, mesh.faces, generation=traced, age=traced),
@@ -232,7 +230,7 @@ def test_what_cannot_be_written_leaves_nothing(tmp_path: Path, mesh: Mesh) -> No
 
 
 @pytest.mark.parametrize("start", [0, 3, 1001])
-def test_an_interrupted_sequence_goes_on(tmp_path: Path, mesh: Mesh, start: int) -> None:
+def test_an_interrupted_sequence_can_be_resumed(tmp_path: Path, mesh: Mesh, start: int) -> None:
     sequence = sequence_of(mesh, 5)
     path, folder = tmp_path / "f_%04d.ply", tmp_path / "work"
     (tmp_path / "f_0002.ply").touch()  # of an older sequence
@@ -269,7 +267,7 @@ def test_frames_of_another_mesh_are_refused(tmp_path: Path, second: str, message
     assert str(tmp_path / "f1.obj") in str(caught.value)
 
 
-def test_later_frames_may_be_points_alone(tmp_path: Path) -> None:
+def test_later_frames_may_have_only_points(tmp_path: Path) -> None:
     (tmp_path / "f0.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\n")
     with pytest.raises(ValueError, match="has only points, but the first frame needs faces"):
         dynmesh.open(tmp_path / "f%d.obj")
@@ -374,8 +372,8 @@ def test_text_ply_is_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (b"ply", "no PLY file"),
-        (b"solid cube\n", "no PLY file: line 1 is not 'ply'"),
+        (b"ply", "not a PLY file"),
+        (b"solid cube\n", "not a PLY file: line 1 is not 'ply'"),
         (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS)[:60], "header is cut or damaged"),
         (
             ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS),
@@ -385,7 +383,7 @@ def test_text_ply_is_read(tmp_path: Path) -> None:
             ply(f"vertex 2: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 2\n"),
             "line 12: has 3 words, but 'face' needs 1",
         ),
-        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 2\n" * 2), "14: goes on after"),
+        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 2\n" * 2), "14: continues after"),
         (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 two\n"), "13: .* b'two'"),
         (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1\n"), "13: has 3 words.* 4"),
         (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 1_0\n"), "13: .* '_'"),
@@ -427,15 +425,15 @@ def test_text_ply_is_read(tmp_path: Path) -> None:
         (ply("vertex 3: float x, float y, int z", POINTS), "need a property 'z'"),
         (ply("vertex 3", POINTS).replace(b"property \n", b""), "'vertex' has no properties"),
         (ply("vertex 1: quad x", b"1\n"), "line 4: unknown type 'quad'"),
-        (ply("vertex 1: list float int x", b"1 1\n"), "line 4: .* integer, no float"),
-        (ply("vertex 1: list int x", b"1\n"), "line 4: a property has a type, or 'list'"),
+        (ply("vertex 1: list float int x", b"1 1\n"), "line 4: .* integer type, not float"),
+        (ply("vertex 1: list int x", b"1\n"), "line 4: a property needs a type, or 'list'"),
         (ply("vertex 1: float x, int x", b"1 1\n"), "line 5: there is a second property 'x'"),
         (ply("a 1: int x; a 1: int x", b"1\n1\n"), "line 5: there is a second element 'a'"),
         (ply("a 1: int x", b"1\n", format="binary"), "line 2: the format must be one of ascii"),
         (ply("a 1: int x", b"1\n", head="format ascii 1.0"), "line 3: .* is not valid here"),
         (b"ply\nelement a 1\nend_header\n", "line 2: .* is not valid here"),
         (b"ply\ncomment\nend_header\n", "names no format"),
-        (b"ply\nformat ascii 1.0\nproperty int x\nend_header\n", "line 3: .* means nothing"),
+        (b"ply\nformat ascii 1.0\nproperty int x\nend_header\n", "line 3: .* is not valid"),
         (
             ply(f"vertex 3: {XYZ}; face 1: list uchar float vertex_indices", POINTS + b"3 0 1 2\n"),
             "the corners of its faces must be a list of integers",
@@ -462,7 +460,7 @@ def test_text_ply_is_read(tmp_path: Path) -> None:
             binary_ply("<", "vertex_index", "float")[:-20],
             "its 3 records of 'vertex' need 51 bytes or more, but 45 follow",
         ),
-        (binary_ply(">", "vertex_index", "float") + b"\n", "goes on .* for 1 bytes"),
+        (binary_ply(">", "vertex_index", "float") + b"\n", "continues for 1 bytes"),
         (
             ply("a 2: list short char b", b"\1\0\7\xff\xff", format="binary_little_endian"),
             "record 1 of 'a': has a list of length -1",
@@ -603,7 +601,7 @@ def whole_ply_files() -> list[bytes]:
     return [text, text.replace(b"\n", b"\r\n"), mixed, binary_ply("<", "vertex_index", "double")]
 
 
-def test_ply_files_that_are_cut_or_go_on_are_refused(tmp_path: Path) -> None:
+def test_ply_files_of_wrong_length_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.ply"
     for whole in whole_ply_files():
         path.write_bytes(whole)
@@ -615,7 +613,7 @@ def test_ply_files_that_are_cut_or_go_on_are_refused(tmp_path: Path) -> None:
                 dynmesh.read(path)
 
 
-def test_spoilt_ply_files_are_read_or_refused_in_one_line(tmp_path: Path) -> None:
+def test_damaged_ply_files_are_read_or_refused_in_one_line(tmp_path: Path) -> None:
     rng = np.random.default_rng(3)
     path = tmp_path / "a.ply"
     pieces = [b"\n", b"\r", b" ", b"9", b"-", b"nan", b"1e400", b"\xff" * 4, b"\x85", b"list "]
@@ -683,7 +681,7 @@ def test_ply_goes_to_vtk(tmp_path: Path, mesh: Mesh) -> None:
 # OBJ
 
 
-def test_obj_as_others_write_it(tmp_path: Path) -> None:
+def test_obj_of_other_programs_is_read(tmp_path: Path) -> None:
     path = tmp_path / "a.obj"
     path.write_bytes(
         b"# caf\xe9\r\nmtllib a.mtl\r\no body\r\n"
@@ -753,7 +751,7 @@ UNUSUAL_OBJ = [
 
 
 @pytest.mark.parametrize("text", ORDINARY_OBJ + UNUSUAL_OBJ)
-def test_obj_is_read_alike_fast_and_line_by_line(tmp_path: Path, text: str) -> None:
+def test_both_obj_readers_agree(tmp_path: Path, text: str) -> None:
     data = text.encode()
     fast = plain_obj(data)
     assert (fast is not None) == (text in ORDINARY_OBJ)
@@ -779,7 +777,7 @@ obj_pieces = st.sampled_from(
 
 
 @given(st.lists(obj_pieces, max_size=12).map("".join))
-def test_what_is_read_fast_is_read_alike_line_by_line(text: str) -> None:
+def test_both_obj_readers_agree_on_any_text(text: str) -> None:
     data = f"{TRIANGLE}{text}".encode("latin-1")
     fast = plain_obj(data)
     if fast is not None:

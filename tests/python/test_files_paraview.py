@@ -130,7 +130,7 @@ def test_a_shorter_sequence_replaces_a_longer_one(tmp_path: Path, mesh: Mesh) ->
         ]  # fmt: skip
 
 
-def test_an_interrupted_sequence_goes_on(tmp_path: Path, mesh: Mesh) -> None:
+def test_an_interrupted_sequence_can_be_resumed(tmp_path: Path, mesh: Mesh) -> None:
     sequence = moving(mesh)
     path, folder = tmp_path / "walk.pvd", tmp_path / "work"
     header = files.Header(mesh.faces, 4, 49, np.dtype(np.float64), fps=30.0)
@@ -144,7 +144,7 @@ def test_an_interrupted_sequence_goes_on(tmp_path: Path, mesh: Mesh) -> None:
     assert names(tmp_path) == ["walk", "walk.pvd"]
 
 
-def test_what_cannot_be_written_leaves_nothing(tmp_path: Path, mesh: Mesh) -> None:
+def test_a_failed_write_leaves_nothing(tmp_path: Path, mesh: Mesh) -> None:
     (tmp_path / "walk").touch()
     for name, message in (
         ("walk.pvd", "walk exists and is not a folder"),
@@ -227,9 +227,9 @@ def test_steps_are_frames_per_second(
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "damaged or no PVD file: no element found"),
-        ("solid", "damaged or no PVD file: syntax error"),
-        ('<VTKFile type="PolyData"/>', "no PVD file, which has the type Collection, not PolyData"),
+        ("", "damaged or not a PVD file: no element found"),
+        ("solid", "damaged or not a PVD file: syntax error"),
+        ('<VTKFile type="PolyData"/>', "not a PVD file: its type is PolyData, not Collection"),
         (index(), "does not name a file"),
         (index('timestep="0"'), "lists the file '', but only .vtp"),
         (index('timestep="0" file="a.vtu"'), "lists the file 'a.vtu', but only .vtp"),
@@ -268,7 +268,7 @@ def with_provenance(values: Any) -> Adjust:
         (lambda mesh: mesh.SetStrips(as_cells([[0, 1, 2, 3]])), "holds strips, but only polygons"),
         (lambda mesh: mesh.SetPolys(as_cells([[0, 1, 49]])), "face 0: refers to vertex 49"),
         (lambda mesh: mesh.SetPolys(as_cells([[0, 1]])), "face 0: has 2 corners, but needs 3"),
-        (lambda mesh: mesh.SetPolys(vtkCellArray()), "points alone, but the first frame needs"),
+        (lambda mesh: mesh.SetPolys(vtkCellArray()), "only points, but the first frame needs"),
         (lambda mesh: mesh.Initialize(), "has no vertices"),
         (with_array("known", np.full(49, 2)), "'known' must be 0 or 1"),
         (with_array("known", np.ones(49)), "'known' must have one integer per vertex"),
@@ -293,10 +293,10 @@ def test_other_meshes_are_refused(tmp_path: Path, mesh: Mesh, change: Adjust, me
 @pytest.mark.parametrize(
     ("spoil", "message"),
     [
-        (lambda _: b"", "damaged or no VTP file: Error parsing XML"),
-        (lambda _: b"solid cube", "damaged or no VTP file: Error parsing XML"),
-        (lambda data: data[:300], "damaged or no VTP file: Error parsing XML"),
-        (lambda data: data[: len(data) * 2 // 3], "damaged or no VTP file: "),
+        (lambda _: b"", "damaged or not a VTP file: Error parsing XML"),
+        (lambda _: b"solid cube", "damaged or not a VTP file: Error parsing XML"),
+        (lambda data: data[:300], "damaged or not a VTP file: Error parsing XML"),
+        (lambda data: data[: len(data) * 2 // 3], "damaged or not a VTP file: "),
         (lambda data: data.replace(b"PolyData", b"ImageData"), "Cannot find PolyData element"),
         (lambda data: data.replace(b'Points="49"', b'Points="-5"'), "NumberOfPoints is -5"),
         (

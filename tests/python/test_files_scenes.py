@@ -66,7 +66,7 @@ def test_what_is_written_is_read(
 
 @suffixes
 @pytest.mark.parametrize("fps", [None, 1.0, 24.0])
-def test_what_nobody_said_is_not_made_up(tmp_path: Path, suffix: str, fps: float | None) -> None:
+def test_unknown_properties_remain_unknown(tmp_path: Path, suffix: str, fps: float | None) -> None:
     whole = sequence_of(4)
     dynmesh.write(tmp_path / f"a.{suffix}", dynmesh.Sequence(whole.vertices, whole.faces, fps=fps))
     again = dynmesh.read(tmp_path / f"a.{suffix}")
@@ -109,7 +109,7 @@ def test_damaged_files_are_refused(
     path = tmp_path / f"damaged.{suffix}"
     for damaged in (b"", b"solid", data[: len(data) // 2], data[:-9], bytes(len(data))):
         path.write_bytes(damaged)
-        with pytest.raises(ValueError, match=r"damaged\..*: is damaged or no ") as caught:
+        with pytest.raises(ValueError, match=r"damaged\..*: is damaged or not an? ") as caught:
             dynmesh.read(path)
         assert "\n" not in str(caught.value)
     with pytest.raises(FileNotFoundError):
@@ -120,12 +120,12 @@ def test_damaged_files_are_refused(
 @suffixes
 def test_faces_from_elsewhere_are_refused(tmp_path: Path, suffix: str) -> None:
     dynmesh.write(tmp_path / f"a.{suffix}", sequence_of(2))
-    with pytest.raises(ValueError, match="has faces of its own"):
+    with pytest.raises(ValueError, match="holds its faces"):
         dynmesh.read(tmp_path / f"a.{suffix}", faces=np.array([[0, 1, 2]]))
 
 
 @suffixes
-def test_folders_that_are_not_there_are_refused(tmp_path: Path, suffix: str) -> None:
+def test_missing_folders_are_refused(tmp_path: Path, suffix: str) -> None:
     with pytest.raises(FileNotFoundError):
         dynmesh.write(tmp_path / "nowhere" / f"a.{suffix}", sequence_of(2))
 
@@ -159,7 +159,9 @@ except OSError as error:
     ("suffix", "limit"),
     [("usdc", 300_000), ("usda", 300_000), ("usda", 1_100_000), ("abc", 300_000)],
 )
-def test_a_full_disk_is_said_and_nothing_stays(tmp_path: Path, suffix: str, limit: int) -> None:
+def test_a_full_disk_is_reported_and_leaves_nothing(
+    tmp_path: Path, suffix: str, limit: int
+) -> None:
     path = tmp_path / f"a.{suffix}"
     command = [sys.executable, "-c", FULL_DISK, str(path), str(limit)]
     done = subprocess.run(command, capture_output=True, text=True)

@@ -139,7 +139,7 @@ def known(value: str, *, kind: str = "bool[]", interpolation: str = "vertex") ->
                 points_at(t1=1),
                 "int[] faceVertexIndices.timeSamples = {1: [0, 1, 2], 4: [2, 1, 0]}",
             ),
-            "time 4: the faces are others than in the first frame",
+            "time 4: the faces differ from those of the first frame",
         ),
         (
             mesh(points_at(t1=1), known("[1, 1]")),
@@ -163,7 +163,7 @@ def known(value: str, *, kind: str = "bool[]", interpolation: str = "vertex") ->
         ),
     ],
 )
-def test_meshes_that_are_no_sequence_are_refused(
+def test_unsuitable_meshes_are_refused(
     tmp_path: Path, body: str, message: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
     path = layer(tmp_path / "a.usda", body)
@@ -196,7 +196,7 @@ def test_masks_have_a_sample_for_every_frame(tmp_path: Path) -> None:
             dynmesh.read(path)
 
 
-def test_generation_without_age_is_not_ours(tmp_path: Path) -> None:
+def test_age_without_generation_is_ignored(tmp_path: Path) -> None:
     age = 'float primvars:age = 3 (interpolation = "constant")'
     path = layer(tmp_path / "a.usda", mesh(points_at(t1=1), age))
     assert dynmesh.read(path).age is None
@@ -220,7 +220,7 @@ def test_stages_are_composed(tmp_path: Path) -> None:
     assert dynmesh.read(path, prim="/Two/Him").vertices[1, 0, 2] == 2
 
 
-def test_what_is_missing_from_the_mesh_is_said(
+def test_missing_parts_of_the_mesh_are_reported(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     elsewhere = 'def "Tree" (references = @tree.usd@) {}'
@@ -306,7 +306,7 @@ def test_a_result_is_laid_over_its_original(
     assert [p.GetPath() for p in alone.Traverse() if p.IsA(UsdGeom.Mesh)] == [found.GetPath()]
 
 
-def test_what_comes_from_a_scene_says_nothing_of_subdivision(tmp_path: Path) -> None:
+def test_a_mesh_from_a_scene_has_no_subdivision_scheme(tmp_path: Path) -> None:
     for file, name, scheme in (("a.usda", "/World/Body", None), ("b.usda", None, "none")):
         sequence = dynmesh.Sequence(np.zeros((1, 3, 3)), np.array([[0, 1, 2]]), name=name)
         dynmesh.write(tmp_path / file, sequence)
@@ -316,7 +316,7 @@ def test_what_comes_from_a_scene_says_nothing_of_subdivision(tmp_path: Path) -> 
         assert not stage.HasAuthoredMetadata("metersPerUnit")
 
 
-def test_what_is_written_says_all_of_itself(tmp_path: Path) -> None:
+def test_a_written_stage_is_self_contained(tmp_path: Path) -> None:
     vertices = np.zeros((3, 4, 3))
     vertices[1, 2] = np.nan
     sequence = dynmesh.Sequence(
@@ -349,7 +349,7 @@ def test_the_suffix_decides_between_binary_and_text(tmp_path: Path) -> None:
     assert dynmesh.read(tmp_path / "text.usd").vertices.shape == (1, 3, 3)
 
 
-def test_packed_stages_are_only_read(tmp_path: Path) -> None:
+def test_packed_stages_cannot_be_written(tmp_path: Path) -> None:
     path = layer(tmp_path / "a.usda", mesh(points_at(t1=1, t2=2)))
     assert UsdUtils.CreateNewUsdzPackage(str(path), str(tmp_path / "a.usdz"))
     np.testing.assert_array_equal(dynmesh.read(tmp_path / "a.usdz").vertices[:, 0, 2], [1, 2])

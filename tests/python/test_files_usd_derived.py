@@ -214,7 +214,7 @@ HARD[:8] = normals_of("faceVarying")[:8]  # two smooth sides of six
     [(HARD, "faceVarying"), (HARD[:1], "constant"), (HARD, "vertex")],
     ids=["hard edges", "constant", "too many"],
 )
-def test_what_cannot_be_computed_is_blocked_and_said(
+def test_attributes_that_cannot_be_computed_are_blocked(
     tmp_path: Path,
     name: str,
     values: Array,
@@ -303,9 +303,7 @@ def test_normals_turn_with_the_points(tmp_path: Path, layout: str) -> None:
 
 
 @pytest.mark.parametrize("suffix", [".npz", ".h5", ".usdc"])
-def test_what_followed_is_known_on_the_way_through_other_formats(
-    tmp_path: Path, suffix: str
-) -> None:
+def test_derived_attributes_survive_other_formats(tmp_path: Path, suffix: str) -> None:
     source = original(tmp_path / "a.usda", -normals_of("flat faceVarying"), "faceVarying")
     expected = {
         "normals": "reversed flat faceVarying",

@@ -61,7 +61,7 @@ def refuse_work(*_: Any, **__: Any) -> NoReturn:
         ("vtkmodules", "view", "convert in.npz out.pvd"),
     ],
 )
-def test_what_is_missing_is_told_first(
+def test_missing_libraries_are_reported_first(
     module: str,
     extra: str,
     command: str,
@@ -89,7 +89,7 @@ def test_an_evaluation_without_libigl_is_announced_as_such(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     def evaluate(*_: Any, **__: Any) -> Path:
-        assert "is left out: this needs igl: pip install" in capfd.readouterr().err
+        assert "with libigl: this needs igl: pip install" in capfd.readouterr().err
         return tmp_path
 
     hide(monkeypatch, "igl")

@@ -105,7 +105,7 @@ def test_the_smallest_meshes_are_drawn(faces: list[list[int]], tmp_path: Path) -
     assert (image[60:-40] < 240).any()  # below the heading and above the caption
 
 
-def test_frames_that_are_not_there_are_refused(sequence: Sequence, tmp_path: Path) -> None:
+def test_missing_frames_are_refused(sequence: Sequence, tmp_path: Path) -> None:
     for number in (-1, 4):
         with pytest.raises(ValueError, match=rf"sheet.npz: has no frame {number}, only 0 to 3"):
             draw(sequence, tmp_path, numbers=[0, number])
@@ -119,7 +119,7 @@ def test_nothing_to_see_is_refused(sequence: Sequence, tmp_path: Path) -> None:
         draw(Sequence(vertices, sequence.faces), tmp_path, numbers=[2])
 
 
-def test_progress_is_told(sequence: Sequence, tmp_path: Path) -> None:
+def test_progress_is_reported(sequence: Sequence, tmp_path: Path) -> None:
     watched: list[Any] = []
 
     def watch(frames: Any, total: int) -> Any:

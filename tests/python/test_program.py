@@ -325,7 +325,7 @@ def test_the_capture_loop_completes_or_drops_every_frame(
     assert subprocess.run([loop], capture_output=True, check=False).returncode == 2
 
 
-def test_the_capture_loop_goes_on_after_a_bad_frame(
+def test_the_capture_loop_continues_after_a_bad_frame(
     programs: Path, job: Job, tmp_path: Path
 ) -> None:
     partial = job.partial.copy()
@@ -354,7 +354,7 @@ def test_the_capture_loop_ends_where_its_output_does(
 
 
 @pytest.mark.parametrize("name", ["crane", "ocean_sim_50x50"])
-def test_recorded_sequences_are_the_same_bytes_through_all_doors(
+def test_recorded_sequences_are_completed_identically_by_all_interfaces(
     complete: Any, data: Path, programs: Path, tmp_path: Path, name: str
 ) -> None:
     job = Job(tmp_path, dynmesh.read(data / f"{name}.npz"))

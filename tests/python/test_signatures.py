@@ -77,7 +77,7 @@ def test_the_stub_was_found() -> None:
     assert len(IN_THE_STUB) == 18
 
 
-def test_a_bound_method_has_one_too(mesh: Mesh) -> None:
+def test_bound_methods_have_signatures(mesh: Mesh) -> None:
     completer = dynmesh.Completer(mesh.faces, mesh.vertices)
     assert str(inspect.signature(completer.push)) == "(points, known=None, *, out=None)"
 

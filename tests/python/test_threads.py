@@ -39,7 +39,7 @@ def in_threads(count: int, work: Callable[[int], None]) -> None:
 
 
 @pytest.mark.parametrize("threads", [1, 2])
-def test_whatever_a_thread_calls_is_served_or_refused(
+def test_any_call_from_a_thread_succeeds_or_is_refused(
     threads: int, shared_pieces: Callable[[], int]
 ) -> None:
     completer = dynmesh.Completer(MESH.faces, MESH.vertices, threads=threads)
@@ -103,7 +103,7 @@ def test_a_call_from_within_a_call_is_refused() -> None:
 
 
 @pytest.mark.parametrize("method", ["motion", "detail"])
-def test_a_completer_in_each_thread_works_as_alone(
+def test_a_completer_in_each_thread_works_independently(
     method: Any, shared_pieces: Callable[[], int]
 ) -> None:
     mesh = sheet(25)
@@ -190,7 +190,7 @@ print("all ended")
 
 
 @pytest.mark.skipif(not hasattr(__import__("os"), "fork"), reason="there is no fork here")
-def test_a_fork_takes_completers_along() -> None:
+def test_completers_work_after_a_fork() -> None:
     command = [sys.executable, "-W", "ignore::DeprecationWarning", "-c", FORKS]
     done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
     assert (done.stdout, done.stderr) == ("all ended\n", "")

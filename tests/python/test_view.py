@@ -141,7 +141,7 @@ def test_a_page_needs_nothing_but_itself(moving: Sequence, tmp_path: Path, brows
     assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 50
 
 
-def test_the_page_says_what_it_shows(moving: Sequence, tmp_path: Path, browser: Any) -> None:
+def test_the_page_states_what_it_shows(moving: Sequence, tmp_path: Path, browser: Any) -> None:
     page = page_of(moving, tmp_path, browser)
     assert page.text("name") == "sheet.npz"
     assert page.text("note") == ""
@@ -246,7 +246,7 @@ def test_the_smallest_sequences_are_shown(
     assert page.complaints == []
 
 
-def test_a_name_is_only_a_name(moving: Sequence, tmp_path: Path, browser: Any) -> None:
+def test_names_are_escaped(moving: Sequence, tmp_path: Path, browser: Any) -> None:
     name = "<img src=x onerror=alert(1)>'\"&amp; ✓.npz"
     write(tmp_path / name, moving)
     with open_sequence(tmp_path / name) as reader:
@@ -257,7 +257,7 @@ def test_a_name_is_only_a_name(moving: Sequence, tmp_path: Path, browser: Any) -
     assert not any(url.endswith("/x") for url in page.requests)
 
 
-def test_what_is_left_out_is_said(tmp_path: Path, browser: Any) -> None:
+def test_the_page_states_what_is_left_out(tmp_path: Path, browser: Any) -> None:
     mesh = sheet(40)
     vertices = np.stack([mesh.vertices] * 7).astype(np.float32)
     page = page_of(
@@ -269,7 +269,7 @@ def test_what_is_left_out_is_said(tmp_path: Path, browser: Any) -> None:
     assert page.text("counter") == "frame 6 / 6"
 
 
-def test_what_was_left_out_is_reported(moving: Sequence, tmp_path: Path) -> None:
+def test_the_command_reports_what_was_left_out(moving: Sequence, tmp_path: Path) -> None:
     write(tmp_path / "sheet.npz", moving)
     with open_sequence(tmp_path / "sheet.npz") as reader:
         watched: list[int] = []
@@ -341,7 +341,7 @@ def test_vertices_of_no_triangle_go_first(mesh: Mesh) -> None:
     np.testing.assert_array_equal(kept[triangles], mesh.faces + 500)
 
 
-def test_a_large_mesh_needs_a_whole_frame_0(mesh: Mesh) -> None:
+def test_a_large_mesh_needs_a_complete_frame_0(mesh: Mesh) -> None:
     vertices = mesh.vertices.copy()
     vertices[7, 1] = np.nan
     with pytest.raises(ValueError, match="frame 0 lacks vertex 7"):

@@ -31,7 +31,7 @@ formats: dict[str, Format] = {
 """All formats by name."""
 
 
-_NAME_IT = "name the format with --format, or with format in Python and in a table of jobs"
+_NAME_IT = "name the format: --format, in Python format=, in a table of jobs the column format"
 
 
 def format_of(path: PathLike, name: str | None = None) -> Format:

@@ -90,7 +90,7 @@ shell = [
         "holes.npz",
         "1 of 49",
         "vertex 4",
-        "whole frame",
+        "complete frame",
         "exit code 1",
     ),
     _shell("info gap", "gap: f_0002.obj is missing", "add it", "exit code 1"),

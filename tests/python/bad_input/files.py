@@ -107,7 +107,7 @@ reading = [
     _read("another file's format", lambda _: dynmesh.read("body.npz", format="pc2"), ValueError, "body.npz:"),
     _read("a name with a zero byte", lambda _: dynmesh.read("bo\0dy.npz"), ValueError, "null byte"),
     _read("`path`: a number", lambda _: dynmesh.read(3), TypeError, "path:", "int"),  # type: ignore[arg-type]
-    _read("`faces` for a file with faces", lambda w: dynmesh.read("body.npz", faces=w.faces), ValueError, "body.npz:", "faces of its own"),
+    _read("`faces` for a file with faces", lambda w: dynmesh.read("body.npz", faces=w.faces), ValueError, "body.npz:", "holds its faces"),
     _read("`prim` for a file with one mesh", lambda _: dynmesh.read("body.npz", prim="/a"), ValueError, "body.npz:", "prim"),
     _read("`known`: of one frame", lambda w: dynmesh.read("body.npz", known=w.known), ValueError, "known:", "(3, 49)", "(49,)"),
     _read("`known`: a file with too few", lambda _: dynmesh.read("body.npz", known="mask.npy"), ValueError, "mask.npy: known:", "(3, 48)"),
@@ -177,7 +177,7 @@ completing = [
     _complete("`provenance` in what holds none", lambda _: dynmesh.complete_file("body.npz", "new.mdd", provenance=True), ValueError, "new.mdd:", "generation"),
     _batch("`jobs`: None", lambda _: complete_files(None), TypeError, "jobs:", "NoneType"),  # type: ignore[arg-type]
     _batch("names, not jobs", lambda _: complete_files(["body.npz"]), TypeError, "jobs: item 0", "'body.npz'"),  # type: ignore[list-item]
-    _batch("one output twice", lambda _: complete_files([Job(Path("a.npz"), Path("new.npz"))] * 2), ValueError, "new.npz:", "two jobs"),
+    _batch("one output twice", lambda _: complete_files([Job(Path("a.npz"), Path("new.npz"))] * 2), ValueError, "new.npz:", "more than one job"),
     _batch("a file that is not there (the job's reason)", lambda w: _job(w, "none.npz"), Told, "none.npz:"),
     _batch("half a file (the job's reason)", lambda w: _job(w, "cut.npz"), Told, "cut.npz:", "damaged"),
     _batch("`extra_iterations=-1` (the job's reason)", lambda w: _job(w, "body.npz", settings={"extra_iterations": -1}), Told, "body.npz: extra_iterations:", "-1"),
