@@ -1,4 +1,4 @@
-"""Every case of bad input is refused in words that help, and the site shows these words."""
+"""Every case of bad input is refused with a helpful message, which the site shows."""
 
 import re
 from pathlib import Path
@@ -17,7 +17,7 @@ def world(tmp_path_factory: pytest.TempPathFactory) -> World:
 
 
 def check(case: Case, world: World, capfd: pytest.CaptureFixture[str]) -> None:
-    """It is refused as it should be, silently, and nothing has changed."""
+    """Checks that a call is refused as expected, prints nothing and changes nothing."""
     before = world.snapshot()
     capfd.readouterr()
     error = case.answer(world)

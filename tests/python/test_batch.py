@@ -1,4 +1,4 @@
-"""Archives: many files, completed by processes that may fail or die."""
+"""Completion of many files by processes that may fail or be killed."""
 
 import contextlib
 import csv
@@ -24,7 +24,7 @@ from dynmesh.jobs.job_table import optional_columns, read_jobs
 
 
 def write_partial(path: Path, n_frames: int = 12, seed: int = 0) -> dynmesh.Sequence:
-    """An ocean with holes; returns what its completion is."""
+    """Writes an ocean with missing vertices; returns its completion."""
     ocean = dynmesh.synth.ocean(n_frames, seed=seed)
     known = np.stack(list(dynmesh.degrade.random_known(n_frames, 2500, 0.3, seed=seed)))
     dynmesh.write(path, dynmesh.Sequence(ocean.vertices, ocean.faces, known, 30.0))
@@ -197,7 +197,7 @@ def test_help_lists_the_columns() -> None:
 
 @contextlib.contextmanager
 def dask_cluster(folder: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
-    """A scheduler and two workers, each a process of its own on this machine."""
+    """A Dask scheduler and two workers, each in a separate process on this machine."""
     pytest.importorskip("distributed", reason="distributed is not installed")
     address_file = folder / "scheduler.json"
     common = ["--no-dashboard", "--scheduler-file", str(address_file)]

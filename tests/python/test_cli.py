@@ -1,4 +1,4 @@
-"""The command line, as a user runs it."""
+"""The command line, used as by a user."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""What `dynmesh.diagnose` and `dynmesh info` find, and what they leave alone."""
+"""The findings of `dynmesh.diagnose` and `dynmesh info`."""
 
 import io
 import json
@@ -25,7 +25,7 @@ from dynmesh.files import formats
 
 
 def info(*arguments: str | Path, code: int = 0) -> str:
-    """What the command prints, in this process."""
+    """Returns the output of the command, run in this process."""
     result = CliRunner().invoke(cli.app, ["info", *map(str, arguments)])
     assert result.exit_code == code, result.output
     return result.stdout
@@ -120,7 +120,7 @@ def test_what_is_too_large_is_what_completion_refuses(dtype: type, limit: float)
     assert f"beyond {limit:.0e}".replace("+", "") in finding.message
     with pytest.raises(ValueError, match="frame 4: points: row 5"):
         list(dynmesh.complete(sequence.faces, iter(sequence.vertices)))
-    allowed = limit if dtype == np.float32 else 1e150  # farther, squares are beyond any number
+    allowed = limit if dtype == np.float32 else 1e150  # beyond that, squares overflow
     sequence = moving(sheet(12), dtype=np.float64)
     largest = (sequence.vertices / np.abs(sequence.vertices).max() * allowed).astype(dtype)
     assert not dynmesh.diagnose(replace(sequence, vertices=largest)).count("error")
@@ -180,7 +180,7 @@ def test_the_findings_agree_with_the_core(mesh: Mesh) -> None:
         assert found["several_components"].count == parts
     isolated = found["isolated_vertices"].count if "isolated_vertices" in found else 0
     assert isolated == topology.isolated_vertices
-    # Turned over, the flipped faces are flipped no more.
+    # After reversing the flipped faces, none is flipped.
     faces = mesh.faces.copy()
     flipped = places("flipped_faces")
     faces[flipped] = faces[flipped, ::-1]
@@ -239,7 +239,7 @@ def test_the_mean_edge_is_what_noise_is_measured_in(tmp_path: Path) -> None:
 
 
 def test_vertices_first_observed_at_the_origin_are_not_missing() -> None:
-    """A vertex that is pinned there, and that frame 0 lacks."""
+    """Tests a vertex that is fixed at the origin and missing in frame 0."""
     pinned = dynmesh.synth.ocean(6, grid=8)
     vertices = pinned.vertices - pinned.vertices[:, :1]
     vertices[0, 0] = np.nan

@@ -1,4 +1,4 @@
-"""What every file format must do, and how every one of them answers to what it cannot read."""
+"""Requirements for all file formats, including their errors."""
 
 import shutil
 import sys
@@ -31,13 +31,13 @@ LIBRARY = {
 
 
 def place(folder: Path, format: str, name: str = "body") -> Path:
-    """Where a sequence of this format may be."""
+    """Returns a path for a sequence of this format."""
     suffix = files.formats[format].suffixes[0]
     return folder / (f"{name}_%04d{suffix}" if format in ("ply", "obj") else f"{name}{suffix}")
 
 
 def one_file(path: Path, number: int = 2) -> Path:
-    """The file of a sequence that is spoilt: of several, the third frame."""
+    """Returns the file to damage: the third frame if there are several files."""
     return path.with_name(path.name % number) if "%" in path.name else path
 
 
@@ -53,7 +53,7 @@ def quads(n: int) -> Polygons:
 
 @pytest.fixture(scope="module")
 def partial() -> dynmesh.Sequence:
-    """Quads that move, with holes that hold NaN."""
+    """Moving quads with missing vertices, which are NaN."""
     n, n_frames = 12, 7
     polygons = quads(n)
     faces, _ = split_polygons(polygons)
@@ -72,7 +72,7 @@ def partial() -> dynmesh.Sequence:
 
 @pytest.fixture(params=FORMATS)
 def format(request: pytest.FixtureRequest) -> str:
-    """Each format that is written."""
+    """Each format that can be written."""
     return str(request.param)
 
 
@@ -304,7 +304,7 @@ def test_an_existing_output_is_kept(
     assert sorted(path.name for path in tmp_path.rglob("*")) == before
     assert shell(monkeypatch, "complete", source, target, "--overwrite") == 0
     assert dynmesh.read(target).vertices.shape == (7, 144, 3)
-    dynmesh.write(target, few)  # fewer frames than there are files now
+    dynmesh.write(target, few)  # fewer frames than existing files
     assert dynmesh.read(target).vertices.shape == (5, 144, 3)
 
 

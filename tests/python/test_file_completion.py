@@ -30,7 +30,7 @@ RESUMABLE = [
 
 @pytest.fixture(scope="module")
 def partial(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """An ocean with holes."""
+    """An ocean with missing vertices."""
     path = tmp_path_factory.mktemp("partial") / "partial.npz"
     ocean = dynmesh.synth.ocean(30, seed=3)
     known = np.stack(list(dynmesh.degrade.random_known(30, 2500, 0.3, seed=1)))
@@ -40,13 +40,13 @@ def partial(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def eager(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A checkpoint after every frame."""
+    """Saves a checkpoint after every frame."""
     monkeypatch.setattr(Checkpoint, "least_seconds_between", 0.0)
     monkeypatch.setattr(Checkpoint, "most_of_the_time", 1e9)
 
 
 def interrupted_after(n: int, error: BaseException) -> file_completion.Watch:
-    """Lets n frames pass, then fails as a user or the system may make it."""
+    """Passes n frames on, then raises an error like one of the user or the system."""
 
     def watch(frames: Iterator[Any], _: int, done: int) -> Iterator[Any]:
         for number, frame in enumerate(frames, done):
@@ -58,7 +58,7 @@ def interrupted_after(n: int, error: BaseException) -> file_completion.Watch:
 
 
 def output_path(folder: Path, format: str) -> Path:
-    """Where a sequence of this format may go."""
+    """Returns a path for a sequence of this format."""
     suffix = files.formats[format].suffixes[0]
     if format in ("ply", "obj"):
         return folder / "new" / f"frame_%04d{suffix}"
@@ -66,7 +66,7 @@ def output_path(folder: Path, format: str) -> Path:
 
 
 def files_in(folder: Path) -> dict[Path, tuple[int, int, int]]:
-    """What changes when a file is written or replaced."""
+    """Returns what changes when a file is written or replaced."""
     found = {path: path.stat() for path in folder.rglob("*")}
     return {path: (one.st_ino, one.st_size, one.st_mtime_ns) for path, one in found.items()}
 
@@ -283,7 +283,7 @@ def test_many_files_are_compared_in_linear_time(
         return stat(path, *arguments, **more)
 
     def calls(n: int, **options: Any) -> int:
-        """How often completing n frames over older ones asks the system about a file."""
+        """Counts the system calls about files when n frames are completed over older ones."""
         vertices = np.repeat(mesh.vertices[None], n, axis=0)
         source, output = tmp_path / f"in{n}" / "f_%02d.ply", tmp_path / f"out{n}" / "f_%02d.ply"
         for path in (source, output):

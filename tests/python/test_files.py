@@ -203,7 +203,9 @@ def test_damaged_files_are_refused(tmp_path: Path, mesh: Mesh) -> None:
     buffer = io.BytesIO()
     np.save(buffer, np.zeros((100, 4, 3)))
     with zipfile.ZipFile(path, "w") as archive:
-        archive.writestr("vertices.npy", buffer.getvalue()[:1000])  # whole, but short of frames
+        archive.writestr(
+            "vertices.npy", buffer.getvalue()[:1000]
+        )  # complete, but with too few frames
         buffer = io.BytesIO()
         np.save(buffer, GOOD["faces"])
         archive.writestr("faces.npy", buffer.getvalue())

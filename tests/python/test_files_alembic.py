@@ -1,4 +1,4 @@
-"""Alembic archives of others, and what ours say."""
+"""Alembic archives of other programs, and those that dynmesh writes."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -21,7 +21,7 @@ def integers(*values: int) -> Any:
 
 
 def add_mesh(archive: Any, name: str, heights: list[float], sampling: int = 0) -> Any:
-    """A triangle that rises; returns its schema."""
+    """Adds a triangle that rises; returns its schema."""
     schema = Geometry.OPolyMesh(archive.getTop(), name).getSchema()
     schema.setTimeSampling(sampling)
     for height in heights:

@@ -25,7 +25,7 @@ N, K = 6, 49
 
 
 def sequence(dtype: Any = np.float32, **more: Any) -> dynmesh.Sequence:
-    """A sheet with holes, the history of its vertices, and everything else one can say."""
+    """A sheet with missing vertices, provenance and all optional attributes."""
     rng = np.random.default_rng(3)
     mesh = sheet(7)
     known = rng.random((N, K)) < 0.5
@@ -119,7 +119,7 @@ def test_no_mask_of_an_older_sequence_is_left_beside_a_new_one(tmp_path: Path) -
 
 
 def layouts(vertices: Array) -> dict[str, dict[str, Any]]:
-    """Ways in which others write the same positions into HDF5 files."""
+    """Ways in which other programs write the same positions to HDF5 files."""
     return {
         "contiguous": {"data": vertices},
         "big_endian": {"data": vertices.astype(">f4")},
@@ -274,7 +274,7 @@ def test_damaged_hdf5_is_refused_quietly(tmp_path: Path, capfd: pytest.CaptureFi
     for size in range(0, len(whole), len(whole) // 50):
         read(whole[:size])
     assert len(refusals) >= 50
-    described = whole.index(sequence().vertices.tobytes())  # what comes before describes the rest
+    described = whole.index(sequence().vertices.tobytes())  # everything before it is a description
     for _ in range(300):
         place, value = rng.integers(0, described), rng.integers(0, 256)
         read(whole[:place] + bytes([value]) + whole[place + 1 :])
@@ -381,7 +381,7 @@ with dynmesh.files.begin(path, header, folder=part, resume_at=kept) as writer:
             writer.flush()
             print(i, flush=True)
         writer.append(whole.vertices[i], whole.known[i], **history)
-        if i >= n + 1:  # half a frame more than what is safe, then wait for the end
+        if i >= n + 1:  # half a frame more than is flushed, then wait to be killed
             print(flush=True)
             sys.stdin.read()
 """

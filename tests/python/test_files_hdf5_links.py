@@ -1,4 +1,4 @@
-"""HDF5 files that refer to others: what is followed, and what a hostile one cannot reach."""
+"""HDF5 files that refer to others: which references are followed, and which are refused."""
 
 import os
 from collections.abc import Callable
@@ -19,7 +19,7 @@ FACES = np.array([[0, 1, 2], [0, 2, 3]])
 
 @pytest.fixture
 def own(tmp_path: Path) -> Path:
-    """The folder of the file that is read; what is beside it is secret."""
+    """The folder of the file that is read, beside a secret file."""
     folder = tmp_path / "own"
     (folder / "parts").mkdir(parents=True)
     for place in (tmp_path / "secret.h5", folder / "part.h5", folder / "parts" / "part.h5"):
@@ -62,7 +62,7 @@ def absolute(file: str, own: Path) -> str:
 
 
 def soft_to_nested(file: str) -> Make:
-    """A link to a dataset in a group, which is a link into another file."""
+    """Adds a link to a dataset in a group, which is a link to another file."""
 
     def make(h5: Any, own: Path) -> None:
         h5["scene/mesh"] = h5py.ExternalLink(absolute(file, own), "/deep")
@@ -72,7 +72,7 @@ def soft_to_nested(file: str) -> Make:
 
 
 def in_part(make: Make, then: Make) -> Make:
-    """The other file has it from elsewhere, too."""
+    """Adds a reference to a file that itself refers to another one."""
 
     def both(h5: Any, own: Path) -> None:
         with h5py.File(own / "parts" / "between.h5", "w") as between:
@@ -91,7 +91,7 @@ def written(own: Path, make: Make) -> Path:
 
 
 def pattern(h5: Any, own: Path) -> None:  # noqa: ARG001
-    """Sources that are named by their number, as many as there are."""
+    """Adds virtual sources with numbered names."""
     shape = (N, K, 3)
     part = h5py.h5s.create_simple((K, 3))
     space = h5py.h5s.create_simple(shape, (h5py.h5s.UNLIMITED, K, 3))
@@ -170,7 +170,7 @@ def test_a_virtual_dataset_of_its_own_file_is_followed(own: Path) -> None:
             in_part(virtual("../../secret.h5"), external("parts/between.h5", "/vertices")),
             "vertices: .*secret.h5.* outside of the folder",
         ),
-        # what HDF5 would look for in the folder where the program runs
+        # HDF5 would look for it in the current folder
         (external("secret.h5"), "vertices: .*'secret.h5'.* does not exist in that folder"),
         (virtual("secret.h5"), "vertices: .*'secret.h5'.* does not exist in that folder"),
         (virtual("broken.h5"), "cannot be read as HDF5"),
@@ -215,7 +215,7 @@ def test_links_to_other_places_are_refused(
 
 
 def test_unused_links_are_not_opened(own: Path) -> None:
-    """A name that may be there is looked up without following where it leads."""
+    """Existence of a name is checked without following its link."""
 
     def make(h5: Any, _: Path) -> None:
         h5["vertices"] = VERTICES

@@ -38,7 +38,7 @@ def names(folder: Path) -> list[str]:
 
 
 def interrupt(writer: files.Writer, frames: Array) -> None:
-    """Writes some frames and no more."""
+    """Writes the first frames and stops."""
     with pytest.raises(KeyboardInterrupt), writer:  # noqa: PT012
         for points in frames:
             writer.append(points)
@@ -46,7 +46,7 @@ def interrupt(writer: files.Writer, frames: Array) -> None:
 
 
 def ply(elements: str, body: bytes, *, format: str = "ascii", head: str = "") -> bytes:
-    """A PLY file; the elements as `vertex 3: float x, float y, float z; face 1: ...`."""
+    """Builds a PLY file from elements: `vertex 3: float x, float y, float z; face 1: ...`."""
     lines = ["ply", f"format {format} 1.0", *head.splitlines()]
     for element in elements.split("; "):
         name, _, properties = element.partition(": ")
@@ -72,7 +72,7 @@ def test_every_way_to_name_the_files(tmp_path: Path, mesh: Mesh, suffix: str) ->
     for path in (folder / f"f%d{suffix}", folder / f"*{suffix}", folder / f"f[0-9]*{suffix}"):
         np.testing.assert_array_equal(dynmesh.read(path).vertices, sequence.vertices)
     (folder / "notes.txt").touch()
-    (folder / f"._f3{suffix}").touch()  # as macOS leaves beside its files
+    (folder / f"._f3{suffix}").touch()  # like the hidden files of macOS
     np.testing.assert_array_equal(dynmesh.read(folder).vertices, sequence.vertices)
     one = dynmesh.read(folder / f"f10{suffix}")
     np.testing.assert_array_equal(one.vertices, sequence.vertices[10:11])
@@ -83,7 +83,7 @@ def test_a_folder_is_written_and_read(tmp_path: Path, mesh: Mesh) -> None:
     folder = tmp_path / "walk"
     dynmesh.write(folder, sequence, format="ply")
     assert names(folder) == ["frame_0000.ply", "frame_0001.ply", "frame_0002.ply"]
-    dynmesh.write(folder, sequence_of(mesh, 2))  # its format shows
+    dynmesh.write(folder, sequence_of(mesh, 2))  # the existing files determine the format
     assert names(folder) == ["frame_0000.ply", "frame_0001.ply"]
     assert names(tmp_path) == ["walk"]
 
@@ -112,7 +112,7 @@ def test_gaps_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"f_0010\.obj is missing"):
         dynmesh.open(tmp_path / "f_%04d.obj")
     (tmp_path / "f_0010.obj").write_text(TRIANGLE)
-    assert dynmesh.open(tmp_path / "f_%04d.obj").n_frames == 4  # from any number on
+    assert dynmesh.open(tmp_path / "f_%04d.obj").n_frames == 4  # may start at any number
     for path in ("g_%04d.obj", "g*.obj", "g.obj", "nowhere/f_%d.obj"):
         with pytest.raises(FileNotFoundError):
             dynmesh.open(tmp_path / path)
@@ -235,7 +235,7 @@ def test_an_interrupted_sequence_can_be_resumed(tmp_path: Path, mesh: Mesh, star
     path, folder = tmp_path / "f_%04d.ply", tmp_path / "work"
     (tmp_path / "f_0002.ply").touch()  # of an older sequence
     header = files.Header(mesh.faces, 5, 49, np.dtype(np.float32), start=start)
-    again = sequence.vertices[[0, 1, 1, 1]]  # the last two are not to count
+    again = sequence.vertices[[0, 1, 1, 1]]  # the last two frames must be ignored
     interrupt(files.begin(path, header, folder=folder), again)
     assert len(names(folder)) == 4
     with pytest.raises(ValueError, match=rf"the unfinished f_{start + 4:04d}\.ply is missing"):
@@ -248,7 +248,7 @@ def test_an_interrupted_sequence_can_be_resumed(tmp_path: Path, mesh: Mesh, star
     assert names(tmp_path) == [f"f_{start + i:04d}.ply" for i in range(5)]
 
 
-# Frames that fit together
+# Consistency of frames
 
 
 @pytest.mark.parametrize(
@@ -486,7 +486,7 @@ REALS = [name for name, code in TYPES.items() if code in "fd"]
 
 
 def numbers(kind: str) -> st.SearchStrategy[Any]:
-    """All that a type of PLY can hold."""
+    """Draws values of a PLY type."""
     if kind in REALS:
         return st.floats(width=32 if TYPES[kind] == "f" else 64)
     bits = 8 * struct.calcsize("<" + TYPES[kind])
@@ -499,16 +499,16 @@ def numbers(kind: str) -> st.SearchStrategy[Any]:
 
 
 class Table(NamedTuple):
-    """An element as a file has it."""
+    """An element of a PLY file."""
 
     name: str
     properties: list[tuple[str, str]]
-    """Type and name; a list has both types."""
+    """Type and name; two types for a list."""
     records: list[list[Any]]
     """A number or a list for each property."""
 
     def encoded(self, order: str | None, newline: str) -> bytes:
-        """Its records, as text where there is no byte order."""
+        """The records, as text if there is no byte order."""
         body = b""
         for record in self.records:
             pairs = []
@@ -527,7 +527,7 @@ class Table(NamedTuple):
 
 @st.composite
 def tables(draw: st.DrawFn, name: str, n: int, own: dict[str, tuple[str, list[Any]]]) -> Table:
-    """A table that has, among others, these properties, each with its type and its values."""
+    """Draws a table that contains these properties and others."""
     columns = dict(own)
     for number in range(draw(st.integers(0 if own else 1, 2))):
         kind = draw(st.sampled_from([*TYPES]))
@@ -586,7 +586,7 @@ def test_any_ply_is_read(tmp_path_factory: pytest.TempPathFactory, data: st.Data
 
 
 def whole_ply_files() -> list[bytes]:
-    """Text and binary files with more than a mesh in them."""
+    """Draws text and binary files with more than a mesh in them."""
     text = ply(
         f"material 2: list uchar float w, int id; vertex 4: {XYZ}, uchar known; face 2: {FACE}",
         b"2 0.5 1e3 4\n0 9\n0 0 0 1\n1 0 nan 1\n0 1 -1e-3 0\n4 4 4 0\n3 0 1 2\n4 0 1 2 3\n",
@@ -606,7 +606,7 @@ def test_ply_files_of_wrong_length_are_refused(tmp_path: Path) -> None:
     for whole in whole_ply_files():
         path.write_bytes(whole)
         dynmesh.read(path)
-        lengths = range(len(whole) - whole.endswith(b"\r\n"))  # as \r ends a line, too
+        lengths = range(len(whole) - whole.endswith(b"\r\n"))  # since \r also ends a line
         for data in [*(whole[:n] for n in lengths), whole + b"\0"]:
             path.write_bytes(data)
             with pytest.raises(ValueError, match=r"a\.ply: "):
@@ -633,7 +633,7 @@ def test_damaged_ply_files_are_read_or_refused_in_one_line(tmp_path: Path) -> No
             dynmesh.read(path)
         except ValueError as error:
             messages.append(str(error))
-    assert 300 < len(messages) < 1100  # neither none nor all
+    assert 300 < len(messages) < 1100  # some are refused and some are read
     assert [message for message in messages if len(message.splitlines()) > 1] == []
 
 

@@ -1,4 +1,4 @@
-"""PVD: ParaView's index, and what VTK's own reader and writer make of the files in it."""
+"""PVD files, compared with VTK's own reader and writer."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -39,12 +39,12 @@ def write_vtp(path: Path, mesh: Any, adjust: Adjust | None = None) -> None:
 
 
 def index(*entries: str) -> str:
-    """A PVD file with these attributes of its data sets."""
+    """Writes a PVD file whose data sets have these attributes."""
     sets = "".join(f"<DataSet {entry}/>" for entry in entries)
     return f'<VTKFile type="Collection"><Collection>{sets}</Collection></VTKFile>'
 
 
-# What dynmesh writes
+# Written by dynmesh
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
@@ -110,7 +110,7 @@ def test_frames_keep_their_numbers(
     entry = ElementTree.parse(path).find("Collection/DataSet")
     assert entry is not None
     assert entry.get("timestep") == time
-    dynmesh.write(path, moving(mesh, 1, fps=fps, start=1001))  # one time tells nothing
+    dynmesh.write(path, moving(mesh, 1, fps=fps, start=1001))  # a single time determines nothing
     assert dynmesh.read(path).start == 0
 
 
@@ -157,7 +157,7 @@ def test_a_failed_write_leaves_nothing(tmp_path: Path, mesh: Mesh) -> None:
     assert dynmesh.read(tmp_path / "100%d.pvd").vertices.shape == (4, 49, 3)
 
 
-# What others write
+# Written by other programs
 
 
 @pytest.mark.parametrize(
@@ -322,7 +322,7 @@ def test_damaged_meshes_are_refused_in_silence(
     window, verbosity = vtkOutputWindow.GetInstance(), vtkLogger.GetCurrentVerbosityCutoff()
     with pytest.raises(ValueError, match=message) as caught:
         dynmesh.read(tmp_path / "a.pvd")
-    assert vtkOutputWindow.GetInstance() is window  # as whoever else uses VTK left them
+    assert vtkOutputWindow.GetInstance() is window  # VTK's settings are unchanged
     assert vtkLogger.GetCurrentVerbosityCutoff() == verbosity
     assert str(file) in str(caught.value)
     assert "\n" not in str(caught.value)

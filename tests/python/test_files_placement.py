@@ -1,4 +1,4 @@
-"""Which axis is up and how long a unit is, in files whose formats have no field for it."""
+"""Up axis and unit in files whose formats have no field for them."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -67,7 +67,7 @@ OBJ = "{comment}v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
     [
         (["up_axis z"], ("z", None)),
         (["Made by hand", "  up_axis   y  ", "metres_per_unit 1e-2"], ("y", 0.01)),
-        # comments of others, which mean nothing here
+        # comments of other programs, which are ignored
         (["up_axis x"], (None, None)),
         (["up_axis"], (None, None)),
         (["the up_axis z"], (None, None)),
@@ -107,7 +107,7 @@ def test_a_contradicting_mesh_beside_a_point_cache_is_replaced(tmp_path: Path) -
     assert "# mine" in beside.read_text()
     dynmesh.write(path, replace(SAID, up_axis="y"))
     assert dynmesh.read(path).up_axis == "y"
-    # One that says nothing stays: it may hold more than positions and faces.
+    # A mesh that does not contradict is kept, since it may contain more than positions and faces.
     before = beside.read_text().replace("#", "# not")
     beside.write_text(before)
     dynmesh.write(path, SAID)

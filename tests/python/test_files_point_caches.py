@@ -125,7 +125,7 @@ def test_faces_come_from_a_mesh(tmp_path: Path, suffix: str) -> None:
     (tmp_path / "a.obj").write_text("v 0 0\n")
     with pytest.raises(ValueError, match=r"a\.obj: "):
         dynmesh.open(path)
-    dynmesh.open(path, faces=before.faces).close()  # nothing beside is looked at
+    dynmesh.open(path, faces=before.faces).close()  # files beside it are ignored
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
@@ -146,7 +146,7 @@ def test_doubles_are_rounded_and_never_become_infinite(tmp_path: Path, suffix: s
         dynmesh.write(path, before)
     assert str(e.value).startswith(f"{path}: ")
     assert path.read_bytes() == good
-    before.vertices[2, 7, 1] = np.inf  # not finite, so not known
+    before.vertices[2, 7, 1] = np.inf  # not finite, so unknown
     dynmesh.write(path, before)
     assert np.isinf(dynmesh.read(path).vertices).sum() == 1
 
@@ -159,7 +159,7 @@ def test_values_beyond_a_point_cache_are_refused(tmp_path: Path, suffix: str) ->
         dynmesh.write(path, sequence(generation=ages, age=ages))
     assert str(e.value).startswith(f"{path}: ")
     header = dynmesh.Header(sheet(7).faces, 2**31, K, np.dtype(np.float32))
-    with pytest.raises(ValueError, match="can hold 2147483647 frames, not 2147483648"):
+    with pytest.raises(ValueError, match="can hold at most 2147483647 frames, not 2147483648"):
         files.begin(path, header)
     assert not list(tmp_path.iterdir())
 

@@ -1,4 +1,4 @@
-"""What USD and Alembic files have in common: one mesh of a scene, frame by frame."""
+"""Tests that USD and Alembic share: one mesh of a scene, frame by frame."""
 
 import dataclasses
 import subprocess
@@ -19,7 +19,7 @@ suffixes = pytest.mark.parametrize("suffix", ["usd", "usdc", "usda", "abc"])
 
 
 def sequence_of(n_frames: int, dtype: Any = np.float32) -> dynmesh.Sequence:
-    """A quad, a triangle and a pentagon, with everything that a sequence may have."""
+    """A quad, a triangle and a pentagon with all optional attributes."""
     rng = np.random.default_rng(0)
     corners = np.array([0, 1, 2, 3, 2, 1, 4, 0, 3, 5, 6, 7])
     faces, polygons = split_polygons(Polygons(np.array([4, 3, 5]), corners))
@@ -181,7 +181,7 @@ def test_memory_does_not_grow_with_the_frames(tmp_path: Path, suffix: str) -> No
         path, faces=faces, n_frames=n_frames, n_vertices=len(points), dtype=points.dtype
     ) as writer:
         for _ in range(n_frames):
-            points[0] += 1  # equal frames would be stored once
+            points[0] += 1  # equal frames would be stored only once
             writer.append(points)
             used.append(_own_memory())
     assert path.stat().st_size > n_frames * points.nbytes > 140e6
@@ -192,6 +192,6 @@ def test_memory_does_not_grow_with_the_frames(tmp_path: Path, suffix: str) -> No
 
 
 def _own_memory() -> int:
-    """Without what is mapped from files: of that the system takes back what it needs."""
+    """Returns the resident memory without mapped files, which the system can reclaim."""
     status = Path("/proc/self/status").read_text()
     return int(status.partition("RssAnon:")[2].split()[0])  # kB

@@ -1,4 +1,4 @@
-"""USD stages of others, and ours laid over them."""
+"""USD stages of other programs, and results that are laid over them."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -18,7 +18,7 @@ REST = "[(0, 0, 0), (1, 0, 0), (0, 1, 0)]"
 
 
 def points_at(**samples: float) -> str:
-    """Samples of three points, `t1_5=2` for height 2 at time 1.5."""
+    """Formats samples of three points, `t1_5=2` for height 2 at time 1.5."""
     lines = [
         f"{name[1:].replace('_', '.')}: [(0, 0, {z}), (1, 0, {z}), (0, 1, {z})]"
         for name, z in samples.items()
@@ -44,7 +44,7 @@ def layer(path: Path, *prims: str, about: str = "") -> Path:
         ("timeCodesPerSecond = 24", {"t6": 1, "t8": 2, "t10": 3}, [1, 2, 3], 12, 3),
         ("timeCodesPerSecond = 24", {"t1": 1, "t1_5": 2, "t2": 3}, [1, 2, 3], 48, 2),
         ("timeCodesPerSecond = 24", {"t7": 1}, [1], 24, 7),
-        # what an exporter left out, since nothing moved
+        # omitted by an exporter, since nothing moved
         ("timeCodesPerSecond = 24", {"t1": 1, "t2": 2, "t5": 2, "t6": 3}, [1, *[2] * 4, 3], 24, 1),
     ],
 )
@@ -87,7 +87,7 @@ def test_times_are_time_codes_where_they_do_not_follow(
 def test_points_without_samples_are_one_frame(tmp_path: Path) -> None:
     path = layer(tmp_path / "a.usda", mesh(f"point3f[] points = {REST}"), about='upAxis = "Z"')
     sequence = dynmesh.read(path)
-    assert sequence.metres_per_unit is None  # whatever USD falls back to
+    assert sequence.metres_per_unit is None  # although USD has a default
     np.testing.assert_array_equal(sequence.vertices, [[(0, 0, 0), (1, 0, 0), (0, 1, 0)]])
     np.testing.assert_array_equal(sequence.faces, [[0, 1, 2]])
     assert sequence.up_axis == "z"
@@ -187,7 +187,7 @@ def with_mask(path: Path, times: Mapping[int, list[bool]]) -> None:
 def test_masks_have_a_sample_for_every_frame(tmp_path: Path) -> None:
     some, all_ = [True, False, True], [True] * 3
     path = layer(tmp_path / "a.usda", mesh(points_at(t1=1, t2=2, t3=3)))
-    with_mask(path, {1: all_, 3: all_})  # left out, since nothing changes
+    with_mask(path, {1: all_, 3: all_})  # omitted, since nothing changes
     np.testing.assert_array_equal(dynmesh.read(path).known, [all_] * 3)
     for times, missing in (({1: all_, 3: some}, 2), ({1: all_, 2: some}, 3), ({2: some}, 1)):
         layer(path, mesh(points_at(t1=1, t2=2, t3=3)))

@@ -1,4 +1,4 @@
-"""What colours say: scales, values, and what is missing."""
+"""The values that colours show, their scales, and missing vertices."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -28,7 +28,7 @@ def sequence(mesh: Mesh, rng: np.random.Generator) -> Sequence:
 
 @pytest.fixture
 def path(sequence: Sequence, tmp_path: Path) -> Path:
-    """Its file."""
+    """The file of the sequence."""
     write(tmp_path / "partial.npz", sequence)
     return tmp_path / "partial.npz"
 

@@ -1,4 +1,4 @@
-"""The Python interface: what it takes, returns and refuses."""
+"""The Python interface: arguments, results and errors."""
 
 import subprocess
 import sys
@@ -69,7 +69,7 @@ def test_any_layout_is_taken(mesh: Mesh, rng: np.random.Generator) -> None:
 
 
 def test_broadcast_arrays_are_taken(mesh: Mesh) -> None:
-    """numpy's own way to say the same everywhere, with strides of 0, which the core refuses."""
+    """Broadcasting gives equal masks with strides of 0, which the core refuses."""
     k = len(mesh.vertices)
     place = np.array([1.0, 2.0, 3.0])
     whole = dynmesh.Completer(mesh.faces, mesh.vertices)

@@ -1,4 +1,4 @@
-"""What libigl offers in dynmesh's place, online, and the evaluation without it."""
+"""The methods of libigl, and the evaluation without libigl."""
 
 import json
 import sys
@@ -52,10 +52,10 @@ def test_each_libigl_method_meets_its_definition(rng: np.random.Generator) -> No
         for frame in turned[1:]:
             completed = rival.complete(frame, known)
         errors[name] = np.abs(completed - turned[-1]).max()
-    assert max(errors["arap"], errors["arap from previous"]) < 0.1  # a turn is rigid
+    assert max(errors["arap"], errors["arap from previous"]) < 0.1  # rotations are rigid
     assert min(errors["harmonic"], errors["biharmonic"]) > 0.3
 
-    # Linear motion of a flat sheet is harmonic, where the border is known; k = 1 and 2 tell apart.
+    # Linear motion of a flat sheet is harmonic if the border is known; k = 1 and k = 2 differ.
     flat = meshes.Mesh(mesh.faces, mesh.vertices * [1, 1, 0])
     x, y = flat.vertices[:, 0], flat.vertices[:, 1]
     border = (x == x.min()) | (x == x.max()) | (y == y.min()) | (y == y.max())

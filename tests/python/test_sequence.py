@@ -1,4 +1,4 @@
-"""A sequence in memory: what it refuses, and how it shows itself."""
+"""Sequences in memory: their checks and their repr."""
 
 from pathlib import Path
 

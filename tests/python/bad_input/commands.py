@@ -13,7 +13,7 @@ from .files import on_a_full_disk
 
 
 def prepare(world: World) -> None:
-    """Puts there what the cases read, beside what `files.prepare` does."""
+    """Creates further files that the cases read, in addition to those of `files.prepare`."""
     folder = world.folder
     corners = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in world.vertices.tolist()]
     faces = ["f " + " ".join(str(v + 1) for v in face) for face in world.faces.tolist()]
@@ -64,13 +64,13 @@ def dynmesh_command(*arguments: str) -> None:
 
 
 def _essence(printed: str) -> str:
-    """Without the frame that stands around a refused call, and the usage above it."""
+    """Extracts the message, without the usage and the frame around it."""
     framed = re.findall(r"^│ (.*?) *│$", printed, flags=re.MULTILINE)
     return " ".join(framed) or " / ".join(printed.strip().splitlines())
 
 
 def _shell(line: str, *names: str, full: bool = False) -> Case:
-    """A line as it is typed; it must not be successful."""
+    """A command line that must fail."""
 
     def run(_: World) -> None:
         if full:

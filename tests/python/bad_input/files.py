@@ -18,7 +18,7 @@ Run = Callable[[World], Any]
 
 
 def prepare(world: World) -> None:
-    """Puts there what the cases read."""
+    """Creates the files that the cases read."""
     folder, sequence = world.folder, world.sequence
     dynmesh.write(folder / "body.npz", sequence)
     dynmesh.write(folder / "other.npz", sequence)
@@ -50,8 +50,8 @@ def _of(call: str) -> Callable[..., Case]:
 
 
 def on_a_full_disk(run: Callable[[], Any], largest: int = 20_000) -> Any:
-    """Where no file may become larger than 20 kB, or so many bytes."""
-    # The system refuses to write as it does on a full disk.
+    """Limits the size of files to 20 kB, or to the given number of bytes."""
+    # Beyond the limit, writing fails as on a full disk.
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (largest, hard))
     try:
@@ -153,7 +153,7 @@ def _to_new(world: World, path: str = "body.npz", **options: Any) -> Any:  # noq
 
 
 def _job(world: World, path: str, **more: Any) -> Any:  # noqa: ARG001
-    """What became of a job that failed, as the error that it is."""
+    """Raises the error of a failed job of a batch."""
     (result,) = complete_files([Job(Path(path), Path("new.npz"), **more)])
     assert result.status == "failed"
     raise Told(result.reason)
