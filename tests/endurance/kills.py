@@ -254,7 +254,7 @@ def _print(tally: Tally) -> None:
     outcomes = ("nothing", "a part", "whole", "older")
     table = Table(title="Killed jobs", title_justify="left")
     table.add_column("output")
-    for heading in ("kills", *(f"left {outcome}" for outcome in outcomes), "went on"):
+    for heading in ("kills", *(f"left {outcome}" for outcome in outcomes), "resumed"):
         table.add_column(heading, justify="right")
     for kind in (*OUTPUTS, "batch"):
         if tally.kills[kind]:

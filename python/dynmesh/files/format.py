@@ -59,7 +59,7 @@ class Format:
 
 
 def refuse_template(template: Template | None) -> None:
-    """Refuses a template for formats with faces of their own."""
+    """Refuses a template for formats that hold faces."""
     if template is not None:
         raise ValueError("holds its faces; faces can be given only for .npy, .pc2 and .mdd")
 

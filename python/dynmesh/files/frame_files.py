@@ -188,7 +188,7 @@ class FramesWriter(Writer):
         return {name: self._names.folder / name for name in names}
 
     def _outdated(self) -> list[Path]:
-        """Returns all files of an older sequence with the same pattern, whatever their numbers."""
+        """Returns all files of an older sequence with the same pattern."""
         existing = self._names.existing().items()
         return [file for number, file in existing if number not in self._numbers]
 

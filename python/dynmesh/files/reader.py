@@ -82,7 +82,7 @@ class Reader(ABC):
     ) -> Generator[Frame, None, None]:
         """Yields the frames ``range(start, stop, step)``; several iterators may be used at once.
 
-        Frames are counted from 0, whatever the numbers in the file.
+        Frames are counted from 0, independently of the numbers in the file.
         """
         with naming(self.path):
             yield from self._frames(range(self.n_frames)[start:stop:step])
