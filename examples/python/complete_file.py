@@ -1,8 +1,8 @@
-"""Completes a sequence file frame by frame, and says how it went.
+"""Completes a sequence file frame by frame and reports the counts of each frame.
 
     python complete_file.py partial.npz completed.npz
 
-What `dynmesh complete` does, for those who want to do something to each frame on the way.
+Does the same as `dynmesh complete`, as a starting point for programs that process each frame.
 """
 
 import sys

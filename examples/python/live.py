@@ -4,10 +4,10 @@
     python live.py partial.npz --save completion.rrd
 
 The observed vertices are dots. The completed mesh is coloured by generation: grey where observed,
-then from yellow, next to an observed vertex, to violet, eight steps away and more; red where no
+then from yellow, next to an observed vertex, to violet, eight or more edges away; red where no
 edges lead to an observed vertex. Below is the time that each frame took.
 
-Needs `pip install 'dynmesh[view]'`.
+Requires `pip install 'dynmesh[view]'`.
 """
 
 import argparse
@@ -36,7 +36,7 @@ LAYOUT = rrb.Vertical(
 
 
 def main(source: str, recording: Path | None) -> None:
-    """Completes frame by frame and shows each one as soon as it is there."""
+    """Completes a sequence and shows each frame as soon as it is completed."""
     rr.init("dynmesh live")
     if recording is None:
         rr.spawn(default_blueprint=LAYOUT)
@@ -47,7 +47,8 @@ def main(source: str, recording: Path | None) -> None:
         if reader.header.up_axis == "z":
             up = rr.ViewCoordinates.RIGHT_HAND_Z_UP
         rr.log("/", up, static=True)
-        # The triangles never change: they are sent once, the vertices with every frame.
+        # The triangles do not change, so they are sent once; the vertices are sent with every
+        # frame.
         rr.log("completed", rr.Mesh3D.from_fields(triangle_indices=reader.faces), static=True)
         completer: dynmesh.Completer | None = None
         for number, (points, known) in enumerate(reader):
@@ -62,7 +63,7 @@ def main(source: str, recording: Path | None) -> None:
 
 
 def show(faces: Array, completed: Array, generation: Array) -> None:
-    """Logs one frame; observed vertices are where they were observed, exactly."""
+    """Logs one frame, whose observed vertices are unchanged."""
     generation = np.minimum(generation, len(COLOURS) - 2)
     rr.log("observed", rr.Points3D(completed[generation == 0], colors=[0, 114, 178]))
     rr.log(
@@ -76,7 +77,7 @@ def show(faces: Array, completed: Array, generation: Array) -> None:
 
 
 def normals(faces: Array, points: Array) -> Array:
-    """Of the vertices, for smooth shading: those of the triangles around, by their areas."""
+    """Returns vertex normals for smooth shading, the area-weighted normals of the triangles."""
     a, b, c = points[faces].swapaxes(0, 1)
     sums = np.zeros_like(points)
     for corner in faces.T:

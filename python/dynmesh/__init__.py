@@ -1,7 +1,7 @@
 """dynmesh completes dynamic meshes in real time.
 
-The connectivity is fixed, the first frame is whole, and of every later frame only some vertices
-were observed. dynmesh fills in the rest, frame by frame, from the past alone:
+The connectivity is fixed, the first frame is complete, and of every later frame only some vertices
+were observed. dynmesh estimates the others, frame by frame, from that frame and earlier ones only:
 
     completer = dynmesh.Completer(faces, first_frame)
     for points, known in sensor:

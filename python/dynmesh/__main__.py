@@ -1,4 +1,4 @@
-"""`python -m dynmesh` is the command `dynmesh`."""
+"""Runs the command `dynmesh` as `python -m dynmesh`."""
 
 from .cli import main
 

@@ -1,4 +1,4 @@
-"""Refusals of arguments that are of the wrong kind (TypeError) or out of range (ValueError)."""
+"""Checks of arguments: TypeError for the wrong kind, ValueError for a value out of range."""
 
 import math
 import os
@@ -12,11 +12,11 @@ if TYPE_CHECKING:
 
 
 class SettingError(ValueError):
-    """A setting of a completer that is refused: its name, a colon, and why."""
+    """A setting that a completer refuses; the message is its name, a colon, and the reason."""
 
 
 def check_integer(name: str, value: object, least: int) -> None:
-    """Refuses what is no integer, or less than `least`."""
+    """Raises an error unless the value is an integer of at least `least`."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer):
         raise TypeError(f"{name}: must be an integer, not {value!r}")
     if value < least:
@@ -24,34 +24,34 @@ def check_integer(name: str, value: object, least: int) -> None:
 
 
 def check_number(name: str, value: object) -> None:
-    """Refuses what is no number."""
+    """Raises an error unless the value is a number."""
     if isinstance(value, bool) or not isinstance(value, Real):
         raise TypeError(f"{name}: must be a number, not {value!r}")
 
 
 def check_between(name: str, value: float, low: float, high: float) -> None:
-    """Refuses what does not lie above `low` and below `high`."""
+    """Raises an error unless the value is above `low` and below `high`."""
     check_number(name, value)
     if not low < value < high:
         raise ValueError(f"{name}: must be above {low} and below {high}, not {value}")
 
 
 def check_finite(name: str, value: float) -> None:
-    """Refuses infinities and NaN."""
+    """Raises an error if the value is infinite or NaN."""
     check_number(name, value)
     if not math.isfinite(value):
         raise ValueError(f"{name}: must be finite, not {value}")
 
 
 def check_positive(name: str, value: float) -> None:
-    """Refuses what is no finite number above 0."""
+    """Raises an error unless the value is finite and above 0."""
     check_number(name, value)
     if not (math.isfinite(value) and value > 0):
         raise ValueError(f"{name}: must be positive and finite, not {value}")
 
 
 def check_vector(name: str, value: tuple[float, float, float]) -> None:
-    """Refuses what is not three finite numbers."""
+    """Raises an error unless the value is three finite numbers."""
     if not hasattr(value, "__len__"):
         raise TypeError(f"{name}: must be three numbers, not {value!r}")
     if len(value) != 3:
@@ -61,19 +61,19 @@ def check_vector(name: str, value: tuple[float, float, float]) -> None:
 
 
 def check_array(name: str, value: object) -> None:
-    """Refuses what is no array."""
+    """Raises an error unless the value is an array."""
     if not isinstance(value, np.ndarray):
         raise TypeError(f"{name}: must be a numpy array, not {type(value).__name__}")
 
 
 def check_path(name: str, value: object, expected: str = "a path") -> None:
-    """Refuses what is no path; `expected` says what else might be given."""
+    """Raises an error unless the value is a path; `expected` names everything that is accepted."""
     if not isinstance(value, str | os.PathLike):
         raise TypeError(f"{name}: must be {expected}, not {type(value).__name__}")
 
 
 def check_positions(name: str, points: "Positions") -> None:
-    """Refuses what is not (k, 3) positions of at least one vertex."""
+    """Raises an error unless the array holds (k, 3) positions of at least one vertex."""
     check_array(name, points)
     if points.dtype.kind != "f" or points.dtype.itemsize not in (4, 8):
         raise TypeError(f"{name}: must be float32 or float64, not {points.dtype}")
@@ -82,7 +82,7 @@ def check_positions(name: str, points: "Positions") -> None:
 
 
 def check_complete(name: str, points: "Positions") -> None:
-    """Refuses positions that are not all finite."""
+    """Raises an error unless all positions are finite."""
     finite = np.isfinite(points).all(axis=1)
     if not finite.all():
         vertex = int(finite.argmin())

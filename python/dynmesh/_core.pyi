@@ -91,7 +91,7 @@ class ErrorSummary:
     @property
     def maximum(self) -> float: ...
 
-# For tests alone: see cpp/src/workers.hpp.
+# Only for tests; see cpp/src/support/workers.hpp.
 def _set_sharing(
     chunk: int, short_chunk: int, fewest_pieces: int, patience: int
 ) -> tuple[int, int, int, int]: ...

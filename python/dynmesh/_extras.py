@@ -1,17 +1,17 @@
-"""Libraries that only some calls need."""
+"""Optional libraries, which only some calls need."""
 
 from importlib import import_module
 from types import ModuleType
 
 
 def require_all(*modules: str, extra: str) -> None:
-    """Imports what will be needed later, so that it is said before any work begins."""
+    """Imports modules early, so that a missing one is reported before any work begins."""
     for module in modules:
         require(module, extra=extra)
 
 
 def require(module: str, *, extra: str) -> ModuleType:
-    """Imports `module`, or says which extra installs it."""
+    """Imports `module`, or raises an error that names the extra which installs it."""
     try:
         return import_module(module)
     except ImportError as error:

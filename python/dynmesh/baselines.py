@@ -1,6 +1,6 @@
-"""The methods that the paper compares itself with: each frame by itself (section 4).
+"""The methods that the paper compares with, which complete each frame separately (section 4).
 
-The classes keep what frames of one mesh share; the functions are for a single frame.
+The classes can be reused for many frames of one mesh; the functions complete a single frame.
 """
 
 from typing import Any, Literal
@@ -26,16 +26,16 @@ def least_squares_mesh(
     *,
     previous: Positions | None = None,
 ) -> NDArray[np.float64]:
-    """Completes a frame as :class:`LeastSquaresMesh` does; known vertices move.
+    """Completes a frame as :class:`LeastSquaresMesh` does, which also moves known vertices.
 
     Args:
         faces: (m, 3) integers.
         points: (k, 3); rows that are not known are ignored.
         known: (k,) bool, at least one vertex of each component.
-        previous: (k, 3), a whole frame: work on motion from it instead of on positions.
+        previous: (k, 3), a complete frame; if given, the motion since then is completed.
 
     Raises:
-        ValueError, TypeError: bad input; among it a component without a known vertex.
+        ValueError, TypeError: bad input, such as a component without a known vertex.
     """
     return LeastSquaresMesh(faces, _rows(points)).complete(points, known, previous=previous)
 
@@ -50,19 +50,19 @@ def laplacian_interpolation(
     reference: Positions | None = None,
     previous: Positions | None = None,
 ) -> NDArray[np.float64]:
-    """Completes a frame as :class:`LaplacianInterpolation` does; known vertices stay.
+    """Completes a frame as :class:`LaplacianInterpolation` does, without moving known vertices.
 
     Args:
         faces: (m, 3) integers.
         points: (k, 3); rows that are not known are ignored.
         known: (k,) bool, at least one vertex of each component.
         objective: "harmonic": (L x)_i = 0 at the unknown vertices; "least_squares": min |L x|.
-        weights: "uniform", or "inverse_distance" as measured on `reference`.
-        reference: (k, 3), for "inverse_distance" only.
-        previous: (k, 3), a whole frame: work on motion from it instead of on positions.
+        weights: "uniform", or "inverse_distance", measured on `reference`.
+        reference: (k, 3), required for "inverse_distance" only.
+        previous: (k, 3), a complete frame; if given, the motion since then is completed.
 
     Raises:
-        ValueError, TypeError: bad input; among it a component without a known vertex.
+        ValueError, TypeError: bad input, such as a component without a known vertex.
     """
     system = LaplacianInterpolation(
         faces, _rows(points), objective=objective, weights=weights, reference=reference

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def adjacency(faces: NDArray[np.integer[Any]], n_vertices: int) -> "csr_array[np.float64]":
-    """R of eq. (1): 1 where two vertices share an edge, 0 elsewhere.
+    """Returns R of eq. (1): 1 where two vertices share an edge, 0 elsewhere.
 
     Args:
         faces: (m, 3) integers.
@@ -23,8 +23,8 @@ def adjacency(faces: NDArray[np.integer[Any]], n_vertices: int) -> "csr_array[np
         (k, k) float64, symmetric, with sorted rows.
 
     Raises:
-        ValueError, TypeError: as :func:`dynmesh.cells`.
-        ImportError: SciPy is missing.
+        ValueError, TypeError: see :func:`dynmesh.cells`.
+        ImportError: SciPy is not installed.
     """
     sparse = require("scipy.sparse", extra="reproduce")
     offsets, neighbours = cells(faces, n_vertices)
@@ -36,7 +36,7 @@ def adjacency(faces: NDArray[np.integer[Any]], n_vertices: int) -> "csr_array[np
 
 
 def laplacian(faces: NDArray[np.integer[Any]], n_vertices: int) -> "csr_array[np.float64]":
-    """L = D - R of eq. (2), the combinatorial Laplacian. As :func:`adjacency`."""
+    """Returns L = D - R of eq. (2), the combinatorial Laplacian; see :func:`adjacency`."""
     sparse = require("scipy.sparse", extra="reproduce")
     r = adjacency(faces, n_vertices)
     degree = np.diff(r.indptr).astype(np.float64)

@@ -1,4 +1,4 @@
-"""How far completed frames are from the truth (paper, section 4, "Metrics")."""
+"""Errors of completed frames (section 4 of the paper, "Metrics")."""
 
 import numpy as np
 
@@ -9,5 +9,5 @@ __all__ = ["ErrorSummary", "bounding_box_diagonal", "nmsve", "summary", "vertex_
 
 
 def bounding_box_diagonal(frame: Positions) -> float:
-    """The length of the diagonal of a (k, 3) frame's axis-aligned bounding box."""
+    """Returns the length of the diagonal of the axis-aligned bounding box of a (k, 3) frame."""
     return float(np.linalg.norm(np.ptp(frame.astype(np.float64), axis=0)))

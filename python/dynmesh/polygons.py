@@ -1,4 +1,4 @@
-"""Meshes of any polygons, and the triangles that stand for them."""
+"""Meshes of arbitrary polygons, and the triangles that represent them."""
 
 from typing import Any, NamedTuple
 
@@ -7,16 +7,16 @@ from numpy.typing import NDArray
 
 
 class Polygons(NamedTuple):
-    """The faces of a mesh as its file has them, where some are no triangles."""
+    """The faces of a mesh as its file holds them, if some of them are not triangles."""
 
     sizes: NDArray[np.integer[Any]]
-    """(p,) how many corners each polygon has, at least 3."""
+    """(p,) the number of corners of each polygon, at least 3."""
     corners: NDArray[np.integer[Any]]
-    """(sum of sizes,) the vertices of all corners, polygon after polygon."""
+    """(sum of sizes,) the vertices of all corners, one polygon after another."""
 
 
 def check_polygons(polygons: Polygons) -> None:
-    """Refuses what cannot be polygons."""
+    """Raises an error unless the polygons are consistent."""
     if not isinstance(polygons, Polygons):
         raise TypeError(f"polygons: must be Polygons, not {type(polygons).__name__}")
     for name, values in zip(("sizes", "corners"), polygons, strict=True):
@@ -29,8 +29,8 @@ def check_polygons(polygons: Polygons) -> None:
         raise ValueError(f"face {index}: has {polygons.sizes[index]} corners, but needs 3")
     if polygons.sizes.sum() != len(polygons.corners):
         raise ValueError(
-            f"polygons: {polygons.sizes.sum()} corners are announced, "
-            f"but there are {len(polygons.corners)}"
+            f"polygons: sizes announce {polygons.sizes.sum()} corners, "
+            f"but corners holds {len(polygons.corners)}"
         )
 
 
@@ -38,10 +38,10 @@ def triangulate(polygons: Polygons) -> NDArray[np.integer[Any]]:
     """Cuts every polygon into a fan of triangles around its first corner.
 
     Returns:
-        (m, 3) in the order of the polygons; the winding stays.
+        (m, 3) in the order of the polygons, with the same winding.
 
     Raises:
-        TypeError, ValueError: these are no polygons.
+        TypeError, ValueError: the polygons are inconsistent.
     """
     check_polygons(polygons)
     sizes = polygons.sizes.astype(np.intp)
@@ -56,13 +56,13 @@ def triangulate(polygons: Polygons) -> NDArray[np.integer[Any]]:
 def split_polygons(
     polygons: Polygons,
 ) -> tuple[NDArray[np.integer[Any]], Polygons | None]:
-    """The triangles, and the polygons themselves only where they say more than the triangles."""
+    """Returns the triangles, and also the polygons unless all of them are triangles."""
     faces = triangulate(polygons)
     return faces, None if len(faces) == len(polygons.sizes) else polygons
 
 
 def as_polygons(faces: NDArray[np.integer[Any]], polygons: Polygons | None = None) -> Polygons:
-    """What a file shall hold: the polygons, or else the triangles as polygons."""
+    """Returns the polygons or, if there are none, the triangles as polygons."""
     if polygons is not None:
         return polygons
     return Polygons(np.full(len(faces), 3, np.int32), faces.reshape(-1))

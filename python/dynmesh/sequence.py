@@ -17,15 +17,15 @@ Mask: TypeAlias = NDArray[np.bool_]
 """True where a position was observed in its frame."""
 
 Provenance: TypeAlias = NDArray[np.integer[Any]]
-"""The generation or the age of vertices, as :class:`dynmesh.Completer` tells them."""
+"""The generation or the age of vertices, as :class:`dynmesh.Completer` reports them."""
 
 largest_start = 2**53
-"""Beyond it not every whole number is a float."""
+"""float64 cannot represent all larger whole numbers."""
 
 
 _layouts = ("vertex", "varying", "uniform", "faceVarying", "flat faceVarying")
 normals_may_be = (*_layouts, *(f"reversed {layout}" for layout in _layouts), "blocked")
-"""How normals follow from positions: see :attr:`Sequence.derived`."""
+"""How normals may follow from positions; see :attr:`Sequence.derived`."""
 
 may_be_derived = {
     "normals": normals_may_be,
@@ -33,7 +33,7 @@ may_be_derived = {
     "velocities": ("vertex", "blocked"),
     "accelerations": ("vertex", "blocked"),
 }
-"""What may follow from positions, and how."""
+"""What may follow from the positions, and how."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,33 +41,33 @@ class Sequence:
     """Frames of one fixed connectivity.
 
     Attributes:
-        vertices: (n, k, 3) float32 or float64. Where ``known`` is False the value means nothing.
+        vertices: (n, k, 3) float32 or float64. Values are arbitrary where ``known`` is False.
         faces: (m, 3) integers, triangles.
-        known: (n, k) bool, or None where every position was observed.
-        fps: frames per second, or None where nobody said.
-        polygons: the faces as they were before they were cut into triangles, or None where they
-            were triangles.
-        up_axis: "y" or "z", or None where nobody said.
-        name: of the mesh among others in its file, as "/world/body", or None.
-        start: the number of the first frame where it comes from, as 1001; USD's may be fractional.
-            Only files have it: dynmesh itself counts frames from 0 everywhere.
-        times: (n,) float64, the number of each frame where it comes from, ascending, if they are
-            not `start`, `start` + 1 and so on; `fps` of them are a second all the same. Else None.
-        metres_per_unit: how long a unit of the positions is, or None where nobody said.
-        generation: (n, k) int32, 0 an anchor, g a satellite, -1 unseen, or None.
-        age: (n, k) int32, frames since the vertex was last observed; None as `generation` is.
-        derived: what else a USD file says of the mesh that follows from the positions, so that it
-            is computed anew when they are written to USD, or None. The names are "normals",
-            "primvars:normals", "velocities" and "accelerations". Each has its interpolation, as
-            {"normals": "faceVarying", "velocities": "vertex"}, with "flat" before it where
-            faceVarying normals are those of the faces, and "reversed" before that where they point
-            against the order of the corners. What cannot be computed is "blocked".
+        known: (n, k) bool, or None if every position was observed.
+        fps: frames per second, or None if unknown.
+        polygons: the faces before they were cut into triangles, or None if all of them were
+            triangles.
+        up_axis: "y" or "z", or None if unknown.
+        name: the path of the mesh in its file, such as "/world/body", or None.
+        start: the number of the first frame in its file, such as 1001; may be fractional in USD.
+            dynmesh itself always counts frames from 0.
+        times: (n,) float64, the ascending numbers of the frames in their file, or None if they are
+            `start`, `start` + 1 and so on. `fps` of them are a second in either case.
+        metres_per_unit: the length of a unit of the positions, or None if unknown.
+        generation: (n, k) int32, 0 for anchors, g for satellites, -1 for unseen vertices, or None.
+        age: (n, k) int32, frames since the vertex was last observed; None if `generation` is.
+        derived: what else a USD file holds that follows from the positions, or None. It is
+            recomputed when the sequence is written to USD. The names are "normals",
+            "primvars:normals", "velocities" and "accelerations". The values are interpolations, as
+            in {"normals": "faceVarying", "velocities": "vertex"}. "flat" before it means that
+            faceVarying normals are those of the faces, and "reversed" before that means that they
+            point against the order of the corners. "blocked" marks what cannot be computed.
 
     Raises:
-        TypeError: an array of another kind.
-        ValueError: an array of another shape, a face that refers to a vertex that is not there,
-            ``fps`` or ``metres_per_unit`` not positive and finite, ``times`` that do not ascend, or
-            ``start`` so large that frames cannot be counted.
+        TypeError: an array has the wrong kind.
+        ValueError: an array has the wrong shape, a face refers to a vertex that does not exist,
+            ``fps`` or ``metres_per_unit`` is not positive and finite, ``times`` do not ascend, or
+            ``start`` is so large that frames cannot be counted.
     """
 
     vertices: Positions
@@ -85,7 +85,7 @@ class Sequence:
     derived: Mapping[str, str] | None = None
 
     def __post_init__(self) -> None:
-        """Refuses arrays that do not fit together."""
+        """Raises an error unless the arrays are consistent."""
         for name in ("vertices", "faces", "known", "times", "generation", "age"):
             value = getattr(self, name)
             optional = name not in ("vertices", "faces")
@@ -109,7 +109,7 @@ class Sequence:
         check_derived(self.derived)
 
     def __repr__(self) -> str:
-        """What it holds, without the numbers."""
+        """Describes the sequence without its numbers."""
         masks = "no masks"
         if self.known is not None:
             masks = f"{100 * np.count_nonzero(self.known) / max(1, self.known.size):.3g} % known"
@@ -119,17 +119,17 @@ class Sequence:
 
 
 def summary(n_frames: int, n_vertices: int, n_faces: int, dtype: np.dtype[Any]) -> str:
-    """How much a sequence holds, in short."""
+    """Describes the size of a sequence."""
     return f"{n_frames} frames, {n_vertices} vertices, {n_faces} faces, {dtype}"
 
 
 def rate(fps: float | None) -> str:
-    """Frames per second, in short."""
+    """Describes the frames per second."""
     return "no fps" if fps is None else f"{fps:g} fps"
 
 
 def check_vertices(dtype: np.dtype[Any], shape: tuple[int, ...]) -> None:
-    """Refuses what cannot be the vertices of a sequence."""
+    """Raises an error unless this describes the vertices of a sequence."""
     if dtype.kind != "f" or dtype.itemsize not in (4, 8):
         raise TypeError(f"vertices: must be float32 or float64, not {dtype}")
     if len(shape) != 3 or shape[2] != 3:
@@ -137,7 +137,7 @@ def check_vertices(dtype: np.dtype[Any], shape: tuple[int, ...]) -> None:
 
 
 def check_faces(dtype: np.dtype[Any], shape: tuple[int, ...]) -> None:
-    """Refuses what cannot be the faces of a sequence."""
+    """Raises an error unless this describes the faces of a sequence."""
     if dtype.kind not in "iu":
         raise TypeError(f"faces: must be integers, not {dtype}")
     if len(shape) != 2 or shape[1] != 3:
@@ -145,7 +145,7 @@ def check_faces(dtype: np.dtype[Any], shape: tuple[int, ...]) -> None:
 
 
 def check_corners(faces: NDArray[np.integer[Any]], n_vertices: int) -> None:
-    """Refuses faces that refer to a vertex that is not there."""
+    """Raises an error if a face refers to a vertex that does not exist."""
     if len(faces) == 0 or (faces.min() >= 0 and faces.max() < n_vertices):
         return
     outside = (faces < 0) | (faces >= n_vertices)
@@ -157,39 +157,39 @@ def check_corners(faces: NDArray[np.integer[Any]], n_vertices: int) -> None:
 
 
 def check_known(dtype: np.dtype[Any], shape: tuple[int, ...], expected: tuple[int, ...]) -> None:
-    """Refuses what cannot be the known masks of (n, k) = ``expected`` vertices."""
+    """Raises an error unless this describes known masks of (n, k) = ``expected`` vertices."""
     if dtype.kind != "b":
         raise TypeError(f"known: must be bool, not {dtype}")
     if shape != expected:
-        raise ValueError(f"known: must have shape {expected}, as vertices say, not {shape}")
+        raise ValueError(f"known: must have shape {expected} to match vertices, not {shape}")
 
 
 def check_provenance(
     name: str, dtype: np.dtype[Any], shape: tuple[int, ...], expected: tuple[int, ...]
 ) -> None:
-    """Refuses what cannot be the generation or the age of (n, k) = ``expected`` vertices."""
+    """Raises an error unless this describes generations or ages of (n, k) = ``expected``."""
     if dtype.kind not in "iu":
         raise TypeError(f"{name}: must be integers, not {dtype}")
     if shape != expected:
-        raise ValueError(f"{name}: must have shape {expected}, as vertices say, not {shape}")
+        raise ValueError(f"{name}: must have shape {expected} to match vertices, not {shape}")
 
 
 def check_times(times: NDArray[np.float64] | None, n_frames: int) -> None:
-    """Refuses what cannot be the times of n frames."""
+    """Raises an error unless these are the times of n frames."""
     if times is None:
         return
     if times.dtype != np.float64:
         raise TypeError(f"times: must be float64, not {times.dtype}")
     if times.shape != (n_frames,):
         raise ValueError(
-            f"times: must have shape {(n_frames,)}, as vertices say, not {times.shape}"
+            f"times: must have shape {(n_frames,)} to match vertices, not {times.shape}"
         )
     wrong = ~np.isfinite(times)
     wrong[1:] |= ~(times[1:] > times[:-1])
     if wrong.any():
         frame = int(wrong.argmax())
         raise ValueError(
-            f"times: must be finite and ascend, but frame {frame} is at {times[frame]}"
+            f"times: must be finite and ascending, but frame {frame} is at {times[frame]}"
         )
 
 
@@ -201,7 +201,7 @@ def check_description(
     start: float,
     metres_per_unit: float | None,
 ) -> None:
-    """Refuses what cannot be said of a sequence beside its frames."""
+    """Raises an error unless this is a valid description of a sequence."""
     for argument, value in (("fps", fps), ("metres_per_unit", metres_per_unit)):
         if value is not None:
             check_positive(argument, value)
@@ -217,7 +217,7 @@ def check_description(
 
 
 def check_derived(derived: Mapping[str, str] | None) -> None:
-    """Refuses what cannot be said of what follows from the positions."""
+    """Raises an error unless this is a valid value of :attr:`Sequence.derived`."""
     if derived is None:
         return
     if not isinstance(derived, Mapping):
@@ -225,7 +225,7 @@ def check_derived(derived: Mapping[str, str] | None) -> None:
     for name, how in derived.items():
         if name not in may_be_derived:
             raise ValueError(
-                f"derived: must name some of {', '.join(may_be_derived)}, not {name!r}"
+                f"derived: names must be among {', '.join(may_be_derived)}, not {name!r}"
             )
         if how not in may_be_derived[name]:
             ways = ", ".join(may_be_derived[name])

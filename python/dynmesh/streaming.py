@@ -1,4 +1,4 @@
-"""Completion of a whole stream of frames."""
+"""Completion of a stream of frames."""
 
 from collections.abc import Iterable, Iterator
 from itertools import repeat, zip_longest
@@ -33,7 +33,7 @@ default_settings: Settings = {
     "reject_outliers": False,
     "threads": 1,
 }
-"""Those of a :class:`dynmesh.Completer` to which nothing was said."""
+"""The defaults of :class:`dynmesh.Completer`."""
 
 
 def complete(
@@ -49,30 +49,31 @@ def complete(
     reject_outliers: bool = False,
     threads: int = 1,
 ) -> Iterator[Positions]:
-    """Completes frame after frame, in constant memory.
+    """Completes one frame after another, in constant memory.
 
-    A generator: nothing is read or checked before the first frame is asked for.
+    This is a generator: nothing is read or checked before the first frame is requested.
 
     Args:
         faces: (m, 3) integers.
-        frames: (k, 3) positions each; the first must be complete, and is yielded first.
-        known: (k,) bool each, one for every frame; None: rows that are not finite are missing.
-        method: "motion" or "detail". This and what follows are the settings of
+        frames: (k, 3) positions each. The first frame must be complete and is yielded unchanged.
+        known: (k,) bool for each frame, or None if rows that are not finite are missing.
+        method: "motion" or "detail". This and the following arguments are the settings of
             :class:`dynmesh.Completer`, which explains them.
-        revisit: of "motion", whether every iteration estimates all satellites again.
-        extra_iterations: of "motion", how many follow the one that reaches the last satellite.
-        unseen: "follow" or "hold", what vertices do that no chain of edges ties to a known one.
-        noise: of "detail", the standard deviation of known positions; None: they are exact.
-        reject_outliers: of "detail", whether known vertices that move unlike those around them are
-            taken as missing.
-        threads: how many a frame may use.
+        revisit: for "motion"; whether every iteration estimates all satellites again.
+        extra_iterations: for "motion"; the number of iterations after the last satellite is
+            reached.
+        unseen: "follow" or "hold"; the motion of vertices that no edges connect to a known one.
+        noise: for "detail"; the standard deviation of known positions, or None if they are exact.
+        reject_outliers: for "detail"; whether known vertices that do not move like those around
+            them are treated as missing.
+        threads: the number of threads that a frame may use.
 
     Yields:
-        (k, 3) completed frames, each a fresh array of the first frame's dtype.
+        (k, 3) completed frames, each a new array with the dtype of the first frame.
 
     Raises:
-        ValueError, TypeError: what :class:`dynmesh.Completer` raises, with the frame's number; no
-            frame at all; frames and masks of different numbers.
+        ValueError, TypeError: the errors of :class:`dynmesh.Completer`, with the number of the
+            frame; also if there is no frame, or if frames and masks differ in number.
     """
     settings: Settings = {
         "method": method,
@@ -90,11 +91,11 @@ def complete(
 def complete_pairs(
     faces: NDArray[np.integer[Any]], pairs: Iterable[Iterable[Any]], **settings: Unpack[Settings]
 ) -> Iterator[tuple[Positions, Completer]]:
-    """As :func:`complete`, of (points, known), and with the completer as each frame leaves it."""
+    """Completes (points, known) pairs and also yields the completer after each frame."""
     remaining = iter(pairs)
     first = next(remaining, None)
     if first is None:
-        raise ValueError("frames: is empty, but frame 0 is needed, complete")
+        raise ValueError("frames: is empty, but a complete frame 0 is needed")
     points, known = first
     completer = begin(faces, points, known, **settings)
     yield np.array(points, completer.dtype), completer
@@ -107,7 +108,7 @@ def begin(
     known: Mask | None,
     **settings: Unpack[Settings],
 ) -> Completer:
-    """The completer of a sequence with this frame 0, which must be complete."""
+    """Creates the completer for a sequence with this frame 0, which must be complete."""
     if known is not None and (missing := np.flatnonzero(np.equal(known, False))).size:
         raise ValueError(f"known: vertex {missing[0]} is missing, but frame 0 must be complete")
     try:
@@ -125,7 +126,7 @@ def begin(
 def push_all(
     completer: Completer, pairs: Iterable[Iterable[Any]], first_number: int
 ) -> Iterator[tuple[Positions, Completer]]:
-    """Goes on with the frames from `first_number` on, as :func:`complete_pairs`."""
+    """Completes the following frames, numbered from `first_number`; see :func:`complete_pairs`."""
     for number, (points, known) in enumerate(pairs, first_number):
         try:
             completed = completer.push(points, known)
@@ -148,5 +149,5 @@ def _pair(
     for number, (points, mask) in enumerate(pairs):
         if points is missing or mask is missing:
             short, long = ("frames", "known") if points is missing else ("known", "frames")
-            raise ValueError(f"{short}: ends before frame {number}, but {long} goes on")
+            raise ValueError(f"{short}: ends before frame {number}, but {long} does not")
         yield points, mask

@@ -1,8 +1,8 @@
-"""Reads a sequence with Blender and saves what it sees: `read_with_blender.py OUT.npz FPS FILE...`.
+"""Reads a sequence with Blender, saves positions: `read_with_blender.py OUT.npz FPS FILE...`.
 
 Run it with a Python that has Blender. Each of several files (OBJ, PLY) is one frame. The scene must
 have the file's frame rate, or Blender shows an Alembic file at times between its samples. Positions
-are the mesh's own: Blender turns every Alembic file from y up to z up, which is undone here.
+are in the mesh's own space: Blender rotates Alembic files from y up to z up, which is undone here.
 """
 
 import sys

@@ -1,4 +1,4 @@
-"""Writes the files in `blender/`, and `truth.npz` with what must be in them.
+"""Writes the files in `blender/`, and `truth.npz` with their expected content.
 
 Run it with a Python that has Blender: `python write_with_blender.py`, made with bpy 5.0.1.
 
@@ -75,7 +75,7 @@ def main() -> None:
         polygon_corners=np.concatenate(polygons),
         **truth,
     )
-    # Without shape keys and armatures of its own, USD gets the points of every frame.
+    # If the mesh has no shape keys or armature, USD stores the points of every frame.
     for suffix in ("usdc", "usda"):
         bpy.ops.wm.usd_export(
             filepath=str(FOLDER / f"body.{suffix}"), export_animation=True,

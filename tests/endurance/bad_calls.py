@@ -1,4 +1,4 @@
-"""Calls that a completer must refuse, each with what it must say."""
+"""Calls that a completer must refuse, with the expected errors."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -15,10 +15,10 @@ class BadCall(NamedTuple):
     """A call that must raise.
 
     Attributes:
-        call: what to do to a completer with a good frame's points, at least one of them known, and
-            mask; it changes neither array.
+        call: called with a completer and the points, at least one of them known, and the mask of a
+            valid frame; it changes neither array.
         error: the class of the exception.
-        argument: what its message begins with.
+        argument: the beginning of the message.
     """
 
     call: Callable[[dynmesh.Completer, Array, Array], object]
@@ -27,7 +27,7 @@ class BadCall(NamedTuple):
 
 
 def _with(points: Array, known: Array, value: float) -> Array:
-    """The points, one known coordinate of which is replaced."""
+    """Returns the points with one known coordinate replaced."""
     changed = points.copy()
     changed[np.flatnonzero(known)[-1], 1] = value
     return changed

@@ -1,4 +1,4 @@
-"""Jobs from file to file that are killed, and what they may leave behind."""
+"""Jobs that complete a file and are killed, and checks of what they leave."""
 
 import contextlib
 import os
@@ -24,40 +24,40 @@ OUTPUTS = {
     "ply": "out",
     "ply, by a pattern": "new/frame_%04d.ply",
 }
-FORMATS = {"ply": "ply"}  # where the name does not tell
+FORMATS = {"ply": "ply"}  # if the name does not determine the format
 
 Files = dict[str, bytes]
 
 
 class Job:
-    """One completion, its output and what that must be.
+    """One completion, its output and the expected result.
 
     Attributes:
         kind: of the output, one of :data:`OUTPUTS`.
         source: the incomplete sequence.
-        pause: seconds between two frames, so that there is time to be killed.
-        whole: what it must be in the end.
-        seconds: that it takes.
+        pause: seconds between two frames, during which the job can be killed.
+        whole: the expected content of the output.
+        seconds: the time that the job takes.
     """
 
     def __init__(self, kind: str, source: Path, pause: float) -> None:
-        """Does nothing yet."""
+        """Does not start the job."""
         self.kind, self.source, self.pause = kind, source, pause
         self.whole: Files = {}
         self.seconds = 0.0
 
     def complete_once(self, folder: Path) -> None:
-        """Completes it, uninterrupted, and notes what came out and how long it took."""
+        """Runs the job without interruption and records the result and the time."""
         folder.mkdir(exist_ok=True)
         began = time.monotonic()
         run_in_fork(lambda: self.run(folder))
         self.seconds = time.monotonic() - began
         self.whole = visible(folder)
         if not self.whole:
-            raise ValueError(f"{self.kind}: nothing came out")
+            raise ValueError(f"{self.kind}: there is no output")
 
     def output(self, folder: Path) -> Path:
-        """Where it goes in that folder."""
+        """Returns the path of the output in that folder."""
         return folder / OUTPUTS[self.kind]
 
     def run(
@@ -68,7 +68,7 @@ class Job:
         resume: bool = False,
         overwrite: bool = False,
     ) -> int:
-        """Runs it in this process; the first frame that it completed, -1 if the output exists."""
+        """Runs the job here; returns its first completed frame, -1 if the output exists."""
         Checkpoint.least_seconds_between = 0.0
         Checkpoint.most_of_the_time = 0.2
 
@@ -91,7 +91,7 @@ class Job:
         return -1
 
     def check(self, folder: Path, older: Files | None = None) -> str:
-        """What a kill left in sight: "nothing", "whole", "a part" or "older"; else ValueError."""
+        """Classifies the files after a kill: "nothing", "whole", "a part" or "older"."""
         found = visible(folder)
         if found == self.whole:
             return "whole"
@@ -103,19 +103,19 @@ class Job:
         if main not in found and found.items() <= self.whole.items():
             return "a part"
         wrong = sorted(name for name in found if found[name] != self.whole.get(name))
-        raise ValueError(f"{self.kind}: there are {sorted(found)}, of which {wrong} are not right")
+        raise ValueError(f"{self.kind}: of the files {sorted(found)}, {wrong} are wrong")
 
     def check_end(self, folder: Path) -> None:
-        """The output must be whole, and all that there is."""
+        """Checks that the output is complete and that no other files exist."""
         if self.check(folder) != "whole":
-            raise ValueError(f"{self.kind}: is not whole after the run that went to the end")
+            raise ValueError(f"{self.kind}: is not complete after an uninterrupted run")
         files = [str(path.relative_to(folder)) for path in folder.rglob(".*")]
         if files:
-            raise ValueError(f"{self.kind}: {files} stayed behind")
+            raise ValueError(f"{self.kind}: {files} were left behind")
 
 
 def make_source(path: Path, frames: int = 40) -> Path:
-    """Writes an ocean with holes."""
+    """Writes an ocean with missing vertices."""
     ocean = dynmesh.synth.ocean(frames, grid=20, seed=3)
     known = np.random.default_rng(1).random(ocean.vertices.shape[:2]) < 0.3
     known[0] = True
@@ -124,7 +124,7 @@ def make_source(path: Path, frames: int = 40) -> Path:
 
 
 def visible(folder: Path) -> Files:
-    """The files that are not hidden, and their bytes."""
+    """Returns the content of all files that are not hidden."""
     return {
         str(path.relative_to(folder)): path.read_bytes()
         for path in sorted(folder.rglob("*"))
@@ -133,7 +133,7 @@ def visible(folder: Path) -> Files:
 
 
 def run_in_fork(job: Any, kill_after: float | None = None) -> bool:
-    """Runs a job in a child of this process; whether it was killed before it ended by itself.
+    """Runs a job in a child process; returns whether it was killed before it ended.
 
     Raises:
         ValueError: the job failed.
@@ -162,7 +162,7 @@ def _run_and_exit(job: Any) -> NoReturn:
 
 
 def kill_at_change(n: int) -> None:
-    """Lets this process be killed just before its n-th change to a file system, counted from 1."""
+    """Kills this process just before its n-th change to a file system, counted from 1."""
     changes = {"os.rename", "os.remove", "os.rmdir", "os.mkdir", "os.truncate"}
     count = 0
 
@@ -178,5 +178,5 @@ def kill_at_change(n: int) -> None:
 
 
 def moment(generator: random.Random, seconds: float) -> float:
-    """Uniformly within the run, and a little after its end."""
+    """Returns a random time within the run, or shortly after its end."""
     return generator.uniform(0, 1.05 * seconds)

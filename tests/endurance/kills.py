@@ -1,11 +1,11 @@
-"""Kills jobs that complete files, at any moment, and sees whether anything is lost.
+"""Kills jobs that complete files at any moment, and checks that nothing is lost.
 
     script/kill-test [KILLS]
 
-A third of the jobs are processes as a shell starts them, which take long to begin; the others are
-forks of this one, killed while they work. Half of the kills hit a run that goes on after an earlier
-kill. With `--moments` jobs are killed before every change that they make to a file system, one
-after another. The exit code is 1 if anything was not as promised.
+A third of the jobs are processes as a shell starts them, which start slowly; the others are
+forks of this process, killed while they work. Half of the kills hit a run that was resumed after a
+kill. With `--moments`, jobs are killed before every change that they make to a file system, one
+after another. The exit code is 1 if any check fails.
 """
 
 import argparse
@@ -35,17 +35,17 @@ _SHELL = (
 
 
 class Tally:
-    """What happened.
+    """Counts of what happened.
 
     Attributes:
-        kills: that hit a running job.
-        left: what they left in sight.
-        resumed: runs that went on after a kill, and did not begin anew.
-        wrong: what was not as promised, in words.
+        kills: number of kills that hit a running job.
+        left: the files that they left, by class.
+        resumed: number of runs that were resumed after a kill.
+        wrong: descriptions of failed checks.
     """
 
     def __init__(self) -> None:
-        """Begins at nothing."""
+        """Starts all counts at zero."""
         self.kills: Counter[str] = Counter()
         self.left: Counter[tuple[str, str]] = Counter()
         self.resumed: Counter[str] = Counter()
@@ -53,11 +53,11 @@ class Tally:
 
 
 def main() -> None:
-    """Kills and reports."""
+    """Kills jobs and prints a report."""
     parser = argparse.ArgumentParser(prog="script/kill-test", description=__doc__.split("\n")[0])
-    parser.add_argument("kills", nargs="?", type=int, default=100, help="how many in all")
-    parser.add_argument("--moments", type=int, metavar="N", help="every N-th change of each job")
-    parser.add_argument("--seed", type=int, default=0, help="of the moments")
+    parser.add_argument("kills", nargs="?", type=int, default=100, help="number of kills")
+    parser.add_argument("--moments", type=int, metavar="N", help="kill at every N-th change")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the moments")
     arguments = parser.parse_args()
     tally = Tally()
     with tempfile.TemporaryDirectory() as name:
@@ -99,7 +99,7 @@ def _kill_at_random(folder: Path, kills: int, generator: random.Random, tally: T
 def _kill_job(
     job: Job, work: Path, generator: random.Random, tally: Tally, *, by_shell: bool
 ) -> None:
-    """Kills a run, in half of the cases the next one as well, and lets the last one end."""
+    """Kills a run, and the next one in half of the cases; the last run completes."""
     shutil.rmtree(work, ignore_errors=True)
     work.mkdir()
     for _ in range(generator.choice((1, 2))):
@@ -116,7 +116,7 @@ def _kill_job(
 
 
 def _finish(job: Job, work: Path, *, overwrite: bool = False) -> bool:
-    """Runs a job to its end; whether it went on."""
+    """Runs a job to its end; returns whether it was resumed."""
     note = work.with_name("resumed_at")
     run_in_fork(lambda: note.write_text(str(job.run(work, resume=True, overwrite=overwrite))))
     job.check_end(work)
@@ -129,9 +129,9 @@ def _kill_process(job: Job, work: Path, generator: random.Random) -> bool:
     began = time.monotonic()
     with subprocess.Popen([*command, str(job.pause)]) as process:
         while not any(work.iterdir()) and process.poll() is None:
-            time.sleep(0.002)  # it begins
+            time.sleep(0.002)  # until it has started
         if time.monotonic() - began > 60:
-            raise ValueError(f"{job.kind}: a process did not begin within a minute")
+            raise ValueError(f"{job.kind}: a process did not start within a minute")
         time.sleep(moment(generator, job.seconds))
         process.kill()
         return process.wait() == -signal.SIGKILL
@@ -141,7 +141,7 @@ class Batch:
     """`dynmesh batch` with two workers and a job for each kind of output."""
 
     def __init__(self, folder: Path, source: Path) -> None:
-        """Does nothing yet."""
+        """Does not start the command."""
         self._source = source
         self._work = folder / "work"
         self._whole: dict[str, bytes] = {}
@@ -165,7 +165,7 @@ class Batch:
         return subprocess.Popen(command, stderr=subprocess.DEVNULL)
 
     def kill(self, generator: random.Random, tally: Tally) -> None:
-        """Kills the command; its workers must end, and the next one must do what is left."""
+        """Kills the command; its workers must end, and the next run must complete the rest."""
         if not self._whole:
             self._run_once()
         shutil.rmtree(self._work)
@@ -183,17 +183,17 @@ class Batch:
             time.sleep(0.02)
         found = visible(self._work)
         if not found.items() <= self._whole.items():
-            raise ValueError("batch: a file is not as without a kill")
+            raise ValueError("batch: a file differs from that of an uninterrupted run")
         if killed:
             tally.kills["batch"] += 1
             left = "whole" if found == self._whole else "a part" if found else "nothing"
             tally.left["batch", left] += 1
         if self._start().wait() != 0 or visible(self._work) != self._whole:
-            raise ValueError("batch: the next run did not do what was left")
+            raise ValueError("batch: the next run did not complete the rest")
 
 
 def _children(pid: int) -> list[int]:
-    """Of a process; Linux alone tells."""
+    """Returns the children of a process; works only on Linux."""
     found = []
     for thread in Path(f"/proc/{pid}/task").glob("*/children"):
         found += [int(child) for child in thread.read_text().split()]
@@ -211,7 +211,7 @@ def _runs(pid: int) -> bool:
 def _kill_at_moments(folder: Path, step: int, tally: Tally) -> None:
     """Kills each job before its first change to the file system, its second, and so on.
 
-    Once with nothing there before, and once over an older and longer output.
+    This is done without an older output, and over an older and longer one.
     """
     source = make_source(folder / "partial.npz", frames=5)
     older = make_source(folder / "older.npz", frames=7)
@@ -227,7 +227,7 @@ def _kill_at_moments(folder: Path, step: int, tally: Tally) -> None:
 
 
 def _kill_at(job: Job, work: Path, n: int, before: Path | None, tally: Tally) -> bool:
-    """Whether the job made as many changes."""
+    """Returns whether the job made that many changes."""
     shutil.rmtree(work, ignore_errors=True)
     work.mkdir()
     if before is not None:
@@ -254,7 +254,7 @@ def _print(tally: Tally) -> None:
     outcomes = ("nothing", "a part", "whole", "older")
     table = Table(title="Killed jobs", title_justify="left")
     table.add_column("output")
-    for heading in ("kills", *(f"left {outcome}" for outcome in outcomes), "went on"):
+    for heading in ("kills", *(f"left {outcome}" for outcome in outcomes), "resumed"):
         table.add_column(heading, justify="right")
     for kind in (*OUTPUTS, "batch"):
         if tally.kills[kind]:

@@ -1,4 +1,4 @@
-"""Latencies and memory over a run of any length, in constant memory themselves."""
+"""Latencies and memory of a run of any length, measured in constant memory."""
 
 import os
 from pathlib import Path
@@ -8,7 +8,7 @@ import numpy as np
 PERCENTILES = (50.0, 90.0, 99.0, 99.9)
 
 _SHORTEST = 1e-7  # seconds
-_RATIO = 1.01  # from one bin to the next, so percentiles are true to a per cent
+_RATIO = 1.01  # from one bin to the next, so percentiles are accurate to one per cent
 _N_BINS = 2200  # up to five minutes
 
 
@@ -20,7 +20,7 @@ class Latencies:
     """
 
     def __init__(self) -> None:
-        """Begins empty."""
+        """Starts empty."""
         self._counts = np.zeros(_N_BINS, np.int64)
         self.largest = 0.0
 
@@ -38,11 +38,11 @@ class Latencies:
 
     @property
     def count(self) -> int:
-        """How many calls there were."""
+        """Returns the number of calls."""
         return int(self._counts.sum())
 
     def percentile(self, share: float) -> float:
-        """Seconds that this share of the calls, in per cent, took at most; NaN without calls."""
+        """Returns the percentile of the times in seconds; NaN without calls."""
         if self.count == 0:
             return float("nan")
         place = np.searchsorted(np.cumsum(self._counts), share / 100 * self.count)
@@ -50,16 +50,17 @@ class Latencies:
 
 
 class Memory:
-    """How much of the process is in memory, sampled while it runs.
+    """The resident memory of the process, sampled while it runs.
 
-    A fixed number of samples spread over the run: whenever they are full, every other one goes.
+    A fixed number of samples is spread over the run: when they are full, every other one is
+    dropped.
 
     Attributes:
-        peak: MB, of all samples that were ever taken.
+        peak: MB, the maximum of all samples, including dropped ones.
     """
 
     def __init__(self, most: int = 512) -> None:
-        """Takes at most this many samples, an even number."""
+        """Stores at most this many samples, an even number."""
         self._most = most
         self._samples: list[float] = []
         self._calls = 0
@@ -67,7 +68,7 @@ class Memory:
         self.peak = 0.0
 
     def sample(self) -> None:
-        """Looks now."""
+        """Takes a sample."""
         now = resident()
         self.peak = max(self.peak, now)
         if self._calls % self._every == 0:
@@ -79,9 +80,9 @@ class Memory:
 
     @property
     def growth(self) -> float:
-        """MB that came on top after the first third: the mean of the last tenth less that before.
+        """Returns the growth in MB: the mean of the last tenth minus that after the first third.
 
-        The first third is left out, as it makes room for the largest frames.
+        The first third is left out, as memory for the largest frames is allocated there.
         """
         third, tenth = len(self._samples) // 3, max(1, len(self._samples) // 10)
         before = self._samples[third : third + tenth]
@@ -89,6 +90,6 @@ class Memory:
 
 
 def resident() -> float:
-    """MB of this process that are in memory now."""
+    """Returns the resident memory of this process in MB."""
     pages = int(Path("/proc/self/statm").read_text().split()[1])
     return pages * os.sysconf("SC_PAGE_SIZE") / 1e6

@@ -1,11 +1,11 @@
-"""Lets completers run for long, with everything that goes wrong in a live capture.
+"""Runs completers for a long time, with everything that can go wrong in a live capture.
 
     script/soak MINUTES             frames at 60 Hz
     script/soak MINUTES --fast      one after another
-    script/soak --frames 1000000    so many frames of a small mesh, one after another
+    script/soak --frames 1000000    this many frames of a small mesh, one after another
 
-Prints what happened, and what it took, also when it is interrupted. The exit code is 1 if anything
-was not as promised.
+Prints events, times and memory, also when it is interrupted. The exit code is 1 if any check
+fails.
 """
 
 import argparse
@@ -27,11 +27,11 @@ from dynmesh import _core
 MOST_GROWTH = 0.02  # of the memory, plus
 MOST_GROWTH_MB = 2.0
 MOST_SLOWDOWN = 1.5  # of the median, from the first third of a run to the last
-SHORTEST_JUDGED = 60.0  # seconds: what runs for less tells nothing of a slowdown
+SHORTEST_JUDGED = 60.0  # seconds; a shorter run cannot show a slowdown
 
 
 def main() -> None:
-    """Runs and reports."""
+    """Runs the completers and prints a report."""
     arguments = _arguments()
     small = arguments.frames is not None
     _share_work(small=small)
@@ -58,23 +58,24 @@ def main() -> None:
 
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="script/soak", description=__doc__.split("\n")[0])
-    parser.add_argument("minutes", nargs="?", type=float, help="how long")
-    parser.add_argument("--frames", type=int, help="instead: how many, of a small mesh")
+    parser.add_argument("minutes", nargs="?", type=float, help="duration of the run")
+    parser.add_argument("--frames", type=int, help="instead: number of frames of a small mesh")
     parser.add_argument("--fast", action="store_true", help="do not wait for the next tick")
     parser.add_argument("--rate", type=float, default=60.0, help="ticks per second")
-    parser.add_argument("--seed", type=int, default=0, help="of what happens when")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the events")
     arguments = parser.parse_args()
     if (arguments.minutes is None) == (arguments.frames is None):
-        parser.error("say either for how many MINUTES or how many --frames")
+        parser.error("give either MINUTES or --frames")
     return arguments
 
 
 def _share_work(*, small: bool) -> None:
-    """Has two threads share the work of all meshes that are given to two of them.
+    """Makes the completers with two threads share work between them.
 
-    Motion does so as in use. For detail, the meshes that are shared in use are too large for 60
-    frames a second of all of this, so its pieces are smaller here. The pieces of the small mesh are
-    so quick that every call waits for the other thread, which would come too late otherwise.
+    For motion, the usual settings are kept. For detail, meshes that are usually shared are too
+    large for 60 frames per second of all completers, so its pieces are smaller here. The pieces of
+    the small mesh are so short that every call waits for the other thread, which would otherwise
+    start too late.
     """
     if small:
         _core._set_sharing(chunk=2, short_chunk=2, fewest_pieces=2, patience=1000)
@@ -83,7 +84,7 @@ def _share_work(*, small: bool) -> None:
 
 
 def _stations(seed: int, *, small: bool) -> list[Station]:
-    """Several completers at once, of both methods, both precisions and several settings."""
+    """Creates completers of both methods, both precisions and several settings."""
 
     def ocean(grid: int) -> dynmesh.Sequence:
         return dynmesh.synth.ocean(60, grid=min(grid, 8) if small else grid, seed=3)
@@ -116,7 +117,7 @@ def _stations(seed: int, *, small: bool) -> list[Station]:
 
 
 def _run(stations: list[Station], memory: Memory, arguments: argparse.Namespace) -> int:
-    """Gives every station a frame in each tick; how many ticks were missed."""
+    """Gives every station a frame in each tick; returns the number of missed ticks."""
     whole = arguments.frames
     seconds = 60 * (arguments.minutes or 0.0)
     paced = whole is None and not arguments.fast
@@ -163,7 +164,7 @@ def _print(console: Console, stations: list[Station], memory: Memory) -> None:
     console.print(works)
     for title, counts in (
         ("What happened", [station.events for station in stations]),
-        ("Refused, as it must be", [station.refusals for station in stations]),
+        ("Refused as expected", [station.refusals for station in stations]),
     ):
         table = Table("", "times", title=title, title_justify="left")
         for what, count in sum(counts, Counter[str]()).most_common():
@@ -172,7 +173,9 @@ def _print(console: Console, stations: list[Station], memory: Memory) -> None:
         console.print(table)
     for station in stations:
         if station.threads > 1:
-            print(f"{station.name}: others did {station.pieces_done_by_others} pieces of the work")
+            print(
+                f"{station.name}: other threads did {station.pieces_done_by_others} pieces of work"
+            )
     print(f"memory: {memory.peak:.1f} MB at most, {memory.growth:+.2f} MB after the first third")
 
 
@@ -195,7 +198,7 @@ def _slowdown(station: Station) -> float:
 
 
 def not_shared(stations: list[Station]) -> list[str]:
-    """Where threads were there for nothing."""
+    """Returns the stations whose additional threads did no work."""
     return [
         f"{station.name}: no other thread did a piece of the work"
         for station in stations

@@ -1,4 +1,4 @@
-"""A completer in use: whatever may happen to one, with everything checked that is promised."""
+"""A completer with random events, and checks of everything that is documented."""
 
 import random
 import time
@@ -16,7 +16,7 @@ from dynmesh import _core
 
 Array = NDArray[Any]
 
-# How often each thing happens, in a thousand frames.
+# How often each event occurs in a thousand frames.
 EVENTS = {
     "masked": 480,
     "holes as NaN": 200,
@@ -34,25 +34,25 @@ EVENTS = {
 
 
 class Station:
-    """One completer and the endless stream of frames that it is given.
+    """One completer and its endless stream of frames.
 
     Attributes:
         name: of the settings.
-        threads: that a frame may use.
-        events: how often each thing happened.
-        refusals: how often each bad call was refused as it must be.
-        violations: what was not as promised, in words.
+        threads: number of threads that a frame may use.
+        events: number of occurrences of each event.
+        refusals: number of correct refusals of each bad call.
+        violations: descriptions of failed checks.
         latencies: of all calls that completed a frame.
-        pieces_done_by_others: of the work of these calls, how many pieces other threads than the
+        pieces_done_by_others: number of pieces of work in these calls that other threads than the
             calling one have done.
-        processor_times: of the calling thread in them, in the three thirds of the run: what does
-            not depend on who else uses the machine, or not as much.
+        processor_times: of the calling thread, in each third of the run; this depends less on
+            other programs than the latencies.
     """
 
     def __init__(
         self, name: str, frames: Array, faces: NDArray[np.int32], seed: int, **settings: Any
     ) -> None:
-        """`frames` are whole and played to and fro."""
+        """The complete `frames` are played forwards and backwards in turn."""
         self.name = name
         self.events: Counter[str] = Counter()
         self.refusals: Counter[str] = Counter()
@@ -72,7 +72,7 @@ class Station:
         self._make_room()
 
     def step(self, progress: float) -> None:
-        """Gives it the next frame; `progress` is how much of the run is over."""
+        """Gives the completer the next frame; `progress` is the elapsed share of the run."""
         self._third = min(int(3 * progress), 2)
         self._number += 1
         (event,) = self._random.choices(list(EVENTS), list(EVENTS.values()))
@@ -81,7 +81,7 @@ class Station:
         self.events[event] += 1
         try:
             self._do(event, points, known)
-        except Exception as error:  # a violation, whatever it is; the run goes on
+        except Exception as error:  # any error is a violation; the run continues
             self._blame(event, f"raised {type(error).__name__}: {error}")
 
     def _new(self) -> dynmesh.Completer:
@@ -94,7 +94,7 @@ class Station:
         return points
 
     def _make_masks(self) -> list[NDArray[np.bool_]]:
-        """Random ones of all shares, and what one sees from some sides."""
+        """Returns random masks of all shares, and masks of what is visible from several sides."""
         k = len(self._frames[0])
         shares = np.linspace(0.05, 0.95, 19)
         masks = [self._rng.random(k) < share for share in shares]
@@ -106,7 +106,7 @@ class Station:
         return masks
 
     def _make_room(self) -> None:
-        """Memory grows with the largest factor so far: have that now."""
+        """Computes the largest factor first, since memory grows with the largest one so far."""
         for completer in (self._completer, self._twin):
             completer.skip()
             for known in self._masks:
@@ -147,12 +147,12 @@ class Station:
             case "reset":
                 completer.reset(points)
                 if not np.array_equal(completer.skip(), points):
-                    self._blame(event, "the frame did not stay as it was reset to")
+                    self._blame(event, "the frame differs from the one it was reset to")
             case "new completer":
                 self._completer = self._new()
 
     def _with_rubbish(self, points: Array, known: NDArray[np.bool_]) -> Array:
-        """What is not known may hold anything."""
+        """Fills unknown rows with arbitrary values."""
         given = points.copy()
         rubbish = self._random.choice([np.nan, np.inf, -np.inf, 1e38, 0.0])
         given[~known] = rubbish
@@ -172,7 +172,7 @@ class Station:
         elif not np.isfinite(completed).all():
             self._blame(event, "a completed position is not finite")
         elif self._exact and not np.array_equal(completed[known], points[known]):
-            self._blame(event, "an anchor is not where it was given")
+            self._blame(event, "an anchor was moved")
         report = self._completer.report
         n_known = int(np.count_nonzero(known))
         if report.known + report.rejected != n_known:
@@ -182,13 +182,13 @@ class Station:
         return completed
 
     def _refuse(self, points: Array, known: NDArray[np.bool_]) -> None:
-        """A bad call must raise what it should, and leave the completer as it was."""
+        """Checks that a bad call raises the expected error and leaves the completer unchanged."""
         kind = self._random.choice(list(BAD_CALLS))
         bad = BAD_CALLS[kind]
         before = self._completer.state()
         try:
             bad.call(self._completer, points, known)
-        except Exception as error:  # which one, is the question
+        except Exception as error:  # its class is checked below
             if type(error) is bad.error and str(error).startswith(bad.argument):
                 self.refusals[kind] += 1
             else:
@@ -200,7 +200,7 @@ class Station:
         self._move_on(kind, points, known)
 
     def _move_on(self, event: str, points: Array, known: NDArray[np.bool_]) -> None:
-        """A completer that takes up the state must complete the next frame alike; it goes on."""
+        """Checks that a restored completer completes the next frame equally, and keeps it."""
         self._twin.restore(self._completer.state())
         expected = self._completer.push(points, known)
         self._completer, self._twin = self._twin, self._completer

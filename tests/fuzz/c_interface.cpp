@@ -1,4 +1,4 @@
-/// The C interface with any numbers in its structs, as far as they tell of memory that is there.
+/// The C interface with arbitrary numbers in its structs that describe only existing memory.
 #include <dynmesh/dynmesh.h>
 
 #include <cmath>
@@ -27,7 +27,7 @@ std::vector<std::uint8_t> state_of(const dynmesh_completer* completer) {
   return state;
 }
 
-/// Numbers of either type, and what may be wrong with a view of them.
+/// Numbers of either type, and a view of them that may be invalid.
 struct Memory {
   alignas(8) std::array<std::uint8_t, 8 * 3 * most_vertices + 8> bytes{};
   std::int64_t count = 0;
@@ -57,7 +57,7 @@ struct Memory {
         break;
       case 2:
         seen.type = input.take<std::int32_t>();
-        if (seen.type == DYNMESH_FLOAT64) seen.type = 0;  // there might not be so much memory
+        if (seen.type == DYNMESH_FLOAT64) seen.type = 0;  // would exceed the allocated memory
         break;
       case 3:
         seen.count = -1 - static_cast<std::int64_t>(input.below(256));
@@ -174,7 +174,7 @@ class Trial {
       default:
         is_frame = false;
         status = dynmesh_state(completer_.get(), out.bytes.data(), input_.take<std::int8_t>());
-        if (status == DYNMESH_OK) status = DYNMESH_INTERNAL_ERROR;  // it has no such room
+        if (status == DYNMESH_OK) status = DYNMESH_INTERNAL_ERROR;  // the array is too small
     }
     if (status != DYNMESH_OK) {
       check_refused(status);

@@ -1,5 +1,5 @@
-/// Completers of any mesh and settings, and any calls, good and bad, beside a twin that gets the
-/// good ones alone, packed and on one thread.
+/// Completers with arbitrary meshes, settings and calls, valid and invalid, compared with a second
+/// completer that gets only the valid calls, with packed arrays and in one thread.
 #include <cmath>
 #include <dynmesh/completer.hpp>
 #include <memory>
@@ -92,7 +92,7 @@ class Trial {
     }
   }
 
-  /// Calls `call`, which must either do its work or throw and change nothing.
+  /// Calls `call`, which must either succeed, or throw and change nothing.
   template <class Call>
   bool accepted(const Call& call) {
     const auto before = subject_->state();
@@ -154,7 +154,7 @@ class Trial {
     const std::size_t n = input_.below(k_ + 2);
     std::vector<Index> indices;
     for (std::size_t i = 0; i < n; ++i) indices.push_back(static_cast<Index>(input_.below(k_ + 1)));
-    if (input_.flip()) {  // often enough they are good ones
+    if (input_.flip()) {  // valid in half of the cases
       std::ranges::sort(indices);
       indices.erase(std::unique(indices.begin(), indices.end()), indices.end());
       if (!indices.empty() && indices.back() == static_cast<Index>(k_)) indices.pop_back();
@@ -192,7 +192,7 @@ class Trial {
     for (const Index age : subject_->age()) require(age == 0, "all is known after a reset");
   }
 
-  /// The state goes on in a completer of its own.
+  /// Continues from the state in a new completer.
   void move() {
     const auto state = subject_->state();
     auto other = make(std::vector<Real>(3 * k_, Real{1}), settings_);
@@ -202,7 +202,8 @@ class Trial {
     subject_ = std::move(other);
   }
 
-  /// Some bytes of a state changed, or cut, and sealed again: what it lets in it must live with.
+  /// Restores a state that was changed or cut, with a valid checksum; an accepted one must be
+  /// usable.
   void restore_anything() {
     auto state = subject_->state();
     const std::size_t changes = input_.below(6);
@@ -277,7 +278,7 @@ class Trial {
     return rows;
   }
 
-  /// After a frame: `known` of `packed` went in, `completed` came out.
+  /// Checks a frame: the input was `packed` with the mask `known`, and the result is `completed`.
   template <class Push>
   void finish(const std::vector<Real>& packed, const Known& known,
               const std::vector<Real>& completed, const Push& push_twin) {
@@ -310,7 +311,7 @@ class Trial {
     previous_ = completed;
   }
 
-  /// Motion, as the paper has it. Averages are as exact as what they are of.
+  /// Checks the averages of method motion, up to the rounding of their terms.
   void compare_with_plain(const std::vector<Real>& packed, const Known& known,
                           const std::vector<Real>& completed) {
     const Topology topology = build_topology({faces_.data(), faces_.size() / 3}, k_);
@@ -347,7 +348,7 @@ class Trial {
   std::vector<Index> faces_;
   std::unique_ptr<Completer<Real>> subject_;
   std::unique_ptr<Completer<Real>> twin_;
-  std::vector<Real> first_;     // frame 0; empty where it came out of a made-up state
+  std::vector<Real> first_;     // frame 0; empty if it came from a modified state
   std::vector<Real> previous_;  // the last completed frame
 };
 

@@ -1,4 +1,4 @@
-/// Streams of frames of any bytes, read, completed and written as dynmesh-complete does.
+/// Streams of frames with arbitrary bytes, read, completed and written as by dynmesh-complete.
 #include <cmath>
 #include <dynmesh/completer.hpp>
 #include <optional>
@@ -12,7 +12,7 @@ using namespace dynmesh::fuzz;
 
 namespace {
 
-/// Every third vertex is in no face.
+/// A mesh in which every third vertex is in no face.
 Completer<float> completer_of(std::size_t k) {
   std::vector<float> vertices(3 * k);
   for (std::size_t i = 0; i < vertices.size(); ++i) vertices[i] = static_cast<float>((i * i) % 7);

@@ -1,4 +1,4 @@
-/// What the harnesses share: bytes as numbers, and what must hold.
+/// Code that the harnesses share: conversion of bytes to numbers, and checks.
 #pragma once
 
 #include <unistd.h>
@@ -20,14 +20,14 @@
 
 namespace dynmesh::fuzz {
 
-/// Ends the process where `holds` is false: the fuzzer keeps the input.
+/// Ends the process if `holds` is false, so that the fuzzer keeps the input.
 inline void require(bool holds, const char* what) {
   if (holds) return;
   std::fprintf(stderr, "does not hold: %s\n", what);
   std::abort();
 }
 
-/// Takes numbers off a string of bytes; zeros when it is used up.
+/// Reads numbers from a string of bytes; zeros after its end.
 class Input {
  public:
   Input(const std::uint8_t* data, std::size_t size) : rest_(data, size) {}
@@ -53,7 +53,7 @@ class Input {
   std::span<const std::uint8_t> rest_;
 };
 
-/// Coordinates: tame ones, a few bits wide, or anything that a Real can be.
+/// Coordinates: small ones with few bits, or arbitrary values of Real.
 template <class Real>
 Real coordinate(Input& input, bool tame) {
   if (tame) return static_cast<Real>(input.take<std::int8_t>()) / 8;
@@ -71,7 +71,7 @@ Real coordinate(Input& input, bool tame) {
   return static_cast<Real>(input.take<std::int16_t>()) / 64;
 }
 
-/// A folder of this process's own, for readers that want a file; in memory, where there is such.
+/// A temporary folder for readers that need a file; in memory if the system supports it.
 inline const std::filesystem::path& scratch() {
   struct Folder {
     std::filesystem::path path = "/dev/shm";

@@ -1,4 +1,4 @@
-/// Settings, faces and arrays for a completer, of any bytes.
+/// Settings, faces and arrays for a completer, from arbitrary bytes.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@
 
 namespace dynmesh::fuzz {
 
-/// Rows in memory with room between them, which nobody may touch.
+/// Rows in memory with gaps between them, which must not be written.
 template <class Real>
 struct Rows {
   std::vector<Real> memory;
@@ -37,7 +37,7 @@ struct Rows {
   void fill(std::span<const Real> packed) {
     for (std::size_t i = 0; i < packed.size(); ++i) view()(i / 3, i % 3) = packed[i];
   }
-  /// Also checks that the room between the rows is as it was.
+  /// Also checks that the gaps between the rows are unchanged.
   [[nodiscard]] std::vector<Real> packed() {
     std::vector<Real> rows(3 * count);
     std::vector<Real> rest = memory;
@@ -63,7 +63,8 @@ inline Settings settings_of(Input& input) {
   settings.method = (bits & 1) != 0 ? Method::detail : Method::motion;
   settings.unseen = (bits & 2) != 0 ? UnseenRule::hold : UnseenRule::follow;
   settings.threads = (bits & 12) == 12 ? 2 : 1;
-  if (settings.method == Method::motion || (bits & 0xf0) == 0xf0) {  // else refused, seldom
+  if (settings.method == Method::motion ||
+      (bits & 0xf0) == 0xf0) {  // otherwise refused, which is rare
     settings.revisit = (bits & 16) == 0;
     settings.extra_iterations = static_cast<Index>(input.below(20)) - ((bits & 32) != 0 ? 1 : 0);
   }
@@ -78,7 +79,7 @@ inline std::vector<Index> faces_of(Input& input, std::size_t k) {
   std::vector<Index> faces;
   const std::size_t shape = input.below(8);
   const auto n = static_cast<Index>(k);
-  if (shape < 5) {  // a strip, closed or not, in which some triangles may be twice
+  if (shape < 5) {  // a strip, open or closed, in which triangles may occur twice
     const Index end = shape < 2 ? n : n - 2;
     for (Index v = 0; v < end; ++v) {
       for (const Index corner : {v, (v + 1) % n, (v + 2) % n}) faces.push_back(corner);

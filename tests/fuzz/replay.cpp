@@ -1,5 +1,6 @@
-/// The harnesses without a fuzzer: `replay CHANGES FOLDER...` runs the inputs in FOLDER/NAME, and
-/// each of them again with so many random changes. The same every time.
+/// Runs the harnesses without a fuzzer: `replay CHANGES FOLDER...` runs the inputs in FOLDER/NAME,
+/// and each of them again with this number of random changes. The changes are the same in every
+/// run.
 #include <filesystem>
 #include <random>
 
@@ -59,7 +60,7 @@ int main(int argc, char** argv) {
       std::vector<fs::path> inputs(begin(files), end(files));
       std::ranges::sort(inputs);
       for (const fs::path& input : inputs) {
-        std::fprintf(stderr, "%s\n", input.c_str());  // the last one is the one that failed
+        std::fprintf(stderr, "%s\n", input.c_str());  // the last line is the input that failed
         const Bytes bytes = dynmesh::fuzz::read_scratch(input.string());
         harness(bytes.data(), bytes.size());
         std::mt19937 random(1);

@@ -1,5 +1,5 @@
-/// Mesh files of any bytes: a sound template or an error that names the file, and the same once
-/// more when it is written and read again.
+/// Mesh files with arbitrary bytes: a valid template or an error that names the file. A template is
+/// the same after it is written and read again.
 #include <cmath>
 #include <dynmesh/template_mesh.hpp>
 #include <stdexcept>
@@ -57,7 +57,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     }
     require(k <= content.size() && mesh.faces.size() <= 3 * content.size(),
             "no more comes out than goes in");
-    if (!has_distinct_corners(mesh)) return 0;  // which OBJ refuses
+    if (!has_distinct_corners(mesh)) return 0;  // OBJ refuses such faces
     const std::string text = as_obj(mesh);
     const TemplateMesh again = read_template(write_scratch(
         "again.obj", {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}));

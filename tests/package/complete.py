@@ -1,6 +1,6 @@
 """Completes a sequence with the installed dynmesh, by its commands and in Python.
 
-Needs nothing but what `pip install dynmesh` brings, on any system.
+Requires only what `pip install dynmesh` installs, on any system.
 """
 
 import json
@@ -15,7 +15,7 @@ import dynmesh
 
 
 def command(*arguments: str, folder: str) -> str:
-    """What a `dynmesh` command prints."""
+    """Returns the output of a `dynmesh` command."""
     return subprocess.run(
         [sys.executable, "-m", "dynmesh", *arguments],
         cwd=folder,
@@ -26,7 +26,7 @@ def command(*arguments: str, folder: str) -> str:
 
 
 def nmsve_by_commands(folder: str) -> float:
-    """The error, in bounding-box diagonals, that the shell lines of the README leave."""
+    """Returns the error of the commands in the README."""
     command("synth", "walker", "walker.npz", folder=folder)
     command("degrade", "walker.npz", "partial.npz", "--known", "0.3", folder=folder)
     command("complete", "partial.npz", "completed.npz", folder=folder)
@@ -35,7 +35,7 @@ def nmsve_by_commands(folder: str) -> float:
 
 
 def worst_share_in_python() -> float:
-    """The largest part that either method leaves of what the figure moved away from frame 0."""
+    """Returns the error of both methods, relative to the motion since frame 0; the larger one."""
     truth = dynmesh.synth.walker(frames=6)
     rng = np.random.default_rng(0)
     worst = 0.0
@@ -52,7 +52,7 @@ def worst_share_in_python() -> float:
 
 
 def missing_licences() -> set[str]:
-    """Whose licence is not in the installed package, of those who wrote what is in it."""
+    """Returns the components of the package whose licence is not installed with it."""
     names = metadata.metadata("dynmesh").get_all("License-File") or []
     installed = metadata.files("dynmesh") or []
     there = {

@@ -1,4 +1,4 @@
-"""A broken sequence for each finding of a diagnosis, and sound ones."""
+"""A faulty sequence for each finding of a diagnosis, and sequences without faults."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -14,7 +14,7 @@ N_FRAMES = 16
 
 
 def moving(mesh: Mesh, n_frames: int = N_FRAMES, dtype: Any = np.float64) -> Sequence:
-    """A mesh that drifts and swells, a little in every frame."""
+    """Returns a mesh that drifts and grows slowly."""
     times = np.arange(n_frames)[:, None, None]
     waves = 0.1 * (np.sin(0.3 * times + mesh.vertices[:, :1]) - np.sin(mesh.vertices[:, :1]))
     vertices = mesh.vertices * (1 + 0.002 * times) + np.array([0.05, 0.02, 0.01]) * times + waves
@@ -23,12 +23,12 @@ def moving(mesh: Mesh, n_frames: int = N_FRAMES, dtype: Any = np.float64) -> Seq
 
 @lru_cache
 def walker() -> Sequence:
-    """The built-in figure."""
+    """Returns the built-in figure."""
     return synth.walker(40)
 
 
 def masked(sequence: Sequence) -> Array:
-    """All known, to be spoilt."""
+    """Returns a mask in which everything is known."""
     return np.ones(sequence.vertices.shape[:2], np.bool_)
 
 
@@ -38,7 +38,7 @@ def with_faces(*faces: list[int]) -> Sequence:
 
 
 def with_points(*points: tuple[float, float, float], faces: list[list[int]]) -> Sequence:
-    """A sheet of 144 vertices, and more after them."""
+    """Returns a sheet of 144 vertices with additional points and faces."""
     mesh = sheet(12)
     vertices = np.concatenate([mesh.vertices, np.array(points)])
     added = np.array(faces, np.int64).reshape(-1, 3)
@@ -46,14 +46,14 @@ def with_points(*points: tuple[float, float, float], faces: list[list[int]]) -> 
 
 
 class Expected(NamedTuple):
-    """Of one finding."""
+    """The expected content of a finding."""
 
     number: int
     vertices: list[int] | None = None
     faces: list[int] | None = None
     frames: list[int] | None = None
     also: tuple[str, ...] = ()
-    """Codes of what cannot but come along."""
+    """Codes of further findings that the fault also causes."""
 
 
 Broken = tuple[Sequence, Expected]
@@ -87,7 +87,7 @@ def zeros() -> Broken:
 def leaps() -> Broken:
     sequence = moving(sheet(12))
     sequence.vertices[6:] += 5  # a cut
-    sequence.vertices[12] -= 5  # a frame in another place
+    sequence.vertices[12] -= 5  # a misplaced frame
     return sequence, Expected(3, frames=[6, 12, 13])
 
 

@@ -1,4 +1,4 @@
-"""The command `dynmesh`, as a user runs it."""
+"""Runs the command `dynmesh` as a user does."""
 
 import contextlib
 import io
@@ -14,16 +14,16 @@ Result = subprocess.CompletedProcess[str]
 
 
 def dynmesh_command(*arguments: str | Path, code: int = 0) -> Result:
-    """Runs it, and checks that it ends with this exit code."""
+    """Runs the command and checks its exit code."""
     result = run_here(*arguments)
     assert result.returncode == code, result.stderr
     return result
 
 
 def run_here(*arguments: str | Path) -> Result:
-    """Runs it in this process, which saves the start of another.
+    """Runs the command in this process, which is faster.
 
-    The terminal is so wide that no message is broken, however long the paths in it are.
+    The terminal is so wide that no message is wrapped, even with long paths.
     """
     command = ["dynmesh", *map(str, arguments)]
     output, error = io.StringIO(), io.StringIO()
@@ -42,7 +42,7 @@ def run_here(*arguments: str | Path) -> Result:
 
 
 def dynmesh_process(*arguments: str | Path, code: int = 0) -> Result:
-    """Runs it in a process of its own, and checks that it ends so and without a traceback."""
+    """Runs the command in a separate process; checks the exit code and for tracebacks."""
     command = [sys.executable, "-m", "dynmesh", *map(str, arguments)]
     result = subprocess.run(command, capture_output=True, text=True, check=False)
     assert result.returncode == code, result.stderr

@@ -1,4 +1,4 @@
-"""Where the tests find data and programs."""
+"""Locations of data and programs, and common fixtures."""
 
 import os
 import signal
@@ -15,9 +15,9 @@ from dynmesh import _core
 REPOSITORY = Path(__file__).parents[2]
 
 LONGER = int(os.environ.get("DYNMESH_FUZZ", "1"))
-"""Times the usual number of examples of what is drawn at random: script/fuzz asks for more."""
+"""Factor for the number of random examples, which script/fuzz increases."""
 
-# How long an example takes depends on what else the machine does.
+# The time of an example depends on the load of the machine, so there is no deadline.
 settings.register_profile("dynmesh", deadline=None)
 settings.load_profile("dynmesh")
 
@@ -33,7 +33,7 @@ def data() -> Path:
 
 @pytest.fixture(scope="session")
 def programs() -> Path:
-    """The folder of the compiled programs, as the preset `develop` builds them."""
+    """The folder of the compiled programs, built with the preset `develop`."""
     folder = Path(os.environ.get("DYNMESH_PROGRAMS", REPOSITORY / "build" / "develop"))
     if not (folder / "dynmesh-complete").exists():
         pytest.skip(
@@ -44,7 +44,7 @@ def programs() -> Path:
 
 @pytest.fixture(scope="session")
 def shared_library() -> Path:
-    """The shared library, as tests/install/run builds it."""
+    """The shared library, built by tests/install/run."""
     default = REPOSITORY / "build" / "install-shared-ON" / "libdynmesh.so"
     path = Path(os.environ.get("DYNMESH_LIBRARY", default))
     if not path.exists():
@@ -54,9 +54,9 @@ def shared_library() -> Path:
 
 @pytest.fixture
 def hearing_interrupts() -> Iterator[None]:
-    """What the test starts hears SIGINT, even if the tests themselves were told to ignore it.
+    """Child processes receive SIGINT, even if the tests themselves were started with it ignored.
 
-    A process inherits that a signal is ignored, as by nohup, but not that it is handled.
+    Child processes inherit that a signal is ignored, for example by nohup, but not handlers.
     """
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
@@ -71,16 +71,16 @@ def mesh() -> Mesh:
 
 @pytest.fixture
 def rng() -> np.random.Generator:
-    """The same numbers every time."""
+    """A random generator with a fixed seed."""
     return np.random.default_rng(0)
 
 
 @pytest.fixture
 def shared_pieces() -> Iterator[Callable[[], int]]:
-    """How many pieces of work threads other than the caller's have done since the test began.
+    """Returns the number of pieces of work that other threads have done since the test began.
 
-    Completers that the test makes work in pieces of 64 vertices, and share them where there are two
-    or more: every call waits until another thread has come.
+    Completers in the test work in pieces of 64 vertices, and share them if there are two or more.
+    Every call waits until another thread takes part.
     """
     usual = _core._set_sharing(chunk=64, short_chunk=64, fewest_pieces=2, patience=100_000)
     before = _core._pieces_done_by_others()

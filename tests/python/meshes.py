@@ -27,20 +27,20 @@ def sheet(n: int, offset: float = 0.0) -> Mesh:
 
 
 def join(*meshes: Mesh) -> Mesh:
-    """All of them as one, unconnected."""
+    """Joins meshes into one, without connecting them."""
     starts = np.cumsum([0] + [len(m.vertices) for m in meshes])
     faces = [m.faces + start for m, start in zip(meshes, starts[:-1], strict=True)]
     return Mesh(np.concatenate(faces), np.concatenate([m.vertices for m in meshes]))
 
 
 def turned(vertices: Array, angle: float) -> Array:
-    """Turned about z."""
+    """Returns the points rotated about z."""
     c, s = np.cos(angle), np.sin(angle)
     return np.asarray(vertices @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1.0]]))
 
 
 def _half_turn(*axis: float) -> Array:
-    """Exactly 180 degrees where the axis is one of x, y and z: the cosine of pi is not exact."""
+    """Rotates by exactly 180 degrees about a coordinate axis, as the cosine of pi is not exact."""
     unit = np.array(axis) / np.linalg.norm(axis)
     return np.asarray(2 * np.outer(unit, unit) - np.eye(3))
 
@@ -62,24 +62,24 @@ EVENTS = {
     "larger and reflected": -1e6 * np.eye(3),
     "smaller and turned": 1e-6 * _half_turn(0, 0, 1),
 }
-"""What no surface does from one frame to the next, as matrices; method detail has to bear it."""
+"""Unrealistic changes from one frame to the next, as matrices, which method detail must survive."""
 
 
 @st.composite
 def meshes(draw: st.DrawFn, max_vertices: int = 24) -> Mesh:
-    """Any faces at all, degenerate, duplicate and non-manifold ones among them."""
+    """Draws arbitrary faces, including degenerate, duplicate and non-manifold ones."""
     k = draw(st.integers(1, max_vertices))
     n_faces = draw(st.integers(1, 2 * max_vertices))
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     faces = rng.integers(0, k, (n_faces, 3))
-    if draw(st.booleans()):  # mostly local, so that there are several generations
+    if draw(st.booleans()):  # mostly local faces, for several generations
         faces = np.minimum(faces[:, :1] + rng.integers(0, 3, (n_faces, 3)), k - 1)
     return Mesh(faces, rng.normal(size=(k, 3)))
 
 
 @st.composite
 def masks(draw: st.DrawFn, k: int) -> NDArray[np.bool_]:
-    """Any known mask, few known ones as likely as many."""
+    """Draws known masks; small and large shares are equally likely."""
     share = draw(st.sampled_from([0.0, 0.05, 0.2, 0.5, 0.9, 1.0]))
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     return rng.random(k) < share

@@ -1,4 +1,4 @@
-"""A literal transcription of the method in numpy: slow, plain, and the measure of the real one."""
+"""A literal implementation of the method in NumPy, slow and simple, for comparison."""
 
 from typing import Any
 
@@ -13,7 +13,7 @@ SQUARED_LENGTH_FLOOR = 1e-12
 
 
 def directed_edges(faces: NDArray[np.int64]) -> Edges:
-    """Both directions of every edge, each once."""
+    """Returns both directions of every edge, each once."""
     pairs = np.concatenate([faces[:, [a, b]] for a, b in [(0, 1), (1, 2), (2, 0)]])
     pairs = pairs[pairs[:, 0] != pairs[:, 1]]
     both = np.unique(np.concatenate([pairs, pairs[:, ::-1]]), axis=0)
@@ -21,7 +21,7 @@ def directed_edges(faces: NDArray[np.int64]) -> Edges:
 
 
 def mean_edge(edges: Edges, frame: Array) -> float:
-    """The mean edge h, 1 where that is zero."""
+    """Returns the mean edge h, or 1 if it is zero."""
     i, j = edges
     h = float(np.linalg.norm(frame[i] - frame[j], axis=1).mean()) if len(i) else 0.0
     return h or 1.0
@@ -42,7 +42,7 @@ def complete_frame(
     revisit: bool = True,
     extra_iterations: int = 0,
 ) -> tuple[Array, NDArray[np.int64]]:
-    """One frame; unseen vertices stay. Returns positions and generations."""
+    """Completes one frame except unseen vertices. Returns positions and generations."""
     k = len(previous)
     i, j = edges
     squared = ((previous[i] - previous[j]) ** 2).sum(axis=1)
@@ -77,7 +77,7 @@ def complete_frame(
 
 
 def rigid_motion(before: Array, after: Array, what: Array) -> Array:
-    """Kabsch; the mean translation for points on a line or fewer than three."""
+    """Rigid motion by Kabsch; the mean translation for collinear points or fewer than three."""
     from_mean, to_mean = before.mean(axis=0), after.mean(axis=0)
     spread = np.linalg.svd(before - from_mean, compute_uv=False)
     if len(before) < 3 or spread[1] <= 1e-5 * spread[0]:
@@ -88,7 +88,7 @@ def rigid_motion(before: Array, after: Array, what: Array) -> Array:
 
 
 def components(edges: Edges, k: int) -> NDArray[np.int64]:
-    """A label for each vertex, the smallest vertex of its component."""
+    """Labels each vertex with the smallest vertex of its component."""
     i, j = edges
     label = np.arange(k)
     while True:
@@ -128,7 +128,7 @@ def follow(
 
 
 def nmsve(edges: Edges, reference: Array, completed: Array) -> float:
-    """Eq. (5) and (6), vertex by vertex."""
+    """Computes eq. (5) and (6), vertex by vertex."""
     h = mean_edge(edges, reference)
     i, j = edges
     neighbours: dict[int, list[int]] = {v: [] for v in range(len(reference))}
@@ -154,7 +154,7 @@ def nmsve(edges: Edges, reference: Array, completed: Array) -> float:
 def flip_to_delaunay(
     faces: NDArray[np.int64], lengths: dict[tuple[int, int], float]
 ) -> tuple[list[list[int]], dict[tuple[int, int], float]]:
-    """Edge flips on a manifold mesh whose flips never join two vertices twice: dictionaries do."""
+    """Flips edges of a manifold mesh with dictionaries; no flip may connect two vertices twice."""
     triangles = {tuple(int(v) for v in face) for face in faces}
     third = {}
     for a, b, c in triangles:
@@ -164,7 +164,7 @@ def flip_to_delaunay(
         return lengths[min(a, b), max(a, b)]
 
     def angle(a: int, b: int, c: int) -> float:
-        """At c."""
+        """Returns the angle at c."""
         x, y, z = length(b, c), length(c, a), length(a, b)
         return float(np.arccos(np.clip((x * x + y * y - z * z) / (2 * x * y), -1, 1)))
 
@@ -190,12 +190,12 @@ def flip_to_delaunay(
 
 
 class Detail:
-    """Completion that keeps the shape (`method="detail"`), on manifold meshes without needles."""
+    """Method detail for manifold meshes without needles."""
 
     def __init__(
         self, faces: NDArray[np.int64], first_frame: Array, noise: float | None = None
     ) -> None:
-        """Frame 0: the operator, and the detail of frame 0 twice. `noise` makes anchors soft."""
+        """Takes frame 0 as the last two frames. With `noise`, anchors are weighted, not fixed."""
         self.noise = noise
         self.weight = 10.0  # lambda h^2
         self.k = len(first_frame)
@@ -233,17 +233,17 @@ class Detail:
                 x = lengths[min(b, c), max(b, c)]
                 y = lengths[min(c, a), max(c, a)]
                 z = lengths[min(a, b), max(a, b)]
-                cosine = (x * x + y * y - z * z) / (2 * x * y)  # of the angle at c
+                cosine = (x * x + y * y - z * z) / (2 * x * y)  # cosine of the angle at c
                 sine = np.sqrt(1 - cosine**2)
                 weight = cosine / sine / 2
                 laplacian[[a, b], [b, a]] -= weight
                 laplacian[[a, b], [a, b]] += weight
-                area[[a, b, c]] += x * y * sine / 2 / 3 / 3  # each corner comes round once
+                area[[a, b, c]] += x * y * sine / 2 / 3 / 3  # each corner is visited once
         area = np.maximum(area, 0.2 * area.mean())
         return laplacian / np.sqrt(area)[:, None]
 
     def _fit(self, frame: Array) -> None:
-        """Q from the singular value decomposition of each covariance."""
+        """Returns Q from the singular value decomposition of each covariance."""
         i, j = self.edges
         weight = 1 / np.maximum((self.rest_edges**2).sum(axis=1), SQUARED_LENGTH_FLOOR)
         outer = (frame[j] - frame[i])[:, :, None] * (weight[:, None] * self.rest_edges)[:, None, :]
@@ -258,7 +258,7 @@ class Detail:
         return np.asarray(np.einsum("nij,nj->ni", self.q, memory))
 
     def complete(self, points: Array, known: NDArray[np.bool_]) -> Array:
-        """One frame; unseen vertices stay."""
+        """Completes one frame except unseen vertices."""
         seen = np.isin(self.label, self.label[known])
         x = self.previous
         if (seen & ~known).any() or (self.noise is not None and seen.any()):
@@ -277,7 +277,7 @@ class Detail:
     def _closest(
         self, target: Array, anchors: Array, known: NDArray[np.bool_], seen: NDArray[np.bool_]
     ) -> Array:
-        """The frame whose detail is closest to the target, and whose anchors are so to theirs."""
+        """Solves for the frame whose detail and anchors are closest to their targets."""
         solved = seen & ~known if self.noise is None else seen
         fixed = np.where(solved[:, None], 0.0, np.where(known[:, None], anchors, self.previous))
         columns = self.operator[:, solved]
@@ -290,7 +290,7 @@ class Detail:
         return x
 
     def _blends(self, r0: Array, r1: Array, r2: Array, seen: Array) -> tuple[float, float]:
-        """B, and the c that explains enough of what b leaves."""
+        """Returns b, and the smallest c that explains the rest sufficiently."""
 
         def share(of: Array, over: Array) -> float:
             square = (over * over).sum()

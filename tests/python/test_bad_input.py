@@ -1,4 +1,4 @@
-"""Every case of bad input is refused in words that help, and the site shows these words."""
+"""Every case of bad input is refused with a helpful message, which the site shows."""
 
 import re
 from pathlib import Path
@@ -17,7 +17,7 @@ def world(tmp_path_factory: pytest.TempPathFactory) -> World:
 
 
 def check(case: Case, world: World, capfd: pytest.CaptureFixture[str]) -> None:
-    """It is refused as it should be, silently, and nothing has changed."""
+    """Checks that a call is refused as expected, prints nothing and changes nothing."""
     before = world.snapshot()
     capfd.readouterr()
     error = case.answer(world)
@@ -30,20 +30,20 @@ def check(case: Case, world: World, capfd: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case.call}: {case.given}")
-def test_it_is_named_and_changes_nothing(
+def test_bad_input_is_refused_and_changes_nothing(
     case: Case, world: World, capfd: pytest.CaptureFixture[str]
 ) -> None:
     check(case, world, capfd)
 
 
-def test_the_compiled_program_says_it_too(
+def test_the_compiled_program_reports_it_too(
     programs: Path, world: World, capfd: pytest.CaptureFixture[str]
 ) -> None:
     for case in commands.compiled(programs):
         check(case, world, capfd)
 
 
-def test_no_case_is_there_twice() -> None:
+def test_cases_are_unique() -> None:
     names = [(case.call, case.given) for case in CASES]
     assert len(set(names)) == len(names) >= 300
 

@@ -16,7 +16,7 @@ from dynmesh.metrics import bounding_box_diagonal
 
 
 def dense_laplacian(mesh: Mesh, *, inverse_distance: bool = False) -> Array:
-    """D - R, with inverse distances in place of the ones of R on request."""
+    """Returns D - R, optionally with inverse distances as weights."""
     i, j = reference.directed_edges(mesh.faces)
     r = np.zeros((len(mesh.vertices), len(mesh.vertices)))
     edge = np.linalg.norm(mesh.vertices[i] - mesh.vertices[j], axis=1)
@@ -85,7 +85,7 @@ def test_laplacian_interpolation_is_dense_algebra(
     np.testing.assert_allclose(completed, expected, rtol=0, atol=1e-9)
 
 
-def test_systems_are_used_again_and_again(rng: np.random.Generator) -> None:
+def test_systems_can_be_reused(rng: np.random.Generator) -> None:
     mesh = meshes.sheet(9)
     k = len(mesh.vertices)
     squares = dynmesh.baselines.LeastSquaresMesh(mesh.faces, k)
@@ -203,7 +203,7 @@ def test_errors_on_recorded_sequences(data: Path, name: str, share: float) -> No
     ]
     masks = list(dynmesh.degrade.random_known(len(truth), k, share, seed=11))
     for system, expected in zip(systems, PUBLISHED[name, share], strict=True):
-        # Frames differ little from one to the next; every tenth tells as much.
+        # Consecutive frames differ little, so every tenth is sufficient.
         chosen = range(1, len(truth), 10)
         completed = np.stack([system.complete(truth[n], masks[n]) for n in chosen])
         error = 1e4 * dynmesh.metrics.nmsve(sequence.faces, truth[chosen], completed).mean()

@@ -1,4 +1,4 @@
-"""Archives: many files, completed by processes that may fail or die."""
+"""Completion of many files by processes that may fail or be killed."""
 
 import contextlib
 import csv
@@ -24,7 +24,7 @@ from dynmesh.jobs.job_table import optional_columns, read_jobs
 
 
 def write_partial(path: Path, n_frames: int = 12, seed: int = 0) -> dynmesh.Sequence:
-    """An ocean with holes; returns what its completion is."""
+    """Writes an ocean with missing vertices; returns its completion."""
     ocean = dynmesh.synth.ocean(n_frames, seed=seed)
     known = np.stack(list(dynmesh.degrade.random_known(n_frames, 2500, 0.3, seed=seed)))
     dynmesh.write(path, dynmesh.Sequence(ocean.vertices, ocean.faces, known, 30.0))
@@ -68,7 +68,7 @@ def test_a_failed_job_does_not_stop_the_others(tmp_path: Path, parallel: bool) -
     assert [r.status for r in complete_files(jobs, overwrite=True)] == ["done"] * 4
 
 
-def test_the_folders_of_outputs_are_made(tmp_path: Path) -> None:
+def test_folders_of_outputs_are_created(tmp_path: Path) -> None:
     expected = write_partial(tmp_path / "in.npz")
     outputs = [tmp_path / "a" / "b" / "out.npz", tmp_path / "c" / "d" / "f_%04d.ply"]
     assert [r.status for r in complete_files(Job(tmp_path / "in.npz", o) for o in outputs)] == [
@@ -80,12 +80,12 @@ def test_the_folders_of_outputs_are_made(tmp_path: Path) -> None:
     in_the_way = Job(tmp_path / "in.npz", tmp_path / "in.npz" / "out.npz")
     (result,) = complete_files([in_the_way])
     assert result.status == "failed"
-    assert result.reason == f"{tmp_path / 'in.npz'}: is in the way, as it is no folder"
+    assert result.reason == f"{tmp_path / 'in.npz'}: exists and is not a folder"
 
 
 def test_two_jobs_do_not_share_an_output(tmp_path: Path) -> None:
     jobs = [Job(tmp_path / name, tmp_path / "out.npz") for name in ("a.npz", "b.npz")]
-    with pytest.raises(ValueError, match=r"out\.npz: is the output of two jobs"):
+    with pytest.raises(ValueError, match=r"out\.npz: is the output of more than one job"):
         complete_files(jobs)
 
 
@@ -122,18 +122,18 @@ def test_a_table_is_read(tmp_path: Path) -> None:
     [
         ("", "has no column 'input'"),
         ("input\na.npz\n", "has no column 'output'$"),
-        ("input;output\na;b\n", "has no column 'input'; values are separated by semicolons"),
-        ("input\toutput\na\tb\n", "has no column 'input'; values are separated by tabs"),
+        ("input;output\na;b\n", "separate the values by commas instead of semicolons"),
+        ("input\toutput\na\tb\n", "separate the values by commas instead of tabs"),
         (
             "input,output,quality\na,b,1\n",
-            "'quality' is not known; there are input, output, format",
+            "unknown column 'quality'; the columns are input, output, format",
         ),
         ("input,output\na.npz\n", "line 2: has more or fewer values than there are columns"),
         ("input,output\na.npz,b.npz,c\n", "line 2: has more or fewer values"),
         ("input,output\n\na.npz,\n", "line 3: output is empty"),
         ("input,output,fps\na,b,fast\n", "line 2: fps: must be a number, not .fast"),
         ("input,output,provenance\na,b,perhaps\n", "provenance: must be true or false, not 'perh"),
-        ('input,output\na,"b\n', "is no table of comma-separated values"),
+        ('input,output\na,"b\n', "is not a table of comma-separated values"),
     ],
 )
 def test_tables_that_cannot_be_read_are_refused(tmp_path: Path, text: str, message: str) -> None:
@@ -150,18 +150,18 @@ def test_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     table.write_text("input,output\nin0.npz,out0.npz\nnone.npz,out1.npz\nin2.npz,out2.npz\n")
     shown = run("batch", table, "--workers", "2", code=1).stderr
     assert "none.npz: No such file or directory" in shown
-    assert "2 done, 0 there already, 1 failed of 3 jobs" in shown
+    assert "2 done, 0 already complete, 1 failed of 3 jobs" in shown
     assert_equal(jobs[0], expected[0])
     assert_equal(jobs[2], expected[2])
     table.write_text("input,output\nin0.npz,out0.npz\nin1.npz,out1.npz\nin2.npz,out2.npz\n")
-    assert "1 done, 2 there already, 0 failed" in run("batch", table).stderr
+    assert "1 done, 2 already complete, 0 failed" in run("batch", table).stderr
     assert_equal(jobs[1], expected[1])
     monkeypatch.setattr(sys.modules["dynmesh.cli.batch"], "_patience", "0.5s")
     error = run("batch", table, "--scheduler", "tcp://127.0.0.1:1", code=1).stderr
-    assert "--scheduler: there is none at tcp://127.0.0.1:1" in error
+    assert "--scheduler: no Dask scheduler answers at tcp://127.0.0.1:1" in error
 
 
-def test_a_report_tells_of_every_job(tmp_path: Path) -> None:
+def test_the_report_lists_every_job(tmp_path: Path) -> None:
     jobs, _ = check_jobs(tmp_path, 2)
     dynmesh.write(jobs[1].output, dynmesh.read(jobs[1].input))
     table, report = tmp_path / "jobs.csv", tmp_path / "report.csv"
@@ -180,7 +180,7 @@ def test_a_report_tells_of_every_job(tmp_path: Path) -> None:
     assert table.read_bytes() == before
 
 
-def test_a_format_that_cannot_go_on_is_written_all_the_same(tmp_path: Path) -> None:
+def test_formats_that_cannot_be_resumed_are_written(tmp_path: Path) -> None:
     pytest.importorskip("pxr", reason="usd-core is not installed")
     expected = write_partial(tmp_path / "in.npz")
     job = Job(tmp_path / "in.npz", tmp_path / "out.usdc")
@@ -188,7 +188,7 @@ def test_a_format_that_cannot_go_on_is_written_all_the_same(tmp_path: Path) -> N
     assert_equal(job, expected)
 
 
-def test_help_tells_the_columns() -> None:
+def test_help_lists_the_columns() -> None:
     shown = run("batch", "--help").stdout
     for column in ("input", "output", *optional_columns):
         assert column in shown
@@ -197,7 +197,7 @@ def test_help_tells_the_columns() -> None:
 
 @contextlib.contextmanager
 def dask_cluster(folder: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
-    """A scheduler and two workers, each a process of its own on this machine."""
+    """A Dask scheduler and two workers, each in a separate process on this machine."""
     pytest.importorskip("distributed", reason="distributed is not installed")
     address_file = folder / "scheduler.json"
     common = ["--no-dashboard", "--scheduler-file", str(address_file)]
@@ -244,8 +244,8 @@ def test_a_worker_may_die_in_the_middle(tmp_path: Path) -> None:
         workers[0].send_signal(signal.SIGKILL)
         _, shown = batch.communicate(timeout=120)
     assert batch.returncode == 0, shown
-    # What the dead worker had finished and not yet told is found there already.
-    done, there = re.search(r"(\d+) done, (\d+) there already, 0 failed", shown).groups()  # type: ignore[union-attr]
+    # An output that the killed worker finished, but did not report, counts as already complete.
+    done, there = re.search(r"(\d+) done, (\d+) already complete, 0 failed", shown).groups()  # type: ignore[union-attr]
     assert int(done) + int(there) == n
     for i in range(n):
         np.testing.assert_array_equal(dynmesh.read(tmp_path / f"out{i}.npz").vertices, expected)
@@ -275,7 +275,7 @@ def test_the_workers_of_a_killed_command_end(tmp_path: Path) -> None:
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="Linux alone tells of children")
 @pytest.mark.usefixtures("hearing_interrupts")
 @pytest.mark.parametrize("workers", [1, 2])
-def test_an_interrupted_command_says_so_in_a_line(tmp_path: Path, workers: int) -> None:
+def test_an_interruption_is_reported_in_one_line(tmp_path: Path, workers: int) -> None:
     write_partial(tmp_path / "in.npz", n_frames=60)
     table = tmp_path / "jobs.csv"
     rows = "".join(f"in.npz,out{i}.npz,detail\n" for i in range(100))
@@ -288,6 +288,6 @@ def test_an_interrupted_command_says_so_in_a_line(tmp_path: Path, workers: int) 
         children = Path(f"/proc/{batch.pid}/task/{batch.pid}/children").read_text().split()
         os.killpg(batch.pid, signal.SIGINT)  # as a terminal does
         _, shown = batch.communicate(timeout=60)
-    assert shown == "interrupted; run it again to go on\n"
+    assert shown == "interrupted; run the command again to continue\n"
     assert batch.returncode == 130
     wait_until(lambda: not any(running(int(child)) for child in children))

@@ -1,4 +1,4 @@
-"""The benchmarks run, and their tables are whole. What they measure is for script/bench to say."""
+"""The benchmarks run and their tables are complete; the measurements are not tested."""
 
 import json
 import os
@@ -37,7 +37,7 @@ def measured(programs: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def named_tables(text: str) -> dict[str, list[list[str]]]:
-    """The cells of each table, its head first."""
+    """Returns the cells of each table, starting with the header."""
     parts = re.split(r"^\*\*(.*)\*\*$", text, flags=re.MULTILINE)[1:]
     named = zip(parts[::2], parts[1::2], strict=True)
     return {
@@ -48,7 +48,7 @@ def named_tables(text: str) -> dict[str, list[list[str]]]:
 
 
 def is_number(cell: str) -> bool:
-    """Whether it is a positive one, bold or not."""
+    """Whether a cell is a positive number, bold or not."""
     return re.fullmatch(r"(\*\*)?\d+(\.\d+)?(e-\d+)?(\*\*)?", cell) is not None
 
 
@@ -62,7 +62,7 @@ def test_tables_are_whole(measured: Path) -> None:
         for kind in ("ratios", "errors", "detail"):
             head, *rows = tables[f"{part}-{kind}"]
             assert head[1:] == ["10 %", "30 %", "50 %", "70 %", "camera", "patches"]
-            # Threads and libigl are not there on every machine, and stand as dashes then.
+            # Results with threads and libigl are dashes on machines without them.
             own = [r for r in rows if not re.search("threads|libigl", r[0])]
             assert len(own) == {"ratios": 5, "errors": 3, "detail": 5}[kind]
             assert all(is_number(cell) for row in own for cell in row[1:])
@@ -102,6 +102,6 @@ def test_the_page_has_a_place_for_each_table(measured: Path) -> None:
 
 def test_a_frame_takes_no_more_instructions_than_recorded(programs: Path) -> None:
     result = benchmarks(programs, "--instructions")
-    if result.returncode == 2:  # no valgrind here, or another compiler or processor
+    if result.returncode == 2:  # no valgrind, or another compiler or processor
         pytest.skip(result.stderr.strip())
     assert result.returncode == 0, result.stderr + "script/bench --record-instructions accepts it"

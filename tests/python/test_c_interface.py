@@ -1,4 +1,4 @@
-"""The C interface as another language calls it, and the C example, against the package."""
+"""The C interface, called from another language, and the C example, compared with the package."""
 
 import ctypes
 import re
@@ -65,14 +65,14 @@ class Report(ctypes.Structure):
 
 
 def view(rows: Array) -> View:
-    """The rows of an array, whatever its strides."""
+    """Describes the rows of an array with any strides."""
     row, column = (stride // rows.itemsize for stride in rows.strides)
     return View(rows.ctypes.data, len(rows), row, column, 8 * rows.itemsize)
 
 
 @pytest.fixture(scope="session")
 def library(shared_library: Path) -> ctypes.CDLL:
-    """The shared library, with what its functions return."""
+    """The shared library with the result types of its functions."""
     library = ctypes.CDLL(str(shared_library))
     library.dynmesh_last_message.restype = c_char_p
     library.dynmesh_version.restype = c_char_p
@@ -82,7 +82,7 @@ def library(shared_library: Path) -> ctypes.CDLL:
 
 
 class Twins:
-    """A completer and its twin behind the C interface, which must agree on everything."""
+    """A completer and its counterpart in the C interface, which must agree in everything."""
 
     def __init__(
         self,
@@ -129,7 +129,7 @@ class Twins:
             assert np.array_equal(np.ctypeslib.as_array(ours, (k,)), getattr(self.completer, field))
 
     def step(self, number: int) -> None:
-        """One frame by mask, by NaN, sparsely, or not at all, in turn."""
+        """Completes frames by mask, by NaN, sparsely, or not at all, in turn."""
         rng = np.random.default_rng(number)
         points = turned(self.first_frame, 0.05 * number).astype(self.first_frame.dtype)
         known = rng.random(len(points)) < rng.uniform(0.05, 0.9)
@@ -175,7 +175,7 @@ def test_c_completes_as_python_does(
     twins, others = (Twins(library, mesh, dtype, extra_iterations) for _ in range(2))
     for number in range(1, 20):
         twins.step(number)
-    # Each goes on from the other's state.
+    # Each continues from the state of the other.
     ours, theirs = twins.state(), twins.completer.state()
     assert ours == theirs
     others.completer.restore(ours)

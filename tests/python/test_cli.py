@@ -1,4 +1,4 @@
-"""The command line, as a user runs it."""
+"""The command line, used as by a user."""
 
 import json
 import re
@@ -58,7 +58,7 @@ def test_evaluate_measures_in_diagonals_without_frame_0(folder: Path) -> None:
     assert summary["maximum"] == pytest.approx(errors.max() / diagonal)
     assert result["frames"] == 39
     shown = run("evaluate", folder / "completed.npz", folder / "truth.npz").stdout
-    assert f"{result['nmsve']:.4g}" in shown
+    assert f"NMSVE x 1e4       {1e4 * result['nmsve']:.4g} " in shown
 
 
 def test_settings_reach_the_completer(folder: Path, tmp_path: Path) -> None:
@@ -86,7 +86,7 @@ def test_known_masks_add_up(folder: Path, tmp_path: Path) -> None:
     assert 0.1 < second[1:].mean() < 0.2
 
 
-def test_each_way_to_degrade_is_the_librarys(folder: Path, tmp_path: Path) -> None:
+def test_degrade_equals_the_library(folder: Path, tmp_path: Path) -> None:
     truth = dynmesh.read(folder / "truth.npz")
     frames, faces, degrade = truth.vertices, truth.faces, dynmesh.degrade
     everywhere = frames.reshape(-1, 3)
@@ -121,7 +121,7 @@ def test_each_way_to_degrade_is_the_librarys(folder: Path, tmp_path: Path) -> No
     np.testing.assert_array_equal(both, expected)
 
 
-def test_info_tells_what_a_file_holds(folder: Path) -> None:
+def test_info_describes_a_file(folder: Path) -> None:
     shown = run("info", folder / "partial.npz").stdout
     for line in ("2500, float32", "4802", "30.0 %", "196", "30"):
         assert line in shown
@@ -129,10 +129,10 @@ def test_info_tells_what_a_file_holds(folder: Path) -> None:
     assert re.search(r"^known masks +yes *$", shown, re.MULTILINE)
     assert re.search(r"^generation and age +no *$", shown, re.MULTILINE)
     assert re.search(r"^up axis +z *$", shown, re.MULTILINE)
-    assert re.search(r"^name +not said *$", shown, re.MULTILINE)
+    assert re.search(r"^name +unknown *$", shown, re.MULTILINE)
 
 
-def test_info_tells_polygons_axis_and_name(tmp_path: Path) -> None:
+def test_info_shows_polygons_axis_and_name(tmp_path: Path) -> None:
     polygons = Polygons(np.array([4, 3]), np.array([0, 1, 2, 3, 0, 1, 4]))
     faces, _ = split_polygons(polygons)
     points = np.random.default_rng(0).random((2, 5, 3))
@@ -156,7 +156,7 @@ def test_info_says_why_a_file_cannot_be_completed(tmp_path: Path) -> None:
     assert error.startswith(f"dynmesh: {tmp_path / 'a.npz'}: ")
 
 
-def test_zeros_that_may_be_holes_are_told(folder: Path, tmp_path: Path) -> None:
+def test_zeros_that_may_be_missing_are_reported(folder: Path, tmp_path: Path) -> None:
     partial = dynmesh.read(folder / "partial.npz")
     assert partial.known is not None
     zeros, masked = tmp_path / "zeros.npz", tmp_path / "masked.npz"
@@ -169,7 +169,7 @@ def test_zeros_that_may_be_holes_are_told(folder: Path, tmp_path: Path) -> None:
     dynmesh.write(tmp_path / "few.npz", dynmesh.Sequence(few, partial.faces))
     hint = (
         "70 % of the positions after frame 0 are exactly (0, 0, 0); "
-        "if nothing was observed there, --missing zero"
+        "if nothing was observed there, use --missing zero"
     )
     commands: list[tuple[str, list[str | Path]]] = [
         ("complete", [tmp_path / "a.npz", "--overwrite"]),
@@ -188,14 +188,14 @@ def test_zeros_that_may_be_holes_are_told(folder: Path, tmp_path: Path) -> None:
     def told(*arguments: str | Path) -> str:
         return " ".join(run("info", *arguments).stdout.split())
 
-    assert "exactly (0, 0, 0), 70 % of all" in told(zeros)
-    assert "Say --missing zero" in told(zeros)
+    assert "exactly (0, 0, 0) after frame 0, 70 % of all" in told(zeros)
+    assert "Use --missing zero" in told(zeros)
     assert "exactly (0, 0, 0)" not in told(zeros, "--missing=zero")
     assert "exactly (0, 0, 0)" not in told(masked)
-    assert "780 positions after frame 0 of exactly (0, 0, 0), 0.8 %" in told(tmp_path / "few.npz")
+    assert "780 positions of exactly (0, 0, 0) after frame 0, 0.8 %" in told(tmp_path / "few.npz")
 
 
-def test_complete_tells_what_it_did(folder: Path, tmp_path: Path) -> None:
+def test_complete_reports_what_it_did(folder: Path, tmp_path: Path) -> None:
     shown = run("complete", folder / "partial.npz", tmp_path / "a.npz").stderr
     assert "a.npz: known 30 %, filled in 70 %, unseen 0 % of the vertices after frame 0" in shown
     assert "nothing was missing" not in shown
@@ -203,22 +203,22 @@ def test_complete_tells_what_it_did(folder: Path, tmp_path: Path) -> None:
     assert "b.npz: nothing was missing" in shown
 
 
-def test_the_axis_that_is_taken_for_up_is_told(folder: Path, tmp_path: Path) -> None:
+def test_a_guessed_up_axis_is_reported(folder: Path, tmp_path: Path) -> None:
     said = dynmesh.read(folder / "truth.npz")
     upright = np.roll(said.vertices, 1, axis=2)  # z, the flat axis, becomes x
     flat, wall = tmp_path / "flat.npz", tmp_path / "wall.npz"
     dynmesh.write(flat, replace(said, up_axis=None))
     dynmesh.write(wall, replace(said, up_axis=None, vertices=upright))
     image = ("-o", tmp_path / "a.png", "--size", "50", "--frame", "0", "--overwrite")
-    assert "z is taken for up; --up y if it is not" in run("picture", flat, *image).stderr
-    assert "y is taken for up; --up z if it is not" in run("picture", wall, *image).stderr
-    assert "is taken" not in run("picture", folder / "truth.npz", *image).stderr
-    assert "is taken" not in run("picture", flat, *image, "--up", "z").stderr
+    assert "assuming that z is up; if not, use --up y" in run("picture", flat, *image).stderr
+    assert "assuming that y is up; if not, use --up z" in run("picture", wall, *image).stderr
+    assert "assuming" not in run("picture", folder / "truth.npz", *image).stderr
+    assert "assuming" not in run("picture", flat, *image, "--up", "z").stderr
     page = ("-o", tmp_path / "a.html")
-    assert "z is taken for up" in run("view", flat, *page).stderr
+    assert "assuming that z is up" in run("view", flat, *page).stderr
 
 
-def test_faces_and_prim_are_for_whichever_file_takes_them(folder: Path, tmp_path: Path) -> None:
+def test_faces_and_prim_apply_to_the_file_that_supports_them(folder: Path, tmp_path: Path) -> None:
     pytest.importorskip("pxr", reason="usd-core is not installed")
     truth, completed = folder / "truth.npz", folder / "completed.npz"
     expected = run("evaluate", completed, truth).stdout
@@ -235,19 +235,21 @@ def test_faces_and_prim_are_for_whichever_file_takes_them(folder: Path, tmp_path
     run("view", completed, "--reference", scene, "--prim", "/mesh", *page)
     refused: list[tuple[list[str | Path], str]] = [
         ([completed, scene, "--prim", "/no"], "truth.usda: has no mesh '/no'"),
-        ([completed, truth, "--prim", "/mesh"], "completed.npz: holds one mesh"),
-        ([completed, truth, "--faces", body], "completed.npz: has faces of its own"),
+        ([completed, truth, "--prim", "/mesh"], "completed.npz: holds a single mesh"),
+        ([completed, truth, "--faces", body], "completed.npz: holds its faces"),
     ]
     for arguments, message in refused:
         assert message in run("evaluate", *arguments, code=1).stderr
 
 
-def test_what_a_format_cannot_hold_is_left_out_aloud(folder: Path, tmp_path: Path) -> None:
+def test_what_a_format_cannot_hold_is_reported(folder: Path, tmp_path: Path) -> None:
     run("complete", folder / "partial.npz", tmp_path / "a.npz", "--provenance")
     completed = dynmesh.read(tmp_path / "a.npz").vertices
     for name in ("a.pc2", "o/f_%02d.obj"):
         shown = run("convert", tmp_path / "a.npz", tmp_path / name).stderr
-        assert f"{name}: generation and age are left out, as this format holds none\n" in shown
+        assert (
+            f"{name}: generation and age are not written; this format cannot hold them\n" in shown
+        )
         np.testing.assert_array_equal(dynmesh.read(tmp_path / name).vertices, completed)
     shown = run("convert", tmp_path / "a.npz", tmp_path / "a.npy").stderr
     assert "left out" not in shown
@@ -278,20 +280,23 @@ def test_errors_take_one_line_and_leave_nothing(folder: Path, tmp_path: Path) ->
     text.write_text("hello")
     for arguments, message in [
         (["complete", tmp_path / "none.npz", out], "none.npz: No such file or directory"),
-        (["complete", text, out], "text.npz: is damaged or no .npz archive"),
+        (["complete", text, out], "text.npz: is damaged or not an .npz archive"),
         (
             ["complete", incomplete, out],
             "incomplete.npz: frame 0: 1750 of 2500 vertices are",
         ),
         (["complete", partial, truth], "truth.npz: exists already; --overwrite replaces it"),
         (["complete", partial, tmp_path / "no" / "out.npz"], "there is no folder"),
-        (["complete", partial, tmp_path / "out.stl"], "the format '.stl' is not known"),
-        (["complete", tmp_path / "none", out], "none: there is no such file or folder"),
-        (["complete", tmp_path / "no*", out], "has no suffix that tells its format: name the"),
+        (["complete", partial, tmp_path / "out.stl"], "unknown format '.stl'"),
+        (["complete", tmp_path / "none", out], "none: no such file or folder"),
+        (
+            ["complete", tmp_path / "no*", out],
+            "has no suffix, which would determine the format; name the",
+        ),
         (
             ["complete", partial, tmp_path / "out"],
-            f"out: has no suffix that tells its format: write {tmp_path}/out/frame_%04d.ply, "
-            "or give --output-format",
+            "out: has no suffix, which would determine the format; "
+            f"write {tmp_path}/out/frame_%04d.ply, or give --output-format",
         ),
         (["complete", partial, partial, "--overwrite"], "partial.npz: is the input"),
         (["evaluate", partial, truth], "partial.npz: frame 1 lacks vertex"),
@@ -307,11 +312,11 @@ def test_errors_take_one_line_and_leave_nothing(folder: Path, tmp_path: Path) ->
             "text.npz",
         ]
     assert run("complete", code=2).stderr
-    assert "quote a pattern" in run("info", truth, partial, code=2).stderr
+    assert "put patterns in quotes" in run("info", truth, partial, code=2).stderr
     for share in ("0", "1", "30", "nan"):
         error = run("degrade", truth, out, "--known", share, code=2).stderr
         assert "must be above 0 and below 1, not" in error
-    assert "say what to do" in run("degrade", truth, out, code=2).stderr
+    assert "nothing to do: give" in run("degrade", truth, out, code=2).stderr
     assert "must be finite" in run("degrade", truth, out, "--noise", "nan", code=2).stderr
     assert run("synth", "lake", out, code=2).stderr
 
@@ -347,7 +352,7 @@ def test_a_sequence_is_converted_there_and_back(folder: Path, tmp_path: Path) ->
     shown = run("info", tmp_path / "scan", "--format", "hdf5").stdout
     assert "30.0 %" in shown
     error = run("convert", tmp_path / "new", tmp_path / "x.npz", "--format", "fbx", code=1).stderr
-    assert "the format 'fbx' is not known; there are npz" in error
+    assert "unknown format 'fbx'; the formats are npz" in error
 
 
 def test_the_method_can_be_chosen(folder: Path, tmp_path: Path) -> None:

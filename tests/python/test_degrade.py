@@ -1,4 +1,4 @@
-"""Masks and noise as sensors leave them."""
+"""Simulated losses and noise."""
 
 import inspect
 from collections.abc import Callable, Iterator
@@ -19,17 +19,17 @@ from dynmesh.degrade import Camera
 Array = meshes.Array
 
 NEAR_X = Camera((4.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 60.0)
-"""Looks along -x at the origin, with z up and y to the right."""
+"""A camera that looks along -x at the origin, with z up and y to the right."""
 
 
 def seen(mesh: Mesh, *cameras: Camera) -> Array:
-    """Frame 1, as frame 0 is whole."""
+    """Returns the mask of frame 1, since frame 0 is always complete."""
     frames = [mesh.vertices, mesh.vertices]
     return list(degrade.camera_known(frames, mesh.faces, cameras))[1]
 
 
 def in_image(vertices: Array, camera: Camera) -> Array:
-    """By angles, which is not how it is done."""
+    """Decides visibility by angles, unlike the implementation."""
     ray = vertices - camera.position
     ahead = np.subtract(camera.target, camera.position)
     right = np.cross(ahead, camera.up)
@@ -41,7 +41,7 @@ def in_image(vertices: Array, camera: Camera) -> Array:
 
 
 def hidden_by_rays(mesh: Mesh, camera: Camera, which: Array) -> Array:
-    """Segments from camera to vertex against every triangle (Moeller and Trumbore 1997)."""
+    """Tests segments from camera to vertex against every triangle (Moeller and Trumbore 1997)."""
     a, b, c = mesh.vertices[mesh.faces.T].astype(np.float64)
     start = np.array(camera.position)
     s = start - a
@@ -69,7 +69,7 @@ def seen_by_rays(mesh: Mesh, camera: Camera) -> Array:
 
 
 def potato(rng: np.random.Generator) -> Mesh:
-    """A closed surface with dents: an octahedron, each edge halved twice, pushed in and out."""
+    """A closed surface with dents: an octahedron with edges halved twice and random radii."""
     vertices = [*np.eye(3), *-np.eye(3)]
     faces = [(x, y, z) for x in (0, 3) for y in (1, 4) for z in (2, 5)]
     for _ in range(2):
@@ -93,7 +93,7 @@ def potato(rng: np.random.Generator) -> Mesh:
 
 
 def square(x: float, size: float = 1.0, n: int = 12) -> Mesh:
-    """A flat grid at right angles to x."""
+    """A flat grid perpendicular to x."""
     faces = meshes.sheet(n).faces
     z, y = (a.ravel() for a in np.indices((n, n)) / (n - 1) - 0.5)
     return Mesh(faces, np.stack([np.full(n * n, x), size * y, size * z], axis=1))
@@ -133,7 +133,7 @@ def test_the_walker_hides_what_exact_rays_say(frame: int) -> None:
     some = np.random.default_rng(frame).choice(len(known), 500, replace=False)
     expected = in_image(mesh.vertices, camera)[some] & ~hidden_by_rays(mesh, camera, some)
     assert 0.1 < expected.mean() < 0.5
-    assert (known[some] == expected).mean() >= 0.998  # one vertex where rounding decides
+    assert (known[some] == expected).mean() >= 0.998  # one vertex, which depends on rounding
 
 
 @pytest.mark.parametrize("cells", [1, 7, 2000])
@@ -274,7 +274,7 @@ def test_cameras_orbit_the_middle_of_the_mesh() -> None:
 
 
 def hidden_patches(**settings: Any) -> Array:
-    """Of a sheet of 900 vertices, (n, 900), True where hidden."""
+    """Patches on a sheet of 900 vertices, (n, 900), True where hidden."""
     faces = meshes.sheet(30).faces
     arguments = {"n_frames": 100, "share": 0.3, "seed": 2, **settings}
     return ~np.stack(list(degrade.patch_known(faces, n_vertices=900, **arguments)))
@@ -456,7 +456,7 @@ def test_bad_shares_are_refused_at_the_call(share: float) -> None:
 
 
 def bad(value: Any) -> Any:
-    """Past the type checker."""
+    """Hides the type of an argument from the type checker."""
     return value
 
 
@@ -530,7 +530,7 @@ def test_bad_masks_are_refused_at_the_call(
         ),
         (
             ValueError,
-            "cameras: must be at least one",
+            "cameras: at least one is needed",
             lambda: degrade.camera_known(FRAMES, SHEET.faces, []),
         ),
         (
@@ -570,7 +570,7 @@ def test_bad_masks_are_refused_at_the_call(
         ),
         (
             ValueError,
-            "first_frame: must have vertices in more than one place",
+            "first_frame: must have vertices at more than one position",
             lambda: degrade.orbit(POINT),
         ),
         (
@@ -607,7 +607,9 @@ def test_bad_arguments_are_refused_at_the_call(
         (TypeError, "field_of_view: must be a number, not None", {"field_of_view": None}),
     ],
 )
-def test_what_is_no_camera_is_refused(error: type[Exception], message: str, settings: Any) -> None:
+def test_objects_other_than_cameras_are_refused(
+    error: type[Exception], message: str, settings: Any
+) -> None:
     arguments = {"position": (4, 0, 0), "target": (0, 0, 0), "up": (0, 0, 1), **settings}
     with pytest.raises(error, match=message):
         Camera(**arguments)
@@ -623,7 +625,7 @@ def test_what_is_no_camera_is_refused(error: type[Exception], message: str, sett
 )
 def test_bad_frames_are_refused_with_their_number(make: Any) -> None:
     good = SHEET.vertices
-    with pytest.raises(ValueError, match=r"frame 2: must have shape \(36, 3\) as frame 0, not"):
+    with pytest.raises(ValueError, match=r"frame 2: must have shape \(36, 3\) like frame 0, not"):
         list(make([good, good, good[:-1]], SHEET.faces))
     with pytest.raises(ValueError, match=r"frame 1: must have shape \(k, 3\) .*, not \(36, 2\)"):
         list(make([good, good[:, :2]], SHEET.faces))
@@ -648,5 +650,5 @@ def test_a_frame_without_a_camera_is_refused() -> None:
     def cameras(frame: int) -> list[Camera]:
         return [NEAR_X] if frame < 2 else []
 
-    with pytest.raises(ValueError, match="cameras: must be at least one, but frame 2 has none"):
+    with pytest.raises(ValueError, match="cameras: at least one is needed, but frame 2 has none"):
         list(degrade.camera_known([SHEET.vertices] * 4, SHEET.faces, cameras))

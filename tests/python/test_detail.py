@@ -1,4 +1,4 @@
-"""Method detail against its literal transcription, and its identities."""
+"""Method detail compared with its literal implementation, and its identities."""
 
 from pathlib import Path
 from typing import Any, Literal
@@ -16,7 +16,7 @@ import dynmesh
 
 
 def bent(vertices: Array, amount: float) -> Array:
-    """Rolled up about y, and moved."""
+    """A sheet that is rolled up about y and moved."""
     angle = amount * vertices[:, 0]
     radius = 1 / amount + vertices[:, 2]
     x, z = radius * np.sin(angle), radius * np.cos(angle) - 1 / amount
@@ -79,7 +79,7 @@ def test_a_change_under_way_goes_on(noise: float | None, rng: np.random.Generato
     completer = dynmesh.Completer(mesh.faces, mesh.vertices, method="detail", noise=noise)
     expected = reference.Detail(mesh.faces, mesh.vertices, noise)
     for n in range(1, 11):
-        x, y, _ = mesh.vertices.T  # waves that run on, so that the shape of frame 0 is of no help
+        x, y, _ = mesh.vertices.T  # travelling waves, so that the shape of frame 0 does not help
         height = np.sin(0.8 * x + 0.1 * n) * np.cos(0.6 * y - 0.07 * n)
         points = mesh.vertices + 0.3 * height[:, None] * [0, 0, 1]
         known = rng.random(len(points)) < 0.5
@@ -165,7 +165,7 @@ def test_names_and_order_do_not_matter(mesh: Mesh, data: st.DataObject) -> None:
     )
 
 
-def test_the_report_says_where_the_time_went(mesh: Mesh) -> None:
+def test_the_report_divides_the_time(mesh: Mesh) -> None:
     completer = dynmesh.Completer(mesh.faces, mesh.vertices, method="detail")
     known = np.arange(len(mesh.vertices)) % 3 == 0
     completer.push(mesh.vertices, known)

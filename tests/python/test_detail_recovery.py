@@ -1,4 +1,4 @@
-"""Method detail after a frame that no surface moves to: later frames do not suffer from it."""
+"""Method detail recovers after an unrealistic frame."""
 
 from collections.abc import Callable
 from functools import cache
@@ -20,7 +20,7 @@ def bone(folder: Path) -> tuple[Array, Array]:
 
 
 def waves(mesh: Mesh) -> tuple[Array, Array]:
-    """The same of a mesh that turns a little, moves, and has a wave run through it."""
+    """Faces and seven frames of a mesh that rotates slightly, moves, and carries a wave."""
     frames = [mesh.vertices]
     for n in range(1, 7):
         angle = 0.05 * n
@@ -33,7 +33,7 @@ def waves(mesh: Mesh) -> tuple[Array, Array]:
 
 
 def flat_grid() -> Mesh:
-    """All in the plane z = 0."""
+    """A mesh in the plane z = 0."""
     mesh = sheet(12)
     return Mesh(mesh.faces, mesh.vertices * [1, 1, 0])
 
@@ -56,7 +56,7 @@ def subject(request: pytest.FixtureRequest) -> tuple[Array, Array]:
 
 
 def errors(completer: dynmesh.Completer, frames: Array) -> Array:
-    """Of five frames of which a third is known, after one that is wholly known."""
+    """Errors of five frames with a third of the vertices known, after one complete frame."""
     rng = np.random.default_rng(1)
     completer.push(frames[1])
     found = []
@@ -71,7 +71,7 @@ def errors(completer: dynmesh.Completer, frames: Array) -> Array:
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 @pytest.mark.parametrize("noise", [None, 0.01], ids=["exact", "noise"])
-def test_one_whole_frame_makes_up_for_anything(
+def test_one_complete_frame_restores_accuracy(
     subject: tuple[Array, Array], dtype: DTypeLike, noise: float | None
 ) -> None:
     faces, exact = subject

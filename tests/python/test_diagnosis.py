@@ -1,4 +1,4 @@
-"""What `dynmesh.diagnose` and `dynmesh info` find, and what they leave alone."""
+"""The findings of `dynmesh.diagnose` and `dynmesh info`."""
 
 import io
 import json
@@ -25,7 +25,7 @@ from dynmesh.files import formats
 
 
 def info(*arguments: str | Path, code: int = 0) -> str:
-    """What the command prints, in this process."""
+    """Returns the output of the command, run in this process."""
     result = CliRunner().invoke(cli.app, ["info", *map(str, arguments)])
     assert result.exit_code == code, result.output
     return result.stdout
@@ -58,13 +58,13 @@ def test_what_is_broken_is_found_where_it_is(code: str) -> None:
     ],
     ids=["sheet", "one frame", "square", "ocean"],
 )
-def test_nothing_is_odd_about_what_is_sound(sequence: Sequence) -> None:
+def test_sound_sequences_have_no_findings(sequence: Sequence) -> None:
     diagnosis = dynmesh.diagnose(sequence)
     assert codes(diagnosis) == []
     assert diagnosis.severity is None
 
 
-def test_losing_vertices_alone_is_not_odd() -> None:
+def test_lost_vertices_are_not_a_finding() -> None:
     whole = walker()
     assert codes(dynmesh.diagnose(whole)) == []
     n_frames, k, _ = whole.vertices.shape
@@ -120,19 +120,19 @@ def test_what_is_too_large_is_what_completion_refuses(dtype: type, limit: float)
     assert f"beyond {limit:.0e}".replace("+", "") in finding.message
     with pytest.raises(ValueError, match="frame 4: points: row 5"):
         list(dynmesh.complete(sequence.faces, iter(sequence.vertices)))
-    allowed = limit if dtype == np.float32 else 1e150  # farther, squares are beyond any number
+    allowed = limit if dtype == np.float32 else 1e150  # beyond that, squares overflow
     sequence = moving(sheet(12), dtype=np.float64)
     largest = (sequence.vertices / np.abs(sequence.vertices).max() * allowed).astype(dtype)
     assert not dynmesh.diagnose(replace(sequence, vertices=largest)).count("error")
     list(dynmesh.complete(sequence.faces, iter(largest)))
 
 
-def test_frame_0_says_where_to_begin_instead() -> None:
+def test_an_incomplete_frame_0_names_the_first_complete_frame() -> None:
     sequence, _ = BROKEN["first_frame_incomplete"]()
     sequence.vertices[1:3, 9] = np.nan
-    assert "Frame 3 is the first whole one" in dynmesh.diagnose(sequence).findings[0].advice
+    assert "Frame 3 is the first complete one" in dynmesh.diagnose(sequence).findings[0].advice
     sequence.vertices[:, 9] = np.nan
-    assert "No frame is whole" in dynmesh.diagnose(sequence).findings[0].advice
+    assert "No frame is complete" in dynmesh.diagnose(sequence).findings[0].advice
 
 
 @pytest.mark.parametrize("scale", [1, 100, 1000])
@@ -146,7 +146,7 @@ def test_units_of_people_are_guessed_and_no_others(scale: float) -> None:
     assert dynmesh.diagnose(sheet_of_a_size).likely_unit is None
 
 
-def test_nothing_at_all_is_bearable() -> None:
+def test_empty_and_still_sequences_are_diagnosed() -> None:
     nothing = np.full((3, 4, 3), np.nan)
     no_faces = np.empty((0, 3), np.int64)
     assert "first_frame_incomplete" in codes(dynmesh.diagnose(Sequence(nothing, no_faces)))
@@ -162,7 +162,7 @@ def test_nothing_at_all_is_bearable() -> None:
 
 @settings(max_examples=150, deadline=None)
 @given(meshes())
-def test_any_mesh_is_told_as_the_core_tells_it(mesh: Mesh) -> None:
+def test_the_findings_agree_with_the_core(mesh: Mesh) -> None:
     sequence = moving(mesh, 3)
     diagnosis = dynmesh.diagnose(sequence)
     topology = dynmesh.Completer(mesh.faces, mesh.vertices).topology
@@ -180,7 +180,7 @@ def test_any_mesh_is_told_as_the_core_tells_it(mesh: Mesh) -> None:
         assert found["several_components"].count == parts
     isolated = found["isolated_vertices"].count if "isolated_vertices" in found else 0
     assert isolated == topology.isolated_vertices
-    # Turned over, the flipped faces are flipped no more.
+    # After reversing the flipped faces, none is flipped.
     faces = mesh.faces.copy()
     flipped = places("flipped_faces")
     faces[flipped] = faces[flipped, ::-1]
@@ -231,15 +231,15 @@ def test_the_mean_edge_is_what_noise_is_measured_in(tmp_path: Path) -> None:
     assert f"{mean:g}, of frame 0" in info(tmp_path / "a.npz")
     noisy = tmp_path / "noisy.npz"
     shown = run("degrade", tmp_path / "a.npz", noisy, "--noise", "0.2").stderr
-    assert f"noise of {0.2 * mean:.3g}, as `complete --noise {0.2 * mean:.3g}` takes it" in shown
+    assert f"noise of {0.2 * mean:.3g} added; complete with --noise {0.2 * mean:.3g}" in shown
     shown = run("degrade", tmp_path / "a.npz", noisy, "--known", "0.5", "--overwrite").stderr
     assert "noise" not in shown
     point = dynmesh.diagnose(Sequence(np.zeros((2, 3, 3)), np.array([[0, 1, 2]])))
     assert point.mean_edge is None
 
 
-def test_what_was_first_met_at_the_origin_is_there() -> None:
-    """A vertex that is pinned there, and that frame 0 lacks."""
+def test_vertices_first_observed_at_the_origin_are_not_missing() -> None:
+    """Tests a vertex that is fixed at the origin and missing in frame 0."""
     pinned = dynmesh.synth.ocean(6, grid=8)
     vertices = pinned.vertices - pinned.vertices[:, :1]
     vertices[0, 0] = np.nan
@@ -248,7 +248,7 @@ def test_what_was_first_met_at_the_origin_is_there() -> None:
     assert "zeros" not in " ".join(codes(found))
 
 
-def test_places_are_listed_as_people_do() -> None:
+def test_places_are_listed_in_words() -> None:
     assert listed("vertex", [4]) == "vertex 4"
     assert listed("face", [4, 6]) == "faces 4 and 6"
     assert listed("vertex", range(9)) == "vertices 0, 1, 2, 3, 4 and 4 others"
@@ -256,7 +256,7 @@ def test_places_are_listed_as_people_do() -> None:
 
 
 @pytest.mark.parametrize("format", [name for name in formats if formats[name].writer])
-def test_a_file_is_told_as_the_sequence_is(format: str, tmp_path: Path) -> None:
+def test_a_file_has_the_findings_of_its_sequence(format: str, tmp_path: Path) -> None:
     sequence, _ = BROKEN["outliers"]()
     suffix = formats[format].suffixes[0]
     path = tmp_path / (f"a_%04d{suffix}" if format in ("ply", "obj") else f"a{suffix}")
@@ -268,7 +268,7 @@ def test_a_file_is_told_as_the_sequence_is(format: str, tmp_path: Path) -> None:
     assert (finding.code, finding.where.frames.tolist()) == ("outliers", [4])
     with dynmesh.open(path) as reader:
         assert codes(dynmesh.diagnose(reader)) == ["outliers"]
-    assert "1 position astray" in info(path)
+    assert "1 outlier" in info(path)
 
 
 def test_memory_does_not_grow_with_the_frames(tmp_path: Path) -> None:
@@ -286,15 +286,15 @@ def test_memory_does_not_grow_with_the_frames(tmp_path: Path) -> None:
     assert peaks[1] < peaks[0] + 300_000
 
 
-def test_the_command_says_it_in_every_way(tmp_path: Path) -> None:
+def test_the_command_prints_text_and_json(tmp_path: Path) -> None:
     sequence, _ = BROKEN["outliers"]()
     path, sound = tmp_path / "a.npz", tmp_path / "sound.npz"
     dynmesh.write(path, sequence)
     dynmesh.write(sound, moving(sheet(12)))
     shown = info(path)
     assert "1 warning\n" in shown
-    assert re.search(r"^warning +1 position astray, more than 4 mean edges", shown, re.MULTILINE)
-    assert "Nothing odd was found." in info(sound, "--strict")
+    assert re.search(r"^warning +1 outlier more than 4 mean edges", shown, re.MULTILINE)
+    assert "No problems were found." in info(sound, "--strict")
     assert json.loads(info(path, "--json"))["severity"] == "warning"
     assert json.loads(run("info", path, "--json", "--strict", code=1).stdout)["findings"]
     never = replace(sequence, vertices=sequence.vertices.copy())
@@ -306,7 +306,7 @@ def test_the_command_says_it_in_every_way(tmp_path: Path) -> None:
         if finding["code"] == "never_seen"
     )
     assert (told["count"], told["where"]["vertices"]) == (20, [0, 1, 2, 3, 4])
-    assert "is for --json" in run("info", path, "--brief", code=2).stderr
+    assert "requires --json" in run("info", path, "--brief", code=2).stderr
     holes = tmp_path / "holes.npz"  # no more than a note
     dynmesh.write(holes, BROKEN["small_holes"]()[0])
     assert "1 note\n" in info(holes, "--strict")

@@ -1,4 +1,4 @@
-"""The picture of what is odd."""
+"""The picture of the findings."""
 
 from pathlib import Path
 
@@ -15,13 +15,13 @@ from dynmesh import Sequence, cli
 
 @pytest.fixture(scope="module")
 def sound(tmp_path_factory: pytest.TempPathFactory) -> Array:
-    """The picture of a sequence that is not odd."""
+    """The picture of a sequence without findings."""
     pytest.importorskip("pyvista")
     return TestPicture.pixels(moving(sheet(12)), tmp_path_factory.mktemp("sound"))
 
 
 class TestPicture:
-    """`draw`, and `dynmesh info --picture`."""
+    """Draws with `draw` and with `dynmesh info --picture`."""
 
     @pytest.fixture(autouse=True)
     def _needs_pyvista(self) -> None:
@@ -29,7 +29,7 @@ class TestPicture:
 
     @staticmethod
     def pixels(sequence: Sequence, folder: Path) -> Array:
-        """(height, width, 3) of its picture."""
+        """Returns the pixels (height, width, 3) of a picture."""
         from PIL import Image
 
         from dynmesh.diagnosis.picture import draw
@@ -41,7 +41,7 @@ class TestPicture:
 
     @staticmethod
     def on_mesh(image: Array, colour: str) -> int:
-        """How many pixels left of the legend and above the strip have this hue, lit or not."""
+        """Counts the pixels with this hue, shaded or not, in the views of the mesh."""
         height, width, _ = image.shape
         sides = image[: height // 2, : int(0.68 * width)] / 255
         wanted = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)]) / 255

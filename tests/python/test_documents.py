@@ -1,4 +1,4 @@
-"""Every command and snippet of the documents does what it says."""
+"""The commands and code in the documentation work as described."""
 
 import os
 import re
@@ -19,11 +19,11 @@ SHORTER = {
     "docs/make_figures --page": "docs/make_figures --draft --page",
     "dynmesh synth walker walker.npz\n": "dynmesh synth walker walker.npz --frames 8\n",
 }
-"""Commands of the pages that run on less than they say: no page quotes what these print."""
+"""Commands of the pages that are run with less data here; no page quotes their output."""
 
 
 def blocks(language: str, document: str = README) -> list[str]:
-    """The code blocks of one language, in their order."""
+    """Returns the code blocks of one language in order."""
     return re.findall(rf"^```{language}\n(.*?)^```$", document, flags=re.DOTALL | re.MULTILINE)
 
 
@@ -47,8 +47,8 @@ def test_shell(tmp_path: Path) -> None:
     assert len(snippet.splitlines()) <= 10
     shown = run("bash", "-euc", snippet, cwd=tmp_path)
     (quoted,) = re.findall(r"shell commands above give\s+an error of (\d\.\d\d)\.", README)
-    (nmsve,) = re.findall(r"^NMSVE\s+([\d.]+)", shown, flags=re.MULTILINE)
-    assert f"{1e4 * float(nmsve):.2f}" == quoted
+    (nmsve,) = re.findall(r"^NMSVE x 1e4\s+([\d.]+)", shown, flags=re.MULTILINE)
+    assert f"{float(nmsve):.2f}" == quoted
     example = REPOSITORY / "examples" / "python" / "complete_file.py"
     shown = run(sys.executable, example, "partial.npz", "again.npz", cwd=tmp_path)
     assert "frame 174: 3001 known, 7001 filled in" in shown
@@ -98,7 +98,7 @@ def test_the_two_commands_are_there() -> None:
 
 
 def rows(document: str) -> list[list[str]]:
-    """The cells of all lines of tables."""
+    """Returns the cells of all rows of tables."""
     lines = re.findall(r"^\| (.*) \|$", document, flags=re.MULTILINE)
     return [[cell.strip() for cell in line.split("|")] for line in lines]
 
@@ -139,7 +139,7 @@ PAGES = (
 
 
 def outputs(snippets: list[str], cwd: Path) -> list[str]:
-    """What each of the snippets prints; they build on one another, as they do for a reader."""
+    """Returns the output of each snippet; each builds on the previous ones."""
     end = "-- end of a snippet --"
     whole = "".join(f"{snippet}\nprint({end!r})\n" for snippet in snippets)
     return run(sys.executable, "-c", whole, cwd=cwd).split(f"{end}\n")[:-1]
@@ -153,7 +153,7 @@ def test_pages_do_what_they_say(name: str, tmp_path: Path) -> None:
     for whole, less in SHORTER.items():
         document = document.replace(whole, less)
     printed: list[str] = []
-    if name == "docs/tutorial.md":  # there, commands show what Python has made
+    if name == "docs/tutorial.md":  # there, commands use files that Python code wrote
         printed += outputs(blocks("python", document), tmp_path)
     printed += [run("bash", "-euc", snippet, cwd=tmp_path) for snippet in blocks("bash", document)]
     if name != "docs/tutorial.md":
@@ -203,7 +203,7 @@ def test_the_documents_are_short() -> None:
 
 
 def test_the_site_is_whole(tmp_path: Path, programs: Path) -> None:
-    """Strict: a link or an anchor that leads nowhere is an error."""
+    """Builds strictly: a broken link or anchor is an error."""
     PATH.parent.mkdir(parents=True, exist_ok=True)
     PATH.write_text(page(programs))
     run(sys.executable, "-m", "mkdocs", "build", "--strict", "-d", tmp_path, cwd=REPOSITORY)
@@ -215,11 +215,11 @@ def test_the_site_is_whole(tmp_path: Path, programs: Path) -> None:
     assert "arithmatex" not in method
     pages = "".join(page.read_text() for page in tmp_path.rglob("*.html"))
     loaded = re.findall(r"<(?:script|link|img)[^>]*?(?:src|href)=\"?(https?://[^\s\">]+)", pages)
-    assert not loaded  # all that a page needs comes with it
+    assert not loaded  # pages load nothing from elsewhere
 
 
 def anchors(document: Path) -> set[str]:
-    """Of its headings, as they are made where Markdown is shown."""
+    """Returns the anchors of the headings, as Markdown renderers generate them."""
     headings = re.findall(r"^#+ (.*)$", document.read_text(), flags=re.MULTILINE)
     return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
 

@@ -1,4 +1,4 @@
-"""What docs/embedding.md shows compiles and runs, and what it says is so."""
+"""The code in docs/embedding.md compiles and runs, and its statements hold."""
 
 import re
 import shutil
@@ -18,13 +18,13 @@ LANGUAGES = (REPOSITORY / "docs" / "reference" / "languages.md").read_text()
 
 @pytest.fixture
 def library_folder(shared_library: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Where the shared library is, and is looked for by programs."""
+    """The folder of the shared library, where programs look for it."""
     monkeypatch.setenv("LD_LIBRARY_PATH", str(shared_library.parent))
     return shared_library.parent
 
 
 def install(built: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Installs what was built to $P, as the document calls it."""
+    """Installs the build to $P, the prefix in the document."""
     monkeypatch.setenv("P", str(tmp_path / "installed"))
     run("cmake", "--install", built, "--prefix", tmp_path / "installed", cwd=tmp_path)
 
@@ -114,11 +114,11 @@ def test_lost_frames_and_keyframes() -> None:
     for frame in (second, third):
         detailed.push(frame, known)
     assert (detailed.push(keyframe) == keyframe).all()
-    for frame in (second, third):  # as if there had been no skip
+    for frame in (second, third):  # as without the skip
         assert lossy.push(frame, known).tobytes() == steady.push(frame, known).tobytes()
     assert (lossy.push(keyframe) == keyframe).all()
     fresh = dynmesh.Completer(truth.faces, keyframe).push(last, known)
-    # Frame 0 still sets the unit that weights are computed in, which rounds otherwise.
+    # Frame 0 still determines the unit of the weights, which changes rounding.
     assert np.allclose(lossy.push(last, known), fresh, rtol=0, atol=1e-5)
 
 

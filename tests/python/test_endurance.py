@@ -1,4 +1,4 @@
-"""Short runs of what script/soak and script/kill-test do for long; and that they find faults."""
+"""Short runs of script/soak and script/kill-test, and checks that they find faults."""
 
 import importlib
 import re
@@ -25,14 +25,14 @@ def run(script: str, *arguments: str) -> str:
 def test_a_short_soak() -> None:
     shown = run("soak.py", "--frames", "6000")
     assert "6000 frames in" in shown
-    pieces = re.findall(r"threads: others did (\d+) pieces", shown)
+    pieces = re.findall(r"threads: other threads did (\d+) pieces", shown)
     assert len(pieces) == 2
     assert min(map(int, pieces)) > 1000
     assert shown.endswith("\n0 violations\n")
 
 
 class Faulty:
-    """A completer with a fault."""
+    """A completer with a deliberate fault."""
 
     def __init__(self, completer: dynmesh.Completer, fault: str) -> None:
         self._completer, self._fault = completer, fault
@@ -70,7 +70,7 @@ class Faulty:
     ("fault", "what"),
     [
         ("none", ""),
-        ("moves anchors", "an anchor is not where it was given"),
+        ("moves anchors", "an anchor was moved"),
         ("leaves a NaN", "not finite"),
         ("takes anything", "was not refused"),
         ("moves on when it refuses", "changed the completer"),

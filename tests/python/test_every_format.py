@@ -1,4 +1,4 @@
-"""What every file format must do, and how every one of them answers to what it cannot read."""
+"""Requirements for all file formats, including their errors."""
 
 import shutil
 import sys
@@ -31,13 +31,13 @@ LIBRARY = {
 
 
 def place(folder: Path, format: str, name: str = "body") -> Path:
-    """Where a sequence of this format may be."""
+    """Returns a path for a sequence of this format."""
     suffix = files.formats[format].suffixes[0]
     return folder / (f"{name}_%04d{suffix}" if format in ("ply", "obj") else f"{name}{suffix}")
 
 
 def one_file(path: Path, number: int = 2) -> Path:
-    """The file of a sequence that is spoilt: of several, the third frame."""
+    """Returns the file to damage: the third frame if there are several files."""
     return path.with_name(path.name % number) if "%" in path.name else path
 
 
@@ -53,7 +53,7 @@ def quads(n: int) -> Polygons:
 
 @pytest.fixture(scope="module")
 def partial() -> dynmesh.Sequence:
-    """Quads that move, with holes that hold NaN."""
+    """Moving quads with missing vertices, which are NaN."""
     n, n_frames = 12, 7
     polygons = quads(n)
     faces, _ = split_polygons(polygons)
@@ -72,7 +72,7 @@ def partial() -> dynmesh.Sequence:
 
 @pytest.fixture(params=FORMATS)
 def format(request: pytest.FixtureRequest) -> str:
-    """Each format that is written."""
+    """Each format that can be written."""
     return str(request.param)
 
 
@@ -172,7 +172,7 @@ def test_one_frame_may_have_a_time(tmp_path: Path, partial: dynmesh.Sequence, fo
         assert again.start == (7 if format in ("usd", "alembic") else 0)
 
 
-def test_any_frames_can_be_asked_for(
+def test_any_frames_can_be_requested(
     tmp_path: Path, partial: dynmesh.Sequence, format: str
 ) -> None:
     path = place(tmp_path, format)
@@ -227,7 +227,7 @@ def test_completion_is_the_same_through_each(
     assert (completed.polygons is None) == (format == "npy")
 
 
-def test_provenance_is_refused_where_it_cannot_be(
+def test_provenance_is_refused_by_formats_without_it(
     tmp_path: Path, partial: dynmesh.Sequence, format: str
 ) -> None:
     if format in TRACED:
@@ -265,7 +265,7 @@ def binary_zeros(file: Path) -> None:
 
 
 @pytest.mark.parametrize("spoil", [truncated, emptied, mislabelled, binary_zeros])
-def test_spoilt_files_are_refused_in_one_line(
+def test_damaged_files_are_refused_in_one_line(
     tmp_path: Path,
     partial: dynmesh.Sequence,
     format: str,
@@ -304,7 +304,7 @@ def test_an_existing_output_is_kept(
     assert sorted(path.name for path in tmp_path.rglob("*")) == before
     assert shell(monkeypatch, "complete", source, target, "--overwrite") == 0
     assert dynmesh.read(target).vertices.shape == (7, 144, 3)
-    dynmesh.write(target, few)  # fewer frames than there are files now
+    dynmesh.write(target, few)  # fewer frames than existing files
     assert dynmesh.read(target).vertices.shape == (5, 144, 3)
 
 
@@ -360,11 +360,11 @@ def test_the_suffix_can_be_overridden(
     path = tmp_path / "scan.dat"
     dynmesh.write(path, partial, format=format)
     np.testing.assert_array_equal(dynmesh.read(path, format=format).vertices, partial.vertices)
-    with pytest.raises(ValueError, match=r"the format '\.dat' is not known; there are \.npz"):
+    with pytest.raises(ValueError, match=r"unknown format '\.dat'; the suffixes are \.npz"):
         dynmesh.read(path)
 
 
-def test_masks_may_come_from_elsewhere(
+def test_masks_may_be_in_another_file(
     tmp_path: Path, partial: dynmesh.Sequence, format: str
 ) -> None:
     zeros = np.where(np.isnan(partial.vertices), 0, partial.vertices)
@@ -383,12 +383,12 @@ def test_masks_may_come_from_elsewhere(
         dynmesh.read(path, known=partial.known[1:])
 
 
-def test_masks_that_are_none_are_refused(tmp_path: Path, partial: dynmesh.Sequence) -> None:
+def test_invalid_masks_are_refused(tmp_path: Path, partial: dynmesh.Sequence) -> None:
     path = tmp_path / "a.npz"
     dynmesh.write(path, partial)
     mask: Any = tmp_path / "mask.npy"
     mask.write_text("hello")
-    with pytest.raises(ValueError, match=r"mask\.npy: is no \.npy file with a mask"):
+    with pytest.raises(ValueError, match=r"mask\.npy: is not a \.npy file with a mask"):
         dynmesh.open(path, known=mask)
     np.save(mask, np.ones((7, 144)))
     with pytest.raises(ValueError, match=r"mask\.npy: known: must be bool, not float64"):
@@ -409,6 +409,6 @@ def test_a_vertex_at_the_origin_in_frame_0_is_known(tmp_path: Path) -> None:
 def test_sequences_without_frames_are_refused(tmp_path: Path, partial: dynmesh.Sequence) -> None:
     none = dynmesh.Sequence(partial.vertices[:0], partial.faces)
     dynmesh.write(tmp_path / "a.npz", none)
-    with pytest.raises(ValueError, match=r"a\.npz: holds no frame"):
+    with pytest.raises(ValueError, match=r"a\.npz: has no frames"):
         dynmesh.open(tmp_path / "a.npz")
     shutil.rmtree(tmp_path)

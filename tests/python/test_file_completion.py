@@ -30,7 +30,7 @@ RESUMABLE = [
 
 @pytest.fixture(scope="module")
 def partial(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """An ocean with holes."""
+    """An ocean with missing vertices."""
     path = tmp_path_factory.mktemp("partial") / "partial.npz"
     ocean = dynmesh.synth.ocean(30, seed=3)
     known = np.stack(list(dynmesh.degrade.random_known(30, 2500, 0.3, seed=1)))
@@ -40,13 +40,13 @@ def partial(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def eager(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A checkpoint after every frame."""
+    """Saves a checkpoint after every frame."""
     monkeypatch.setattr(Checkpoint, "least_seconds_between", 0.0)
     monkeypatch.setattr(Checkpoint, "most_of_the_time", 1e9)
 
 
 def interrupted_after(n: int, error: BaseException) -> file_completion.Watch:
-    """Lets n frames pass, then fails as a user or the system may make it."""
+    """Passes n frames on, then raises an error like one of the user or the system."""
 
     def watch(frames: Iterator[Any], _: int, done: int) -> Iterator[Any]:
         for number, frame in enumerate(frames, done):
@@ -58,7 +58,7 @@ def interrupted_after(n: int, error: BaseException) -> file_completion.Watch:
 
 
 def output_path(folder: Path, format: str) -> Path:
-    """Where a sequence of this format may go."""
+    """Returns a path for a sequence of this format."""
     suffix = files.formats[format].suffixes[0]
     if format in ("ply", "obj"):
         return folder / "new" / f"frame_%04d{suffix}"
@@ -66,7 +66,7 @@ def output_path(folder: Path, format: str) -> Path:
 
 
 def files_in(folder: Path) -> dict[Path, tuple[int, int, int]]:
-    """What changes when a file is written or replaced."""
+    """Returns what changes when a file is written or replaced."""
     found = {path: path.stat() for path in folder.rglob("*")}
     return {path: (one.st_ino, one.st_size, one.st_mtime_ns) for path, one in found.items()}
 
@@ -128,8 +128,8 @@ def test_another_job_is_not_mixed_in(tmp_path: Path, partial: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         complete_file(partial, output, watch=interrupted_after(11, KeyboardInterrupt()))
     message = (
-        r"is of another job: extra_iterations changed \(0 before, 2 now\); "
-        r"noise changed \(not given before, 0\.5 now\); without"
+        r"is of another job: extra_iterations changed \(it was 0, now it is 2\); "
+        r"noise changed \(it was not given, now it is 0\.5\); run without"
     )
     with pytest.raises(OtherJobError, match=message):
         complete_file(partial, output, resume=True, extra_iterations=2, noise=0.5)
@@ -139,14 +139,14 @@ def test_another_job_is_not_mixed_in(tmp_path: Path, partial: Path) -> None:
             partial, output, overwrite=True, watch=interrupted_after(5, KeyboardInterrupt())
         )
     os.utime(partial)
-    with pytest.raises(OtherJobError, match="is of another job: input changed; without"):
+    with pytest.raises(OtherJobError, match="is of another job: input changed; run without"):
         complete_file(partial, output, overwrite=True, resume=True)
     assert complete_file(partial, output, overwrite=True).resumed_at == 0
     assert [path.name for path in tmp_path.iterdir()] == ["out.npz"]
 
 
 @pytest.mark.usefixtures("eager")
-def test_other_threads_go_on_with_the_same_job(tmp_path: Path, partial: Path) -> None:
+def test_a_job_is_resumed_with_another_number_of_threads(tmp_path: Path, partial: Path) -> None:
     whole, output = tmp_path / "whole.npz", tmp_path / "out.npz"
     complete_file(partial, whole)
     with pytest.raises(KeyboardInterrupt):
@@ -156,7 +156,7 @@ def test_other_threads_go_on_with_the_same_job(tmp_path: Path, partial: Path) ->
 
 
 @pytest.mark.usefixtures("eager")
-def test_only_what_can_be_continued_is_left(tmp_path: Path, partial: Path) -> None:
+def test_only_resumable_files_are_kept(tmp_path: Path, partial: Path) -> None:
     output = tmp_path / "out.npz"
     with pytest.raises(ValueError, match="no sensor"):
         complete_file(partial, output, watch=interrupted_after(11, ValueError("no sensor")))
@@ -166,7 +166,7 @@ def test_only_what_can_be_continued_is_left(tmp_path: Path, partial: Path) -> No
     assert complete_file(partial, output, resume=True).resumed_at == 11
 
 
-def test_rejected_outliers_are_told(tmp_path: Path, partial: Path) -> None:
+def test_rejected_outliers_are_reported(tmp_path: Path, partial: Path) -> None:
     sequence = dynmesh.read(partial)
     assert sequence.known is not None
     astray = list(dynmesh.degrade.add_outliers(sequence.vertices, sequence.faces, 0.01))
@@ -195,8 +195,8 @@ def test_holes_in_frame_0_are_counted(tmp_path: Path, partial: Path) -> None:
     assert sequence.known is not None
     sequence.known[0, [7, 9]] = False
     message = (
-        r"holes\.npz: frame 0: 2 of 2500 vertices are missing, vertex 7 first; all motion begins "
-        r"there: begin at a whole frame, which `dynmesh info` names"
+        r"holes\.npz: frame 0: 2 of 2500 vertices are missing, the first is vertex 7; "
+        r"completion starts from frame 0: start at a complete frame, which `dynmesh info` names"
     )
     for known in (sequence.known, None):
         sequence.vertices[0, [7, 9], 1] = np.nan
@@ -256,7 +256,7 @@ def test_the_defaults_are_the_completers(partial: Path) -> None:
     assert said.state() == dynmesh.Completer(faces, frame).state()
 
 
-def test_it_tells_what_it_did(tmp_path: Path, partial: Path) -> None:
+def test_the_report_of_a_file(tmp_path: Path, partial: Path) -> None:
     report = complete_file(partial, tmp_path / "out.npz", fps=12.5)
     assert (report.frames, report.resumed_at) == (30, 0)
     assert report.seconds_per_frame is not None
@@ -268,7 +268,7 @@ def test_it_tells_what_it_did(tmp_path: Path, partial: Path) -> None:
     assert dynmesh.read(tmp_path / "out.npz").fps == 12.5
     with pytest.raises(FileExistsError, match=r"out\.npz: exists already; --overwrite replaces it"):
         complete_file(partial, tmp_path / "out.npz")
-    with pytest.raises(ValueError, match=r"partial\.npz: is the input; writing over it"):
+    with pytest.raises(ValueError, match=r"partial\.npz: is the input and cannot be"):
         complete_file(partial, partial, overwrite=True)
 
 
@@ -283,7 +283,7 @@ def test_many_files_are_compared_in_linear_time(
         return stat(path, *arguments, **more)
 
     def calls(n: int, **options: Any) -> int:
-        """How often completing n frames over older ones asks the system about a file."""
+        """Counts the system calls about files when n frames are completed over older ones."""
         vertices = np.repeat(mesh.vertices[None], n, axis=0)
         source, output = tmp_path / f"in{n}" / "f_%02d.ply", tmp_path / f"out{n}" / "f_%02d.ply"
         for path in (source, output):
@@ -304,12 +304,14 @@ def test_many_files_are_compared_in_linear_time(
         assert calls(20, **options) <= 4 * few
 
 
-def test_what_cannot_go_on_is_refused_before_any_work(tmp_path: Path, partial: Path) -> None:
+def test_formats_that_cannot_be_resumed_are_refused_first(tmp_path: Path, partial: Path) -> None:
     for name, format in (("out.abc", None), ("out.usdc", None), ("out", "usd")):
-        with pytest.raises(ValueError, match=rf"{name}: files of this .*; npz, .* and pvd can"):
+        with pytest.raises(
+            ValueError, match=rf"{name}: this format cannot be resumed; npz, .* and pvd can"
+        ):
             complete_file(tmp_path / "none.npz", tmp_path / name, output_format=format, resume=True)
     shown = run("complete", partial, tmp_path / "out.abc", "--resume", code=1).stderr
-    assert "out.abc: files of this format cannot be resumed; npz, hdf5" in shown
+    assert "out.abc: this format cannot be resumed; npz, hdf5" in shown
     assert not list(tmp_path.iterdir())
 
 
@@ -327,28 +329,28 @@ def shell(monkeypatch: pytest.MonkeyPatch, *arguments: object, interrupt: int = 
 
 
 @pytest.mark.usefixtures("eager")
-def test_the_command_tells_what_an_interruption_leaves(
+def test_the_command_reports_what_an_interruption_leaves(
     tmp_path: Path,
     partial: Path,
     monkeypatch: pytest.MonkeyPatch,
     capfd: pytest.CaptureFixture[str],
 ) -> None:
     out = tmp_path / "out.npz"
-    kept = f"{out}: what is done so far is kept; --resume goes on from there\n"
+    kept = f"{out}: completed frames are kept; --resume continues from there\n"
     assert shell(monkeypatch, "complete", partial, out, interrupt=7) == 130
     assert capfd.readouterr().err == kept
     assert shell(monkeypatch, "complete", partial, out, interrupt=5) == 130
-    anew = f"{out}: begins anew; --resume goes on where a run was interrupted\n"
+    anew = f"{out}: starting again from frame 0; --resume continues an interrupted run\n"
     assert capfd.readouterr().err == anew + kept
     assert shell(monkeypatch, "complete", partial, out, "--resume") == 0
     shown = capfd.readouterr().err
-    assert f"{out}: went on at frame 5\n" in shown
+    assert f"{out}: continued at frame 5\n" in shown
     assert f"{out}: 25 frames completed in" in shown
     assert "anew" not in shown
 
 
 @pytest.mark.usefixtures("eager")
-def test_the_command_tells_when_it_cannot_go_on(
+def test_the_command_reports_that_it_cannot_resume(
     tmp_path: Path,
     partial: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -359,11 +361,13 @@ def test_the_command_tells_when_it_cannot_go_on(
     (unfinished_folder(out) / "files" / "vertices.npy").write_bytes(b"")
     capfd.readouterr()
     assert shell(monkeypatch, "complete", partial, out, "--resume") == 0
-    assert f"{out}: begins anew\n" in capfd.readouterr().err
+    assert f"{out}: starting again from frame 0\n" in capfd.readouterr().err
 
 
 @pytest.mark.parametrize("format", RESUMABLE)
-def test_resuming_what_is_complete_does_nothing(tmp_path: Path, partial: Path, format: str) -> None:
+def test_resuming_a_complete_output_does_nothing(
+    tmp_path: Path, partial: Path, format: str
+) -> None:
     output = output_path(tmp_path, format)
     complete_file(partial, output)
     before = files_in(tmp_path)
@@ -376,9 +380,7 @@ def test_resuming_what_is_complete_does_nothing(tmp_path: Path, partial: Path, f
 
 
 @pytest.mark.usefixtures("eager")
-def test_what_an_interruption_left_beside_an_older_output_is_not_forgotten(
-    tmp_path: Path, partial: Path
-) -> None:
+def test_unfinished_files_beside_an_older_output_are_resumed(tmp_path: Path, partial: Path) -> None:
     output = tmp_path / "out.npz"
     complete_file(partial, output)
     with pytest.raises(KeyboardInterrupt):
@@ -404,7 +406,7 @@ def test_only_a_complete_output_ends_a_resumed_job(tmp_path: Path, partial: Path
         complete_file(partial, tmp_path / "out.npz", resume=True)
 
 
-def test_the_command_tells_what_is_complete(
+def test_the_command_reports_a_complete_output(
     tmp_path: Path,
     partial: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -414,10 +416,10 @@ def test_the_command_tells_what_is_complete(
     assert shell(monkeypatch, "complete", partial, out, "--resume") == 0
     capfd.readouterr()
     assert shell(monkeypatch, "complete", partial, out, "--resume") == 0
-    assert capfd.readouterr().err == f"{out}: already complete; --overwrite makes it anew\n"
+    assert capfd.readouterr().err == f"{out}: already complete; --overwrite replaces it\n"
 
 
-def test_the_command_tells_that_nothing_is_kept(
+def test_the_command_reports_that_nothing_is_kept(
     tmp_path: Path,
     partial: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -425,5 +427,5 @@ def test_the_command_tells_that_nothing_is_kept(
 ) -> None:
     out = tmp_path / "out.npz"
     assert shell(monkeypatch, "complete", partial, out, interrupt=7) == 130
-    assert capfd.readouterr().err == f"{out}: interrupted; nothing is kept\n"
+    assert capfd.readouterr().err == f"{out}: interrupted; nothing was kept\n"
     assert not list(tmp_path.iterdir())

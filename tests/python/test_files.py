@@ -59,7 +59,7 @@ def test_what_numpy_writes_is_read(tmp_path: Path, mesh: Mesh) -> None:
         assert again.vertices.dtype == np.float32
 
 
-def test_a_reader_starts_anew_each_time(tmp_path: Path, mesh: Mesh) -> None:
+def test_a_reader_can_be_iterated_again(tmp_path: Path, mesh: Mesh) -> None:
     sequence = sequence_of(mesh)
     dynmesh.write(tmp_path / "a.npz", sequence)
     with dynmesh.open(tmp_path / "a.npz") as reader:
@@ -99,7 +99,7 @@ def test_memory_does_not_grow_with_the_frames(tmp_path: Path, mesh: Mesh) -> Non
     assert peak() - before < 100_000
 
 
-def test_nothing_unfinished_stands_under_the_name(tmp_path: Path, mesh: Mesh) -> None:
+def test_unfinished_files_do_not_have_the_final_name(tmp_path: Path, mesh: Mesh) -> None:
     sequence = sequence_of(mesh)
     path = tmp_path / "a.npz"
     dynmesh.write(path, sequence)
@@ -118,7 +118,7 @@ def test_nothing_unfinished_stands_under_the_name(tmp_path: Path, mesh: Mesh) ->
         write_some(2, KeyboardInterrupt())  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="only 2 of 3 frames were appended"):
         write_some(2, None)
-    with pytest.raises(ValueError, match="frame 3: the file was begun for 3 frames"):
+    with pytest.raises(ValueError, match="frame 3: the file was created for 3 frames only"):
         write_some(4, None)
     assert path.read_bytes() == before
     assert list(tmp_path.iterdir()) == [path]
@@ -136,7 +136,7 @@ def test_frames_that_do_not_fit_are_refused(tmp_path: Path, mesh: Mesh) -> None:
         writer.append(mesh.vertices[:3])
     with pytest.raises(ValueError, match="frame 0: must be float64"), create() as writer:
         writer.append(mesh.vertices.astype(np.float32))
-    with pytest.raises(ValueError, match="a mask comes with every frame"), create() as writer:
+    with pytest.raises(ValueError, match="give a mask with every frame"), create() as writer:
         writer.append(mesh.vertices, np.ones(49, bool))
     with (
         pytest.raises(ValueError, match=r"known: must have shape \(49,\)"),
@@ -203,7 +203,9 @@ def test_damaged_files_are_refused(tmp_path: Path, mesh: Mesh) -> None:
     buffer = io.BytesIO()
     np.save(buffer, np.zeros((100, 4, 3)))
     with zipfile.ZipFile(path, "w") as archive:
-        archive.writestr("vertices.npy", buffer.getvalue()[:1000])  # whole, but short of frames
+        archive.writestr(
+            "vertices.npy", buffer.getvalue()[:1000]
+        )  # complete, but with too few frames
         buffer = io.BytesIO()
         np.save(buffer, GOOD["faces"])
         archive.writestr("faces.npy", buffer.getvalue())
@@ -212,12 +214,12 @@ def test_damaged_files_are_refused(tmp_path: Path, mesh: Mesh) -> None:
 
     with pytest.raises(FileNotFoundError):
         dynmesh.read(tmp_path / "none.npz")
-    with pytest.raises(ValueError, match=r"the format '\.stl' is not known; there are \.npz"):
+    with pytest.raises(ValueError, match=r"unknown format '\.stl'; the suffixes are \.npz"):
         dynmesh.open(tmp_path / "a.stl")
 
 
-def test_a_sequence_fits_together(mesh: Mesh) -> None:
-    with pytest.raises(ValueError, match=r"known: must have shape \(1, 49\), as vertices say"):
+def test_inconsistent_sequences_are_refused(mesh: Mesh) -> None:
+    with pytest.raises(ValueError, match=r"known: must have shape \(1, 49\) to match vertices"):
         dynmesh.Sequence(mesh.vertices[None], mesh.faces, np.ones(49, bool))
     with pytest.raises(TypeError, match="vertices: must be a numpy array, not list"):
         dynmesh.Sequence([mesh.vertices], mesh.faces)  # type: ignore[arg-type]

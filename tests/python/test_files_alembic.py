@@ -1,4 +1,4 @@
-"""Alembic archives of others, and what ours say."""
+"""Alembic archives of other programs, and those that dynmesh writes."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -21,7 +21,7 @@ def integers(*values: int) -> Any:
 
 
 def add_mesh(archive: Any, name: str, heights: list[float], sampling: int = 0) -> Any:
-    """A triangle that rises; returns its schema."""
+    """Adds a triangle that rises; returns its schema."""
     schema = Geometry.OPolyMesh(archive.getTop(), name).getSchema()
     schema.setTimeSampling(sampling)
     for height in heights:
@@ -103,10 +103,12 @@ def test_a_mesh_is_chosen(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="several meshes; choose one with --prim: /Moving, /Other"):
         dynmesh.read(path)
     assert dynmesh.read(path, prim="/Other").vertices[0, 0, 2] == 3
-    with pytest.raises(ValueError, match="no mesh '/Nobody'; there are /Still, /Moving, /Other"):
+    with pytest.raises(
+        ValueError, match="no mesh '/Nobody'; the meshes are /Still, /Moving, /Other"
+    ):
         dynmesh.read(path, prim="/Nobody")
     archive_of(path)
-    with pytest.raises(ValueError, match="holds no mesh of polygons"):
+    with pytest.raises(ValueError, match="contains no polygon mesh"):
         dynmesh.read(path)
     archive_of(path, *((f"m{i:02}", [0.0]) for i in range(12)))
     with pytest.raises(ValueError, match=r"--prim: /m00, .*/m09, and 2 more$"):
@@ -136,10 +138,10 @@ def masked(*values: int) -> Any:
 @pytest.mark.parametrize(
     ("add", "message"),
     [
-        (lambda s: known(s, "Int32", VERTEX, integers(1, 1, 0)), "known: must be .* of uchar"),
+        (lambda s: known(s, "Int32", VERTEX, integers(1, 1, 0)), "known: must be .* of type uchar"),
         (
             lambda s: known(s, "Uchar", Geometry.GeometryScope.kFacevaryingScope, masked(1, 1, 0)),
-            "known: must have a value per vertex",
+            "known: must have one value per vertex",
         ),
         (
             lambda s: known(s, "Uchar", VERTEX, masked(1, 1, 0), masked(1, 0, 0)),
@@ -151,7 +153,7 @@ def masked(*values: int) -> Any:
         ),
         (
             lambda s: known(s, "Uchar", VERTEX, *[masked(1, 1, 1)] * 2, masked(0, 1, 255)),
-            "frame 2: known must hold 0 and 1 only",
+            "frame 2: known must hold only 0 and 1",
         ),
         (
             lambda s: s.set(Geometry.OPolyMeshSchemaSample(imath.V3fArrayFromBuffer(REST[:2]))),
@@ -163,11 +165,11 @@ def masked(*values: int) -> Any:
                     imath.V3fArrayFromBuffer(REST), integers(0, 1, 2), integers(3)
                 )
             ),
-            "time 1.5: the faces are others than in the first frame, but they must stay",
+            "time 1.5: the faces differ from those of the first frame, but must not change",
         ),
     ],
 )
-def test_meshes_that_are_no_sequence_are_refused(
+def test_unsuitable_meshes_are_refused(
     tmp_path: Path,
     add: Callable[[Any], None],
     message: str,
@@ -185,7 +187,7 @@ def test_meshes_that_are_no_sequence_are_refused(
     assert capfd.readouterr() == ("", "")
 
 
-def test_a_mask_may_stay(tmp_path: Path) -> None:
+def test_a_mask_may_be_constant(tmp_path: Path) -> None:
     path = tmp_path / "a.abc"
     archive = Abc.OArchive(str(path))
     known(add_mesh(archive, "Body", [1, 2, 3]), "Uchar", VERTEX, masked(1, 1, 0))
@@ -200,7 +202,7 @@ def test_old_archives_are_refused(tmp_path: Path) -> None:
         dynmesh.read(path)
 
 
-def test_what_is_written_follows_the_customs(tmp_path: Path) -> None:
+def test_written_archives_follow_conventions(tmp_path: Path) -> None:
     vertices = np.zeros((3, 4, 3))
     vertices[1, 2] = np.nan
     faces = np.array([[0, 1, 2], [0, 2, 3]])

@@ -25,7 +25,7 @@ N, K = 6, 49
 
 
 def sequence(dtype: Any = np.float32, **more: Any) -> dynmesh.Sequence:
-    """A sheet with holes, the history of its vertices, and everything else one can say."""
+    """A sheet with missing vertices, provenance and all optional attributes."""
     rng = np.random.default_rng(3)
     mesh = sheet(7)
     known = rng.random((N, K)) < 0.5
@@ -94,7 +94,7 @@ def test_npy_keeps_the_arrays(tmp_path: Path, dtype: Any) -> None:
     assert sorted(files.existing(path)) == sorted(tmp_path.iterdir())
 
     (tmp_path / "a.b.age.npy").unlink()
-    with pytest.raises(ValueError, match="only one of generation and age"):
+    with pytest.raises(ValueError, match="generation and age must both exist or neither"):
         dynmesh.read(path)
 
 
@@ -119,7 +119,7 @@ def test_no_mask_of_an_older_sequence_is_left_beside_a_new_one(tmp_path: Path) -
 
 
 def layouts(vertices: Array) -> dict[str, dict[str, Any]]:
-    """Ways in which others write the same positions into HDF5 files."""
+    """Ways in which other programs write the same positions to HDF5 files."""
     return {
         "contiguous": {"data": vertices},
         "big_endian": {"data": vertices.astype(">f4")},
@@ -205,14 +205,14 @@ GOOD: dict[str, Any] = {
         ({"faces": GOOD["faces"]}, "has no array 'vertices'.*this file holds faces"),
         ({}, "has no array 'vertices'.*this file holds none"),
         (GOOD | {"vertices": np.zeros((4, 3))}, r"must have shape \(n, k, 3\), not \(4, 3\)"),
-        (GOOD | {"vertices": np.zeros((0, 4, 3))}, "holds no frame"),
+        (GOOD | {"vertices": np.zeros((0, 4, 3))}, "has no frames"),
         (GOOD | {"vertices": np.float32(1)}, r"must have shape \(n, k, 3\), not \(\)"),
         (GOOD | {"vertices": h5py.Empty("f4")}, r"must have shape \(n, k, 3\), not \(\)"),
         (GOOD | {"vertices": np.zeros((2, 4, 3), "f2")}, "float32 or float64, not float16"),
         (GOOD | {"vertices": "two"}, "must be float32 or float64, not object"),
         (GOOD | {"faces": np.zeros((2, 3))}, "faces: must be integers, not float64"),
         (GOOD | {"faces": "0 1 2"}, "faces: must be integers"),
-        (GOOD | {"known": np.ones((1, 4), bool)}, r"known: must have shape \(2, 4\), as vert"),
+        (GOOD | {"known": np.ones((1, 4), bool)}, r"known: must have shape \(2, 4\) to match vert"),
         (GOOD | {"known": np.ones((2, 4), np.uint8)}, "known: must be bool, not uint8"),
         (GOOD | {"age": np.ones((2, 4), int)}, "generation, age: must be given both or neither"),
         (GOOD | {"polygon_sizes": np.array([3, 3])}, "polygon_corners: must be given both"),
@@ -222,11 +222,11 @@ GOOD: dict[str, Any] = {
         (GOOD | {"up_axis": "x"}, "up_axis: must be 'y' or 'z', not 'x'"),
         (
             GOOD | {"times": [1.0, 2, 3]},
-            r"times: must have shape \(2,\), as vertices say, not \(3,",
+            r"times: must have shape \(2,\) to match vertices, not \(3,",
         ),
-        (GOOD | {"times": [2, 2]}, "times: must be finite and ascend, but frame 1 is at 2.0"),
-        (GOOD | {"times": [np.nan, 2]}, "times: must be finite and ascend, but frame 0 is at nan"),
-        (GOOD | {"times": [1, np.inf]}, "times: must be finite and ascend, but frame 1 is at inf"),
+        (GOOD | {"times": [2, 2]}, "must be finite and ascending, but frame 1 is at 2.0"),
+        (GOOD | {"times": [np.nan, 2]}, "must be finite and ascending, but frame 0 is at nan"),
+        (GOOD | {"times": [1, np.inf]}, "must be finite and ascending, but frame 1 is at inf"),
         (GOOD | {"times": "one, two"}, "times: must be numbers, not <U"),
         (GOOD | {"metres_per_unit": 0}, "metres_per_unit: must be positive and finite, not 0"),
     ],
@@ -243,7 +243,7 @@ def test_hdf5_without_a_sequence_is_refused(
     assert str(caught.value).startswith(f"{path}: ")
 
 
-def test_groups_and_lost_links_are_no_datasets(tmp_path: Path) -> None:
+def test_groups_and_broken_links_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.h5"
     with h5py.File(path, "w") as file:
         file["vertices"] = GOOD["vertices"]
@@ -253,7 +253,7 @@ def test_groups_and_lost_links_are_no_datasets(tmp_path: Path) -> None:
     with h5py.File(path, "r+") as file:
         del file["faces"]
         file["faces"] = h5py.ExternalLink("none.h5", "/faces")
-    with pytest.raises(ValueError, match=r"faces: is in the file 'none\.h5', which is no file"):
+    with pytest.raises(ValueError, match=r"faces: is in the file 'none\.h5', which does not exist"):
         dynmesh.open(path)
 
 
@@ -274,7 +274,7 @@ def test_damaged_hdf5_is_refused_quietly(tmp_path: Path, capfd: pytest.CaptureFi
     for size in range(0, len(whole), len(whole) // 50):
         read(whole[:size])
     assert len(refusals) >= 50
-    described = whole.index(sequence().vertices.tobytes())  # what comes before describes the rest
+    described = whole.index(sequence().vertices.tobytes())  # everything before it is a description
     for _ in range(300):
         place, value = rng.integers(0, described), rng.integers(0, 256)
         read(whole[:place] + bytes([value]) + whole[place + 1 :])
@@ -288,7 +288,7 @@ def test_damaged_hdf5_is_refused_quietly(tmp_path: Path, capfd: pytest.CaptureFi
     assert capfd.readouterr() == ("", "")
 
 
-def test_an_hdf5_file_of_unreadable_frames_says_so(tmp_path: Path) -> None:
+def test_unreadable_frames_of_an_hdf5_file_are_reported(tmp_path: Path) -> None:
     path = tmp_path / "a.h5"
     with h5py.File(path, "w") as file:
         vertices = np.arange(24, dtype=np.float32).reshape(2, 4, 3)
@@ -314,13 +314,13 @@ def test_an_hdf5_file_that_is_being_written_is_refused(tmp_path: Path) -> None:
     ) as capture:
         assert capture.stdout is not None
         capture.stdout.readline()
-        with pytest.raises(OSError, match=r"a\.h5: is open in another program, which writes it$"):
+        with pytest.raises(OSError, match=r"a\.h5: is open for writing in another program$"):
             dynmesh.open(path)
         capture.communicate(b"\n")
     assert dynmesh.read(path).vertices.shape == (N, K, 3)
 
 
-def test_what_the_system_refuses_is_said_of_the_file(tmp_path: Path) -> None:
+def test_errors_of_the_system_name_the_file(tmp_path: Path) -> None:
     for name in ("none.h5", "none.npy"):
         with pytest.raises(FileNotFoundError) as caught:
             dynmesh.open(tmp_path / name)
@@ -343,16 +343,16 @@ def test_damaged_npy_is_refused(tmp_path: Path) -> None:
         (b"", "magic string"),
         (b"solid body", "magic string"),
         (whole[:50], "EOF"),
-        (whole[:-130], "ends in the middle of frame 7 of 10: .* 608 bytes, but there are 478"),
+        (whole[:-130], "ends in the middle of frame 7 of 10: .* 608 bytes, but the file has 478"),
         (whole[:-96], "ends before frame 8 of 10"),
-        (whole + b"\0", "goes on after its 10 frames: .* 608 bytes, but there are 609"),
+        (whole + b"\0", "continues after its 10 frames: .* 608 bytes, but the file has 609"),
         (whole.replace(b"(10, 4, 3)", b"(-1, 4, 3)"), r"array of shape \(-1, 4, 3\)"),
         (whole.replace(b"(10, 4, 3), }   ", b"(99999, 4, 3), }"), "frame 10 of 99999"),
         (npy_of(np.zeros((4, 3)), path), r"must have shape \(n, k, 3\), not \(4, 3\)"),
         (npy_of(np.zeros((2, 4, 3), int), path), "float32 or float64, not int64"),
         (npy_of(np.array([None]), path), "holds Python objects"),
         (npy_of(np.float32(1), path), r"array of shape \(\)"),
-        (npy_of(np.zeros((0, 4, 3)), path), "holds no frame"),
+        (npy_of(np.zeros((0, 4, 3)), path), "has no frames"),
     ):
         path.write_bytes(data)
         with pytest.raises(ValueError, match=message) as caught:
@@ -381,14 +381,14 @@ with dynmesh.files.begin(path, header, folder=part, resume_at=kept) as writer:
             writer.flush()
             print(i, flush=True)
         writer.append(whole.vertices[i], whole.known[i], **history)
-        if i >= n + 1:  # half a frame more than what is safe, then wait for the end
+        if i >= n + 1:  # half a frame more than is flushed, then wait to be killed
             print(flush=True)
             sys.stdin.read()
 """
 
 
 @pytest.mark.parametrize("suffix", [".h5", ".npy", ".pc2", ".mdd"])
-def test_a_killed_writer_can_be_gone_on_with(tmp_path: Path, suffix: str) -> None:
+def test_a_killed_writer_can_be_resumed(tmp_path: Path, suffix: str) -> None:
     rng = np.random.default_rng(1)
     n, k = 9, 2000
     known = rng.random((n, k)) < 0.5
@@ -455,9 +455,7 @@ def test_memory_does_not_grow_with_the_frames(tmp_path: Path, name: str) -> None
     subprocess.run(command, check=True, env=environment)
 
 
-def test_a_full_disk_is_an_error_of_the_system(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_a_full_disk_raises_an_oserror(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     sequence = dynmesh.Sequence(np.ones((50, 9000, 3)), np.array([[0, 1, 2]]))
     for name in ("a.h5", "a.npy", "a.pc2", "a.mdd"):
         path = tmp_path / name

@@ -1,5 +1,5 @@
-"""Files whose bytes are changed at random: every reader gives a sequence, or says what is wrong
-with which file, and makes room for no more than the file can hold."""
+"""Files with randomly changed bytes: every reader yields a sequence, or raises an error that names
+the file, and allocates no more memory than the file can require."""
 
 import math
 import tracemalloc
@@ -20,7 +20,7 @@ SUFFIXES = {
     name: name for name in ("npz", "npy", "ply", "obj", "pc2", "mdd", "pvd", "usda", "usdc")
 } | {"h5": "hdf5"}
 LIBRARIES = {"h5": "h5py", "pvd": "vtkmodules", "usda": "pxr", "usdc": "pxr"}
-# Alembic is not among them: on some damaged files its library ends the process.
+# Without Alembic, whose library ends the process for some damaged files.
 
 WORDS = [
     b"\xff\xff\xff\xff", b"\x7f\xff\xff\xff", b"\xff\xff\xff\x7f", b"\0\0\0\0", b"\0\0\0\x80",
@@ -31,7 +31,7 @@ Change = tuple[str, float, bytes]
 
 
 def changes() -> st.SearchStrategy[list[Change]]:
-    """How a file is changed, one after another: what, where and by which bytes."""
+    """Draws changes of a file: what, where and by which bytes."""
     kinds = st.sampled_from(["cut", "insert", "overwrite", "remove", "splice"])
     place = st.one_of(st.floats(0, 1), st.floats(0, 0.05))
     words = st.one_of(st.sampled_from(WORDS), st.binary(max_size=6))
@@ -39,7 +39,7 @@ def changes() -> st.SearchStrategy[list[Change]]:
 
 
 def changed(content: bytes, changes: list[Change]) -> bytes:
-    """The content with all these changes."""
+    """Applies all these changes to the content."""
     for kind, share, word in changes:
         place = int(share * len(content))
         before, after = content[:place], content[place:]
@@ -57,7 +57,7 @@ def changed(content: bytes, changes: list[Change]) -> bytes:
 
 
 class Files:
-    """A sequence of each format, and room for damaged ones."""
+    """A sequence of each format, and a folder for damaged ones."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -85,7 +85,7 @@ class Files:
         return self.folder / suffix / name
 
     def whole(self, suffix: str) -> dict[Path, bytes]:
-        """All files of the format, as they were written; they are put back, too."""
+        """Returns the files of the format, and restores the originals."""
         if suffix not in self.contents:
             path = self.path(suffix)
             path.parent.mkdir()
@@ -103,7 +103,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Files:
 
 
 def check(files: Files, suffix: str) -> None:
-    """Reads what there is now."""
+    """Reads the current files."""
     tracemalloc.start()
     try:
         sequence: Any = dynmesh.read(files.path(suffix))
@@ -140,7 +140,7 @@ def spoil(path: Path, old: bytes, new: bytes) -> None:
     path.write_bytes(content.replace(old, new, 1))
 
 
-def test_a_header_of_gigabytes_is_not_made_room_for(files: Files) -> None:
+def test_no_memory_is_allocated_for_a_huge_header(files: Files) -> None:
     files.whole("npy")
     faces = files.path("npy").with_name("body.faces.npy")
     spoil(faces, b"NUMPY\x01\x00", b"NUMPY\x02\x00")
@@ -168,7 +168,7 @@ def test_an_archive_that_claims_billions(tmp_path: Path, name: str) -> None:
                 member.write(bytes(4 * math.prod(shape)))
     tracemalloc.start()
     try:
-        with pytest.raises(ValueError, match=rf"claims\.npz: {name}: .*its header tells of"):
+        with pytest.raises(ValueError, match=rf"claims\.npz: {name}: .*its header declares"):
             dynmesh.read(path)
         assert tracemalloc.get_traced_memory()[1] < 32 << 20
     finally:
@@ -180,9 +180,9 @@ def test_an_archive_whose_members_begin_before_it(tmp_path: Path) -> None:
     path = tmp_path / "places.npz"
     np.savez(path, vertices=mesh.vertices[None], faces=mesh.faces)
     content = bytearray(path.read_bytes())
-    content[-4] += 1  # of where the list of members is said to begin
+    content[-4] += 1  # the offset of the list of members
     path.write_bytes(content)
-    with pytest.raises(ValueError, match=r"places\.npz: is damaged or no \.npz archive"):
+    with pytest.raises(ValueError, match=r"places\.npz: is damaged or not an \.npz archive"):
         dynmesh.read(path)
 
 
@@ -204,5 +204,5 @@ def test_an_index_in_an_unknown_encoding(files: Files) -> None:
     pytest.importorskip("vtkmodules")
     files.whole("pvd")
     spoil(files.path("pvd"), b"utf-8", b"uuf-8")
-    with pytest.raises(ValueError, match="damaged or no PVD file"):
+    with pytest.raises(ValueError, match="damaged or not a PVD file"):
         dynmesh.read(files.path("pvd"))

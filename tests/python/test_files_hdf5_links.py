@@ -1,4 +1,4 @@
-"""HDF5 files that refer to others: what is followed, and what a hostile one cannot reach."""
+"""HDF5 files that refer to others: which references are followed, and which are refused."""
 
 import os
 from collections.abc import Callable
@@ -19,7 +19,7 @@ FACES = np.array([[0, 1, 2], [0, 2, 3]])
 
 @pytest.fixture
 def own(tmp_path: Path) -> Path:
-    """The folder of the file that is read; what is beside it is secret."""
+    """The folder of the file that is read, beside a secret file."""
     folder = tmp_path / "own"
     (folder / "parts").mkdir(parents=True)
     for place in (tmp_path / "secret.h5", folder / "part.h5", folder / "parts" / "part.h5"):
@@ -62,7 +62,7 @@ def absolute(file: str, own: Path) -> str:
 
 
 def soft_to_nested(file: str) -> Make:
-    """A link to a dataset in a group, which is a link into another file."""
+    """Adds a link to a dataset in a group, which is a link to another file."""
 
     def make(h5: Any, own: Path) -> None:
         h5["scene/mesh"] = h5py.ExternalLink(absolute(file, own), "/deep")
@@ -72,7 +72,7 @@ def soft_to_nested(file: str) -> Make:
 
 
 def in_part(make: Make, then: Make) -> Make:
-    """The other file has it from elsewhere, too."""
+    """Adds a reference to a file that itself refers to another one."""
 
     def both(h5: Any, own: Path) -> None:
         with h5py.File(own / "parts" / "between.h5", "w") as between:
@@ -91,7 +91,7 @@ def written(own: Path, make: Make) -> Path:
 
 
 def pattern(h5: Any, own: Path) -> None:  # noqa: ARG001
-    """Sources that are named by their number, as many as there are."""
+    """Adds virtual sources with numbered names."""
     shape = (N, K, 3)
     part = h5py.h5s.create_simple((K, 3))
     space = h5py.h5s.create_simple(shape, (h5py.h5s.UNLIMITED, K, 3))
@@ -118,7 +118,7 @@ def pattern(h5: Any, own: Path) -> None:  # noqa: ARG001
         in_part(external("../part.h5"), virtual("parts/between.h5", "/vertices")),
     ],
 )
-def test_what_is_in_the_own_folder_is_followed(own: Path, make: Make) -> None:
+def test_links_within_the_folder_are_followed(own: Path, make: Make) -> None:
     path = written(own, make)
     np.testing.assert_array_equal(dynmesh.read(path).vertices, VERTICES)
     with dynmesh.open(path) as reader:
@@ -152,7 +152,7 @@ def test_a_virtual_dataset_of_its_own_file_is_followed(own: Path) -> None:
         (virtual("../secret.h5"), r"vertices: .*'\.\./secret.h5'.* outside of the folder"),
         (virtual("OWN/../secret.h5"), r"vertices: .*secret.h5'.* outside of the folder"),
         (virtual("symbolic.h5"), r"vertices: .*'symbolic.h5'.* outside of the folder"),
-        (pattern, r"vertices: is in files that a pattern names, '\.\./secret-%b.h5'"),
+        (pattern, r"vertices: has its data in files with the pattern '\.\./secret-%b.h5'"),
         (soft_to_nested("../secret.h5"), r"vertices: .*'\.\./secret.h5'.* outside of the folder"),
         (
             in_part(raw("../../secret.bin"), external("parts/between.h5", "/vertices")),
@@ -170,18 +170,18 @@ def test_a_virtual_dataset_of_its_own_file_is_followed(own: Path) -> None:
             in_part(virtual("../../secret.h5"), external("parts/between.h5", "/vertices")),
             "vertices: .*secret.h5.* outside of the folder",
         ),
-        # what HDF5 would look for in the folder where the program runs
-        (external("secret.h5"), "vertices: .*'secret.h5'.* is no file"),
-        (virtual("secret.h5"), "vertices: .*'secret.h5'.* is no file"),
+        # HDF5 would look for it in the current folder
+        (external("secret.h5"), "vertices: .*'secret.h5'.* does not exist in that folder"),
+        (virtual("secret.h5"), "vertices: .*'secret.h5'.* does not exist in that folder"),
         (virtual("broken.h5"), "cannot be read as HDF5"),
-        (external("pipe.h5"), "vertices: .*'pipe.h5'.* is no file"),
+        (external("pipe.h5"), "vertices: .*'pipe.h5'.* does not exist in that folder"),
         (
             external("part.h5", "/nothing"),
-            "vertices: leads to '/nothing' in part.h5, but there is nothing",
+            "vertices: leads to '/nothing' in part.h5, which does not exist",
         ),
         (
             virtual("part.h5", "/nothing"),
-            "vertices: leads to '/nothing' in part.h5, but there is nothing",
+            "vertices: leads to '/nothing' in part.h5, which does not exist",
         ),
         (external("part.h5", "/deep"), "vertices: must be a dataset, not a group"),
         (external("a.h5", "/vertices"), "vertices: leads in a circle"),
@@ -192,11 +192,11 @@ def test_a_virtual_dataset_of_its_own_file_is_followed(own: Path) -> None:
         ),
         (
             lambda h5, _: h5.__setitem__("vertices", h5py.SoftLink("/no")),
-            "vertices: leads to '/no' in a.h5, but",
+            "vertices: leads to '/no' in a.h5, which",
         ),
     ],
 )
-def test_nothing_else_is_reached(
+def test_links_to_other_places_are_refused(
     own: Path, make: Make, message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (own / "symbolic.h5").symlink_to("../secret.h5")
@@ -214,8 +214,8 @@ def test_nothing_else_is_reached(
         assert "\n" not in str(caught.value)
 
 
-def test_what_is_not_needed_is_not_opened(own: Path) -> None:
-    """A name that may be there is looked up without following where it leads."""
+def test_unused_links_are_not_opened(own: Path) -> None:
+    """Existence of a name is checked without following its link."""
 
     def make(h5: Any, _: Path) -> None:
         h5["vertices"] = VERTICES
@@ -225,7 +225,7 @@ def test_what_is_not_needed_is_not_opened(own: Path) -> None:
     np.testing.assert_array_equal(dynmesh.read(written(own, make)).vertices, VERTICES)
 
 
-def test_the_folder_is_where_a_symbolic_link_leads(own: Path) -> None:
+def test_the_folder_is_that_of_the_resolved_path(own: Path) -> None:
     path = written(own, external("part.h5"))
     (own.parent / "link.h5").symlink_to(path)
     np.testing.assert_array_equal(dynmesh.read(own.parent / "link.h5").vertices, VERTICES)

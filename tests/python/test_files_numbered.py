@@ -38,7 +38,7 @@ def names(folder: Path) -> list[str]:
 
 
 def interrupt(writer: files.Writer, frames: Array) -> None:
-    """Writes some frames and no more."""
+    """Writes the first frames and stops."""
     with pytest.raises(KeyboardInterrupt), writer:  # noqa: PT012
         for points in frames:
             writer.append(points)
@@ -46,7 +46,7 @@ def interrupt(writer: files.Writer, frames: Array) -> None:
 
 
 def ply(elements: str, body: bytes, *, format: str = "ascii", head: str = "") -> bytes:
-    """A PLY file; the elements as `vertex 3: float x, float y, float z; face 1: ...`."""
+    """Builds a PLY file from elements: `vertex 3: float x, float y, float z; face 1: ...`."""
     lines = ["ply", f"format {format} 1.0", *head.splitlines()]
     for element in elements.split("; "):
         name, _, properties = element.partition(": ")
@@ -72,7 +72,7 @@ def test_every_way_to_name_the_files(tmp_path: Path, mesh: Mesh, suffix: str) ->
     for path in (folder / f"f%d{suffix}", folder / f"*{suffix}", folder / f"f[0-9]*{suffix}"):
         np.testing.assert_array_equal(dynmesh.read(path).vertices, sequence.vertices)
     (folder / "notes.txt").touch()
-    (folder / f"._f3{suffix}").touch()  # as macOS leaves beside its files
+    (folder / f"._f3{suffix}").touch()  # like the hidden files of macOS
     np.testing.assert_array_equal(dynmesh.read(folder).vertices, sequence.vertices)
     one = dynmesh.read(folder / f"f10{suffix}")
     np.testing.assert_array_equal(one.vertices, sequence.vertices[10:11])
@@ -83,17 +83,17 @@ def test_a_folder_is_written_and_read(tmp_path: Path, mesh: Mesh) -> None:
     folder = tmp_path / "walk"
     dynmesh.write(folder, sequence, format="ply")
     assert names(folder) == ["frame_0000.ply", "frame_0001.ply", "frame_0002.ply"]
-    dynmesh.write(folder, sequence_of(mesh, 2))  # its format shows
+    dynmesh.write(folder, sequence_of(mesh, 2))  # the existing files determine the format
     assert names(folder) == ["frame_0000.ply", "frame_0001.ply"]
     assert names(tmp_path) == ["walk"]
 
     (folder / "scan.ply").touch()
-    with pytest.raises(ValueError, match=r"walk: holds scan\.ply, which is not called frame_%04d"):
+    with pytest.raises(
+        ValueError, match=r"walk: contains scan\.ply, which does not match frame_%04d"
+    ):
         dynmesh.write(folder, sequence)
     (folder / "scan.ply").rename(folder / "scan.obj")
-    with pytest.raises(
-        ValueError, match=r"both \.ply and \.obj files: name the format with --form"
-    ):
+    with pytest.raises(ValueError, match=r"both \.ply and \.obj files; name the format: --form"):
         dynmesh.open(folder)
     assert dynmesh.open(folder, format="ply").n_frames == 2
     (tmp_path / "none").mkdir()
@@ -112,7 +112,7 @@ def test_gaps_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"f_0010\.obj is missing"):
         dynmesh.open(tmp_path / "f_%04d.obj")
     (tmp_path / "f_0010.obj").write_text(TRIANGLE)
-    assert dynmesh.open(tmp_path / "f_%04d.obj").n_frames == 4  # from any number on
+    assert dynmesh.open(tmp_path / "f_%04d.obj").n_frames == 4  # may start at any number
     for path in ("g_%04d.obj", "g*.obj", "g.obj", "nowhere/f_%d.obj"):
         with pytest.raises(FileNotFoundError):
             dynmesh.open(tmp_path / path)
@@ -140,7 +140,7 @@ def test_gaps_in_a_folder_and_a_glob_are_refused(
                 assert reader.n_frames == len(numbers)
                 assert reader.header.start == int(numbers[0])
         else:
-            with pytest.raises(ValueError, match=rf": f2_{missing}\.obj is missing: put it there"):
+            with pytest.raises(ValueError, match=rf": f2_{missing}\.obj is missing: add it"):
                 dynmesh.open(path)
 
 
@@ -201,16 +201,16 @@ def test_files_are_numbered_from_the_start(tmp_path: Path, mesh: Mesh) -> None:
     assert dynmesh.read(tmp_path / "one.ply").start == 0
 
 
-def test_what_cannot_be_written_leaves_nothing(tmp_path: Path, mesh: Mesh) -> None:
+def test_a_failed_write_leaves_nothing(tmp_path: Path, mesh: Mesh) -> None:
     sequence = sequence_of(mesh)
     for path, message in (
         ("body.ply", r"one file holds one frame, not 3: write body_%04d\.ply"),
-        ("a*.ply", r"a glob is only read; write frame_%04d\.ply"),
+        ("a*.ply", r"a glob can only be read; write to frame_%04d\.ply"),
     ):
         with pytest.raises(ValueError, match=message):
             dynmesh.write(tmp_path / path, sequence)
     traced = np.zeros((3, 49), np.int32)
-    with pytest.raises(ValueError, match="holds no generation and age"):
+    with pytest.raises(ValueError, match="cannot hold generation and age"):
         dynmesh.write(
             tmp_path / "new" / "f_%04d.obj",
             dynmesh.Sequence(sequence.vertices, mesh.faces, generation=traced, age=traced),
@@ -230,12 +230,12 @@ def test_what_cannot_be_written_leaves_nothing(tmp_path: Path, mesh: Mesh) -> No
 
 
 @pytest.mark.parametrize("start", [0, 3, 1001])
-def test_an_interrupted_sequence_goes_on(tmp_path: Path, mesh: Mesh, start: int) -> None:
+def test_an_interrupted_sequence_can_be_resumed(tmp_path: Path, mesh: Mesh, start: int) -> None:
     sequence = sequence_of(mesh, 5)
     path, folder = tmp_path / "f_%04d.ply", tmp_path / "work"
     (tmp_path / "f_0002.ply").touch()  # of an older sequence
     header = files.Header(mesh.faces, 5, 49, np.dtype(np.float32), start=start)
-    again = sequence.vertices[[0, 1, 1, 1]]  # the last two are not to count
+    again = sequence.vertices[[0, 1, 1, 1]]  # the last two frames must be ignored
     interrupt(files.begin(path, header, folder=folder), again)
     assert len(names(folder)) == 4
     with pytest.raises(ValueError, match=rf"the unfinished f_{start + 4:04d}\.ply is missing"):
@@ -248,7 +248,7 @@ def test_an_interrupted_sequence_goes_on(tmp_path: Path, mesh: Mesh, start: int)
     assert names(tmp_path) == [f"f_{start + i:04d}.ply" for i in range(5)]
 
 
-# Frames that fit together
+# Consistency of frames
 
 
 @pytest.mark.parametrize(
@@ -267,9 +267,9 @@ def test_frames_of_another_mesh_are_refused(tmp_path: Path, second: str, message
     assert str(tmp_path / "f1.obj") in str(caught.value)
 
 
-def test_later_frames_may_be_points_alone(tmp_path: Path) -> None:
+def test_later_frames_may_have_only_points(tmp_path: Path) -> None:
     (tmp_path / "f0.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\n")
-    with pytest.raises(ValueError, match="has points alone, but the first frame needs faces"):
+    with pytest.raises(ValueError, match="has only points, but the first frame needs faces"):
         dynmesh.open(tmp_path / "f%d.obj")
     (tmp_path / "f0.obj").rename(tmp_path / "f1.obj")
     (tmp_path / "f0.obj").write_text(TRIANGLE)
@@ -372,8 +372,8 @@ def test_text_ply_is_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (b"ply", "no PLY file"),
-        (b"solid cube\n", "no PLY file: line 1 is not 'ply'"),
+        (b"ply", "not a PLY file"),
+        (b"solid cube\n", "not a PLY file: line 1 is not 'ply'"),
         (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS)[:60], "header is cut or damaged"),
         (
             ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS),
@@ -383,25 +383,37 @@ def test_text_ply_is_read(tmp_path: Path) -> None:
             ply(f"vertex 2: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 2\n"),
             "line 12: has 3 words, but 'face' needs 1",
         ),
-        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 2\n" * 2), "14: goes on after"),
+        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 2\n" * 2), "14: continues after"),
         (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 two\n"), "13: .* b'two'"),
         (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1\n"), "13: has 3 words.* 4"),
         (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 1_0\n"), "13: .* '_'"),
-        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 0.5\n"), "13: 0.5 is no int32"),
+        (
+            ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 0.5\n"),
+            "13: 0.5 is not a value of int32",
+        ),
         (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 2"), "is cut in line 13"),
         (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"\n"), "13: has too few words"),
-        (ply(f"vertex 3: {XYZ}", POINTS.replace(b"1", b"1e39")), "line 9: 1e\\+39 is no float32"),
+        (
+            ply(f"vertex 3: {XYZ}", POINTS.replace(b"1", b"1e39")),
+            "line 9: 1e\\+39 is not a value of float32",
+        ),
         (
             ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 3\n"),
-            "face 0: has the vertex 3",
+            "face 0: refers to vertex 3",
         ),
-        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 -1\n"), "has the vertex -1"),
+        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 -1\n"), "refers to vertex -1"),
         (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"2 0 1\n"), "face 0: has 2 corners"),
         (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"0\n"), "face 0: has 0 corners"),
-        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"300 0 1 2\n"), "13: a list of 300"),
-        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"-1\n"), "13: a list of -1"),
-        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"nan\n"), "13: a list of nan"),
-        (ply(f"vertex -3: {XYZ}", POINTS), "line 3: an element has a number of records, not '-3'"),
+        (
+            ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"300 0 1 2\n"),
+            "13: the list length 300",
+        ),
+        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"-1\n"), "13: the list length -1"),
+        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"nan\n"), "13: the list length nan"),
+        (
+            ply(f"vertex -3: {XYZ}", POINTS),
+            "line 3: the number of records must be an integer, not '-3'",
+        ),
         (ply(f"vertex 0: {XYZ}; face 0: {FACE}", b""), "has no vertices"),
         (ply(f"vertex 999999999999999: {XYZ}; face 1: {FACE}", b""), "need 999999999999999 lines"),
         (
@@ -412,16 +424,16 @@ def test_text_ply_is_read(tmp_path: Path) -> None:
         (ply("vertex 1: float x, float y", b"0 0\n"), "need a property 'z', float or double"),
         (ply("vertex 3: float x, float y, int z", POINTS), "need a property 'z'"),
         (ply("vertex 3", POINTS).replace(b"property \n", b""), "'vertex' has no properties"),
-        (ply("vertex 1: quad x", b"1\n"), "line 4: there is no type 'quad'"),
-        (ply("vertex 1: list float int x", b"1 1\n"), "line 4: .* integer, no float"),
-        (ply("vertex 1: list int x", b"1\n"), "line 4: a property has a type, or 'list'"),
+        (ply("vertex 1: quad x", b"1\n"), "line 4: unknown type 'quad'"),
+        (ply("vertex 1: list float int x", b"1 1\n"), "line 4: .* integer type, not float"),
+        (ply("vertex 1: list int x", b"1\n"), "line 4: a property needs a type, or 'list'"),
         (ply("vertex 1: float x, int x", b"1 1\n"), "line 5: there is a second property 'x'"),
         (ply("a 1: int x; a 1: int x", b"1\n1\n"), "line 5: there is a second element 'a'"),
         (ply("a 1: int x", b"1\n", format="binary"), "line 2: the format must be one of ascii"),
-        (ply("a 1: int x", b"1\n", head="format ascii 1.0"), "line 3: .* means nothing here"),
-        (b"ply\nelement a 1\nend_header\n", "line 2: .* means nothing here"),
+        (ply("a 1: int x", b"1\n", head="format ascii 1.0"), "line 3: .* is not valid here"),
+        (b"ply\nelement a 1\nend_header\n", "line 2: .* is not valid here"),
         (b"ply\ncomment\nend_header\n", "names no format"),
-        (b"ply\nformat ascii 1.0\nproperty int x\nend_header\n", "line 3: .* means nothing"),
+        (b"ply\nformat ascii 1.0\nproperty int x\nend_header\n", "line 3: .* is not valid"),
         (
             ply(f"vertex 3: {XYZ}; face 1: list uchar float vertex_indices", POINTS + b"3 0 1 2\n"),
             "the corners of its faces must be a list of integers",
@@ -442,16 +454,16 @@ def test_text_ply_is_read(tmp_path: Path) -> None:
         ),
         (
             binary_ply("<", "vertex_index", "float")[:-1],
-            "record 0 of 'face' ends at byte 363, but the file at byte 362",
+            "record 0 of 'face' ends at byte 363, but the file ends at byte 362",
         ),
         (
             binary_ply("<", "vertex_index", "float")[:-20],
             "its 3 records of 'vertex' need 51 bytes or more, but 45 follow",
         ),
-        (binary_ply(">", "vertex_index", "float") + b"\n", "goes on .* for 1 bytes"),
+        (binary_ply(">", "vertex_index", "float") + b"\n", "continues for 1 bytes"),
         (
             ply("a 2: list short char b", b"\1\0\7\xff\xff", format="binary_little_endian"),
-            "record 1 of 'a': has a list of -1",
+            "record 1 of 'a': has a list of length -1",
         ),
     ],
 )
@@ -474,7 +486,7 @@ REALS = [name for name, code in TYPES.items() if code in "fd"]
 
 
 def numbers(kind: str) -> st.SearchStrategy[Any]:
-    """All that a type of PLY can hold."""
+    """Draws values of a PLY type."""
     if kind in REALS:
         return st.floats(width=32 if TYPES[kind] == "f" else 64)
     bits = 8 * struct.calcsize("<" + TYPES[kind])
@@ -487,16 +499,16 @@ def numbers(kind: str) -> st.SearchStrategy[Any]:
 
 
 class Table(NamedTuple):
-    """An element as a file has it."""
+    """An element of a PLY file."""
 
     name: str
     properties: list[tuple[str, str]]
-    """Type and name; a list has both types."""
+    """Type and name; two types for a list."""
     records: list[list[Any]]
     """A number or a list for each property."""
 
     def encoded(self, order: str | None, newline: str) -> bytes:
-        """Its records, as text where there is no byte order."""
+        """The records, as text if there is no byte order."""
         body = b""
         for record in self.records:
             pairs = []
@@ -515,7 +527,7 @@ class Table(NamedTuple):
 
 @st.composite
 def tables(draw: st.DrawFn, name: str, n: int, own: dict[str, tuple[str, list[Any]]]) -> Table:
-    """A table that has, among others, these properties, each with its type and its values."""
+    """Draws a table that contains these properties and others."""
     columns = dict(own)
     for number in range(draw(st.integers(0 if own else 1, 2))):
         kind = draw(st.sampled_from([*TYPES]))
@@ -574,7 +586,7 @@ def test_any_ply_is_read(tmp_path_factory: pytest.TempPathFactory, data: st.Data
 
 
 def whole_ply_files() -> list[bytes]:
-    """Text and binary files with more than a mesh in them."""
+    """Draws text and binary files with more than a mesh in them."""
     text = ply(
         f"material 2: list uchar float w, int id; vertex 4: {XYZ}, uchar known; face 2: {FACE}",
         b"2 0.5 1e3 4\n0 9\n0 0 0 1\n1 0 nan 1\n0 1 -1e-3 0\n4 4 4 0\n3 0 1 2\n4 0 1 2 3\n",
@@ -589,19 +601,19 @@ def whole_ply_files() -> list[bytes]:
     return [text, text.replace(b"\n", b"\r\n"), mixed, binary_ply("<", "vertex_index", "double")]
 
 
-def test_ply_files_that_are_cut_or_go_on_are_refused(tmp_path: Path) -> None:
+def test_ply_files_of_wrong_length_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.ply"
     for whole in whole_ply_files():
         path.write_bytes(whole)
         dynmesh.read(path)
-        lengths = range(len(whole) - whole.endswith(b"\r\n"))  # as \r ends a line, too
+        lengths = range(len(whole) - whole.endswith(b"\r\n"))  # since \r also ends a line
         for data in [*(whole[:n] for n in lengths), whole + b"\0"]:
             path.write_bytes(data)
             with pytest.raises(ValueError, match=r"a\.ply: "):
                 dynmesh.read(path)
 
 
-def test_spoilt_ply_files_are_read_or_refused_in_one_line(tmp_path: Path) -> None:
+def test_damaged_ply_files_are_read_or_refused_in_one_line(tmp_path: Path) -> None:
     rng = np.random.default_rng(3)
     path = tmp_path / "a.ply"
     pieces = [b"\n", b"\r", b" ", b"9", b"-", b"nan", b"1e400", b"\xff" * 4, b"\x85", b"list "]
@@ -621,7 +633,7 @@ def test_spoilt_ply_files_are_read_or_refused_in_one_line(tmp_path: Path) -> Non
             dynmesh.read(path)
         except ValueError as error:
             messages.append(str(error))
-    assert 300 < len(messages) < 1100  # neither none nor all
+    assert 300 < len(messages) < 1100  # some are refused and some are read
     assert [message for message in messages if len(message.splitlines()) > 1] == []
 
 
@@ -669,7 +681,7 @@ def test_ply_goes_to_vtk(tmp_path: Path, mesh: Mesh) -> None:
 # OBJ
 
 
-def test_obj_as_others_write_it(tmp_path: Path) -> None:
+def test_obj_of_other_programs_is_read(tmp_path: Path) -> None:
     path = tmp_path / "a.obj"
     path.write_bytes(
         b"# caf\xe9\r\nmtllib a.mtl\r\no body\r\n"
@@ -739,7 +751,7 @@ UNUSUAL_OBJ = [
 
 
 @pytest.mark.parametrize("text", ORDINARY_OBJ + UNUSUAL_OBJ)
-def test_obj_is_read_alike_fast_and_line_by_line(tmp_path: Path, text: str) -> None:
+def test_both_obj_readers_agree(tmp_path: Path, text: str) -> None:
     data = text.encode()
     fast = plain_obj(data)
     assert (fast is not None) == (text in ORDINARY_OBJ)
@@ -765,7 +777,7 @@ obj_pieces = st.sampled_from(
 
 
 @given(st.lists(obj_pieces, max_size=12).map("".join))
-def test_what_is_read_fast_is_read_alike_line_by_line(text: str) -> None:
+def test_both_obj_readers_agree_on_any_text(text: str) -> None:
     data = f"{TRIANGLE}{text}".encode("latin-1")
     fast = plain_obj(data)
     if fast is not None:

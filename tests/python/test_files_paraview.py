@@ -1,4 +1,4 @@
-"""PVD: ParaView's index, and what VTK's own reader and writer make of the files in it."""
+"""PVD files, compared with VTK's own reader and writer."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -39,12 +39,12 @@ def write_vtp(path: Path, mesh: Any, adjust: Adjust | None = None) -> None:
 
 
 def index(*entries: str) -> str:
-    """A PVD file with these attributes of its data sets."""
+    """Writes a PVD file whose data sets have these attributes."""
     sets = "".join(f"<DataSet {entry}/>" for entry in entries)
     return f'<VTKFile type="Collection"><Collection>{sets}</Collection></VTKFile>'
 
 
-# What dynmesh writes
+# Written by dynmesh
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
@@ -110,7 +110,7 @@ def test_frames_keep_their_numbers(
     entry = ElementTree.parse(path).find("Collection/DataSet")
     assert entry is not None
     assert entry.get("timestep") == time
-    dynmesh.write(path, moving(mesh, 1, fps=fps, start=1001))  # one time tells nothing
+    dynmesh.write(path, moving(mesh, 1, fps=fps, start=1001))  # a single time determines nothing
     assert dynmesh.read(path).start == 0
 
 
@@ -130,7 +130,7 @@ def test_a_shorter_sequence_replaces_a_longer_one(tmp_path: Path, mesh: Mesh) ->
         ]  # fmt: skip
 
 
-def test_an_interrupted_sequence_goes_on(tmp_path: Path, mesh: Mesh) -> None:
+def test_an_interrupted_sequence_can_be_resumed(tmp_path: Path, mesh: Mesh) -> None:
     sequence = moving(mesh)
     path, folder = tmp_path / "walk.pvd", tmp_path / "work"
     header = files.Header(mesh.faces, 4, 49, np.dtype(np.float64), fps=30.0)
@@ -144,9 +144,12 @@ def test_an_interrupted_sequence_goes_on(tmp_path: Path, mesh: Mesh) -> None:
     assert names(tmp_path) == ["walk", "walk.pvd"]
 
 
-def test_what_cannot_be_written_leaves_nothing(tmp_path: Path, mesh: Mesh) -> None:
+def test_a_failed_write_leaves_nothing(tmp_path: Path, mesh: Mesh) -> None:
     (tmp_path / "walk").touch()
-    for name, message in (("walk.pvd", "walk is in the way"), ("other", r"must end in \.pvd")):
+    for name, message in (
+        ("walk.pvd", "walk exists and is not a folder"),
+        ("other", r"must end in \.pvd"),
+    ):
         with pytest.raises(ValueError, match=message):
             dynmesh.write(tmp_path / name, moving(mesh), format="pvd")
     assert names(tmp_path) == ["walk"]
@@ -154,7 +157,7 @@ def test_what_cannot_be_written_leaves_nothing(tmp_path: Path, mesh: Mesh) -> No
     assert dynmesh.read(tmp_path / "100%d.pvd").vertices.shape == (4, 49, 3)
 
 
-# What others write
+# Written by other programs
 
 
 @pytest.mark.parametrize(
@@ -224,17 +227,17 @@ def test_steps_are_frames_per_second(
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "damaged or no PVD file: no element found"),
-        ("solid", "damaged or no PVD file: syntax error"),
-        ('<VTKFile type="PolyData"/>', "no PVD file, which has the type Collection, not PolyData"),
-        (index(), "names no file"),
+        ("", "damaged or not a PVD file: no element found"),
+        ("solid", "damaged or not a PVD file: syntax error"),
+        ('<VTKFile type="PolyData"/>', "not a PVD file: its type is PolyData, not Collection"),
+        (index(), "does not name a file"),
         (index('timestep="0"'), "lists the file '', but only .vtp"),
         (index('timestep="0" file="a.vtu"'), "lists the file 'a.vtu', but only .vtp"),
         (index('timestep="soon" file="a.vtp"'), "could not convert string to float: 'soon'"),
         (index('timestep="nan" file="a.vtp"'), "a.vtp: the time must be finite"),
         (
             index('timestep="1" part="0" file="a.vtp"', 'timestep="1" part="1" file="b.vtp"'),
-            "lists a.vtp and b.vtp for the time 1; parts cannot be joined",
+            "lists a.vtp and b.vtp for the time 1; parts are not supported",
         ),
     ],
 )
@@ -263,15 +266,18 @@ def with_provenance(values: Any) -> Adjust:
         (lambda mesh: mesh.SetVerts(as_cells([[0]])), "holds points as cells, but only polygons"),
         (lambda mesh: mesh.SetLines(as_cells([[0, 1]])), "holds lines, but only polygons"),
         (lambda mesh: mesh.SetStrips(as_cells([[0, 1, 2, 3]])), "holds strips, but only polygons"),
-        (lambda mesh: mesh.SetPolys(as_cells([[0, 1, 49]])), "face 0: has the vertex 49"),
+        (lambda mesh: mesh.SetPolys(as_cells([[0, 1, 49]])), "face 0: refers to vertex 49"),
         (lambda mesh: mesh.SetPolys(as_cells([[0, 1]])), "face 0: has 2 corners, but needs 3"),
-        (lambda mesh: mesh.SetPolys(vtkCellArray()), "points alone, but the first frame needs"),
+        (lambda mesh: mesh.SetPolys(vtkCellArray()), "only points, but the first frame needs"),
         (lambda mesh: mesh.Initialize(), "has no vertices"),
         (with_array("known", np.full(49, 2)), "'known' must be 0 or 1"),
-        (with_array("known", np.ones(49)), "'known' must be one int per vertex"),
-        (with_provenance(np.ones(49)), "'generation' must be one int per vertex"),
-        (with_provenance(np.full(49, 2**40)), "'generation' must be one int per vertex"),
-        (with_provenance(np.ones((49, 3), np.int32)), "'generation' must be one int per vertex"),
+        (with_array("known", np.ones(49)), "'known' must have one integer per vertex"),
+        (with_provenance(np.ones(49)), "'generation' must have one integer per vertex"),
+        (with_provenance(np.full(49, 2**40)), "'generation' must have one integer per vertex"),
+        (
+            with_provenance(np.ones((49, 3), np.int32)),
+            "'generation' must have one integer per vertex",
+        ),
     ],
 )
 def test_other_meshes_are_refused(tmp_path: Path, mesh: Mesh, change: Adjust, message: str) -> None:
@@ -287,10 +293,10 @@ def test_other_meshes_are_refused(tmp_path: Path, mesh: Mesh, change: Adjust, me
 @pytest.mark.parametrize(
     ("spoil", "message"),
     [
-        (lambda _: b"", "damaged or no VTP file: Error parsing XML"),
-        (lambda _: b"solid cube", "damaged or no VTP file: Error parsing XML"),
-        (lambda data: data[:300], "damaged or no VTP file: Error parsing XML"),
-        (lambda data: data[: len(data) * 2 // 3], "damaged or no VTP file: "),
+        (lambda _: b"", "damaged or not a VTP file: Error parsing XML"),
+        (lambda _: b"solid cube", "damaged or not a VTP file: Error parsing XML"),
+        (lambda data: data[:300], "damaged or not a VTP file: Error parsing XML"),
+        (lambda data: data[: len(data) * 2 // 3], "damaged or not a VTP file: "),
         (lambda data: data.replace(b"PolyData", b"ImageData"), "Cannot find PolyData element"),
         (lambda data: data.replace(b'Points="49"', b'Points="-5"'), "NumberOfPoints is -5"),
         (
@@ -316,7 +322,7 @@ def test_damaged_meshes_are_refused_in_silence(
     window, verbosity = vtkOutputWindow.GetInstance(), vtkLogger.GetCurrentVerbosityCutoff()
     with pytest.raises(ValueError, match=message) as caught:
         dynmesh.read(tmp_path / "a.pvd")
-    assert vtkOutputWindow.GetInstance() is window  # as whoever else uses VTK left them
+    assert vtkOutputWindow.GetInstance() is window  # VTK's settings are unchanged
     assert vtkLogger.GetCurrentVerbosityCutoff() == verbosity
     assert str(file) in str(caught.value)
     assert "\n" not in str(caught.value)

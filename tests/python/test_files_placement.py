@@ -1,4 +1,4 @@
-"""Which axis is up and how long a unit is, in files whose formats have no field for it."""
+"""Up axis and unit in files whose formats have no field for them."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -23,7 +23,7 @@ def place(folder: Path, suffix: str) -> Path:
 
 
 @pytest.mark.parametrize("suffix", [".ply", ".obj", ".pc2", ".mdd", ".pvd", ".abc"])
-def test_it_comes_back(tmp_path: Path, suffix: str) -> None:
+def test_up_axis_and_unit_are_kept(tmp_path: Path, suffix: str) -> None:
     if suffix == ".abc":
         pytest.importorskip("alembic3d")
     if suffix == ".pvd":
@@ -35,13 +35,13 @@ def test_it_comes_back(tmp_path: Path, suffix: str) -> None:
         assert (again.up_axis, again.metres_per_unit) == (up_axis, metres_per_unit)
 
 
-def test_nothing_looks_like_anything_where_the_file_says(tmp_path: Path) -> None:
+def test_nothing_is_guessed_if_the_file_states_it(tmp_path: Path) -> None:
     dynmesh.write(tmp_path / "a_%d.ply", SAID)
     shown = dynmesh_command("info", tmp_path / "a_%d.ply").stdout
-    assert "looks like" not in shown
+    assert "; probably" not in shown
     assert "0.0254 m" in shown
     dynmesh.write(tmp_path / "b_%d.ply", replace(SAID, up_axis=None))
-    assert "looks like" in dynmesh_command("info", tmp_path / "b_%d.ply").stdout
+    assert "; probably" in dynmesh_command("info", tmp_path / "b_%d.ply").stdout
 
 
 PLY = """ply
@@ -67,7 +67,7 @@ OBJ = "{comment}v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
     [
         (["up_axis z"], ("z", None)),
         (["Made by hand", "  up_axis   y  ", "metres_per_unit 1e-2"], ("y", 0.01)),
-        # comments of others, which mean nothing here
+        # comments of other programs, which are ignored
         (["up_axis x"], (None, None)),
         (["up_axis"], (None, None)),
         (["the up_axis z"], (None, None)),
@@ -76,7 +76,7 @@ OBJ = "{comment}v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
         (["metres_per_unit inf", "metres_per_unit 0"], (None, None)),
     ],
 )
-def test_comments_of_others(
+def test_other_comments_are_ignored(
     tmp_path: Path,
     suffix: str,
     text: str,
@@ -90,7 +90,7 @@ def test_comments_of_others(
     assert (sequence.up_axis, sequence.metres_per_unit) == expected
 
 
-def test_the_mesh_that_lends_its_faces_says_it(tmp_path: Path) -> None:
+def test_the_template_states_up_axis_and_unit(tmp_path: Path) -> None:
     path = tmp_path / "a.npy"
     dynmesh.write(path, SAID)
     assert dynmesh.read(path).up_axis is None
@@ -99,7 +99,7 @@ def test_the_mesh_that_lends_its_faces_says_it(tmp_path: Path) -> None:
     assert (sequence.up_axis, sequence.metres_per_unit) == ("z", 0.0254)
 
 
-def test_a_mesh_beside_a_point_cache_that_says_otherwise_is_replaced(tmp_path: Path) -> None:
+def test_a_contradicting_mesh_beside_a_point_cache_is_replaced(tmp_path: Path) -> None:
     path, beside = tmp_path / "a.pc2", tmp_path / "a.obj"
     dynmesh.write(path, SAID)
     beside.write_text(f"{beside.read_text()}# mine\n")
@@ -107,7 +107,7 @@ def test_a_mesh_beside_a_point_cache_that_says_otherwise_is_replaced(tmp_path: P
     assert "# mine" in beside.read_text()
     dynmesh.write(path, replace(SAID, up_axis="y"))
     assert dynmesh.read(path).up_axis == "y"
-    # One that says nothing stays: it may hold more than positions and faces.
+    # A mesh that does not contradict is kept, since it may contain more than positions and faces.
     before = beside.read_text().replace("#", "# not")
     beside.write_text(before)
     dynmesh.write(path, SAID)

@@ -85,7 +85,7 @@ def test_the_mesh_beside_keeps_polygons(tmp_path: Path, suffix: str) -> None:
     np.testing.assert_array_equal(dynmesh.read(tmp_path / "a.obj").vertices, one.vertices)
 
 
-def test_someones_mesh_stays_as_it_is(tmp_path: Path) -> None:
+def test_an_existing_mesh_with_the_same_faces_is_kept(tmp_path: Path) -> None:
     path, mesh = tmp_path / "a.pc2", tmp_path / "a.obj"
     dynmesh.write(path, sequence())
     text = mesh.read_text().replace("f ", "vt 0.5 0.5\nf ", 1)
@@ -105,7 +105,7 @@ def test_faces_come_from_a_mesh(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"a{suffix}"
     before = sequence()
     path.write_bytes(ENCODE[suffix](before.vertices))
-    with pytest.raises(ValueError, match=r"no a\.obj or a\.ply beside it: give its faces") as e:
+    with pytest.raises(ValueError, match=r"no a\.obj or a\.ply beside it; give its faces") as e:
         dynmesh.open(path)
     assert str(e.value).startswith(f"{path}: ")
     dynmesh.write(tmp_path / "b.npz", before)
@@ -125,7 +125,7 @@ def test_faces_come_from_a_mesh(tmp_path: Path, suffix: str) -> None:
     (tmp_path / "a.obj").write_text("v 0 0\n")
     with pytest.raises(ValueError, match=r"a\.obj: "):
         dynmesh.open(path)
-    dynmesh.open(path, faces=before.faces).close()  # nothing beside is looked at
+    dynmesh.open(path, faces=before.faces).close()  # files beside it are ignored
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
@@ -146,20 +146,20 @@ def test_doubles_are_rounded_and_never_become_infinite(tmp_path: Path, suffix: s
         dynmesh.write(path, before)
     assert str(e.value).startswith(f"{path}: ")
     assert path.read_bytes() == good
-    before.vertices[2, 7, 1] = np.inf  # not finite, so not known
+    before.vertices[2, 7, 1] = np.inf  # not finite, so unknown
     dynmesh.write(path, before)
     assert np.isinf(dynmesh.read(path).vertices).sum() == 1
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
-def test_what_a_cache_cannot_hold_is_refused(tmp_path: Path, suffix: str) -> None:
+def test_values_beyond_a_point_cache_are_refused(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"a{suffix}"
     ages = np.zeros((10, K), np.int32)
-    with pytest.raises(ValueError, match=r"holds no generation and age; \.npz, .* do") as e:
+    with pytest.raises(ValueError, match=r"cannot hold generation and age; \.npz, .* can") as e:
         dynmesh.write(path, sequence(generation=ages, age=ages))
     assert str(e.value).startswith(f"{path}: ")
     header = dynmesh.Header(sheet(7).faces, 2**31, K, np.dtype(np.float32))
-    with pytest.raises(ValueError, match="can hold 2147483647 frames, not 2147483648"):
+    with pytest.raises(ValueError, match="can hold at most 2147483647 frames, not 2147483648"):
         files.begin(path, header)
     assert not list(tmp_path.iterdir())
 
@@ -170,15 +170,23 @@ FRAMES = np.arange(10 * K * 3, dtype=np.float32).reshape(10, K, 3)
 @pytest.mark.parametrize(
     ("name", "data", "message"),
     [
-        ("a.pc2", b"", "is no PC2 file"),
-        ("a.pc2", b"v 0 0 0\n" * 50, "is no PC2 file; one begins with POINTCACHE2"),
+        ("a.pc2", b"", "is not a PC2 file"),
+        ("a.pc2", b"v 0 0 0\n" * 50, "is not a PC2 file, as it does not begin with POINTCACHE2"),
         ("a.pc2", pc2(FRAMES)[:20], "ends in its header, after 20 of 32 bytes"),
-        ("a.pc2", pc2(FRAMES, version=2), "version 2, but only 1 is known"),
+        ("a.pc2", pc2(FRAMES, version=2), "version 2, but only version 1 is supported"),
         ("a.pc2", pc2(FRAMES)[: 32 + 588 * 7 + 5], "ends in the middle of frame 7 of 10"),
-        ("a.pc2", pc2(FRAMES)[: 32 + 588 * 7], "before frame 7 of 10: .* 5912 .* there are 4148"),
-        ("a.pc2", pc2(FRAMES) + b"\0", "goes on after its 10 frames: .* 5912 .* there are 5913"),
-        ("a.pc2", pc2(FRAMES, n=0), "goes on after its 0 frames"),
-        ("a.pc2", pc2(FRAMES[:0]), "holds no frame"),
+        (
+            "a.pc2",
+            pc2(FRAMES)[: 32 + 588 * 7],
+            "before frame 7 of 10: .* 5912 .* the file has 4148",
+        ),
+        (
+            "a.pc2",
+            pc2(FRAMES) + b"\0",
+            "continues after its 10 frames: .* 5912 .* the file has 5913",
+        ),
+        ("a.pc2", pc2(FRAMES, n=0), "continues after its 0 frames"),
+        ("a.pc2", pc2(FRAMES[:0]), "has no frames"),
         ("a.pc2", pc2(FRAMES, n=-1), r"array of shape \(-1, 49, 3\)"),
         ("a.pc2", pc2(FRAMES, k=-1), r"array of shape \(10, -1, 3\)"),
         ("a.pc2", pc2(FRAMES, n=2**31 - 1, k=2**31 - 1), "frame 0 of 2147483647"),
@@ -186,8 +194,12 @@ FRAMES = np.arange(10 * K * 3, dtype=np.float32).reshape(10, K, 3)
         ("a.mdd", b"v 0 0 0\n" * 50, "ends in its header, after 400 of"),
         ("a.mdd", mdd(FRAMES)[:30], "ends in its header, after 30 of 48 bytes"),
         ("a.mdd", mdd(FRAMES)[: 48 + 588 * 7 + 5], "ends in the middle of frame 7 of 10"),
-        ("a.mdd", mdd(FRAMES) + b"\0", "goes on after its 10 frames: .* 5928 .* there are 5929"),
-        ("a.mdd", mdd(FRAMES[:0]), "holds no frame"),
+        (
+            "a.mdd",
+            mdd(FRAMES) + b"\0",
+            "continues after its 10 frames: .* 5928 .* the file has 5929",
+        ),
+        ("a.mdd", mdd(FRAMES[:0]), "has no frames"),
         ("a.mdd", mdd(FRAMES, n=-1), r"array of shape \(-1, 49, 3\)"),
         ("a.mdd", mdd(FRAMES, k=-1), r"array of shape \(10, -1, 3\)"),
         ("a.mdd", mdd(FRAMES, n=2**31 - 1, k=2**31 - 1), "ends in its header"),
@@ -207,7 +219,7 @@ def test_damaged_caches_are_refused(tmp_path: Path, name: str, data: bytes, mess
     [*product([0, 1, -7, 1001, 86400], [2, 3, 100]), (-7, 5000), (86400, 5000)],
 )
 @pytest.mark.parametrize("fps", [24.0, 25.0, 29.97, 23.976, 60.0, 120.0, 12.5, 0.5, 7.0])
-def test_mdd_tells_when_its_frames_are(tmp_path: Path, fps: float, start: int, n: int) -> None:
+def test_mdd_stores_rate_and_start(tmp_path: Path, fps: float, start: int, n: int) -> None:
     path = tmp_path / "a.mdd"
     vertices = np.zeros((n, 3, 3), np.float32)
     sequence = dynmesh.Sequence(vertices, np.array([[0, 1, 2]]), fps=fps, start=start)
@@ -218,7 +230,7 @@ def test_mdd_tells_when_its_frames_are(tmp_path: Path, fps: float, start: int, n
     assert timing(later.astype(np.float64)) == pytest.approx((fps, 5 * fps), rel=1e-5)
 
 
-def test_mdd_tells_no_rate_that_nobody_said(tmp_path: Path) -> None:
+def test_mdd_has_no_rate_if_it_is_unknown(tmp_path: Path) -> None:
     path = tmp_path / "a.mdd"
     before = sequence()
     dynmesh.write(path, before)

@@ -1,4 +1,4 @@
-"""What USD and Alembic files have in common: one mesh of a scene, frame by frame."""
+"""Tests that USD and Alembic share: one mesh of a scene, frame by frame."""
 
 import dataclasses
 import subprocess
@@ -19,7 +19,7 @@ suffixes = pytest.mark.parametrize("suffix", ["usd", "usdc", "usda", "abc"])
 
 
 def sequence_of(n_frames: int, dtype: Any = np.float32) -> dynmesh.Sequence:
-    """A quad, a triangle and a pentagon, with everything that a sequence may have."""
+    """A quad, a triangle and a pentagon with all optional attributes."""
     rng = np.random.default_rng(0)
     corners = np.array([0, 1, 2, 3, 2, 1, 4, 0, 3, 5, 6, 7])
     faces, polygons = split_polygons(Polygons(np.array([4, 3, 5]), corners))
@@ -66,7 +66,7 @@ def test_what_is_written_is_read(
 
 @suffixes
 @pytest.mark.parametrize("fps", [None, 1.0, 24.0])
-def test_what_nobody_said_is_not_made_up(tmp_path: Path, suffix: str, fps: float | None) -> None:
+def test_unknown_properties_remain_unknown(tmp_path: Path, suffix: str, fps: float | None) -> None:
     whole = sequence_of(4)
     dynmesh.write(tmp_path / f"a.{suffix}", dynmesh.Sequence(whole.vertices, whole.faces, fps=fps))
     again = dynmesh.read(tmp_path / f"a.{suffix}")
@@ -109,7 +109,7 @@ def test_damaged_files_are_refused(
     path = tmp_path / f"damaged.{suffix}"
     for damaged in (b"", b"solid", data[: len(data) // 2], data[:-9], bytes(len(data))):
         path.write_bytes(damaged)
-        with pytest.raises(ValueError, match=r"damaged\..*: is damaged or no ") as caught:
+        with pytest.raises(ValueError, match=r"damaged\..*: is damaged or not an? ") as caught:
             dynmesh.read(path)
         assert "\n" not in str(caught.value)
     with pytest.raises(FileNotFoundError):
@@ -120,12 +120,12 @@ def test_damaged_files_are_refused(
 @suffixes
 def test_faces_from_elsewhere_are_refused(tmp_path: Path, suffix: str) -> None:
     dynmesh.write(tmp_path / f"a.{suffix}", sequence_of(2))
-    with pytest.raises(ValueError, match="has faces of its own"):
+    with pytest.raises(ValueError, match="holds its faces"):
         dynmesh.read(tmp_path / f"a.{suffix}", faces=np.array([[0, 1, 2]]))
 
 
 @suffixes
-def test_folders_that_are_not_there_are_refused(tmp_path: Path, suffix: str) -> None:
+def test_missing_folders_are_refused(tmp_path: Path, suffix: str) -> None:
     with pytest.raises(FileNotFoundError):
         dynmesh.write(tmp_path / "nowhere" / f"a.{suffix}", sequence_of(2))
 
@@ -159,7 +159,9 @@ except OSError as error:
     ("suffix", "limit"),
     [("usdc", 300_000), ("usda", 300_000), ("usda", 1_100_000), ("abc", 300_000)],
 )
-def test_a_full_disk_is_said_and_nothing_stays(tmp_path: Path, suffix: str, limit: int) -> None:
+def test_a_full_disk_is_reported_and_leaves_nothing(
+    tmp_path: Path, suffix: str, limit: int
+) -> None:
     path = tmp_path / f"a.{suffix}"
     command = [sys.executable, "-c", FULL_DISK, str(path), str(limit)]
     done = subprocess.run(command, capture_output=True, text=True)
@@ -179,7 +181,7 @@ def test_memory_does_not_grow_with_the_frames(tmp_path: Path, suffix: str) -> No
         path, faces=faces, n_frames=n_frames, n_vertices=len(points), dtype=points.dtype
     ) as writer:
         for _ in range(n_frames):
-            points[0] += 1  # equal frames would be stored once
+            points[0] += 1  # equal frames would be stored only once
             writer.append(points)
             used.append(_own_memory())
     assert path.stat().st_size > n_frames * points.nbytes > 140e6
@@ -190,6 +192,6 @@ def test_memory_does_not_grow_with_the_frames(tmp_path: Path, suffix: str) -> No
 
 
 def _own_memory() -> int:
-    """Without what is mapped from files: of that the system takes back what it needs."""
+    """Returns the resident memory without mapped files, which the system can reclaim."""
     status = Path("/proc/self/status").read_text()
     return int(status.partition("RssAnon:")[2].split()[0])  # kB

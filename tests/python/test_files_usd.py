@@ -1,4 +1,4 @@
-"""USD stages of others, and ours laid over them."""
+"""USD stages of other programs, and results that are laid over them."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -18,7 +18,7 @@ REST = "[(0, 0, 0), (1, 0, 0), (0, 1, 0)]"
 
 
 def points_at(**samples: float) -> str:
-    """Samples of three points, `t1_5=2` for height 2 at time 1.5."""
+    """Formats samples of three points, `t1_5=2` for height 2 at time 1.5."""
     lines = [
         f"{name[1:].replace('_', '.')}: [(0, 0, {z}), (1, 0, {z}), (0, 1, {z})]"
         for name, z in samples.items()
@@ -44,7 +44,7 @@ def layer(path: Path, *prims: str, about: str = "") -> Path:
         ("timeCodesPerSecond = 24", {"t6": 1, "t8": 2, "t10": 3}, [1, 2, 3], 12, 3),
         ("timeCodesPerSecond = 24", {"t1": 1, "t1_5": 2, "t2": 3}, [1, 2, 3], 48, 2),
         ("timeCodesPerSecond = 24", {"t7": 1}, [1], 24, 7),
-        # what an exporter left out, since nothing moved
+        # omitted by an exporter, since nothing moved
         ("timeCodesPerSecond = 24", {"t1": 1, "t2": 2, "t5": 2, "t6": 3}, [1, *[2] * 4, 3], 24, 1),
     ],
 )
@@ -87,7 +87,7 @@ def test_times_are_time_codes_where_they_do_not_follow(
 def test_points_without_samples_are_one_frame(tmp_path: Path) -> None:
     path = layer(tmp_path / "a.usda", mesh(f"point3f[] points = {REST}"), about='upAxis = "Z"')
     sequence = dynmesh.read(path)
-    assert sequence.metres_per_unit is None  # whatever USD falls back to
+    assert sequence.metres_per_unit is None  # although USD has a default
     np.testing.assert_array_equal(sequence.vertices, [[(0, 0, 0), (1, 0, 0), (0, 1, 0)]])
     np.testing.assert_array_equal(sequence.faces, [[0, 1, 2]])
     assert sequence.up_axis == "z"
@@ -105,11 +105,11 @@ def test_a_mesh_is_chosen(tmp_path: Path) -> None:
         dynmesh.read(path)
     assert dynmesh.read(path, prim="/Other").vertices[0, 0, 2] == 3
     for prim in ("/Nobody", "Moving", "not a path"):
-        message = f"no mesh '{prim}'; there are /Still, /Moving, /Other"
+        message = f"no mesh '{prim}'; the meshes are /Still, /Moving, /Other"
         with pytest.raises(ValueError, match=message):
             dynmesh.read(path, prim=prim)
     layer(path, 'def Xform "Body" {}')
-    with pytest.raises(ValueError, match="holds no mesh of polygons"):
+    with pytest.raises(ValueError, match="contains no polygon mesh"):
         dynmesh.read(path)
 
 
@@ -124,7 +124,7 @@ def known(value: str, *, kind: str = "bool[]", interpolation: str = "vertex") ->
         (mesh(points_at(t1=1), faces=""), "the mesh has no faces"),
         (
             mesh(points_at(t1=1), faces=FACES.replace("0, ", "")),
-            "3 corners are announced, but there are 2",
+            "sizes announce 3 corners, but corners holds 2",
         ),
         (
             mesh(f"point3f[] points.timeSamples = {{1: {REST}, 2: [(0, 0, 0)]}}"),
@@ -139,7 +139,7 @@ def known(value: str, *, kind: str = "bool[]", interpolation: str = "vertex") ->
                 points_at(t1=1),
                 "int[] faceVertexIndices.timeSamples = {1: [0, 1, 2], 4: [2, 1, 0]}",
             ),
-            "time 4: the faces are others than in the first frame",
+            "time 4: the faces differ from those of the first frame",
         ),
         (
             mesh(points_at(t1=1), known("[1, 1]")),
@@ -163,7 +163,7 @@ def known(value: str, *, kind: str = "bool[]", interpolation: str = "vertex") ->
         ),
     ],
 )
-def test_meshes_that_are_no_sequence_are_refused(
+def test_unsuitable_meshes_are_refused(
     tmp_path: Path, body: str, message: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
     path = layer(tmp_path / "a.usda", body)
@@ -187,7 +187,7 @@ def with_mask(path: Path, times: Mapping[int, list[bool]]) -> None:
 def test_masks_have_a_sample_for_every_frame(tmp_path: Path) -> None:
     some, all_ = [True, False, True], [True] * 3
     path = layer(tmp_path / "a.usda", mesh(points_at(t1=1, t2=2, t3=3)))
-    with_mask(path, {1: all_, 3: all_})  # left out, since nothing changes
+    with_mask(path, {1: all_, 3: all_})  # omitted, since nothing changes
     np.testing.assert_array_equal(dynmesh.read(path).known, [all_] * 3)
     for times, missing in (({1: all_, 3: some}, 2), ({1: all_, 2: some}, 3), ({2: some}, 1)):
         layer(path, mesh(points_at(t1=1, t2=2, t3=3)))
@@ -196,7 +196,7 @@ def test_masks_have_a_sample_for_every_frame(tmp_path: Path) -> None:
             dynmesh.read(path)
 
 
-def test_generation_without_age_is_not_ours(tmp_path: Path) -> None:
+def test_age_without_generation_is_ignored(tmp_path: Path) -> None:
     age = 'float primvars:age = 3 (interpolation = "constant")'
     path = layer(tmp_path / "a.usda", mesh(points_at(t1=1), age))
     assert dynmesh.read(path).age is None
@@ -220,7 +220,7 @@ def test_stages_are_composed(tmp_path: Path) -> None:
     assert dynmesh.read(path, prim="/Two/Him").vertices[1, 0, 2] == 2
 
 
-def test_what_is_missing_from_the_mesh_is_said(
+def test_missing_parts_of_the_mesh_are_reported(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     elsewhere = 'def "Tree" (references = @tree.usd@) {}'
@@ -232,7 +232,7 @@ def test_what_is_missing_from_the_mesh_is_said(
         ("", ['def "Body" (references = @body.usd@) {}']),
     ):
         layer(path, *prims, about=about)
-        with pytest.raises(ValueError, match=r"is not all there: .*@(points|body)\.usd@"):
+        with pytest.raises(ValueError, match=r"is incomplete: .*@(points|body)\.usd@"):
             dynmesh.read(path)
     assert capfd.readouterr() == ("", "")
 
@@ -306,7 +306,7 @@ def test_a_result_is_laid_over_its_original(
     assert [p.GetPath() for p in alone.Traverse() if p.IsA(UsdGeom.Mesh)] == [found.GetPath()]
 
 
-def test_what_comes_from_a_scene_says_nothing_of_subdivision(tmp_path: Path) -> None:
+def test_a_mesh_from_a_scene_has_no_subdivision_scheme(tmp_path: Path) -> None:
     for file, name, scheme in (("a.usda", "/World/Body", None), ("b.usda", None, "none")):
         sequence = dynmesh.Sequence(np.zeros((1, 3, 3)), np.array([[0, 1, 2]]), name=name)
         dynmesh.write(tmp_path / file, sequence)
@@ -316,7 +316,7 @@ def test_what_comes_from_a_scene_says_nothing_of_subdivision(tmp_path: Path) -> 
         assert not stage.HasAuthoredMetadata("metersPerUnit")
 
 
-def test_what_is_written_says_all_of_itself(tmp_path: Path) -> None:
+def test_a_written_stage_is_self_contained(tmp_path: Path) -> None:
     vertices = np.zeros((3, 4, 3))
     vertices[1, 2] = np.nan
     sequence = dynmesh.Sequence(
@@ -349,9 +349,9 @@ def test_the_suffix_decides_between_binary_and_text(tmp_path: Path) -> None:
     assert dynmesh.read(tmp_path / "text.usd").vertices.shape == (1, 3, 3)
 
 
-def test_packed_stages_are_only_read(tmp_path: Path) -> None:
+def test_packed_stages_cannot_be_written(tmp_path: Path) -> None:
     path = layer(tmp_path / "a.usda", mesh(points_at(t1=1, t2=2)))
     assert UsdUtils.CreateNewUsdzPackage(str(path), str(tmp_path / "a.usdz"))
     np.testing.assert_array_equal(dynmesh.read(tmp_path / "a.usdz").vertices[:, 0, 2], [1, 2])
-    with pytest.raises(ValueError, match="usdz files are only read"):
+    with pytest.raises(ValueError, match="usdz files can only be read"):
         dynmesh.write(tmp_path / "b.usdz", dynmesh.read(path))

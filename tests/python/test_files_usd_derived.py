@@ -1,4 +1,4 @@
-"""What a USD mesh says beside its points and what follows from them: normals and velocities."""
+"""Attributes of a USD mesh that follow from its points, such as normals and velocities."""
 
 import sys
 from dataclasses import replace
@@ -31,7 +31,7 @@ def box() -> tuple[Array, Array]:
 
 
 def moved(points: Array) -> Array:
-    """The positions of all frames: thrown, and accelerated."""
+    """Positions of all frames of an accelerated throw."""
     seconds = (np.arange(N_FRAMES) / RATE)[:, None, None]
     return points + VELOCITY * seconds + ACCELERATION * seconds**2 / 2
 
@@ -41,7 +41,7 @@ def unit(vectors: Array) -> Array:
 
 
 def normals_of(layout: str) -> Array:
-    """The normals of the box, as a program would write them in this layout."""
+    """The normals of the box in this layout."""
     corners, squares = box()
     flat, smooth = unit(corners[squares].mean(axis=1)), unit(corners)
     return {
@@ -63,7 +63,7 @@ def original(
     orientation: str = "rightHanded",
     holes: bool = True,
 ) -> Path:
-    """A box that moves, with holes after its first frame in all that it has."""
+    """A moving box with missing values in all its attributes after the first frame."""
     corners, squares = box()
     stage = Usd.Stage.CreateNew(str(path))
     stage.SetTimeCodesPerSecond(RATE)
@@ -107,7 +107,7 @@ def set_to(attribute: Any, values: Array, time: float) -> None:
 
 
 def layered(over: Path, under: Path) -> Any:
-    """The mesh as it is where one file is a stronger layer over the other."""
+    """Returns the mesh composed from one file as a stronger layer over the other."""
     path = under.with_name("both.usda")
     rate = f"timeCodesPerSecond = {RATE}"
     path.write_text(f"#usda 1.0\n(subLayers = [@{over.name}@, @{under.name}@]\n{rate})\n")
@@ -148,7 +148,7 @@ def test_normals_are_those_of_the_completed_points(
     dynmesh.complete_file(source, tmp_path / "b.usdc")
     mesh = layered(tmp_path / "b.usdc", source)
     assert mesh.GetNormalsInterpolation() == interpolation
-    # Completion moves every vertex as its neighbours, so the box stays the box that it was.
+    # Completion moves every vertex like its neighbours, so the box keeps its shape.
     np.testing.assert_allclose(samples(mesh.GetNormalsAttr()), [values] * N_FRAMES, atol=1e-5)
 
 
@@ -173,11 +173,11 @@ def test_velocities_are_those_of_the_completed_points(tmp_path: Path, fps: float
     source = original(tmp_path / "a.usda", None, "vertex")
     dynmesh.complete_file(source, tmp_path / "b.usdc", fps=fps)
     mesh = layered(tmp_path / "b.usdc", source)
-    if fps:  # the result by itself
+    if fps:  # the result without the original
         mesh = mesh_of(tmp_path / "b.usdc", "/World/Box")
     speed = 1 if fps is None else fps / RATE
     seconds = np.arange(N_FRAMES) / RATE
-    seconds[[0, -1]] = 0.5 / RATE, (N_FRAMES - 1.5) / RATE  # from one side alone
+    seconds[[0, -1]] = 0.5 / RATE, (N_FRAMES - 1.5) / RATE  # one-sided differences
     expected = speed * (VELOCITY + ACCELERATION * seconds[:, None])
     velocities = samples(mesh.GetVelocitiesAttr())
     np.testing.assert_allclose(velocities, np.repeat(expected[:, None], 8, 1), atol=1e-3)
@@ -214,7 +214,7 @@ HARD[:8] = normals_of("faceVarying")[:8]  # two smooth sides of six
     [(HARD, "faceVarying"), (HARD[:1], "constant"), (HARD, "vertex")],
     ids=["hard edges", "constant", "too many"],
 )
-def test_what_cannot_be_computed_is_blocked_and_said(
+def test_attributes_that_cannot_be_computed_are_blocked(
     tmp_path: Path,
     name: str,
     values: Array,
@@ -270,11 +270,13 @@ def test_holes_have_neither_normals_nor_velocities(tmp_path: Path) -> None:
     np.testing.assert_array_equal(np.isnan(normals), lost)
     squares = box()[1]
     for holes, lengths in zip(lost[..., 0], np.linalg.norm(normals, axis=2), strict=True):
-        told = np.unique(squares[~holes[squares].any(axis=1)])  # by faces without a hole
+        told = np.unique(
+            squares[~holes[squares].any(axis=1)]
+        )  # from faces without missing vertices
         np.testing.assert_allclose(lengths[told], 1, rtol=1e-5)
     assert np.isnan(samples(mesh.GetVelocitiesAttr())[lost]).all()
 
-    # what a mask hides counts as missing, too
+    # masked vertices also count as missing
     source = original(tmp_path / "c.usda", normals_of("vertex"), "vertex", holes=False)
     known = np.array(np.isfinite(points).all(axis=-1))
     dynmesh.write(tmp_path / "d.usdc", replace(dynmesh.read(source), known=known))
@@ -303,9 +305,7 @@ def test_normals_turn_with_the_points(tmp_path: Path, layout: str) -> None:
 
 
 @pytest.mark.parametrize("suffix", [".npz", ".h5", ".usdc"])
-def test_what_followed_is_known_on_the_way_through_other_formats(
-    tmp_path: Path, suffix: str
-) -> None:
+def test_derived_attributes_survive_other_formats(tmp_path: Path, suffix: str) -> None:
     source = original(tmp_path / "a.usda", -normals_of("flat faceVarying"), "faceVarying")
     expected = {
         "normals": "reversed flat faceVarying",

@@ -1,4 +1,4 @@
-"""What colours say: scales, values, and what is missing."""
+"""The values that colours show, their scales, and missing vertices."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -28,7 +28,7 @@ def sequence(mesh: Mesh, rng: np.random.Generator) -> Sequence:
 
 @pytest.fixture
 def path(sequence: Sequence, tmp_path: Path) -> Path:
-    """Its file."""
+    """The file of the sequence."""
     write(tmp_path / "partial.npz", sequence)
     return tmp_path / "partial.npz"
 
@@ -65,9 +65,7 @@ def test_the_error_is_the_distance_in_bounding_box_diagonals(
         np.testing.assert_allclose(frame.values[seen], expected, rtol=1e-12)
 
 
-def test_without_a_choice_the_most_telling_colour_is_shown(
-    path: Path, sequence: Sequence, tmp_path: Path
-) -> None:
+def test_the_default_colour(path: Path, sequence: Sequence, tmp_path: Path) -> None:
     with open_sequence(path) as reader:
         assert Heatmap(reader).colour == "generation"
     write(tmp_path / "masks.npz", replace(sequence, generation=None, age=None))
@@ -95,10 +93,10 @@ def test_known_is_generation_0_where_there_are_no_masks(sequence: Sequence, tmp_
         ("age", r"bare.npz: holds no age; dynmesh complete --provenance writes it"),
         ("generation", r"bare.npz: holds no generation; dynmesh complete --provenance writes it"),
         ("known", r"bare.npz: holds no known masks"),
-        ("error", r"errors are told by a reference"),
+        ("error", "error requires a reference"),
     ],
 )
-def test_what_a_sequence_does_not_hold_is_refused(
+def test_colours_without_data_are_refused(
     path: Path, tmp_path: Path, colour: str, message: str
 ) -> None:
     sequence = read(path)
@@ -110,7 +108,7 @@ def test_what_a_sequence_does_not_hold_is_refused(
         Heatmap(reader, colour=colour)  # type: ignore[arg-type]
 
 
-def test_a_reference_must_be_of_use_and_fit(path: Path, tmp_path: Path, mesh: Mesh) -> None:
+def test_unsuitable_references_are_refused(path: Path, tmp_path: Path, mesh: Mesh) -> None:
     shifted = np.stack([mesh.vertices] * 5)
     write(tmp_path / "short.npz", Sequence(shifted[:4], mesh.faces))
     write(tmp_path / "other.npz", Sequence(shifted, mesh.faces[::-1].copy()))
@@ -120,7 +118,7 @@ def test_a_reference_must_be_of_use_and_fit(path: Path, tmp_path: Path, mesh: Me
         for name, message in (
             ("short.npz", "partial.npz has 5 frames, but .*short.npz has 4"),
             ("other.npz", "different faces"),
-            ("point.npz", "frame 0 has no extent"),
+            ("point.npz", "errors have no unit"),
         ):
             with (
                 open_sequence(tmp_path / name) as reference,
@@ -128,7 +126,7 @@ def test_a_reference_must_be_of_use_and_fit(path: Path, tmp_path: Path, mesh: Me
             ):
                 Heatmap(reader, reference=reference)
         with open_sequence(tmp_path / "truth.npz") as reference:
-            with pytest.raises(ValueError, match="the colour is age"):
+            with pytest.raises(ValueError, match="the colour error, not age"):
                 Heatmap(reader, reference=reference, colour="age")
             with pytest.raises(ValueError, match=r"partial.npz: frame 4 lacks vertex 3"):
                 list(Heatmap(reference, reference=reader).frames(range(5)))

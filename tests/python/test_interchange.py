@@ -1,4 +1,4 @@
-"""What Blender writes is read here, and what is written here is read by Blender.
+"""Files written by Blender are read, and written files are read by Blender.
 
 The second half needs a Python with Blender in it: script/interchange installs and uses one.
 """
@@ -33,7 +33,7 @@ def test_what_blender_wrote_is_read(truth: dict[str, np.ndarray[Any, Any]], name
     assert sequence.polygons is not None
     np.testing.assert_array_equal(sequence.polygons.sizes, truth["polygon_sizes"])
     np.testing.assert_array_equal(sequence.polygons.corners, truth["polygon_corners"])
-    if name.startswith("body_"):  # in the world's space, in OBJ with six digits
+    if name.startswith("body_"):  # in world space; OBJ has six digits
         np.testing.assert_allclose(sequence.vertices, truth["world"], rtol=0, atol=1e-6)
         return
     x, y, z = np.moveaxis(truth["vertices"], -1, 0)
@@ -45,7 +45,7 @@ def test_what_blender_wrote_is_read(truth: dict[str, np.ndarray[Any, Any]], name
 
 @pytest.fixture(scope="module")
 def blender() -> str:
-    """A Python that has Blender."""
+    """A Python with Blender."""
     own = REPOSITORY / ".venv-blender" / "bin" / "python"
     path = Path(os.environ.get("DYNMESH_BLENDER_PYTHON", own))
     if not path.exists():

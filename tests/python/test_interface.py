@@ -1,4 +1,4 @@
-"""The Python interface: what it takes, returns and refuses."""
+"""The Python interface: arguments, results and errors."""
 
 import subprocess
 import sys
@@ -69,7 +69,7 @@ def test_any_layout_is_taken(mesh: Mesh, rng: np.random.Generator) -> None:
 
 
 def test_broadcast_arrays_are_taken(mesh: Mesh) -> None:
-    """numpy's own way to say the same everywhere, with strides of 0, which the core refuses."""
+    """Broadcasting gives equal masks with strides of 0, which the core refuses."""
     k = len(mesh.vertices)
     place = np.array([1.0, 2.0, 3.0])
     whole = dynmesh.Completer(mesh.faces, mesh.vertices)
@@ -133,7 +133,7 @@ def test_sparse_input_equals_masked_input(mesh: Mesh, rng: np.random.Generator) 
     np.testing.assert_array_equal(nothing, mesh.vertices)
 
 
-def test_without_out_every_array_is_fresh(completer: dynmesh.Completer, mesh: Mesh) -> None:
+def test_without_out_every_array_is_new(completer: dynmesh.Completer, mesh: Mesh) -> None:
     first = completer.push(mesh.vertices)
     second = completer.skip()
     assert not np.shares_memory(first, second)
@@ -527,14 +527,14 @@ def read_only(points: Any) -> Any:
         ),
     ],
 )
-def test_a_completer_is_not_made_of_bad_input(
+def test_construction_from_bad_input_is_refused(
     error: type[Exception], message: str, faces: Any, frame: Any, settings: Any
 ) -> None:
     with pytest.raises(error, match=message):
         dynmesh.Completer(faces, frame, **settings)
 
 
-def test_the_topology_report_names_what_is_odd() -> None:
+def test_the_topology_report_lists_problems() -> None:
     mesh = join(sheet(3), sheet(2, 5.0))
     faces = np.concatenate([mesh.faces, [[0, 0, 1], mesh.faces[0]]])
     vertices = np.concatenate([mesh.vertices, [[9, 9, 9]]])
@@ -569,7 +569,7 @@ def test_one_completer_in_two_threads_is_refused_or_served() -> None:
     np.testing.assert_allclose(completer.push(mesh.vertices, known), mesh.vertices, atol=1e-12)
 
 
-def test_many_completers_in_many_threads_do_not_meddle() -> None:
+def test_completers_in_many_threads_are_independent() -> None:
     mesh = sheet(30)
     masks = np.random.default_rng(1).random((40, len(mesh.vertices))) < 0.2
     frames = [turned(mesh.vertices, 0.02 * i) for i in range(40)]

@@ -1,4 +1,4 @@
-"""What libigl offers in dynmesh's place, online, and the evaluation without it."""
+"""The methods of libigl, and the evaluation without libigl."""
 
 import json
 import sys
@@ -43,7 +43,7 @@ def test_known_vertices_stay_as_given_and_the_rest_is_not_read(rng: np.random.Ge
         np.testing.assert_array_equal(rival.completed, mesh.vertices)
 
 
-def test_each_keeps_what_it_promises(rng: np.random.Generator) -> None:
+def test_each_libigl_method_meets_its_definition(rng: np.random.Generator) -> None:
     mesh = meshes.sheet(9)
     known = rng.random(81) < 0.2
     turned = np.stack([meshes.turned(mesh.vertices, 0.1 * n) for n in range(4)])
@@ -52,10 +52,10 @@ def test_each_keeps_what_it_promises(rng: np.random.Generator) -> None:
         for frame in turned[1:]:
             completed = rival.complete(frame, known)
         errors[name] = np.abs(completed - turned[-1]).max()
-    assert max(errors["arap"], errors["arap from previous"]) < 0.1  # a turn is rigid
+    assert max(errors["arap"], errors["arap from previous"]) < 0.1  # rotations are rigid
     assert min(errors["harmonic"], errors["biharmonic"]) > 0.3
 
-    # Linear motion of a flat sheet is harmonic, where the border is known; k = 1 and 2 tell apart.
+    # Linear motion of a flat sheet is harmonic if the border is known; k = 1 and k = 2 differ.
     flat = meshes.Mesh(mesh.faces, mesh.vertices * [1, 1, 0])
     x, y = flat.vertices[:, 0], flat.vertices[:, 1]
     border = (x == x.min()) | (x == x.max()) | (y == y.min()) | (y == y.max())
@@ -79,14 +79,14 @@ def small_subject(*, degenerate: bool) -> Subject:
     return Subject("sheet", frames.astype(np.float32), faces, "z", 60.0)
 
 
-def test_what_libigl_cannot_solve_is_left_out_and_said() -> None:
+def test_unsolvable_frames_of_libigl_are_reported() -> None:
     pytest.importorskip("igl", reason="libigl is not installed")
     assert trial(small_subject(degenerate=False), 0).missing == {}
     missing = trial(small_subject(degenerate=True), 0).missing
     assert missing == dict.fromkeys(["biharmonic_on_motion", "arap"], "its solution is not finite")
 
 
-def test_the_evaluation_does_without_libigl(
+def test_the_evaluation_works_without_libigl(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("matplotlib")

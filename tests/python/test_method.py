@@ -1,4 +1,4 @@
-"""The method against its literal transcription, and its identities."""
+"""The method compared with its literal implementation, and its identities."""
 
 from pathlib import Path
 

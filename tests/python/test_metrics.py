@@ -41,7 +41,7 @@ def test_summary_is_numpys(rng: np.random.Generator) -> None:
     assert summary.maximum == errors.max()
 
 
-def test_what_cannot_be_compared_is_refused(mesh: Mesh) -> None:
+def test_incomparable_input_is_refused(mesh: Mesh) -> None:
     with pytest.raises(ValueError, match=r"completed: has shape \(48, 3\), but the reference has"):
         dynmesh.metrics.nmsve(mesh.faces, mesh.vertices, mesh.vertices[:48])
     with pytest.raises(ValueError, match=r"reference: must have shape \(k, 3\) or \(n, k, 3\)"):

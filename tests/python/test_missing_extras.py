@@ -1,4 +1,4 @@
-"""A command that needs a library which is not installed says so before it does anything else."""
+"""A command reports a missing library before it does anything else."""
 
 import sys
 from pathlib import Path
@@ -16,7 +16,7 @@ from dynmesh.files import Reader
 
 
 def hide(monkeypatch: pytest.MonkeyPatch, module: str) -> None:
-    """It can no longer be imported."""
+    """Makes a module impossible to import."""
     for name in [*sys.modules]:
         if name == module or name.startswith(f"{module}."):
             monkeypatch.delitem(sys.modules, name)
@@ -24,7 +24,7 @@ def hide(monkeypatch: pytest.MonkeyPatch, module: str) -> None:
 
 
 def run(*arguments: str) -> int:
-    """Runs `dynmesh` in this process, and answers its exit code."""
+    """Runs `dynmesh` in this process and returns its exit code."""
     with mock.patch.object(sys, "argv", ["dynmesh", *arguments]):
         try:
             cli.main()
@@ -61,7 +61,7 @@ def refuse_work(*_: Any, **__: Any) -> NoReturn:
         ("vtkmodules", "view", "convert in.npz out.pvd"),
     ],
 )
-def test_what_is_missing_is_told_first(
+def test_missing_libraries_are_reported_first(
     module: str,
     extra: str,
     command: str,
@@ -89,7 +89,7 @@ def test_an_evaluation_without_libigl_is_announced_as_such(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     def evaluate(*_: Any, **__: Any) -> Path:
-        assert "is left out: this needs igl: pip install" in capfd.readouterr().err
+        assert "with libigl: this needs igl: pip install" in capfd.readouterr().err
         return tmp_path
 
     hide(monkeypatch, "igl")

@@ -44,5 +44,5 @@ def test_a_gigabyte_is_completed_in_a_quarter_of_it(tmp_path: Path) -> None:
     with dynmesh.open(target) as reader:
         for number in (0, 1, n_frames // 2, n_frames - 1):
             (frame,) = reader.frames(number, number + 1)
-            # A translated mesh is completed exactly, but for rounding.
+            # A translated mesh is completed exactly, except for rounding.
             np.testing.assert_allclose(frame.points, first + np.float32(0.001 * number), atol=1e-3)

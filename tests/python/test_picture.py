@@ -30,7 +30,7 @@ def sequence() -> Sequence:
 
 
 def pixels(path: Path) -> Array:
-    """(height, width, 3)."""
+    """Reads the pixels, (height, width, 3)."""
     with images.open(path) as image:
         assert image.format == "PNG"
         return np.asarray(image.convert("RGB")).astype(int)
@@ -45,12 +45,12 @@ def draw(sequence: Sequence, folder: Path, **options: Any) -> Array:
 
 
 def reddish(image: Array) -> Array:
-    """Where it is lit red."""
+    """Which pixels are red, shaded or not."""
     return np.asarray(image[..., 0] > image[..., 2] + 60)
 
 
 def bluish(image: Array) -> Array:
-    """Where it is lit blue."""
+    """Which pixels are blue, shaded or not."""
     return np.asarray(image[..., 2] > image[..., 0] + 60)
 
 
@@ -69,7 +69,7 @@ def test_colours_are_at_their_vertices(sequence: Sequence, tmp_path: Path) -> No
 def test_a_contact_sheet_has_every_frame(sequence: Sequence, tmp_path: Path) -> None:
     one = draw(sequence, tmp_path, numbers=[2], colour="known")
     four = draw(sequence, tmp_path, numbers=[0, 1, 2, 3], colour="known")
-    assert 3.5 < bluish(four).sum() / bluish(one).sum() < 6  # frame 0 has twice as much
+    assert 3.5 < bluish(four).sum() / bluish(one).sum() < 6  # frame 0 has twice as many
     assert 2 < reddish(four).sum() / reddish(one).sum() < 3.5
 
 
@@ -81,7 +81,7 @@ def test_holes_and_dots_are_drawn(sequence: Sequence, tmp_path: Path) -> None:
     known[3] = False
     vertices = np.where(known[..., None], sequence.vertices, np.nan)
     partial = Sequence(vertices, sequence.faces, known)
-    # Together, so that they are at one scale and cropped alike.
+    # In one picture, so that they have the same scale and crop.
     sheets = [draw(partial, tmp_path, numbers=[0, n]) for n in range(4)]
     whole, half, dot, nothing = (int(bluish(image).sum()) for image in sheets)
     frame, bar = whole - nothing, 2 * nothing - whole
@@ -105,9 +105,9 @@ def test_the_smallest_meshes_are_drawn(faces: list[list[int]], tmp_path: Path) -
     assert (image[60:-40] < 240).any()  # below the heading and above the caption
 
 
-def test_frames_that_are_not_there_are_refused(sequence: Sequence, tmp_path: Path) -> None:
+def test_missing_frames_are_refused(sequence: Sequence, tmp_path: Path) -> None:
     for number in (-1, 4):
-        with pytest.raises(ValueError, match=rf"sheet.npz: has no frame {number}, but 0 to 3"):
+        with pytest.raises(ValueError, match=rf"sheet.npz: has no frame {number}, only 0 to 3"):
             draw(sequence, tmp_path, numbers=[0, number])
     assert not (tmp_path / "sheet.png").exists()
 
@@ -119,7 +119,7 @@ def test_nothing_to_see_is_refused(sequence: Sequence, tmp_path: Path) -> None:
         draw(Sequence(vertices, sequence.faces), tmp_path, numbers=[2])
 
 
-def test_progress_is_told(sequence: Sequence, tmp_path: Path) -> None:
+def test_progress_is_reported(sequence: Sequence, tmp_path: Path) -> None:
     watched: list[Any] = []
 
     def watch(frames: Any, total: int) -> Any:

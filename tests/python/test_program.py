@@ -44,7 +44,7 @@ def write_ply(path: Path, faces: NDArray[Any], vertices: Floats) -> None:
 
 
 class Job:
-    """A partial sequence in a folder, and what should come of it."""
+    """A partial sequence in a folder, and its expected completion."""
 
     def __init__(self, folder: Path, sequence: dynmesh.Sequence, share: float = 0.3) -> None:
         self.folder = folder
@@ -242,7 +242,7 @@ def test_an_interrupt_that_is_ignored_stays_ignored(programs: Path, job: Job) ->
         assert process.stderr is not None
         process.stdin.write(job.partial[0].tobytes())
         process.stdin.flush()
-        process.stderr.readline()  # it is at work
+        process.stderr.readline()  # it has started
         process.send_signal(signal.SIGINT)
         completed, _ = process.communicate(job.partial[1:].tobytes(), timeout=60)
     assert process.returncode == 0
@@ -325,11 +325,11 @@ def test_the_capture_loop_completes_or_drops_every_frame(
     assert subprocess.run([loop], capture_output=True, check=False).returncode == 2
 
 
-def test_the_capture_loop_goes_on_after_a_bad_frame(
+def test_the_capture_loop_continues_after_a_bad_frame(
     programs: Path, job: Job, tmp_path: Path
 ) -> None:
     partial = job.partial.copy()
-    partial[4, 7] = 1e20  # of frame 5, as frame 0 is the template
+    partial[4, 7] = 1e20  # frame 5, as frame 0 is the template
     (tmp_path / "bad.raw").write_bytes(partial.tobytes())
     completer = dynmesh.Completer(job.sequence.faces, job.sequence.vertices[0])
     expected = [completer.skip() if i == 4 else completer.push(f) for i, f in enumerate(partial)]
@@ -354,7 +354,7 @@ def test_the_capture_loop_ends_where_its_output_does(
 
 
 @pytest.mark.parametrize("name", ["crane", "ocean_sim_50x50"])
-def test_recorded_sequences_are_the_same_bytes_through_all_doors(
+def test_recorded_sequences_are_completed_identically_by_all_interfaces(
     complete: Any, data: Path, programs: Path, tmp_path: Path, name: str
 ) -> None:
     job = Job(tmp_path, dynmesh.read(data / f"{name}.npz"))

@@ -188,7 +188,7 @@ def test_what_cannot_be_evaluated_is_refused(tmp_path: Path) -> None:
 def test_a_sequence_that_stands_still_is_evaluated_too(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # Of the pictures only what goes into them matters here.
+    # Only the input of the pictures is tested here.
     white = np.full((30, 40, 3), 255, np.uint8)
     monkeypatch.setattr(figures, "_taken", lambda *_: white)
     monkeypatch.setitem(style._STYLE, "figure.dpi", 20)

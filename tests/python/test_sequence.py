@@ -1,4 +1,4 @@
-"""A sequence in memory: what it refuses, and how it shows itself."""
+"""Sequences in memory: their checks and their repr."""
 
 from pathlib import Path
 
@@ -23,7 +23,7 @@ def test_a_face_without_vertex_is_refused(mesh: Mesh, vertex: int, tmp_path: Pat
         dynmesh.open(tmp_path / "bad.npz")
 
 
-def test_it_shows_itself_in_short(mesh: Mesh, tmp_path: Path) -> None:
+def test_repr(mesh: Mesh, tmp_path: Path) -> None:
     vertices = np.stack([mesh.vertices] * 4)
     known = np.ones((4, 49), np.bool_)
     known[1:, :7] = False

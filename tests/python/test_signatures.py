@@ -1,4 +1,4 @@
-"""What Python and editors are told about calls, and what a call that does not fit is told."""
+"""Signatures for Python and editors, and errors for calls that do not match them."""
 
 import ast
 import inspect
@@ -18,7 +18,7 @@ KIND = inspect.Parameter
 
 
 def parameters_of(function: ast.FunctionDef) -> list[tuple[str, Any, Any]]:
-    """The name, kind and default of each parameter in a stub."""
+    """Returns the name, kind and default of each parameter in a stub."""
     given = function.args
     assert not given.posonlyargs
     assert given.vararg is given.kwarg is None
@@ -40,7 +40,7 @@ def parameters_of(function: ast.FunctionDef) -> list[tuple[str, Any, Any]]:
 
 
 def read_the_stub() -> Iterator[tuple[str, Any, list[tuple[str, Any, Any]]]]:
-    """Every function, method and constructor by its name, with its parameters in the stub."""
+    """Returns the parameters in the stub of every function, method and constructor, by its name."""
     stub = Path(_core.__file__).parent / "_core.pyi"
     for node in ast.parse(stub.read_text()).body:
         if isinstance(node, ast.FunctionDef):
@@ -77,7 +77,7 @@ def test_the_stub_was_found() -> None:
     assert len(IN_THE_STUB) == 18
 
 
-def test_a_bound_method_has_one_too(mesh: Mesh) -> None:
+def test_bound_methods_have_signatures(mesh: Mesh) -> None:
     completer = dynmesh.Completer(mesh.faces, mesh.vertices)
     assert str(inspect.signature(completer.push)) == "(points, known=None, *, out=None)"
 

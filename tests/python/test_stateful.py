@@ -1,4 +1,4 @@
-"""A completer under any calls, good and bad, against a simple model of what it may come to."""
+"""A completer under random calls, valid and invalid, compared with a simple model."""
 
 from collections.abc import Callable
 from typing import Any
@@ -31,7 +31,7 @@ def breadth_first(faces: Array, known: Array) -> Array:
 
 
 class AnyCalls(RuleBasedStateMachine):
-    """What every sequence of calls must hold to."""
+    """Invariants of every sequence of calls."""
 
     @initialize(data=st.data())
     def begin(self, data: st.DataObject) -> None:
@@ -48,7 +48,7 @@ class AnyCalls(RuleBasedStateMachine):
             self.settings |= {"revisit": data.draw(st.booleans()), "extra_iterations": extra}
         self.first = first.astype(self.dtype)
         threads = data.draw(st.sampled_from([1, 2]))
-        # Small pieces, and a call waits for the other thread, so that the two share the work.
+        # Pieces are small and calls wait for the other thread, so that both share the work.
         usual = _core._set_sharing(chunk=4, short_chunk=4, fewest_pieces=2, patience=100_000)
         self.completer = Completer(self.faces, self.first, threads=threads, **self.settings)
         _core._set_sharing(*usual)
@@ -58,7 +58,7 @@ class AnyCalls(RuleBasedStateMachine):
         self.saved: list[tuple[bytes, Array, int]] = []
 
     def teardown(self) -> None:
-        """The accepted calls alone, once more, come to the same bytes."""
+        """Repeats only the accepted calls, which must give the same state."""
         if not hasattr(self, "calls"):
             return
         other = Completer(self.faces, self.first, **self.settings)
@@ -85,7 +85,7 @@ class AnyCalls(RuleBasedStateMachine):
         return np.asfortranarray(points) if layout == "columns" else points
 
     def frame(self, known: Array, points: Array, call: Callable[[Completer], Array]) -> None:
-        """Makes a call that must be accepted, in which `points` are seen where `known`."""
+        """Makes a valid call, in which `points` are observed where `known`."""
         pieces = _core._pieces_done_by_others()
         result = call(self.completer)
         assert (_core._pieces_done_by_others() > pieces) == self.shares
@@ -167,7 +167,7 @@ class AnyCalls(RuleBasedStateMachine):
 
     @rule(data=st.data())
     def misuse(self, data: st.DataObject) -> None:
-        """Every bad call is refused, and nothing changes."""
+        """Makes a bad call, which must be refused and change nothing."""
         k, c = self.k, self.completer
         good = np.zeros((k, 3), self.dtype)
         all_known = np.ones(k, bool)
@@ -216,7 +216,7 @@ class AnyCalls(RuleBasedStateMachine):
 
     @invariant()
     def shows_copies(self) -> None:
-        """What is handed out is nobody else's."""
+        """Checks that returned arrays are not shared."""
         if hasattr(self, "completer"):
             self.completer.age[:] = -5
             self.completer.generation[:] = -5

@@ -25,7 +25,7 @@ def test_the_walker_is_a_closed_figure_in_every_frame(seed: int) -> None:
         walker.vertices[:, walker.faces[:, corner]].astype(np.float64) for corner in range(3)
     )
     volume = np.einsum("nfc,nfc->n", a, np.cross(b, c)) / 6
-    assert volume.min() > 0.9 * volume[0] > 0  # outward, and nothing collapses
+    assert volume.min() > 0.9 * volume[0] > 0  # oriented outward, and nothing collapses
     edge = np.linalg.norm(b - a, axis=2)
     assert edge.min() > 0.1 * edge[0].mean()
     assert edge.max() < 6 * edge[0].mean()
@@ -33,7 +33,7 @@ def test_the_walker_is_a_closed_figure_in_every_frame(seed: int) -> None:
     assert 0.5 < motion / edge[0].mean() < 3
     assert walker.vertices[..., 2].min() > -0.05  # on the floor
     head = walker.vertices[0, :, 2].argmax()
-    assert walker.vertices[:, head, 2].min() < 0.6  # upside down at some time
+    assert walker.vertices[:, head, 2].min() < 0.6  # upside down in some frame
 
 
 @pytest.mark.parametrize("seed", [0, 1])
@@ -79,7 +79,7 @@ def test_random_masks_keep_their_share_and_their_seed() -> None:
     masks = np.stack(list(dynmesh.degrade.random_known(20, 1000, 0.3, seed=5)))
     assert masks[0].all()
     assert (masks[1:].sum(axis=1) == 300).all()
-    assert 0.05 < (masks[1] & masks[2]).mean() < 0.13  # picked anew: 0.09 on the average
+    assert 0.05 < (masks[1] & masks[2]).mean() < 0.13  # chosen independently: 0.09 on average
     shorter = np.stack(list(dynmesh.degrade.random_known(7, 1000, 0.3, seed=5)))
     np.testing.assert_array_equal(shorter, masks[:7])
     other = np.stack(list(dynmesh.degrade.random_known(20, 1000, 0.3, seed=6)))

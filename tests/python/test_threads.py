@@ -1,4 +1,4 @@
-"""One completer in many threads, one in each, and completers that a fork takes along."""
+"""One completer in many threads, one in each, and completers in forked processes."""
 
 import re
 import subprocess
@@ -20,7 +20,7 @@ KNOWN = np.random.default_rng(0).random(len(FRAME)) < 0.2
 
 
 def in_threads(count: int, work: Callable[[int], None]) -> None:
-    """Raises what any of them raised."""
+    """Raises the error of any of the threads."""
     errors: list[BaseException] = []
 
     def guarded(number: int) -> None:
@@ -39,7 +39,7 @@ def in_threads(count: int, work: Callable[[int], None]) -> None:
 
 
 @pytest.mark.parametrize("threads", [1, 2])
-def test_whatever_a_thread_calls_is_served_or_refused(
+def test_any_call_from_a_thread_succeeds_or_is_refused(
     threads: int, shared_pieces: Callable[[], int]
 ) -> None:
     completer = dynmesh.Completer(MESH.faces, MESH.vertices, threads=threads)
@@ -67,12 +67,12 @@ def test_whatever_a_thread_calls_is_served_or_refused(
                         assert ((found == 0) == KNOWN).all()
                     else:
                         other = dynmesh.Completer(MESH.faces, MESH.vertices)
-                        other.restore(found)  # sealed: a torn one is refused
+                        other.restore(found)  # has a checksum, so an inconsistent one is refused
                 outcomes[what] += 1
             except RuntimeError as error:
                 if "this completer is in use by another thread" not in str(error):
                     raise
-            assert completer.topology.components == 1  # of what never changes, at any time
+            assert completer.topology.components == 1  # constant, so it can be read at any time
             assert completer.n_vertices == len(FRAME)
 
     in_threads(5, work)
@@ -103,7 +103,7 @@ def test_a_call_from_within_a_call_is_refused() -> None:
 
 
 @pytest.mark.parametrize("method", ["motion", "detail"])
-def test_a_completer_in_each_thread_works_as_alone(
+def test_a_completer_in_each_thread_works_independently(
     method: Any, shared_pieces: Callable[[], int]
 ) -> None:
     mesh = sheet(25)
@@ -129,7 +129,7 @@ import numpy as np
 import dynmesh
 from dynmesh import _core
 
-# In a child nobody else comes, however long a call waits.
+# A forked child has no other threads, however long a call waits.
 _core._set_sharing(chunk=64, short_chunk=64, fewest_pieces=2, patience=1000)
 sea = dynmesh.synth.ocean(6, grid=60, seed=1)
 known = np.random.default_rng(0).random(sea.vertices.shape[1]) < 0.3
@@ -151,7 +151,7 @@ for method in ("motion", "detail"):
     completer.push(sea.vertices[1], known), alone.push(sea.vertices[1], known)
     expected = [alone.push(frame, known) for frame in sea.vertices[2:]]
     pieces = _core._pieces_done_by_others()
-    for _ in range(5):  # a completer at rest works on in the child, and is destroyed there
+    for _ in range(5):  # an idle completer works in the child and is destroyed there
         child = os.fork()
         if child == 0:
             got = [completer.push(frame, known) for frame in sea.vertices[2:]]
@@ -161,7 +161,7 @@ for method in ("motion", "detail"):
             os._exit(3 if not same else 4 if not was_alone else 0)
         assert (code := ends(child)) == 0, code
     got = [completer.push(frame, known) for frame in sea.vertices[2:]]
-    assert np.array_equal(got, expected)  # in the parent, too
+    assert np.array_equal(got, expected)  # also in the parent
 
     over = False
     def push_on():
@@ -170,7 +170,7 @@ for method in ("motion", "detail"):
     thread = threading.Thread(target=push_on)
     thread.start()
     codes = set()
-    for _ in range(20):  # one at work is in use for ever there, by a thread that does not exist
+    for _ in range(20):  # a busy one remains in use, by a thread that does not exist in the child
         child = os.fork()
         if child == 0:
             try:
@@ -190,14 +190,14 @@ print("all ended")
 
 
 @pytest.mark.skipif(not hasattr(__import__("os"), "fork"), reason="there is no fork here")
-def test_a_fork_takes_completers_along() -> None:
+def test_completers_work_after_a_fork() -> None:
     command = [sys.executable, "-W", "ignore::DeprecationWarning", "-c", FORKS]
     done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
     assert (done.stdout, done.stderr) == ("all ended\n", "")
 
 
 def test_too_many_threads_for_the_system_are_refused() -> None:
-    """In an address space with no room for the stacks of so many."""
+    """Runs in an address space without room for so many stacks."""
     script = (
         "import resource, dynmesh, numpy as np\n"
         "arguments = np.array([[0, 1, 2]]), np.eye(3)\n"

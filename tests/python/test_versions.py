@@ -1,4 +1,4 @@
-"""The version is written once, in CMakeLists.txt, and is the same wherever it can be asked for."""
+"""The version is written once, in CMakeLists.txt, and is the same everywhere."""
 
 import re
 import subprocess
@@ -12,7 +12,7 @@ import dynmesh
 
 
 def found(pattern: str, path: Path) -> str:
-    """What the only group of `pattern` matches in a file."""
+    """Returns the only group of `pattern` in a file."""
     (match,) = re.findall(pattern, path.read_text(), flags=re.MULTILINE)
     return str(match)
 
@@ -25,7 +25,7 @@ def version() -> str:
 def test_python_package_and_citation(version: str) -> None:
     assert dynmesh.__version__ == version
     assert metadata.version("dynmesh") == version
-    # A citation cannot be made while building: it is the one copy to change by hand.
+    # The citation cannot be generated, so its version is changed by hand.
     assert found(r"^version: (\S+)$", REPOSITORY / "CITATION.cff") == version
 
 

@@ -1,4 +1,4 @@
-"""The page that plays, as a browser shows it."""
+"""The page that plays a sequence, in a browser."""
 
 import io
 import os
@@ -29,7 +29,7 @@ SILENT = [
 
 @pytest.fixture(scope="session")
 def chromium() -> Iterator[Any]:
-    """Chromium, which draws without a graphics card."""
+    """Chromium without a graphics card."""
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     program = os.environ.get("DYNMESH_CHROMIUM") or shutil.which("chromium")
     if program is None:
@@ -43,14 +43,14 @@ def chromium() -> Iterator[Any]:
 
 @pytest.fixture
 def browser(chromium: Any) -> Iterator[Any]:
-    """A window without history."""
+    """A browser window without history."""
     window = chromium.new_context(viewport={"width": 900, "height": 600})
     yield window
     window.close()
 
 
 class Page:
-    """A page in a browser, with what it asked for and complained about."""
+    """A page in a browser, with its requests and error messages."""
 
     def __init__(self, browser: Any, path: Path) -> None:
         self._page = browser.new_page()
@@ -66,11 +66,11 @@ class Page:
         self._page.wait_for_selector("#dynmesh-counter:not(:empty)")
 
     def text(self, name: str) -> str:
-        """What is to be read in a part of the page."""
+        """Returns the visible text of a part of the page."""
         return str(self._page.inner_text(f"#dynmesh-{name}"))
 
     def enabled(self, name: str) -> bool:
-        """Whether a control can be used."""
+        """Whether a control is enabled."""
         return bool(self._page.is_enabled(f"#dynmesh-{name}"))
 
     def click(self, name: str) -> None:
@@ -86,16 +86,16 @@ class Page:
         self._page.select_option(f"#dynmesh-{name}", value)
 
     def scrub(self, to: int) -> None:
-        """Moves the slider as a hand would."""
+        """Moves the slider like a user."""
         self._page.fill("#dynmesh-frame", str(to))
 
     def wait(self, milliseconds: int) -> None:
-        """Lets it play."""
+        """Lets the page play for a while."""
         self._page.wait_for_timeout(milliseconds)
 
     def picture(self) -> Array:
-        """(height, width, 3), without the words and the controls."""
-        self._page.wait_for_timeout(400)  # to be drawn
+        """Returns the pixels, (height, width, 3), without text and controls."""
+        self._page.wait_for_timeout(400)  # until it is drawn
         images = pytest.importorskip("PIL.Image")
         shot = self._page.screenshot(style=".dynmesh { visibility: hidden }")
         with images.open(io.BytesIO(shot)) as image:
@@ -103,17 +103,17 @@ class Page:
 
 
 def in_colour(picture: Array) -> Array:
-    """Where it is not white."""
+    """Which pixels are not white."""
     return np.asarray((picture < 240).any(axis=2))
 
 
 def middle(mask: Array) -> float:
-    """The mean column of what is marked."""
+    """Returns the mean column of marked pixels."""
     return float(np.nonzero(mask)[1].mean())
 
 
 def page_of(sequence: Sequence, folder: Path, browser: Any, **options: Any) -> Page:
-    """Writes a sequence and its page, and opens that."""
+    """Writes a sequence and its page, and opens the page."""
     write(folder / "sheet.npz", sequence)
     with open_sequence(folder / "sheet.npz") as reader:
         view(reader, folder / "page.html", up="z", azimuth=-90, **options)
@@ -122,7 +122,7 @@ def page_of(sequence: Sequence, folder: Path, browser: Any, **options: Any) -> P
 
 @pytest.fixture
 def moving() -> Sequence:
-    """A sheet that glides along x at an even pace, with provenance."""
+    """A sheet that moves along x at constant speed, with provenance."""
     mesh = sheet(12)
     vertices = np.stack([mesh.vertices + np.array([i, 0, 0]) for i in range(9)])
     generation = np.zeros(vertices.shape[:2], np.int32)
@@ -141,7 +141,7 @@ def test_a_page_needs_nothing_but_itself(moving: Sequence, tmp_path: Path, brows
     assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 50
 
 
-def test_the_page_says_what_it_shows(moving: Sequence, tmp_path: Path, browser: Any) -> None:
+def test_the_page_states_what_it_shows(moving: Sequence, tmp_path: Path, browser: Any) -> None:
     page = page_of(moving, tmp_path, browser)
     assert page.text("name") == "sheet.npz"
     assert page.text("note") == ""
@@ -193,7 +193,7 @@ def test_play_plays_and_pause_stops(moving: Sequence, tmp_path: Path, browser: A
     assert (page.text("play"), page.text("counter")) == ("Play", stopped_at)
     page.choose("speed", "2")
     page.press(" ")
-    page.wait(800)  # more than all frames: from the last it goes on with the first
+    page.wait(800)  # more than all frames: the last is followed by the first
     assert page.text("play") == "Pause"
     assert page.complaints == []
 
@@ -246,7 +246,7 @@ def test_the_smallest_sequences_are_shown(
     assert page.complaints == []
 
 
-def test_a_name_is_only_a_name(moving: Sequence, tmp_path: Path, browser: Any) -> None:
+def test_names_are_escaped(moving: Sequence, tmp_path: Path, browser: Any) -> None:
     name = "<img src=x onerror=alert(1)>'\"&amp; ✓.npz"
     write(tmp_path / name, moving)
     with open_sequence(tmp_path / name) as reader:
@@ -257,7 +257,7 @@ def test_a_name_is_only_a_name(moving: Sequence, tmp_path: Path, browser: Any) -
     assert not any(url.endswith("/x") for url in page.requests)
 
 
-def test_what_is_left_out_is_said(tmp_path: Path, browser: Any) -> None:
+def test_the_page_states_what_is_left_out(tmp_path: Path, browser: Any) -> None:
     mesh = sheet(40)
     vertices = np.stack([mesh.vertices] * 7).astype(np.float32)
     page = page_of(
@@ -269,7 +269,7 @@ def test_what_is_left_out_is_said(tmp_path: Path, browser: Any) -> None:
     assert page.text("counter") == "frame 6 / 6"
 
 
-def test_what_was_left_out_is_reported(moving: Sequence, tmp_path: Path) -> None:
+def test_the_command_reports_what_was_left_out(moving: Sequence, tmp_path: Path) -> None:
     write(tmp_path / "sheet.npz", moving)
     with open_sequence(tmp_path / "sheet.npz") as reader:
         watched: list[int] = []
@@ -323,8 +323,8 @@ def test_thinning_keeps_original_vertices_and_prints_nothing(
     assert len(np.unique(kept)) == len(kept)
     corners = mesh.vertices[kept][triangles]
     ups = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2]
-    assert (ups >= 0).all()  # none is turned over
-    assert abs(ups).sum() / 2 == pytest.approx(39**2 + 29**2, rel=0.01)  # of the same extent
+    assert (ups >= 0).all()  # none is flipped
+    assert abs(ups).sum() / 2 == pytest.approx(39**2 + 29**2, rel=0.01)  # the extent is unchanged
     assert capfd.readouterr() == ("", "")
 
 
@@ -341,7 +341,7 @@ def test_vertices_of_no_triangle_go_first(mesh: Mesh) -> None:
     np.testing.assert_array_equal(kept[triangles], mesh.faces + 500)
 
 
-def test_a_large_mesh_needs_a_whole_frame_0(mesh: Mesh) -> None:
+def test_a_large_mesh_needs_a_complete_frame_0(mesh: Mesh) -> None:
     vertices = mesh.vertices.copy()
     vertices[7, 1] = np.nan
     with pytest.raises(ValueError, match="frame 0 lacks vertex 7"):

@@ -1,4 +1,4 @@
-"""Meshes of VTK, for what its own readers and writers make of files."""
+"""Meshes of VTK, for tests with VTK's own readers and writers."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any
@@ -9,7 +9,7 @@ from vtkmodules.util import numpy_support
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 
-_support: Any = numpy_support  # which has no types
+_support: Any = numpy_support  # it has no type annotations
 
 
 def as_array(values: Any, name: str = "") -> Any:
@@ -20,7 +20,7 @@ def as_array(values: Any, name: str = "") -> Any:
 
 
 def as_cells(lists: Iterable[Sequence[int]]) -> Any:
-    """Polygons, lines or whatever else has these corners."""
+    """Creates polygons, lines or other cells with these corners."""
     cells = vtkCellArray()
     for corners in lists:
         cells.InsertNextCell(len(corners), [int(corner) for corner in corners])
@@ -37,11 +37,11 @@ def as_polydata(vertices: Array, faces: Array) -> Any:
 
 
 def parts(mesh: Any) -> tuple[Array, Array]:
-    """The vertices and the triangles of a mesh."""
+    """Returns the vertices and the triangles of a mesh."""
     vertices = _support.vtk_to_numpy(mesh.GetPoints().GetData())
     return vertices, _support.vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).reshape(-1, 3)
 
 
 def point_data(mesh: Any, name: str) -> Array:
-    """What a mesh has per vertex under this name."""
+    """Returns the point data with this name."""
     return np.asarray(_support.vtk_to_numpy(mesh.GetPointData().GetArray(name)))

@@ -1,4 +1,4 @@
-"""The command `dynmesh`: the package for people with a shell and a file."""
+"""The command `dynmesh`: the package for files, in the shell."""
 
 from itertools import pairwise
 from typing import Annotated, Any
@@ -18,15 +18,15 @@ from .terminal import fail
 
 
 class _Command(TyperCommand):
-    """A command that says which value is refused, and why there may be too many arguments."""
+    """A command whose usage errors name the refused value and hint at unquoted patterns."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         given = [*args]
         try:
             return super().parse_args(ctx, args)
-        except Exception as error:  # typer hides what it raises
+        except Exception as error:  # the exception classes of typer are private
             if "extra argument" in str(error):
-                ctx.fail(f"{error}; quote a pattern, as '*.ply'")
+                ctx.fail(f"{error}; put patterns in quotes, for example '*.ply'")
             value = _value_of(getattr(getattr(error, "param", None), "opts", []), given)
             if value is not None and value not in str(error) and hasattr(error, "message"):
                 error.message += f", not '{value}'"
@@ -34,7 +34,7 @@ class _Command(TyperCommand):
 
 
 def _value_of(names: list[str], arguments: list[str]) -> str | None:
-    """What the option of one of these names was given."""
+    """Returns the value given to the option with one of these names, or None."""
     for argument, following in pairwise([*arguments, ""]):
         name, equals, value = argument.partition("=")
         if name in names:
@@ -44,10 +44,11 @@ def _value_of(names: list[str], arguments: list[str]) -> str | None:
 
 app = typer.Typer(
     name="dynmesh",
-    help="Completes dynamic meshes: one connectivity, a whole first frame, holes in the others.\n\n"
-    f"A sequence is an animated mesh in one of the formats {format_names}, told by its suffix. A "
-    "vertex is missing in a frame where its mask says so or, in a file without masks, where its "
-    "position is not a number.",
+    help="Completes dynamic meshes: frames of one fixed connectivity, of which only the first is "
+    "complete.\n\n"
+    f"A sequence is an animated mesh in one of the formats {format_names}, recognised by its "
+    "suffix. A vertex is missing in a frame if its known mask says so or, in a file without masks, "
+    "if its position is not finite.",
     rich_markup_mode="markdown",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -86,7 +87,7 @@ def _options(
 
 
 def main() -> None:
-    """Runs the command line; one line says what went wrong."""
+    """Runs the command line and reports an error in one line."""
     try:
         app()
     except OSError as error:

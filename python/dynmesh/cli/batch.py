@@ -1,4 +1,4 @@
-"""The command that completes an archive of sequences."""
+"""The command that completes many sequences."""
 
 import logging
 import os
@@ -25,34 +25,34 @@ def batch(
         Path,
         typer.Argument(
             metavar="JOBS.csv",
-            help="A table with a line for each file. Columns are input, output and, where wanted, "
-            f"{', '.join(optional_columns)}: the options of `dynmesh complete`. An empty value is "
-            "the default. Paths are relative to the table.",
+            help="A table with one line per file. Its columns are input, output and, optionally, "
+            f"{', '.join(optional_columns)}, which are the options of `dynmesh complete`. An empty "
+            "value stands for the default. Paths are relative to the table.",
         ),
     ],
     workers: Annotated[
-        int, typer.Option(metavar="N", help="Processes on this machine.", min=1)
+        int, typer.Option(metavar="N", help="Number of processes on this machine.", min=1)
     ] = 1,
     scheduler: Annotated[
         str | None,
-        typer.Option(metavar="ADDRESS", help="A Dask scheduler whose workers do it instead."),
+        typer.Option(metavar="ADDRESS", help="Use the workers of this Dask scheduler instead."),
     ] = None,
     report: Annotated[
         Path | None,
         typer.Option(
             metavar="FILE.csv",
-            help="Also write a table of what became of each: input, output, status, reason, "
-            "frames, seconds. An existing one is replaced.",
+            help="Also write a table of results: input, output, status, reason, frames, seconds. "
+            "An existing file is replaced.",
         ),
     ] = None,
     overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace outputs that exist, not skip them.")
+        bool, typer.Option("--overwrite", help="Replace existing outputs, not skip them.")
     ] = False,
 ) -> None:
-    """Complete many files; one that fails does not stop the others.
+    """Complete many files. If one fails, the others are completed nevertheless.
 
-    Run again, it does what is left to do. The exit code is 1 if a job failed. A table is, for
-    example:
+    Running the command again completes what is left. The exit code is 1 if a job failed. An
+    example of a table:
 
         input,output,missing,provenance
         scans/monday,completed/monday.h5,zero,yes
@@ -62,7 +62,7 @@ def batch(
         require("distributed", extra="batch")
     table = read_jobs(jobs)
     if report is not None and report.resolve() == jobs.resolve():
-        raise ValueError(f"{report}: is the table of jobs; writing over it would lose it")
+        raise ValueError(f"{report}: is the table of jobs, which the report would overwrite")
     with ExitStack() as stack:
         add = None if report is None else stack.enter_context(report_file(report))
         executor = stack.enter_context(_executor(workers, scheduler))
@@ -79,22 +79,22 @@ def batch(
         try:
             results = complete_files(table, executor, overwrite=overwrite, watch=watch)
         except KeyboardInterrupt:
-            say("interrupted; run it again to go on")
+            say("interrupted; run the command again to continue")
             raise
     counts = Counter(result.status for result in results)
     say(
-        f"{counts['done']} done, {counts['exists']} there already, {counts['failed']} failed "
+        f"{counts['done']} done, {counts['exists']} already complete, {counts['failed']} failed "
         f"of {len(results)} jobs"
     )
     if counts["failed"]:
         raise typer.Exit(1)
 
 
-_patience = "10s"  # with a scheduler that does not answer
+_patience = "10s"  # how long to wait for a scheduler
 
 
 def _begin_worker() -> None:
-    """Ends a worker with the command: killed, it would leave it waiting for its next job."""
+    """Lets a worker exit when the command is killed; it would otherwise wait for jobs forever."""
 
     def wait() -> None:
         parent = parent_process()
@@ -102,7 +102,7 @@ def _begin_worker() -> None:
             parent.join()
             os._exit(1)
 
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # where it does not inherit that
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # not inherited on every platform
     threading.Thread(target=wait, daemon=True).start()
 
 
@@ -110,17 +110,17 @@ def _begin_worker() -> None:
 def _executor(workers: int, scheduler: str | None) -> Iterator[Executor | None]:
     if scheduler is not None:
         distributed = require("distributed", extra="batch")
-        # A worker that dies is no matter: its jobs go to others.
+        # Lost workers need no message: their jobs are moved to other workers.
         logging.getLogger("distributed").setLevel(logging.ERROR)
         try:
             client = distributed.Client(scheduler, timeout=_patience)
         except (OSError, ValueError) as error:
-            raise OSError(f"--scheduler: there is none at {scheduler}") from error
+            raise OSError(f"--scheduler: no Dask scheduler answers at {scheduler}") from error
         with client, client.get_executor() as executor:
             try:
                 yield executor
             except KeyboardInterrupt:
-                executor.shutdown(wait=False)  # forgets what has not begun
+                executor.shutdown(wait=False)  # cancels the jobs that have not started
                 raise
     elif workers > 1:
         spawn = get_context("spawn")
@@ -137,9 +137,9 @@ def _executor(workers: int, scheduler: str | None) -> Iterator[Executor | None]:
 
 
 def _start_deaf(executor: Executor) -> None:
-    """Starts workers that do not hear an interruption, which a terminal sends to them as well."""
+    """Starts workers that ignore SIGINT, which a terminal sends to all processes of a group."""
     heard = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
-        executor.submit(os.getpid)  # the first one starts all
+        executor.submit(os.getpid)  # the first job starts all workers
     finally:
         signal.signal(signal.SIGINT, heard)

@@ -33,47 +33,51 @@ def complete(
     output: OutputPath,
     method: Annotated[
         Method,
-        typer.Option(help="motion: the paper's, fast. detail: keeps the shape, truer and slower."),
+        typer.Option(
+            help="motion: the paper's method, fast. detail: keeps the shape of the mesh; more "
+            "accurate, slower."
+        ),
     ] = Method.motion,
     revisit: Annotated[
-        bool, typer.Option(help="Estimate a satellite again at every iteration, or only once.")
+        bool, typer.Option(help="Estimate each satellite again in every iteration, or only once.")
     ] = True,
     extra_iterations: Annotated[
-        int, typer.Option(help="Iterations after the last satellite is reached.", min=0)
+        int, typer.Option(help="Further iterations after the last satellite is reached.", min=0)
     ] = 0,
     unseen: Annotated[
-        Unseen, typer.Option(help="What parts of the mesh without any known vertex do.")
+        Unseen, typer.Option(help="Motion of parts of the mesh without known vertices.")
     ] = Unseen.follow,
     noise: Annotated[
         float | None,
         typer.Option(
             metavar="SIGMA",
-            help="Of method detail: known positions are noisy, by this standard deviation in their "
-            "unit, and are smoothed.",
+            help="Requires --method detail. Standard deviation of the noise of known positions, in "
+            "their unit; known positions are smoothed.",
         ),
     ] = None,
     reject_outliers: Annotated[
         bool,
         typer.Option(
             "--reject-outliers",
-            help="Of method detail: take known positions that move unlike those around them as "
-            "missing.",
+            help="Requires --method detail. Treat known positions as missing if they do not move "
+            "like those around them.",
         ),
     ] = False,
-    threads: Annotated[int, typer.Option(help="That a frame of a large mesh may use.", min=1)] = 1,
+    threads: Annotated[int, typer.Option(help="Threads per frame of a large mesh.", min=1)] = 1,
     provenance: Annotated[
         bool,
         typer.Option(
             "--provenance",
-            help="Also write each vertex's generation (0: observed) and age (frames since then).",
+            help="Also write the generation of each vertex (0 if it was observed) and its age "
+            "(frames since it was last observed).",
         ),
     ] = False,
     resume: Annotated[
         bool,
         typer.Option(
             "--resume",
-            help="Go on where an interrupted run of this job stopped; nothing is done, and the "
-            "exit code is 0, where the output is complete.",
+            help="Continue an interrupted run of this job. If the output is already complete, do "
+            "nothing and exit with code 0.",
         ),
     ] = False,
     format: Format = None,
@@ -85,7 +89,7 @@ def complete(
     fps: FramesPerSecond = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Fill in the missing vertices of every frame, from that frame and the past alone."""
+    """Fill in the missing vertices of every frame, using only that frame and earlier ones."""
     settings: Settings = {
         "method": method.value,
         "revisit": revisit,
@@ -100,8 +104,8 @@ def complete(
 
     def watch(frames: Iterator[Any], whole: int, done: int) -> Iterator[Any]:
         if was_unfinished and not done:
-            hint = "" if resume else "; --resume goes on where a run was interrupted"
-            say(f"{output}: begins anew{hint}")
+            hint = "" if resume else "; --resume continues an interrupted run"
+            say(f"{output}: starting again from frame 0{hint}")
         return track(zeros.watch(frames, done), whole, "completing", done)
 
     try:
@@ -121,22 +125,22 @@ def complete(
         name, _, reason = str(error).partition(": ")
         option = f"'--{name.replace('_', '-')}'"
         raise typer.BadParameter(reason, param_hint=option) from error
-    except BlockingIOError:  # of another process
+    except BlockingIOError:  # another process is writing the output
         raise
     except (OSError, KeyboardInterrupt) as error:
         if is_unfinished(output):
-            say(f"{output}: what is done so far is kept; --resume goes on from there")
+            say(f"{output}: completed frames are kept; --resume continues from there")
         elif isinstance(error, KeyboardInterrupt):
-            say(f"{output}: interrupted; nothing is kept")
+            say(f"{output}: interrupted; nothing was kept")
         raise
     if report.existed:
-        say(f"{output}: already complete; --overwrite makes it anew")
+        say(f"{output}: already complete; --overwrite replaces it")
         return
     if report.resumed_at == report.frames:
-        say(f"{output}: was whole already when the earlier run was interrupted")
+        say(f"{output}: the interrupted run had already completed every frame")
         return
     if report.resumed_at:
-        say(f"{output}: went on at frame {report.resumed_at}")
+        say(f"{output}: continued at frame {report.resumed_at}")
     _say_what_was_done(output, report, reject_outliers)
     say_remarks(output, report.remarks)
     zeros.say_if_many()
@@ -145,7 +149,7 @@ def complete(
 def _say_what_was_done(output: Path, report: FileReport, reject_outliers: bool) -> None:
     seconds = report.seconds_per_frame
     if seconds is None:
-        say(f"{output}: frame 0 alone; there was nothing to complete")
+        say(f"{output}: there is only frame 0, so there was nothing to complete")
         return
     done = report.frames - max(1, report.resumed_at)
     say(

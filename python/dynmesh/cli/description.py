@@ -1,4 +1,4 @@
-"""The command that describes a sequence, and says what is odd about it."""
+"""The command that describes a sequence and reports problems."""
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -21,9 +21,9 @@ from .options import Faces, Format, InputPath, MaskFile, MissingValue, Prim, sou
 from .pictures import check_output
 from .terminal import say, track
 
-_PATIENCE = 2.0  # seconds without a bar
+_PATIENCE = 2.0  # seconds before a progress bar appears
 _REFUSED_SHOWN = 3
-_BRIEF = 5  # places
+_BRIEF = 5  # indices of each finding
 _STYLES = {"error": "bold red", "warning": "yellow", "note": "cyan"}
 
 
@@ -33,15 +33,15 @@ def info(
     brief: Annotated[
         bool,
         typer.Option(
-            "--brief", help="With --json: at most five vertices, faces and frames of each finding."
+            "--brief", help="With --json: list at most five vertices, faces and frames per finding."
         ),
     ] = False,
     picture: Annotated[
         Path | None,
-        typer.Option(metavar="PNG", help="Also draw where it is odd; needs the extra view."),
+        typer.Option(metavar="PNG", help="Also draw the findings; requires the extra view."),
     ] = None,
     strict: Annotated[
-        bool, typer.Option("--strict", help="End with 1 if there is an error or a warning.")
+        bool, typer.Option("--strict", help="Exit with code 1 if there is an error or a warning.")
     ] = False,
     format: Format = None,
     faces: Faces = None,
@@ -52,13 +52,13 @@ def info(
         bool, typer.Option("--overwrite", help="Replace PNG if it exists.")
     ] = False,
 ) -> None:
-    """Say what a sequence holds, and what is odd about its mesh and its motion.
+    """Describe a sequence and report problems of its mesh and its motion.
 
-    An error keeps it from being completed; a warning makes the result worse, or tells that
-    something is broken; a note is worth knowing. All of them are explained in docs/diagnosis.md.
+    An error prevents completion. A warning means that the result gets worse or that the data is
+    probably faulty. A note is for information. docs/diagnosis.md explains all of them.
     """
     if brief and not as_json:
-        raise typer.BadParameter("is for --json", param_hint="'--brief'")
+        raise typer.BadParameter("requires --json", param_hint="'--brief'")
     if picture is not None:
         check_output(picture, overwrite, ".png")
         require_all("matplotlib", extra="view")
@@ -98,7 +98,7 @@ def _print(diagnosis: Diagnosis, format_name: str) -> None:
     console.print(table)
     console.print()
     if not diagnosis.findings:
-        console.print("Nothing odd was found.")
+        console.print("No problems were found.")
         return
     counts = [(diagnosis.count(severity), severity) for severity in SEVERITIES]
     told = [f"{n} {severity}{'s' if n > 1 else ''}" for n, severity in counts if n]
@@ -114,7 +114,7 @@ def _print(diagnosis: Diagnosis, format_name: str) -> None:
 def _header_rows(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
     header: Header = diagnosis.header
     yield "frames", str(header.n_frames)
-    yield "frames per second", "not said" if header.fps is None else f"{header.fps:g}"
+    yield "frames per second", "unknown" if header.fps is None else f"{header.fps:g}"
     if header.times is None:
         yield "first frame", f"{header.start:.15g}"
     else:
@@ -126,12 +126,12 @@ def _header_rows(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
     else:
         n_polygons = len(header.polygons.sizes)
         yield "faces", f"{n_polygons} polygons, cut into {len(header.faces)} triangles"
-    yield "up axis", header.up_axis or f"not said; looks like {diagnosis.likely_up}"
+    yield "up axis", header.up_axis or f"unknown; probably {diagnosis.likely_up}"
     likely = diagnosis.likely_unit
-    guess = f"; a guess: {likely.name}, if it is a person or an animal" if likely else ""
+    guess = f"; probably {likely.name} if this is a person or an animal" if likely else ""
     said = header.metres_per_unit
-    yield "unit of length", f"not said{guess}" if said is None else f"{said:g} m"
-    yield "name", escape(header.name or "not said")
+    yield "unit of length", f"unknown{guess}" if said is None else f"{said:g} m"
+    yield "name", escape(header.name or "unknown")
     yield "known masks", "yes" if header.has_known else "no"
     yield "generation and age", "yes" if header.has_provenance else "no"
 
@@ -150,5 +150,5 @@ def _topology_rows(topology: TopologyReport) -> Iterator[tuple[str, str]]:
 
 def _describe_shares(shares: list[float]) -> str:
     if not shares:
-        return "there is no other frame"
+        return "no further frames"
     return f"{100 * np.mean(shares):.1f} % ({100 * min(shares):.1f} to {100 * max(shares):.1f} %)"

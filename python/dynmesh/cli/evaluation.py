@@ -1,4 +1,4 @@
-"""The commands that measure."""
+"""The commands that measure errors."""
 
 import json
 from pathlib import Path
@@ -15,18 +15,20 @@ from .terminal import WorkBar, say, track
 
 
 def evaluate(
-    completed: Annotated[Path, typer.Argument(metavar="COMPLETED", help="What was filled in.")],
-    reference: Annotated[Path, typer.Argument(metavar="REFERENCE", help="The truth.")],
+    completed: Annotated[Path, typer.Argument(metavar="COMPLETED", help="The completed sequence.")],
+    reference: Annotated[Path, typer.Argument(metavar="REFERENCE", help="The true sequence.")],
     faces: Faces = None,
     prim: Prim = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")] = False,
 ) -> None:
     """Measure the error of a completed sequence.
 
-    All figures are in bounding-box diagonals of the reference's first frame. NMSVE is the paper's
-    normalised mean square visual error; the others are of the distance between a vertex and its
-    true position: mean, root mean square and 99th percentile in the mean frame, and the largest of
-    all. Frame 0 is left out. --faces and --prim are for both files, as far as they take them.
+    NMSVE, the normalised mean square visual error of the paper, is multiplied by 1e4, as in the
+    documentation. The other values are distances between vertices and their true positions: mean,
+    root mean square and 99th percentile per frame, averaged over the frames, and the overall
+    maximum. All are in bounding-box diagonals of the reference's first frame, which is not itself
+    measured. --json prints NMSVE as "nmsve", without the factor. --faces and --prim apply to both
+    files where their formats support them.
     """
     source, source_of_truth = share_out({"faces": faces, "prim": prim}, completed, reference)
     with files.open(completed, **source) as ours, files.open(reference, **source_of_truth) as truth:
@@ -35,7 +37,7 @@ def evaluate(
         print(json.dumps(_as_json(result), indent=2))
         return
     table = Table.grid(padding=(0, 2))
-    table.add_row("NMSVE", f"{result.nmsve:.4g}")
+    table.add_row("NMSVE x 1e4", f"{1e4 * result.nmsve:.4g}")
     table.add_row("mean error", f"{result.mean:.4g}")
     table.add_row("root mean square", f"{result.rms:.4g}")
     table.add_row("99th percentile", f"{result.p99:.4g}")
@@ -49,23 +51,23 @@ def reproduce(
     output: Annotated[Path, typer.Argument(metavar="OUT", help="A folder for the results.")],
     data: Annotated[
         list[Path] | None,
-        typer.Option(help="A sequence, or a folder of them; may be given again. [built-in ones]"),
+        typer.Option(help="A sequence or a folder of sequences; repeatable. [built-in sequences]"),
     ] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="Fewer frames and shares.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Use fewer frames and shares.")] = False,
     frames: Annotated[
-        int | None, typer.Option(min=2, help="So many of each sequence at most. [all]")
+        int | None, typer.Option(min=2, help="Maximum number of frames per sequence. [all]")
     ] = None,
     seed: Seed = 0,
     up: Annotated[
-        Axis | None, typer.Option(help="The axis that is up in pictures of DATA. [y; z if flat]")
+        Axis | None, typer.Option(help="Up axis in pictures of DATA. [y; z if flat]")
     ] = None,
     azimuth: Annotated[
-        float | None, typer.Option(help="Degrees around it that pictures are taken from. [60]")
+        float | None, typer.Option(help="Viewing angle around the up axis, in degrees. [60]")
     ] = None,
 ) -> None:
-    """Reproduce the paper's evaluation: figures 7 to 11, its claims, and what lies beyond.
+    """Reproduce the paper's evaluation: figures 7 to 11, its claims, and further comparisons.
 
-    Writes figures as PNG and SVG, results.json, and report.html, which stands alone.
+    Writes figures as PNG and SVG, results.json, and report.html, which needs no other file.
     """
     from ..study import reproduce as run
     from ..study.libigl import load_libigl
@@ -73,7 +75,7 @@ def reproduce(
     try:
         load_libigl()
     except ImportError as error:
-        say(f"The comparison with libigl is left out: {error}")
+        say(f"Skipping the comparison with libigl: {error}")
     with WorkBar() as progress:
         page = run(
             output,
@@ -85,7 +87,7 @@ def reproduce(
             azimuth=azimuth,
             progress=progress,
         )
-    say(f"{page}: open it in a browser")
+    say(f"{page}: written; open it in a browser")
 
 
 def _as_json(result: evaluation.Evaluation) -> dict[str, Any]:

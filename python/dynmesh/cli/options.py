@@ -1,4 +1,4 @@
-"""What several commands share: arguments, options and the checks of them."""
+"""Arguments, options and checks that several commands share."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,7 +12,7 @@ from .. import files
 from ..jobs.checkpoint import Source
 
 format_names = files.listed(files.formats)
-"""Of all formats, for people."""
+"""The names of all formats, as text."""
 
 InputPath = Annotated[
     Path,
@@ -32,11 +32,11 @@ OutputFormat = Annotated[
 ]
 Faces = Annotated[
     Path | None,
-    typer.Option(metavar="FILE", help="A file with the mesh, for an IN of positions alone."),
+    typer.Option(metavar="FILE", help="A file with the mesh, if IN holds only positions."),
 ]
 Prim = Annotated[
     str | None,
-    typer.Option(metavar="PATH", help="The mesh in IN, where there are several (USD, Alembic)."),
+    typer.Option(metavar="PATH", help="Path of the mesh, if IN holds several (USD, Alembic)."),
 ]
 MaskFile = Annotated[
     Path | None,
@@ -46,19 +46,21 @@ Seed = Annotated[int, typer.Option(help="Equal seeds give equal results.", min=0
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace OUT if it exists.")]
 FramesPerSecond = Annotated[
     float | None,
-    typer.Option("--fps", metavar="RATE", help="Frames per second of OUT. [as IN says]"),
+    typer.Option("--fps", metavar="RATE", help="Frames per second of OUT. [as in IN]"),
 ]
 
 
 class Missing(StrEnum):
-    """What stands for a position that was not observed, beside NaN."""
+    """Which value, besides NaN, marks a position that was not observed."""
 
     zero = "zero"
 
 
 MissingValue = Annotated[
     Missing | None,
-    typer.Option("--missing", help="Positions of exactly (0, 0, 0) are missing, after frame 0."),
+    typer.Option(
+        "--missing", help="Treat positions of exactly (0, 0, 0) after frame 0 as missing."
+    ),
 ]
 
 
@@ -71,7 +73,7 @@ class Axis(StrEnum):
 
     @property
     def vector(self) -> tuple[float, float, float]:
-        """Its unit vector."""
+        """The unit vector along the axis."""
         return float(self == Axis.x), float(self == Axis.y), float(self == Axis.z)
 
 
@@ -83,7 +85,7 @@ class Method(StrEnum):
 
 
 class Unseen(StrEnum):
-    """What becomes of vertices that no edges tie to a known one."""
+    """How vertices move that no edges connect to a known one."""
 
     follow = "follow"
     hold = "hold"
@@ -96,7 +98,7 @@ def source_of(
     mask: Path | None,
     missing: Missing | None,
 ) -> Source:
-    """How to read IN, as these options say."""
+    """Collects the options that describe how to read IN."""
     return {
         "format": format,
         "faces": faces,
@@ -107,9 +109,9 @@ def source_of(
 
 
 def share_out(source: Source, path: Path, reference: Path) -> tuple[Source, Source]:
-    """How to read a sequence and its reference: --faces and --prim are for whichever takes them.
+    """Assigns --faces and --prim to the sequence, its reference or both, by their formats.
 
-    What neither takes stays with the sequence, whose reader refuses it.
+    An option that neither format supports is passed to the sequence, whose reader refuses it.
     """
     ours = files.format_of(path, source.get("format")).takes
     theirs = files.format_of(reference).takes
@@ -118,23 +120,23 @@ def share_out(source: Source, path: Path, reference: Path) -> tuple[Source, Sour
 
 
 def share(text: str) -> float:
-    """A share as people write it: 0.3 or 30%, above 0 and below 1."""
+    """Parses a share above 0 and below 1, such as 0.3 or 30%."""
     number = text.strip().removesuffix("%")
     in_percent = number != text.strip()
     try:
         value = float(number)
     except ValueError:
-        raise typer.BadParameter(f"must be a share, as 0.3 or 30%, not '{text}'") from None
+        raise typer.BadParameter(f"must be a share such as 0.3 or 30%, not '{text}'") from None
     if not 0 < value < (100 if in_percent else 1):
         limits = "0% and below 100%" if in_percent else "0 and below 1"
-        advice = f"; {value:g} per cent is written {value:g}%" if 1 <= value < 100 else ""
+        advice = f"; for {value:g} per cent, write {value:g}%" if 1 <= value < 100 else ""
         raise typer.BadParameter(f"must be above {limits}, not {text}{advice}")
     return value / 100 if in_percent else value
 
 
 @contextmanager
 def as_usage(option: str) -> Iterator[None]:
-    """A value of this option that the library refuses is a wrong call."""
+    """Reports a value that the library refuses as a usage error of this option."""
     try:
         yield
     except ValueError as error:

@@ -29,7 +29,7 @@ from .zeros import Zeros
 
 
 class Colour(StrEnum):
-    """What the colour of a vertex says."""
+    """What the colour of a vertex shows."""
 
     error = "error"
     generation = "generation"
@@ -39,18 +39,18 @@ class Colour(StrEnum):
 
 Reference = Annotated[
     Path | None,
-    typer.Option(metavar="FILE", help="The truth: colours then tell the error."),
+    typer.Option(metavar="FILE", help="The true sequence; colours then show the error."),
 ]
 ColourOption = Annotated[
     Colour | None,
     typer.Option(
-        "--colour", "--color", help="What colours tell. [the first that IN holds, in this order]"
+        "--colour", "--color", help="What colours show. [the first that IN holds, in this order]"
     ),
 ]
 Up = Annotated[
-    Axis | None, typer.Option(help="The axis that is up. [as IN says; y, but z if it lies flat]")
+    Axis | None, typer.Option(help="The up axis. [as in IN; else y, or z for a flat sheet]")
 ]
-Azimuth = Annotated[float, typer.Option(help="Degrees around that axis to look from.")]
+Azimuth = Annotated[float, typer.Option(help="Viewing angle around the up axis, in degrees.")]
 
 
 def view(
@@ -60,9 +60,9 @@ def view(
     colour: ColourOption = None,
     up: Up = None,
     azimuth: Azimuth = 60.0,
-    max_frames: Annotated[int, typer.Option(min=1, help="Show about so many evenly.")] = 120,
+    max_frames: Annotated[int, typer.Option(min=1, help="Show about this many frames.")] = 120,
     max_vertices: Annotated[
-        int, typer.Option(min=4, help="Thin out a mesh that has more.")
+        int, typer.Option(min=4, help="Simplify a mesh that has more vertices.")
     ] = 20_000,
     format: Format = None,
     faces: Faces = None,
@@ -99,16 +99,16 @@ def picture(
     output: Annotated[Path, typer.Option("--output", "-o", metavar="PNG", help="A PNG file.")],
     frame: Annotated[
         list[int] | None,
-        typer.Option(metavar="N", help="A frame, from 0 on; again for a sheet of several."),
+        typer.Option(metavar="N", help="Number of a frame, from 0; repeatable."),
     ] = None,
     sheet: Annotated[
-        int, typer.Option(metavar="N", min=1, help="A sheet of so many frames, evenly spaced.")
+        int, typer.Option(metavar="N", min=1, help="Draw this many frames, evenly spaced.")
     ] = 6,
     reference: Reference = None,
     colour: ColourOption = None,
     up: Up = None,
     azimuth: Azimuth = 60.0,
-    size: Annotated[int, typer.Option(min=16, help="Of each frame, in pixels.")] = 480,
+    size: Annotated[int, typer.Option(min=16, help="Size of each frame in pixels.")] = 480,
     format: Format = None,
     faces: Faces = None,
     prim: Prim = None,
@@ -158,11 +158,11 @@ def _say_if_guessed(up: Axis | None, reader: Reader) -> None:
     said = reader.header.up_axis
     if up is None and said is None:
         guess = likely_up(next(iter(reader)).points, said)
-        say(f"{guess} is taken for up; --up {'y' if guess == 'z' else 'z'} if it is not")
+        say(f"assuming that {guess} is up; if not, use --up {'y' if guess == 'z' else 'z'}")
 
 
 def check_output(path: Path, overwrite: bool, suffix: str) -> None:
-    """Refuses what a picture or page cannot be written to."""
+    """Refuses an output path that a picture or page cannot be written to."""
     if path.suffix.lower() != suffix:
         raise ValueError(f"{path}: must end in {suffix}")
     if not path.parent.is_dir():

@@ -47,8 +47,8 @@ def synth(
     frames: Annotated[
         int | None,
         typer.Option(
-            help="How many frames. All that the walker does is spread over them: with fewer of "
-            "them it moves faster.",
+            help="Number of frames. The walker always performs all of its movements, and moves "
+            "faster if there are fewer frames.",
             min=1,
         ),
     ] = None,
@@ -70,45 +70,49 @@ def degrade(
     known: Annotated[
         float | None,
         typer.Option(
-            metavar="SHARE", parser=share, help="Keep this share of the vertices, picked at random."
+            metavar="SHARE",
+            parser=share,
+            help="Keep this share of the vertices, chosen at random in every frame.",
         ),
     ] = None,
     camera: Annotated[
         int | None,
-        typer.Option(metavar="N", min=1, help="Keep what N cameras see that circle around --up."),
+        typer.Option(metavar="N", min=1, help="Keep what N cameras that circle around --up see."),
     ] = None,
     patches: Annotated[
         float | None,
         typer.Option(
             metavar="SHARE",
             parser=share,
-            help="Hide this share under patches that stay for a while.",
+            help="Hide this share of the vertices under patches that last for several frames.",
         ),
     ] = None,
     dropout: Annotated[
         float | None,
-        typer.Option(metavar="SHARE", parser=share, help="Lose this share of the frames whole."),
+        typer.Option(metavar="SHARE", parser=share, help="Lose this share of the frames entirely."),
     ] = None,
     noise: Annotated[
         float | None,
-        typer.Option(metavar="SIGMA", help="Add Gaussian noise; SIGMA in mean edges of frame 0."),
+        typer.Option(
+            metavar="SIGMA", help="Add Gaussian noise; SIGMA is in mean edges of frame 0."
+        ),
     ] = None,
     outliers: Annotated[
         float | None,
         typer.Option(
             metavar="SHARE",
             parser=share,
-            help="Put this share of the vertices far from where it is.",
+            help="Move this share of the vertices far away.",
         ),
     ] = None,
     up: Annotated[
-        Axis | None, typer.Option(help="The axis that cameras circle around. [as IN says, or z]")
+        Axis | None, typer.Option(help="The axis that cameras circle around. [as in IN, else z]")
     ] = None,
     seed: Annotated[
         int,
         typer.Option(
-            help="Equal seeds give equal results: to take more away from what was degraded before, "
-            "give another, or the same vertices are taken again.",
+            help="Equal seeds give equal results. To degrade a file a second time, use another "
+            "seed; otherwise the same vertices are removed again.",
             min=0,
         ),
     ] = 0,
@@ -120,13 +124,13 @@ def degrade(
     missing: MissingValue = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Take vertices away, and add noise, as sensors do; frame 0 stays whole.
+    """Remove vertices and add noise, as real sensors do. Frame 0 remains complete.
 
-    Options add up. A share is above 0 and below 1, or a percentage: 0.3 and 30% are the same.
+    Options can be combined. A share is a number between 0 and 1 or a percentage: 0.3 equals 30%.
     """
     if all(o is None for o in (known, camera, patches, dropout, noise, outliers)):
         raise typer.BadParameter(
-            "say what to do: --known, --camera, --patches, --dropout, --noise or --outliers"
+            "nothing to do: give --known, --camera, --patches, --dropout, --noise or --outliers"
         )
     with files.open(path, **source_of(format, faces, prim, mask, missing)) as reader:
         check_output(output, output_format, overwrite=overwrite, reader=reader)
@@ -160,21 +164,21 @@ def degrade(
             rows = zip(
                 track(points, reader.n_frames, "degrading"), frames_known, *masks, strict=True
             )
-            n_known = -reader.n_vertices  # frame 0 is whole in any case
+            n_known = -reader.n_vertices  # frame 0 is always complete and is not counted
             for number, (position, *observed) in enumerate(rows):
                 if number == 0 and noise:
                     sigma = noise * mean_edge_of(position, reader.faces)
                 seen = [mask for mask in observed if mask is not None]
                 kept = np.logical_and.reduce(seen) if seen else np.ones(len(position), np.bool_)
-                # What is not known must not be there to be peeked at.
+                # Unknown positions are erased, so that no method can use them.
                 writer.append(np.where(kept[:, None], position, reader.dtype.type(np.nan)), kept)
                 n_known += int(kept.sum())
         say_remarks(output, writer.remarks)
         known_share = n_known / max(1, (reader.n_frames - 1) * reader.n_vertices)
-    say(f"{output}: {100 * known_share:.1f} % of the vertices known after frame 0")
+    say(f"{output}: {100 * known_share:.1f} % of the vertices are known after frame 0")
     if sigma:
         told = f"{sigma:.3g}"
-        say(f"{output}: noise of {told}, as `complete --noise {told}` takes it")
+        say(f"{output}: noise of {told} added; complete with --noise {told}")
 
 
 def convert(
@@ -189,7 +193,7 @@ def convert(
     fps: FramesPerSecond = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Write a sequence in another format; docs/formats.md says what each keeps."""
+    """Write a sequence in another format. docs/formats.md lists what each format keeps."""
     with files.open(path, **source_of(format, faces, prim, mask, missing)) as reader:
         check_output(output, output_format, overwrite=overwrite, reader=reader)
         dropped = reader.has_provenance and not files.keeps_provenance(output, output_format)
@@ -204,12 +208,12 @@ def convert(
                 writer.append(frame.points, frame.known, **traces)
     say_remarks(output, writer.remarks)
     if dropped:
-        say(f"{output}: generation and age are left out, as this format holds none")
+        say(f"{output}: generation and age are not written; this format cannot hold them")
     say(f"{output}: {reader.n_frames} frames of {reader.n_vertices} vertices")
 
 
 def _bounding_box(reader: files.Reader) -> Positions:
-    """Both corners of the box around all frames."""
+    """Returns the two opposite corners of the bounding box of all frames."""
     corners = np.array([[np.inf] * 3, [-np.inf] * 3])
     for points, _ in reader:
         finite = points[np.isfinite(points).all(axis=1)]

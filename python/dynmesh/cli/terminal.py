@@ -1,4 +1,4 @@
-"""What people see in a terminal: messages and progress, all on standard error."""
+"""Messages and progress in the terminal, all on standard error."""
 
 import sys
 import time
@@ -27,18 +27,18 @@ _console = Console(stderr=True)
 
 
 def say(message: str) -> None:
-    """Prints a line as it is."""
+    """Prints a line without interpreting markup."""
     _console.print(escape(message), highlight=False, soft_wrap=True)
 
 
 def say_remarks(output: Path, remarks: Iterable[str]) -> None:
-    """Prints what a user should know of a file that was written, a line each."""
+    """Prints the remarks about a file that was written, one per line."""
     for remark in remarks:
         say(f"{output}: {remark}")
 
 
 def fail(why: str) -> NoReturn:
-    """Ends the program with one line that says what went wrong."""
+    """Ends the program with a one-line error message."""
     _console.print(f"[red]dynmesh:[/red] {escape(why)}", highlight=False, soft_wrap=True)
     sys.exit(1)
 
@@ -46,14 +46,14 @@ def fail(why: str) -> NoReturn:
 def track(
     items: Iterable[T], total: int, what: str, done: int = 0, patience: float = 0
 ) -> Iterator[T]:
-    """Passes items on while a bar shows how many have gone by, and how fast.
+    """Passes items on and shows a progress bar with the number of items and the rate.
 
     Args:
         items: the last `total - done` of `total` items.
-        total: how many there are in all.
-        what: is done with them.
-        done: how many were done before.
-        patience: seconds before there is a bar.
+        total: number of items in all.
+        what: what is being done, as the label of the bar.
+        done: number of items that were done before.
+        patience: seconds before the bar appears.
     """
     columns = (
         TextColumn(what),
@@ -70,7 +70,7 @@ def track(
             progress.start()
         for item in items:
             if time.monotonic() >= show_at:
-                progress.start()  # again does nothing
+                progress.start()  # has no effect the second time
             yield item
             progress.advance(task)
     finally:
@@ -79,7 +79,7 @@ def track(
 
 @contextmanager
 def counter(total: int, what: str) -> Iterator[Callable[[], None]]:
-    """A bar that goes one step further with each call of what it gives."""
+    """Shows a progress bar that advances by one each time the yielded function is called."""
     columns = (TextColumn(what), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=_console, disable=not _console.is_terminal) as progress:
         task = progress.add_task(what, total=total)
@@ -89,11 +89,11 @@ def counter(total: int, what: str) -> Iterator[Callable[[], None]]:
 class WorkBar:
     """A bar for work that is measured in seconds.
 
-    Use it in a ``with`` statement; it is a callback (what is being done, done, in all).
+    Use it in a ``with`` statement; calls take (what is being done, seconds done, seconds in all).
     """
 
     def __init__(self) -> None:
-        """Shows nothing yet."""
+        """Creates the bar, which appears with the first call."""
         columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
         self._progress = Progress(*columns, console=_console, disable=not _console.is_terminal)
         self._task = self._progress.add_task("beginning", total=None)
@@ -108,7 +108,7 @@ class WorkBar:
         self._progress.stop()
 
     def __call__(self, what: str, done: float, whole: float) -> None:
-        """Shows how far the work is, and at the beginning how long it will take."""
+        """Updates the bar. The first call also prints how long the work will take."""
         if done == 0:
             say(f"This takes about {_in_words(whole)}.")
         self._progress.update(self._task, description=what, completed=done, total=whole)

@@ -1,8 +1,8 @@
-"""Known masks, noise and outliers as sensors leave them, made from whole sequences.
+"""Known masks, noise and outliers like those of real sensors, made from complete sequences.
 
-Frame 0 is always whole and untouched. Equal seeds give equal results, and what happens in a frame
-depends on the seed and on the number of the frame, but not on how many frames there are. Arguments
-are refused at the call, and frames when their turn comes.
+Frame 0 always stays complete and unchanged. Equal seeds give equal results, and the result for a
+frame depends on the seed and on the number of the frame, but not on the number of frames.
+Arguments are checked when a function is called, frames when they are reached.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -31,19 +31,20 @@ _Floats = NDArray[np.float64]
 
 
 def random_known(n_frames: int, n_vertices: int, share: float, *, seed: int = 0) -> Iterator[Mask]:
-    """Masks that observe the same number of vertices in every frame, picked anew at random.
+    """Masks with the same number of known vertices in every frame, chosen at random each time.
 
     Args:
-        n_frames: number of masks; the first is True throughout, as frame 0 must be complete.
+        n_frames: number of masks; the first is all True, as frame 0 must be complete.
         n_vertices: k.
-        share: of the vertices that is known, above 0 and below 1; at least one vertex is.
+        share: share of the vertices that is known, above 0 and below 1; at least one vertex is
+            known.
         seed: equal seeds give equal masks. Frame i does not depend on `n_frames`.
 
     Returns:
         An iterator over (k,) bool.
 
     Raises:
-        TypeError: an argument is of the wrong kind.
+        TypeError: an argument has the wrong kind.
         ValueError: an argument is out of range.
     """
     _check_masks(n_frames, n_vertices, share, seed)
@@ -60,34 +61,34 @@ def camera_known(
     faces: _Integers,
     cameras: Sequence[Camera] | Callable[[int], Sequence[Camera]],
 ) -> Iterator[Mask]:
-    """Masks that observe what at least one camera sees, as a ring of depth cameras does.
+    """Masks of what at least one camera sees, for example of a ring of depth cameras.
 
     A camera sees the vertices in front of it and inside its image that no triangle hides; both
     sides of a triangle hide what is behind them. Vertices that are not finite are not seen, and
-    their triangles hide nothing.
+    triangles that contain them hide nothing.
 
     Args:
-        frames: (k, 3) positions each, of which one at a time is held.
+        frames: (k, 3) positions each; only one frame is held at a time.
         faces: (m, 3) integers.
-        cameras: the same ones for all frames, or a function from the number of a frame to its own,
-            such as :func:`orbit` returns.
+        cameras: the same cameras for all frames, or a function that returns the cameras of a frame
+            with this number, such as the result of :func:`orbit`.
 
     Returns:
-        An iterator over (k,) bool, one for each frame; the first is True throughout.
+        An iterator over (k,) bool, one for each frame; the first is all True.
 
     Raises:
-        TypeError: an argument or a frame is of the wrong kind.
-        ValueError: there is no camera; a face refers to a vertex
-            that frame 0 does not have; a frame has another shape than frame 0.
+        TypeError: an argument or a frame has the wrong kind.
+        ValueError: there is no camera, a face refers to a vertex that frame 0 does not have, or a
+            frame has another shape than frame 0.
     """
     _check_faces(faces)
     if not callable(cameras):
-        _check_cameras(cameras, "there is none")
+        _check_cameras(cameras, "there are none")
 
     def masks() -> Iterator[Mask]:
         for frame, points in _numbered(frames):
             if frame == 0:
-                cells(faces, len(points))  # refuses faces that do not fit
+                cells(faces, len(points))  # raises an error if a face refers to no vertex
                 yield np.ones(len(points), bool)
                 continue
             present = cameras(frame) if callable(cameras) else cameras
@@ -108,21 +109,21 @@ def patch_known(
     lifetime: int = 15,
     seed: int = 0,
 ) -> Iterator[Mask]:
-    """Masks that miss connected patches, as something in front of the mesh leaves them.
+    """Masks that lack connected patches, as if objects in front of the mesh hid them.
 
-    Each patch is grown ring by ring through the cells, around a vertex picked at random. It stays
-    for `lifetime` frames and is then followed by another one elsewhere. The patches do this in
-    turn, which is why the first ones have shorter lives. They may overlap: they are equally large,
-    such that all of them together hide about `share` on the average over many lives, somewhat less
-    where that is more than half, as the middle of a mesh is covered more often than its ends.
+    Each patch is grown ring by ring around a random vertex. It stays for `lifetime` frames and is
+    then replaced by another one. The patches are replaced in turn, so the first ones have shorter
+    lifetimes. They may overlap and are equally large. Their size is such that together they hide
+    about `share` on average over many lifetimes; somewhat less if `share` is more than a half, as
+    the middle of a mesh is covered more often than its ends.
 
     Args:
         faces: (m, 3) integers.
-        n_frames: number of masks; the first is True throughout.
+        n_frames: number of masks; the first is all True.
         n_vertices: k.
-        share: of the vertices that is missing, above 0 and below 1. A patch has at least one
-            vertex, and no more than the connected component that it is in.
-        patches: how many there are at a time, at least 1.
+        share: share of the vertices that is missing, above 0 and below 1. A patch has at least one
+            vertex, and no more than its connected component.
+        patches: number of patches at a time, at least 1.
         lifetime: in frames, at least 1.
         seed: equal seeds give equal masks. Frame i does not depend on `n_frames`.
 
@@ -130,14 +131,14 @@ def patch_known(
         An iterator over (k,) bool.
 
     Raises:
-        TypeError: an argument is of the wrong kind.
-        ValueError: an argument is out of range, or a face refers to a vertex that is not there.
+        TypeError: an argument has the wrong kind.
+        ValueError: an argument is out of range, or a face refers to a vertex that does not exist.
     """
     _check_masks(n_frames, n_vertices, share, seed)
     check_integer("patches", patches, 1)
     check_integer("lifetime", lifetime, 1)
     offsets, neighbours = cells(faces, n_vertices)
-    # A vertex is left out by all patches with the probability (1 - size / k) ** patches.
+    # The probability that no patch covers a vertex is (1 - size / k) ** patches.
     size = max(1, round((1 - (1 - share) ** (1 / patches)) * n_vertices))
 
     @lru_cache(maxsize=patches)
@@ -154,19 +155,19 @@ def patch_known(
 
 
 def dropout(n_frames: int, n_vertices: int, share: float, *, seed: int = 0) -> Iterator[Mask]:
-    """Masks of whole frames that are lost at random, as on a bad line.
+    """Masks in which whole frames are lost at random, as on an unreliable connection.
 
     Args:
-        n_frames: number of masks; the first is True throughout.
+        n_frames: number of masks; the first is all True.
         n_vertices: k.
         share: probability that a frame is lost, above 0 and below 1.
         seed: equal seeds give equal masks. Frame i does not depend on `n_frames`.
 
     Returns:
-        An iterator over (k,) bool, all False where the frame is lost, all True elsewhere.
+        An iterator over (k,) bool, all False if the frame is lost and all True otherwise.
 
     Raises:
-        TypeError: an argument is of the wrong kind.
+        TypeError: an argument has the wrong kind.
         ValueError: an argument is out of range.
     """
     _check_masks(n_frames, n_vertices, share, seed)
@@ -181,21 +182,21 @@ def dropout(n_frames: int, n_vertices: int, share: float, *, seed: int = 0) -> I
 def add_noise(
     frames: Iterable[Positions], faces: _Integers, sigma: float, *, seed: int = 0
 ) -> Iterator[Positions]:
-    """Frames with Gaussian noise on every coordinate.
+    """Adds Gaussian noise to every coordinate.
 
     Args:
-        frames: (k, 3) positions each, of which one at a time is held; the first one finite.
+        frames: (k, 3) positions each; only one frame is held at a time; the first must be finite.
         faces: (m, 3) integers.
         sigma: standard deviation in mean edges of frame 0, at least 0.
         seed: equal seeds give equal noise.
 
     Returns:
-        An iterator over (k, 3) positions of the dtype of each frame; the first frame as it came.
+        An iterator over (k, 3) positions with the dtype of each frame; the first is unchanged.
 
     Raises:
-        TypeError: an argument or a frame is of the wrong kind.
-        ValueError: an argument is out of range; frame 0 is not finite or has no edges longer than
-            0; a frame has another shape than frame 0.
+        TypeError: an argument or a frame has the wrong kind.
+        ValueError: an argument is out of range, frame 0 is not finite or has no edge longer than 0,
+            or a frame has another shape than frame 0.
     """
     check_finite("sigma", sigma)
     if sigma < 0:
@@ -217,20 +218,21 @@ def add_outliers(
     distance: float = 10.0,
     seed: int = 0,
 ) -> Iterator[Positions]:
-    """Frames in which some vertices, picked anew at random, are far from where they should be.
+    """Moves some vertices, chosen at random in every frame, far from their positions.
 
     Args:
-        frames: (k, 3) positions each, of which one at a time is held; the first one finite.
+        frames: (k, 3) positions each; only one frame is held at a time; the first must be finite.
         faces: (m, 3) integers.
-        share: of the vertices that is displaced, above 0 and below 1; at least one vertex is.
-        distance: how far, in a random direction, in mean edges of frame 0, positive.
+        share: share of the vertices that is moved, above 0 and below 1; at least one vertex is
+            moved.
+        distance: how far, in mean edges of frame 0, in a random direction; positive.
         seed: equal seeds give equal outliers.
 
     Returns:
-        An iterator over (k, 3) positions of the dtype of each frame; the first frame as it came.
+        An iterator over (k, 3) positions with the dtype of each frame; the first is unchanged.
 
     Raises:
-        TypeError, ValueError: as :func:`add_noise`.
+        TypeError, ValueError: see :func:`add_noise`.
     """
     check_between("share", share, 0, 1)
     check_positive("distance", distance)
@@ -249,9 +251,10 @@ def add_outliers(
 
 
 class _Purpose(IntEnum):
-    """Keeps what is drawn for different purposes from one seed independent."""
+    """What random numbers are for; different purposes get independent ones from the same seed."""
 
-    # Not 0, which to numpy's seeds is the same as nothing: that is :func:`random_known`.
+    # Starts at 1, since NumPy treats a trailing 0 in a seed as absent: :func:`random_known` has
+    # none.
     PATCH = 1
     DROPOUT = 2
     NOISE = 3
@@ -278,8 +281,8 @@ def _whole_first(mask: Callable[[int], Mask], n_frames: int, n_vertices: int) ->
 
 
 def _grow(start: int, size: int, offsets: _Integers, neighbours: _Integers) -> _Integers:
-    """Return `size` vertices around `start`, or its whole component if that is smaller."""
-    patch = {start: None}  # a dict keeps its order, unlike a set
+    """Returns `size` vertices around `start`, or its whole component if that is smaller."""
+    patch = {start: None}  # a dict keeps the order, unlike a set
     ring = [start]
     while ring and len(patch) < size:
         around = np.concatenate([neighbours[offsets[v] : offsets[v + 1]] for v in ring])
@@ -304,17 +307,17 @@ def _displaced(
             lost = (np.isinf(displaced) & np.isfinite(points)).any(axis=1)
             if lost.any():
                 raise ValueError(
-                    f"frame {frame}: vertex {int(lost.argmax())} would be moved out of the range "
+                    f"frame {frame}: vertex {int(lost.argmax())} would move out of the range "
                     f"of {points.dtype}"
                 )
             yield displaced
 
 
 def mean_edge_of(first_frame: Positions, faces: _Integers) -> float:
-    """The mean length of the edges, which noise and outliers are measured in.
+    """Returns the mean length of the edges, the unit of noise and outliers.
 
     Raises:
-        ValueError: the frame is not finite, or has no edges longer than 0.
+        ValueError: the frame is not finite, or has no edge longer than 0.
     """
     check_complete("frame 0", first_frame)
     offsets, neighbours = cells(faces, len(first_frame))
@@ -327,14 +330,14 @@ def mean_edge_of(first_frame: Positions, faces: _Integers) -> float:
 
 
 def _numbered(frames: Iterable[Positions]) -> Iterator[tuple[int, Positions]]:
-    """Yields frames with their numbers, and refuses those that are not like frame 0."""
+    """Yields frames with their numbers; raises an error for those that do not match frame 0."""
     expected: tuple[int, ...] = ()
     for frame, points in enumerate(frames):
         check_positions(f"frame {frame}", points)
         expected = expected or points.shape
         if points.shape != expected:
             raise ValueError(
-                f"frame {frame}: must have shape {expected} as frame 0, not {points.shape}"
+                f"frame {frame}: must have shape {expected} like frame 0, not {points.shape}"
             )
         yield frame, points
 
@@ -345,14 +348,14 @@ def _check_faces(faces: _Integers) -> None:
 
 
 def _check_cameras(cameras: Sequence[Camera], none: str) -> None:
-    """Refuses what are no cameras; `none` says where there are none."""
+    """Raises an error unless these are cameras; `none` describes an empty sequence."""
     if not isinstance(cameras, Sequence):
         raise TypeError(f"cameras: must be a sequence of cameras, not {cameras!r}")
     if len(cameras) == 0:
-        raise ValueError(f"cameras: must be at least one, but {none}")
+        raise ValueError(f"cameras: at least one is needed, but {none}")
     for number, camera in enumerate(cameras):
         if not isinstance(camera, Camera):
-            raise TypeError(f"cameras: place {number} holds no camera, but {camera!r}")
+            raise TypeError(f"cameras: item {number} must be a Camera, not {camera!r}")
 
 
 def _check_masks(n_frames: int, n_vertices: int, share: float, seed: int) -> None:

@@ -1,10 +1,10 @@
-"""What a camera sees of a mesh: occlusion by an irregular depth buffer.
+"""Visibility of vertices for a camera: occlusion by an irregular depth buffer.
 
-A common depth buffer samples the surface at the centres of pixels, so that a vertex is compared
-with the depth of a place beside it: with too small a bias the surface hides itself where it slopes,
-with too large a one the back of a finger shows through. An irregular depth buffer (Johnson et al.
-2005, Aila and Laine 2004) has its samples where the vertices project to instead. It needs no bias,
-and the grid that finds the samples below a triangle has no influence on the result.
+A regular depth buffer samples the surface at the centres of pixels, so a vertex is compared with
+the depth of a neighbouring point: with too small a bias, a sloping surface hides itself, and with
+too large a bias, the back of a finger shows through. An irregular depth buffer (Johnson et al.
+2005, Aila and Laine 2004) has its samples at the projections of the vertices instead. It needs no
+bias, and the grid that finds the samples below a triangle has no influence on the result.
 """
 
 import math
@@ -31,18 +31,18 @@ _Integers = NDArray[np.integer[Any]]
 _Floats = NDArray[np.float64]
 
 _TOLERANCE = 1e-9
-"""By which share of its size a triangle is larger, so that rays do not slip between two of them."""
+"""Triangles are enlarged by this share of their size, so that no ray slips between two of them."""
 
 _CONTACT = 1e-6
-"""By which share of the distance a triangle must be nearer than a vertex to hide it: more than the
-rounding of float32, so that two vertices in one place, as along a seam, do not hide each other."""
+"""A triangle hides a vertex only if it is nearer by this share of the distance. This exceeds the
+rounding of float32, so that vertices at one position, as along a seam, do not hide each other."""
 
 _PAIRS_AT_ONCE = 1 << 18
-"""How many pairs of a triangle and a vertex are compared at a time. This bounds the memory; more
-would fall out of the processor's cache."""
+"""The number of pairs of a triangle and a vertex that are compared at a time. It bounds the memory;
+more pairs would not fit in the processor's cache."""
 
 _GRID = 512
-"""Cells along either side of the image: a matter of speed and memory alone."""
+"""Cells along either side of the image; affects only speed and memory."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Camera:
     field_of_view: float = 40.0
 
     def __post_init__(self) -> None:
-        """Refuses what is no camera."""
+        """Raises an error unless the camera is valid."""
         for name in ("position", "target", "up"):
             check_vector(name, getattr(self, name))
         check_between("field_of_view", self.field_of_view, 0, 180)
@@ -87,7 +87,7 @@ def orbit(
     distance: float = 2.0,
     up: tuple[float, float, float] = (0, 0, 1),
 ) -> Callable[[int], list[Camera]]:
-    """Cameras that circle a mesh and look at it, for :func:`dynmesh.degrade.camera_known`.
+    """Creates cameras that circle a mesh and look at it, for :func:`dynmesh.degrade.camera_known`.
 
     They are evenly spaced around the centre of the bounding box of frame 0, and move
     counterclockwise about `up`. In frame 0 the first one stands in the direction of x, or of y if
@@ -95,18 +95,18 @@ def orbit(
 
     Args:
         first_frame: (k, 3) finite positions.
-        n_cameras: how many, at least 1.
-        degrees_per_frame: how far they move from one frame to the next.
-        elevation: how far above the mesh they stand, in degrees, above -90 and below 90.
+        n_cameras: number of cameras, at least 1.
+        degrees_per_frame: angle by which they move from one frame to the next.
+        elevation: angle of the cameras above the mesh in degrees, above -90 and below 90.
         distance: from the centre, in diagonals of the bounding box, positive.
         up: the axis of the circle, of any length.
 
     Returns:
-        A function from the number of a frame to its cameras.
+        A function that returns the cameras of the frame with a given number.
 
     Raises:
-        TypeError: an argument is of the wrong kind.
-        ValueError: an argument is out of range, or all the vertices are in one place.
+        TypeError: an argument has the wrong kind.
+        ValueError: an argument is out of range, or all vertices are at one position.
     """
     check_integer("n_cameras", n_cameras, 1)
     check_finite("degrees_per_frame", degrees_per_frame)
@@ -134,17 +134,17 @@ def orbit(
 
 
 def visible(points: Positions, faces: _Integers, camera: Camera) -> Mask:
-    """Return which vertices a camera sees.
+    """Returns which vertices a camera sees.
 
-    These are the finite ones in front of the camera and inside its image that no triangle of other
-    vertices hides. Both sides of a triangle hide what is behind them; one that crosses the plane
-    of the camera does so with the part in front of it, and one with a corner that is not finite
-    does not.
+    It sees the finite vertices in front of it and inside its image that no triangle of other
+    vertices hides. Both sides of a triangle hide what is behind them. A triangle that crosses the
+    plane of the camera hides with its part in front of the plane; a triangle with a corner that is
+    not finite hides nothing.
 
     Args:
         points: (k, 3) positions.
         faces: (m, 3) integers from 0 to k - 1.
-        camera: whose image it is.
+        camera: the camera to look through.
 
     Returns:
         (k,) bool.
@@ -159,7 +159,7 @@ def visible(points: Positions, faces: _Integers, camera: Camera) -> Mask:
 
 
 class _Triangles:
-    """Those that may hide something, in camera coordinates.
+    """The triangles that may hide vertices, in camera coordinates.
 
     Attributes:
         low: (t, 2) lower corners of the bounding boxes in the image.
@@ -172,17 +172,17 @@ class _Triangles:
         # a . (b x c): six times the volume between triangle and camera, 0 if it is seen edge-on.
         volumes = np.einsum("tx,tx->t", corners[0], normals[0])
         low, high = _bounding_boxes(corners)
-        # Not true of the boxes of triangles with a corner that is not finite, which are not either.
+        # Comparisons are False for triangles with a corner that is not finite.
         touches = (low <= 1).all(axis=1) & (high >= -1).all(axis=1)
         kept = np.flatnonzero(touches & (volumes != 0))
         self.low, self.high = low[kept], high[kept]
         self._local = local
         self._faces = faces[kept]
-        self._volumes = np.abs(volumes[kept])  # so that both sides are alike
+        self._volumes = np.abs(volumes[kept])  # both sides hide
         self._normals = normals[:, kept] * np.sign(volumes[kept])[:, None]
 
     def hide(self, triangle: _Integers, vertex: _Integers) -> NDArray[np.intp]:
-        """Return in which pairs of a triangle and a vertex the one hides the other.
+        """Returns in which pairs of a triangle and a vertex the triangle hides the vertex.
 
         The ray through a vertex p meets the triangle at p times volume / (u + v + w), where u, v, w
         are the volumes that p spans with the sides: none is negative if it passes inside.
@@ -193,13 +193,13 @@ class _Triangles:
         inside = np.minimum(np.minimum(u, v), w) >= -_TOLERANCE * whole
         nearer = self._volumes[triangle] < (1 - _CONTACT) * whole
         hidden = np.flatnonzero(inside & nearer)
-        # Its own triangles never hide a vertex, but seen edge-on, rounding might say so.
+        # A triangle never hides its own corners, except by rounding if it is seen edge-on.
         own = (self._faces[triangle[hidden]] == vertex[hidden, None]).any(axis=1)
         return np.asarray(hidden[~own])
 
 
 class _Samples:
-    """Vertices, found by where in the image they are."""
+    """Vertices, indexed by their position in the image."""
 
     def __init__(self, local: _Floats, vertices: _Integers) -> None:
         column, row = self._cell(local[vertices, :2] / local[vertices, 2:]).T
@@ -209,7 +209,7 @@ class _Samples:
         self._starts = np.concatenate([[0], np.cumsum(counts)])
 
     def below(self, triangles: _Triangles) -> Iterator[tuple[_Integers, _Integers]]:
-        """Yields pairs of a triangle and a vertex in the cells of its bounding box."""
+        """Yields pairs of a triangle and a vertex in the grid cells of its bounding box."""
         triangle, first, last = self._runs(triangles)
         lengths = last - first
         ends = np.cumsum(lengths)
@@ -221,7 +221,7 @@ class _Samples:
             yield np.repeat(triangle[run], lengths[run]), self._vertices[places]
 
     def _runs(self, triangles: _Triangles) -> tuple[_Integers, _Integers, _Integers]:
-        """Runs of vertices without a gap, one for each row of cells of each bounding box."""
+        """Returns runs of consecutive vertices, one for each row of cells of each bounding box."""
         low = self._cell(triangles.low - _TOLERANCE)
         high = self._cell(triangles.high + _TOLERANCE)
         rows = high[:, 1] - low[:, 1] + 1
@@ -233,13 +233,13 @@ class _Samples:
         return triangle[filled], first[filled], last[filled]
 
     def _cell(self, image: _Floats) -> NDArray[np.int64]:
-        """Column and row; those of the nearest cell for points outside the image."""
+        """Returns column and row, of the nearest cell for points outside the image."""
         cell = np.floor((image + 1) * (_GRID / 2))
         return np.clip(cell, 0, _GRID - 1).astype(np.int64)
 
 
 def _to_camera(points: Positions, camera: Camera) -> _Floats:
-    """Axes to the right, up and ahead, scaled such that the image is |x|, |y| <= z > 0."""
+    """Returns axes to the right, up and ahead, scaled such that the image is |x|, |y| <= z > 0."""
     position = np.array(camera.position, np.float64)
     ahead = _unit(np.array(camera.target, np.float64) - position)
     right = _unit(np.cross(ahead, np.array(camera.up, np.float64)))
@@ -255,12 +255,12 @@ def _inside_image(local: _Floats) -> Mask:
 
 
 def _bounding_boxes(corners: _Floats) -> tuple[_Floats, _Floats]:
-    """Lower and upper corners in the image, (t, 2) each, of the triangles of (3, t, 3) corners."""
+    """Returns the image bounds, (t, 2) each, of the triangles with (3, t, 3) corners."""
     depth = corners[:, :, 2]
     image = corners[:, :, :2] / np.where(depth > 0, depth, 1)[:, :, None]
     low, high = image.min(axis=0), image.max(axis=0)
-    # The image of a triangle that crosses the plane of the camera has no end; that of one behind
-    # the camera is empty.
+    # A triangle that crosses the plane of the camera has an unbounded image; one behind the camera
+    # has an empty one.
     crosses = depth.min(axis=0) <= 0
     low[crosses], high[crosses] = -np.inf, np.inf
     low[depth.max(axis=0) <= 0] = np.inf
@@ -268,20 +268,20 @@ def _bounding_boxes(corners: _Floats) -> tuple[_Floats, _Floats]:
 
 
 def _ranges(starts: _Integers, lengths: _Integers) -> _Integers:
-    """Integers from each start on, as many as its length says, one range after the other."""
+    """Returns consecutive integers from each start, as many as its length, as one array."""
     before = np.cumsum(lengths) - lengths
     return np.asarray(np.repeat(starts - before, lengths) + np.arange(lengths.sum()))
 
 
 def _bounding_box(first_frame: Positions) -> tuple[_Floats, float]:
-    """Centre and length of the diagonal."""
+    """Returns the centre and the length of the diagonal of the bounding box."""
     check_positions("first_frame", first_frame)
     check_complete("first_frame", first_frame)
     low = first_frame.min(axis=0).astype(np.float64)
     high = first_frame.max(axis=0).astype(np.float64)
     diagonal = float(np.linalg.norm(high - low))
     if diagonal == 0:
-        raise ValueError("first_frame: must have vertices in more than one place")
+        raise ValueError("first_frame: must have vertices at more than one position")
     return (low + high) / 2, diagonal
 
 
@@ -304,5 +304,5 @@ def _unit(vector: _Floats) -> _Floats:
 
 
 def _are_parallel(a: _Floats, b: _Floats) -> bool:
-    """Tells whether two vectors are parallel up to rounding, or one of them zero."""
+    """Whether two vectors are parallel up to rounding, or one of them is zero."""
     return bool(np.linalg.norm(np.cross(a, b)) <= 1e-6 * np.linalg.norm(a) * np.linalg.norm(b))

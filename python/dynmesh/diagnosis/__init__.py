@@ -1,4 +1,4 @@
-"""What is odd about a sequence: its mesh, what was observed of it, and how it moves."""
+"""Problems of a sequence: of its mesh, of what was observed, and of its motion."""
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing
@@ -34,21 +34,22 @@ def diagnose(
     known: NDArray[np.bool_] | PathLike | None = None,
     missing: Literal["zero"] | None = None,
 ) -> Diagnosis:
-    """Looks for what is odd about a sequence, in one pass and in constant memory.
+    """Looks for problems of a sequence, in one pass and in constant memory.
 
     Args:
-        source: a file in any format, what :func:`dynmesh.open` returned, or a sequence in memory.
-        watch: gets the frames and how many there are, and passes them on while they are read.
-        format: of a file. This and what follows are for :func:`dynmesh.open`, which explains them,
-            and have no meaning where `source` is open or in memory.
-        faces: of a file that holds positions alone.
-        prim: the mesh, where a file holds several.
-        known: the masks, in place of those in the file.
-        missing: "zero": positions of exactly (0, 0, 0) were not observed.
+        source: a file in any format, a reader from :func:`dynmesh.open`, or a sequence in memory.
+        watch: is called with the frames and their number, and must pass the frames on.
+        format: of a file. This and the following arguments are those of :func:`dynmesh.open`; they
+            are ignored if `source` is a reader or in memory.
+        faces: of a file that holds only positions.
+        prim: path of the mesh, if the file holds several.
+        known: known masks that replace those in the file.
+        missing: "zero" if positions of exactly (0, 0, 0) were not observed.
 
     Raises:
-        OSError, ImportError, TypeError, ValueError: it cannot be read, as :func:`dynmesh.open`
-            says. Whatever is wrong with the mesh and the positions is a finding instead.
+        OSError, ImportError, TypeError, ValueError: the sequence cannot be read; see
+            :func:`dynmesh.open`. Problems of the mesh and of the positions are findings, not
+            errors.
     """
     if isinstance(source, Sequence):
         return _diagnose(_header_of(source), _frames_of(source), watch)
@@ -63,7 +64,7 @@ def diagnose(
 
 def _diagnose(header: Header, frames: Iterator[Frame], watch: Watch | None) -> Diagnosis:
     if header.n_vertices == 0:
-        raise ValueError("holds no vertices, only frames without any")
+        raise ValueError("has no vertices")
     watched = iter(frames if watch is None else watch(frames, header.n_frames))
     first = next(watched)
     start = Mesh.of(header.faces, first.points, observed_in(first))
@@ -100,7 +101,7 @@ def _importance(finding: Finding) -> tuple[int, int]:
 def _header_of(sequence: Sequence) -> Header:
     n_frames, n_vertices, _ = sequence.vertices.shape
     if n_frames == 0:
-        raise ValueError("holds no frame, but frame 0 is needed")
+        raise ValueError("has no frames, but frame 0 is needed")
     return Header(
         sequence.faces, n_frames, n_vertices, sequence.vertices.dtype, sequence.fps,
         sequence.polygons, sequence.up_axis, sequence.name, sequence.start, sequence.times,

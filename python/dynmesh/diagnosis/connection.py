@@ -1,4 +1,4 @@
-"""Which things hang together, for arrays of pairs."""
+"""Connected groups, given as arrays of pairs."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,12 +7,12 @@ Indices = NDArray[np.int64]
 
 
 def connected(n: int, a: Indices, b: Indices) -> Indices:
-    """The smallest member of the connected group of each of `n` things; a[i] and b[i] are tied."""
+    """Labels `n` items with the smallest member of their group; a[i] and b[i] are connected."""
     label = np.arange(n)
     while True:
         before = label.copy()
         smaller = np.minimum(before[a], before[b])
-        # The old roots follow, so that groups join and not only their rims.
+        # Update the old roots too, so that whole groups are joined and not only their ends.
         for end in (a, b):
             np.minimum.at(label, before[end], smaller)
             np.minimum.at(label, end, smaller)

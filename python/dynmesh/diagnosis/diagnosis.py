@@ -1,4 +1,4 @@
-"""The result: what was found, and what there is to say about the sequence."""
+"""The result of a diagnosis: the findings and a description of the sequence."""
 
 import json
 from dataclasses import dataclass
@@ -18,21 +18,21 @@ SCHEMA_VERSION = 1
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """What is odd about a mesh and its motion.
+    """The problems of a mesh and its motion.
 
     Attributes:
-        findings: the most important first; empty where nothing is odd.
-        header: what the file says.
-        topology: what the core says of the connectivity; None where there are no faces.
-        first_frame: (k, 3), NaN where frame 0 lacks a vertex.
+        findings: the most important first; empty if there are no problems.
+        header: what the file states.
+        topology: the report of the topology; None if there are no faces.
+        first_frame: (k, 3), NaN for vertices that are missing in frame 0.
         diagonal: of the bounding box of frame 0, in the unit of the positions.
-        mean_edge: of frame 0, in the same unit; None where it has no edges longer than 0.
-        known_share: (n,) float64, of each frame the share of the vertices that was observed.
-        motion: (n,) float64, of each frame the median distance that a vertex moved since the one
-            before, in diagonals; NaN for frame 0 and where too little was seen.
-        likely_up: "y" or "z"; a guess where the file does not say.
-        likely_unit: in which it would be as large as a person; a guess; None where it cannot be
-            one.
+        mean_edge: of frame 0, in the same unit; None if no edge is longer than 0.
+        known_share: (n,) float64, the share of the vertices that was observed in each frame.
+        motion: (n,) float64, the median distance that a vertex moved since the previous frame, in
+            diagonals; NaN for frame 0 and for frames with too few observed vertices.
+        likely_up: "y" or "z"; a guess if the file does not state it.
+        likely_unit: a guess: the unit in which the mesh is as large as a person; None if there is
+            no such unit.
     """
 
     findings: tuple[Finding, ...]
@@ -47,24 +47,24 @@ class Diagnosis:
     likely_unit: Unit | None
 
     def __repr__(self) -> str:
-        """The codes of the findings."""
-        return f"Diagnosis({', '.join(f.code for f in self.findings) or 'nothing odd'})"
+        """Lists the codes of the findings."""
+        return f"Diagnosis({', '.join(f.code for f in self.findings) or 'no findings'})"
 
     @property
     def severity(self) -> Severity | None:
-        """That of the most important finding; None where nothing is odd."""
+        """The severity of the most important finding; None if there are none."""
         return self.findings[0].severity if self.findings else None
 
     def count(self, severity: Severity) -> int:
-        """How many findings of a severity there are."""
+        """Returns the number of findings of this severity."""
         return sum(finding.severity == severity for finding in self.findings)
 
     def as_json(self, *, most_places: int = MOST_PLACES) -> str:
-        """The JSON that docs/diagnosis.md describes, with at most so many places of each kind."""
+        """Returns JSON with at most `most_places` vertices, faces and frames of each finding."""
         return json.dumps(self.as_dict(most_places=most_places), indent=2, allow_nan=False)
 
     def as_dict(self, *, most_places: int = MOST_PLACES) -> dict[str, Any]:
-        """The same as dicts, lists, strings, numbers and None."""
+        """Returns the same as dicts, lists, strings, numbers and None."""
         header, shares = self.header, self.known_share[1:]
         motion = self.motion[np.isfinite(self.motion)]
         unit = self.likely_unit

@@ -1,4 +1,4 @@
-"""What a diagnosis consists of."""
+"""Findings, of which a diagnosis consists."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 Severity = Literal["error", "warning", "note"]
-"""error: it cannot be completed. warning: the result will suffer, or something is broken. note:
-worth knowing."""
+"""error: the sequence cannot be completed. warning: the result is less accurate, or the data is
+faulty. note: information."""
 
 SEVERITIES: tuple[Severity, ...] = ("error", "warning", "note")
 
@@ -42,12 +42,12 @@ CODES = (
     "needle_faces",
     "unlikely_unit",
 )
-"""Of all findings that there are, the most important first."""
+"""The codes of all findings, the most important first."""
 
 Indices = NDArray[np.int64]
 
 MOST_PLACES = 10_000
-"""A finding lists at most so many vertices, faces and frames, the first ones."""
+"""At most this many vertices, faces and frames are listed in a finding, the first ones."""
 
 _MOST_SHOWN = 5
 
@@ -58,7 +58,7 @@ def _none() -> Indices:
 
 @dataclass(frozen=True, eq=False)
 class Where:
-    """The places of a finding, ascending, at most `MOST_PLACES` of each kind.
+    """The vertices, faces and frames of a finding, ascending, at most `MOST_PLACES` of each.
 
     Attributes:
         vertices: int64
@@ -72,22 +72,23 @@ class Where:
 
     @classmethod
     def of(cls, *, vertices: Any = (), faces: Any = (), frames: Any = ()) -> "Where":
-        """The first places of each kind, as they come."""
+        """Keeps the first indices of each kind."""
         return cls(*(np.asarray(p, np.int64)[:MOST_PLACES] for p in (vertices, faces, frames)))
 
 
 @dataclass(frozen=True, eq=False)
 class Finding:
-    """One thing that is odd.
+    """One problem of a sequence.
 
     Attributes:
-        code: what it is, for programs; these names stay.
+        code: identifies the problem, for programs; the codes do not change.
         severity: how much it matters.
-        count: how many there are, of what the message counts.
+        count: how many there are of what the message counts.
         where: the first of them.
         message: what was found, in a sentence.
-        advice: what it means for completion, and what to do.
-        worst: the worst value, in the unit that docs/diagnosis.md names for this code, or None.
+        advice: the effect on completion, and what to do.
+        worst: the worst value, in the unit that docs/reference/findings.md lists for this code, or
+            None.
     """
 
     code: str
@@ -100,25 +101,25 @@ class Finding:
 
 
 def counted(count: int, what: str) -> str:
-    """A number with its noun, as "1 vertex" and "2 vertices"."""
+    """Returns a number with its noun, such as "1 vertex" or "2 vertices"."""
     plural = "vertices" if what == "vertex" else f"{what}s"
     return f"{count} {what if count == 1 else plural}"
 
 
 def listed(what: str, places: Sequence[int] | Indices) -> str:
-    """The first few places, as "vertices 3, 7 and 12 others"."""
+    """Lists the first few indices, such as "vertices 3, 7 and 12 others"."""
     shown = [str(int(place)) for place in places[:_MOST_SHOWN]]
     return _joined(what, shown, len(places), len(places) - len(shown))
 
 
 def stretches(frames: Sequence[int] | Indices) -> list[Indices]:
-    """Ascending numbers, cut where some are left out."""
+    """Splits ascending numbers into runs of consecutive numbers."""
     numbers = np.asarray(frames, np.int64)
     return np.split(numbers, np.flatnonzero(np.diff(numbers) > 1) + 1)
 
 
 def frames_listed(frames: Sequence[int] | Indices) -> str:
-    """The first few frames, neighbours as a stretch: "frames 3, 7 to 9 and 12 others"."""
+    """Lists the first few frames and joins consecutive ones: "frames 3, 7 to 9 and 12 others"."""
     few = stretches(frames)[:_MOST_SHOWN]
     shown: list[str] = []
     for stretch in few:
@@ -128,7 +129,7 @@ def frames_listed(frames: Sequence[int] | Indices) -> str:
 
 
 def percent(share: float) -> str:
-    """A share for people; never 0 % or 100 % of what is not."""
+    """Formats a share; never shows 0 % or 100 % for a share that is not exactly that."""
     if 0 < share < 0.0005:
         return "less than 0.1 %"
     if 0.9995 < share < 1:

@@ -1,4 +1,4 @@
-"""The mesh of a sequence, as its diagnosis needs it."""
+"""The mesh of a sequence, prepared for the diagnosis."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -17,20 +17,20 @@ Faces = NDArray[np.integer[Any]]
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """A mesh with what its diagnosis needs.
+    """A mesh and what the diagnosis derives from it.
 
     Attributes:
         faces: (m, 3) integers.
-        degenerate: (m,) bool: which have a vertex twice.
-        duplicate: (m,) bool: which others have the same three vertices as an earlier one.
-        first: (k, 3) frame 0; zeros where a vertex was not observed.
+        degenerate: (m,) bool, the faces that contain a vertex twice.
+        duplicate: (m,) bool, other faces that have the same three vertices as an earlier one.
+        first: (k, 3), frame 0; zero for vertices that were not observed.
         observed: (k,) bool, in frame 0.
         component: (k,) int64, numbered from 0.
         ends: (e, 2) int64, the vertices of each edge.
-        lengths: (e,) of the edges in frame 0, NaN where an end was not observed.
-        mean_edge: of frame 0, 1 where there is none.
-        diagonal: of frame 0's bounding box.
-        topology: what the core says; None where there are no faces.
+        lengths: (e,), of the edges in frame 0; NaN if an end was not observed.
+        mean_edge: of frame 0; 1 if there is no edge.
+        diagonal: of the bounding box of frame 0.
+        topology: the report of the topology; None if there are no faces.
     """
 
     faces: Faces
@@ -47,7 +47,7 @@ class Mesh:
 
     @classmethod
     def of(cls, faces: Faces, points: Positions, observed: Mask) -> "Mesh":
-        """Of the points of frame 0, which mean nothing where they were not observed."""
+        """Builds the mesh from frame 0, whose points are ignored where they were not observed."""
         first = np.where(observed[:, None], points, 0).astype(points.dtype)
         offsets, neighbours = cells(faces, len(first))
         own = np.repeat(np.arange(len(first)), np.diff(offsets))
@@ -79,7 +79,7 @@ def _has_repeated_corner(faces: Faces) -> Mask:
 
 def _is_repeated(faces: Faces) -> Mask:
     corners = np.sort(faces, axis=1)
-    order = np.lexsort(corners.T)  # is stable: the first of equal faces stays first
+    order = np.lexsort(corners.T)  # stable, so the first of equal faces stays first
     repeated = np.zeros(len(faces), np.bool_)
     repeated[order[1:]] = (corners[order[1:]] == corners[order[:-1]]).all(axis=1)
     return repeated

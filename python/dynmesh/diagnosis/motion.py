@@ -1,4 +1,4 @@
-"""What is odd about the motion: frames that leap or repeat, vertices that are astray."""
+"""Problems of the motion: frames that jump or repeat, and outliers."""
 
 from collections.abc import Iterator
 
@@ -9,11 +9,11 @@ from ..sequence import Mask, Positions
 from .finding import Finding, Where, counted, frames_listed, listed, percent
 from .mesh import Mesh
 
-_RECENT = 3  # frames: of what was last seen before, motion is not told
-_FEWEST = 3  # vertices that tell the motion of a frame
-_ENOUGH = 30  # vertices seen in the frame before as well to go by them alone
+_RECENT = 3  # frames; vertices last seen earlier do not count for the motion
+_FEWEST = 3  # vertices, to measure the motion of a frame
+_ENOUGH = 30  # vertices also seen in the previous frame; then only these count
 
-_AROUND = 4  # frames on each side, without the next ones, that a frame's motion is compared to
+_AROUND = 4  # frames on each side, except the next ones, to compare a frame's motion with
 _MANY_TIMES = 6
 _LEAST_LEAP = 0.02  # of the diagonal
 
@@ -22,15 +22,15 @@ _SCRAMBLED = 0.4  # of the edges
 
 
 class Motion:
-    """Watches how the vertices move, frame by frame.
+    """Measures how the vertices move, frame by frame.
 
     Attributes:
         medians: of each frame so far, the median distance that a vertex moved per frame, in
-            diagonals of frame 0; NaN where too few were seen lately.
+            diagonals of frame 0; NaN if too few vertices were seen recently.
     """
 
     def __init__(self, mesh: Mesh) -> None:
-        """Begins with frame 0."""
+        """Starts with frame 0."""
         self.medians: list[float] = [np.nan]
         self._mesh = mesh
         k = len(mesh.first)
@@ -43,10 +43,10 @@ class Motion:
         self._farthest = 0.0
         self._scrambled: list[int] = []
         self._worst_share = 0.0
-        self._limits = (mesh.lengths + _FAR * mesh.mean_edge) ** 2  # NaN: compared to nothing
+        self._limits = (mesh.lengths + _FAR * mesh.mean_edge) ** 2  # comparisons with NaN are false
 
     def watch(self, number: int, points: Positions, observed: Mask) -> None:
-        """Takes the next frame."""
+        """Takes the next frame into account."""
         gap = number - self._last_seen
         moved = np.flatnonzero(observed & (gap == 1))
         if len(moved) < _ENOUGH:
@@ -57,7 +57,7 @@ class Motion:
         self.medians.append(float(np.median(distance / gap[moved]) / unit) if told else np.nan)
         from_last = gap[moved] == 1
         n_from_last = int(np.count_nonzero(from_last))
-        # Few may well be still by themselves, as those of a foot on the ground.
+        # A few vertices may be at rest in a moving frame, such as those of a foot on the ground.
         if n_from_last >= min(_ENOUGH, len(points)) and not distance[from_last].any():
             self._repeated.append(number)
         self._find_astray(number, points, observed)
@@ -65,18 +65,18 @@ class Motion:
         self._last_seen[observed] = number
 
     def findings(self) -> Iterator[Finding]:
-        """Yields what is odd, when all frames have gone by."""
+        """Yields the problems found in all frames."""
         if self._scrambled:
             yield Finding(
                 "scrambled_frames",
                 "warning",
                 len(self._scrambled),
                 Where.of(frames=self._scrambled),
-                f"{counted(len(self._scrambled), 'frame')} torn to shreds, with up to "
-                f"{percent(self._worst_share)} of the edges more than {_FAR} mean edges too long: "
-                f"{frames_listed(self._scrambled)}.",
-                "The vertices do not correspond to those of frame 0, or are of another unit. "
-                "dynmesh completes tracked meshes: number the vertices alike in all frames.",
+                f"{counted(len(self._scrambled), 'frame')} with scrambled vertices: up to "
+                f"{percent(self._worst_share)} of the edges are more than {_FAR} mean edges too "
+                f"long, in {frames_listed(self._scrambled)}.",
+                "The vertices do not correspond to those of frame 0, or the unit changes. dynmesh "
+                "completes tracked meshes: number the vertices in the same way in all frames.",
                 self._worst_share,
             )
         yield from self._leaps()
@@ -87,12 +87,11 @@ class Motion:
                 "warning",
                 self._n_astray,
                 Where.of(vertices=places, frames=self._astray_frames),
-                f"{counted(self._n_astray, 'position')} astray, more than {_FAR} mean edges from "
-                f"all neighbours, at worst {self._farthest:.3g}, in "
+                f"{counted(self._n_astray, 'outlier')} more than {_FAR} mean edges from all "
+                f"neighbours, at most {self._farthest:.3g}, in "
                 f"{frames_listed(self._astray_frames)}: {listed('vertex', places)}.",
-                "Anchors are taken as they are, and pull what is filled in around them. "
-                "--method detail --reject-outliers leaves them out; else call them missing in the "
-                "mask.",
+                "They displace the vertices that are estimated around them. Use --method detail "
+                "--reject-outliers, or mark them as missing in the known mask.",
                 self._farthest,
             )
         yield from self._repeats()
@@ -100,7 +99,7 @@ class Motion:
     def _find_astray(self, number: int, points: Positions, observed: Mask) -> None:
         ends = self._mesh.ends
         steps = points[ends[:, 0]] - points[ends[:, 1]]
-        # What is not observed may be anything; it is sorted out among the few that are far.
+        # Unobserved positions are arbitrary; they are excluded below, among the few long edges.
         with np.errstate(invalid="ignore", over="ignore"):
             far = np.flatnonzero(np.einsum("ij,ij->i", steps, steps) > self._limits)
         far = far[observed[ends[far]].all(axis=1)]
@@ -141,11 +140,11 @@ class Motion:
             "warning",
             len(frames),
             Where.of(frames=frames),
-            f"{counted(len(frames), 'frame')} leaping far beyond those around, at worst by "
-            f"{worst:.3g} diagonals where {typical:.2g} is usual: {frames_listed(frames)}.",
-            "A cut, frames left out, or a frame in another place (two leaps, there and back). "
-            "What is unknown is carried along badly: begin a new sequence at a cut, and leave "
-            "single bad frames out.",
+            f"{counted(len(frames), 'frame')} with a jump of up to {worst:.3g} diagonals, where "
+            f"{typical:.2g} is typical: {frames_listed(frames)}.",
+            "This is a cut, a gap in the recording, or a misplaced frame (two jumps, there and "
+            "back). Estimates are inaccurate after a jump: start a new sequence at a cut, and "
+            "remove misplaced frames.",
             worst,
         )
 
@@ -154,23 +153,23 @@ class Motion:
             return
         n = len(self._repeated)
         if n == len(self.medians) - 1:
-            message = f"Nothing moves: all {n + 1} frames are the same where they were seen twice."
+            message = f"Nothing moves: all {n + 1} frames are equal where they were observed."
         else:
             which = frames_listed(self._repeated)
-            message = f"{counted(n, 'frame')} the same as the one before: {which}."
+            message = f"{counted(n, 'frame')} equal to the previous one: {which}."
         yield Finding(
             "repeated_frames",
             "note",
             n,
             Where.of(frames=self._repeated),
             message,
-            "A still subject, or a capture that hung and wrote a frame again. Completion does not "
-            "mind; leave repeated frames out if they are followed by a leap.",
+            "The subject stands still, or the capture stopped and wrote a frame again. Completion "
+            "is not affected. Remove repeated frames if a jump follows them.",
         )
 
 
 def _leaps_at(medians: NDArray[np.float64], t: int) -> bool:
-    """Whether a frame moves far more than those before and after it, its next ones left out."""
+    """Whether a frame moves much more than the frames around it, except its direct neighbours."""
     if not medians[t] > _LEAST_LEAP:
         return False
     before, after = (

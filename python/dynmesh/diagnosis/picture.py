@@ -1,4 +1,4 @@
-"""A picture of what is odd: the mesh from two sides, and the frames along a strip."""
+"""A picture of the findings: the mesh from two sides, and plots along the frames."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,7 +23,7 @@ COLOURS = (
     "#ddcc00", "#66cc44", "#ff8866", "#005555", "#bb88ee", "#550022",
 )  # fmt: skip
 _INK, _PALE = "#222222", "#888888"
-_TITLES = ("frame 0, from one side", "and from the other")
+_TITLES = ("frame 0, from one side", "from the other side")
 _SIDES = (60.0, 240.0)  # degrees
 _FRAME_MARKS = {
     "leaps": ("v", "leap"),
@@ -47,21 +47,21 @@ _STYLE: dict[str, Any] = {
 
 
 def draw(diagnosis: Diagnosis, output: Path, *, heading: str, size: int = 640) -> None:
-    """Writes a picture of what is odd.
+    """Draws the findings.
 
-    The mesh of frame 0 is shown from two opposite sides. Each kind of finding has a colour; faces,
-    and vertices that are together, are painted, and what is small has dots. Below is along the
-    frames what share of the vertices is known and how far they move, with marks at odd frames.
+    The mesh of frame 0 is shown from two opposite sides. Each kind of finding has a colour; faces
+    and connected vertices are painted, and small problems are shown as dots. The plots below show
+    the share of known vertices and the motion of each frame, with marks at frames with findings.
 
     Args:
-        diagnosis: as :func:`dynmesh.diagnose` makes it.
-        output: a PNG file; an existing one is replaced.
-        heading: over the picture.
-        size: of each side, in pixels.
+        diagnosis: the result of :func:`dynmesh.diagnose`.
+        output: a PNG file; an existing file is replaced.
+        heading: shown above the picture.
+        size: of each view, in pixels.
 
     Raises:
-        OSError: it cannot be written.
-        ImportError: pyvista is missing.
+        OSError: the file cannot be written.
+        ImportError: pyvista is not installed.
     """
     colours = {f.code: COLOURS[i % len(COLOURS)] for i, f in enumerate(diagnosis.findings)}
     pyplot = require("matplotlib.figure", extra="view")
@@ -95,7 +95,9 @@ def _sides(diagnosis: Diagnosis, colours: dict[str, str], size: int) -> list[Ima
     row[kept] = np.arange(len(kept))
     marks = [
         _mark(finding, colours[finding.code], points, faces, row)
-        for finding in sorted(diagnosis.findings, key=_extent, reverse=True)  # the rare come on top
+        for finding in sorted(
+            diagnosis.findings, key=_extent, reverse=True
+        )  # rare findings are drawn on top
     ]
     whole = np.where(there[:, None], points, 0)
     views = [View.of(points[there], diagnosis.likely_up, side, (size, size)) for side in _SIDES]
@@ -114,7 +116,7 @@ def _mark(
     faces: NDArray[np.integer[Any]],
     row: Indices,
 ) -> Mark:
-    """Painted faces and dots; `row` tells where each face is among those drawn, -1 nowhere."""
+    """Collects painted faces and dots; `row` is the row of each face among those drawn, or -1."""
     vertices, painted = finding.where.vertices, finding.where.faces
     dots = points[vertices]
     if len(painted):
@@ -128,7 +130,7 @@ def _mark(
     dots = dots[np.isfinite(dots).all(axis=1)]
     size = 2.2 if len(dots) <= 30 else 1.6 if len(dots) <= 300 else 0.9
     if len(finding.where.faces) > 30:
-        size = 0.5  # the paint is seen between them
+        size = 0.5  # so that the painted faces remain visible between them
     drawn = row[painted]
     return Mark(colour, drawn[drawn >= 0], dots, size)
 
@@ -148,7 +150,7 @@ def _write_legend(axis: "Axes", diagnosis: Diagnosis, colours: dict[str, str]) -
     axis.axis("off")
     axis.set(xlim=(0, 1), ylim=(0, 1))
     if not diagnosis.findings:
-        axis.text(0, 0.9, "nothing odd was found", color=_INK, fontsize=12)
+        axis.text(0, 0.9, "no problems were found", color=_INK, fontsize=12)
         return
     step = min(0.09, 1 / (len(diagnosis.findings) + 1))
     for i, finding in enumerate(diagnosis.findings):

@@ -1,4 +1,4 @@
-"""What is odd about what was observed: what is missing where, and values that are none."""
+"""Problems of what was observed: missing vertices and unusable positions."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -17,31 +17,31 @@ _LONG = 10  # frames
 
 
 def _largest(dtype: np.dtype[Any]) -> float:
-    """The largest coordinate that a completer of this dtype takes."""
+    """Returns the largest coordinate that a completer of this dtype accepts."""
     return 1e18 if dtype == np.float32 else 1e200
 
 
 def is_position(points: Positions) -> Mask:
-    """(k,) bool: where a position can be worked with."""
+    """Returns a (k,) bool array: which positions are usable."""
     with np.errstate(invalid="ignore"):
         return np.asarray((np.abs(points) <= _largest(points.dtype)).all(axis=1))
 
 
 def observed_in(frame: Frame) -> Mask:
-    """(k,) bool: where a frame says something that can be worked with."""
+    """Returns a (k,) bool array: which vertices have a usable position in this frame."""
     there = is_position(frame.points)
     return there if frame.known is None else there & frame.known
 
 
 class Presence:
-    """Watches what is there, frame by frame.
+    """Counts observed vertices, frame by frame.
 
     Attributes:
         shares: of each frame so far, the share of the vertices that was observed.
     """
 
     def __init__(self, mesh: Mesh, first: Frame) -> None:
-        """Begins with frame 0."""
+        """Starts with frame 0."""
         self.shares: list[float] = []
         self._mesh = mesh
         self._n_vertices = len(mesh.first)
@@ -51,7 +51,7 @@ class Presence:
         self._seen = np.zeros(self._n_vertices, np.bool_)
         self._unusable = _Places(self._n_vertices)
         self._zeros = _Places(self._n_vertices)
-        # Of what was first met at the origin nobody can say that it is not there.
+        # A vertex that was first observed at the origin may really be there.
         self._met = mesh.observed.copy()
         self._began_at_zero = ~mesh.first.any(axis=1) & mesh.observed
         n_components = int(mesh.component.max()) + 1
@@ -62,7 +62,7 @@ class Presence:
         self._count(0, first, mesh.observed)
 
     def watch(self, number: int, frame: Frame, observed: Mask) -> Mask:
-        """Takes the next frame; returns where its positions are to be believed."""
+        """Takes the next frame into account and returns which of its positions are plausible."""
         self._count(number, frame, observed)
         self._seen |= observed
         if self._first_whole is None and observed.all():
@@ -80,7 +80,7 @@ class Presence:
         return observed & ~zero
 
     def findings(self) -> Iterator[Finding]:
-        """Yields what is odd, when all frames have gone by."""
+        """Yields the problems found in all frames."""
         yield from self._frame_0()
         yield from self._not_finite()
         yield from self._zero_rows()
@@ -92,7 +92,7 @@ class Presence:
 
     def _count(self, number: int, frame: Frame, observed: Mask) -> None:
         self.shares.append(float(observed.mean()))
-        # Without masks what is not finite is missing, but what is too large is not.
+        # Without a mask, positions that are not finite are missing, but those too large are not.
         said = np.isfinite(frame.points).all(axis=1) if frame.known is None else frame.known
         self._unusable.add(number, said & ~observed)
 
@@ -100,11 +100,11 @@ class Presence:
         missing = self._missing
         if not len(missing):
             return
-        whole = "No frame is whole: fill frame 0 from a template or a still scan."
+        whole = "No frame is complete: take frame 0 from a template or a scan at rest."
         if self._first_whole is not None:
             whole = (
-                f"Frame {self._first_whole} is the first whole one: begin there, or fill frame 0 "
-                "from a template or a still scan."
+                f"Frame {self._first_whole} is the first complete one: start there, or take frame "
+                "0 from a template or a scan at rest."
             )
         yield Finding(
             "first_frame_incomplete",
@@ -113,7 +113,7 @@ class Presence:
             Where.of(vertices=missing, frames=[0]),
             f"Frame 0 lacks {len(missing)} of {counted(self._n_vertices, 'vertex')}: "
             f"{listed('vertex', missing)}.",
-            f"It cannot be completed: frame 0 is where everything moves from. {whole}",
+            f"The sequence cannot be completed: completion starts from frame 0. {whole}",
         )
 
     def _not_finite(self) -> Iterator[Finding]:
@@ -124,10 +124,10 @@ class Presence:
                 "error",
                 bad.count,
                 bad.where,
-                f"{counted(bad.count, 'position')} called known but not finite, or beyond "
+                f"{counted(bad.count, 'position')} marked as known but not finite, or beyond "
                 f"{self._limit}, in {frames_listed(bad.frames)}: {listed('vertex', bad.vertices)}.",
-                "It cannot be completed: such a frame is refused. Call them missing in the mask, "
-                "or write them as NaN in a file without masks.",
+                "The sequence cannot be completed: such a frame is refused. Mark them as missing "
+                "in the known mask, or write them as NaN in a file without masks.",
             )
 
     def _zero_rows(self) -> Iterator[Finding]:
@@ -140,16 +140,18 @@ class Presence:
             "warning",
             zeros.count,
             zeros.where,
-            f"{counted(zeros.count, 'position')} after frame 0 of exactly (0, 0, 0), "
+            f"{counted(zeros.count, 'position')} of exactly (0, 0, 0) after frame 0, "
             f"{percent(share)} of all, in {frames_listed(zeros.frames)}: "
             f"{listed('vertex', zeros.vertices)}.",
-            "Probably nothing was observed there, and the sensor wrote zeros; taken for positions "
-            "they tear the mesh to the origin. Say --missing zero.",
+            "The sensor probably wrote zeros where it observed nothing. Taken as positions, they "
+            "pull the mesh towards the origin. Use --missing zero.",
             share,
         )
 
     def _shares(self, shares: NDArray[np.float64]) -> Iterator[Finding]:
-        shares = np.where(shares > 0, np.maximum(np.round(shares, 3), 1e-3), 0)  # 10 % is 10.0 %
+        shares = np.where(
+            shares > 0, np.maximum(np.round(shares, 3), 1e-3), 0
+        )  # so that 9.96 % counts as 10 %
         none = np.flatnonzero(shares == 0) + 1
         hardly = np.flatnonzero((shares > 0) & (shares < _HARDLY_ANY)) + 1
         few = np.flatnonzero((shares >= _HARDLY_ANY) & (shares < _FEW)) + 1
@@ -160,17 +162,18 @@ class Presence:
                 "warning",
                 len(none),
                 Where.of(frames=none),
-                f"{counted(len(none), 'frame')} of which nothing is known, at most {longest} in a "
+                f"{counted(len(none), 'frame')} without any known vertex, at most {longest} in a "
                 f"row: {frames_listed(none)}.",
-                "The mesh stands still there and leaps after it. Where all is lost nothing can be "
-                "completed from the past; interpolate afterwards, if that is allowed to look "
-                "ahead.",
+                "The mesh stands still in these frames and jumps afterwards. A frame without known "
+                "vertices cannot be completed from the past; if later frames may be used, "
+                "interpolate instead.",
                 longest,
             )
         ways: tuple[tuple[str, Severity, NDArray[np.int64], str, str], ...] = (
             ("hardly_any_anchors", "warning", hardly, "2 %", "errors grow from frame to frame; use "
              "--method detail, or --extra-iterations 10"),
-            ("few_anchors", "note", few, "10 %", "--method detail is several times truer there"),
+            ("few_anchors", "note", few, "10 %", "--method detail is several times "
+             "more accurate"),
         )  # fmt: skip
         for code, severity, frames, limit, what in ways:
             if len(frames):
@@ -180,8 +183,8 @@ class Presence:
                     severity,
                     len(frames),
                     Where.of(frames=frames),
-                    f"{counted(len(frames), 'frame')} of which less than {limit} is known, at "
-                    f"worst {percent(float(least))}: {frames_listed(frames)}.",
+                    f"{counted(len(frames), 'frame')} with less than {limit} of the vertices "
+                    f"known, at worst {percent(float(least))}: {frames_listed(frames)}.",
                     f"With so few anchors {what}.",
                     float(least),
                 )
@@ -200,15 +203,15 @@ class Presence:
             len(never),
             Where.of(vertices=never),
             f"{counted(len(never), 'vertex')}, {percent(len(never) / self._n_vertices)} of all, "
-            f"never seen after frame 0, {'in patches' if patches else 'all beside seen ones'}: "
+            f"never known after frame 0, {'in patches' if patches else 'all next to known ones'}: "
             f"{listed('vertex', never)}.",
-            "All that is known of them is where they began. Single ones do little harm; in patches "
-            "errors add up, and --method detail keeps their shape.",
+            "Nothing corrects their estimates. Single vertices do little harm; in patches, errors "
+            "accumulate, and --method detail preserves their shape.",
         )
 
     def _long_unseen(self) -> Iterator[Finding]:
         if len(self._sizes) == 1:
-            return  # then the frame has no anchors, which is said already
+            return  # reported as frames without anchors
         long = np.flatnonzero((self._longest >= _LONG) & (self._sizes > 1))
         if not len(long):
             return
@@ -216,24 +219,24 @@ class Presence:
         end = int(self._longest_end[worst])
         length = int(self._longest[worst])
         vertices = np.flatnonzero(np.isin(self._mesh.component, long))
-        parts = f"{counted(len(long), 'part')} of {len(self._sizes)}"
+        parts = f"{counted(len(long), 'component')} of {len(self._sizes)}"
         member = int(np.flatnonzero(self._mesh.component == worst)[0])
         yield Finding(
             "component_unseen",
             "warning",
             len(long),
             Where.of(vertices=vertices, frames=np.arange(end - length + 1, end + 1)),
-            f"{parts} of the mesh unseen for {_LONG} frames or more; longest the part of "
-            f"{counted(int(self._sizes[worst]), 'vertex')} around vertex {member}, "
+            f"{parts} not observed for {_LONG} frames or more; longest the component of "
+            f"{counted(int(self._sizes[worst]), 'vertex')} around vertex {member}, for "
             f"{length} frames, {end - length + 1} to {end}.",
-            "It follows the parts nearest to it as a rigid body meanwhile (--unseen follow), and "
-            "leaps when it is seen again. Weld it to its neighbours if they belong together.",
+            "Meanwhile it follows the nearest components rigidly (--unseen follow), and it jumps "
+            "when it is observed again. Merge it with its neighbours if they belong together.",
             length,
         )
 
 
 class _Places:
-    """Counts vertices in frames, and keeps the first places."""
+    """Counts vertices in frames, and keeps the first ones."""
 
     def __init__(self, n_vertices: int) -> None:
         self.count = 0

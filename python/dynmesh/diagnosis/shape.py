@@ -1,4 +1,4 @@
-"""What is odd about the parts of a mesh and the shape of its triangles."""
+"""Problems of the components of a mesh and of the shape of its triangles."""
 
 from collections.abc import Iterator
 
@@ -7,13 +7,13 @@ import numpy as np
 from .finding import Finding, Where, counted, listed
 from .mesh import Mesh
 
-_FLAT = 1e-4  # height over longest edge: float32 positions hardly tell it from 0
+_FLAT = 1e-4  # height over longest edge, hardly distinguishable from 0 in float32
 _THIN = 0.01
 _SMALL_PART = 0.01  # of the vertices
 
 
 def examine(mesh: Mesh) -> Iterator[Finding]:
-    """Yields what is odd about the parts and the triangles."""
+    """Yields the problems of the components and of the triangles."""
     if mesh.topology is None:
         yield _no_faces(mesh)
         return
@@ -28,9 +28,9 @@ def _no_faces(mesh: Mesh) -> Finding:
         "error",
         1,
         Where(),
-        f"There are no faces, {counted(len(mesh.first), 'vertex')} only.",
-        "It cannot be completed: motion goes along the edges of faces. Give the mesh with --faces, "
-        "if the file holds positions alone.",
+        f"There are no faces, only {counted(len(mesh.first), 'vertex')}.",
+        "The sequence cannot be completed: motion propagates along edges. Give the mesh with "
+        "--faces if the file holds only positions.",
     )
 
 
@@ -46,15 +46,15 @@ def _isolated(mesh: Mesh) -> Iterator[Finding]:
         len(places),
         Where.of(vertices=places),
         f"{counted(len(places), 'vertex')} without an edge: {listed('vertex', places)}.",
-        "Nothing is next to them: where they are missing they follow the nearest part of the "
-        "surface. Leave them out when the mesh is exported, unless they are markers.",
+        "They have no neighbours. If they are missing, they follow the nearest part of the "
+        "surface. Unless they are markers, remove them when the mesh is exported.",
     )
 
 
 def _thin(mesh: Mesh) -> Iterator[Finding]:
     observed = mesh.observed[mesh.faces].all(axis=1)
     whole = np.flatnonzero(observed & ~mesh.degenerate)
-    # In diagonals, as the fourth power of a length may be beyond any number.
+    # In diagonals, since the fourth power of a length might overflow.
     corners = mesh.first[mesh.faces[whole]].astype(np.float64) / (mesh.diagonal or 1.0)
     sides = corners[:, [1, 2, 0]] - corners
     longest = (sides**2).sum(axis=2).max(axis=1, initial=0)
@@ -62,8 +62,8 @@ def _thin(mesh: Mesh) -> Iterator[Finding]:
     height = np.divide(doubled, longest, out=np.zeros_like(doubled), where=longest > 0)
     flat, thin = whole[height <= _FLAT], whole[(height > _FLAT) & (height < _THIN)]
     advice = (
-        "A very short edge ties its ends so strongly that other neighbours hardly count, and noise "
-        "turns such triangles over. "
+        "A very short edge couples its ends so strongly that other neighbours hardly matter, and "
+        "noise flips such triangles. "
     )
     if len(flat):
         yield Finding(
@@ -71,7 +71,7 @@ def _thin(mesh: Mesh) -> Iterator[Finding]:
             "warning",
             len(flat),
             Where.of(faces=flat),
-            f"{counted(len(flat), 'triangle')} of no area, or nearly none, in frame 0: "
+            f"{counted(len(flat), 'triangle')} without area, or nearly so, in frame 0: "
             f"{listed('face', flat)}.",
             advice + "Collapse their short edges, or remesh.",
             float(height.min()),
@@ -98,14 +98,14 @@ def _components(mesh: Mesh) -> Iterator[Finding]:
     small = (sizes < _SMALL_PART * len(mesh.first)) & (sizes > 1)
     places = np.flatnonzero(small[mesh.component])
     shown = ", ".join(map(str, parts[:4])) + (f", ... {parts[-1]}" if len(parts) > 4 else "")
-    tail = f"; of less than 1 %: {small.sum()}" if small.any() else ""
+    tail = f"; {small.sum()} have less than 1 % of the vertices" if small.any() else ""
     yield Finding(
         "several_components",
         "note",
         len(parts),
         Where.of(vertices=places),
-        f"{len(parts)} separate parts, of {shown} vertices{tail}.",
-        "A part of which a frame shows nothing follows the motion of the parts nearest to it "
-        "(--unseen follow). If parts should hang together, weld them.",
+        f"{len(parts)} separate components, of {shown} vertices{tail}.",
+        "A component that is not observed in a frame follows the motion of the nearest components "
+        "(--unseen follow). Merge components that belong together.",
         float(parts[-1]),
     )

@@ -1,4 +1,4 @@
-"""What is odd about how the faces hang together."""
+"""Problems of the connectivity of the faces."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ _SMALL_HOLE = 20  # edges
 
 
 def examine(mesh: Mesh) -> Iterator[Finding]:
-    """Yields what is odd about the surface."""
+    """Yields the problems of the surface."""
     edges = FaceEdges.of(mesh)
     yield from _coincident(mesh, edges)
     yield from _repeated_corners(mesh)
@@ -26,14 +26,14 @@ def examine(mesh: Mesh) -> Iterator[Finding]:
 
 @dataclass(frozen=True, eq=False)
 class FaceEdges:
-    """The sides of all faces but degenerate and duplicate ones, those of one edge together.
+    """The sides of all faces except degenerate and duplicate ones, grouped by edge.
 
     Attributes:
         face: (s,) of each side.
-        ends: (s, 2) ascending.
-        forward: (s,) bool: its face goes from the first end to the second.
-        starts: (e,) where the sides of each edge begin.
-        counts: (e,) how many sides each has.
+        ends: (s, 2), ascending.
+        forward: (s,) bool, whether the face goes from the first end to the second.
+        starts: (e,), where the sides of each edge begin.
+        counts: (e,), how many sides each edge has.
     """
 
     face: Indices
@@ -44,7 +44,7 @@ class FaceEdges:
 
     @classmethod
     def of(cls, mesh: Mesh) -> "FaceEdges":
-        """Sorts the sides."""
+        """Collects and sorts the sides."""
         kept = np.flatnonzero(~mesh.degenerate & ~mesh.duplicate)
         corners = mesh.faces[kept].astype(np.int64)
         begin, end = corners.reshape(-1), corners[:, [1, 2, 0]].reshape(-1)
@@ -58,7 +58,7 @@ class FaceEdges:
         return cls(np.repeat(kept, 3)[order], ends, (begin < end)[order], starts, counts)
 
     def sides_of(self, edges: Mask) -> Mask:
-        """Which sides are of these edges."""
+        """Returns which sides belong to these edges."""
         return np.repeat(edges, self.counts)
 
 
@@ -80,10 +80,10 @@ def _coincident(mesh: Mesh, edges: FaceEdges) -> Iterator[Finding]:
         "warning",
         len(places),
         Where.of(vertices=places),
-        f"{counted(len(places), 'vertex')} in exactly the place of another in frame 0, {torn} of "
-        f"them on a rim of the surface: {listed('vertex', places)}.",
-        "The surface is probably cut there, as exporters do along texture seams, and both sides "
-        "are completed each for itself and gape. Weld them before (merge by distance).",
+        f"{counted(len(places), 'vertex')} at exactly the position of another vertex in frame 0, "
+        f"{torn} of them on a boundary of the surface: {listed('vertex', places)}.",
+        "The surface is probably cut there, for example along texture seams. The two sides are "
+        "completed separately and may open. Merge them first (merge by distance).",
     )
 
 
@@ -95,8 +95,8 @@ def _repeated_corners(mesh: Mesh) -> Iterator[Finding]:
             "warning",
             len(places),
             Where.of(faces=places),
-            f"{counted(len(places), 'triangle')} with a vertex twice: {listed('face', places)}.",
-            "They are no surface, and are left out; their edges still count. Delete them.",
+            f"{counted(len(places), 'triangle')} with a repeated vertex: {listed('face', places)}.",
+            "They are ignored, but their edges still count. Delete them.",
         )
 
 
@@ -108,17 +108,17 @@ def _duplicates(mesh: Mesh) -> Iterator[Finding]:
             "warning",
             len(places),
             Where.of(faces=places),
-            f"{counted(len(places), 'triangle')} of the same three vertices as an earlier one: "
+            f"{counted(len(places), 'triangle')} with the same three vertices as an earlier one: "
             f"{listed('face', places)}.",
-            "They do no harm to completion, but flicker in pictures. Delete them.",
+            "They do not affect completion, but flicker when they are drawn. Delete them.",
         )
 
 
 def _non_manifold(mesh: Mesh, edges: FaceEdges) -> Iterator[Finding]:
     crowded = edges.counts > 2
     advice = (
-        "Completion goes on across them, but pulls together what may only touch, and method detail "
-        "knows no single shape there. Separate the sheets, or delete the inner faces."
+        "Motion propagates across them and pulls together sheets that may only touch, and method "
+        "detail has no well-defined shape there. Separate the sheets, or delete the inner faces."
     )
     if crowded.any():
         sides = edges.sides_of(crowded)
@@ -143,14 +143,14 @@ def _non_manifold(mesh: Mesh, edges: FaceEdges) -> Iterator[Finding]:
             "warning",
             len(touching),
             Where.of(faces=touching),
-            f"{counted(len(touching), 'triangle')} at vertices where sheets touch in a point: "
-            f"{listed('face', touching)}.",
+            f"{counted(len(touching), 'triangle')} at vertices where sheets touch in a single "
+            f"point: {listed('face', touching)}.",
             advice,
         )
 
 
 def _touching(mesh: Mesh) -> list[int]:
-    """The faces that the core refused because sheets touch in one of their vertices."""
+    """Returns the faces that were refused because sheets touch in one of their vertices."""
     refused = [] if mesh.topology is None else mesh.topology.refused_faces
     return [face for face, why in refused if why.startswith(("vertex ", "its vertices "))]
 
@@ -161,7 +161,7 @@ def _flipped(mesh: Mesh, edges: FaceEdges) -> Iterator[Finding]:
     agree = edges.forward[pairs] != edges.forward[pairs + 1]
     if agree.all():
         return
-    # Every face stands there twice, as it is and turned over; what can be seen together is tied.
+    # Each face is a node twice, in both orientations; consistent orientations are connected.
     m = len(mesh.faces)
     across = np.where(agree, 0, m)
     label = connected(
@@ -183,10 +183,10 @@ def _flipped(mesh: Mesh, edges: FaceEdges) -> Iterator[Finding]:
             "warning",
             len(places),
             Where.of(faces=places),
-            f"{counted(len(places), 'triangle')} turned over, against the larger part of their "
+            f"{counted(len(places), 'triangle')} oriented against the larger part of their "
             f"surface, along {counted(n_edges, 'edge')}: {listed('face', places)}.",
-            "Completion does not mind; normals, and all that is drawn or computed with them, do. "
-            "Make the orientation consistent (recalculate normals).",
+            "Completion is not affected, but normals and everything computed from them are. Make "
+            "the orientation consistent (recalculate normals).",
         )
     if len(one_sided):
         yield Finding(
@@ -194,10 +194,10 @@ def _flipped(mesh: Mesh, edges: FaceEdges) -> Iterator[Finding]:
             "warning",
             len(one_sided),
             Where.of(faces=one_sided),
-            f"{counted(len(one_sided), 'triangle')} in a surface that has only one side, as a "
-            f"Moebius strip: {listed('face', one_sided)}.",
-            "Completion does not mind, but normals cannot be consistent. Look whether two edges "
-            "were glued the wrong way round.",
+            f"{counted(len(one_sided), 'triangle')} in a surface that cannot be oriented, such as "
+            f"a Moebius strip: {listed('face', one_sided)}.",
+            "Completion is not affected, but normals cannot be consistent. Look for edges "
+            "that are connected the wrong way round.",
         )
 
 
@@ -208,10 +208,12 @@ def _small_holes(mesh: Mesh, edges: FaceEdges) -> Iterator[Finding]:
     loop = connected(len(mesh.first), rim[:, 0], rim[:, 1])[rim[:, 0]]
     loops, which, lengths = np.unique(loop, return_inverse=True, return_counts=True)
     part = np.bincount(mesh.component)[mesh.component[loops]]
-    small = (lengths <= _SMALL_HOLE) & (part > 2 * lengths**2)  # a patch has a short rim as well
+    small = (lengths <= _SMALL_HOLE) & (
+        part > 2 * lengths**2
+    )  # excludes small patches, whose boundary is short as well
     ends_meeting = np.bincount(rim.reshape(-1))
-    touched = np.isin(rim, mesh.faces[_touching(mesh)])  # a sheet that touches in a point
-    astray = (ends_meeting[rim] != 2).any(axis=1)  # the rim of a fin, which goes nowhere
+    touched = np.isin(rim, mesh.faces[_touching(mesh)])  # at sheets that touch in a single point
+    astray = (ends_meeting[rim] != 2).any(axis=1)  # the boundary of a fin, which is not a loop
     small &= ~np.isin(loops, loop[astray | touched.any(axis=1)])
     if not small.any():
         return
@@ -224,7 +226,7 @@ def _small_holes(mesh: Mesh, edges: FaceEdges) -> Iterator[Finding]:
         Where.of(vertices=places),
         f"{counted(int(small.sum()), 'small hole')} in the surface, of at most {worst} edges: "
         f"{listed('vertex', places)}.",
-        "No motion crosses a hole; a small one hardly matters. Faces are never added: fill it "
-        "before, if it should not be there.",
+        "Motion does not propagate across a hole, but a small one hardly matters. dynmesh adds no "
+        "faces: fill the hole first if it should not be there.",
         worst,
     )

@@ -1,1 +1,1 @@
-"""Pictures and pages of sequences. Needs the extra `view`."""
+"""Pictures and pages of sequences. They require the extra `view`."""

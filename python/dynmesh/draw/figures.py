@@ -24,12 +24,12 @@ SURFACE_COLOUR = "#d7dce3"
 KNOWN_COLOUR = "#0072b2"
 MISSING_COLOUR = "#cc3311"
 HEATMAP = "viridis"
-HEATMAP_RANGE = 1e-2  # errors of one frame spread over decades
+HEATMAP_RANGE = 1e-2  # first to last colour: errors in a frame vary by decades
 
 
 @dataclass(frozen=True)
 class View:
-    """Where a mesh is looked at from.
+    """The direction and the extent from which a mesh is drawn.
 
     Attributes:
         towards_viewer: direction from the mesh to the viewer.
@@ -47,13 +47,13 @@ class View:
     def of(
         cls, frames: Positions, up: str, azimuth: float, size: tuple[int, int] = (480, 640)
     ) -> "View":
-        """Looks at positions from a little above.
+        """Creates a view from slightly above.
 
         Args:
             frames: (k, 3) or (n, k, 3); all of them fit in the picture.
-            up: the axis that is up, "x", "y" or "z"; a sheet that lies flat is seen from higher.
-            azimuth: degrees around that axis, from the next axis in x, y, z, x towards the next
-                but one.
+            up: the up axis, "x", "y" or "z"; a flat sheet is viewed from higher above.
+            azimuth: viewing angle around the up axis in degrees, from the next axis (in the order
+                x, y, z, x) towards the one after it.
             size: width and height in pixels.
         """
         if up not in ("x", "y", "z"):
@@ -73,14 +73,14 @@ class View:
 
     @property
     def axes(self) -> NDArray[np.float64]:
-        """Unit vectors: right in the picture, up in the picture, towards the viewer."""
+        """Returns unit vectors: right in the picture, up in the picture, towards the viewer."""
         towards = np.asarray(self.towards_viewer) / np.linalg.norm(self.towards_viewer)
         right = np.cross(self.up, towards)
         right /= np.linalg.norm(right)
         return np.stack([right, np.cross(towards, right), towards])
 
     def around(self, points: Positions) -> "View":
-        """The same view, at the same scale, of (k, 3) positions elsewhere."""
+        """Returns the same view at the same scale, moved to other (k, 3) positions."""
         middle = (points.min(axis=0) + points.max(axis=0)) / 2
         half = (self.box[1] - self.box[0]) / 2
         return replace(self, box=np.stack([middle - half, middle + half]))
@@ -103,23 +103,23 @@ def render(
     Args:
         faces: (m, 3) integers.
         points: (k, 3) positions.
-        view: where it is looked at from.
+        view: the view to draw from.
         known: (k,) bool: colours the surface blue around known and red around missing vertices.
         values: (k,) not negative: colours the surface on a logarithmic scale up to `limit`.
-        limit: with `values`, that of the last colour; the first is for `HEATMAP_RANGE` times it
-            and less.
-        places: (k,) from 0, the first of `colours`, to 1, the last.
-        colours: with `places`, one step after another, each as "#rrggbb".
-        dots: (k,) bool, with `places`: draws these vertices, which may be in no face, as dots.
+        limit: with `values`, the value of the last colour; the first colour is for
+            `HEATMAP_RANGE` times the limit and less.
+        places: (k,), from 0 for the first of `colours` to 1 for the last.
+        colours: with `places`, the steps of the colour scale, each as "#rrggbb".
+        dots: (k,) bool, with `places`: vertices to draw as dots; they need not be in a face.
 
     Returns:
         (height, width, 3) uint8, on white.
 
     Raises:
-        ImportError: pyvista is missing.
-        ValueError, TypeError: a face refers to no vertex, a position or value is not finite,
-            another shape, a limit that is not positive, or more than one of `known`, `values` and
-            `places`.
+        ImportError: pyvista is not installed.
+        ValueError, TypeError: a face refers to no vertex, a position or value is not finite, an
+            array has the wrong shape, the limit is not positive, or more than one of `known`,
+            `values` and `places` is given.
     """
     _check(faces, points, known, values, limit, places)
     pyvista = load_pyvista()
@@ -163,12 +163,12 @@ def render(
 
 @dataclass(frozen=True, eq=False)
 class Mark:
-    """Something that stands out in a picture of a mesh.
+    """A highlighted part of a picture of a mesh.
 
     Attributes:
         colour: as "#rrggbb".
-        faces: (f,) integers, of the faces to paint.
-        points: (p, 3) where to put dots.
+        faces: (f,) integers, the faces to paint.
+        points: (p, 3) positions of dots.
         size: of the dots, in hundredths of the picture.
     """
 
@@ -181,9 +181,9 @@ class Mark:
 def render_marked(
     faces: NDArray[np.integer[Any]], points: Positions, view: View, marks: Sequence[Mark]
 ) -> Image:
-    """Draws one frame with marks on it, each over those before it.
+    """Draws one frame with marks on it, later marks over earlier ones.
 
-    Takes, returns and raises what :func:`render` does.
+    The arguments, the result and the errors are those of :func:`render`.
     """
     _check(faces, points, None, None, None, None)
     pyvista = load_pyvista()
@@ -210,7 +210,7 @@ def render_marked(
 
 
 def cropped(images: list[Image], margin: int = 12) -> list[Image]:
-    """Cuts the white around the images away, from all alike so that they stay comparable."""
+    """Crops white margins, from all images alike so that they stay comparable."""
     marked = np.any([(image < 250).any(axis=2) for image in images], axis=0)
     rows, columns = np.flatnonzero(marked.any(axis=1)), np.flatnonzero(marked.any(axis=0))
     if not len(rows):
@@ -227,7 +227,7 @@ def _check(
     limit: float | None,
     places: NDArray[np.floating[Any]] | None,
 ) -> None:
-    """VTK trusts its input: a face out of range would end the process."""
+    """Checks the input, since VTK would end the process for a face out of range."""
     if points.ndim != 2 or points.shape[1] != 3:
         raise ValueError(f"points: must have shape (k, 3), not {points.shape}")
     cells(faces, len(points))
@@ -241,22 +241,22 @@ def _check(
     colourings = (("known", known), ("values", values), ("places", places))
     given = [name for name, array in colourings if array is not None]
     if len(given) > 1:
-        raise ValueError(f"{given[1]}: there is one colour to a vertex, and {given[0]} takes it")
+        raise ValueError(f"{given[1]}: cannot be combined with {given[0]}")
     if values is not None and not (limit is not None and np.isfinite(limit) and limit > 0):
         raise ValueError(f"limit: must be positive and finite, not {limit}")
 
 
 def load_pyvista(extra: str = "view") -> Any:
-    """The library that draws, or an ImportError that names the extra which installs it."""
+    """Imports pyvista, or raises an ImportError that names the extra which installs it."""
     if sys.platform == "linux" and not os.environ.get("DISPLAY"):
-        # Without a screen: else VTK looks for one and complains that there is none.
+        # Otherwise VTK looks for a screen and prints an error if there is none.
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
     return require("pyvista", extra=extra)
 
 
 @contextmanager
 def _stage(view: View) -> Iterator[Any]:
-    """A plotter without a window, closed in the end."""
+    """Creates a plotter without a window, which is closed in the end."""
     plotter = load_pyvista().Plotter(off_screen=True, window_size=view.size, lighting="light kit")
     try:
         plotter.set_background("white")

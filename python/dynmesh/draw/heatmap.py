@@ -1,4 +1,4 @@
-"""What is shown of a sequence: its frames, what is missing in them, and a value per vertex."""
+"""What is drawn of a sequence: its frames, its missing vertices, and a value per vertex."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from ..sequence import Mask, Positions
 from .scales import CountScale, ErrorScale, KnownScale, Scale, Values, round_up
 
 Colour = Literal["error", "generation", "age", "known"]
-"""What the colour of a vertex says."""
+"""What the colour of a vertex shows."""
 
 _SMALLEST_LIMIT = 1e-6  # of the bounding-box diagonal: about what float32 positions resolve
 
@@ -26,9 +26,10 @@ class ShownFrame:
 
     Attributes:
         number: in the sequence.
-        points: (k, 3); meaningless where a vertex is missing.
+        points: (k, 3), arbitrary where a vertex is missing.
         visible: (k,) bool, False where a vertex is missing.
-        values: (k,) what the colour says, or None in one colour; meaningless as `points`.
+        values: (k,), shown by the colours, arbitrary where a vertex is missing; None for one
+            colour.
     """
 
     number: int
@@ -37,32 +38,32 @@ class ShownFrame:
     values: Values | None
 
     def of(self, vertices: NDArray[np.intp]) -> "ShownFrame":
-        """The same with some of the vertices only."""
+        """Returns the same frame with only some of its vertices."""
         values = None if self.values is None else self.values[vertices]
         return ShownFrame(self.number, self.points[vertices], self.visible[vertices], values)
 
 
 class Heatmap:
-    """The frames of a sequence with what their colours say.
+    """The frames of a sequence with the values that their colours show.
 
     Attributes:
         reader: of the sequence.
-        colour: what the colours say; None: nothing.
+        colour: what the colours show; None for nothing.
     """
 
     def __init__(
         self, reader: Reader, *, reference: Reader | None = None, colour: Colour | None = None
     ) -> None:
-        """Decides what to show.
+        """Determines what to show.
 
         Args:
             reader: of the sequence.
-            reference: of the truth, for errors.
-            colour: None: the error where there is a reference, else the generation where the
-                sequence has it, else what is known where the sequence says, else nothing.
+            reference: of the true sequence, for errors.
+            colour: None chooses the error if there is a reference, otherwise the generation or the
+                known mask if the sequence has them, otherwise nothing.
 
         Raises:
-            ValueError: the sequence does not hold what `colour` asks for, or does not fit the
+            ValueError: the sequence does not hold what `colour` requires, or does not match the
                 reference; the message names the file.
         """
         self.reader = reader
@@ -70,13 +71,15 @@ class Heatmap:
         self._reference = reference
         if reference is not None:
             if self.colour != "error":
-                raise ValueError(f"a reference tells errors, but the colour is {self.colour}")
+                raise ValueError(f"reference: requires the colour error, not {self.colour}")
             check_comparable(reader, reference)
             self._diagonal = bounding_box_diagonal(next(iter(reference)).points)
             if not self._diagonal > 0:
-                raise ValueError(f"{reference.path}: frame 0 has no extent to measure errors by")
+                raise ValueError(
+                    f"{reference.path}: errors have no unit, as all of frame 0 is at one point"
+                )
         elif self.colour == "error":
-            raise ValueError("errors are told by a reference, but there is none")
+            raise ValueError("colour: error requires a reference")
         if self.colour in ("generation", "age") and not reader.has_provenance:
             raise ValueError(
                 f"{reader.path}: holds no {self.colour}; dynmesh complete --provenance writes it"
@@ -101,7 +104,7 @@ class Heatmap:
             yield ShownFrame(number, frame.points, visible, self._values(number, frame, truth))
 
     def scale(self, frames: Sequence[ShownFrame]) -> Scale | None:
-        """A colour scale that suits the values of all these frames; None where there are none."""
+        """Returns a colour scale for the values of all these frames, or None if there are none."""
         values: list[NDArray[Any]] = [
             frame.values[frame.visible] for frame in frames if frame.values is not None
         ]
@@ -110,7 +113,7 @@ class Heatmap:
         if self.colour == "known":
             return KnownScale(with_filled_in=self.reader.has_provenance)
         if self.colour == "error":
-            # Not the largest: one outlier would leave all else in one colour.
+            # Not the maximum: with one outlier, everything else would have one colour.
             limit = max((np.percentile(v, 99) for v in values if len(v)), default=0.0)
             return ErrorScale(round_up(max(float(limit), _SMALLEST_LIMIT)))
         largest = max((int(v.max()) for v in values if len(v)), default=0)
@@ -129,7 +132,7 @@ class Heatmap:
             if missing.any():
                 raise ValueError(
                     f"{self._reference.path}: frame {number} lacks vertex {missing.argmax()}; "
-                    "errors are told by whole sequences"
+                    "errors require a complete reference"
                 )
             with np.errstate(invalid="ignore"):  # missing positions may be infinite
                 difference = frame.points.astype(np.float64) - truth.points
@@ -140,7 +143,7 @@ class Heatmap:
 
 
 def likely_up(first: Positions, said: str | None) -> str:
-    """The axis that is up: what the file says, else z for a sheet that lies flat, else y."""
+    """Returns the up axis: as the file states it, else z for a flat sheet, else y."""
     if said is not None:
         return said
     extent = np.ptp(first[np.isfinite(first).all(axis=1)], axis=0)
@@ -150,7 +153,7 @@ def likely_up(first: Positions, said: str | None) -> str:
 def whole_faces(
     faces: NDArray[np.integer[Any]], visible: Mask
 ) -> tuple[NDArray[np.integer[Any]], Mask]:
-    """The triangles with no missing vertex, and the vertices that are there but in none of them."""
+    """Returns the triangles without missing vertices, and the visible vertices in none of them."""
     whole = faces[visible[faces].all(axis=1)]
     alone = visible.copy()
     alone[whole] = False

@@ -15,7 +15,7 @@ from .sheet import contact_sheet
 
 
 def evenly_spaced(n_frames: int, count: int) -> list[int]:
-    """The numbers of at most `count` of `n_frames` frames, the first and the last among them."""
+    """Returns at most `count` of `n_frames` frame numbers, including the first and the last."""
     return sorted({round(x) for x in np.linspace(0, n_frames - 1, count)})
 
 
@@ -31,26 +31,26 @@ def picture(
     size: tuple[int, int] = (480, 480),
     watch: Callable[[Iterable[ShownFrame], int], Iterable[ShownFrame]] = lambda frames, _: frames,
 ) -> None:
-    """Draws frames of a sequence, all at one scale, with one colour bar.
+    """Draws frames of a sequence, all at the same scale, with one colour bar.
 
-    Triangles with a missing vertex are left out; vertices left in no triangle become dots.
+    Triangles with a missing vertex are left out; remaining vertices without a triangle become dots.
 
     Args:
         reader: of the sequence.
-        output: a PNG file; an existing one is replaced.
-        numbers: of the frames, one or several; :func:`evenly_spaced` helps.
-        reference: of the truth, for errors.
-        colour: as :class:`dynmesh.heatmap.Heatmap` decides.
-        up: "x", "y" or "z"; None: what the file says, else z for a sheet that lies flat, else y.
-        azimuth: degrees around that axis to look from.
+        output: a PNG file; an existing file is replaced.
+        numbers: of the frames, one or several; see :func:`evenly_spaced`.
+        reference: of the true sequence, for errors.
+        colour: see :class:`dynmesh.draw.heatmap.Heatmap`.
+        up: "x", "y" or "z"; None means as the file states it, else z for a flat sheet, else y.
+        azimuth: viewing angle around the up axis, in degrees.
         size: of each frame, in pixels.
-        watch: gets the frames and how many there are, and passes them on while they are read.
+        watch: called with the frames and their number; it must pass the frames on.
 
     Raises:
-        OSError: it cannot be written.
-        ImportError: pyvista or Pillow is missing.
-        ValueError: there is no such frame, no vertex in any of them, or as
-            :class:`dynmesh.heatmap.Heatmap` says.
+        OSError: the file cannot be written.
+        ImportError: pyvista or Pillow is not installed.
+        ValueError: a frame does not exist, no vertex is visible in any of them, or see
+            :class:`dynmesh.draw.heatmap.Heatmap`.
     """
     require_all("PIL.Image", "matplotlib", extra="view")
     figures.load_pyvista()
@@ -58,7 +58,7 @@ def picture(
     for number in numbers:
         if not 0 <= number < reader.n_frames:
             raise ValueError(
-                f"{reader.path}: has no frame {number}, but 0 to {reader.n_frames - 1}"
+                f"{reader.path}: has no frame {number}, only 0 to {reader.n_frames - 1}"
             )
     chosen = (frame for n in numbers for frame in heatmap.frames(range(n, n + 1)))
     frames = list(watch(chosen, len(numbers)))

@@ -1,4 +1,4 @@
-"""Colour scales: which colour stands for which value, and how people read it."""
+"""Colour scales: the colours of values, and their labels."""
 
 import math
 from abc import ABC, abstractmethod
@@ -13,7 +13,7 @@ from .figures import HEATMAP, HEATMAP_RANGE, KNOWN_COLOUR, MISSING_COLOUR, SURFA
 
 Values = NDArray[np.number[Any]]
 
-SINGLE_STEPS = 8  # so many classes are told apart one by one; after that they double in width
+SINGLE_STEPS = 8  # counts with a colour each; larger ones share colours in ranges that double
 
 
 class Tick(NamedTuple):
@@ -33,21 +33,21 @@ class Scale(ABC):
     """
 
     def __init__(self, title: str, colours: Sequence[str], ticks: Sequence[Tick]) -> None:
-        """Is called by the subclasses."""
+        """Sets the attributes; called by the subclasses."""
         self.title = title
         self.colours = tuple(colours)
         self.ticks = tuple(ticks)
 
     @abstractmethod
     def place(self, values: Values) -> NDArray[np.float32]:
-        """Where values are on the bar, in 0 to 1."""
+        """Returns the positions of values on the bar, in 0 to 1."""
 
 
 class ErrorScale(Scale):
-    """Errors, logarithmic, because those of one frame spread over decades."""
+    """Errors, on a logarithmic scale, since those in one frame vary by decades."""
 
     def __init__(self, limit: float) -> None:
-        """Ends at `limit`, in bounding-box diagonals, and begins at `HEATMAP_RANGE` times it."""
+        """Creates a scale that ends at `limit`, which is in bounding-box diagonals."""
         self._last = math.log10(limit)
         self._decades = -math.log10(HEATMAP_RANGE)
         first = limit * HEATMAP_RANGE
@@ -61,7 +61,7 @@ class ErrorScale(Scale):
         super().__init__(title, _colour_map(HEATMAP, 64), ticks)
 
     def place(self, values: Values) -> NDArray[np.float32]:
-        """Where errors, in bounding-box diagonals, are on the bar."""
+        """Returns the positions of errors, in bounding-box diagonals, on the bar."""
         floor = 10.0 ** (self._last - self._decades)
         exponents = np.log10(np.maximum(values, floor))
         places = np.clip((exponents - self._last) / self._decades + 1, 0, 1)
@@ -69,18 +69,18 @@ class ErrorScale(Scale):
 
 
 class CountScale(Scale):
-    """Counts: a step for 0, then one for each number, or for ever more of them; -1 comes last."""
+    """Counts: steps for 0, then for each number, then for growing ranges; -1 comes last."""
 
     def __init__(
         self, title: str, largest: int, *, zero: str, minus_one: str | None = None
     ) -> None:
-        """Makes as many steps as needed.
+        """Creates as many steps as needed.
 
         Args:
-            title: what is counted.
-            largest: count.
-            zero: what 0 means.
-            minus_one: what -1 means, if it occurs.
+            title: names what is counted.
+            largest: the largest count.
+            zero: label of 0.
+            minus_one: label of -1, if it occurs.
         """
         starts = list(range(largest + 1))
         if largest > SINGLE_STEPS:
@@ -100,7 +100,7 @@ class CountScale(Scale):
         super().__init__(title, colours, _middles(labels))
 
     def place(self, values: Values) -> NDArray[np.float32]:
-        """Where counts are on the bar, each in the middle of its step."""
+        """Returns the positions of counts on the bar, each in the middle of its step."""
         step = np.searchsorted(self._starts, values, side="right") - 1
         return np.where(step < 0, 1 - 0.5 / self._n_steps, (step + 0.5) / self._n_steps).astype(
             np.float32
@@ -111,7 +111,7 @@ class KnownScale(Scale):
     """Whether positions were observed."""
 
     def __init__(self, *, with_filled_in: bool) -> None:
-        """Has a step for positions that were filled in only where there can be any."""
+        """Includes a step for positions that were filled in only if there can be any."""
         labels, colours = ["observed"], [KNOWN_COLOUR]
         if with_filled_in:
             labels, colours = ["filled in", "observed"], [MISSING_COLOUR, KNOWN_COLOUR]
@@ -119,12 +119,12 @@ class KnownScale(Scale):
         super().__init__("known vertices", colours, _middles(labels))
 
     def place(self, values: Values) -> NDArray[np.float32]:
-        """Where 0, filled in, and 1, observed, are on the bar."""
+        """Returns the positions of 0, filled in, and 1, observed, on the bar."""
         return np.where(values, 1 - 0.5 / self._n_steps, 0.5 / self._n_steps).astype(np.float32)
 
 
 def round_up(value: float) -> float:
-    """The next of 1, 2 or 5 times a power of ten; positive values only."""
+    """Returns the next of 1, 2 or 5 times a power of ten, for positive values."""
     power = 10.0 ** math.floor(math.log10(value))
     return next(step * power for step in (1, 2, 5, 10) if step * power >= value * (1 - 1e-9))
 
@@ -138,7 +138,7 @@ def _percent(share: float) -> str:
 
 
 def _colour_map(name: str, n: int) -> list[str]:
-    """`n` colours from Matplotlib, which comes with pyvista."""
+    """Returns `n` colours from Matplotlib, which is installed with pyvista."""
     matplotlib = require("matplotlib", extra="view")
     colours = matplotlib.colormaps[name](np.linspace(0, 1, n), bytes=True)
     return [f"#{red:02x}{green:02x}{blue:02x}" for red, green, blue, _ in colours]

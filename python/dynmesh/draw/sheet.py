@@ -1,4 +1,4 @@
-"""Several pictures on one sheet, with a colour bar."""
+"""Several pictures on one sheet with a colour bar."""
 
 import math
 import textwrap
@@ -14,7 +14,7 @@ from .scales import Scale
 _MARGIN = 12
 _LINE = 20
 _INK = "#222222"
-_PROPORTION = 1.6  # of a whole sheet, width to height
+_PROPORTION = 1.6  # of a sheet, width to height
 _BAR_WIDTH = 22
 _LEGEND_WIDTH = 190
 
@@ -22,13 +22,13 @@ _LEGEND_WIDTH = 190
 def contact_sheet(
     heading: str, images: Sequence[Image], captions: Sequence[str], scale: Scale | None
 ) -> Any:
-    """Lays pictures out in rows.
+    """Arranges pictures in rows.
 
     Args:
-        heading: over all of them.
-        images: of one size.
-        captions: one under each.
-        scale: for the colour bar at the right; None: there is none.
+        heading: shown above all pictures.
+        images: pictures of equal size.
+        captions: one under each picture.
+        scale: for the colour bar at the right; None for no bar.
 
     Returns:
         A Pillow image.
@@ -62,7 +62,7 @@ def contact_sheet(
 
 
 def _columns(count: int, proportion: float) -> int:
-    """So many that a sheet of cells of this proportion has about the one that it should have."""
+    """Returns the number of columns for which the sheet has about the desired proportion."""
     rows = max(1, round(math.sqrt(count * proportion / _PROPORTION)))
     return math.ceil(count / rows)
 

@@ -1,8 +1,8 @@
-"""Reading and writing sequences: the one place that knows file formats.
+"""Reading and writing sequences. Only this package depends on file formats.
 
-Each format has a module with a reader and a writer; all of them work one frame at a time, so memory
-does not grow with the length of a sequence. `reader.py` and `writer.py` say what
-they have in common.
+Each format has a module with a reader and a writer. They process one frame at a time, so memory
+does not grow with the length of a sequence. `reader.py` and `writer.py` document their common
+interface.
 """
 
 from collections.abc import Mapping
@@ -71,19 +71,19 @@ def open(
     """Opens a sequence to read it frame by frame, in constant memory.
 
     Args:
-        path: a file, or the files of a sequence in one file per frame: a pattern as
-            ``frame_%04d.ply``, a glob as ``*.ply``, or their folder.
-        format: one of :data:`dynmesh.files.formats`; None goes by the suffix.
-        faces: (m, 3) integers, or a file with the same mesh, for formats that hold positions alone.
+        path: a file, or a sequence in one file per frame: a pattern such as ``frame_%04d.ply``, a
+            glob such as ``*.ply``, or a folder.
+        format: one of :data:`dynmesh.files.formats`; None means the format of the suffix.
+        faces: (m, 3) integers, or a file with the same mesh, for formats that hold only positions.
             None: from the file that :func:`write` put beside it.
-        prim: the path of the mesh, where a file holds several (USD, Alembic).
-        known: (n, k) bool, or a `.npy` file with it: the known masks, in place of those in `path`.
-        missing: "zero": positions of exactly (0, 0, 0) were not observed, except in frame 0.
+        prim: the path of the mesh, if a file holds several (USD, Alembic).
+        known: (n, k) bool, or a `.npy` file with it: known masks that replace those in `path`.
+        missing: "zero" if positions of exactly (0, 0, 0) after frame 0 were not observed.
 
     Raises:
         OSError: the file cannot be opened.
-        ImportError: a library is needed for this format; the message says how to install it.
-        ValueError: it is no sequence; the message names the file and what is wrong.
+        ImportError: the library for this format is not installed; the message names its extra.
+        ValueError: the file is not a valid sequence; the message names the file and the problem.
     """
     check_path("path", path)
     path = Path(path)
@@ -119,30 +119,30 @@ def create(
     derived: Mapping[str, str] | None = None,
     format: str | None = None,
 ) -> Writer:
-    """Begins a file to which a sequence is written frame by frame, in constant memory.
+    """Creates a file to which a sequence is written frame by frame, in constant memory.
 
     Args:
-        path: an existing file is replaced when the new one is whole.
+        path: an existing file is replaced when the new one is complete.
         faces: (m, 3) integers.
-        n_frames: how many frames will be appended.
-        n_vertices: of each frame.
+        n_frames: number of frames that will be appended.
+        n_vertices: number of vertices of each frame.
         dtype: of the positions, float32 or float64.
         fps: frames per second, if known.
-        polygons: the faces before they were cut into triangles, if they were no triangles.
+        polygons: the faces before they were cut into triangles, if not all of them were triangles.
         up_axis: "y" or "z", if known.
-        name: of the mesh in the file, for formats that hold several.
+        name: path of the mesh in the file, for formats that can hold several.
         start: the number of the first frame in the file; see :class:`dynmesh.Sequence`.
         times: (n,) the number of each frame in the file, if they do not follow from `start`.
-        metres_per_unit: how long a unit of the positions is, if known.
-        with_known: whether each frame comes with its mask.
-        with_provenance: whether each frame comes with the generation and age of its vertices.
-        derived: what shall be computed from the positions; see :class:`dynmesh.Sequence`.
-        format: one of :data:`dynmesh.files.formats`; None goes by the suffix.
+        metres_per_unit: length of a unit of the positions, if known.
+        with_known: whether each frame is appended with its known mask.
+        with_provenance: whether each frame is appended with generation and age.
+        derived: what to compute from the positions; see :class:`dynmesh.Sequence`.
+        format: one of :data:`dynmesh.files.formats`; None means the format of the suffix.
 
     Raises:
         OSError: the file cannot be written.
-        ImportError: a library is needed for this format; the message says how to install it.
-        TypeError, ValueError: an argument is of the wrong kind or shape.
+        ImportError: the library for this format is not installed; the message names its extra.
+        TypeError, ValueError: an argument has the wrong kind or shape.
     """
     header = Header(
         faces, n_frames, n_vertices, np.dtype(dtype), fps, polygons, up_axis, name, start, times,
@@ -159,7 +159,7 @@ def begin(
     folder: Path | None = None,
     resume_at: int = 0,
 ) -> Writer:
-    """As :func:`create`, with a header; `folder` and `resume_at` as :class:`Writer` says."""
+    """Does the same as :func:`create` for a header; :class:`Writer` explains the other options."""
     check_path("path", path)
     path = Path(path)
     with naming(path):
@@ -174,7 +174,7 @@ def create_like(
     with_provenance: bool = False,
     format: str | None = None,
 ) -> Writer:
-    """Begins a file for the sequence of `reader`, changed. As :func:`create`."""
+    """Creates a file for the sequence of `reader` with changes; see :func:`create`."""
     header = replace(reader.header, has_known=with_known, has_provenance=with_provenance)
     return begin(path, header, format=format)
 
@@ -188,7 +188,7 @@ def read(
     known: NDArray[np.bool_] | PathLike | None = None,
     missing: Literal["zero"] | None = None,
 ) -> Sequence:
-    """Reads a whole sequence into memory. Takes and raises what :func:`open` does."""
+    """Reads a whole sequence into memory. The arguments and errors are those of :func:`open`."""
     with open(path, format=format, faces=faces, prim=prim, known=known, missing=missing) as reader:
         header = reader.header
         shape = (header.n_frames, header.n_vertices)
@@ -211,9 +211,9 @@ def read(
 
 
 def write(path: PathLike, sequence: Sequence, *, format: str | None = None) -> None:
-    """Writes a whole sequence. An existing file is replaced when the new one is whole.
+    """Writes a whole sequence. An existing file is replaced when the new one is complete.
 
-    Raises what :func:`create` does.
+    The errors are those of :func:`create`.
     """
     if not isinstance(sequence, Sequence):
         raise TypeError(f"sequence: must be a Sequence, not {type(sequence).__name__}")

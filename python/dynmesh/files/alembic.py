@@ -1,10 +1,10 @@
 """Alembic: the positions of one PolyMesh in an Ogawa archive, with a sample for each frame.
 
-Of the scene, only what the mesh itself says is read: its positions, in its own space, and its
-faces. Alembic's faces wind clockwise; they are turned round on the way in and out. The known mask
-is the geometry parameter `known` (uint8, 0 and 1), `generation` and `age` (int32) are parameters
-too, each with a value per vertex. The description of the archive says which axis is up and how long
-a unit is.
+Of the scene, only the mesh itself is read: its positions, in its own space, and its faces.
+Alembic's faces wind clockwise; they are reversed when read and written. The known mask is the
+geometry parameter `known` (uint8, 0 and 1), and `generation` and `age` (int32) are parameters as
+well, each with one value per vertex. The description of the archive states the up axis and the
+length of a unit.
 """
 
 import contextlib
@@ -27,28 +27,28 @@ from .times import Timing, broadcast, frame_number, frame_seconds, spacing, unev
 from .writer import Writer
 
 parameters = {"known": "Uchar", "generation": "Int32", "age": "Int32"}
-"""What a vertex has beside its position, and the kind of geometry parameter that holds it."""
+"""The data of a vertex besides its position, and the kind of geometry parameter that holds it."""
 
 
 class AlembicReader(Reader):
-    """The frames of a mesh: the samples of its positions.
+    """The frames of a mesh, which are the samples of its positions.
 
-    Alembic knows the time of every sample, but without more it is one second from sample to sample.
-    So `fps` is None, and the times are the numbers of the frames, where samples are one second
-    apart and the archive does not hold the rate of the program that wrote it. Where samples are not
-    evenly spaced, frames are counted at that rate or, without it, at the samples' usual one.
+    Alembic stores the time of every sample; by default, samples are one second apart. If they are
+    and the archive does not hold the rate of the program that wrote it, `fps` is None and the times
+    are the numbers of the frames. If samples are not evenly spaced, frames are counted at that rate
+    or, without it, at the median rate of the samples.
     """
 
     def __init__(self, path: Path, template: Template | None, prim: str | None) -> None:
-        """Opens the archive and reads everything but the frames."""
+        """Opens the archive and reads everything except the frames."""
         refuse_template(template)
-        with path.open("rb") as file:  # the system says best what it does not allow
+        with path.open("rb") as file:  # gives the error message of the system
             if file.read(8) == b"\x89HDF\r\n\x1a\n":
                 raise ValueError(
-                    "is an Alembic archive of the old kind, in HDF5; "
-                    "Alembic's own abcconvert makes a new one of it: abcconvert -toOgawa OLD NEW"
+                    "is an Alembic archive of the old kind, in HDF5; convert it with Alembic's "
+                    "program abcconvert: abcconvert -toOgawa OLD NEW"
                 )
-        with _translating(ValueError, "is damaged or no Alembic archive"):
+        with _translating(ValueError, "is damaged or not an Alembic archive"):
             self._archive = _alembic("Abc").IArchive(str(path))
             self._mesh = _mesh(self._archive, prim)
             self._positions = self._mesh.getSchema().getPositionsProperty()
@@ -84,7 +84,7 @@ class AlembicReader(Reader):
                 }
             if "known" in values:
                 if (values["known"] > 1).any():
-                    raise ValueError(f"frame {number}: known must hold 0 and 1 only")
+                    raise ValueError(f"frame {number}: known must hold only 0 and 1")
                 values["known"] = values["known"].astype(np.bool_)
             yield Frame(points, **values)
 
@@ -135,7 +135,7 @@ def _faces_at(properties: tuple[Any, Any], number: int) -> Polygons:
 
 
 def _turned(polygons: Polygons) -> Polygons:
-    """With the corners of every polygon in reverse order."""
+    """Returns the polygons with the corners in reverse order."""
     check_polygons(polygons)
     ends = np.cumsum(polygons.sizes)
     last = np.repeat(2 * ends - polygons.sizes - 1, polygons.sizes)
@@ -143,12 +143,12 @@ def _turned(polygons: Polygons) -> Polygons:
 
 
 def _timing(archive: Any, positions: Any) -> Timing:
-    """Frames per second, if the archive tells them, and the numbers of the frames."""
+    """Returns the frames per second, if the archive states them, and the numbers of the frames."""
     sampling = positions.getTimeSampling()
     kind = sampling.getTimeSamplingType()
     times = [sampling.getSampleTime(i) for i in range(positions.getNumSamples())]
     step = kind.getTimePerCycle() if kind.isUniform() else spacing(times)
-    said = _alembic("Abc").GetArchiveInfo(archive).get("dccFPS")  # six decimals
+    said = _alembic("Abc").GetArchiveInfo(archive).get("dccFPS")  # has only six decimals
     rate = next((fps for fps in broadcast if round(fps, 6) == said), said or None)
     if step is None and len(times) > 1:
         return uneven(times, rate)
@@ -159,7 +159,7 @@ def _timing(archive: Any, positions: Any) -> Timing:
 
 
 def _parameters(schema: Any, n_frames: int) -> dict[str, Any]:
-    """The geometry parameters that are there, generation and age both or neither."""
+    """Returns the geometry parameters that exist; generation and age only together."""
     geometry = _alembic("AbcGeom")
     compound = schema.getArbGeomParams()
     headers = {h.getName(): h for h in compound.propertyheaders} if compound.valid() else {}
@@ -169,10 +169,10 @@ def _parameters(schema: Any, n_frames: int) -> dict[str, Any]:
             continue
         parameter = getattr(geometry, f"I{kind}GeomParam")
         if not parameter.matches(headers[name]):
-            raise ValueError(f"{name}: must be a geometry parameter of {kind.lower()}")
+            raise ValueError(f"{name}: must be a geometry parameter of type {kind.lower()}")
         found[name] = parameter(compound, name)
         if found[name].getScope() != geometry.GeometryScope.kVertexScope:
-            raise ValueError(f"{name}: must have a value per vertex")
+            raise ValueError(f"{name}: must have one value per vertex")
         if found[name].getNumSamples() not in (1, n_frames):
             raise ValueError(
                 f"{name}: has {found[name].getNumSamples()} samples for {n_frames} frames"
@@ -181,14 +181,14 @@ def _parameters(schema: Any, n_frames: int) -> dict[str, Any]:
 
 
 class AlembicWriter(Writer):
-    """An archive with one mesh, in the making; positions are rounded to float32.
+    """An archive with one mesh that is being written; positions are rounded to float32.
 
-    It cannot go on with an unfinished archive: what is needed to read one is written at its end.
+    An unfinished archive cannot be continued, since its index is written at its end.
     """
 
     keeps_float64 = False
 
-    def _begin(self, kept: int) -> None:  # noqa: ARG002 (never goes on)
+    def _begin(self, kept: int) -> None:  # noqa: ARG002 (always 0, as it is not resumable)
         header = self.header
         self._archive = None
         self._file = (self.folder / self.path.name).open("w+b")
@@ -242,9 +242,9 @@ class AlembicWriter(Writer):
                 parameter.set(sample(array, geometry.GeometryScope.kVertexScope))
 
     def _reserve(self, size: int) -> None:
-        """Raises OSError where there is no room for so much and for the end of the archive.
+        """Raises OSError if the disk has no room for this many bytes and the end of the archive.
 
-        Where the system refuses a write of Alembic's while it closes an archive, the process ends.
+        If the system refuses a write while Alembic closes an archive, the process ends.
         """
         file = self._file.fileno()
         end = os.fstat(file).st_size
@@ -260,12 +260,12 @@ class AlembicWriter(Writer):
 
     def _close(self) -> None:
         if self._archive is not None:
-            os.ftruncate(self._file.fileno(), 0)  # makes room for what Alembic writes now
+            os.ftruncate(self._file.fileno(), 0)  # frees the space for what Alembic writes now
             self._release()
         self._file.close()
 
     def _release(self) -> None:
-        """Lets go of everything, which is how Alembic closes an archive."""
+        """Releases all objects, which makes Alembic close the archive."""
         self._archive = self._schema = None
         self._parameters = {}
 
@@ -287,7 +287,7 @@ def _alembic(name: str) -> Any:
 
 @contextlib.contextmanager
 def _translating(kind: type[Exception], what: str) -> Iterator[None]:
-    """Raises the library's errors as others of that kind."""
+    """Raises the library's errors as errors of another kind."""
     try:
         yield
     except RuntimeError as error:

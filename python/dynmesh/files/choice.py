@@ -1,4 +1,4 @@
-"""Which format a file has, and what a writer of that format would do."""
+"""Selection of the format of a file, and questions about the writer of that format."""
 
 import errno
 import glob
@@ -31,26 +31,26 @@ formats: dict[str, Format] = {
 """All formats by name."""
 
 
-_NAME_IT = "name the format with --format, in a table of jobs and in Python format="
+_NAME_IT = "name the format: --format, in Python format=, in a table of jobs the column format"
 
 
 def format_of(path: PathLike, name: str | None = None) -> Format:
-    """The format of that name, or else that of the sequence which is read from `path`."""
+    """Returns the format of that name or else of the sequence at `path`."""
     path = Path(path)
     if name is None and not path.suffix and not path.exists() and not glob.has_magic(str(path)):
-        raise FileNotFoundError(errno.ENOENT, "there is no such file or folder", str(path))
+        raise FileNotFoundError(errno.ENOENT, "no such file or folder", str(path))
     with naming(path):
         return _choose(path, name, _NAME_IT)
 
 
 def writer_of(path: PathLike, format: str | None = None) -> type[Writer]:
-    """What writes to `path`; ImportError where the library that it needs is not installed."""
+    """Returns the writer for `path`; raises ImportError if its library is not installed."""
     path = Path(path)
     with naming(path):
         otherwise = f"write {path / 'frame_%04d.ply'}, or give --output-format"
         chosen = _choose(path, format, otherwise)
         if chosen.writer is None:
-            raise ValueError(f"{chosen.name} files are only read")
+            raise ValueError(f"{chosen.name} files can only be read")
         if chosen.library is not None:
             module, extra = chosen.library
             require(module, extra=extra)
@@ -63,52 +63,52 @@ def keeps_provenance(path: PathLike, format: str | None = None) -> bool:
 
 
 def resumable(path: PathLike, format: str | None = None) -> bool:
-    """Whether a writer can go on with an unfinished file of one that is gone."""
+    """Whether an interrupted writer can be continued by another one."""
     return writer_of(path, format).resumable
 
 
 def existing(path: PathLike, format: str | None = None) -> list[Path]:
-    """The files there are now that writing to `path` would replace."""
+    """Returns the existing files that writing to `path` would replace."""
     path = Path(path)
     with naming(path):
         return writer_of(path, format).existing(path)
 
 
 def new_folder(path: PathLike, format: str | None = None) -> Path | None:
-    """The folder that writing to `path` would make; None where it must be there already."""
+    """Returns the folder that writing to `path` would create; None if it must exist."""
     path = Path(path)
     with naming(path):
         return writer_of(path, format).new_folder(path)
 
 
 def listed(names: Iterable[str]) -> str:
-    """The names as people write them."""
+    """Joins names to a list such as "a, b and c"."""
     *others, last = names
     return f"{', '.join(others)} and {last}" if others else last
 
 
 def _choose(path: Path, name: str | None, otherwise: str) -> Format:
-    """The format of that name, or that the path shows; `otherwise` is what the user can do."""
+    """Returns the format of that name or of the path; `otherwise` is the advice in errors."""
     if name is not None:
         if name not in formats:
-            raise ValueError(f"the format '{name}' is not known; there are {listed(formats)}")
+            raise ValueError(f"unknown format '{name}'; the formats are {listed(formats)}")
         return formats[name]
     if path.is_dir():
         return _format_in(path, otherwise)
     if not path.suffix:
-        raise ValueError(f"has no suffix that tells its format: {otherwise}")
+        raise ValueError(f"has no suffix, which would determine the format; {otherwise}")
     suffix = path.suffix.lower()
     for format in formats.values():
         if suffix in format.suffixes:
             return format
     suffixes = [suffix for format in formats.values() for suffix in format.suffixes]
-    raise ValueError(f"the format '{path.suffix}' is not known; there are {listed(suffixes)}")
+    raise ValueError(f"unknown format '{path.suffix}'; the suffixes are {listed(suffixes)}")
 
 
 def _format_in(folder: Path, otherwise: str) -> Format:
-    """The format of the frames in a folder."""
+    """Returns the format of the frames in a folder."""
     found = [format for format in (ply, obj) if files_in(folder, format.suffixes[0])]
     if len(found) == 1:
         return found[0]
     what = "both .ply and .obj files" if found else "no .ply or .obj files"
-    raise ValueError(f"is a folder with {what}: {otherwise}")
+    raise ValueError(f"is a folder with {what}; {otherwise}")

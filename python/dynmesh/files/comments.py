@@ -1,6 +1,6 @@
-"""Which axis is up and how long a unit is, in the comments of files that have no field for it.
+"""Up axis and unit, stored as comments in files that have no field for them.
 
-A line is `up_axis z` or `metres_per_unit 0.01`. Any other is a comment of somebody else.
+A line is `up_axis z` or `metres_per_unit 0.01`. All other comments are ignored.
 """
 
 import math
@@ -11,13 +11,13 @@ from .header import Header
 
 
 class Said(NamedTuple):
-    """What comments say, under the names of a header; None where they do not."""
+    """The content of the comments, named like the fields of a header; None if absent."""
 
     up_axis: str | None = None
     metres_per_unit: float | None = None
 
     def agrees_with(self, header: Header) -> bool:
-        """Whether it says nothing else than the header."""
+        """Whether the content does not contradict the header."""
         return self.up_axis in (None, header.up_axis) and self.metres_per_unit in (
             None,
             header.metres_per_unit,
@@ -25,13 +25,13 @@ class Said(NamedTuple):
 
 
 def comments_of(header: Header) -> list[str]:
-    """The lines that say it."""
+    """Returns the comment lines for a header."""
     said = Said(header.up_axis, header.metres_per_unit)
     return [f"{name} {value}" for name, value in said._asdict().items() if value is not None]
 
 
 def said_in(comments: Iterable[str]) -> Said:
-    """What these lines say."""
+    """Parses comment lines."""
     said = Said()
     for comment in comments:
         match comment.split():

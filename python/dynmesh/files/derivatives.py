@@ -1,4 +1,4 @@
-"""What follows from the positions of the frames: normals, velocities and accelerations."""
+"""Normals, velocities and accelerations, computed from the positions of the frames."""
 
 from collections import deque
 from collections.abc import Iterator
@@ -14,22 +14,22 @@ Vectors = NDArray[np.float64]
 
 
 class Normals:
-    """The normals of a mesh in one frame after the other, of length 1.
+    """Unit normals of a mesh, computed for one frame after another.
 
-    The corners of a face go round its normal counter-clockwise. At a vertex, each face counts by
-    the angle that it has there, so that it does not matter how a surface is cut into triangles.
-    A normal is 0 where no face says what it is, and NaN where the position is.
+    The corners of a face run counter-clockwise around its normal. At a vertex, each face is
+    weighted with its angle there, so the result does not depend on how the surface is triangulated.
+    A normal is 0 if no face defines it, and NaN if the position is.
     """
 
     def __init__(self, polygons: Polygons, how: str) -> None:
-        """Takes one of :data:`dynmesh.sequence.normals_may_be`, but not "blocked"."""
+        """Takes one of :data:`dynmesh.sequence.normals_may_be`, except "blocked"."""
         *adjectives, self._interpolation = how.split()
         self._is_flat = "flat" in adjectives or self._interpolation == "uniform"
         self._sign = -1.0 if "reversed" in adjectives else 1.0
         sizes = polygons.sizes.astype(np.intp)
         self._corners = polygons.corners.astype(np.intp)
         self._begins = np.cumsum(sizes) - sizes
-        self._face = np.repeat(np.arange(len(sizes)), sizes)  # of each corner
+        self._face = np.repeat(np.arange(len(sizes)), sizes)  # the face of each corner
         begin, size = self._begins[self._face], sizes[self._face]
         place = np.arange(len(self._corners)) - begin
         self._next = begin + (place + 1) % size
@@ -37,7 +37,7 @@ class Normals:
 
     @np.errstate(invalid="ignore", over="ignore")
     def of(self, points: Positions) -> NDArray[np.float32]:
-        """(k, 3), (faces, 3) or (corners, 3) for the positions (k, 3) of one frame."""
+        """Returns (k, 3), (faces, 3) or (corners, 3) for the positions (k, 3) of one frame."""
         corners = points[self._corners].astype(np.float64)
         faces = self._of_faces(corners)
         if self._interpolation == "uniform":
@@ -79,11 +79,11 @@ def layout_of(
     *,
     reversed_if_unknown: bool,
 ) -> str:
-    """How the normals of a frame follow from its positions, as :class:`Normals` takes it.
+    """Determines how the normals of a frame follow from its positions; see :class:`Normals`.
 
-    It is "blocked" where they cannot, since the normals of a vertex differ from face to face, or
-    there are too few or too many. Normals that point against the order of the corners are
-    reversed; where no normal is finite, `reversed_if_unknown` decides that.
+    The result is "blocked" if they do not, since the normals of a vertex differ between faces or
+    their number is wrong. Normals that point against the order of the corners are reversed; if no
+    normal is finite, `reversed_if_unknown` decides.
     """
     counts = {
         "vertex": len(points),
@@ -106,7 +106,7 @@ def layout_of(
 
 
 def _same_within(groups: NDArray[np.integer[Any]], normals: NDArray[Any]) -> bool:
-    """Whether the normals of all corners in a group are the same, but for their rounding."""
+    """Whether all corners in a group have the same normal, up to rounding."""
     there = np.isfinite(normals).all(axis=1)
     _, first, group = np.unique(groups[there], return_index=True, return_inverse=True)
     normals = normals[there]
@@ -114,15 +114,15 @@ def _same_within(groups: NDArray[np.integer[Any]], normals: NDArray[Any]) -> boo
 
 
 Motion = tuple[Literal["velocities", "accelerations"], int, NDArray[np.float32]]
-"""What is known now, and of which frame."""
+"""Vectors and the number of their frame."""
 
 
 class Motions:
-    """Velocities and accelerations of frames that come one after another.
+    """Velocities and accelerations of consecutive frames.
 
-    They are those of the parabola through a frame and both of its neighbours. The first and the
-    last frame have the mean velocity to their neighbour, and its acceleration. So one frame alone
-    has no velocity, and two have no acceleration. No more than two frames are kept.
+    They are those of the parabola through a frame and its two neighbours. The first and the last
+    frame have the mean velocity to their neighbour, and its acceleration. Therefore a single frame
+    has no velocity, and two frames have no acceleration. At most two frames are stored.
     """
 
     def __init__(self, seconds: Vectors) -> None:
@@ -134,7 +134,7 @@ class Motions:
 
     @np.errstate(invalid="ignore", over="ignore")
     def push(self, points: Positions) -> Iterator[Motion]:
-        """Takes the positions of the next frame, and yields what they tell."""
+        """Takes the positions of the next frame and yields what can be computed now."""
         now, last = self._number, len(self._seconds) - 1
         after = points.astype(np.float64)
         if self._before is not None:

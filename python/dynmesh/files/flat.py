@@ -1,4 +1,4 @@
-"""Files in which all frames lie one after another, each of the same size."""
+"""Files that hold all frames one after another, each of the same size."""
 
 import math
 from pathlib import Path
@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 
 
 def check_size(size: int, begin: int, n_frames: int, row_size: int) -> None:
-    """Refuses a file that is not as long as it says of itself.
+    """Raises an error unless a file has the size that its header declares.
 
     Args:
         size: of the file, in bytes.
-        begin: how many bytes come before the rows.
-        n_frames: how many rows there should be.
-        row_size: of each, in bytes.
+        begin: number of bytes before the rows.
+        n_frames: number of rows that the header declares.
+        row_size: of each row, in bytes.
     """
     expected = begin + n_frames * row_size
     if size < begin:
@@ -25,12 +25,12 @@ def check_size(size: int, begin: int, n_frames: int, row_size: int) -> None:
         where = "in the middle of" if rest else "before"
         raise ValueError(
             f"ends {where} frame {number} of {n_frames}: "
-            f"its header tells of {expected} bytes, but there are {size}"
+            f"its header declares {expected} bytes, but the file has {size}"
         )
     if size > expected:
         raise ValueError(
-            f"goes on after its {n_frames} frames: "
-            f"its header tells of {expected} bytes, but there are {size}"
+            f"continues after its {n_frames} frames: "
+            f"its header declares {expected} bytes, but the file has {size}"
         )
 
 
@@ -43,11 +43,11 @@ class FlatRows:
     def __init__(
         self, path: Path, begin: int, shape: tuple[int, ...], dtype: np.dtype[Any]
     ) -> None:
-        """Opens the file and checks its size against what it says of itself.
+        """Opens the file and compares its size with the declared shape.
 
         Args:
             path: of the file.
-            begin: how many bytes come before the rows.
+            begin: number of bytes before the rows.
             shape: of the array; the rows are on its first axis.
             dtype: of the array.
 
@@ -63,7 +63,7 @@ class FlatRows:
         self._file = path.open("rb")
 
     def read(self, number: int) -> NDArray[Any]:
-        """The row of this number, in the machine's byte order."""
+        """Returns the row with this number, in native byte order."""
         place = self._begin + number * self._row_size
         row = np.memmap(self._file, self.dtype, "r", place, self.shape[1:])
         return np.asarray(row).astype(self.dtype.newbyteorder("="), copy=False)

@@ -1,4 +1,4 @@
-"""A file format: its name, its reader and its writer."""
+"""File formats: their names, readers and writers."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -16,17 +16,17 @@ from .writer import Writer
 
 @dataclass(frozen=True, eq=False)
 class Template:
-    """A mesh that lends its faces to a file that has none."""
+    """A mesh that provides the faces of a file without faces."""
 
     faces: NDArray[np.integer[Any]]
     polygons: Polygons | None
     n_vertices: int | None
-    """None where only faces were given."""
+    """None if only faces were given."""
     said: Said = field(default_factory=Said)
 
 
 def template_of(reader: Reader) -> Template:
-    """The mesh that is read, to lend its faces."""
+    """The mesh that is read to provide its faces."""
     header = reader.header
     said = Said(header.up_axis, header.metres_per_unit)
     return Template(header.faces, header.polygons, header.n_vertices, said)
@@ -37,16 +37,16 @@ class Format:
     """A file format.
 
     Attributes:
-        name: by which people choose it, as "npz".
-        suffixes: of file names, in lower case, as ".npz".
-        what: one line for people.
-        reader: makes a reader of a path, a template for its faces or None, and the name of one mesh
-            among others or None.
-        writer: makes a writer; None where the format is only read.
-        takes: what its reader takes beside the path: "faces", from elsewhere; "prim", the name of
-            one mesh among others.
-        library: the module that its reader and its writer need, and the extra that installs it;
-            None where they need none.
+        name: by which users choose the format, such as "npz".
+        suffixes: of file names, in lower case, such as ".npz".
+        what: a description in one line.
+        reader: creates a reader from a path, a template for its faces or None, and the path of the
+            mesh or None.
+        writer: creates a writer; None if the format can only be read.
+        takes: what the reader accepts besides the path: "faces", from elsewhere; "prim", the path
+            of one mesh among several.
+        library: the module that the reader and the writer need, and the extra that installs it;
+            None if they need none.
     """
 
     name: str
@@ -59,12 +59,12 @@ class Format:
 
 
 def refuse_template(template: Template | None) -> None:
-    """For formats with faces of their own."""
+    """Refuses a template for formats that hold faces."""
     if template is not None:
-        raise ValueError("has faces of its own; faces from elsewhere are for .npy, .pc2 and .mdd")
+        raise ValueError("holds its faces; faces can be given only for .npy, .pc2 and .mdd")
 
 
 def refuse_mesh_name(prim: str | None) -> None:
-    """For formats that hold one mesh only."""
+    """Refuses a prim for formats that hold a single mesh."""
     if prim is not None:
-        raise ValueError("holds one mesh; a prim is named in USD and Alembic files only")
+        raise ValueError("holds a single mesh; prim is only for USD and Alembic")

@@ -1,4 +1,4 @@
-"""What all formats with one file per frame share."""
+"""Code that all formats with one file per frame share."""
 
 import contextlib
 from abc import abstractmethod
@@ -22,15 +22,16 @@ from .writer import Writer
 class FramesReader(Reader):
     """A sequence in one file per frame.
 
-    The first file says how all are: they have the same vertices and the same faces or none, since
-    scanners write points alone. It alone says which axis is up and how long a unit is. A subclass
-    says how to read one file.
+    The first file determines what all files must have: the number of vertices, and the same faces
+        or
+    none, since scanners write only points. The up axis and the unit are taken from it alone. A
+    subclass reads one file.
     """
 
     def __init__(self, path: Path, files: list[Path], timing: Timing) -> None:
         """Reads the first file."""
         if not files:
-            raise ValueError("names no file")
+            raise ValueError("does not name a file")
         self._files = files
         with naming(files[0]):
             frame, self._polygons, said = self._load(files[0])
@@ -56,7 +57,7 @@ class FramesReader(Reader):
 
     @abstractmethod
     def _load(self, file: Path) -> tuple[Frame, Polygons, Said]:
-        """Reads one file; no polygons stand for points alone."""
+        """Reads one file; without polygons if the file holds only points."""
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
         for number in numbers:
@@ -68,7 +69,7 @@ class FramesReader(Reader):
             yield Frame(points, frame.known, frame.generation, frame.age)
 
     def _compare(self, frame: Frame, polygons: Polygons) -> None:
-        """Refuses a frame that is not as the first."""
+        """Raises an error unless a frame matches the first one."""
         first = self._files[0].name
         n_vertices, n_faces = len(frame.points), len(polygons.sizes)
         if n_vertices != self.n_vertices:
@@ -88,7 +89,7 @@ class FramesReader(Reader):
 
 
 class NumberedReader(FramesReader):
-    """A sequence in files that are named by their numbers and hold one mesh with its faces."""
+    """A sequence in numbered files, each of which holds one mesh with its faces."""
 
     suffix: ClassVar[str]
 
@@ -104,22 +105,22 @@ def _check_first(n_vertices: int, polygons: Polygons) -> None:
     if n_vertices == 0:
         raise ValueError("has no vertices")
     if len(polygons.sizes) == 0:
-        raise ValueError("has points alone, but the first frame needs faces")
+        raise ValueError("has only points, but the first frame needs faces")
     check_polygons(polygons)
     outside = np.flatnonzero((polygons.corners < 0) | (polygons.corners >= n_vertices))
     if len(outside):
         face = np.searchsorted(np.cumsum(polygons.sizes), outside[0], side="right")
         raise ValueError(
-            f"face {face}: has the vertex {polygons.corners[outside[0]]}, counted from 0, "
+            f"face {face}: refers to vertex {polygons.corners[outside[0]]}, counted from 0, "
             f"but there are {n_vertices}"
         )
 
 
 class FramesWriter(Writer):
-    """A sequence in the making, one file per frame.
+    """A sequence that is being written, one file per frame.
 
-    They are numbered from where the sequence starts, or from 0 where that is no number for a file:
-    negative or fractional. A subclass says how to write one file.
+    The files are numbered from `start` of the sequence, or from 0 if `start` is negative or
+    fractional. A subclass writes one file.
     """
 
     resumable = True
@@ -128,7 +129,7 @@ class FramesWriter(Writer):
     def __init__(
         self, path: Path, header: Header, *, folder: Path | None = None, resume_at: int = 0
     ) -> None:
-        """As :class:`Writer`; makes the folder of a pattern where there is none."""
+        """See :class:`Writer`. Creates the folder of a pattern if it does not exist."""
         self._names = self._names_of(path)
         start = float(header.start)
         first = int(start) if self._names.numbered and start >= 0 and start.is_integer() else 0
@@ -144,14 +145,14 @@ class FramesWriter(Writer):
 
     @classmethod
     def new_folder(cls, path: Path) -> Path | None:
-        """That of a pattern, where there is none."""
+        """Returns the folder of a pattern if it does not exist."""
         names = cls._names_of(path)
         of_pattern = names.numbered and names.folder == path.parent
         return path.parent if of_pattern and not path.parent.exists() else None
 
     @classmethod
     def existing(cls, path: Path) -> list[Path]:
-        """The files there are now that writing to `path` would replace."""
+        """Returns the existing files that writing to `path` would replace."""
         return list(cls._names_of(path).existing().values())
 
     @abstractmethod
@@ -165,7 +166,7 @@ class FramesWriter(Writer):
                 f"one file holds one frame, not {self.header.n_frames}: write {stem}_%04d{suffix}"
             )
         if self._names.folder.exists() and not self._names.folder.is_dir():
-            raise ValueError(f"{self._names.folder} is in the way, as it is no folder")
+            raise ValueError(f"{self._names.folder} exists and is not a folder")
         if len(self.header.faces) == 0:
             raise ValueError("the sequence has no faces, which the first file needs")
         unfinished = FrameNames(self.folder, self._names.pattern).existing()
@@ -187,7 +188,7 @@ class FramesWriter(Writer):
         return {name: self._names.folder / name for name in names}
 
     def _outdated(self) -> list[Path]:
-        """An older sequence of the same names, however long it is and wherever it starts."""
+        """Returns all files of an older sequence with the same pattern."""
         existing = self._names.existing().items()
         return [file for number, file in existing if number not in self._numbers]
 
@@ -198,5 +199,5 @@ class FramesWriter(Writer):
                 yield
         finally:
             if self._made:
-                with contextlib.suppress(OSError):  # it is in use
+                with contextlib.suppress(OSError):  # the folder is not empty
                     self._made.rmdir()

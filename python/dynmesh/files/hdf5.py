@@ -1,9 +1,9 @@
-"""HDF5: datasets of the root, under the same names as in `.npz`.
+"""HDF5: datasets of the root group, with the same names as in `.npz`.
 
-`known` is a bool dataset as h5py writes it, an enumeration of FALSE and TRUE in 8 bits; mere
-integers are refused, since they may as well be weights or labels. `fps`, `up_axis`, `name`,
-`start`, `metres_per_unit` and `derived` may also be attributes of the root. Datasets in groups are
-left alone.
+`known` is a bool dataset as h5py writes it, an 8-bit enumeration of FALSE and TRUE; integers are
+refused, since they might be weights or labels. `fps`, `up_axis`, `name`, `start`,
+`metres_per_unit` and `derived` may also be attributes of the root group. Datasets in other groups
+are ignored.
 """
 
 import contextlib
@@ -25,18 +25,18 @@ from .reader import Reader
 from .writer import Writer
 
 attributes = ("fps", "up_axis", "name", "start", "metres_per_unit", "derived")
-# Frames that share compressed chunks are read one after another: hold the chunks until the last.
+# Frames that share compressed chunks are read in order, so the chunks are cached until the last.
 chunk_cache = {"rdcc_nbytes": 48 << 20, "rdcc_nslots": 10007}
 most_packed = 100_000
-"""Times its size that a file may hold: compression and what was never written take some of it."""
-room_for_hdf5 = 1 << 20  # what describes the arrays takes a few kilobytes
+"""Largest ratio of data to file size, as compression and unwritten data take little space."""
+room_for_hdf5 = 1 << 20  # the descriptions of the arrays take a few kilobytes
 
 
 class Hdf5Reader(Reader):
     """A sequence in an HDF5 file, in any chunks, compression and byte order."""
 
     def __init__(self, path: Path, template: Template | None, prim: str | None) -> None:
-        """Opens the file and reads everything but the frames."""
+        """Opens the file and reads everything except the frames."""
         refuse_template(template)
         refuse_mesh_name(prim)
         self._h5py = require("h5py", extra="hdf5")
@@ -91,10 +91,10 @@ class Hdf5Reader(Reader):
 
 
 class Hdf5Writer(Writer):
-    """An HDF5 file in the making.
+    """An HDF5 file that is being written.
 
-    h5py gives every array its place in the file and closes it. From then on the frames are written
-    to their places as plain bytes: the file is sound at any moment, even if the process is killed.
+    h5py allocates every array in the file and closes it. Then the frames are written into the
+    arrays as plain bytes, so the file is valid at any moment, even if the process is killed.
     """
 
     resumable = True
@@ -106,7 +106,7 @@ class Hdf5Writer(Writer):
             self._lay_out(h5py, path)
         with h5py.File(path) as file:
             datasets = {name: file[name] for name in kinds_per_frame(self.header)}
-            # An array without any byte has no place.
+            # An array without any byte has no offset.
             self._places = {name: data.id.get_offset() or 0 for name, data in datasets.items()}
         self._file = path.open("r+b")
 
@@ -114,7 +114,7 @@ class Hdf5Writer(Writer):
         kinds, arrays = kinds_per_frame(self.header), arrays_once(self.header)
         size = sum(math.prod(shape) * dtype.itemsize for shape, dtype in kinds.values())
         size += sum(np.asarray(array).nbytes for array in arrays.values()) + room_for_hdf5
-        with path.open("wb") as file:  # HDF5 may crash where the system forbids such a size
+        with path.open("wb") as file:  # HDF5 may crash if the system forbids the size
             file.truncate(size)
         placed = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
         placed.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
@@ -128,7 +128,7 @@ class Hdf5Writer(Writer):
                     h5py.h5d.create(file.id, name.encode(), kind, space, placed)
                 for name, array in arrays.items():
                     file[name] = array
-        except RuntimeError as error:  # so h5py calls what fails while it closes
+        except RuntimeError as error:  # raised by h5py for errors while it closes the file
             raise OSError(_one_line(error)) from error
 
     def _append(self, frame: Frame) -> None:
@@ -145,11 +145,11 @@ class Hdf5Writer(Writer):
 
 @contextlib.contextmanager
 def _explaining(path: Path) -> Iterator[None]:
-    """Says in one line what h5py says of its insides."""
+    """Shortens h5py's messages to one line that names the file."""
     try:
         yield
     except BlockingIOError as error:
-        raise OSError(f"{path}: is open in another program, which writes it") from error
+        raise OSError(f"{path}: is open for writing in another program") from error
     except OSError as error:
         if error.errno:
             raise OSError(error.errno, os.strerror(error.errno), str(path)) from error

@@ -1,4 +1,4 @@
-"""One frame of a sequence, and what a file says of all of them."""
+"""A frame of a sequence, and the header that describes all frames."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -24,13 +24,13 @@ from ..sequence import (
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Frame:
-    """One frame of a sequence. ``points, known = frame`` takes it apart.
+    """One frame of a sequence. It can be unpacked: ``points, known = frame``.
 
     Attributes:
         points: (k, 3)
-        known: (k,), or None where the sequence has no masks.
-        generation: (k,), or None where the sequence has no provenance.
-        age: (k,), or None as `generation`.
+        known: (k,), or None if the sequence has no masks.
+        generation: (k,), or None if the sequence has no provenance.
+        age: (k,), or None if `generation` is.
     """
 
     points: Positions
@@ -46,7 +46,7 @@ class Frame:
 
 @dataclass(frozen=True, eq=False)
 class Header:
-    """What a file says of all its frames.
+    """The properties that all frames of a file share.
 
     Attributes:
         faces: (m, 3) integers, triangles.
@@ -54,16 +54,16 @@ class Header:
         n_vertices: k.
         dtype: of the positions, float32 or float64.
         fps: frames per second, or None.
-        polygons: the faces before they were cut into triangles, or None where they were triangles.
+        polygons: the faces before they were cut into triangles, or None if all were triangles.
         up_axis: "y" or "z", or None.
-        name: of the mesh among others in its file, or None.
+        name: path of the mesh in its file, or None.
         start: the number of the first frame in its file; see :class:`dynmesh.Sequence`.
-        times: (n,) float64, the number of each frame in its file, or None where they follow from
-            `start`.
-        metres_per_unit: how long a unit of the positions is, or None.
+        times: (n,) float64, the number of each frame in its file, or None if the numbers follow
+            from `start`.
+        metres_per_unit: length of a unit of the positions, or None.
         has_known: whether each frame has a known mask.
         has_provenance: whether each frame has the generation and the age of its vertices.
-        derived: what else the file says that follows from the positions, or None; see
+        derived: what else in the file follows from the positions, or None; see
             :class:`dynmesh.Sequence`.
     """
 
@@ -83,7 +83,7 @@ class Header:
     derived: Mapping[str, str] | None = None
 
     def __post_init__(self) -> None:
-        """Refuses what does not fit together."""
+        """Raises an error unless the properties are consistent."""
         check_integer("n_frames", self.n_frames, 0)
         check_integer("n_vertices", self.n_vertices, 0)
         check_array("faces", self.faces)

@@ -1,4 +1,4 @@
-"""Known masks from elsewhere than the file with the positions."""
+"""Known masks that are not stored in the file with the positions."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -16,12 +16,12 @@ from .rows import read_header
 
 
 class MaskedReader(Reader):
-    """A sequence whose known masks are given, or told from positions of zero, or both."""
+    """A sequence whose known masks are given, or derived from positions of zero, or both."""
 
     def __init__(
         self, reader: Reader, known: Mask | str | PathLike[str] | None, *, zero_is_missing: bool
     ) -> None:
-        """Takes `reader` over, and closes it in the end."""
+        """Takes ownership of `reader`, which :meth:`close` closes."""
         self._reader = reader
         self._zero_is_missing = zero_is_missing
         shape = (reader.n_frames, reader.n_vertices)
@@ -58,9 +58,9 @@ def _load(known: Mask | str | PathLike[str], shape: tuple[int, int]) -> Mask:
     with naming(path):
         try:
             with path.open("rb") as file:
-                read_header(file)  # numpy does not look before it makes room
+                read_header(file)  # numpy would allocate memory without checking
             mask = np.asanyarray(np.load(path, mmap_mode="r", allow_pickle=False))
         except (ValueError, EOFError) as error:
-            raise ValueError(f"is no .npy file with a mask: {error}") from error
+            raise ValueError(f"is not a .npy file with a mask: {error}") from error
         check_known(mask.dtype, mask.shape, shape)
     return np.asarray(mask, np.bool_)

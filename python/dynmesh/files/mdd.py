@@ -1,9 +1,9 @@
 """MDD, the point cache of LightWave and Blender.
 
 int32 frames, int32 vertices, a float32 time in seconds for each frame, then float32 positions; all
-big-endian. Times in even steps tell the frames per second and the number of the first frame, as
-exactly as float32 can. Where nobody said the former, the times are the numbers of the frames, and
-so are read; one frame alone tells nothing.
+big-endian. The frames per second and the number of the first frame are derived from evenly spaced
+times, as exactly as float32 allows. If the frames per second are unknown, the numbers of the frames
+are written as times and read back as such. A single frame determines neither.
 """
 
 import struct
@@ -39,9 +39,9 @@ class MddReader(PointCacheReader):
 
 
 def timing(times: NDArray[np.float64]) -> tuple[float | None, float]:
-    """The simplest frames per second that explain float32 `times`, and the first frame's number.
+    """Finds the simplest frame rate that explains float32 `times`, and the first frame's number.
 
-    The frames per second are None where the times are uneven or mere frame numbers.
+    The frame rate is None if the times are uneven or are frame numbers.
     """
     if len(times) < 2 or not np.isfinite(times).all():
         return None, 0
@@ -59,9 +59,9 @@ def timing(times: NDArray[np.float64]) -> tuple[float | None, float]:
 
 
 def _candidates(rate: float, time: float) -> Iterator[tuple[float, float]]:
-    """Yields frames per second and first frames, from simple ones to what was measured itself.
+    """Yields frame rates and first frames, from simple numbers to the measured ones.
 
-    A few times long after 0 agree with many rates, but hardly with a whole number besides.
+    Times that are close together, but far from 0, match many rates, but few with an integer start.
     """
     rates = (*shortened(rate), *broadcast)
     for fps in rates:
@@ -72,7 +72,7 @@ def _candidates(rate: float, time: float) -> Iterator[tuple[float, float]]:
 
 
 class MddWriter(PointCacheWriter):
-    """An MDD file in the making."""
+    """An MDD file that is being written."""
 
     dtype_in_file = dtype
 

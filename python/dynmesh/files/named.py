@@ -1,6 +1,6 @@
-"""The arrays of a sequence by name, as dynmesh's own archives and HDF5 files hold them.
+"""The arrays of a sequence by name, as in dynmesh's own archives and in HDF5 files.
 
-`vertices`, `known`, `generation` and `age` have a row for every frame; the rest is said once.
+`vertices`, `known`, `generation` and `age` have one row per frame; all others exist once.
 """
 
 from collections.abc import Callable, Collection
@@ -25,15 +25,15 @@ def header_of(
     kind_of: Callable[[str], tuple[tuple[int, ...], np.dtype[Any]]],
     array_of: Callable[[str], NDArray[Any]],
 ) -> Header:
-    """What a file of arrays says of all its frames.
+    """Reads the header of a file of arrays.
 
     Args:
-        names: of the arrays that the file holds.
-        kind_of: the shape and the dtype of the array of that name.
-        array_of: the array of that name itself; asked for none that has a row per frame.
+        names: of the arrays in the file.
+        kind_of: returns the shape and the dtype of the array with a given name.
+        array_of: returns the array with a given name; not called for arrays with a row per frame.
 
     Raises:
-        TypeError, ValueError: they are no sequence.
+        TypeError, ValueError: the arrays are not a valid sequence.
     """
     for needed in ("vertices", "faces"):
         if needed not in names:
@@ -81,7 +81,7 @@ def header_of(
 
 
 def _derived(text: str) -> dict[str, str]:
-    """What is derived, from "normals: vertex, velocities: vertex"; the names have colons, too."""
+    """Parses "normals: vertex, velocities: vertex"; names may contain colons."""
     entries = (entry.strip().rpartition(": ") for entry in text.split(","))
     return {name: how for name, _, how in entries}
 
@@ -99,7 +99,7 @@ def _numbers(name: str, array: NDArray[Any]) -> NDArray[np.float64]:
 
 
 def kinds_per_frame(header: Header) -> dict[str, tuple[tuple[int, ...], np.dtype[Any]]]:
-    """The shape and the dtype of each array that has a row per frame."""
+    """Returns the shape and the dtype of each array with one row per frame."""
     masks = (header.n_frames, header.n_vertices)
     kinds: dict[str, tuple[tuple[int, ...], np.dtype[Any]]]
     kinds = {"vertices": ((*masks, 3), header.dtype)}
@@ -111,7 +111,7 @@ def kinds_per_frame(header: Header) -> dict[str, tuple[tuple[int, ...], np.dtype
 
 
 def rows_of(frame: Frame) -> dict[str, NDArray[Any]]:
-    """The row that the frame adds to each of these arrays."""
+    """Returns the row that the frame adds to each of these arrays."""
     rows: dict[str, NDArray[Any]] = {"vertices": frame.points}
     if frame.known is not None:
         rows["known"] = frame.known
@@ -121,7 +121,7 @@ def rows_of(frame: Frame) -> dict[str, NDArray[Any]]:
 
 
 def arrays_once(header: Header) -> dict[str, Any]:
-    """The other arrays."""
+    """Returns the arrays that exist once."""
     arrays: dict[str, Any] = {
         "faces": header.faces,
         "fps": None if header.fps is None else np.float64(header.fps),

@@ -1,4 +1,4 @@
-"""Errors that name their file."""
+"""Adds the name of the file to error messages."""
 
 import contextlib
 from collections.abc import Iterator
@@ -9,9 +9,9 @@ from .._checks import SettingError
 
 @contextlib.contextmanager
 def naming(path: Path) -> Iterator[None]:
-    """Puts the file's name before what is wrong with it: a ValueError, or an OSError as it is.
+    """Prefixes the messages of ValueErrors with the name of the file; OSErrors have it already.
 
-    A setting that is refused has nothing to do with the file.
+    Refused settings are not prefixed, as they do not depend on the file.
     """
     try:
         yield

@@ -1,8 +1,8 @@
 """`.npy`: positions as one numpy array (n, k, 3), mapped into memory.
 
-The other arrays lie beside `NAME.npy`: `NAME.faces.npy` and, optionally, `NAME.known.npy`,
-`NAME.generation.npy` and `NAME.age.npy`. Frames per second, polygons, the axis that is up, the
-name of the mesh, the unit and the number of the first frame have no place in them and are lost.
+The other arrays are in separate files: `NAME.faces.npy` and, optionally, `NAME.known.npy`,
+`NAME.generation.npy` and `NAME.age.npy`. Frames per second, polygons, the up axis, the name of the
+mesh, the unit and the number of the first frame cannot be stored.
 """
 
 import contextlib
@@ -25,12 +25,12 @@ from .template import find_template
 
 
 def _path_of(name: str, path: Path) -> Path:
-    """Where the array of that name lies, if the positions lie at `path`."""
+    """Returns the path of the array with that name if the positions are at `path`."""
     return path if name == "vertices" else path.with_name(f"{path.stem}.{name}.npy")
 
 
 class _ColumnRows:
-    """The rows of an array in Fortran's order, none of which lies in one piece."""
+    """The rows of an array in Fortran order, none of which is contiguous."""
 
     def __init__(self, path: Path) -> None:
         self._whole: NDArray[Any] = np.load(path, mmap_mode="r")
@@ -51,7 +51,7 @@ def _open_rows(path: Path) -> FlatRows | _ColumnRows:
 
 
 class NpyReader(Reader):
-    """A sequence in an array of positions, with others beside it."""
+    """A sequence in an array of positions, with other arrays beside it."""
 
     def __init__(self, path: Path, template: Template | None, prim: str | None) -> None:
         """Opens the arrays."""
@@ -71,7 +71,9 @@ class NpyReader(Reader):
                             check_provenance(name, rows.dtype, rows.shape, vertices.shape[:2])
                     self._rows[name] = rows
             if ("generation" in self._rows) != ("age" in self._rows):
-                raise ValueError("has only one of generation and age beside it, but needs both")
+                raise ValueError(
+                    "generation and age must both exist or neither, but one file is missing"
+                )
             n_frames, n_vertices, _ = vertices.shape
             faces_beside = {_path_of("faces", path): _load_faces}
             template, faces_files = find_template(template, n_vertices, faces_beside)
@@ -112,7 +114,7 @@ def _load_faces(path: Path) -> Template:
 
 
 class NpyWriter(RowFilesWriter):
-    """The arrays in the making."""
+    """The arrays of a sequence that is being written."""
 
     def _row_file(self, name: str) -> Path:
         return self.folder / _path_of(name, self.path).name
@@ -122,13 +124,13 @@ class NpyWriter(RowFilesWriter):
         np.save(self._row_file("faces"), self.header.faces)
 
     def _outdated(self) -> list[Path]:
-        """What goes with the older sequence that it belongs to."""
+        """Returns the other files of the sequence that is replaced."""
         existing = self.existing(self.path)
         return [file for file in existing if not (self.folder / file.name).exists()]
 
     @classmethod
     def existing(cls, path: Path) -> list[Path]:
-        """The files there are now that writing to `path` would replace or remove."""
+        """Returns the existing files that writing to `path` would replace or remove."""
         files = [_path_of(name, path) for name in (*per_frame, "faces")]
         return [file for file in files if file.exists()]
 

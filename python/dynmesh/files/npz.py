@@ -1,7 +1,7 @@
 """`.npz`: an archive of numpy arrays, dynmesh's own format.
 
-It holds `vertices`, `faces` and, optionally, what else a :class:`dynmesh.Sequence` has, under the
-same names; polygons are `polygon_sizes` and `polygon_corners`.
+It holds `vertices`, `faces` and, optionally, the other attributes of a :class:`dynmesh.Sequence`,
+with the same names; polygons are `polygon_sizes` and `polygon_corners`.
 """
 
 import contextlib
@@ -28,11 +28,11 @@ from .reader import Reader
 from .rows import RowFilesWriter, read_array, read_header
 
 most_deflated = 1032
-"""Times its size that a member of an archive may grow when it is read."""
+"""Largest ratio of the size of an uncompressed member to the size of the archive."""
 
 
 class _Rows:
-    """The rows of one member of an archive, read one after another."""
+    """The rows of one member of an archive, read in order."""
 
     def __init__(self, archive: zipfile.ZipFile, name: str) -> None:
         self._whole: NDArray[Any] | None = None
@@ -47,7 +47,7 @@ class _Rows:
                 check_size(size, self._begin, n_frames, row_size)
             except ValueError as error:
                 raise ValueError(f"{name}: {error}") from error
-            if by_columns:  # no row lies in one piece
+            if by_columns:  # no row is contiguous
                 self._whole = _read_member(archive, name)
             stack.pop_all()
 
@@ -80,7 +80,7 @@ class NpzReader(Reader):
     """A sequence in an archive of arrays."""
 
     def __init__(self, path: Path, template: Template | None, prim: str | None) -> None:
-        """Opens the archive and reads everything but the frames."""
+        """Opens the archive and reads everything except the frames."""
         refuse_template(template)
         refuse_mesh_name(prim)
         with contextlib.ExitStack() as stack, _explaining():
@@ -120,10 +120,11 @@ class NpzReader(Reader):
 
 
 class NpzWriter(RowFilesWriter):
-    """An archive of arrays in the making.
+    """An archive of arrays that is being written.
 
-    An archive is written one member after another, so until the end each array that has a row per
-    frame waits in a file of its own, which is also what makes an interrupted writer go on.
+    The members of an archive are written one after another. Therefore each array with a row per
+    frame is kept in its own file until the end, which also allows an interrupted writer to be
+    continued.
     """
 
     def _row_file(self, name: str) -> Path:
@@ -137,7 +138,7 @@ class NpzWriter(RowFilesWriter):
                 with archive.open(f"{name}.npy", "w") as file:
                     npy.write_array(file, np.asanyarray(array), allow_pickle=False)
             for name, rows in self._rows.items():
-                # Not archive.write, which notes the time: equal sequences give equal bytes.
+                # Unlike archive.write, this stores no time, so equal sequences give equal bytes.
                 member = archive.open(f"{name}.npy", "w", force_zip64=True)
                 with rows.path.open("rb") as source, member:
                     shutil.copyfileobj(source, member, 1 << 20)
@@ -145,7 +146,7 @@ class NpzWriter(RowFilesWriter):
 
 
 def _check_sizes(archive: zipfile.ZipFile, size: int) -> None:
-    """Refuses members that would be longer than the archive can hold."""
+    """Refuses members that would be larger than the archive can hold."""
     for member in archive.infolist():
         known = member.compress_type in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
         if known and member.file_size > most_deflated * size:
@@ -160,14 +161,14 @@ def _explaining() -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        if error.errno != errno.EINVAL:  # which is a place before the beginning
+        if error.errno != errno.EINVAL:  # raised for an offset before the start
             raise
-        raise ValueError(f"is damaged or no .npz archive: {error}") from error
+        raise ValueError(f"is damaged or not an .npz archive: {error}") from error
     except (
         zipfile.BadZipFile, zlib.error, lzma.LZMAError, struct.error, EOFError, KeyError,
         NotImplementedError, OverflowError, RuntimeError,
     ) as error:  # fmt: skip
-        raise ValueError(f"is damaged or no .npz archive: {error}") from error
+        raise ValueError(f"is damaged or not an .npz archive: {error}") from error
 
 
 npz = Format("npz", (".npz",), "numpy's archive of arrays", NpzReader, NpzWriter)

@@ -1,4 +1,4 @@
-"""What the files of a sequence with one file per frame are called."""
+"""The file names of a sequence with one file per frame."""
 
 import errno
 import glob
@@ -17,12 +17,12 @@ _last_number = re.compile("[0-9]+(?=[^0-9]*$)")
 
 @dataclass(frozen=True)
 class FrameNames:
-    """What the files of a sequence are called.
+    """The file names of a sequence.
 
     Attributes:
-        folder: where they are.
-        pattern: a name with ``%d`` or ``%04d`` for the frame's number, or a plain name, which a
-            sequence of one frame has.
+        folder: the folder of the files.
+        pattern: a name with ``%d`` or ``%04d`` for the number of the frame, or a plain name for a
+            sequence of one frame.
     """
 
     folder: Path
@@ -30,21 +30,21 @@ class FrameNames:
 
     @property
     def numbered(self) -> bool:
-        """Whether the pattern has one place for a number."""
+        """Whether the pattern contains exactly one number."""
         return self.pattern.count("%") == 1 and _conversion.search(self.pattern) is not None
 
     def name(self, number: int) -> str:
-        """What the file of this frame is called."""
+        """Returns the file name of this frame."""
         return self.pattern % number if self.numbered else self.pattern
 
     def existing(self) -> dict[int, Path]:
-        """The files there are, by ascending number."""
+        """Returns the existing files by ascending number."""
         if not self.numbered:
             file = self.folder / self.pattern
             return {0: file} if file.exists() else {}
         begin, end = map(re.escape, _conversion.split(self.pattern))
         found = {}
-        for file in self.folder.glob("*"):  # nothing where there is no folder
+        for file in self.folder.glob("*"):  # empty if the folder does not exist
             match = re.fullmatch(f"{begin}([0-9]+){end}", file.name)
             if match and self.name(int(match[1])) == file.name:
                 found[int(match[1])] = file
@@ -52,7 +52,7 @@ class FrameNames:
 
 
 def files_in(folder: Path, suffix: str) -> list[Path]:
-    """The files in a folder that have this suffix and are not hidden, in natural order."""
+    """Returns the files in a folder with this suffix, except hidden ones, in natural order."""
     return _in_natural_order(
         file
         for file in folder.glob("*")
@@ -61,21 +61,22 @@ def files_in(folder: Path, suffix: str) -> list[Path]:
 
 
 def find_files(path: Path, suffix: str) -> tuple[list[Path], int]:
-    """The files of a sequence that is to be read, and the number of the first.
+    """Finds the files of a sequence to be read, and the number of the first frame.
 
-    In a folder or a glob the number is the last in a name. It is 0 where the names differ in more,
-    where `path` is one file's, and where the number is too large to count frames. Numbers there may
-    be several apart, as of every second frame, but evenly so.
+    In a folder or a glob, the number is the last one in a name. It is 0 if the names also differ
+    otherwise, if `path` is a single file, or if the number is too large to count frames. The
+    numbers may be several apart, for example if only every second frame exists, but must be evenly
+    spaced.
 
     Args:
-        path: a file; a folder, for all its files with `suffix` in natural order; a pattern as
-            ``frame_%04d.ply``, for all files from the lowest number to the highest; or a glob as
-            ``*.ply``, for all files that match, in natural order.
-        suffix: in lower case, as ".ply".
+        path: a file; a folder, for all its files with `suffix` in natural order; a pattern such as
+            ``frame_%04d.ply``, for all files from the lowest number to the highest; or a glob such
+            as ``*.ply``, for all files that match, in natural order.
+        suffix: in lower case, such as ".ply".
 
     Raises:
-        FileNotFoundError: there is none.
-        ValueError: a number is missing, or the folder holds no such file.
+        FileNotFoundError: there is no file.
+        ValueError: a number is missing, or the folder contains no such file.
     """
     names = FrameNames(path.parent, path.name)
     first = 0
@@ -98,26 +99,26 @@ def find_files(path: Path, suffix: str) -> tuple[list[Path], int]:
         first = _first_number(found)
         _check_no_gap(found)
     if not found:
-        raise FileNotFoundError(errno.ENOENT, "there is no such file", str(path))
+        raise FileNotFoundError(errno.ENOENT, "no such file", str(path))
     return found, first if first <= largest_start else 0
 
 
 def _first_number(files: list[Path]) -> int:
-    """The last number in the first name, if the names differ in nothing else; otherwise 0."""
+    """Returns the last number in the first name, or 0 if the names also differ otherwise."""
     return next(iter(_numbers(files)), 0)
 
 
 def _numbers(files: list[Path]) -> list[int]:
-    """The last numbers in the names, if these differ in nothing else; otherwise none."""
+    """Returns the last numbers in the names, or none if the names also differ otherwise."""
     common = {(file.parent, _last_number.sub("/", file.stem)) for file in files}
     found = [_last_number.search(file.stem) for file in files] if len(common) == 1 else []
     return [int(number[0]) for number in found if number]
 
 
 def _check_no_gap(files: list[Path]) -> None:
-    """Refuses files between which one is missing.
+    """Raises an error if a file is missing between two others.
 
-    Where the numbers are not multiples of one step apart, they count no frames: they may be times.
+    Numbers that are not multiples of one step apart are not checked: they may be times.
     """
     numbers = _numbers(files)
     steps = [after - before for before, after in pairwise(numbers)]
@@ -130,24 +131,24 @@ def _check_no_gap(files: list[Path]) -> None:
 
 
 def _renumbered(file: Path, number: int) -> str:
-    """What the file would be called if it had this number."""
+    """Returns the name that the file would have with this number."""
     name = _last_number.sub(lambda old: str(number).zfill(len(old[0])), file.stem)
     return name + file.suffix
 
 
 def _missing(name: str) -> str:
-    return f"{name} is missing: put it there, or number the files without a gap if none is lost"
+    return f"{name} is missing: add it or, if no frame is missing, number the files without gaps"
 
 
 def names_to_write(path: Path, suffix: str) -> FrameNames:
-    """What the files of a sequence shall be called that is to be written to `path`.
+    """Returns the file names of a sequence that is to be written to `path`.
 
     Args:
-        path: a file, for one frame; a pattern as ``frame_%04d.ply``; or a folder.
-        suffix: in lower case, as ".ply".
+        path: a file, for one frame; a pattern such as ``frame_%04d.ply``; or a folder.
+        suffix: in lower case, such as ".ply".
 
     Raises:
-        ValueError: it is a glob, or a folder with files that would become part of the sequence.
+        ValueError: `path` is a glob, or a folder with files that would become part of the sequence.
     """
     names = FrameNames(path.parent, path.name)
     if path.is_dir() or not (names.numbered or path.suffix or path.exists()):
@@ -156,16 +157,16 @@ def names_to_write(path: Path, suffix: str) -> FrameNames:
         others = [file for file in files_in(path, suffix) if file not in own]
         if others:
             raise ValueError(
-                f"holds {others[0].name}, which is not called {names.pattern}; "
+                f"contains {others[0].name}, which does not match {names.pattern}; "
                 "write to a folder without other frames"
             )
     elif glob.has_magic(path.name):
-        raise ValueError(f"a glob is only read; write frame_%04d{suffix}")
+        raise ValueError(f"a glob can only be read; write to frame_%04d{suffix}")
     return names
 
 
 def _in_natural_order(files: Iterable[Path]) -> list[Path]:
-    """frame2 before frame10."""
+    """Sorts files such that frame2 comes before frame10."""
 
     def key(file: Path) -> tuple[list[Any], str]:
         parts = re.split("([0-9]+)", str(file))

@@ -1,7 +1,7 @@
 """OBJ: one text file per frame, as modelling programs exchange them.
 
-Positions and faces are read; texture coordinates, normals, colours, groups and materials are not.
-Comments at the beginning say which axis is up and how long a unit is.
+Positions and faces are read; texture coordinates, normals, colours, groups and materials are
+ignored. Comments at the beginning state the up axis and the length of a unit.
 """
 
 import io
@@ -43,10 +43,10 @@ def _first_comments(data: bytes) -> Iterator[str]:
 
 
 def line_by_line(data: bytes) -> tuple[Frame, Polygons]:
-    """Reads the text of a file slowly: written in any way that the format allows, or refused.
+    """Parses any valid OBJ text; slower than the reader in C++.
 
     Raises:
-        ValueError: the message names the line and what is wrong with it.
+        ValueError: the text is invalid; the message names the line and the problem.
     """
     points: list[list[float]] = []
     sizes: list[int] = []
@@ -73,7 +73,7 @@ def line_by_line(data: bytes) -> tuple[Frame, Polygons]:
 
 
 def _statements(data: bytes) -> Iterator[tuple[int, list[str]]]:
-    """Yields the words of each line that has any, with its number."""
+    """Yields the words of each line that is not empty, with its number."""
     statement = ""
     lines = io.TextIOWrapper(io.BytesIO(data), encoding="latin-1")  # names may be in any encoding
     for number, line in enumerate(lines, start=1):
@@ -96,7 +96,7 @@ def _position(values: list[str]) -> list[float]:
 
 
 def _vertex(value: str, n_before: int) -> int:
-    """The vertex that a corner names, counted from 0; negative ones count back from the last."""
+    """Returns the vertex of a corner, counted from 0; negative numbers count from the last."""
     number = int(value.partition("/")[0])
     vertex = number - 1 if number > 0 else n_before + number
     if number == 0 or vertex < 0:
@@ -105,7 +105,7 @@ def _vertex(value: str, n_before: int) -> int:
 
 
 class ObjWriter(FramesWriter):
-    """A sequence of OBJ files in the making. Vertices that are not known are written as NaN."""
+    """A sequence of OBJ files that is being written. Unknown vertices are written as NaN."""
 
     suffix = ".obj"
     keeps_known = False

@@ -1,12 +1,12 @@
 """PVD: ParaView's index of times, beside a folder with one VTP file per frame.
 
 `walk.pvd` lists `walk/walk_0000.vtp` and so on with the time of each. A VTP file has the points,
-the polygons and, where a sequence has them, the point data `known`, `generation` and `age`. The
-field data `dynmesh` has lines that say which axis is up and how long a unit is.
+the polygons and, if the sequence has them, the point data `known`, `generation` and `age`. The
+field data `dynmesh` contains lines that state the up axis and the length of a unit.
 
-Times are in seconds, or frame numbers where nobody knows the frames per second: so steps, if not of
-1, are read as frames per second, the usual step where they are not even. One time alone tells
-nothing.
+Times are in seconds, or frame numbers if the frames per second are unknown. Therefore steps other
+than 1 are read as frames per second, and the median step if they are uneven. A single time
+determines nothing.
 """
 
 import contextlib
@@ -34,7 +34,7 @@ from .times import Timing, frame_number, frame_seconds, rate_of, uneven
 
 out_of_disk_space = 20007  # vtkErrorCode::OutOfDiskSpaceError
 
-_one_at_a_time = threading.Lock()  # where VTK says its errors is global
+_one_at_a_time = threading.Lock()  # VTK's error window is global
 
 
 class PvdReader(FramesReader):
@@ -78,13 +78,13 @@ class PvdReader(FramesReader):
 
 
 def _read_index(path: Path) -> tuple[list[float], list[Path]]:
-    """The times, ascending, and the file of each."""
+    """Returns the times, ascending, and the file of each."""
     try:
         root = ElementTree.parse(path).getroot()
-    except (ElementTree.ParseError, LookupError) as error:  # an encoding may be unknown
-        raise ValueError(f"is damaged or no PVD file: {error}") from error
+    except (ElementTree.ParseError, LookupError) as error:  # LookupError: unknown encoding
+        raise ValueError(f"is damaged or not a PVD file: {error}") from error
     if root.get("type") != "Collection":
-        raise ValueError(f"is no PVD file, which has the type Collection, not {root.get('type')}")
+        raise ValueError(f"is not a PVD file: its type is {root.get('type')}, not Collection")
     by_time: dict[float, str] = {}
     for entry in root.iterfind("Collection/DataSet"):
         name, time = entry.get("file", ""), float(entry.get("timestep", "0"))
@@ -94,7 +94,7 @@ def _read_index(path: Path) -> tuple[list[float], list[Path]]:
             raise ValueError(f"{name}: the time must be finite, not {time}")
         if time in by_time:
             raise ValueError(
-                f"lists {by_time[time]} and {name} for the time {time:g}; parts cannot be joined"
+                f"lists {by_time[time]} and {name} for the time {time:g}; parts are not supported"
             )
         by_time[time] = name
     times = sorted(by_time)
@@ -119,24 +119,24 @@ def _read_mesh(file: Path) -> Any:
     with _listening() as complaints:
         reader.Update()
     if complaints:
-        raise ValueError(f"is damaged or no VTP file: {complaints[0]}")
+        raise ValueError(f"is damaged or not a VTP file: {complaints[0]}")
     return reader.GetOutput()
 
 
 def _check_counts(file: Path) -> None:
-    """Refuses counts that would make VTK end the process."""
+    """Refuses counts for which VTK would end the process."""
     content = file.read_bytes()
     for name, count in re.findall(
         rb"""(NumberOf\w+)=["']\s*(.*?)\s*["']""", content.partition(b"<AppendedData")[0]
     ):
-        # Compression makes a vertex no smaller than a hundredth of a byte.
+        # Even compressed, a vertex takes at least a hundredth of a byte.
         if not count.isdigit() or int(count) > 1000 * len(content):
             raise ValueError(f"is damaged: {name.decode()} is {count.decode('latin-1')}")
 
 
 @contextlib.contextmanager
 def _listening() -> Iterator[list[str]]:
-    """Yields what will hold VTK's errors and warnings at the end, a line each; none is printed."""
+    """Yields a list that holds VTK's errors and warnings afterwards; none is printed."""
     core = require("vtkmodules.vtkCommonCore", extra="view")
     complaints: list[str] = []
     with _one_at_a_time:
@@ -151,7 +151,7 @@ def _listening() -> Iterator[list[str]]:
             core.vtkOutputWindow.SetInstance(usual)
     for text in re.split(r"(?m)^.*: In .*, line [0-9]+\n", window.GetOutput()):
         what = re.sub(r"^\w+ \(0x[0-9a-f]+\): ", "", text.strip().partition("\n")[0])
-        if what and "InformationKey" not in what:  # VTK cannot read the range that it writes of NaN
+        if what and "InformationKey" not in what:  # VTK cannot read the range of NaN that it writes
             complaints.append(what)
 
 
@@ -174,12 +174,12 @@ def _point_data(mesh: Any, name: str) -> NDArray[np.int32] | None:
     values = _as_numpy(array)
     of_vertices = values.dtype.kind in "iu" and values.shape == (mesh.GetNumberOfPoints(),)
     if not of_vertices or not np.array_equal(values, values.astype(np.int32)):
-        raise ValueError(f"its point data '{name}' must be one int per vertex")
+        raise ValueError(f"its point data '{name}' must have one integer per vertex")
     return values.astype(np.int32)
 
 
 def _notes(mesh: Any) -> list[str]:
-    """The field data that is text."""
+    """Returns the field data that is text."""
     array = mesh.GetFieldData().GetAbstractArray("dynmesh")
     if array is None or not array.IsA("vtkStringArray"):
         return []
@@ -187,19 +187,19 @@ def _notes(mesh: Any) -> list[str]:
 
 
 class PvdWriter(FramesWriter):
-    """A PVD file and a folder of VTP files in the making, binary and not compressed."""
+    """A PVD file and a folder of VTP files that are being written, binary and uncompressed."""
 
     suffix = ".pvd"
 
     @classmethod
     def _names_of(cls, path: Path) -> FrameNames:
         if path.suffix.lower() != cls.suffix:
-            raise ValueError("must end in .pvd: the rest of the name is that of a folder beside it")
+            raise ValueError("must end in .pvd; the rest of the name becomes a folder beside it")
         return FrameNames(path.with_suffix(""), f"{path.stem.replace('%', '_')}_%04d.vtp")
 
     @classmethod
     def existing(cls, path: Path) -> list[Path]:
-        """The files there are now that writing to `path` would replace."""
+        """Returns the existing files that writing to `path` would replace."""
         return [path] * path.exists() + super().existing(path)
 
     def _begin(self, kept: int) -> None:
@@ -234,7 +234,7 @@ class PvdWriter(FramesWriter):
         with _listening():
             written = writer.Write()
         if not written:
-            code = writer.GetErrorCode()  # the system's, with one exception
+            code = writer.GetErrorCode()  # an error number of the system, with one exception
             code = errno.ENOSPC if code == out_of_disk_space else code
             raise OSError(code, os.strerror(code), str(file))
 
@@ -256,7 +256,7 @@ class PvdWriter(FramesWriter):
         index.write(self.folder / self.path.name, encoding="utf-8", xml_declaration=True)
 
     def _destinations(self) -> dict[str, Path]:
-        return {**super()._destinations(), self.path.name: self.path}  # the index last
+        return {**super()._destinations(), self.path.name: self.path}  # the index is moved last
 
 
 pvd = Format(

@@ -1,4 +1,4 @@
-"""How finished files get their places, several of them as if they were one."""
+"""Moves finished files to their destinations, several of them almost atomically."""
 
 import json
 import os
@@ -12,17 +12,18 @@ _plan = "placing.json"
 def put_in_place(
     folder: Path, places: Mapping[str, Path], outdated: Iterable[Path], *, plan: bool
 ) -> None:
-    """Moves finished files to their places, the last one last.
+    """Moves finished files to their destinations, in order.
 
-    Where there are several, what they replace goes first, from the last one on: what is there
-    until the last one is in its place is the beginning of the new sequence or of the older one,
-    and never a mixture.
+    If there are several, the files that they replace are removed first, starting with the last. So
+    the files that exist before the last one is moved are a beginning of the new or of the older
+    sequence, and never a mixture.
 
     Args:
-        folder: where the files are.
-        places: where each is to go, by its name.
+        folder: contains the files.
+        places: destination of each file, by its name.
         outdated: further files to remove.
-        plan: whether :func:`finish_placing` shall be able to go on in that folder.
+        plan: whether :func:`finish_placing` can continue in that folder after the process was
+            killed.
 
     Raises:
         OSError: a file cannot be moved.
@@ -42,11 +43,10 @@ def put_in_place(
 
 
 def finish_placing(folder: Path) -> bool:
-    """Does what is left to do where :func:`put_in_place` was killed; whether all is in place.
+    """Finishes a :func:`put_in_place` that was killed; returns whether all files are in place.
 
-    It is, too, where the folder is empty or gone.
-
-    Where somebody has since removed or changed what was in its place already, nothing is done.
+    The result is also True if the folder is empty or does not exist. If a file has since been
+    removed or changed at its destination, nothing is done.
 
     Raises:
         OSError: a file cannot be moved.
@@ -75,7 +75,7 @@ def _move(folder: Path, places: Mapping[str, Path]) -> None:
 
 
 def _stamp(file: Path) -> list[int]:
-    """What a file keeps while it is moved, and loses when it is written."""
+    """Returns what changes when a file is written, but not when it is moved."""
     found = file.stat()
     return [found.st_size, found.st_mtime_ns]
 

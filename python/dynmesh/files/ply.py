@@ -1,7 +1,7 @@
 """PLY: one binary or text file per frame, as scanners and MeshLab write them.
 
-The vertices have x, y and z and, where a sequence has them, the properties `known`, `generation`
-and `age`. Other properties are not kept. Comments say which axis is up and how long a unit is.
+The vertices have x, y and z and, if the sequence has them, the properties `known`, `generation`
+and `age`. Other properties are ignored. Comments state the up axis and the length of a unit.
 """
 
 from pathlib import Path
@@ -82,7 +82,7 @@ def _polygons(faces: Columns) -> Polygons:
 
 
 class PlyWriter(FramesWriter):
-    """A sequence of PLY files in the making, binary and little-endian."""
+    """A sequence of PLY files that is being written, binary and little-endian."""
 
     suffix = ".ply"
 
@@ -96,7 +96,7 @@ class PlyWriter(FramesWriter):
             kinds |= {"generation": "int", "age": "int"}
         columns = [(name, scalar_types[kind].newbyteorder("<")) for name, kind in kinds.items()]
         self._vertices = np.zeros(header.n_vertices, columns)
-        # What stands before and after the vertices is the same in every frame.
+        # The bytes before and after the vertices are the same in every frame.
         sizes, corners = as_polygons(header.faces, header.polygons)
         count = "uchar" if sizes.max() < 256 else "int"
         lines = [
@@ -121,7 +121,7 @@ class PlyWriter(FramesWriter):
 
 
 def _face_records(sizes: Integers, corners: Integers, count: np.dtype[Any]) -> bytes:
-    """The corners of each face, with their count before them."""
+    """Returns the corners of each face, preceded by their number."""
     words = corners.astype("<i4").view(count)
     begins = (np.cumsum(sizes) - sizes) * (4 // count.itemsize)
     return np.insert(words, begins, sizes.astype(count)).tobytes()

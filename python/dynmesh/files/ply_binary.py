@@ -1,4 +1,4 @@
-"""The elements of a binary PLY file."""
+"""Reads the elements of a binary PLY file."""
 
 from typing import Any
 
@@ -11,18 +11,19 @@ Integers = NDArray[np.int64]
 
 
 def read_binary(elements: list[Element], data: bytes, begin: int) -> dict[str, Columns]:
-    """Reads what follows the header.
+    """Reads the data after the header.
 
     Args:
-        elements: that the header announces.
+        elements: declared in the header.
         data: the file.
-        begin: where its header ends.
+        begin: offset of the end of the header.
 
     Returns:
-        The columns of each element, by its name, in the byte order of the file.
+        The columns of each element by name, in the byte order of the file.
 
     Raises:
-        ValueError: the file is shorter or longer than its elements, or a list is shorter than none.
+        ValueError: the size of the file does not match its elements, or a list has a negative
+            length.
     """
     columns = {}
     for element in elements:
@@ -31,12 +32,12 @@ def read_binary(elements: list[Element], data: bytes, begin: int) -> dict[str, C
         element.check_size(least, len(data) - begin, "bytes")
         columns[element.name], begin = _read_element(element, data, begin)
     if begin < len(data):
-        raise ValueError(f"goes on after its last element, for {len(data) - begin} bytes")
+        raise ValueError(f"continues for {len(data) - begin} bytes after its last element")
     return columns
 
 
 def _read_element(element: Element, data: bytes, begin: int) -> tuple[Columns, int]:
-    """Reads all records and says where they end."""
+    """Reads all records and returns where they end."""
     if element.count:
         places, sizes, first_end = _find_records(element, data, begin, 1)
         end = begin + (first_end - begin) * element.count
@@ -57,10 +58,10 @@ def _read_element(element: Element, data: bytes, begin: int) -> tuple[Columns, i
 def _find_records(
     element: Element, data: bytes, begin: int, n: int
 ) -> tuple[Integers, Integers, int]:
-    """Finds the first n records, one after another, as only the lists in one say where it ends.
+    """Finds n records one after another, as a record with lists determines where the next begins.
 
     Returns:
-        (n, p) where the numbers of each property begin, (n, p) how many they are, and the end.
+        (n, p) offsets of the numbers of each property, (n, p) their counts, and the end.
     """
     kinds = [(kind.dtype.itemsize, kind.count_dtype) for kind in element.properties.values()]
     places, sizes, place = [], [], begin
@@ -73,14 +74,16 @@ def _find_records(
                 size = int.from_bytes(digits, order, signed=count.kind == "i")
                 place += count.itemsize
                 if size < 0:
-                    raise ValueError(f"record {record} of {element.name!r}: has a list of {size}")
+                    raise ValueError(
+                        f"record {record} of {element.name!r}: has a list of length {size}"
+                    )
             places.append(place)
             sizes.append(size)
             place += size * width
         if place > len(data):
             raise ValueError(
                 f"is cut or damaged: record {record} of {element.name!r} ends at byte {place}, "
-                f"but the file at byte {len(data)}"
+                f"but the file ends at byte {len(data)}"
             )
     shape = (n, len(kinds))
     return (
@@ -91,7 +94,7 @@ def _find_records(
 
 
 def _spread(places: Integers, sizes: Integers, width: int) -> Integers:
-    """Where each number lies, of lists of these sizes that begin at these places."""
+    """Returns the offset of each number in lists of these sizes that begin at these offsets."""
     begins = places - (np.cumsum(sizes) - sizes) * width
     return np.asarray(np.repeat(begins, sizes) + np.arange(sizes.sum()) * width)
 
@@ -99,7 +102,7 @@ def _spread(places: Integers, sizes: Integers, width: int) -> Integers:
 def _read_equal(
     element: Element, data: bytes, places: Integers, sizes: Integers, stride: int
 ) -> Columns | None:
-    """Reads records of one length, as most are; None where lists are not as long as the first's."""
+    """Reads records of equal length, the usual case; None if lists differ in length."""
     n = element.count
     columns = {}
     for (name, kind), place, size in zip(element.properties.items(), places, sizes, strict=True):

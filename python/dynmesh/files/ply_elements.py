@@ -1,4 +1,4 @@
-"""The header of a PLY file, and the elements that it announces, whatever they mean."""
+"""The header of a PLY file, and the elements that it declares."""
 
 import re
 from dataclasses import dataclass, field
@@ -21,16 +21,16 @@ scalar_types = {
     }.items()
     for name in names
 }
-"""What the types are called, each by an older and a newer name."""
+"""The names of the types, an older and a newer one each."""
 
 
 @dataclass(frozen=True)
 class Property:
-    """A number, or a list of numbers, that each record of an element has.
+    """A number, or a list of numbers, in each record of an element.
 
     Attributes:
-        dtype: of the number or numbers, in the byte order of the file.
-        count_dtype: of how many there are, which stands before the numbers of a list; else None.
+        dtype: of the numbers, in the byte order of the file.
+        count_dtype: of the length, which precedes the numbers of a list; None if it is not a list.
     """
 
     dtype: np.dtype[Any]
@@ -39,11 +39,11 @@ class Property:
 
 @dataclass(frozen=True)
 class Element:
-    """Records that are alike, as all vertices of a mesh.
+    """Records of the same kind, such as all vertices of a mesh.
 
     Attributes:
-        name: as "vertex".
-        count: how many records there are.
+        name: such as "vertex".
+        count: number of records.
         properties: by name, in the order of the file.
     """
 
@@ -52,7 +52,7 @@ class Element:
     properties: dict[str, Property] = field(default_factory=dict)
 
     def check_size(self, least: int, left: int, unit: str) -> None:
-        """Refuses what needs more than the file holds, before anything is made for it."""
+        """Refuses an element with more bytes than the file has, before memory is allocated."""
         if self.count and not self.properties:
             raise ValueError(f"its element {self.name!r} has no properties")
         if least > left:
@@ -63,33 +63,33 @@ class Element:
 
 
 class Lists(NamedTuple):
-    """The numbers of a property that is a list in each of n records."""
+    """The numbers of a list property in n records."""
 
     sizes: NDArray[np.int64]
-    """(n,) how many numbers each list has."""
+    """(n,) the length of each list."""
     values: NDArray[Any]
-    """(sum of sizes,) the numbers, list after list."""
+    """(sum of sizes,) the numbers, one list after another."""
 
 
 Columns = dict[str, NDArray[Any] | Lists]
-"""What the n records of an element have, by the name of the property: (n,) numbers, or lists."""
+"""The n records of an element, by the name of the property: (n,) numbers, or lists."""
 
 
 def as_column(kind: Property, sizes: NDArray[np.int64], values: NDArray[Any]) -> Any:
-    """What a property has in all records: the numbers, or the lists that have these sizes."""
+    """Returns a property in all records: the numbers, or the lists of these sizes."""
     return values if kind.count_dtype is None else Lists(sizes, values)
 
 
 @dataclass(frozen=True)
 class Header:
-    """What a header says.
+    """The content of a header.
 
     Attributes:
         is_text: whether each record is a line of words.
         elements: in the order of the file.
-        n_bytes: how long the header is.
-        n_lines: how many lines it has.
-        comments: without the word that makes them one.
+        n_bytes: length of the header.
+        n_lines: number of lines of the header.
+        comments: without the word "comment".
     """
 
     is_text: bool
@@ -100,14 +100,14 @@ class Header:
 
 
 def read_header(data: bytes) -> Header:
-    """Reads the header with which a PLY file begins, in any encoding and with any ends of lines.
+    """Reads the header at the beginning of a PLY file, in any encoding and with any line ends.
 
     Raises:
-        ValueError: there is none, or a line of it has no meaning.
+        ValueError: there is no header, or one of its lines is invalid.
     """
     first = re.match(rb"ply(\r\n|\n|\r)", data)
     if first is None:
-        raise ValueError("is no PLY file: line 1 is not 'ply'")
+        raise ValueError("is not a PLY file: line 1 is not 'ply'")
     end = first[1] + b"end_header" + first[1]
     head, end, _ = data.partition(end)
     if not end:
@@ -131,7 +131,7 @@ def read_header(data: bytes) -> Header:
                     _refuse_second("property", name, properties)
                     properties[name] = _property(kind, order)
                 case _:
-                    raise ValueError(f"{line[:60]!r} means nothing here")
+                    raise ValueError(f"{line[:60]!r} is not valid here")
         except ValueError as error:
             raise ValueError(f"line {number}: {error}") from error
     if not order:
@@ -149,7 +149,7 @@ def _byte_order(format: str) -> str:
 
 def _count(word: str) -> int:
     if not re.fullmatch("[0-9]{1,15}", word):
-        raise ValueError(f"an element has a number of records, not {word!r}")
+        raise ValueError(f"the number of records must be an integer, not {word!r}")
     return int(word)
 
 
@@ -160,14 +160,14 @@ def _property(kind: list[str], order: str) -> Property:
         case ["list", count, value]:
             count_dtype = _dtype(count, order)
             if count_dtype.kind == "f":
-                raise ValueError(f"how many a list has is an integer, no {count}")
+                raise ValueError(f"the length of a list must be an integer type, not {count}")
             return Property(_dtype(value, order), count_dtype)
-    raise ValueError("a property has a type, or 'list' and two types, and a name")
+    raise ValueError("a property needs a type, or 'list' and two types, and a name")
 
 
 def _dtype(name: str, order: Any) -> np.dtype[Any]:
     if name not in scalar_types:
-        raise ValueError(f"there is no type {name!r}")
+        raise ValueError(f"unknown type {name!r}")
     return scalar_types[name].newbyteorder(order)
 
 

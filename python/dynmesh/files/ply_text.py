@@ -1,4 +1,4 @@
-"""The elements of a PLY file that is text: a line for each record, a word for each number."""
+"""Reads the elements of a PLY file in text: a line for each record, a word for each number."""
 
 from typing import Any
 
@@ -8,18 +8,18 @@ from .ply_elements import Columns, Element, Property, as_column
 
 
 def read_text(elements: list[Element], text: bytes, first_line: int) -> dict[str, Columns]:
-    """Reads what follows the header.
+    """Reads the text after the header.
 
     Args:
-        elements: that the header announces.
-        text: what follows it.
-        first_line: the number of the line that the text begins with.
+        elements: declared in the header.
+        text: the text after the header.
+        first_line: number of the first line of the text.
 
     Returns:
-        The columns of each element, by its name.
+        The columns of each element by name.
 
     Raises:
-        ValueError: there are fewer or more lines, or words in one, or a word is no number of its
+        ValueError: there are too few or too many lines or words, or a word is not a number of its
             type.
     """
     lines = text.splitlines()
@@ -36,7 +36,7 @@ def read_text(elements: list[Element], text: bytes, first_line: int) -> dict[str
         begin += element.count
     for number, line in enumerate(lines[begin:], first_line + begin):
         if line.strip():
-            raise ValueError(f"line {number}: goes on after its last element")
+            raise ValueError(f"line {number}: continues after its last element")
     return columns
 
 
@@ -68,18 +68,20 @@ def _read_element(element: Element, lines: list[bytes], first_line: int) -> Colu
 
 def _numbers(line: bytes) -> list[float]:
     try:
-        if b"_" in line:  # which Python would take for a part of a number
-            raise ValueError(f"{line!r} has a '_'")
+        if b"_" in line:  # which Python would accept in a number
+            raise ValueError(f"{line!r} contains a '_'")
         return [float(word) for word in line.split()]
     except ValueError as error:
-        raise ValueError(str(error)[:80]) from error  # a word may be very long
+        raise ValueError(
+            str(error)[:80]
+        ) from error  # the message contains the word, which may be very long
 
 
 def _size(count: list[float], dtype: np.dtype[Any]) -> int:
     if not count:
         raise ValueError("has too few words")
     if not (0 <= count[0] <= np.iinfo(dtype).max and count[0].is_integer()):
-        raise ValueError(f"a list of {count[0]} numbers cannot be, as its count is of {dtype}")
+        raise ValueError(f"the list length {count[0]} is not a value of {dtype}")
     return int(count[0])
 
 
@@ -90,5 +92,7 @@ def _column(kind: Property, sizes: list[int], numbers: list[float], first_line: 
     wrong = np.isinf(typed) & ~np.isinf(values) if kind.dtype.kind == "f" else typed != values
     if wrong.any():
         record = np.repeat(np.arange(len(sizes)), sizes)[wrong][0]
-        raise ValueError(f"line {first_line + record}: {values[wrong][0]} is no {kind.dtype}")
+        raise ValueError(
+            f"line {first_line + record}: {values[wrong][0]} is not a value of {kind.dtype}"
+        )
     return as_column(kind, np.array(sizes, np.int64), typed)

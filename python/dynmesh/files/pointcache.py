@@ -1,9 +1,9 @@
 """Point caches, PC2 and MDD: a short header, then the positions of every frame as float32.
 
-They hold neither faces nor masks nor provenance. The faces, the axis that is up and the unit come
-from a mesh beside the file, `NAME.obj` or `NAME.ply`, on which an animation program puts the cache;
-the writer writes frame 0 as `NAME.obj`. Positions of vertices that are not known are written as
-NaN, float64 is rounded.
+They hold neither faces nor masks nor provenance. The faces, the up axis and the unit come from a
+mesh beside the file, `NAME.obj` or `NAME.ply`, to which an animation program applies the cache;
+the writer writes frame 0 as `NAME.obj`. Unknown positions are written as NaN, and float64 is
+rounded.
 """
 
 import contextlib
@@ -72,13 +72,13 @@ class PointCacheReader(Reader):
 
     @abstractmethod
     def _read_shape(self, file: IO[bytes]) -> tuple[tuple[int, int, int], int]:
-        """(n, k, 3), unchecked, and how many bytes come before the first frame."""
+        """Returns (n, k, 3), unchecked, and the number of bytes before the first frame."""
 
     @abstractmethod
     def _read_timing(self, file: IO[bytes], n_frames: int) -> tuple[float | None, float]:
-        """Frames per second, if the file tells them, and the number of the first frame.
+        """Returns the frames per second, if stored, and the number of the first frame.
 
-        `file` is where the shape was read to.
+        `file` is positioned after the shape.
         """
 
     @property
@@ -106,11 +106,11 @@ def _mesh_with(
 
 
 class PointCacheWriter(Writer):
-    """A point cache in the making, and the mesh beside it.
+    """A point cache that is being written, and the mesh beside it.
 
-    A `NAME.obj` with the same faces that is there already stays as it is, since it may hold more,
-    as texture coordinates; one with other faces, or which says that another axis is up or a unit is
-    of another length, is replaced.
+    An existing `NAME.obj` with the same faces is kept, since it may contain more, such as texture
+    coordinates. It is replaced if it has other faces or states another up axis or another length of
+    a unit.
 
     Attributes:
         dtype_in_file: float32 in the byte order of the format.
@@ -124,13 +124,13 @@ class PointCacheWriter(Writer):
 
     @abstractmethod
     def _header_bytes(self) -> bytes:
-        """What comes before the first frame."""
+        """Returns the header of the file."""
 
     def _begin(self, kept: int) -> None:
         header = self.header
         for what, count in (("frames", header.n_frames), ("vertices", header.n_vertices)):
             if count > largest_count:
-                raise ValueError(f"can hold {largest_count} {what}, not {count}")
+                raise ValueError(f"can hold at most {largest_count} {what}, not {count}")
         self._mesh_writer: ObjWriter | None = None
         mesh = self.path.with_suffix(".obj")
         if kept == 0 and not (mesh.exists() and self._fits(mesh)):
@@ -150,7 +150,7 @@ class PointCacheWriter(Writer):
 
     @classmethod
     def existing(cls, path: Path) -> list[Path]:
-        """The files there are now that writing to `path` may replace."""
+        """Returns the existing files that writing to `path` may replace."""
         return [file for file in (path, path.with_suffix(".obj")) if file.exists()]
 
     def _fits(self, path: Path) -> bool:

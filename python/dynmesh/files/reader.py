@@ -1,4 +1,4 @@
-"""What every reader offers: a sequence, frame by frame."""
+"""The interface of all readers: a sequence, frame by frame."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Generator, Iterator
@@ -17,15 +17,15 @@ class Reader(ABC):
     """A sequence in a file: what :func:`dynmesh.open` returns.
 
     Iterating yields every :class:`Frame`, always from frame 0 on. Use it in a ``with`` statement.
-    A subclass opens its file in ``__init__`` and then calls this class's.
+    A subclass opens its file in ``__init__`` and then calls the base class.
     """
 
     def __init__(self, path: Path, header: Header) -> None:
-        """Is called when the file is open and its header read."""
+        """Called by subclasses when the file is open and its header is read."""
         self.path = path
         self.header = header
         if header.n_frames == 0:
-            raise ValueError("holds no frame, but frame 0 is needed, complete")
+            raise ValueError("has no frames, but a complete frame 0 is needed")
 
     @property
     def faces(self) -> NDArray[np.integer[Any]]:
@@ -34,17 +34,17 @@ class Reader(ABC):
 
     @property
     def n_frames(self) -> int:
-        """How many frames there are."""
+        """The number of frames."""
         return self.header.n_frames
 
     @property
     def n_vertices(self) -> int:
-        """How many vertices each frame has."""
+        """The number of vertices of each frame."""
         return self.header.n_vertices
 
     @property
     def dtype(self) -> np.dtype[Any]:
-        """Of the positions, float32 or float64."""
+        """The dtype of the positions, float32 or float64."""
         return self.header.dtype
 
     @property
@@ -59,7 +59,7 @@ class Reader(ABC):
 
     @property
     def fps(self) -> float | None:
-        """Frames per second, or None where the file does not say."""
+        """Frames per second, or None if the file does not state them."""
         return self.header.fps
 
     @property
@@ -68,7 +68,7 @@ class Reader(ABC):
         return [self.path]
 
     def __repr__(self) -> str:
-        """What the file holds, without the numbers."""
+        """Describes the file without its numbers."""
         counts = summary(self.n_frames, self.n_vertices, len(self.faces), self.dtype)
         masks = "with masks" if self.has_known else "no masks"
         return f"{type(self).__name__}({str(self.path)!r}: {counts}, {masks}, {rate(self.fps)})"
@@ -80,22 +80,22 @@ class Reader(ABC):
     def frames(
         self, start: int = 0, stop: int | None = None, step: int = 1
     ) -> Generator[Frame, None, None]:
-        """Yields the frames ``range(start, stop, step)``; several may be under way at once.
+        """Yields the frames ``range(start, stop, step)``; several iterators may be used at once.
 
-        They are counted from 0, whatever number the file gives the first.
+        Frames are counted from 0, independently of the numbers in the file.
         """
         with naming(self.path):
             yield from self._frames(range(self.n_frames)[start:stop:step])
 
     @abstractmethod
     def _frames(self, numbers: range) -> Iterator[Frame]:
-        """Yields the frames of these numbers, which ascend and exist."""
+        """Yields the frames with these numbers, which ascend and exist."""
 
-    def close(self) -> None:  # noqa: B027 (most hold nothing open between frames)
+    def close(self) -> None:  # noqa: B027 (most readers keep nothing open)
         """Closes the file."""
 
     def __enter__(self) -> Self:
-        """Is the reader itself."""
+        """Returns the reader itself."""
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -104,7 +104,7 @@ class Reader(ABC):
 
 
 def check_comparable(completed: Reader, reference: Reader) -> None:
-    """Refuses sequences of different meshes or numbers of frames."""
+    """Raises an error unless the sequences have the same mesh and number of frames."""
     for what in ("n_vertices", "n_frames"):
         ours, truth = getattr(completed, what), getattr(reference, what)
         if ours != truth:

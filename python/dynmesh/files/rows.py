@@ -1,4 +1,4 @@
-"""Arrays in numpy's own format, read and written row by row."""
+"""Arrays in NumPy's own format, read and written row by row."""
 
 import contextlib
 import math
@@ -18,11 +18,11 @@ from .named import kinds_per_frame, rows_of
 from .writer import Writer
 
 longest_header = 10_000
-"""In bytes; numpy refuses to read a longer one."""
+"""In bytes; NumPy refuses to read a longer header."""
 
 
 class ArrayHeader(NamedTuple):
-    """What a `.npy` file says of its array."""
+    """The header of a `.npy` file."""
 
     shape: tuple[int, ...]
     by_columns: bool
@@ -30,19 +30,19 @@ class ArrayHeader(NamedTuple):
 
 
 def read_header(file: IO[bytes]) -> ArrayHeader:
-    """Reads from the beginning up to where the numbers begin.
+    """Reads the header, up to the first number.
 
     Raises:
-        ValueError: it is no array, or one of Python objects.
+        ValueError: the file holds no array, or an array of Python objects.
     """
     version = npy.read_magic(file)
     length = int.from_bytes(file.read(4 if version > (1, 0) else 2), "little")
-    if length > longest_header:  # numpy makes room for it before it looks
+    if length > longest_header:  # NumPy allocates memory before it checks
         raise ValueError(f"is damaged: its header would have {length} bytes")
     file.seek(npy.MAGIC_LEN)
     read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
     try:
-        with warnings.catch_warnings(action="ignore", category=UserWarning):  # Python 2 wrote it
+        with warnings.catch_warnings(action="ignore", category=UserWarning):  # written by Python 2
             header = ArrayHeader(*read(file))
     except (TokenError, SyntaxError, TypeError) as error:
         raise ValueError(f"is damaged: its header cannot be read: {error}") from error
@@ -54,30 +54,30 @@ def read_header(file: IO[bytes]) -> ArrayHeader:
 
 
 def read_array(file: IO[bytes], size: int) -> NDArray[Any]:
-    """The whole array in a file of so many bytes, which is compared with what it tells of itself.
+    """Reads the array of a file of `size` bytes, which must match its header.
 
     Raises:
-        ValueError: what :func:`read_header` raises, or the file is shorter or longer.
+        ValueError: see :func:`read_header`, or the size of the file does not match.
     """
     shape, by_columns, dtype = read_header(file)
     expected = file.tell() + math.prod(shape) * dtype.itemsize
     if size != expected:
-        raise ValueError(f"its header tells of {expected} bytes, but there are {size}")
+        raise ValueError(f"its header declares {expected} bytes, but the file has {size}")
     numbers = np.frombuffer(bytearray(file.read()), dtype)
     return numbers.reshape(shape, order="F" if by_columns else "C")
 
 
 def load_array(path: Path) -> NDArray[Any]:
-    """The whole array in a `.npy` file, as :func:`read_array`."""
+    """Reads the array of a `.npy` file; see :func:`read_array`."""
     with path.open("rb") as file:
         return read_array(file, os.fstat(file.fileno()).st_size)
 
 
 class RowFile:
-    """A `.npy` file that grows row by row, up to a length known beforehand."""
+    """A `.npy` file that grows row by row, up to a given length."""
 
     def __init__(self, path: Path, dtype: np.dtype[Any], shape: tuple[int, ...], kept: int) -> None:
-        """Begins the file, or opens it and forgets all but its first `kept` rows."""
+        """Creates the file, or opens it and removes all but its first `kept` rows."""
         self.path = path
         row_size = dtype.itemsize * int(np.prod(shape[1:]))
         with contextlib.ExitStack() as stack:
@@ -101,15 +101,15 @@ class RowFile:
         self._file.write(np.ascontiguousarray(row).data)
 
     def flush(self) -> None:
-        """Hands everything to the system."""
+        """Passes everything to the operating system."""
         self._file.flush()
 
     def close(self) -> None:
-        """Closes the file; may be called again."""
+        """Closes the file; may be called more than once."""
         self._file.close()
 
     def __enter__(self) -> Self:
-        """Is the file itself."""
+        """Returns the file itself."""
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -118,13 +118,13 @@ class RowFile:
 
 
 class RowFilesWriter(Writer):
-    """A sequence in the making; each array that has a row per frame grows in a file of its own."""
+    """A sequence that is being written, with a file for each array that has a row per frame."""
 
     resumable = True
 
     @abstractmethod
     def _row_file(self, name: str) -> Path:
-        """Where the array of that name grows."""
+        """Returns the file of the array with that name."""
 
     def _begin(self, kept: int) -> None:
         self._rows: dict[str, RowFile] = {}

@@ -1,4 +1,4 @@
-"""What formats share that hold a whole scene: one mesh of many, with faces that stay."""
+"""Code that scene formats share: one mesh of several, with constant faces."""
 
 from collections.abc import Mapping
 
@@ -8,21 +8,21 @@ from ..polygons import Polygons
 
 
 def choose_mesh(meshes: Mapping[str, bool], prim: str | None) -> str:
-    """Chooses a mesh by its path, or the only one that moves, or the only one.
+    """Chooses a mesh by its path, else the only one that moves, else the only one.
 
     Args:
         meshes: the paths of all meshes, and whether the points of each change.
-        prim: the path that was asked for, or None.
+        prim: the requested path, or None.
     """
     if not meshes:
-        raise ValueError("holds no mesh of polygons")
+        raise ValueError("contains no polygon mesh")
     if prim is not None:
         if prim not in meshes:
-            raise ValueError(f"has no mesh '{prim}'; there are {_listed(list(meshes))}")
+            raise ValueError(f"has no mesh '{prim}'; the meshes are {_listed(list(meshes))}")
         return prim
     candidates = [path for path, moves in meshes.items() if moves] or list(meshes)
     if len(candidates) > 1:
-        raise ValueError(f"holds several meshes; choose one with --prim: {_listed(candidates)}")
+        raise ValueError(f"contains several meshes; choose one with --prim: {_listed(candidates)}")
     return candidates[0]
 
 
@@ -32,8 +32,8 @@ def _listed(paths: list[str], most: int = 10) -> str:
 
 
 def check_same_faces(first: Polygons, later: Polygons, time: float) -> None:
-    """Refuses faces that are others than in the first frame."""
+    """Raises an error unless the faces equal those of the first frame."""
     if not all(np.array_equal(one, other) for one, other in zip(first, later, strict=True)):
         raise ValueError(
-            f"time {time:g}: the faces are others than in the first frame, but they must stay"
+            f"time {time:g}: the faces differ from those of the first frame, but must not change"
         )

@@ -1,4 +1,4 @@
-"""The faces of files that hold positions alone: given, or from a file beside them."""
+"""The faces of files that hold only positions: given, or from a file beside them."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -10,12 +10,12 @@ from .naming import naming
 def find_template(
     given: Template | None, n_vertices: int, beside: Mapping[Path, Callable[[Path], Template]]
 ) -> tuple[Template, list[Path]]:
-    """The mesh that lends its faces, and the file beside that it was read from, if any.
+    """Returns the mesh that provides the faces, and the file that it was read from, if any.
 
     Args:
-        given: what the caller names; files beside are not looked at then.
-        n_vertices: of the file that holds positions alone.
-        beside: the files that may lie beside it, the preferred one first, and how each is read.
+        given: the mesh from the caller; if it is given, files beside are ignored.
+        n_vertices: of the file that holds only positions.
+        beside: the files that may be beside it, the preferred one first, and their readers.
 
     Raises:
         OSError: a file beside it cannot be read.
@@ -38,6 +38,6 @@ def _first(
                 return load(path), [path]
     names = " or ".join(path.name for path in beside)
     raise ValueError(
-        f"holds positions alone, and there is no {names} beside it: "
+        f"holds only positions, and there is no {names} beside it; "
         "give its faces (faces= in Python, --faces FILE in the shell)"
     )

@@ -1,6 +1,6 @@
-"""When the frames are: their rate and their numbers, told from times, and the other way round.
+"""Conversion between the times of frames and their rate and numbers.
 
-Where nobody knows the frames per second, formats that hold seconds get the numbers of the frames.
+If the frames per second are unknown, formats with times in seconds get the numbers of the frames.
 """
 
 import math
@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from .header import Header
 
 broadcast = (23.976, 29.97, 59.94, 24000 / 1001, 30000 / 1001, 60000 / 1001)
-"""Frames per second in use that need more digits than some files have."""
+"""Common frame rates that need more digits than some files store."""
 
 
 class Timing(NamedTuple):
-    """What a header says of when the frames are, under the same names."""
+    """The timing of the frames, named like the fields of a header."""
 
     fps: float | None
     start: float
@@ -26,7 +26,7 @@ class Timing(NamedTuple):
 
 
 def spacing(times: Sequence[float]) -> float | None:
-    """How far apart the times are; None where there is only one or they are not even."""
+    """Returns the step between times; None if there is only one or they are uneven."""
     if len(times) < 2:
         return None
     step = (times[-1] - times[0]) / (len(times) - 1)
@@ -34,12 +34,14 @@ def spacing(times: Sequence[float]) -> float | None:
 
 
 def rate_of(step: float) -> float | None:
-    """Frames per second; None where they are a second apart, as numbers are."""
-    return None if math.isclose(step, 1) else float(f"{1 / step:.12g}")  # as before its division
+    """Returns frames per second; None for a step of one, as of frame numbers."""
+    return (
+        None if math.isclose(step, 1) else float(f"{1 / step:.12g}")
+    )  # removes the rounding error of the division
 
 
 def frame_number(time: float, fps: float | None, tolerance: float = 1e-9) -> float:
-    """The number of the frame at this time, without what rounding has left of its division."""
+    """Returns the number of the frame at this time, without the rounding error of the division."""
     number = time * (fps or 1)
     near = (
         n
@@ -50,7 +52,7 @@ def frame_number(time: float, fps: float | None, tolerance: float = 1e-9) -> flo
 
 
 def uneven(seconds: Sequence[float], fps: float | None = None) -> Timing:
-    """Of frames that are not evenly spaced: numbers by this rate, or else by their usual one."""
+    """Returns the timing of unevenly spaced frames, at this rate or else at the median rate."""
     if fps is None:
         fps = rate_of(statistics.median_low(np.diff(seconds).tolist()))
     times = np.array([frame_number(second, fps) for second in seconds])
@@ -58,18 +60,18 @@ def uneven(seconds: Sequence[float], fps: float | None = None) -> Timing:
 
 
 def frame_numbers(header: Header) -> NDArray[np.float64]:
-    """(n,) the number of each frame."""
+    """Returns (n,) the number of each frame."""
     if header.times is not None:
         return header.times
     return header.start + np.arange(header.n_frames, dtype=np.float64)
 
 
 def frame_seconds(header: Header) -> NDArray[np.float64]:
-    """(n,) the time of each frame in seconds, or its number where nobody knows the rate."""
+    """Returns (n,) the time of each frame in seconds, or its number if the rate is unknown."""
     return frame_numbers(header) / (header.fps or 1)
 
 
 def shortened(number: float) -> Iterator[float]:
-    """Yields the number with 1, 2, ..., 17 digits."""
+    """Yields the number rounded to 1, 2, ..., 17 digits."""
     for digits in range(1, 18):
         yield float(f"{number:.{digits}g}")

@@ -1,13 +1,13 @@
 """USD: the points of one mesh in a stage, with a time sample for each frame.
 
-Of the scene, only what the mesh itself says is read: its points, in its own space, and its faces.
-Transforms, skeletons, materials and everything else stay where they are. What is written has the
-mesh at the same path and times, so that it can be laid over the stage it came from, as a stronger
-sublayer. Points, extent and faces are then those written here, and so are normals, velocities and
-accelerations, computed anew, where the stage has them; the rest is the stage's.
+Of the scene, only the mesh itself is read: its points, in its own space, and its faces.
+Transforms, skeletons, materials and everything else are ignored. A written stage has the mesh at
+the same path and times, so that it can be used as a stronger sublayer over the original stage. It
+then overrides points, extent and faces, and also normals, velocities and accelerations, which are
+recomputed if the original has them; everything else comes from the original.
 
-The known mask is the primvar `known` (bool), `generation` and `age` (int) are primvars too, each
-with a value per vertex.
+The known mask is the primvar `known` (bool); `generation` and `age` (int) are primvars as well,
+each with one value per vertex.
 """
 
 from collections.abc import Iterator
@@ -42,17 +42,17 @@ from .writer import Writer
 class UsdReader(Reader):
     """The frames of a mesh: the time samples of its points, or else their only value.
 
-    Exporters leave out samples where nothing moves: where the points before and after a gap are
-    equal, the frames in between are there too. If the frames are evenly spaced then, `fps` follows
-    from the stage's time codes per second; if not, `times` are time codes and `fps` says how many
-    of them are a second. If the stage does not say that, it is None.
+    Exporters omit samples where nothing moves: if the points before and after a gap are equal, the
+    frames in between are included. If the frames are then evenly spaced, `fps` follows from the
+    time codes per second of the stage; otherwise, `times` are time codes and `fps` is the number of
+    time codes per second. If the stage does not state it, it is None.
     """
 
     def __init__(self, path: Path, template: Template | None, prim: str | None) -> None:
-        """Composes the stage and reads everything but the frames."""
+        """Composes the stage and reads everything except the frames."""
         refuse_template(template)
-        path.open("rb").close()  # the system says best what it does not allow
-        with translating(ValueError, "is damaged or no USD file: "):
+        path.open("rb").close()  # gives the error message of the system
+        with translating(ValueError, "is damaged or not a USD file: "):
             self._stage = composed(path)
         with translating(ValueError, "is damaged: "):
             self._mesh = mesh_in(self._stage, prim)
@@ -101,29 +101,28 @@ class UsdReader(Reader):
             yield Frame(points, **values)
 
     def close(self) -> None:
-        """Lets go of the stage."""
+        """Releases the stage."""
         self._stage = self._mesh = self._points = None
         self._primvars = {}
 
 
 class UsdWriter(Writer):
-    """A stage with one mesh, in the making; positions are rounded to float32.
+    """A stage with one mesh that is being written; positions are rounded to float32.
 
-    There is a frame at every time code from `start` on, or at each of `times`, `fps` time codes a
-    second. They go into a binary layer a few at a time, which does not need more memory the more
-    there are; a `.usda` is made from it in the end. A save writes over the layer's table of
-    contents, so that a layer whose saving was cut short is lost, and the writer cannot go on with
-    it.
+    There is a frame at every time code from `start`, or at each of `times`, with `fps` time codes
+    per second. They are saved to a binary layer a few at a time, so memory does not grow with their
+    number; a `.usda` is converted from it in the end. Saving overwrites the table of contents of
+    the layer, so a layer whose saving was interrupted is lost, and the writer cannot be continued.
 
-    A mesh without a name is a mesh of polygons. One that has a name comes from a scene, where it
-    may be subdivided: so nothing is said of that.
+    A mesh without a name is a polygon mesh. One with a name comes from a scene, where it may be
+    subdivided, so the subdivision scheme is not written.
     """
 
     keeps_float64 = False
     unsaved_bytes = 1 << 24
-    """How many bytes of positions wait in memory until the next save, at most one frame more."""
+    """Bytes of positions that are held in memory until the next save, plus at most one frame."""
 
-    def _begin(self, kept: int) -> None:  # noqa: ARG002 (never goes on)
+    def _begin(self, kept: int) -> None:  # noqa: ARG002 (always 0, as it is not resumable)
         sdf, usd, geometry = pxr("Sdf"), pxr("Usd"), pxr("UsdGeom")
         self._path = self.folder / "frames.usdc"
         header = self.header
@@ -141,8 +140,8 @@ class UsdWriter(Writer):
                 geometry.SetStageMetersPerUnit(self._stage, header.metres_per_unit)
             self._stage.SetStartTimeCode(self._times[0])
             self._stage.SetEndTimeCode(self._times[-1])
-            # The prims above become a `def` without a type: where this is laid over another stage,
-            # its types show through; an `over` would leave the mesh undefined without that stage.
+            # The prims above become a `def` without a type: over another stage, its types remain
+            # visible; an `over` would leave the mesh undefined without that stage.
             mesh = geometry.Mesh.Define(self._stage, _prim_path(header.name))
             self._stage.SetDefaultPrim(self._stage.GetPrimAtPath(mesh.GetPath().GetPrefixes()[0]))
             if header.name is None:
@@ -159,7 +158,7 @@ class UsdWriter(Writer):
             self._derived: Any = DerivedAttributes(self._stage, mesh, header, faces)
         for name, why in self._derived.blocked.items():
             self.remarks.append(
-                f"{name} are blocked, so that none of another layer show through: {why}"
+                f"{name} are blocked, so that those of another layer are hidden: {why}"
             )
 
     def _append(self, frame: Frame) -> None:
@@ -201,7 +200,7 @@ class UsdWriter(Writer):
 
 
 def _prim_path(name: str | None) -> str:
-    """The path that the name says, with underscores for what USD does not allow in names."""
+    """Returns the path for the name, with underscores for characters that USD does not allow."""
     sdf, tf = pxr("Sdf"), pxr("Tf")
     parts = [part for part in (name or "mesh").split("/") if part] or ["mesh"]
     valid = sdf.Path.IsValidIdentifier

@@ -1,7 +1,7 @@
-"""Normals, velocities and accelerations in a USD stage: which there are, and new ones.
+"""Normals, velocities and accelerations in a USD stage: which exist, and how to replace them.
 
-A result that is laid over its original hides only what it says itself. So it says all that followed
-from the points of the original, or blocks it.
+A stage over its original hides only the attributes that it has itself. Therefore it recomputes
+every attribute that followed from the points of the original, or blocks it.
 """
 
 from collections.abc import Iterator, Sequence
@@ -24,7 +24,7 @@ _least_frames = {"velocities": 2, "accelerations": 3}
 def derived_of(
     mesh: Any, polygons: Polygons, points: Positions, time: float
 ) -> dict[str, str] | None:
-    """What the mesh has of :attr:`Header.derived`, judged by its first frame; None for nothing."""
+    """Returns :attr:`Header.derived` of the mesh, judged by its first frame; None if empty."""
     geometry = pxr("UsdGeom")
     left_handed = mesh.GetOrientationAttr().Get() == geometry.Tokens.leftHanded
     primvar = geometry.PrimvarsAPI(mesh).GetPrimvar("normals")
@@ -40,7 +40,7 @@ def derived_of(
         if name == "primvars:normals" and primvar.IsIndexed():
             indices = np.array(primvar.GetIndices(time), np.int64)
             there = (indices >= 0) & (indices < len(values))
-            values = values[indices[there]]  # if some are not, too few are left
+            values = values[indices[there]]  # if some are out of range, too few remain
         derived[name] = layout_of(
             values, interpolation, polygons, points, reversed_if_unknown=left_handed
         )
@@ -54,14 +54,14 @@ def derived_of(
 
 
 class DerivedAttributes:
-    """What a header says is derived, on its way into a stage.
+    """The derived attributes that a header requires, written to a stage.
 
     Attributes:
-        blocked: why an attribute has no values, but hides those of another layer, by its name.
+        blocked: by name, why an attribute has no values but hides those of another layer.
     """
 
     def __init__(self, stage: Any, mesh: Any, header: Header, polygons: Polygons) -> None:
-        """Makes the attributes of the mesh; the rate of the stage is set already."""
+        """Creates the attributes of the mesh; the rate of the stage must be set before."""
         self.blocked: dict[str, str] = {}
         self._motions = Motions(frame_numbers(header) / stage.GetTimeCodesPerSecond())
         self._normals: dict[str, Normals] = {}
@@ -81,15 +81,15 @@ class DerivedAttributes:
         self._has_motion = any(name in self._attributes for name in _least_frames)
 
     def append(self, frame: Frame, times: Sequence[float], number: int) -> int:
-        """Sets what the next frame tells, of itself or of others.
+        """Sets the values that are available after the next frame, for this frame or others.
 
         Args:
-            frame: its positions and mask.
-            times: of all frames.
-            number: of this frame.
+            frame: the positions and the mask of the frame.
+            times: the times of all frames.
+            number: the number of this frame.
 
         Returns:
-            How many bytes that was.
+            The number of bytes of the values.
         """
         if not self._attributes:
             return 0
@@ -110,12 +110,12 @@ class DerivedAttributes:
 
 
 def _make(mesh: Any, name: str, how: str) -> Any:
-    """The attribute, without values yet."""
+    """Creates the attribute without values."""
     interpolation = "vertex" if how == "blocked" else how.split()[-1]
     if name == "primvars:normals":
         kind = pxr("Sdf").ValueTypeNames.Normal3fArray
         primvar = pxr("UsdGeom").PrimvarsAPI(mesh).CreatePrimvar("normals", kind, interpolation)
-        primvar.BlockIndices()  # those of a weaker layer would be taken for ours
+        primvar.BlockIndices()  # otherwise the indices of a weaker layer would apply
         return primvar.GetAttr()
     if name == "normals":
         attribute = mesh.CreateNormalsAttr()

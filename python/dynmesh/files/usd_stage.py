@@ -1,6 +1,6 @@
-"""One mesh in a USD stage: where it is, what it says at which time.
+"""Access to one mesh in a USD stage: its path, and its values at a time.
 
-Everything of the library that reading and writing share is here.
+It contains everything that uses the library for both reading and writing.
 """
 
 import contextlib
@@ -20,27 +20,27 @@ from .scenes import check_same_faces, choose_mesh
 from .times import Timing, frame_number, spacing
 
 primvars = {"known": "BoolArray", "generation": "IntArray", "age": "IntArray"}
-"""What a vertex has beside its position, and the type of all vertices' values."""
+"""The data of a vertex besides its position, and the type of the values of all vertices."""
 
 dtypes = {"Vec3fArray": np.float32, "BoolArray": np.bool_, "IntArray": np.int32}
-"""What the library's arrays hold."""
+"""The dtypes of the library's arrays."""
 
 _numbers = itertools.count()
 
 
 def composed(path: Path) -> Any:
-    """The stage of this file, and of all that it refers to."""
+    """Opens the stage of this file with everything that it refers to."""
     sdf = pxr("Sdf")
-    # A layer is opened once in a process and is then the same for all, even if the file has been
-    # replaced since. An argument that no other reader has makes it a layer of its own.
+    # In a process, all users of a path share one layer, even if the file has been replaced since
+    # it was opened. A file format argument that is unique to this reader makes it a separate layer.
     layer = sdf.Layer.FindOrOpen(str(path.absolute()), {"reader": str(next(_numbers))})
     if layer is None:
-        raise ValueError("is damaged or no USD file")
+        raise ValueError("is damaged or not a USD file")
     return pxr("Usd").Stage.Open(layer)
 
 
 def mesh_in(stage: Any, prim: str | None) -> Any:
-    """The mesh at this path, or as :func:`choose_mesh`; with everything that makes it up."""
+    """Returns the mesh at this path, or see :func:`choose_mesh`; refuses incomplete stages."""
     usd, geometry = pxr("Usd"), pxr("UsdGeom")
     prims = usd.PrimRange.Stage(stage, usd.TraverseInstanceProxies())
     meshes = {str(p.GetPath()): geometry.Mesh(p) for p in prims if p.IsA(geometry.Mesh)}
@@ -50,12 +50,12 @@ def mesh_in(stage: Any, prim: str | None) -> Any:
         mesh = meshes[choose_mesh(moving, prim)]
         errors = [error for error in errors if mesh.GetPath().HasPrefix(error.rootSite.path)]
     if errors:
-        raise ValueError(f"is not all there: {_one_line(str(errors[0]))}")
+        raise ValueError(f"is incomplete: {_one_line(str(errors[0]))}")
     return mesh
 
 
 def frame_times(points: Any) -> list[float]:
-    """The times of the samples, and those between equal ones; 0 where there is no sample."""
+    """Returns the times of the samples and of gaps between equal ones; 0 if there is no sample."""
     samples = np.array(points.GetTimeSamples())
     if len(samples) < 2:
         return [*samples, 0.0][:1]
@@ -68,24 +68,25 @@ def frame_times(points: Any) -> list[float]:
 
 
 def timing(stage: Any, times: Sequence[float]) -> Timing:
-    """Frames per second, if the stage says them, and the numbers of the frames.
+    """Returns the frames per second, if the stage states them, and the numbers of the frames.
 
-    Where the stage says its rate and frames are n time codes apart, the first number is an n-th of
-    the first time code: so what is written from it, with a time code per frame, begins in the same
-    second. Where they are not evenly spaced, or nobody knows the rate, the numbers are time codes.
+    If the stage states its rate and frames are n time codes apart, the first number is the first
+    time code divided by n, so that a stage written from it, with one time code per frame, starts at
+    the same second. If frames are unevenly spaced or the rate is unknown, the numbers are time
+    codes.
     """
     said = any(map(stage.HasAuthoredMetadata, ("timeCodesPerSecond", "framesPerSecond")))
     rate = float(stage.GetTimeCodesPerSecond()) if said else None
     step = 1.0 if len(times) == 1 else spacing(times)
     if step is None or (rate is None and step != 1):
         return Timing(rate, times[0], np.array(times))
-    # Laid over its original, a sample is where the first one was, to the last digits of it.
+    # Over its original, a sample must have exactly the time of the original one.
     start = frame_number(times[0], 1 / step, tolerance=1e-15)
     return Timing(None if rate is None else rate / step, start)
 
 
 def faces_of(mesh: Any) -> Polygons:
-    """The faces, which must be the same at all times."""
+    """Returns the faces, which must be the same at all times."""
     attributes = (mesh.GetFaceVertexCountsAttr(), mesh.GetFaceVertexIndicesAttr())
     times = {time for attribute in attributes for time in attribute.GetTimeSamples()}
     first, *later = sorted(times) or [0.0]
@@ -103,7 +104,7 @@ def _faces_at(attributes: tuple[Any, Any], time: float) -> Polygons:
 
 
 def primvars_of(mesh: Any) -> dict[str, Any]:
-    """The attributes of the primvars that are there, generation and age both or neither."""
+    """Returns the attributes of the primvars that exist; generation and age only together."""
     geometry, sdf = pxr("UsdGeom"), pxr("Sdf")
     found = {name: geometry.PrimvarsAPI(mesh).GetPrimvar(name) for name in primvars}
     found = {name: primvar for name, primvar in found.items() if primvar.HasAuthoredValue()}
@@ -121,7 +122,7 @@ def primvars_of(mesh: Any) -> dict[str, Any]:
 
 
 def value_at(attribute: Any, time: float, shape: tuple[int, ...]) -> NDArray[Any]:
-    """The value of a sample, or of equal ones before and after, or else the only value there is."""
+    """Returns the value of a sample, of equal ones before and after, or the only value."""
     times = attribute.GetBracketingTimeSamples(time) or (time,)
     nearest = min(times, key=lambda sample: abs(sample - time))
     if not math.isclose(nearest, time, abs_tol=1e-9) and not _held(attribute, *times):
@@ -137,26 +138,26 @@ def value_at(attribute: Any, time: float, shape: tuple[int, ...]) -> NDArray[Any
 
 
 def _held(attribute: Any, before: float, after: float) -> bool:
-    """Whether nothing changes between two samples."""
+    """Whether the values of two samples are equal."""
     one, other = (np.asarray(attribute.Get(time)) for time in (before, after))
     return before < after and np.array_equal(one, other, equal_nan=True)
 
 
 def library_array(kind: str, array: NDArray[Any]) -> Any:
-    """A copy as an array of the library's own."""
+    """Returns a copy as an array of the library."""
     return getattr(pxr("Vt"), kind).FromNumpy(np.ascontiguousarray(array, dtypes[kind]))
 
 
 def pxr(name: str) -> ModuleType:
-    """A module of the library."""
+    """Imports a module of the library."""
     return require(f"pxr.{name}", extra="usd")
 
 
 @contextlib.contextmanager
 def translating(kind: type[Exception], what: str = "") -> Iterator[None]:
-    """Raises the library's errors as others of that kind, and keeps it from printing."""
+    """Raises the library's errors as errors of another kind, and keeps it from printing."""
     tf, utils = pxr("Tf"), pxr("UsdUtils")
-    delegate = utils.CoalescingDiagnosticDelegate()  # takes what would be printed while it lives
+    delegate = utils.CoalescingDiagnosticDelegate()  # suppresses printing while it exists
     try:
         yield
     except tf.ErrorException as error:

@@ -1,4 +1,4 @@
-"""What every writer offers: a file that appears when it is whole, and not before."""
+"""The interface of all writers: a file that appears only when it is complete."""
 
 import contextlib
 import os
@@ -20,22 +20,22 @@ from .placing import put_in_place
 
 
 class Writer(ABC):
-    """A sequence on its way into a file: what :func:`dynmesh.create` returns.
+    """A sequence that is being written: what :func:`dynmesh.create` returns.
 
     Use it in a ``with`` statement and append every frame. The file appears under its name when the
-    statement ends, whole; after an exception, or with frames missing, it does not appear at all.
-    Until then everything is in a hidden folder beside it.
+    statement ends. After an exception, or if frames are missing, it does not appear. Until then
+    everything is in a hidden folder beside it.
 
     Attributes:
-        path: where the file will be.
-        header: what it will say of all its frames.
-        folder: where it is until it is whole.
-        remarks: what a user should know of the file beside what was asked for, a line each.
-        resumable: whether a writer can go on with the unfinished file of one that is gone.
-        keeps_known: whether the format holds masks; where not, NaN stands for what is not known.
-        keeps_provenance: whether the format holds generation and age; where not, they are refused.
-        keeps_float64: whether the format holds float64; where not, positions are rounded to float32
-            and refused where they are out of its range.
+        path: path of the file.
+        header: the properties of all frames.
+        folder: contains the file until it is complete.
+        remarks: remarks about the file for the user, one line each.
+        resumable: whether an interrupted writer can be continued by another one.
+        keeps_known: whether the format stores masks; if not, unknown positions are stored as NaN.
+        keeps_provenance: whether the format stores generation and age; if not, they are refused.
+        keeps_float64: whether the format stores float64; if not, positions are rounded to float32,
+            and refused if they are out of its range.
     """
 
     resumable: ClassVar[bool] = False
@@ -46,16 +46,16 @@ class Writer(ABC):
     def __init__(
         self, path: Path, header: Header, *, folder: Path | None = None, resume_at: int = 0
     ) -> None:
-        """Begins the file, or goes on with an unfinished one.
+        """Creates the file, or continues an unfinished one.
 
         Args:
-            path: where the file will be.
-            header: what it shall say of all its frames.
-            folder: where to work, if not in a fresh folder of an unused name; after an exception
-                it stays as it is, to go on with, and after the death of the process for
+            path: path of the file.
+            header: the properties of all frames.
+            folder: where to work, instead of a new hidden folder. After an exception it is kept, so
+                that the file can be continued, and after the death of the process for
                 :func:`dynmesh.files.finish_placing`.
-            resume_at: how many frames of the unfinished file in `folder` stand; it must hold at
-                least as many, and further ones are forgotten. 0 begins anew.
+            resume_at: number of frames of the unfinished file in `folder` to keep; it must have at
+                least as many, and further ones are removed. 0 creates the file.
         """
         self.path = path
         self.header = header
@@ -66,8 +66,8 @@ class Writer(ABC):
         with self._undoing(), self._blaming():
             if header.has_provenance and not self.keeps_provenance:
                 raise ValueError(
-                    "this format holds no generation and age; "
-                    ".npz, .npy, .h5, .ply, .usd, .abc and .pvd do"
+                    "this format cannot hold generation and age; "
+                    ".npz, .npy, .h5, .ply, .usd, .abc and .pvd can"
                 )
             if resume_at == 0:
                 if self.folder.exists():
@@ -77,45 +77,45 @@ class Writer(ABC):
 
     @abstractmethod
     def _begin(self, kept: int) -> None:
-        """Begins the files in `folder`, or opens them and forgets all but the first frames."""
+        """Creates the files in `folder`, or opens them and removes all but the first frames."""
 
     @abstractmethod
     def _append(self, frame: Frame) -> None:
-        """Adds the next frame, which fits the header and what the format keeps."""
+        """Adds the next frame, already checked against the header and the format."""
 
     def flush(self) -> None:
-        """Makes sure that the frames so far outlive this process."""
+        """Ensures that the frames so far survive this process."""
         with self._blaming():
             self._flush()
 
-    def _flush(self) -> None:  # noqa: B027 (what cannot be resumed need not)
-        """As :meth:`flush`."""
+    def _flush(self) -> None:  # noqa: B027 (only needed if resumable)
+        """Implements :meth:`flush`."""
 
     def _finish(self) -> None:
-        """Completes and closes the files in `folder`; all frames were appended."""
+        """Completes and closes the files in `folder` after all frames were appended."""
         self._close()
 
     @abstractmethod
     def _close(self) -> None:
-        """Closes what is open, finished or not; may be called again."""
+        """Closes open files, finished or not; may be called more than once."""
 
     def _destinations(self) -> dict[str, Path]:
-        """Where every file in `folder` goes; the one with the name that was asked for last."""
+        """Returns the destination of each file in `folder`, last the file with the given name."""
         files = sorted(self.folder.iterdir(), key=lambda file: file.name == self.path.name)
         return {file.name: self.path.with_name(file.name) for file in files}
 
     def _outdated(self) -> list[Path]:
-        """What an older sequence of that name has beside the files that are replaced."""
+        """Returns other files of an older sequence of that name, which are to be removed."""
         return []
 
     @classmethod
     def new_folder(cls, path: Path) -> Path | None:  # noqa: ARG003 (subclasses use it)
-        """The folder that writing to `path` would make; None where it must be there already."""
+        """Returns the folder that writing to `path` would create; None if it must exist."""
         return None
 
     @classmethod
     def existing(cls, path: Path) -> list[Path]:
-        """The files there are now that writing to `path` would replace."""
+        """Returns the existing files that writing to `path` would replace."""
         return [path] if path.exists() else []
 
     def append(
@@ -130,13 +130,14 @@ class Writer(ABC):
 
         Args:
             points: (k, 3) of the file's dtype.
-            known: (k,) bool, if the file was begun `with_known`.
-            generation: (k,) integers, if the file was begun `with_provenance`.
-            age: (k,) integers, if the file was begun `with_provenance`.
+            known: (k,) bool, if the file was created `with_known`.
+            generation: (k,) integers, if the file was created `with_provenance`.
+            age: (k,) integers, if the file was created `with_provenance`.
 
         Raises:
-            OSError: it cannot be written.
-            ValueError: for another shape or dtype, a mask too many or too few, a frame too many.
+            OSError: the frame cannot be written.
+            ValueError: the shape or dtype is wrong, a mask is missing or unexpected, or the file
+                has all its frames already.
         """
         frame = Frame(points, known, generation, age)
         with naming(self.path), self._blaming():
@@ -154,20 +155,20 @@ class Writer(ABC):
         place = f"frame {self._frame}"
         k = header.n_vertices
         if self._frame == header.n_frames:
-            raise ValueError(f"{place}: the file was begun for {header.n_frames} frames")
+            raise ValueError(f"{place}: the file was created for {header.n_frames} frames only")
         if frame.points.shape != (k, 3) or frame.points.dtype != header.dtype:
             raise ValueError(
                 f"{place}: must be {header.dtype} of shape {(k, 3)}, "
                 f"not {frame.points.dtype} of shape {frame.points.shape}"
             )
         if (frame.known is not None) != header.has_known:
-            raise ValueError(f"{place}: a mask comes with every frame or with none")
+            raise ValueError(f"{place}: give a mask with every frame or with none")
         if frame.known is not None:
             check_known(frame.known.dtype, frame.known.shape, (k,))
         for name in ("generation", "age"):
             values = getattr(frame, name)
             if (values is not None) != header.has_provenance:
-                raise ValueError(f"{place}: generation and age come with every frame or with none")
+                raise ValueError(f"{place}: give generation and age with every frame or with none")
             if values is not None:
                 check_provenance(name, values.dtype, values.shape, (k,))
 
@@ -179,18 +180,18 @@ class Writer(ABC):
             vertex = int(beyond.argmax())
             raise ValueError(
                 f"frame {self._frame}: vertex {vertex} at {points[vertex].tolist()} "
-                "is out of the range of float32, which is what the format holds"
+                "is out of the range of float32, in which this format stores positions"
             )
         return single
 
     def __enter__(self) -> Self:
-        """Is the writer itself."""
+        """Returns the writer itself."""
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, _: object, __: TracebackType | None
     ) -> None:
-        """Finishes the file, or removes what there is of it."""
+        """Finishes the file, or removes the unfinished one."""
         with self._undoing(), self._blaming():
             if kind is not None:
                 raise _AbandonedError
@@ -205,7 +206,7 @@ class Writer(ABC):
 
     @contextlib.contextmanager
     def _undoing(self) -> Iterator[None]:
-        """Leaves nothing behind after an exception, unless it is to be kept."""
+        """Removes everything after an exception, unless it is to be kept."""
         try:
             yield
         except BaseException as error:
@@ -218,7 +219,7 @@ class Writer(ABC):
 
     @contextlib.contextmanager
     def _blaming(self) -> Iterator[None]:
-        """Says of which file, by the name that the user knows, the system complains."""
+        """Names the file in errors of the system, by the name that the user knows."""
         try:
             yield
         except OSError as error:
@@ -229,4 +230,4 @@ class Writer(ABC):
 
 
 class _AbandonedError(Exception):
-    """A ``with`` statement ended by an exception of its own, which goes on by itself."""
+    """Signals that an exception ended the ``with`` statement; the exception itself propagates."""

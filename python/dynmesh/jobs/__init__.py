@@ -1,1 +1,1 @@
-"""Completion from file to file, one file or many, which an interruption does not undo."""
+"""Completion of files, one or many, which can be continued after an interruption."""

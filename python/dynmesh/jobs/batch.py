@@ -1,4 +1,4 @@
-"""Completion of many files, by any number of processes or machines."""
+"""Completion of many files, in any number of processes or machines."""
 
 import time
 from collections.abc import Callable, Iterable
@@ -20,12 +20,12 @@ class Job:
 
     Attributes:
         input: the incomplete sequence, in any format.
-        output: where the completed one goes; its folder is made where there is none.
+        output: path of the completed sequence; its folder is created if it does not exist.
         source: how to read the input, as :func:`dynmesh.open` documents.
-        output_format: None goes by the suffix of `output`.
-        fps: frames per second of the output; None: what the input says.
-        provenance: also write the generation and the age of every vertex.
-        settings: those of :class:`dynmesh.Completer`.
+        output_format: None means the format of the suffix of `output`.
+        fps: frames per second of the output; None means those of the input.
+        provenance: whether to write the generation and the age of every vertex.
+        settings: the settings of :class:`dynmesh.Completer`.
     """
 
     input: Path
@@ -39,15 +39,15 @@ class Job:
 
 @dataclass(frozen=True)
 class Result:
-    """What became of a job.
+    """The result of a job.
 
     Attributes:
         job: the job.
-        status: "done"; "exists", where the output was there already; "failed".
-        reason: why it failed, in one line; empty otherwise.
-        frames: in the output; 0 unless done.
-        seconds: that it took.
-        remarks: what else a user should know of the output, a line each.
+        status: "done", "exists" if the output was already complete, or "failed".
+        reason: why the job failed, in one line; empty otherwise.
+        frames: number of frames in the output; 0 unless the status is "done".
+        seconds: the time that the job took.
+        remarks: remarks about the output for the user, one line each.
     """
 
     job: Job
@@ -65,18 +65,19 @@ def complete_files(
     overwrite: bool = False,
     watch: Callable[[Result], None] | None = None,
 ) -> list[Result]:
-    """Completes every job's file; one that fails does not stop the others.
+    """Completes the file of every job. If one fails, the others are completed nevertheless.
 
-    A job whose output exists is left alone, and an interrupted one goes on where it stopped if the
-    format of its output can, so the same call again does what is left to do. Outputs appear under
-    their names when they are whole. Every process must see the files under the same paths.
+    A job whose output exists is skipped. An interrupted job is continued if the format of its
+    output supports that, so repeating a call does what is left to do. Outputs appear under their
+    names when they are complete. Every process must see the files under the same paths.
 
     Args:
         jobs: with different outputs.
-        executor: runs them, as :class:`concurrent.futures.ProcessPoolExecutor` or a Dask client's
-            ``get_executor()``; None: one after another, here.
-        overwrite: replace outputs that exist.
-        watch: called with each result as it comes.
+        executor: runs the jobs, for example a :class:`concurrent.futures.ProcessPoolExecutor` or
+            what ``get_executor()`` of a Dask client returns; None runs them one after another in
+            this process.
+        overwrite: whether to replace outputs that exist.
+        watch: called with each result as soon as it is available.
 
     Returns:
         The results, in the order of the jobs.
@@ -89,7 +90,7 @@ def complete_files(
     jobs = list(jobs)
     for number, job in enumerate(jobs):
         if not isinstance(job, Job):
-            raise TypeError(f"jobs: place {number} holds no Job, but {job!r}")
+            raise TypeError(f"jobs: item {number} must be a Job, not {job!r}")
     _check_outputs(jobs)
     results: dict[int, Result] = {}
 
@@ -110,20 +111,20 @@ def complete_files(
 
 
 def _run(job: Job, overwrite: bool) -> Result:
-    """What a worker does."""
+    """Runs a job in a worker."""
     began = time.monotonic()
     try:
         _make_folder(Path(job.output).parent)
         try:
             resume = files.resumable(job.output, job.output_format)
             report = _complete(job, overwrite, resume=resume)
-        except OtherJobError:  # the table has changed since
+        except OtherJobError:  # the table has changed since the interruption
             report = _complete(job, overwrite, resume=False)
     except FileExistsError:
         return Result(job, "exists")
-    except SettingError as error:  # which names no file
+    except SettingError as error:  # its message does not name the file
         return Result(job, "failed", f"{job.input}: {error}", seconds=time.monotonic() - began)
-    except Exception as error:  # whatever it is, the other jobs go on
+    except Exception as error:  # no error may stop the other jobs
         return Result(job, "failed", _in_one_line(error), seconds=time.monotonic() - began)
     if report.existed:
         return Result(job, "exists")
@@ -134,10 +135,8 @@ def _run(job: Job, overwrite: bool) -> Result:
 def _make_folder(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
-    except FileExistsError as error:  # which of an output means that it is there already
-        raise NotADirectoryError(
-            error.errno, "is in the way, as it is no folder", str(folder)
-        ) from error
+    except FileExistsError as error:  # would be reported as an existing output
+        raise NotADirectoryError(error.errno, "exists and is not a folder", str(folder)) from error
 
 
 def _complete(job: Job, overwrite: bool, *, resume: bool) -> FileReport:
@@ -157,7 +156,7 @@ def _complete(job: Job, overwrite: bool, *, resume: bool) -> FileReport:
 def _result_of(future: "Future[Result]", job: Job) -> Result:
     try:
         return future.result()
-    except Exception as error:  # the worker, not the job
+    except Exception as error:  # an error of the worker, not of the job
         return Result(job, "failed", f"the worker was lost: {_in_one_line(error)}")
 
 
@@ -172,5 +171,5 @@ def _check_outputs(jobs: list[Job]) -> None:
     seen: set[Path] = set()
     for job in jobs:
         if (output := Path(job.output).absolute()) in seen:
-            raise ValueError(f"{job.output}: is the output of two jobs")
+            raise ValueError(f"{job.output}: is the output of more than one job")
         seen.add(output)

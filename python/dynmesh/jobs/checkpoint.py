@@ -1,4 +1,4 @@
-"""What a run leaves behind after an interruption, beside its unfinished files."""
+"""The state that an interrupted run leaves beside its unfinished files."""
 
 import json
 import os
@@ -27,30 +27,30 @@ class Source(TypedDict, total=False):
 
 
 class OtherJobError(ValueError):
-    """What an interrupted run left is of another job than the one that should go on."""
+    """The unfinished files belong to a job that differs from the one to be resumed."""
 
 
 class Saved(NamedTuple):
-    """How far a run came, and the completer's state there."""
+    """How many frames were completed, and the completer's state after them."""
 
     frames: int
     state: bytes
 
 
 class Checkpoint:
-    """A file with what is needed, beside the unfinished files, to go on with the same job."""
+    """A file, beside the unfinished files, from which the same job can be continued."""
 
     least_seconds_between = 2.0
     most_of_the_time = 0.05
 
     def __init__(self, path: Path, job: str) -> None:
-        """Touches no file; `job` is what :func:`describe_job` says."""
+        """Does not access the file yet; `job` is the result of :func:`describe_job`."""
         self._path = path
         self._job = job
         self._next = time.monotonic() + self.least_seconds_between
 
     def load(self) -> Saved | None:
-        """What an earlier run of this job saved; None where none did."""
+        """Returns what an earlier run of this job saved, or None."""
         try:
             with np.load(self._path, allow_pickle=False) as saved:
                 job, frames, state = str(saved["job"]), int(saved["frames"]), saved["state"]
@@ -58,32 +58,32 @@ class Checkpoint:
             return None
         except (ValueError, EOFError, KeyError, zipfile.BadZipFile) as error:
             raise ValueError(
-                f"{self._path}: is damaged; without --resume the job begins anew"
+                f"{self._path}: is damaged; run without --resume to start again"
             ) from error
         if job != self._job:
             changed = "; ".join(_differences(json.loads(job), json.loads(self._job)))
             raise OtherJobError(
-                f"{self._path}: is of another job: {changed}; without --resume the job begins anew"
+                f"{self._path}: is of another job: {changed}; run without --resume to start again"
             )
         return Saved(frames, state.tobytes())
 
     def exists(self) -> bool:
-        """Whether there is anything to go on with, of whatever job."""
+        """Whether there is a checkpoint, of any job."""
         return self._path.exists()
 
     def is_of_this_job(self) -> bool:
-        """Whether an earlier run of this job saved something."""
+        """Whether there is a checkpoint of this job."""
         try:
             return self.load() is not None
         except ValueError:  # of another job, or damaged
             return False
 
     def is_due(self) -> bool:
-        """Whether it is time to save again."""
+        """Whether enough time has passed to save again."""
         return time.monotonic() >= self._next
 
     def save(self, frames: int, state: bytes) -> None:
-        """Replaces what was saved before, at once."""
+        """Replaces the checkpoint atomically."""
         began = time.monotonic()
         partial = self._path.with_suffix(".part")
         with partial.open("wb") as file:
@@ -98,7 +98,7 @@ class Checkpoint:
 def describe_job(
     reader: Reader, header: Header, source: Source, format: str | None, settings: Settings
 ) -> str:
-    """Everything on which the output depends, as JSON: not the threads, whatever their number."""
+    """Describes everything that the output depends on, as JSON; threads are left out."""
     inputs = [*reader.files]
     masks = source.get("known")
     if isinstance(masks, str | os.PathLike):
@@ -120,13 +120,13 @@ def describe_job(
 
 
 def _differences(one: dict[str, Any], other: dict[str, Any]) -> list[str]:
-    """What differs, with the values of settings; those of inputs, masks and faces tell nothing."""
+    """Names what differs, with values except for inputs, masks and faces, which are digests."""
     told = []
     for name in sorted(one.keys() | other.keys()):
         before, now = one.get(name), other.get(name)
         if before != now:
             opaque = name in ("input", "known", "faces")
-            values = "" if opaque else f" ({_shown(before)} before, {_shown(now)} now)"
+            values = "" if opaque else f" (it was {_shown(before)}, now it is {_shown(now)})"
             told.append(f"{name} changed{values}")
     return told
 

@@ -1,4 +1,4 @@
-"""Completion from file to file: out of core, and able to go on after an interruption."""
+"""Completion from file to file, in constant memory, with support for interruptions."""
 
 import contextlib
 import shutil
@@ -23,21 +23,22 @@ Watch = Callable[[Iterator[Any], int, int], Iterator[Any]]
 
 @dataclass(frozen=True)
 class FileReport:
-    """What :func:`complete_file` did.
+    """What :func:`complete_file` has done.
 
     Attributes:
-        frames: in the output, frame 0 among them.
-        resumed_at: the first frame that this call completed, 0 unless it went on, `frames` where
-            none was left to complete.
-        seconds_per_frame: median time in :meth:`dynmesh.Completer.push`, without reading and
-            writing; None where there was nothing to complete.
-        known: how many vertices were known in the frames that this call completed, all of them
-            together and frame 0 not among them.
-        filled: how many were filled in.
-        unseen: how many no chain of edges tied to a known one.
-        rejected: how many were observed, but taken as missing: see `reject_outliers`.
-        remarks: what else a user should know of the output, a line each.
-        existed: whether `resume` found the output complete, so that nothing was done.
+        frames: number of frames in the output, including frame 0.
+        resumed_at: the first frame that this call completed: 0 unless a run was continued, and
+            `frames` if no frame was left to complete.
+        seconds_per_frame: median time of :meth:`dynmesh.Completer.push`, without reading and
+            writing; None if there was nothing to complete.
+        known: number of known vertices, summed over the frames that this call completed, without
+            frame 0.
+        filled: number of vertices that were filled in.
+        unseen: number of vertices that no edges connected to a known one.
+        rejected: number of vertices that were observed but treated as missing: see
+            `reject_outliers`.
+        remarks: remarks about the output for the user, one line each.
+        existed: whether `resume` found a complete output, so that nothing was done.
     """
 
     frames: int
@@ -70,47 +71,48 @@ def complete_file(
     reject_outliers: bool = False,
     threads: int = 1,
 ) -> FileReport:
-    """Completes a sequence into a file, in constant memory.
+    """Completes a sequence and writes the result to a file, in constant memory.
 
-    The output appears under its name when it is whole. Until then it grows in a hidden folder
-    beside it, where the completer's state is saved every few seconds if the format can be
-    continued. After an interruption, a full disk or a killed process that folder is still there,
-    for `resume`; the next run without `resume` clears it. A process that was killed while it moved
-    the several files of an output to their places is finished first of all by the next one.
+    The output appears under its name when it is complete. Until then it is in a hidden folder
+    beside it, where the completer's state is saved every few seconds if the format can be resumed.
+    The folder remains after an interruption, a full disk or a killed process, and `resume`
+    continues from it; a run without `resume` deletes it. If a process was killed while it moved
+    several finished files to their destinations, the next run first moves the remaining ones.
 
     Args:
-        path: the incomplete sequence, in any format; frame 0 must be whole.
-        output: the completed sequence.
+        path: the incomplete sequence, in any format; frame 0 must be complete.
+        output: path of the completed sequence.
         source: how to read the input.
-        output_format: one of :data:`dynmesh.files.formats`; None goes by the suffix.
-        fps: frames per second of the output; None: what the input says.
-        provenance: also write the generation and the age of every vertex.
-        overwrite: replace an existing output.
-        resume: go on where an interrupted run of the same job stopped; the result equals that of
-            an uninterrupted one. Begins anew where there is nothing to go on with. Does nothing
-            where the output exists, with as many frames and vertices as the input, and no
-            unfinished one is beside it, unless it is to be overwritten. Only some formats can be
-            resumed: npz, hdf5, npy, pc2, mdd, ply, obj and pvd.
-        watch: passes the frames on while they go by; it takes them, how many there are in all, and
-            how many are done already.
-        method: "motion" or "detail". This and what follows are the settings of
+        output_format: one of :data:`dynmesh.files.formats`; None means the format of the suffix.
+        fps: frames per second of the output; None means those of the input.
+        provenance: whether to write the generation and the age of every vertex.
+        overwrite: whether to replace an existing output.
+        resume: whether to continue an interrupted run of the same job; the result equals that of an
+            uninterrupted run. Starts from frame 0 if there is nothing to continue. Does nothing if
+            the output exists with as many frames and vertices as the input, no unfinished output is
+            beside it and `overwrite` is not set. These formats can be resumed: npz, hdf5, npy, pc2,
+            mdd, ply, obj and pvd.
+        watch: called with the frames, their number and the number of frames already completed; it
+            must pass the frames on.
+        method: "motion" or "detail". This and the following arguments are the settings of
             :class:`dynmesh.Completer`, which explains them.
-        revisit: of "motion", whether every iteration estimates all satellites again.
-        extra_iterations: of "motion", how many follow the one that reaches the last satellite.
-        unseen: "follow" or "hold", what vertices do that no chain of edges ties to a known one.
-        noise: of "detail", the standard deviation of known positions; None: they are exact.
-        reject_outliers: of "detail", whether known vertices that move unlike those around them are
-            taken as missing.
-        threads: how many a frame may use.
+        revisit: for "motion"; whether every iteration estimates all satellites again.
+        extra_iterations: for "motion"; the number of iterations after the last satellite is
+            reached.
+        unseen: "follow" or "hold"; the motion of vertices that no edges connect to a known one.
+        noise: for "detail"; the standard deviation of known positions, or None if they are exact.
+        reject_outliers: for "detail"; whether known vertices that do not move like those around
+            them are treated as missing.
+        threads: the number of threads that a frame may use.
 
     Raises:
         FileExistsError: the output exists, and `resume` does not find it complete.
         BlockingIOError: another process is writing it.
-        OtherJobError: `resume` finds what another job left; it stays.
-        ValueError: `resume` is asked of a format that cannot.
-        OSError, ImportError, TypeError, ValueError: what :func:`dynmesh.open`,
-            :func:`dynmesh.create` and :func:`dynmesh.complete` raise; with the file's name, unless
-            a setting is refused.
+        OtherJobError: `resume` finds unfinished files of another job, which are kept.
+        ValueError: `resume` is set, but the format cannot be resumed.
+        OSError, ImportError, TypeError, ValueError: the errors of :func:`dynmesh.open`,
+            :func:`dynmesh.create` and :func:`dynmesh.complete`, with the name of the file unless a
+            setting is refused.
     """
     check_path("path", path)
     check_path("output", output)
@@ -182,35 +184,35 @@ def complete_file(
 
 
 def _settle(folder: Path, output: Path, checkpoint: Checkpoint) -> bool:
-    """Ends what an earlier run was killed at the very end of; whether it was the same job."""
+    """Finishes a run that was killed while it moved its files; returns whether it was this job."""
     if not folder.exists():
         return False
     with lock_folder(folder, output):
         placed = files.finish_placing(folder / "files")
-        same = placed and checkpoint.is_of_this_job()  # saved when the writer had begun
+        same = placed and checkpoint.is_of_this_job()  # saved before the files were moved
         if placed or not checkpoint.exists():
             _clear(folder)
     return same
 
 
 def _clear(folder: Path) -> None:
-    """Removes an unfinished folder: first of all what makes another run go on with it."""
+    """Removes an unfinished folder, the checkpoint first, so that no run can resume from it."""
     (folder / "checkpoint.npz").unlink(missing_ok=True)
     shutil.rmtree(folder, ignore_errors=True)
 
 
 def unfinished_folder(output: Path) -> Path:
-    """Where an output is until it is whole."""
+    """Returns the folder that holds an output until it is complete."""
     return output.with_name(f".{output.name}.unfinished")
 
 
 def is_unfinished(output: Path) -> bool:
-    """Whether an interrupted run left what `resume` can go on with."""
+    """Whether an interrupted run left a checkpoint that `resume` can use."""
     return (unfinished_folder(output) / "checkpoint.npz").exists()
 
 
 def _is_complete(output: Path, format: str | None, header: Header) -> bool:
-    """Whether the output exists, and can be what the job makes."""
+    """Whether the output exists and has the size of the job's result."""
     if not files.existing(output, format):
         return False
     with contextlib.suppress(OSError, ValueError), files.open(output, format=format) as made:
@@ -221,11 +223,11 @@ def _is_complete(output: Path, format: str | None, header: Header) -> bool:
 def check_output(
     output: Path, format: str | None = None, *, overwrite: bool, reader: Reader | None = None
 ) -> None:
-    """Refuses an output that would replace its own input or, unless asked to, anything else.
+    """Refuses an output that is its own input or, unless `overwrite` is set, an existing file.
 
     Raises:
-        FileExistsError, ValueError: it would.
-        FileNotFoundError: there is no folder for it.
+        FileExistsError, ValueError: the output would replace a file.
+        FileNotFoundError: the folder of the output does not exist.
     """
     folder = (files.new_folder(output, format) or output).parent
     if not folder.is_dir():
@@ -235,7 +237,7 @@ def check_output(
         inputs = set(map(_identity, reader.files))
         for file in existing:
             if _identity(file) in inputs:
-                raise ValueError(f"{file}: is the input; writing over it would lose it")
+                raise ValueError(f"{file}: is the input and cannot be the output as well")
     if existing and not overwrite:
         raise FileExistsError(
             f"{existing[0]}: exists already; --overwrite replaces it, in Python overwrite=True"
@@ -243,7 +245,7 @@ def check_output(
 
 
 def _identity(file: Path) -> tuple[int, int]:
-    """What two paths have in common if they name the same file."""
+    """Identifies a file, whichever path names it."""
     found = file.stat()
     return found.st_dev, found.st_ino
 
@@ -251,14 +253,12 @@ def _identity(file: Path) -> tuple[int, int]:
 def _check_resumable(output: Path, format: str | None) -> None:
     if not files.resumable(output, format):
         able = [f.name for f in files.formats.values() if f.writer and f.writer.resumable]
-        raise ValueError(
-            f"{output}: files of this format cannot be resumed; {files.listed(able)} can"
-        )
+        raise ValueError(f"{output}: this format cannot be resumed; {files.listed(able)} can")
 
 
 @contextlib.contextmanager
 def _folder_for(output: Path, format: str | None) -> Iterator[None]:
-    """Makes the folder of an output that may have a new one, and removes it if it stays empty."""
+    """Creates the folder of an output if it needs one, and removes it if it stays empty."""
     new = files.new_folder(output, format)
     if new is not None:
         new.mkdir()
@@ -266,16 +266,16 @@ def _folder_for(output: Path, format: str | None) -> Iterator[None]:
         yield
     finally:
         if new is not None:
-            with contextlib.suppress(OSError):  # it is in use
+            with contextlib.suppress(OSError):  # the folder is not empty
                 new.rmdir()
 
 
 @contextlib.contextmanager
 def _clearing(folder: Path) -> Iterator[None]:
-    """Removes the unfinished folder, unless an interruption left there what `resume` can use."""
+    """Removes the unfinished folder, unless an interruption left a checkpoint in it."""
     try:
         yield
-    except (ValueError, TypeError):  # of the input, or of the job itself: no use to go on
+    except (ValueError, TypeError):  # resuming would fail again
         _clear(folder)
         raise
     except BaseException:
@@ -289,7 +289,7 @@ def _begin_writer(
     output: Path, header: Header, format: str | None, folder: Path, saved: Saved | None
 ) -> tuple[Writer, Saved | None]:
     if saved is not None:
-        # A process that was killed while it finished its file may have left less than it had.
+        # A process that was killed while it finished its file may have left an incomplete one.
         with contextlib.suppress(OSError, ValueError):
             writer = files.begin(
                 output, header, format=format, folder=folder, resume_at=saved.frames
@@ -311,7 +311,7 @@ def _complete(
 
 
 def _beginning_whole(frames: Iterator[Frame]) -> Iterator[Frame]:
-    """Refuses a frame 0 with holes, and says how large they are."""
+    """Refuses a frame 0 with missing vertices and reports how many there are."""
     for number, frame in enumerate(frames):
         if number == 0:
             points, known = frame.points, frame.known
@@ -320,9 +320,9 @@ def _beginning_whole(frames: Iterator[Frame]) -> Iterator[Frame]:
             if len(missing):
                 raise ValueError(
                     f"frame 0: {len(missing)} of {len(points)} vertices "
-                    f"{'is' if len(missing) == 1 else 'are'} missing, vertex {missing[0]} first; "
-                    "all motion begins there: begin at a whole frame, which `dynmesh info` names, "
-                    "or fill frame 0 from a template"
+                    f"{'is' if len(missing) == 1 else 'are'} missing, the first is vertex "
+                    f"{missing[0]}; completion starts from frame 0: start at a complete frame, "
+                    "which `dynmesh info` names, or take frame 0 from a template"
                 )
         yield frame
 

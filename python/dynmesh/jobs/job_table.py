@@ -1,4 +1,4 @@
-"""Tables of files to complete, and of what became of them."""
+"""Tables of jobs and tables of their results."""
 
 import csv
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -12,18 +12,18 @@ from .checkpoint import Source
 
 
 def read_jobs(path: Path) -> list[Job]:
-    """Reads jobs from a table with a line for each.
+    """Reads jobs from a table with one line per job.
 
     Args:
-        path: comma-separated values. The first line names the columns: `input`, `output` and, where
-            wanted, `format`, `output_format`, `faces`, `prim`, `mask`, `missing`, `fps`,
+        path: comma-separated values. The first line names the columns: `input`, `output` and,
+            optionally, `format`, `output_format`, `faces`, `prim`, `mask`, `missing`, `fps`,
             `provenance`, `method`, `revisit`, `extra_iterations`, `unseen`, `noise`,
-            `reject_outliers`, `threads`, as the options of ``dynmesh complete`` are called. An
-            empty value is the default. Paths are relative to the table.
+            `reject_outliers`, `threads`, which are the options of ``dynmesh complete``. An empty
+            value stands for the default. Paths are relative to the table.
 
     Raises:
-        OSError: it cannot be read.
-        ValueError: it is no such table; the message names the line and the value.
+        OSError: the table cannot be read.
+        ValueError: the table is invalid; the message names the line and the value.
     """
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
@@ -32,7 +32,7 @@ def read_jobs(path: Path) -> list[Job]:
             _check_columns(path, columns)
             return [_job_of(path, table.line_num, row) for row in table]
     except (csv.Error, UnicodeDecodeError) as error:
-        raise ValueError(f"{path}: is no table of comma-separated values: {error}") from error
+        raise ValueError(f"{path}: is not a table of comma-separated values: {error}") from error
 
 
 _SEPARATORS = {";": "semicolons", "\t": "tabs"}
@@ -40,17 +40,17 @@ _SEPARATORS = {";": "semicolons", "\t": "tabs"}
 
 @contextmanager
 def report_file(path: Path) -> Iterator[Callable[[Result], None]]:
-    """Begins a table with a line for each result, as it comes; an existing file is replaced.
+    """Opens a table to which results are added as they arrive; an existing file is replaced.
 
     Args:
         path: comma-separated values. The columns are `input`, `output`, `status`, `reason`,
-            `frames` and `seconds`, as :class:`dynmesh.batch.Result` says.
+            `frames` and `seconds`, see :class:`dynmesh.batch.Result`.
 
     Yields:
-        What adds a result.
+        A function that adds a result.
 
     Raises:
-        OSError: it cannot be written.
+        OSError: the file cannot be written.
     """
     with path.open("w", newline="", encoding="utf-8") as file:
         table = csv.writer(file)
@@ -60,7 +60,7 @@ def report_file(path: Path) -> Iterator[Callable[[Result], None]]:
             job = result.job
             outcome = (result.status, result.reason, result.frames, f"{result.seconds:.3f}")
             table.writerow([job.input, job.output, *outcome])
-            file.flush()  # a killed process leaves what it knew
+            file.flush()  # so that a killed process leaves its results
 
         yield add
 
@@ -70,12 +70,12 @@ def _check_columns(path: Path, columns: Iterable[str]) -> None:
     for needed in ("input", "output"):
         if needed not in columns:
             used = [what for mark, what in _SEPARATORS.items() if mark in "".join(columns)]
-            hint = f"; values are separated by {used[0]}, but must be by commas" if used else ""
+            hint = f"; separate the values by commas instead of {used[0]}" if used else ""
             raise ValueError(f"{path}: has no column '{needed}'{hint}")
     for column in columns:
         if column not in names:
             raise ValueError(
-                f"{path}: the column '{column}' is not known; there are {', '.join(names)}"
+                f"{path}: unknown column '{column}'; the columns are {', '.join(names)}"
             )
 
 
@@ -159,4 +159,4 @@ _columns: dict[str, Callable[[str], Any]] = {
 }
 
 optional_columns = tuple(_columns)
-"""Which columns a table of jobs may have beside `input` and `output`."""
+"""The columns that a table of jobs may have besides `input` and `output`."""

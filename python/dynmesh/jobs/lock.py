@@ -1,4 +1,4 @@
-"""One process at a time in a folder."""
+"""A lock that lets only one process write to a folder."""
 
 import contextlib
 import os
@@ -7,13 +7,13 @@ from pathlib import Path
 
 try:
     import fcntl
-except ImportError:  # Windows: nothing keeps two processes apart
+except ImportError:  # on Windows there is no lock
     fcntl = None  # type: ignore[assignment]
 
 
 @contextlib.contextmanager
 def lock_folder(folder: Path, what: Path) -> Iterator[None]:
-    """Makes the folder if need be and holds it; the system lets go of it when a process dies.
+    """Creates the folder if needed and locks it; the system releases it when a process dies.
 
     Raises:
         BlockingIOError: another process holds it; the message names `what`.
@@ -27,7 +27,7 @@ def lock_folder(folder: Path, what: Path) -> Iterator[None]:
         handle = os.open(folder, os.O_RDONLY)
         try:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            # Between making and locking it, another process may have ended and removed it.
+            # Another process may have removed the folder before it was locked.
             if _is_still(folder, handle):
                 yield
                 return

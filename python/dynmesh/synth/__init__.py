@@ -1,4 +1,4 @@
-"""Built-in animated meshes: seeded, quick to make, and free of any data to download."""
+"""Built-in animated meshes, which are generated from a seed and need no download."""
 
 from .._checks import check_integer, check_positive
 from ..sequence import Sequence
@@ -12,11 +12,11 @@ def ocean(frames: int = 1500, *, grid: int = 50, seed: int = 0, fps: float = 30.
     Args:
         frames: number of frames, at least 1.
         grid: vertices along either side, at least 2; there are 2 (grid - 1)^2 triangles.
-        seed: the waves drawn; the same seed gives the same sea.
+        seed: selects the waves; equal seeds give equal seas.
         fps: frames per second; a higher rate samples the same motion more finely.
 
     Raises:
-        TypeError: an argument is of the wrong kind.
+        TypeError: an argument has the wrong kind.
         ValueError: an argument is out of range.
     """
     check_integer("frames", frames, 1)
@@ -34,12 +34,12 @@ def walker(frames: int = 175, *, seed: int = 0, fps: float = 30.0) -> Sequence:
     skinned with dual quaternions (Kavan et al. 2007). The connectivity is the same for all seeds.
 
     Args:
-        frames: number of frames, at least 1, over which the whole choreography is spread.
-        seed: details of the gait and the build; the same seed gives the same figure.
-        fps: frames per second that the sequence is said to have; the poses do not depend on it.
+        frames: number of frames, at least 1; the choreography is spread over them.
+        seed: varies the gait and the build; equal seeds give equal figures.
+        fps: frames per second stored in the sequence; the poses do not depend on it.
 
     Raises:
-        TypeError: an argument is of the wrong kind.
+        TypeError: an argument has the wrong kind.
         ValueError: an argument is out of range.
     """
     check_integer("frames", frames, 1)

@@ -1,7 +1,7 @@
 """The choreography of a figure that walks, turns round, does a handstand and stands up again.
 
-Feet and hands are led along paths, on the floor or relative to the trunk, and the limbs follow by
-inverse kinematics. World axes: z up, floor at 0; the walk is along y. Angles are in degrees.
+Feet and hands follow paths, on the floor or relative to the trunk, and the limbs follow by inverse
+kinematics. World axes: z up, floor at 0; the walk is along y. Angles are in degrees.
 """
 
 from dataclasses import dataclass
@@ -118,7 +118,7 @@ _FOOT_LIFT, _HEEL_OFF, _HEEL_STRIKE = 0.05, -32.0, 14.0  # of a swing, metres an
 _LEG_SPREAD, _TOES_POINTED = 3.5, -40.0  # off the floor
 _FORWARD = np.array([0.0, 1.0, 0.0])
 _BALL, _HEEL = np.array([0.0, 0.155, -0.085]), np.array([0.0, -0.05, -0.085])  # from the ankle
-_SLACK = 0.006  # metres over which a limb that is stretched out gives way
+_SLACK = 0.006  # metres over which a stretched limb bends
 
 
 @dataclass(frozen=True)
@@ -248,7 +248,8 @@ def _clocks(seconds: Floats) -> tuple[Floats, Floats]:
 def _track(times: Floats, keys: Keys) -> Floats:
     """Return (values, n) smooth paths through `keys`, held constant before and after.
 
-    Piecewise cubic, monotone between keys (Fritsch and Butland 1984): a held value stays held.
+    Piecewise cubic, monotone between keys (Fritsch and Butland 1984): constant values stay
+    constant.
     """
     table = np.array(keys)
     knots, values = table[:, 0], table[:, 1:].T
@@ -288,8 +289,8 @@ def _bend_limb(
 ) -> None:
     """Place the first two of three `bones` and the joint of the third, by inverse kinematics.
 
-    The limb leads from `root` towards `target`, both (n, 3), as far as it reaches; its middle
-    joint gives way towards `pole` (n, 3), which corresponds to `rest_pole` (3,) at rest.
+    The limb reaches from `root` towards `target`, both (n, 3), as far as it can; its middle joint
+    bends towards `pole` (n, 3), which corresponds to `rest_pole` (3,) at rest.
     """
     first, second, end = bones
     upper, lower = _lengths(bones)

@@ -1,4 +1,4 @@
-"""Every kind of bad input that dynmesh is known to refuse: the cases, and the page that lists them.
+"""All tested kinds of bad input: the cases, and the page that lists them.
 
 `case.py` says what a case is and runs one; the modules beside it hold the cases of one interface
 each; `page.py` writes docs/reference/bad_input.md from them.

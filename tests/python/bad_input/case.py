@@ -1,4 +1,4 @@
-"""What a case of bad input is, and what it is tried on."""
+"""A case of bad input, and the objects that it uses."""
 
 import contextlib
 import os
@@ -14,7 +14,7 @@ import dynmesh
 
 
 class World:
-    """A small mesh with 49 vertices, what moves on it, and a folder of files."""
+    """A small mesh with 49 vertices, a sequence of it, and a folder of files."""
 
     def __init__(self, folder: Path) -> None:
         mesh = sheet(7)
@@ -32,17 +32,17 @@ class World:
         self.empty: Any = np.zeros((0, 3))
 
     def make(self, **settings: Any) -> dynmesh.Completer:
-        """A completer of this mesh."""
+        """Creates a completer of this mesh."""
         return dynmesh.Completer(self.faces, self.vertices, **settings)
 
     def with_value(self, value: float, row: int = 4) -> Any:
-        """The points, but for one coordinate."""
+        """Returns the points with one coordinate replaced."""
         points = self.points.copy()
         points[row, 1] = value
         return points
 
     def snapshot(self) -> Any:
-        """All that a refused call must leave as it is."""
+        """Returns everything that a refused call must leave unchanged."""
         arrays = (self.faces, self.vertices, self.points, self.known)
         files = {path: path.stat() for path in sorted(self.folder.rglob("*"))}
         return (
@@ -55,13 +55,13 @@ class World:
 
 @dataclass(frozen=True)
 class Case:
-    """Something wrong that is asked for.
+    """A call with bad input.
 
     Attributes:
-        call: of what, as the page names it.
+        call: the called function, as named on the page.
         given: what is wrong, in words.
-        run: does it.
-        error: what it must raise; a subclass will do.
+        run: makes the call.
+        error: the class of the expected error; subclasses are accepted.
         names: what the message must contain: the argument, the place, the value.
     """
 
@@ -72,7 +72,7 @@ class Case:
     names: tuple[str, ...]
 
     def answer(self, world: World) -> Exception:
-        """What it raises, in the folder of the world.
+        """Runs the case in the folder of the world and returns its error.
 
         Raises:
             AssertionError: nothing.
@@ -86,22 +86,22 @@ class Case:
 
 
 class Told(Exception):  # noqa: N818 (no error of this project)
-    """What was wrong, where it is printed or handed over and nothing is raised."""
+    """The message of an error that is printed or returned instead of raised."""
 
 
 def shown(error: Exception) -> str:
-    """An answer as the page shows it."""
+    """Formats an error message for the page."""
     text = str(error).replace("\0", "\\0")
     return text if isinstance(error, Told) else f"{type(error).__name__}: {text}"
 
 
 @contextlib.contextmanager
 def without_rights() -> Iterator[None]:
-    """Whoever runs the tests is no superuser for a while."""
+    """Drops the rights of a superuser for a while."""
     if os.geteuid() != 0:
         yield
         return
-    os.seteuid(65534)  # nobody
+    os.seteuid(65534)  # the user nobody
     try:
         yield
     finally:

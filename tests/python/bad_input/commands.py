@@ -13,7 +13,7 @@ from .files import on_a_full_disk
 
 
 def prepare(world: World) -> None:
-    """Puts there what the cases read, beside what `files.prepare` does."""
+    """Creates further files that the cases read, in addition to those of `files.prepare`."""
     folder = world.folder
     corners = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in world.vertices.tolist()]
     faces = ["f " + " ".join(str(v + 1) for v in face) for face in world.faces.tolist()]
@@ -64,13 +64,13 @@ def dynmesh_command(*arguments: str) -> None:
 
 
 def _essence(printed: str) -> str:
-    """Without the frame that stands around a refused call, and the usage above it."""
+    """Extracts the message, without the usage and the frame around it."""
     framed = re.findall(r"^│ (.*?) *│$", printed, flags=re.MULTILINE)
     return " ".join(framed) or " / ".join(printed.strip().splitlines())
 
 
 def _shell(line: str, *names: str, full: bool = False) -> Case:
-    """A line as it is typed; it must not be successful."""
+    """A command line that must fail."""
 
     def run(_: World) -> None:
         if full:
@@ -90,13 +90,13 @@ shell = [
         "holes.npz",
         "1 of 49",
         "vertex 4",
-        "whole frame",
+        "complete frame",
         "exit code 1",
     ),
-    _shell("info gap", "gap: f_0002.obj is missing", "put it there", "exit code 1"),
+    _shell("info gap", "gap: f_0002.obj is missing", "add it", "exit code 1"),
     _shell("info gap/f_*.obj", "gap/f_*.obj: f_0002.obj is missing", "exit code 1"),
     _shell("info body.npz --brief", "--brief", "--json", "exit code 2"),
-    _shell("info body.npz other.npz", "other.npz", "quote a pattern", "exit code 2"),
+    _shell("info body.npz other.npz", "other.npz", "put patterns in quotes", "exit code 2"),
     _shell("complete body.npz other.npz", "other.npz:", "--overwrite", "exit code 1"),
     _shell("complete body.npz body.npz --overwrite", "body.npz:", "input", "exit code 1"),
     _shell("complete body.npz folder.npz", "folder.npz", "exit code 1"),
@@ -131,7 +131,7 @@ shell = [
     _shell(
         "degrade body.npz new.npz --known 30",
         "--known",
-        "not 30; 30 per cent is written 30%",
+        "not 30; for 30 per cent, write 30%",
         "exit code 2",
     ),
     _shell("degrade body.npz new.npz --known 130%", "--known", "below 100%", "130%", "exit code 2"),

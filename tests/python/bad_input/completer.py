@@ -36,12 +36,12 @@ def _strided(points: Any, *strides: int) -> Any:
 
 
 def _huge(values: list[Any], rows: int) -> Any:
-    """As many rows as one likes, in no memory."""
+    """Returns an array with any number of rows that takes no memory."""
     return np.broadcast_to(np.array(values), (rows, 3))
 
 
 def _faces(given: str, faces: Any, error: type[Exception], *names: str) -> Case:
-    """A completer of these faces, which may be a function of the world."""
+    """A case of faces, which may be a function of the world."""
 
     def run(world: World) -> Any:
         return dynmesh.Completer(faces(world) if callable(faces) else faces, world.vertices)
@@ -50,7 +50,7 @@ def _faces(given: str, faces: Any, error: type[Exception], *names: str) -> Case:
 
 
 def _frame(given: str, frame: Any, error: type[Exception], *names: str) -> Case:
-    """A completer of this frame 0."""
+    """A case of frame 0."""
 
     def run(world: World) -> Any:
         return dynmesh.Completer(world.faces, frame(world) if callable(frame) else frame)
@@ -236,7 +236,7 @@ pushes = [
 
 
 def _sparse(given: str, indices: Any, error: type[Exception], *names: str) -> Case:
-    """`push_sparse` of three points at these indices."""
+    """A case of `push_sparse` with three points at these indices."""
     run = lambda w: w.completer.push_sparse(indices, w.points[:3])  # noqa: E731
     return Case("push_sparse", f"`indices`: {given}", run, error, names)
 

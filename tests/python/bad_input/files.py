@@ -18,7 +18,7 @@ Run = Callable[[World], Any]
 
 
 def prepare(world: World) -> None:
-    """Puts there what the cases read."""
+    """Creates the files that the cases read."""
     folder, sequence = world.folder, world.sequence
     dynmesh.write(folder / "body.npz", sequence)
     dynmesh.write(folder / "other.npz", sequence)
@@ -50,8 +50,8 @@ def _of(call: str) -> Callable[..., Case]:
 
 
 def on_a_full_disk(run: Callable[[], Any], largest: int = 20_000) -> Any:
-    """Where no file may become larger than 20 kB, or so many bytes."""
-    # The system refuses to write as it does on a full disk.
+    """Limits the size of files to 20 kB, or to the given number of bytes."""
+    # Beyond the limit, writing fails as on a full disk.
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (largest, hard))
     try:
@@ -107,7 +107,7 @@ reading = [
     _read("another file's format", lambda _: dynmesh.read("body.npz", format="pc2"), ValueError, "body.npz:"),
     _read("a name with a zero byte", lambda _: dynmesh.read("bo\0dy.npz"), ValueError, "null byte"),
     _read("`path`: a number", lambda _: dynmesh.read(3), TypeError, "path:", "int"),  # type: ignore[arg-type]
-    _read("`faces` for a file with faces", lambda w: dynmesh.read("body.npz", faces=w.faces), ValueError, "body.npz:", "faces of its own"),
+    _read("`faces` for a file with faces", lambda w: dynmesh.read("body.npz", faces=w.faces), ValueError, "body.npz:", "holds its faces"),
     _read("`prim` for a file with one mesh", lambda _: dynmesh.read("body.npz", prim="/a"), ValueError, "body.npz:", "prim"),
     _read("`known`: of one frame", lambda w: dynmesh.read("body.npz", known=w.known), ValueError, "known:", "(3, 49)", "(49,)"),
     _read("`known`: a file with too few", lambda _: dynmesh.read("body.npz", known="mask.npy"), ValueError, "mask.npy: known:", "(3, 48)"),
@@ -153,7 +153,7 @@ def _to_new(world: World, path: str = "body.npz", **options: Any) -> Any:  # noq
 
 
 def _job(world: World, path: str, **more: Any) -> Any:  # noqa: ARG001
-    """What became of a job that failed, as the error that it is."""
+    """Raises the error of a failed job of a batch."""
     (result,) = complete_files([Job(Path(path), Path("new.npz"), **more)])
     assert result.status == "failed"
     raise Told(result.reason)
@@ -161,7 +161,7 @@ def _job(world: World, path: str, **more: Any) -> Any:  # noqa: ARG001
 
 completing = [
     _complete("a file that is not there", lambda w: _to_new(w, "none.npz"), FileNotFoundError, "none.npz"),
-    _complete("NaN in frame 0", lambda w: _to_new(w, "holes.npz"), ValueError, "holes.npz: frame 0: 1 of 49 vertices is missing, vertex 4", "whole frame"),
+    _complete("NaN in frame 0", lambda w: _to_new(w, "holes.npz"), ValueError, "holes.npz: frame 0: 1 of 49 vertices is missing, the first is vertex 4", "complete frame"),
     _complete("an output that exists", lambda _: dynmesh.complete_file("body.npz", "other.npz"), FileExistsError, "other.npz:", "overwrite=True"),
     _complete("the input as output", lambda _: dynmesh.complete_file("body.npz", "body.npz", overwrite=True), ValueError, "body.npz:", "input"),
     _complete("into a folder that is not there", lambda _: dynmesh.complete_file("body.npz", "no/new.npz"), FileNotFoundError, "no/new.npz:"),
@@ -176,8 +176,8 @@ completing = [
     _complete("`resume` with the input as output", lambda _: dynmesh.complete_file("body.npz", "body.npz", resume=True), ValueError, "body.npz:", "input"),
     _complete("`provenance` in what holds none", lambda _: dynmesh.complete_file("body.npz", "new.mdd", provenance=True), ValueError, "new.mdd:", "generation"),
     _batch("`jobs`: None", lambda _: complete_files(None), TypeError, "jobs:", "NoneType"),  # type: ignore[arg-type]
-    _batch("names, not jobs", lambda _: complete_files(["body.npz"]), TypeError, "jobs: place 0", "'body.npz'"),  # type: ignore[list-item]
-    _batch("one output twice", lambda _: complete_files([Job(Path("a.npz"), Path("new.npz"))] * 2), ValueError, "new.npz:", "two jobs"),
+    _batch("names, not jobs", lambda _: complete_files(["body.npz"]), TypeError, "jobs: item 0", "'body.npz'"),  # type: ignore[list-item]
+    _batch("one output twice", lambda _: complete_files([Job(Path("a.npz"), Path("new.npz"))] * 2), ValueError, "new.npz:", "more than one job"),
     _batch("a file that is not there (the job's reason)", lambda w: _job(w, "none.npz"), Told, "none.npz:"),
     _batch("half a file (the job's reason)", lambda w: _job(w, "cut.npz"), Told, "cut.npz:", "damaged"),
     _batch("`extra_iterations=-1` (the job's reason)", lambda w: _job(w, "body.npz", settings={"extra_iterations": -1}), Told, "body.npz: extra_iterations:", "-1"),

@@ -197,7 +197,7 @@ losses = [
     _random("`n_vertices`: 49.0", lambda _: degrade.random_known(5, 49.0, 0.5), TypeError, "n_vertices:", "49.0"),  # type: ignore[arg-type]
     _random("`seed`: -1", lambda _: degrade.random_known(5, 49, 0.5, seed=-1), ValueError, "seed:", "-1"),
     _camera("no camera", lambda w: _seen(w, [w.points], []), ValueError, "cameras:", "none"),
-    _camera("something else for a camera", lambda w: _seen(w, [w.points], [3]), TypeError, "cameras: place 0", "3"),
+    _camera("something else for a camera", lambda w: _seen(w, [w.points], [3]), TypeError, "cameras: item 0", "3"),
     _camera("`frames`: lists", lambda w: _seen(w, [w.points.tolist()]), TypeError, "frame 0:", "list"),
     _camera("frame 1 smaller than frame 0", lambda w: _seen(w, [w.points, w.points[:3]]), ValueError, "frame 1:", "(49, 3)", "(3, 3)"),
     _camera("`faces`: a list", lambda w: degrade.camera_known([], [[0, 1, 2]], w.cameras), TypeError, "faces:", "list"),  # type: ignore[arg-type]

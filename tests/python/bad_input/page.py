@@ -1,4 +1,4 @@
-"""The tables of docs/reference/bad_input.md, which are made when the site is built."""
+"""The tables of docs/reference/bad_input.md, which are generated with the site."""
 
 import subprocess
 import tempfile
@@ -13,7 +13,7 @@ PATH = Path(__file__).parents[3] / "build" / "docs" / "bad_input.md"
 
 
 class Row(NamedTuple):
-    """A line of a table."""
+    """Formats a row of a table."""
 
     call: str
     given: str
@@ -21,7 +21,7 @@ class Row(NamedTuple):
 
 
 def prepared(folder: Path) -> World:
-    """A world with all files that the cases read."""
+    """Creates a world with all files that the cases read."""
     world = World(folder)
     files.prepare(world)
     commands.prepare(world)
@@ -29,7 +29,7 @@ def prepared(folder: Path) -> World:
 
 
 def python_sections() -> dict[str, list[Case]]:
-    """The cases that need nothing compiled beside the package, by the title of their table."""
+    """The cases that need only the Python package, by the title of their table."""
     return {
         "Python: the completer": completer.cases,
         "Python: streams, topology, measures, baselines, losses": functions.cases,
@@ -39,7 +39,7 @@ def python_sections() -> dict[str, list[Case]]:
 
 
 def from_native(programs: Path) -> dict[str, list[Row]]:
-    """What the program of the C++ tests says that the C++ and the C interface answered."""
+    """Runs the cases of the C++ and the C interface, which are part of the C++ tests."""
     command = [programs / "tests" / "cpp" / "dynmesh-bad-input"]
     printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     rows: dict[str, list[Row]] = {}
@@ -50,14 +50,14 @@ def from_native(programs: Path) -> dict[str, list[Row]]:
 
 
 def table(title: str, rows: Iterable[Row]) -> str:
-    """A section of the page."""
+    """Formats a section of the page."""
     lines = [f"## {title}", "", "| call | what is wrong | answer |", "|---|---|---|"]
     lines += [f"| `{row.call}` | {row.given} | {_quoted(row.answer)} |" for row in rows]
     return "\n".join(lines) + "\n"
 
 
 def sections(world: World, programs: Path) -> Iterator[str]:
-    """One table at a time."""
+    """Yields one table at a time."""
     cases = python_sections()
     cases["The program dynmesh-complete"] = commands.compiled(programs)
     for title, some in cases.items():
@@ -67,7 +67,7 @@ def sections(world: World, programs: Path) -> Iterator[str]:
 
 
 def page(programs: Path) -> str:
-    """All tables, below the number of cases in them."""
+    """Returns all tables, after the number of cases."""
     with tempfile.TemporaryDirectory() as folder:
         body = "\n".join(sections(prepared(Path(folder)), programs))
     count = sum(line.startswith("| `") for line in body.splitlines())

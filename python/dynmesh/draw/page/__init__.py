@@ -1,4 +1,4 @@
-"""A sequence as one HTML page that plays, with nothing but a browser."""
+"""A sequence as one HTML page that plays in a browser."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -19,10 +19,10 @@ class Shown:
     """How much of a sequence a page shows.
 
     Attributes:
-        frames: how many of `n_frames`, evenly spaced from frame 0 on.
-        step: from one shown frame to the next.
-        vertices: how many of `n_vertices`.
-        triangles: how many of `n_triangles`.
+        frames: number of frames shown, of `n_frames`, evenly spaced from frame 0.
+        step: difference between the numbers of two shown frames.
+        vertices: number of vertices shown, of `n_vertices`.
+        triangles: number of triangles shown, of `n_triangles`.
     """
 
     frames: int
@@ -34,7 +34,7 @@ class Shown:
     n_triangles: int
 
     def __str__(self) -> str:
-        """What was left out, for people; empty where nothing was."""
+        """Describes what was left out; empty if nothing was."""
         parts = []
         if self.step > 1:
             parts.append(f"every {_ordinal(self.step)} of {self.n_frames} frames")
@@ -56,27 +56,27 @@ def view(
     max_vertices: int = 20_000,
     watch: Callable[[Iterable[ShownFrame], int], Iterable[ShownFrame]] = lambda frames, _: frames,
 ) -> Shown:
-    """Writes a page that plays a sequence, and that needs no other file and no network.
+    """Writes a page that plays a sequence and needs no other file and no network.
 
-    Triangles with a missing vertex are left out; vertices left in no triangle become dots. What
-    the page leaves out to stay small is said in it.
+    Triangles with a missing vertex are left out; remaining vertices without a triangle become dots.
+    The page states what it leaves out to stay small.
 
     Args:
         reader: of the sequence.
-        output: an HTML file; an existing one is replaced.
-        reference: of the truth, for errors.
-        colour: as :class:`dynmesh.heatmap.Heatmap` decides.
-        up: "x", "y" or "z"; None: what the file says, else z for a sheet that lies flat, else y.
-        azimuth: degrees around that axis to look from at first.
+        output: an HTML file; an existing file is replaced.
+        reference: of the true sequence, for errors.
+        colour: see :class:`dynmesh.draw.heatmap.Heatmap`.
+        up: "x", "y" or "z"; None means as the file states it, else z for a flat sheet, else y.
+        azimuth: initial viewing angle around the up axis, in degrees.
         max_frames: longer sequences show every second, third, ... frame.
-        max_vertices: larger meshes show about so many.
-        watch: gets the frames and how many there are, and passes them on while they are read.
+        max_vertices: larger meshes are simplified to about this many vertices.
+        watch: called with the frames and their number; it must pass the frames on.
 
     Raises:
-        OSError: it cannot be written.
-        ImportError: k3d or pyvista is missing.
-        ValueError: no vertex is known in any shown frame, a large mesh has no whole frame 0, or as
-            :class:`dynmesh.heatmap.Heatmap` says.
+        OSError: the file cannot be written.
+        ImportError: k3d or pyvista is not installed.
+        ValueError: no vertex is known in any shown frame, a mesh to be simplified has no complete
+            frame 0, or see :class:`dynmesh.draw.heatmap.Heatmap`.
     """
     require_all("k3d", "matplotlib", extra="view")
     heatmap = Heatmap(reader, reference=reference, colour=colour)

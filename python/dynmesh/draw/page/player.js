@@ -1,5 +1,5 @@
-// Runs in a k3d snapshot, when it has loaded. K3DInstance is k3d's; `markup` is player.html and
-// `told` is what page.py says of the sequence. The time of the plot is the number of a shown frame.
+// Runs in a k3d snapshot when it is loaded. K3DInstance belongs to k3d; `markup` is player.html and
+// `told` holds the data from player.py. The time of the plot is the index of a shown frame.
 document.body.insertAdjacentHTML('beforeend', markup);
 const part = (name) => document.getElementById(`dynmesh-${name}`);
 const play = part('play'), slider = part('frame'), speed = part('speed');
@@ -12,7 +12,7 @@ part('note').textContent = told.note && `shown: ${told.note}`;
 slider.max = last;
 slider.disabled = play.disabled = last === 0;
 if (told.fps === null) {
-  speed.title = `1 × is ${usualRate} frames per second: the file says no rate`;
+  speed.title = `1 × is ${usualRate} frames per second; the file states no rate`;
 }
 if (told.scale) {
   const { title, colours, ticks } = told.scale;
@@ -40,7 +40,7 @@ async function show(frame) {
   const number = told.numbers[frame];
   const seconds = told.fps ? `, ${(number / told.fps).toFixed(2)} s` : '';
   part('counter').textContent = `frame ${number} / ${told.n_frames - 1}${seconds}`;
-  if (drawing) return; // whoever draws goes on to the frame that is wanted by then
+  if (drawing) return; // the drawing in progress continues with the latest requested frame
   drawing = true;
   while (shown !== wanted) {
     shown = wanted;
@@ -49,7 +49,7 @@ async function show(frame) {
   drawing = false;
 }
 
-let begun = null; // when frame 0 was due, in milliseconds; null while it stands still
+let begun = null; // when frame 0 was due, in milliseconds; null while paused
 function milliseconds() {
   const step = last ? told.numbers[1] - told.numbers[0] : 1;
   return 1000 * step / ((told.fps || usualRate) * Number(speed.value));
@@ -83,7 +83,7 @@ document.addEventListener('keydown', (event) => {
     ' ': play.onclick, ArrowLeft: () => go(wanted - 1), ArrowRight: () => go(wanted + 1),
   };
   if (!(event.key in actions)) return;
-  event.preventDefault(); // else a focused button or slider would act once more
+  event.preventDefault(); // otherwise a focused button or slider would also react
   actions[event.key]();
 });
 show(0);

@@ -1,4 +1,4 @@
-"""The page itself: a k3d snapshot with controls that are seen at once."""
+"""The page itself: a k3d snapshot with playback controls."""
 
 import json
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ from ..figures import SURFACE_COLOUR, View
 from ..heatmap import ShownFrame, whole_faces
 from ..scales import Scale
 
-_GRID_CELLS = 8192  # along the longest side: far below a pixel, and halves the page
+_GRID_CELLS = 8192  # along the longest side; far below a pixel, and halves the size of the page
 _FIELD_OF_VIEW = 30.0  # degrees
 _LIKELY_PROPORTION = 1.5  # of a browser's window, width to height
 _DOT_SIZE = 0.008  # of the longest side
@@ -23,14 +23,14 @@ _DOT_SIZE = 0.008  # of the longest side
 
 @dataclass(frozen=True)
 class Playback:
-    """What the page says beside the picture.
+    """The text and the times of the page.
 
     Attributes:
         name: of the sequence.
         note: what was left out.
         numbers: of the shown frames, evenly spaced.
-        n_frames: of the sequence.
-        fps: frames of the sequence per second, or None where the file does not say.
+        n_frames: number of frames of the sequence.
+        fps: frames of the sequence per second, or None if unknown.
     """
 
     name: str
@@ -47,17 +47,17 @@ def compose(
     camera: View,
     playback: Playback,
 ) -> str:
-    """Makes the HTML document.
+    """Creates the HTML document.
 
     Args:
         faces: (t, 3) integers.
-        frames: of the vertices that `faces` are of, one vertex visible at least.
-        scale: for the values of the frames; None: one colour.
-        camera: where to look from at first; `camera.box` holds all visible vertices.
-        playback: the words and the times.
+        frames: frames of these vertices, with at least one visible vertex.
+        scale: colour scale of the values; None for one colour.
+        camera: initial view; `camera.box` contains all visible vertices.
+        playback: the text and the times.
 
     Raises:
-        ImportError: k3d is missing.
+        ImportError: k3d is not installed.
     """
     k3d = require("k3d", extra="view")
     plot = k3d.plot(
@@ -66,7 +66,7 @@ def compose(
         camera_fov=_FIELD_OF_VIEW,
         camera_mode="orbit",
         camera_up_axis="xyz"[int(np.argmax(camera.up))],
-        colorbar_object_id=0,  # the page has its own
+        colorbar_object_id=0,  # the page has its own colour bar
         grid_visible=False,
         axes_helper=0,
         menu_visibility=False,
@@ -88,7 +88,7 @@ def compose(
 
 @dataclass(frozen=True)
 class _Unit:
-    """Positions in the page are relative to the middle and the longest side of what it shows."""
+    """Converts positions to units of the longest side of what the page shows, around its middle."""
 
     middle: NDArray[np.float64]
     length: float
@@ -110,7 +110,7 @@ def _drawables(
     scale: Scale | None,
     unit: _Unit,
 ) -> list[Any]:
-    """The surface, and the dots if there are any, as they change from frame to frame."""
+    """Returns the surface and, if there are any, the dots, as they change from frame to frame."""
     surface: dict[str, dict[str, Any]] = {"vertices": {}, "indices": {}, "attribute": {}}
     dots: dict[str, dict[str, Any]] = {"positions": {}, "attribute": {}}
     points = np.zeros((len(frames[0].points), 3), np.float32)
@@ -118,7 +118,7 @@ def _drawables(
     for i, frame in enumerate(frames):
         time = str(i)
         visible = frame.visible
-        # A missing vertex stays where it was, which costs no bytes: no triangle shows it.
+        # A missing vertex keeps its position, which takes no space; no triangle shows it.
         points, places = points.copy(), places.copy()
         points[visible] = unit.rounded(frame.points[visible])
         if scale is not None and frame.values is not None:
@@ -128,7 +128,7 @@ def _drawables(
         surface["attribute"][time], dots["attribute"][time] = places, places[alone]
         surface["indices"][time] = whole.astype(np.uint32)
     if all(frame.visible.all() for frame in frames):
-        # The same triangles all the time let the browser change positions in place.
+        # If the triangles do not change, the browser can update positions in place.
         surface["indices"] = surface["indices"]["0"]
     looks = {"color_map": _colour_map(scale), "color_range": [0, 1]}
     drawables = [k3d.mesh(**surface, **looks, side="double", flat_shading=False, roughness=0.8)]
@@ -138,19 +138,19 @@ def _drawables(
 
 
 def _colour_map(scale: Scale | None) -> list[float]:
-    """As k3d has them: place, red, green and blue, one after another."""
+    """Converts a scale for k3d: position, red, green and blue, one step after another."""
     colours = (SURFACE_COLOUR,) if scale is None else scale.colours
     stops: list[float] = []
     for i, colour in enumerate(colours):
         shares = [component / 255 for component in bytes.fromhex(colour.removeprefix("#"))]
-        for edge in (i + 1e-3, i + 1):  # two at one place would make k3d forget the first
+        for edge in (i + 1e-3, i + 1):  # of two at one position, k3d would drop the first
             stops += [edge / len(colours), *shares]
     stops[0] = 0
     return stops
 
 
 def _camera(camera: View, unit: _Unit, frames: Sequence[ShownFrame]) -> list[float]:
-    """As k3d has it: position, target and up; near enough for all visible vertices to fit."""
+    """Converts a camera for k3d: position, target and up, so that all visible vertices fit."""
     slope = np.tan(np.radians(_FIELD_OF_VIEW / 2)) / 1.25  # room for the controls
     distance = 0.0
     for frame in frames:
@@ -161,7 +161,7 @@ def _camera(camera: View, unit: _Unit, frames: Sequence[ShownFrame]) -> list[flo
 
 
 def _told(scale: Scale) -> dict[str, Any]:
-    """The colour bar, for the script."""
+    """Returns the colour bar for the script."""
     return {
         "title": scale.title,
         "colours": scale.colours,
@@ -170,5 +170,5 @@ def _told(scale: Scale) -> dict[str, Any]:
 
 
 def _embedded(value: Any) -> str:
-    """JSON that cannot end the script around it."""
+    """Encodes JSON such that it cannot end the script that contains it."""
     return json.dumps(value).replace("<", "\\u003c")

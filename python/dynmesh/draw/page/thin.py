@@ -1,4 +1,4 @@
-"""Fewer vertices, each of them one of the original ones."""
+"""Simplification of a mesh to a subset of its vertices."""
 
 from typing import Any
 
@@ -12,16 +12,16 @@ from ...sequence import Positions
 def thin(
     faces: NDArray[np.integer[Any]], points: Positions, max_vertices: int
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Chooses vertices and triangles that show a mesh.
+    """Chooses vertices and triangles that represent a mesh.
 
-    Edges are collapsed where the surface is flat, always onto one of their ends, so what is known
-    of the kept vertices in other frames holds for them exactly.
+    Edges are collapsed where the surface is flat, always onto one of their ends, so that the values
+    of the kept vertices remain valid in all other frames.
 
     Args:
         faces: (m, 3) integers.
-        points: (k, 3) positions; all finite if there are more than `max_vertices`.
-        max_vertices: about as many are kept; more where triangles meet in ways that no collapse can
-            keep. Vertices of no triangle go first.
+        points: (k, 3) positions; all must be finite if there are more than `max_vertices`.
+        max_vertices: about this many vertices are kept; more if non-manifold triangles prevent
+            collapses. Vertices in no triangle are removed first.
 
     Returns:
         (v,) the numbers of the kept vertices and (t, 3) triangles of these v.
@@ -30,7 +30,7 @@ def thin(
         return np.arange(len(points)), np.asarray(faces, np.intp)
     if not np.isfinite(points).all():
         vertex = int(np.argmin(np.isfinite(points).all(axis=1)))
-        raise ValueError(f"frame 0 lacks vertex {vertex}, but large meshes are thinned by frame 0")
+        raise ValueError(f"frame 0 lacks vertex {vertex}, but is needed to simplify a large mesh")
     pyvista = require("pyvista", extra="view")
     a, b, c = faces.T
     proper = faces[(a != b) & (b != c) & (c != a)]
