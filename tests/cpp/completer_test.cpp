@@ -134,10 +134,10 @@ TEST_CASE("a restored completer gives identical results") {
       CHECK(message_of([&] { restored.restore(bytes); }).find(why) != std::string::npos);
       CHECK(restored.state() == before);
     };
-    refused({}, "cut off");
+    refused({}, "truncated");
     auto bytes = state;
     bytes.pop_back();
-    refused(bytes, "cut off");
+    refused(bytes, "truncated");
     bytes = state;
     bytes.push_back({});
     refused(bytes, "1 bytes too long");
@@ -224,8 +224,8 @@ TEST_CASE("a made-up state is refused if later frames could not handle it") {
     refused(frames, std::numeric_limits<float>::quiet_NaN(), "position of vertex 0");
     refused(ages - sizeof(float), 1e30F, "position of vertex 15");
     refused(ages + sizeof(Index), Index{-1}, "vertex 1 has the age -1");
-    refused(masks + 2, std::uint8_t{2}, "its mask 2");
-    refused(rows, std::uint64_t{15}, method == Method::detail ? "memory" : "cut off");
+    refused(masks + 2, std::uint8_t{2}, "the mask 2");
+    refused(rows, std::uint64_t{15}, method == Method::detail ? "memory" : "truncated");
     refused(state.size() - 16, -1.0, "memory");
     if (method == Method::detail) refused(rows + 8, 2.0, "memory");
     // It is refused for no other reason.

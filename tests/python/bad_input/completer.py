@@ -242,9 +242,9 @@ def _sparse(given: str, indices: Any, error: type[Exception], *names: str) -> Ca
 
 
 sparse_pushes = [
-    _sparse("one twice", [4, 7, 4], ValueError, "indices:", "places 0 and 2", "vertex 4"),
-    _sparse("one of k", [4, 7, 49], ValueError, "indices: place 2", "49"),
-    _sparse("a negative one", [4, -1, 7], ValueError, "indices: place 1", "-1"),
+    _sparse("one twice", [4, 7, 4], ValueError, "indices: vertex 4", "positions 0 and 2"),
+    _sparse("one of k", [4, 7, 49], ValueError, "indices: position 2", "49"),
+    _sparse("a negative one", [4, -1, 7], ValueError, "indices: position 1", "-1"),
     _sparse("one of 2^40", [4, 7, 2**40], ValueError, "indices: row 2", str(2**40)),
     _sparse("one of 2^63 + 5", np.array([2**63 + 5] * 3, np.uint64), ValueError, str(2**63 + 5)),
     _sparse("one too many", [1, 2, 3, 4], ValueError, "3 rows", "4 indices"),
@@ -337,7 +337,7 @@ resets_and_restores = [
     ),
     _restore("None", lambda _: None, TypeError, "bytes", "NoneType"),
     _restore("text", lambda _: "state", TypeError, "bytes", "str"),
-    _restore("every other byte", lambda w: memoryview(_state(w))[::2], TypeError, "in one piece"),
+    _restore("every other byte", lambda w: memoryview(_state(w))[::2], TypeError, "contiguous"),
     _restore("an array of float64", lambda _: np.zeros(9), TypeError, "bytes"),
 ]
 

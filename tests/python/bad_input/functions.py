@@ -134,7 +134,7 @@ measures = [
     _vertex_error("a frame and a sequence", lambda w: metrics.vertex_error(w.points, w.points[None]), ValueError, "completed:", "(1, 49, 3)", "(49, 3)"),
     _vertex_error("text", lambda w: metrics.vertex_error("abc", w.points), TypeError, "reference:", "<U3"),  # type: ignore[arg-type]
     _summary("nothing", lambda _: metrics.summary(np.zeros(0)), ValueError, "errors:", "empty"),
-    _summary("NaN in it", lambda _: metrics.summary(np.array([0, _NAN])), ValueError, "errors: place 1"),
+    _summary("NaN in it", lambda _: metrics.summary(np.array([0, _NAN])), ValueError, "errors: position 1"),
     _summary("integers", lambda _: metrics.summary(np.arange(3)), TypeError, "errors:", "int64"),  # type: ignore[arg-type]
 ]  # fmt: skip
 
