@@ -187,7 +187,7 @@ def test_state_continues_with_the_same_result(mesh: Mesh, rng: np.random.Generat
     for points, known in zip(frames[3:], masks[3:], strict=True):
         np.testing.assert_array_equal(first.push(points, known), second.push(points, known))
     np.testing.assert_array_equal(first.age, second.age)
-    with pytest.raises(ValueError, match="state: cut off"):
+    with pytest.raises(ValueError, match="state: truncated"):
         second.restore(first.state()[:50])
     second.restore(bytearray(first.state()))
     damaged = bytearray(first.state())
