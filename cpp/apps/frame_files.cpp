@@ -60,7 +60,7 @@ FrameReader::FrameReader(const std::string& path, std::size_t n_vertices)
     : path_(path == "-" ? "standard input" : path),
       format_(format_of(path)),
       file_(path == "-" ? File(stdin) : open_file(path, "rb")) {
-  if (path != "-" && fs::is_directory(path)) throw DataError(path + ": is a directory");
+  if (path != "-" && fs::is_directory(path)) throw DataError(path + ": is a folder");
   if (format_ == FrameFormat::pc2) read_header(n_vertices);
 }
 
@@ -136,8 +136,7 @@ FrameWriter::FrameWriter(const std::string& path, std::size_t n_vertices, Timing
     file_ = open_file(path, "wb");
     return;
   }
-  if (exists && !overwrite)
-    throw DataError(path + ": already exists; use --overwrite to replace it");
+  if (exists && !overwrite) throw DataError(path + ": exists already; --overwrite replaces it");
   partial_ = path;
   partial_ += ".";
   partial_ += std::to_string(getpid());

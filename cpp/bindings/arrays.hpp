@@ -129,7 +129,7 @@ class OutputArgument {
       return;
     }
     if (!py::isinstance<py::array>(out)) {
-      throw py::type_error("out: must be a NumPy array, not " + type_name(out));
+      throw py::type_error("out: must be a numpy array, not " + type_name(out));
     }
     const auto array = to_array("out", out);
     if (!py::isinstance<py::array_t<Real>>(array)) {

@@ -156,14 +156,14 @@ def test_systems_can_be_reused(rng: np.random.Generator) -> None:
         ),
         (
             ValueError,
-            r"reference: is needed to measure the inverse distances",
+            r"reference: is required for weights 'inverse_distance'",
             lambda b, m, known: b.laplacian_interpolation(
                 m.faces, m.vertices, known, weights="inverse_distance"
             ),
         ),
         (
             ValueError,
-            r"reference: is for weights 'inverse_distance' only",
+            r"reference: requires weights 'inverse_distance'",
             lambda b, m, known: b.laplacian_interpolation(
                 m.faces, m.vertices, known, reference=m.vertices
             ),

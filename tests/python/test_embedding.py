@@ -44,7 +44,7 @@ def test_cpp_and_c(tmp_path: Path, programs: Path, monkeypatch: pytest.MonkeyPat
     for name in ("in_place", "in_place_c"):
         assert run(built / name, cwd=tmp_path) == "3 filled in; vertex 0 is at height 5\n"
     assert run(built / "packets", cwd=tmp_path).splitlines() == [
-        "frame 4 refused: indices: place 0 holds 9, but the mesh has 4 vertices, counted from 0",
+        "frame 4 refused: indices: position 0 holds 9, but the mesh has 4 vertices, counted from 0",
         "vertex 3 is at height 3, unseen for 4 frames",
     ]
 

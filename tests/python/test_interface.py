@@ -187,7 +187,7 @@ def test_state_continues_with_the_same_result(mesh: Mesh, rng: np.random.Generat
     for points, known in zip(frames[3:], masks[3:], strict=True):
         np.testing.assert_array_equal(first.push(points, known), second.push(points, known))
     np.testing.assert_array_equal(first.age, second.age)
-    with pytest.raises(ValueError, match="state: cut off"):
+    with pytest.raises(ValueError, match="state: truncated"):
         second.restore(first.state()[:50])
     second.restore(bytearray(first.state()))
     damaged = bytearray(first.state())
@@ -300,7 +300,7 @@ Call = Callable[[dynmesh.Completer, Any, Any], Any]
         ),
         (
             TypeError,
-            r"out: must be float64, as first_frame was, not float32",
+            r"out: must be float64, the dtype of first_frame, not float32",
             lambda c, p, m: c.push(p, m, out=p.astype(np.float32)),
         ),
         (
@@ -329,17 +329,17 @@ Call = Callable[[dynmesh.Completer, Any, Any], Any]
         ),
         (
             ValueError,
-            r"indices: places 0 and 2 both hold vertex 4",
+            r"indices: vertex 4 is listed twice, at positions 0 and 2",
             lambda c, p, _: c.push_sparse(np.array([4, 7, 4]), p[:3]),
         ),
         (
             ValueError,
-            r"indices: place 1 holds 49, but the mesh has 49 vertices",
+            r"indices: position 1 holds 49, but the mesh has 49 vertices",
             lambda c, p, _: c.push_sparse(np.array([4, 49]), p[:2]),
         ),
         (
             ValueError,
-            r"indices: place 0 holds -1",
+            r"indices: position 0 holds -1",
             lambda c, p, _: c.push_sparse(np.array([-1]), p[:1]),
         ),
         (

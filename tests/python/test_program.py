@@ -162,7 +162,7 @@ def test_whole_frames_before_a_cut_are_written(complete: Any, job: Job, tmp_path
     size = job.partial[0].nbytes
     (tmp_path / "cut.raw").write_bytes(job.raw.read_bytes()[: 4 * size + 100])
     error = complete(tmp_path / "cut.raw", tmp_path / "a.raw", code=1).stderr.decode()
-    assert f"frame 5 ends after 100 of {size} bytes; 4 whole frames came before it" in error
+    assert f"frame 5 ends after 100 of {size} bytes; 4 whole frames preceded it" in error
     assert (tmp_path / "a.raw").read_bytes() == job.completed[: 4 * size]
 
     (tmp_path / "cut.pc2").write_bytes(job.pc2.read_bytes()[: 32 + 4 * size])
@@ -221,7 +221,7 @@ def test_an_interrupt_keeps_the_frames_so_far(
         process.send_signal(number)
         error = process.stderr.read().decode()
         assert process.wait() == code
-    assert "interrupted; the frames so far are written" in error
+    assert "interrupted; all frames completed so far have been written" in error
     cache = out.read_bytes()
     assert struct.unpack(HEADER, cache[:32])[5] == 3
     assert cache[32:] == job.completed[: 3 * job.partial[0].nbytes]
@@ -263,16 +263,21 @@ def test_errors_and_exit_codes(complete: Any, programs: Path, job: Job, tmp_path
     cases: list[tuple[int, Path, list[str | Path], str]] = [
         (1, tmp_path / "none.raw", [], "none.raw: No such file or directory"),
         (1, tmp_path, [], "Is a directory|is a folder"),
-        (1, tmp_path / "empty.pc2", [], "is no PC2 file"),
-        (1, tmp_path / "longer.pc2", [], "goes on after the 18 whole frames that it declares"),
+        (1, tmp_path / "empty.pc2", [], "is not a PC2 file"),
+        (
+            1,
+            tmp_path / "longer.pc2",
+            [],
+            "continues after the 18 whole frames that",
+        ),
         (1, tmp_path / "negative.pc2", [], "declares -5 frames"),
         (1, tmp_path / "other.pc2", [], "has frames of 7 vertices, but the template has 2500"),
-        (1, tmp_path / "renamed.raw", [], "is a PC2 file by its first bytes, not raw frames"),
+        (1, tmp_path / "renamed.raw", [], "begins like a PC2 file, but is read as raw frames"),
         (1, job.raw, ["--template", tmp_path / "none.obj"], "none.obj: cannot be opened"),
         (1, job.raw, ["--template", hole], "line 2 has 'nan'"),
         (1, job.raw, ["--template", wild], "line 4 refers to vertex 9, but there are 3"),
-        (1, job.raw, ["--template", job.raw], "a template is read from .obj, .ply or .off"),
-        (2, tmp_path / "a.npz", [], "frames are read and written as .pc2, or"),
+        (1, job.raw, ["--template", job.raw], "a template must be an .obj, .ply or .off file"),
+        (2, tmp_path / "a.npz", [], "the suffix must be .pc2, or"),
         (2, job.raw, ["--unseen", "vanish"], "--unseen: must be 'hold' or 'follow', not 'vanish'"),
         (2, job.raw, ["--extra-iterations", "many"], "'many' is not a whole number"),
         (2, job.raw, ["--extra-iterations", "-1"], "--extra-iterations: must be from 0"),
@@ -288,7 +293,7 @@ def test_errors_and_exit_codes(complete: Any, programs: Path, job: Job, tmp_path
     complete(tmp_path / "renamed.raw", out, "--overwrite", code=1)
     assert out.read_bytes() == b"precious"
     error = complete(out, out, "--overwrite", code=2).stderr
-    assert b"is the input; completing it in place would lose it" in error
+    assert b"is also the input file, which would be overwritten" in error
     assert b"No space left" in complete(job.raw, "/dev/full", code=1).stderr
     assert not [path for path in tmp_path.iterdir() if path.name.endswith(".part")]
     for some in (["--template", str(job.template)], ["--input", str(job.raw)], []):

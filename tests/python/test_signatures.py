@@ -147,6 +147,6 @@ def test_a_method_of_something_else_is_refused_in_one_line() -> None:
     with pytest.raises(TypeError) as refused:
         push(AN_ARRAY, AN_ARRAY)
     expected = (
-        "push(): an argument is of the wrong kind; it takes (self, points, known=None, *, out=None)"
+        "push(): an argument has the wrong type; it takes (self, points, known=None, *, out=None)"
     )
     assert str(refused.value) == expected

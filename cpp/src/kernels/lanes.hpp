@@ -3,7 +3,8 @@
 /// This header and the files that include it are compiled several times with different
 /// instructions, each time in a namespace of its own; kernels.cpp selects which to run.
 /// Nothing in them may also be instantiated elsewhere, since the linker might then choose the wrong
-/// version. They therefore use no templates and no inline functions of the standard library.
+/// version. Templates and inline functions of the standard library are
+/// therefore not used.
 #pragma once
 
 #include <dynmesh/types.hpp>

@@ -74,7 +74,12 @@ construction = [
     _faces("objects", lambda w: w.faces.astype(object), TypeError, "object"),
     _faces("durations", lambda w: w.faces.astype("m8[s]"), TypeError, "timedelta64"),
     _faces("a masked array", lambda w: np.ma.masked_equal(w.faces, 3), TypeError, _MASKED),
-    _faces("rows of different lengths", [[0, 1, 2], [1, 2]], ValueError, "no array"),
+    _faces(
+        "rows of different lengths",
+        [[0, 1, 2], [1, 2]],
+        ValueError,
+        "cannot be converted to an array",
+    ),
     _faces("quads, (m, 4)", [[0, 1, 8, 7]], ValueError, "(m, 3)", "(1, 4)"),
     _faces("one axis", lambda w: w.faces.ravel(), ValueError, "(m, 3)", "(216,)"),
     _faces("a number", 3, ValueError, "(m, 3)", "()"),
@@ -100,7 +105,12 @@ construction = [
     ),
     _frame("four columns", np.zeros((49, 4)), ValueError, "(k, 3)", "(49, 4)"),
     _frame("a whole sequence", np.zeros((2, 49, 3)), ValueError, "(k, 3)", "(2, 49, 3)"),
-    _frame("rows of different lengths", [[0, 1, 2], [1, 2]], ValueError, "no array"),
+    _frame(
+        "rows of different lengths",
+        [[0, 1, 2], [1, 2]],
+        ValueError,
+        "cannot be converted to an array",
+    ),
     _frame("integers", lambda w: w.vertices.astype(int), TypeError, "int64"),
     _frame("float16", lambda w: w.vertices.astype(np.float16), TypeError, "float16"),
     _frame("float128", lambda w: w.vertices.astype(np.longdouble), TypeError, "float128"),
@@ -242,9 +252,9 @@ def _sparse(given: str, indices: Any, error: type[Exception], *names: str) -> Ca
 
 
 sparse_pushes = [
-    _sparse("one twice", [4, 7, 4], ValueError, "indices:", "places 0 and 2", "vertex 4"),
-    _sparse("one of k", [4, 7, 49], ValueError, "indices: place 2", "49"),
-    _sparse("a negative one", [4, -1, 7], ValueError, "indices: place 1", "-1"),
+    _sparse("one twice", [4, 7, 4], ValueError, "indices: vertex 4", "positions 0 and 2"),
+    _sparse("one of k", [4, 7, 49], ValueError, "indices: position 2", "49"),
+    _sparse("a negative one", [4, -1, 7], ValueError, "indices: position 1", "-1"),
     _sparse("one of 2^40", [4, 7, 2**40], ValueError, "indices: row 2", str(2**40)),
     _sparse("one of 2^63 + 5", np.array([2**63 + 5] * 3, np.uint64), ValueError, str(2**63 + 5)),
     _sparse("one too many", [1, 2, 3, 4], ValueError, "3 rows", "4 indices"),
@@ -303,9 +313,9 @@ resets_and_restores = [
     _reset("1e300", lambda w: w.with_value(1e300), ValueError, "vertex 4", "1e+300"),
     _reset("integers", lambda w: w.points.astype(int), TypeError, "int64"),
     _reset("None", lambda _: None, TypeError, "object"),
-    _restore("empty", lambda _: b"", ValueError, "cut off", "0 bytes"),
+    _restore("empty", lambda _: b"", ValueError, "truncated", "0 bytes"),
     _restore("another file's bytes", lambda _: b"PK" * 500, ValueError, "not a completer state"),
-    _restore("without its last byte", lambda w: _state(w)[:-1], ValueError, "cut off", "2720"),
+    _restore("without its last byte", lambda w: _state(w)[:-1], ValueError, "truncated", "2720"),
     _restore("with one byte more", lambda w: _state(w) + b"x", ValueError, "1 byte"),
     _restore("a flipped bit", lambda w: _flipped(_state(w), 200), ValueError, "damaged"),
     _restore("a flipped bit in its head", lambda w: _flipped(_state(w), 9), ValueError, "2112-bit"),
@@ -337,7 +347,7 @@ resets_and_restores = [
     ),
     _restore("None", lambda _: None, TypeError, "bytes", "NoneType"),
     _restore("text", lambda _: "state", TypeError, "bytes", "str"),
-    _restore("every other byte", lambda w: memoryview(_state(w))[::2], TypeError, "in one piece"),
+    _restore("every other byte", lambda w: memoryview(_state(w))[::2], TypeError, "contiguous"),
     _restore("an array of float64", lambda _: np.zeros(9), TypeError, "bytes"),
 ]
 

@@ -134,7 +134,7 @@ measures = [
     _vertex_error("a frame and a sequence", lambda w: metrics.vertex_error(w.points, w.points[None]), ValueError, "completed:", "(1, 49, 3)", "(49, 3)"),
     _vertex_error("text", lambda w: metrics.vertex_error("abc", w.points), TypeError, "reference:", "<U3"),  # type: ignore[arg-type]
     _summary("nothing", lambda _: metrics.summary(np.zeros(0)), ValueError, "errors:", "empty"),
-    _summary("NaN in it", lambda _: metrics.summary(np.array([0, _NAN])), ValueError, "errors: place 1"),
+    _summary("NaN in it", lambda _: metrics.summary(np.array([0, _NAN])), ValueError, "errors: position 1"),
     _summary("integers", lambda _: metrics.summary(np.arange(3)), TypeError, "errors:", "int64"),  # type: ignore[arg-type]
 ]  # fmt: skip
 
@@ -162,7 +162,7 @@ rivals = [
     _lia("`objective='x'`", lambda w: _interpolation(w, objective="x"), ValueError, "objective:", "'x'", "'harmonic'"),
     _lia("`objective=1`", lambda w: _interpolation(w, objective=1), TypeError, "objective:", "int"),
     _lia("`weights='x'`", lambda w: _interpolation(w, weights="x"), ValueError, "weights:", "'x'", "'uniform'"),
-    _lia("inverse distances of nothing", lambda w: _interpolation(w, weights="inverse_distance"), ValueError, "reference:", "needed"),
+    _lia("inverse distances of nothing", lambda w: _interpolation(w, weights="inverse_distance"), ValueError, "reference:", "is required"),
     _lia("a reference for nothing", lambda w: _interpolation(w, reference=w.points), ValueError, "reference:", "inverse_distance"),
     _class("`n_vertices`: -1", lambda w: baselines.LeastSquaresMesh(w.faces, -1), ValueError, "n_vertices:", "-1"),
     _class("`n_vertices`: text", lambda w: baselines.LeastSquaresMesh(w.faces, "49"), TypeError, "n_vertices:", "str"),  # type: ignore[arg-type]
