@@ -13,8 +13,9 @@ import dynmesh
 from dynmesh.study import charts, pictures, report
 from dynmesh.study.claims import Claims, detail_verdicts, verdicts
 from dynmesh.study.libigl import Arap, Harmonic
-from dynmesh.study.measure import Subject
-from dynmesh.study.plan import Plan, Study, study, trial
+from dynmesh.study.plan import Plan
+from dynmesh.study.sequence_study import Study, study, trial
+from dynmesh.study.subjects import Subject
 
 
 def rivals(mesh: meshes.Mesh) -> dict[str, Any]:
