@@ -100,6 +100,21 @@ def test_the_page_has_a_place_for_each_table(measured: Path) -> None:
     assert sorted(places) == sorted({*named, "instructions"} - set(listed.stdout.split()))
 
 
+def test_every_method_of_the_study_that_the_paper_lacks_is_benchmarked() -> None:
+    program = """
+from dynmesh.study.methods import MOTION
+from dynmesh.study.rivals import BEYOND
+from benchmarks import methods, methods_table
+everywhere = {MOTION, *BEYOND}
+assert everywhere <= set(methods.ALL)
+assert everywhere - set(methods_table.OTHERS) == {methods_table.MOTION, methods_table.DETAIL}
+for shown in (methods.ALL, methods_table.OTHERS):
+    assert len({method.colour for method in shown}) == len(shown)
+"""
+    command = [sys.executable, "-c", program]
+    subprocess.run(command, cwd=REPOSITORY, check=True)
+
+
 def test_a_frame_takes_no_more_instructions_than_recorded(programs: Path) -> None:
     result = benchmarks(programs, "--instructions")
     if result.returncode == 2:  # no valgrind here, or another compiler or processor

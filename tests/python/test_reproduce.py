@@ -105,6 +105,10 @@ def test_the_report_stands_alone_and_judges_every_claim(results: Path) -> None:
     judged = re.findall(r"<td>(?:holds|<b>does not hold</b>)</td>", page)
     assert len(judged) == len(claims) + len(of_detail)
     assert "<td>seen by one camera</td>" in page
+    # The tables show NMSVE in units of 1e-4 diagonals; the JSON file has diagonals.
+    run = numbers["sequences"]["sheet"]["grid"]["motion"]["0.1"]
+    cell = f"{1e4 * run['nmsve_mean']:.3g}; {run['milliseconds_median']:.3g} ms"
+    assert f"<td>motion (dynmesh)</td><td>{cell}</td>" in page
 
 
 def module(name: str, *arguments: str | Path) -> str:

@@ -233,8 +233,8 @@ def _detail_real_time(study: Study) -> tuple[bool, str]:
     runs += [run for (_, key), run in study.scenarios.items() if key == DETAIL.key]
     milliseconds = 1e3 * np.concatenate([run.seconds for run in runs])
     most = float(np.percentile(milliseconds, 95))
-    words = f"95 % of the frames took at most {most:.3g} ms; the slowest took {milliseconds.max():.3g} ms"
-    return most < _REAL_TIME, words
+    words = f"95 % of the frames took at most {most:.3g} ms; the slowest took "
+    return most < _REAL_TIME, f"{words}{milliseconds.max():.3g} ms"
 
 
 def _listed(values: dict[str, float]) -> str:

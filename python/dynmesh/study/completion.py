@@ -16,10 +16,15 @@ class Completion(Protocol):
     """A method that completes one sequence, frame by frame.
 
     Attributes:
-        iterations: the number of iterations of the last frame, or 0 if the method does not iterate.
+        seconds: the time of the last frame if the method measures it itself, else None.
     """
 
-    iterations: int = 0
+    seconds: float | None = None
+
+    @property
+    def iterations(self) -> int:
+        """The number of iterations of the last frame, or 0 if the method does not iterate."""
+        return 0
 
     def reset(self) -> None:
         """Begin again with frame 0."""

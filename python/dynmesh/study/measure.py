@@ -114,10 +114,11 @@ def timed(
     known: Mask,
     clock: Callable[[], float] = time.perf_counter,
 ) -> tuple[Positions, float]:
-    """Complete a frame; return it and the seconds that the call took."""
+    """Complete a frame; return it and the seconds that the method took."""
     start = clock()
     completed = completion.complete(points, known)
-    return completed, clock() - start
+    seconds = clock() - start
+    return completed, seconds if completion.seconds is None else completion.seconds
 
 
 def nmsve(subject: Subject, numbers: Iterable[int], completed: list[Positions]) -> Floats:

@@ -19,13 +19,15 @@ class _Streaming(Completion):
         self._completer = Completer(faces, first_frame, **settings)
         self._completed = first_frame.copy()
 
+    @property
+    def iterations(self) -> int:
+        return self._completer.report.iterations
+
     def reset(self) -> None:
         self._completer.reset(self._first)
 
     def complete(self, points: Positions, known: Mask) -> Positions:
-        completed: Positions = self._completer.push(points, known, out=self._completed)
-        self.iterations = self._completer.report.iterations
-        return completed
+        return self._completer.push(points, known, out=self._completed)
 
 
 class _Alone(Completion):

@@ -77,8 +77,8 @@ def write_report(
         f"<p>Arvanitis, Lalos, Moustakas and Fakotakis: Fast and Effective Dynamic Mesh "
         f"Completion, WSCG 2017. Reproduced by dynmesh {__version__}, {escape(plan)}.</p>"
         "<p>Errors are NMSVE &times; 10⁴ in bounding-box diagonals of frame 0, averaged over all "
-        "frames after frame 0; results.json has them without the factor of 10⁴. Times are the median "
-        "processor time of a frame on this machine, in one thread.</p>",
+        "frames after frame 0; results.json has them without the factor of 10⁴. Times are the "
+        "median processor time of a frame on this machine, in one thread.</p>",
         "<h2>The claims of the paper</h2>",
         html(evidence_table(claims.paper)),
         "<h2>Beyond the paper: detail</h2>",
