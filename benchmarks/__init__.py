@@ -1,1 +1,1 @@
-"""How fast dynmesh is, beside what else one could use: ``python -m benchmarks``."""
+"""The speed of dynmesh, compared with other methods: ``python -m benchmarks``."""

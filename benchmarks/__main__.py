@@ -1,10 +1,10 @@
-"""Measures how fast dynmesh is, beside what else one could use.
+"""Measures the speed of dynmesh, compared with other methods.
 
     script/bench [--quick] [--docs] [--only SECTION ...] [--out FOLDER]
     script/bench --instructions
 
-Prints tables in Markdown; writes them, figures and everything that was measured to FOLDER. What
-cannot run here stands as a dash, and is named on standard error with the reason.
+Tables are printed in Markdown. They, the figures and all measurements are also written to FOLDER.
+What cannot run here is shown as a dash, and standard error names the reason.
 """
 
 import argparse
@@ -14,11 +14,13 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from dynmesh.study.methods import MOTION
+
 from . import cpp_calls, instructions, latency, overhead, page, plots, scenes, sizes
 from .comparison import compare
-from .plan import Plan
+from .methods import ON_ONE_THREAD, TWO_THREADS
+from .plan import SpeedPlan
 from .results import Results, machine
-from .rivals import DYNMESH, ON_ONE_THREAD, TWO_THREADS
 from .tables import tables
 
 SECTIONS = (
@@ -35,18 +37,22 @@ SECTIONS = (
 
 
 def main() -> None:
-    """Measures what is asked for."""
+    """Run the sections that the arguments name."""
     arguments = _arguments()
     if arguments.instructions or arguments.record_instructions:
         sys.exit(_count_instructions(record=arguments.record_instructions))
     if arguments.results is not None:
         results = Results.read(arguments.results)
     else:
-        plan = Plan.smallest() if arguments.tiny else Plan.quick() if arguments.quick else Plan()
+        plan = SpeedPlan()
+        if arguments.tiny:
+            plan = SpeedPlan.smallest()
+        elif arguments.quick:
+            plan = SpeedPlan.quick()
         results = measure(plan, arguments.only or SECTIONS)
         results.write(arguments.out / "results.json")
     for what, why in results.missing.items():
-        print(f"without {what}: {why}", file=sys.stderr)
+        print(f"left out: {what}: {why}", file=sys.stderr)
     made = tables(results)
     text = "\n\n".join(f"**{name}**\n\n{table}" for name, table in made.items())
     print(text)
@@ -61,24 +67,36 @@ def main() -> None:
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="script/bench", description=__doc__.split("\n")[0])
     size = parser.add_mutually_exclusive_group()
-    size.add_argument("--quick", action="store_true", help="in about a minute")
-    size.add_argument("--tiny", action="store_true", help="small meshes, to see that it runs")
-    parser.add_argument("--only", nargs="+", choices=SECTIONS, help="leave out the others")
-    parser.add_argument("--out", type=Path, default=Path("build/bench/results"))
-    parser.add_argument("--results", type=Path, help="results.json of a run, to measure nothing")
+    size.add_argument("--quick", action="store_true", help="measure less, in about a minute")
+    size.add_argument(
+        "--tiny", action="store_true", help="use small meshes, to check that everything runs"
+    )
+    parser.add_argument("--only", nargs="+", choices=SECTIONS, help="run these sections only")
+    parser.add_argument(
+        "--out", type=Path, default=Path("build/bench/results"), help="where to write the results"
+    )
+    parser.add_argument(
+        "--results",
+        type=Path,
+        help="results.json of an earlier run to show again",
+    )
     parser.add_argument("--docs", action="store_true", help="rewrite docs/speed.md and its figures")
     counting = parser.add_mutually_exclusive_group()
     counting.add_argument(
-        "--instructions", action="store_true", help="compare counts with the reference, no more"
+        "--instructions",
+        action="store_true",
+        help="only compare instruction counts",
     )
     counting.add_argument(
-        "--record-instructions", action="store_true", help="make the counts the reference"
+        "--record-instructions",
+        action="store_true",
+        help="record instruction counts",
     )
     return parser.parse_args()
 
 
-def measure(plan: Plan, sections: tuple[str, ...] | list[str]) -> Results:
-    """Runs sections, and says on standard error which one."""
+def measure(plan: SpeedPlan, sections: tuple[str, ...] | list[str]) -> Results:
+    """Run sections, and print on standard error how long each took."""
     results = Results(machine())
     missing = results.missing
     scene = scenes.low_resolution(plan)
@@ -91,7 +109,7 @@ def measure(plan: Plan, sections: tuple[str, ...] | list[str]) -> Results:
 
     def on_permuted(scene: scenes.Scene, laps: int) -> None:
         results.comparison += compare(
-            scene.permuted(), laps, 0, missing, methods=[DYNMESH, TWO_THREADS], with_error=False
+            scene.permuted(), laps, 0, missing, methods=[MOTION, TWO_THREADS], with_error=False
         )
 
     def on_largest() -> None:
@@ -134,7 +152,7 @@ def measure(plan: Plan, sections: tuple[str, ...] | list[str]) -> Results:
 
 
 def _count_instructions(*, record: bool) -> int:
-    """Returns the exit code: 1 for a changed count, 2 where there is nothing to compare."""
+    """Return the exit code: 1 if a count has grown, 2 if there is nothing to compare with."""
     try:
         counts = instructions.measure()
         if record:

@@ -1,4 +1,4 @@
-"""dynmesh beside its rivals on the same frames, and how well each of them does."""
+"""The time and error of methods on the same frames."""
 
 import gc
 from collections.abc import Iterable, Iterator
@@ -7,30 +7,31 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-import dynmesh
-from dynmesh.metrics import bounding_box_diagonal
 from dynmesh.sequence import Mask, Positions
+from dynmesh.study.completion import Completion, Method
+from dynmesh.study.measure import nmsve, timed
+from dynmesh.study.methods import MOTION
 
-from .rivals import ALL, COPY, DYNMESH, FAST, SLOW, Dynmesh, Method, prepare
+from .methods import ALL, BY_KEY, FAST, SLOW, begin
 from .scenes import Scene
 
 
 @dataclass
 class Measurement:
-    """One method on one scene with one mask.
+    """One method on one scene with one loss.
 
     Attributes:
-        part: of the scene.
-        scene: its name.
-        numbering: of its vertices.
-        mask: how vertices are lost.
-        method: by its name in `rivals`.
-        n_vertices: k.
-        known: mean share of known vertices.
-        generations: mean over the frames.
-        seconds: of every frame completed, in the order in which it happened; empty where the
-            method cannot run here.
-        nmsve: of frames 1, 2, ..., in bounding-box diagonals; empty where nothing is completed.
+        part: the part of the measurements that the scene belongs to.
+        scene: the name of the scene.
+        numbering: the order of its vertices.
+        mask: the name of the loss.
+        method: the key of the method.
+        n_vertices: the number of vertices.
+        known: the mean share of known vertices.
+        generations: the mean number of generations of a frame.
+        seconds: the wall time of every frame, in the order in which frames were completed. Empty if
+            the method cannot run here.
+        nmsve: NMSVE of frames 1, 2, ..., in bounding-box diagonals. Empty if it was not measured.
     """
 
     part: str
@@ -51,83 +52,84 @@ def compare(
     slow_frames: int,
     missing: dict[str, str],
     *,
-    methods: Iterable[str] = ALL,
+    methods: Iterable[Method] = ALL,
     with_error: bool = True,
 ) -> Iterator[Measurement]:
-    """Measures methods with every mask of a scene.
+    """Measure methods with every loss of a scene.
 
-    The fast methods complete all frames in every lap, and once before to find their errors; the
-    frames of the slow ones are spread between the laps, so that a disturbance meets all. A method
-    completes many frames in a row, as in use: the processor's caches then hold its own data.
+    The fast methods complete all frames in every lap, and once before to measure their errors. The
+    frames of the slow ones are spread between the laps, so that a disturbance affects all methods.
+    Each method completes many frames in a row, as in use, when its data are in the caches of the
+    processor.
 
     Args:
         scene: the frames.
-        laps: of the fast methods.
-        slow_frames: that the slow methods complete; 0 leaves them out.
-        missing: is told which methods cannot run here, and why.
-        methods: their names; dynmesh must be among them.
+        laps: the number of times that the fast methods complete all frames.
+        slow_frames: the number of frames that the slow methods complete; 0 leaves these out.
+        missing: gets the methods that cannot run here, and why.
+        methods: the methods, motion among them.
         with_error: whether NMSVE is measured.
     """
-    wanted = [name for name in methods if name in FAST or slow_frames]
-    fast = prepare(scene, FAST, wanted, missing)
-    slow = prepare(scene, SLOW, wanted, missing)
+    wanted = [method for method in methods if method in FAST or slow_frames]
+    fast = begin(scene, [method for method in wanted if method in FAST], missing)
+    slow = begin(scene, [method for method in wanted if method in SLOW], missing)
+    frames = scene.subject.vertices
     for mask, known in scene.masks.items():
         about = scene.part, scene.name, scene.numbering, mask
         share = float(known[1:].mean())
-        generations, nmsve = _complete_once(scene, fast, known, with_error=with_error)
+        generations, errors = _complete_once(scene, fast, known, with_error=with_error)
         results = {
-            name: Measurement(*about, name, scene.n_vertices, share, generations) for name in wanted
+            method.key: Measurement(*about, method.key, scene.n_vertices, share, generations)
+            for method in wanted
         }
-        for name, of_frames in nmsve.items():
-            results[name].nmsve = of_frames
-        for method in slow.values():
-            method.reset()
+        for key, of_frames in errors.items():
+            results[key].nmsve = of_frames
+        for completion in slow.values():
+            completion.reset()
         for part in np.array_split(np.arange(1, len(known))[:slow_frames], laps):
             with no_collection():
-                for name, method in fast.items():
-                    method.reset()
+                for key, completion in fast.items():
+                    completion.reset()
                     for number in range(1, len(known)):
-                        seconds = method.complete(scene.frames[number], known[number])
-                        results[name].seconds.append(seconds)
-                for name, method in slow.items():
+                        _, seconds = timed(completion, frames[number], known[number])
+                        results[key].seconds.append(seconds)
+                for key, completion in slow.items():
                     for number in part:
-                        seconds = method.complete(scene.frames[number], known[number])
-                        results[name].seconds.append(seconds)
+                        completed, seconds = timed(completion, frames[number], known[number])
+                        results[key].seconds.append(seconds)
                         if with_error:
-                            results[name].nmsve += errors(scene, [number], [method.completed])
+                            results[key].nmsve += _errors(scene, [number], [completed])
         yield from results.values()
 
 
 def _complete_once(
-    scene: Scene, methods: dict[str, Method], known: Mask, *, with_error: bool
+    scene: Scene, completions: dict[str, Completion], known: Mask, *, with_error: bool
 ) -> tuple[float, dict[str, list[float]]]:
-    """Mean generations of dynmesh, and the NMSVE of each method's frames."""
+    """Return the mean number of generations, and the NMSVE of the frames of each method."""
     generations: list[int] = []
-    nmsve = {}
+    errors = {}
     numbers = range(1, len(known))
-    for name, method in methods.items():
+    for key, completion in completions.items():
         completed = []
-        method.reset()
+        completion.reset()
         for number in numbers:
-            method.complete(scene.frames[number], known[number])
-            completed.append(method.completed.copy())
-            if name == DYNMESH and isinstance(method, Dynmesh):
-                generations.append(method.completer.report.iterations)
-        if with_error and name != COPY:
-            nmsve[name] = errors(scene, numbers, completed)
-    return float(np.mean(generations)), nmsve
+            points = scene.subject.vertices[number]
+            completed.append(completion.complete(points, known[number]).copy())
+            if key == MOTION.key:
+                generations.append(completion.iterations)
+        if with_error and BY_KEY[key].completes:
+            errors[key] = _errors(scene, numbers, completed)
+    return float(np.mean(generations)), errors
 
 
-def errors(scene: Scene, numbers: Iterable[int], completed: list[Positions]) -> list[float]:
-    """NMSVE of completed frames in bounding-box diagonals of frame 0."""
-    truth = scene.frames[list(numbers)].astype(np.float64)
-    nmsve = dynmesh.metrics.nmsve(scene.faces, truth, np.stack(completed).astype(np.float64))
-    return [float(error) for error in nmsve / bounding_box_diagonal(scene.frames[0])]
+def _errors(scene: Scene, numbers: Iterable[int], completed: list[Positions]) -> list[float]:
+    frames = [frame.astype(np.float32) for frame in completed]
+    return [float(error) for error in nmsve(scene.subject, numbers, frames)]
 
 
 @contextmanager
 def no_collection() -> Iterator[None]:
-    """Keeps Python's garbage collector from what is timed."""
+    """Keep the garbage collector of Python from running during a measurement."""
     gc.collect()
     gc.disable()
     try:

@@ -1,55 +1,63 @@
-"""dynmesh beside its rivals, as tables in Markdown."""
+"""Tables that compare methods, in Markdown."""
 
 from collections.abc import Iterable
 from itertools import groupby
 
-from .comparison import Measurement
-from .markdown import (
+from dynmesh.study.methods import DETAIL, MOTION
+from dynmesh.study.rivals import COPY
+from dynmesh.study.tables import (
+    NMSVE_NAME,
     Line,
     bold_below_one,
+    markdown,
     mean,
     median,
     milliseconds,
+    nmsve_cell,
     number,
     quartiles,
     ratio,
-    table,
 )
-from .rivals import COPY, DETAIL, DYNMESH, SLOW, TWO_THREADS
+
+from .comparison import Measurement
+from .methods import BY_KEY, SLOW, TWO_THREADS
+
+_SLOW_KEYS = {method.key for method in SLOW}
+
+
+def is_slow(row: Measurement) -> bool:
+    """Return whether a method solves a system for each frame."""
+    return row.method in _SLOW_KEYS
+
+
+def label(row: Measurement) -> str:
+    """Return the name of a method in tables."""
+    return BY_KEY[row.method].label
 
 
 def ratios(rows: list[Measurement]) -> str:
-    """The times of all methods over each other: dynmesh against the copy, the rest against it."""
+    """Tabulate the times relative to motion, and that of motion relative to the copy."""
     masks = list(dict.fromkeys(row.mask for row in rows))
     times = {(row.method, row.mask): median(row.seconds) for row in rows}
+    own = [times[MOTION.key, mask] for mask in masks]
     first = rows[0]
     lines: list[Line] = [(f"{first.scene}, {first.n_vertices} vertices", *masks)]
-    lines.append(("dynmesh, ms", *(milliseconds(times[DYNMESH, mask]) for mask in masks)))
-    for method in dict.fromkeys(row.method for row in rows if row.method != DYNMESH):
-        slower = [ratio(times[method, mask], times[DYNMESH, mask]) for mask in masks]
-        faster = [ratio(times[DYNMESH, mask], times[method, mask]) for mask in masks]
-        if method == COPY:
-            lines.append((f"dynmesh, times a {COPY}", *faster))
-        elif method == TWO_THREADS:
-            lines.append((f"{TWO_THREADS}, times faster", *faster))
+    lines.append((f"{MOTION.label}, ms", *map(milliseconds, own)))
+    for key in dict.fromkeys(row.method for row in rows if row.method != MOTION.key):
+        theirs = [times[key, mask] for mask in masks]
+        if key == COPY.key:
+            lines.append((f"motion, times a {COPY.label}", *map(ratio, own, theirs)))
+        elif key == TWO_THREADS.key:
+            lines.append((f"{TWO_THREADS.label}, times faster", *map(ratio, own, theirs)))
         else:
-            lines.append((f"{method}, times dynmesh", *slower))
-    return table(lines)
+            lines.append((f"{BY_KEY[key].label}, times motion", *map(ratio, theirs, own)))
+    return markdown(lines)
 
 
 def comparison(rows: list[Measurement]) -> str:
-    """Everything about one mesh."""
-    lines: list[Line] = [
-        (
-            "lost by",
-            "method",
-            "median, ms",
-            "quartiles, ms",
-            "ns a vertex",
-            "times dynmesh",
-            "NMSVE x 1e4",
-        )
-    ]
+    """Tabulate all measurements on one mesh."""
+    columns = ("median, ms", "quartiles, ms", "ns a vertex", "times motion", NMSVE_NAME)
+    lines: list[Line] = [("lost by", "method", *columns)]
     for _, group in groupby(rows, key=lambda row: row.mask):
         of_mask = list(group)
         reference = median(of_mask[0].seconds)
@@ -59,97 +67,98 @@ def comparison(rows: list[Measurement]) -> str:
             title = f"{row.mask} ({row.known:.0%} known, {row.generations:.3g} generations)"
             lines.append(
                 (
-                    title if row.method == DYNMESH else "",
-                    row.method,
+                    title if row.method == MOTION.key else "",
+                    label(row),
                     milliseconds(usual),
                     quartiles(row.seconds),
                     number(1e9 * usual / row.n_vertices),
                     ratio(usual, reference),
-                    number(1e4 * mean(row.nmsve[:frames])),
+                    nmsve_cell(mean(row.nmsve[:frames])),
                 )
             )
-    return table(lines)
+    return markdown(lines)
 
 
 def errors(rows: list[Measurement]) -> str:
-    """The rivals' errors over dynmesh's; bold where a rival is better."""
+    """Tabulate the errors relative to motion, in bold if they are smaller."""
     masks, means = _mean_errors(rows)
     lines: list[Line] = [("NMSVE", *masks)]
-    lines.append(("dynmesh, x 1e4", *(number(1e4 * means[DYNMESH, mask]) for mask in masks)))
-    for method in _slow(rows):
-        lines.append((f"{method}, times dynmesh", *_rival_errors(means, method, DYNMESH, masks)))
-    return table(lines)
+    own = [means[MOTION.key, mask] for mask in masks]
+    lines.append((f"{MOTION.label}, x 1e4", *map(nmsve_cell, own)))
+    for key in _slow(rows):
+        cells = _relative_errors(means, key, MOTION.key, masks)
+        lines.append((f"{BY_KEY[key].label}, times motion", *cells))
+    return markdown(lines)
 
 
 def beside_detail(rows: list[Measurement]) -> str:
-    """Times and errors over those of method detail; bold where a rival is better."""
+    """Tabulate times and errors relative to detail, in bold if they are smaller."""
     masks, means = _mean_errors(rows)
     times = {(row.method, row.mask): median(row.seconds) for row in rows}
-    rivals = [method for method in _slow(rows) if method != DETAIL]
+    rivals = [key for key in _slow(rows) if key != DETAIL.key]
+    own = [times[DETAIL.key, mask] for mask in masks]
     lines: list[Line] = [("beside detail", *masks)]
-    lines.append(("time of detail, ms", *(milliseconds(times[DETAIL, mask]) for mask in masks)))
-    for method in rivals:
-        longer = [times[method, mask] / times[DETAIL, mask] for mask in masks]
-        lines.append((f"time of {method}, times detail", *map(bold_below_one, longer)))
-    lines.append(("NMSVE of detail, x 1e4", *(number(1e4 * means[DETAIL, mask]) for mask in masks)))
-    for method in (DYNMESH, *rivals):
-        name = "motion" if method == DYNMESH else method
-        cells = _rival_errors(means, method, DETAIL, masks)
-        lines.append((f"NMSVE of {name}, times detail", *cells))
-    return table(lines)
+    lines.append(("time of detail, ms", *map(milliseconds, own)))
+    for key in rivals:
+        cells = [bold_below_one(times[key, mask] / times[DETAIL.key, mask]) for mask in masks]
+        lines.append((f"time of {BY_KEY[key].label}, times detail", *cells))
+    own = [means[DETAIL.key, mask] for mask in masks]
+    lines.append(("NMSVE of detail, x 1e4", *map(nmsve_cell, own)))
+    for key in (MOTION.key, *rivals):
+        cells = _relative_errors(means, key, DETAIL.key, masks)
+        lines.append((f"NMSVE of {BY_KEY[key].label}, times detail", *cells))
+    return markdown(lines)
 
 
 def verdict(rows: list[Measurement]) -> str:
-    """Which rivals are faster, in a sentence."""
-    own = {(row.part, row.mask): median(row.seconds) for row in rows if row.method == DYNMESH}
+    """Say which methods are faster than motion."""
+    own = {(row.part, row.mask): median(row.seconds) for row in rows if row.method == MOTION.key}
     faster = [
-        f"{row.method} on {row.scene} ({row.mask})"
+        f"{label(row)} on {row.scene} ({row.mask})"
         for row in rows
-        if row.method in SLOW and row.seconds and median(row.seconds) < own[row.part, row.mask]
+        if is_slow(row) and row.seconds and median(row.seconds) < own[row.part, row.mask]
     ]
-    return f"Faster than dynmesh: {', '.join(faster) or 'none of them, anywhere in this run'}."
+    return f"Faster than motion: {', '.join(faster) or 'no other method in this run'}."
 
 
 def detail_verdict(rows: list[Measurement]) -> str:
-    """Which rivals are more accurate than detail, in a sentence."""
+    """Say which methods are more accurate than detail."""
     better = []
     for _, group in groupby(rows, key=lambda row: row.part):
         of_part = list(group)
         masks, means = _mean_errors(of_part)
-        for method in _slow(of_part):
-            lost = [mask for mask in masks if means[method, mask] < means[DETAIL, mask]]
+        for key in _slow(of_part):
+            lost = [mask for mask in masks if means[key, mask] < means[DETAIL.key, mask]]
             if lost:
-                better.append(f"{method} on {of_part[0].scene} ({', '.join(lost)})")
-    return (
-        f"More accurate than detail: {'; '.join(better) or 'none of them, anywhere in this run'}."
-    )
+                better.append(f"{BY_KEY[key].label} on {of_part[0].scene} ({', '.join(lost)})")
+    return f"More accurate than detail: {'; '.join(better) or 'no other method in this run'}."
 
 
 def numbering(rows: list[Measurement]) -> str:
-    """Vertices numbered at random against their own numbers."""
+    """Tabulate the times with vertices in random order and in their own order."""
     times = {(r.n_vertices, r.mask, r.method, r.numbering): median(r.seconds) for r in rows}
     lines: list[Line] = [("vertices", "lost by", "method", "natural, ms", "permuted, ms", "ratio")]
     for row in rows:
-        if row.numbering != "permuted" or row.method not in (DYNMESH, TWO_THREADS):
+        if row.numbering != "permuted" or row.method not in (MOTION.key, TWO_THREADS.key):
             continue
         natural = times[row.n_vertices, row.mask, row.method, "natural"]
         permuted = median(row.seconds)
         times_here = milliseconds(natural), milliseconds(permuted), ratio(permuted, natural)
-        lines.append((str(row.n_vertices), row.mask, row.method, *times_here))
-    return table(lines)
+        lines.append((str(row.n_vertices), row.mask, label(row), *times_here))
+    return markdown(lines)
 
 
 def _common_frames(rows: Iterable[Measurement]) -> int:
-    """How many first frames all methods completed."""
+    """Return the number of frames, counted from the first, that all methods completed."""
     return min((len(row.nmsve) for row in rows if row.nmsve), default=0)
 
 
 def _slow(rows: Iterable[Measurement]) -> list[str]:
-    return list(dict.fromkeys(row.method for row in rows if row.method in SLOW))
+    return list(dict.fromkeys(row.method for row in rows if is_slow(row)))
 
 
 def _mean_errors(rows: list[Measurement]) -> tuple[list[str], dict[tuple[str, str], float]]:
-    """The masks, and the mean NMSVE by method and mask, over the frames all methods completed."""
+    """Return the masks, and the mean NMSVE by method and mask over the common frames."""
     masks = list(dict.fromkeys(row.mask for row in rows))
     means: dict[tuple[str, str], float] = {}
     for mask in masks:
@@ -159,7 +168,7 @@ def _mean_errors(rows: list[Measurement]) -> tuple[list[str], dict[tuple[str, st
     return masks, means
 
 
-def _rival_errors(
+def _relative_errors(
     means: dict[tuple[str, str], float], method: str, reference: str, masks: list[str]
 ) -> list[str]:
     return [bold_below_one(means[method, mask] / means[reference, mask]) for mask in masks]

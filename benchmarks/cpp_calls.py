@@ -1,10 +1,10 @@
-"""The C++ calls by Google Benchmark: see cpp/push_benchmark.cpp."""
+"""The time of the C++ calls, measured by Google Benchmark in cpp/push_benchmark.cpp."""
 
 import json
 import subprocess
 from dataclasses import dataclass
 
-from .plan import Plan
+from .plan import SpeedPlan
 from .subjects import require
 
 CALLS = ("push_mask", "push_nan", "push_sparse", "plain", "copy")
@@ -12,13 +12,13 @@ CALLS = ("push_mask", "push_nan", "push_sparse", "plain", "copy")
 
 @dataclass
 class CppCall:
-    """One benchmark.
+    """The times of one C++ call.
 
     Attributes:
-        call: one of `CALLS`.
-        n_vertices: k.
-        known: share in per cent.
-        seconds: of a call, one for each repetition.
+        call: the name of the call, one of `CALLS`.
+        n_vertices: the number of vertices.
+        known: the share of known vertices in per cent.
+        seconds: the time of a call, for each repetition.
     """
 
     call: str
@@ -27,8 +27,12 @@ class CppCall:
     seconds: list[float]
 
 
-def measure(plan: Plan) -> list[CppCall]:
-    """Runs all of them, their repetitions in random order. ImportError where they are not built."""
+def measure(plan: SpeedPlan) -> list[CppCall]:
+    """Measure all calls, with their repetitions in random order.
+
+    Raises:
+        ImportError: the C++ benchmarks are not built.
+    """
     command = [
         str(require("dynmesh-benchmark")),
         "--benchmark_format=json",

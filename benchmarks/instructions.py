@@ -1,7 +1,7 @@
-"""Instructions of one frame, by callgrind: a number that noise does not touch.
+"""The instructions of one frame, counted by callgrind.
 
-It depends on the compiler and on the processor's level, so instructions.json holds a reference for
-each pair that somebody recorded.
+The count does not depend on what else the machine does. It depends on the compiler and on the level
+of the processor, so instructions.json has a reference for each pair that has been recorded.
 """
 
 import json
@@ -21,11 +21,11 @@ REFERENCE = Path(__file__).with_name("instructions.json")
 
 @dataclass
 class Counts:
-    """What was counted.
+    """The counts of one build.
 
     Attributes:
-        build: compiler and level of the processor.
-        per_frame: by mask, on a sheet of 10 000 vertices.
+        build: the compiler and the level of the processor.
+        per_frame: the instructions by mask, on a sheet of 10 000 vertices.
     """
 
     build: str
@@ -33,9 +33,13 @@ class Counts:
 
 
 def measure(masks: tuple[str, ...] = MASKS) -> Counts:
-    """Counts. ImportError where the program is not built or valgrind is not there."""
+    """Count the instructions of a frame with each mask.
+
+    Raises:
+        ImportError: the program is not built, or valgrind is not installed.
+    """
     if shutil.which("valgrind") is None:
-        raise ImportError("valgrind is not installed: script/bench installs it")
+        raise ImportError("valgrind is not installed; script/bench installs it")
     per_frame = {}
     build = ""
     for mask in masks:
@@ -54,7 +58,7 @@ def _count(program: Path, mask: str) -> tuple[str, int]:
 
 
 def references() -> dict[str, dict[str, int]]:
-    """The recorded counts by build and mask."""
+    """Return the recorded counts by build and mask."""
     if not REFERENCE.exists():
         return {}
     recorded: dict[str, dict[str, int]] = json.loads(REFERENCE.read_text())
@@ -62,21 +66,21 @@ def references() -> dict[str, dict[str, int]]:
 
 
 def record(counts: Counts) -> None:
-    """Makes these counts the reference of their build."""
+    """Record these counts as the reference of their build."""
     recorded = references() | {counts.build: counts.per_frame}
     REFERENCE.write_text(json.dumps(recorded, indent=2) + "\n")
 
 
 def changes(counts: Counts) -> list[str]:
-    """Says for which masks a frame takes more instructions than the reference.
+    """Describe the masks for which a frame takes more instructions than the reference.
 
     Raises:
-        LookupError: nobody recorded a reference for this build.
+        LookupError: no reference has been recorded for this build.
     """
     recorded = references()
     if counts.build not in recorded:
         raise LookupError(
-            f"no reference for {counts.build}: script/bench --record-instructions makes one"
+            f"no reference for {counts.build}; script/bench --record-instructions records one"
         )
     found = []
     for mask, count in counts.per_frame.items():

@@ -1,4 +1,4 @@
-"""How long the slowest of many frames take, and with what page faults."""
+"""The times of the slowest of many frames, and their page faults."""
 
 import os
 import resource
@@ -10,28 +10,28 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .plan import Plan
+from .plan import SpeedPlan
 from .scenes import Scene
 from .subjects import CppSubject
 
 _MASKS = ("30 %", "camera")
 QUANTILES = tuple(float(q) for q in 100 * (1 - 10 ** -np.linspace(0.0, 4.0, 41)))
-"""In per cent, closer and closer to all."""
+"""In per cent, ever closer to 100."""
 
 
 @dataclass
 class Latency:
-    """Many frames, pushed one after another in C++.
+    """Many frames that were pushed one after another in C++.
 
     Attributes:
-        mask: how vertices are lost.
-        n_vertices: of the mesh.
-        threads: of the completer.
-        others: what the other processors do, "idle" or "busy".
-        n_frames: how many were pushed.
-        percentiles: seconds, by the share of frames in per cent that took no longer.
-        minor_faults: page faults of all these frames; the ones before are not counted.
-        major_faults: of them, those that went to the disk.
+        mask: the name of the loss.
+        n_vertices: the number of vertices.
+        threads: the number of threads of the completer.
+        others: the state of the other processors, "idle" or "busy".
+        n_frames: the number of frames.
+        percentiles: the seconds that a share of the frames, in per cent, took at most.
+        minor_faults: the page faults of these frames that needed no access to the disk.
+        major_faults: the page faults that needed one.
     """
 
     mask: str
@@ -44,8 +44,10 @@ class Latency:
     major_faults: int
 
 
-def measure(small: Scene, large: Scene, plan: Plan, missing: dict[str, str]) -> Iterator[Latency]:
-    """With other processors idle and busy; the large mesh also with two threads, which share it."""
+def measure(
+    small: Scene, large: Scene, plan: SpeedPlan, missing: dict[str, str]
+) -> Iterator[Latency]:
+    """Measure with other processors idle and busy, and the large mesh also with two threads."""
     few = max(plan.latency_frames // 4, 1)
     for scene, threads, n_frames in (
         (small, 1, plan.latency_frames),
@@ -67,7 +69,7 @@ def _push_all(
     scene: Scene, subject: CppSubject, mask: str, threads: int, others: str, n_frames: int
 ) -> Latency:
     known = scene.masks[mask]
-    # To the last frame and back again, so that the motion has no jumps.
+    # The frames are played forwards and backwards, so that the motion does not jump.
     there = np.arange(1, len(known))
     there_and_back = np.concatenate([there, there[-2:0:-1]])
     order = np.resize(there_and_back, n_frames).astype(np.int64)
@@ -92,7 +94,7 @@ def _push_all(
 
 @contextmanager
 def busy_processors(busy: bool) -> Iterator[None]:
-    """Keeps every processor but one busy, if asked to."""
+    """Keep every processor but one busy if `busy` is true."""
     count = (os.cpu_count() or 1) - 1 if busy else 0
     spin = [sys.executable, "-c", "while True: pass"]
     spinning = [subprocess.Popen(spin) for _ in range(count)]

@@ -1,10 +1,10 @@
-"""Prints the error of both readings of the paper's weights, and of method detail, as a table.
+"""Prints the error of both readings of the weights and of detail on recordings, as a table.
 
     python -m benchmarks.nmsve_table FOLDER [NAME ...]
 
-FOLDER holds sequences as .npz. Each is scaled to a unit bounding-box diagonal of its first frame
-and completed from random vertices, picked anew in each of its first 100 frames; shown is the mean
-of NMSVE times 10 000.
+FOLDER contains sequences in files NAME.npz. The first 100 frames of each are scaled to a
+bounding-box diagonal of 1 and completed in double precision from vertices that are known at random.
+The table shows the mean NMSVE times 10 000.
 """
 
 import argparse
@@ -13,33 +13,32 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import track
 
-import dynmesh
-from dynmesh.streaming import Settings
-from dynmesh.study.plan import PAPER_SHARES
-
-from .cycles import error_of_cycles
-from .markdown import Line, table
+from dynmesh.study.losses import PAPER_SHARES, random_masks
+from dynmesh.study.measure import run
+from dynmesh.study.methods import DETAIL, MOTION, ONCE
+from dynmesh.study.subjects import from_file
+from dynmesh.study.tables import Line, markdown, nmsve_cell
 
 FRAMES = 100
 
-READINGS: tuple[Settings, ...] = ({}, {"revisit": False}, {"method": "detail"})
+METHODS = {"re-estimated": MOTION, "once only": ONCE, "detail": DETAIL}
 
 
 def main() -> None:
-    """Measures and prints."""
+    """Measure, and print the table."""
     parser = argparse.ArgumentParser(description="The error of both readings of the weights.")
     parser.add_argument("folder", type=Path)
     parser.add_argument("names", nargs="*", default=["crane", "horse_gallop"])
     parser.add_argument("--seed", type=int, default=0)
     arguments = parser.parse_args()
     rows = [(name, share) for name in arguments.names for share in PAPER_SHARES]
-    lines: list[Line] = [("data", "known", "re-estimated", "once only", "detail")]
+    lines: list[Line] = [("data", "known", *METHODS)]
     for name, share in track(rows, console=Console(stderr=True)):
-        sequence = dynmesh.read(arguments.folder / f"{name}.npz")
-        start = dynmesh.Sequence(sequence.vertices[:FRAMES], sequence.faces)
-        errors = [next(error_of_cycles(start, share, s, seed=arguments.seed)) for s in READINGS]
-        lines.append((name, f"{share:.0%}", *(f"{1e4 * error:.3g}" for error in errors)))
-    print(table(lines))
+        subject = from_file(arguments.folder / f"{name}.npz", FRAMES).scaled()
+        masks = list(random_masks(subject, share, arguments.seed))
+        runs = [run(subject, method, masks) for method in METHODS.values()]
+        lines.append((name, f"{share:.0%}", *(nmsve_cell(r.nmsve.mean()) for r in runs)))
+    print(markdown(lines))
 
 
 if __name__ == "__main__":

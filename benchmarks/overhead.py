@@ -1,4 +1,4 @@
-"""What Python adds to the C++ call."""
+"""What a call from Python takes longer than the same call in C++."""
 
 import time
 from collections.abc import Callable
@@ -12,7 +12,7 @@ import dynmesh
 from dynmesh.sequence import Mask
 
 from .comparison import no_collection
-from .plan import Plan
+from .plan import SpeedPlan
 from .scenes import Faces, Frames, Scene
 from .subjects import CppSubject
 
@@ -21,14 +21,14 @@ _SHARE = "50 %"
 
 @dataclass
 class Overhead:
-    """One way to call, from Python and in C++, in turns.
+    """One way to call, measured alternately from Python and in C++.
 
     Attributes:
-        mesh: its name.
-        n_vertices: k.
-        call: "mask", "NaN" or "sparse".
-        python: seconds of a call, a median for each round.
-        cpp: likewise.
+        mesh: the name of the mesh.
+        n_vertices: the number of vertices.
+        call: how known vertices are given, "mask", "NaN" or "sparse".
+        python: the median seconds of a call from Python, for each round.
+        cpp: the median seconds of the same call in C++, for each round.
     """
 
     mesh: str
@@ -38,8 +38,8 @@ class Overhead:
     cpp: list[float]
 
 
-def measure(scene: Scene, plan: Plan) -> list[Overhead]:
-    """On a strip of 12 vertices, where nearly all is overhead, and on the frames of a scene."""
+def measure(scene: Scene, plan: SpeedPlan) -> list[Overhead]:
+    """Measure a strip of 12 vertices, where nearly all is overhead, and the frames of a scene."""
     known = scene.masks[_SHARE]
     number = np.arange(10, dtype=np.int32)
     flipped = number % 2
@@ -58,7 +58,7 @@ class _Calls:
     faces: Faces
     frames: Frames
     known: Mask
-    calls_per_frame: int  # in a row, where a single one is too short for the clock
+    calls_per_frame: int  # more than one if a single call is too short for the clock
     rounds: int
 
     def measure(self) -> list[Overhead]:

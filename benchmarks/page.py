@@ -1,11 +1,11 @@
-"""Puts tables into docs/speed.md, between comments that name them."""
+"""Replaces the tables of docs/speed.md, which are between comments that name them."""
 
 import re
 from pathlib import Path
 
 PAGE = Path(__file__).parents[1] / "docs" / "speed.md"
 
-# Too long for the page, which has figures or ratios of the same measurements.
+# These are too long for the page, which has figures or ratios of the same measurements.
 LONG = frozenset(
     {
         "low-resolution",
@@ -24,10 +24,10 @@ LONG = frozenset(
 
 
 def rewrite(tables: dict[str, str], page: Path = PAGE) -> None:
-    """Replaces the tables that were made and are not too long; the others stay.
+    """Replace the tables on a page, except those that are too long for it.
 
     Raises:
-        ValueError: the page has no place for a table.
+        ValueError: the page does not have exactly one place for a table.
     """
     text = page.read_text()
     for name, table in tables.items():
@@ -35,6 +35,6 @@ def rewrite(tables: dict[str, str], page: Path = PAGE) -> None:
             continue
         places = re.findall(rf"<!-- {name} -->\n.*?<!-- end -->", text, re.DOTALL)
         if len(places) != 1:
-            raise ValueError(f"{page}: must have one place for the table {name}")
+            raise ValueError(f"{page}: must have one place for the table {name}, not {len(places)}")
         text = text.replace(places[0], f"<!-- {name} -->\n{table}\n<!-- end -->")
     page.write_text(text)

@@ -2,30 +2,35 @@
 
 from dataclasses import dataclass
 
+from dynmesh.study.losses import PAPER_SHARES
+from dynmesh.study.plan import Plan
+
 
 @dataclass(frozen=True)
-class Plan:
-    """How much is measured.
+class SpeedPlan(Plan):
+    """How much is measured, beyond what every plan of the study says.
 
     Attributes:
-        frames: of the mesh that all methods are compared on, frame 0 left out.
-        slow_frames: of those, how many the slow methods complete.
-        laps: how often the fast ones complete all of them.
-        subdivided: the same three for the subdivided mesh.
-        largest: the same three for the largest mesh, which the slow ones do not complete.
-        largest_grid: vertices along its side.
-        structured_frames: of the largest mesh, where many vertices next to each other are missing;
-            0 leaves that out.
-        grids: vertices along the side of the meshes that time is drawn over.
-        slow_limit: vertices of the largest of them that slow methods complete.
-        latency_frames: pushed one after another.
-        call_rounds: of the calls that Python's part is measured with.
-        cpp_repetitions: of the C++ benchmarks.
-        cpp_filter: regular expression for their names.
+        frames: the number of frames of the mesh that all methods are compared on, frame 0 included.
+        shares: the shares of known vertices at which methods are compared.
+        slow_frames: the number of frames that the slow methods complete.
+        laps: the number of times that the fast methods complete all frames.
+        subdivided: the frames after frame 0, slow frames and laps for the subdivided mesh.
+        largest: the same for the largest mesh, which the slow methods do not complete.
+        largest_grid: the number of vertices along a side of the largest mesh.
+        structured_frames: the number of frames of the largest mesh for losses that are not random;
+            0 leaves these losses out.
+        grids: the numbers of vertices along a side of the meshes over which time is drawn.
+        slow_limit: the largest number of vertices for which slow methods are drawn there.
+        latency_frames: the number of frames that are pushed one after another.
+        call_rounds: the number of measurements of the overhead of Python.
+        cpp_repetitions: the number of repetitions of the C++ benchmarks.
+        cpp_filter: a regular expression for the names of the C++ benchmarks.
         tiny: whether all meshes are small, for a test.
     """
 
-    frames: int = 99
+    frames: int = 100
+    shares: tuple[float, ...] = PAPER_SHARES
     slow_frames: int = 99
     laps: int = 8
     subdivided: tuple[int, int, int] = (20, 20, 5)
@@ -41,10 +46,10 @@ class Plan:
     tiny: bool = False
 
     @classmethod
-    def quick(cls) -> "Plan":
-        """In about a minute."""
+    def quick(cls) -> "SpeedPlan":
+        """Return a plan that takes about a minute."""
         return cls(
-            frames=10,
+            frames=11,
             slow_frames=2,
             laps=4,
             subdivided=(5, 0, 3),
@@ -59,10 +64,10 @@ class Plan:
         )
 
     @classmethod
-    def smallest(cls) -> "Plan":
-        """In seconds, to see that everything runs; the figures mean nothing."""
+    def smallest(cls) -> "SpeedPlan":
+        """Return a plan that takes seconds and shows only that everything runs."""
         return cls(
-            frames=3,
+            frames=4,
             slow_frames=2,
             laps=2,
             subdivided=(2, 1, 1),

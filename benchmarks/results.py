@@ -1,4 +1,4 @@
-"""Everything that a run measured, and its file."""
+"""Everything that a run measured, and the file that stores it."""
 
 import dataclasses
 import importlib.metadata
@@ -19,18 +19,18 @@ from .overhead import Overhead
 
 @dataclass
 class Results:
-    """Sections that were not run are empty.
+    """The measurements of a run. Sections that were not run are empty.
 
     Attributes:
-        machine: a line about processor and versions.
+        machine: the processor and the versions of the software.
         missing: what could not run here, and why.
         comparison: all methods on the meshes of the comparison.
-        sizes: time against the size.
-        unknown: time against the unknown vertices.
-        overhead: Python's.
-        latency: of many frames.
-        cpp: Google Benchmark's.
-        instructions: callgrind's.
+        sizes: the time over the size of the mesh.
+        unknown: the time over the number of unknown vertices.
+        overhead: what Python adds to the time of a call.
+        latency: the times of the slowest of many frames.
+        cpp: the times that Google Benchmark measured.
+        instructions: the instructions that callgrind counted.
     """
 
     machine: str = ""
@@ -44,13 +44,13 @@ class Results:
     instructions: Counts | None = None
 
     def write(self, path: Path) -> None:
-        """As JSON."""
+        """Write the results as JSON, NMSVE in bounding-box diagonals."""
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(json.dumps(dataclasses.asdict(self)) + "\n")
 
     @classmethod
     def read(cls, path: Path) -> "Results":
-        """What `write` wrote."""
+        """Read a file that `write` wrote."""
         stored: dict[str, Any] = json.loads(path.read_text())
         kinds = {
             "comparison": Measurement,
@@ -68,7 +68,7 @@ class Results:
 
 
 def machine() -> str:
-    """The processor and the versions of what was measured, in a line."""
+    """Describe the processor and the versions of the software in a line."""
     information = Path("/proc/cpuinfo")
     text = information.read_text() if information.exists() else ""
     named = re.search(r"^model name\s*: (.*)$", text, re.MULTILINE)

@@ -2,29 +2,27 @@
 
     python -m benchmarks.sensitivity [FILE ...]
 
-FILE is a sequence; without any, the built-in walker and ocean are taken, 60 frames of each. Every
-constant is halved and doubled, one at a time. Shown is the mean NMSVE over four losses (10 %, 30 %
-and 70 % of the vertices known at random, and what one camera sees), each relative to that with the
-constants as they are. The compiled part is built by script/bench.
+FILE is a sequence. The default is the built-in walker and ocean. The first 60 frames of each are
+completed, with every constant halved and doubled, one at a time. The table shows the mean NMSVE
+over four losses (10 %, 30 % and 70 % of the vertices known at random, and what one camera sees),
+each relative to that with the unchanged constants. script/bench builds the compiled part.
 """
 
 import argparse
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import track
 
-import dynmesh
-from dynmesh import degrade
-from dynmesh.draw.heatmap import likely_up
 from dynmesh.sequence import Mask
-from dynmesh.study.measure import Subject
-from dynmesh.study.plan import scenario_masks
+from dynmesh.study.losses import losses
+from dynmesh.study.measure import run
+from dynmesh.study.subjects import Subject, built_in, from_file
+from dynmesh.study.tables import Line, markdown
 
-from .markdown import Line, table
-from .subjects import CppSubject
+from .methods import varied_detail
 
 CONSTANTS = (
     "rounds",
@@ -43,58 +41,34 @@ FRAMES = 60
 SHARES = (0.1, 0.3, 0.7)
 
 
-def subjects(files: list[Path]) -> Iterator[Subject]:
-    """What is completed."""
-    if not files:
-        yield Subject.of("walker", dynmesh.synth.walker(), "z", 0, FRAMES)
-        yield Subject.of("ocean", dynmesh.synth.ocean(FRAMES), "z", 0, FRAMES)
-    for file in files:
-        sequence = dynmesh.read(file)
-        up = likely_up(sequence.vertices[0], sequence.up_axis)
-        yield Subject.of(file.stem, sequence, up, 0, FRAMES)
-
-
-def losses(subject: Subject) -> list[Mask]:
-    """(n, k) each."""
-    shape = subject.n_frames, subject.n_vertices
-    masks = [np.stack(list(degrade.random_known(*shape, share, seed=0))) for share in SHARES]
-    return [*masks, np.stack(list(scenario_masks("camera", subject, 0)))]
-
-
-def errors(subject: Subject, masks: list[Mask], varied: tuple[str, float]) -> list[float]:
-    """The mean NMSVE with each loss."""
-    frames = np.ascontiguousarray(subject.vertices, np.float32)
-    faces = np.ascontiguousarray(subject.faces, np.int32)
-    means = []
-    for mask in masks:
-        completer = CppSubject(faces, frames[0], varied=varied)
-        sums = 0.0
-        for number in range(1, len(frames)):
-            completer.push(frames, np.ascontiguousarray(mask), np.array([number]))
-            sums += float(dynmesh.metrics.nmsve(faces, frames[number], completer.completed))
-        means.append(sums / (len(frames) - 1))
-    return means
+def errors(
+    subject: Subject, masks: dict[str, list[Mask]], constant: str, factor: float
+) -> NDArray[np.float64]:
+    """Return the mean NMSVE with each loss."""
+    method = varied_detail(constant, factor)
+    return np.array([run(subject, method, of_loss).nmsve.mean() for of_loss in masks.values()])
 
 
 def main() -> None:
-    """Measures and prints."""
+    """Measure, and print the table."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("files", type=Path, nargs="*")
-    parser.add_argument("--constants", nargs="+", default=CONSTANTS, help="these alone")
+    parser.add_argument("--constants", nargs="+", default=CONSTANTS, help="only these constants")
     arguments = parser.parse_args()
     console = Console(stderr=True)
     rows: dict[str, list[str]] = {name: [] for name in arguments.constants}
     head = ["constant"]
-    for subject in subjects(arguments.files):
-        masks = losses(subject)
-        as_they_are = np.array(errors(subject, masks, ("pull", 1.0)))
+    files = [from_file(file, FRAMES) for file in arguments.files]
+    for subject in files or built_in(FRAMES):
+        masks = losses(subject, SHARES, ("camera",))
+        unchanged = errors(subject, masks, "pull", 1.0)
         for name in track(rows, subject.name, console=console):
             for factor in FACTORS:
-                changed = np.array(errors(subject, masks, (name, factor)))
-                rows[name].append(f"{np.mean(changed / as_they_are):.3f}")
+                changed = errors(subject, masks, name, factor)
+                rows[name].append(f"{np.mean(changed / unchanged):.3f}")
         head += [f"{subject.name}, halved", f"{subject.name}, doubled"]
     lines: list[Line] = [tuple(head), *((f"`{name}`", *cells) for name, cells in rows.items())]
-    print(table(lines))
+    print(markdown(lines))
 
 
 if __name__ == "__main__":

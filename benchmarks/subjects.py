@@ -1,4 +1,4 @@
-"""The C++ side, without Python in between: see cpp/subjects.cpp."""
+"""Completers that are called and timed in C++, without Python in between (cpp/subjects.cpp)."""
 
 import ctypes
 import os
@@ -17,16 +17,20 @@ REPOSITORY = Path(__file__).parents[1]
 
 
 def programs() -> Path:
-    """The folder of the compiled parts, where script/bench or DYNMESH_BENCHMARKS has it."""
+    """Return the folder of the compiled programs: DYNMESH_BENCHMARKS, or that of script/bench."""
     built = REPOSITORY / "build" / "bench" / "benchmarks" / "cpp"
     return Path(os.environ.get("DYNMESH_BENCHMARKS", built))
 
 
 def require(name: str) -> Path:
-    """A compiled part; ImportError where it is not built."""
+    """Return the path of a compiled program.
+
+    Raises:
+        ImportError: it is not built.
+    """
     path = programs() / name
     if not path.exists():
-        raise ImportError(f"{name} is not built: script/bench builds it")
+        raise ImportError(f"{name} is not built; script/bench builds it")
     return path
 
 
@@ -53,10 +57,10 @@ def _address(array: NDArray[Any]) -> int:
 
 
 class CppSubject:
-    """A C++ completer, or with 0 threads its plain twin.
+    """A completer in C++, or with 0 threads the plain implementation of method motion.
 
     Attributes:
-        completed: the last frame, (k, 3).
+        completed: the last completed frame, (k, 3).
     """
 
     def __init__(
@@ -66,13 +70,18 @@ class CppSubject:
         threads: int = 1,
         varied: tuple[str, float] | None = None,
     ) -> None:
-        """Builds it; ImportError without the library, ValueError where it refuses.
+        """Build the completer.
 
         Args:
-            faces: (m, 3).
-            first_frame: (k, 3).
-            threads: 0: the plain twin.
-            varied: method detail in one thread, with this one of its constants times a factor.
+            faces: (m, 3) int32.
+            first_frame: (k, 3) float32.
+            threads: the number of threads, or 0 for the plain implementation.
+            varied: the name of a constant of method detail and a factor. The completer then uses
+                method detail in one thread, with this constant multiplied by the factor.
+
+        Raises:
+            ImportError: the library is not built.
+            ValueError: the library refuses the arguments.
         """
         self._library = _library()
         self.completed: Frames = first_frame.copy()
@@ -86,29 +95,31 @@ class CppSubject:
             raise ValueError(f"the library refuses {varied or f'{threads} threads'}")
 
     def __del__(self) -> None:
-        """Frees its memory."""
+        """Free the memory of the completer."""
         if getattr(self, "_subject", None):
             self._library.subject_destroy(self._subject)
 
     def reset(self, frame: Frames) -> None:
-        """Begins again with a whole frame."""
+        """Begin again with a complete frame."""
         self._library.subject_reset(self._subject, _address(frame), len(frame))
 
     def push(
         self, frames: Frames, masks: Mask | None, order: NDArray[np.int64]
     ) -> NDArray[np.float64]:
-        """Completes `frames[order]` one after another; returns the seconds of each.
+        """Complete `frames[order]` one after another, and return the seconds of each.
 
         Args:
             frames: (n, k, 3).
-            masks: (n, k), or None: rows that are not finite are missing.
-            order: numbers of frames.
+            masks: (n, k) known masks. If None, vertices that are not finite are unknown.
+            order: the numbers of the frames.
         """
         n_vertices = len(self.completed)
         assert frames.dtype == np.float32
         assert frames.shape[1:] == (n_vertices, 3)
         assert order.dtype == np.int64
-        nanoseconds = np.full(len(order), -1, np.int64)  # written to, so that it is there
+        nanoseconds = np.full(
+            len(order), -1, np.int64
+        )  # written to, so that it causes no page fault later
         self._library.subject_push(
             self._subject,
             _address(frames),
@@ -122,7 +133,7 @@ class CppSubject:
         return np.asarray(1e-9 * nanoseconds, np.float64)
 
     def push_sparse(self, indices: NDArray[np.int32], points: Frames) -> float:
-        """Completes a frame from what was observed alone; returns the seconds."""
+        """Complete a frame from the known vertices alone, and return the seconds."""
         nanoseconds: int = self._library.subject_push_sparse(
             self._subject,
             _address(indices),

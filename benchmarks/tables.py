@@ -1,26 +1,27 @@
-"""What was measured, as tables in Markdown."""
+"""All tables of a run, in Markdown."""
 
 from itertools import groupby
+
+from dynmesh.study.tables import ABSENT, Line, markdown, median, milliseconds, number, quartiles
 
 from . import comparison_tables, instructions
 from .comparison import Measurement
 from .cpp_calls import CppCall
 from .latency import Latency
-from .markdown import ABSENT, Line, median, milliseconds, number, quartiles, table
+from .methods import BY_KEY
 from .overhead import Overhead
 from .results import Results
-from .rivals import SLOW
 from .sizes import fit_line, fit_power_law, unknown_vertices
 
 
 def tables(results: Results) -> dict[str, str]:
-    """By name; those of sections that were not run are left out."""
+    """Return the tables by name; those of sections that were not run are left out."""
     made = {"machine": results.machine} if results.machine else {}
     natural = [m for m in results.comparison if m.numbering == "natural"]
     for part, rows in groupby(natural, key=lambda m: m.part):
         of_part = list(rows)
         made[f"{part}-ratios"] = comparison_tables.ratios(of_part)
-        if any(row.method in SLOW for row in of_part):
+        if any(comparison_tables.is_slow(row) for row in of_part):
             made[f"{part}-errors"] = comparison_tables.errors(of_part)
             made[f"{part}-detail"] = comparison_tables.beside_detail(of_part)
         made[part] = comparison_tables.comparison(of_part)
@@ -44,7 +45,7 @@ def tables(results: Results) -> dict[str, str]:
 
 
 def sizes(rows: list[Measurement]) -> str:
-    """Time against size, and the exponents of the fits."""
+    """Tabulate time against size, and the fitted exponents."""
     counts = list(dict.fromkeys(row.n_vertices for row in rows))
     times = {(row.method, row.mask, row.n_vertices): row for row in rows}
     lines: list[Line] = [("ms at so many vertices", *map(str, counts), "exponent")]
@@ -54,12 +55,12 @@ def sizes(rows: list[Measurement]) -> str:
             measured = [row for row in found if row is not None and row.seconds]
             cells = [milliseconds(median(row.seconds)) if row else ABSENT for row in found]
             fitted = f"{fit_power_law(measured).exponent:.2f}" if len(measured) > 2 else ABSENT
-            lines.append((f"{method}, {mask} known", *cells, fitted))
-    return table(lines)
+            lines.append((f"{BY_KEY[method].label}, {mask} known", *cells, fitted))
+    return markdown(lines)
 
 
 def unknown(rows: list[Measurement]) -> str:
-    """Time against the number of unknown vertices, and the line through it."""
+    """Tabulate time against the number of unknown vertices, and give the fitted line."""
     lines: list[Line] = [("unknown vertices", "generations", "median, ms", "quartiles, ms")]
     for row in sorted(rows, key=unknown_vertices):
         count, generations = str(unknown_vertices(row)), f"{row.generations:.3g}"
@@ -68,13 +69,13 @@ def unknown(rows: list[Measurement]) -> str:
         )
     line = fit_line(rows)
     return (
-        f"{table(lines)}\n\nThe line: {1e9 * line.slope:.3g} ns for each unknown vertex and "
-        f"{1e3 * line.intercept:.3g} ms besides; R² {line.r_squared:.3f}."
+        f"{markdown(lines)}\n\nThe fitted line is {1e9 * line.slope:.3g} ns for each unknown "
+        f"vertex plus {1e3 * line.intercept:.3g} ms, with R² {line.r_squared:.3f}."
     )
 
 
 def overhead(rows: list[Overhead]) -> str:
-    """Python's part."""
+    """Tabulate what Python adds to the time of a call."""
     lines: list[Line] = [
         ("mesh", "vertices", "call", "Python, µs", "C++, µs", "difference, µs", "difference")
     ]
@@ -83,11 +84,11 @@ def overhead(rows: list[Overhead]) -> str:
         cells = [number(1e6 * seconds) for seconds in (python, cpp, python - cpp)]
         share = f"{(python - cpp) / cpp:+.1%}"
         lines.append((row.mesh, str(row.n_vertices), row.call, *cells, share))
-    return table(lines)
+    return markdown(lines)
 
 
 def latency(rows: list[Latency]) -> str:
-    """Percentiles and page faults."""
+    """Tabulate percentiles of the time, and page faults."""
     shares = ("50", "90", "99", "99.9", "100")
     columns = ("50 %, ms", "90 %", "99 %", "99.9 %", "longest")
     head = ("vertices", "lost by", "threads", "other cores", "frames")
@@ -97,11 +98,11 @@ def latency(rows: list[Latency]) -> str:
         faults = str(row.minor_faults + row.major_faults)
         case = (str(row.n_vertices), row.mask, str(row.threads), row.others, str(row.n_frames))
         lines.append((*case, *times, faults))
-    return table(lines)
+    return markdown(lines)
 
 
 def cpp(rows: list[CppCall]) -> str:
-    """Google Benchmark's."""
+    """Tabulate the times that Google Benchmark measured."""
     lines: list[Line] = [
         ("call", "vertices", "known", "median, ms", "quartiles, ms", "ns a vertex")
     ]
@@ -113,15 +114,15 @@ def cpp(rows: list[CppCall]) -> str:
             number(1e9 * usual / row.n_vertices),
         )
         lines.append((f"`{row.call}`", str(row.n_vertices), f"{row.known} %", *shown))
-    return table(lines)
+    return markdown(lines)
 
 
 def instruction_counts(counts: instructions.Counts) -> str:
-    """callgrind's, beside the reference."""
+    """Tabulate the counted instructions, and their change relative to the reference."""
     reference = instructions.references().get(counts.build, {})
     lines: list[Line] = [("lost by", "instructions a frame", "a vertex", "against the reference")]
     for mask, count in counts.per_frame.items():
         expected = reference.get(mask)
         change = f"{count / expected - 1:+.1%}" if expected else ABSENT
         lines.append((mask.replace("%", " %"), str(count), f"{count / 10_000:.0f}", change))
-    return f"{table(lines)}\n\nBuild: {counts.build}."
+    return f"{markdown(lines)}\n\nBuild: {counts.build}."

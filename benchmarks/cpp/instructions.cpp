@@ -1,4 +1,4 @@
-/// Completes the same frames every time, for callgrind to count the instructions: a number that
+/// Completes the same frame in every run, so that callgrind can count the instructions. The count
 /// does not depend on what else the machine does.
 ///
 ///     dynmesh-instructions MASK
@@ -22,7 +22,7 @@ namespace {
 constexpr std::size_t side = 100;
 constexpr std::size_t k = side * side;
 
-/// Empty for an unknown name.
+/// Returns the mask of a name, which is empty if the name is unknown.
 std::vector<std::uint8_t> mask_of(std::string_view name) {
   if (name == "10%") return testing::random_mask(k, 0.1, 1);
   if (name == "30%") return testing::random_mask(k, 0.3, 1);
@@ -33,7 +33,7 @@ std::vector<std::uint8_t> mask_of(std::string_view name) {
   for (std::size_t v = 0; v < k; ++v) {
     const auto x = static_cast<int>(v / side);
     const auto y = static_cast<int>(v % side);
-    const auto from_centre = [](int place) { return place % 50 - 25; };
+    const auto from_centre = [](int coordinate) { return coordinate % 50 - 25; };
     const int distance = from_centre(x) * from_centre(x) + from_centre(y) * from_centre(y);
     if (name == "half" ? v < k / 2 : distance < 240) mask[v] = 0;
   }
@@ -42,7 +42,7 @@ std::vector<std::uint8_t> mask_of(std::string_view name) {
 
 }  // namespace
 
-/// callgrind counts in here alone, which is why the name must last.
+/// callgrind counts the instructions of this function only and finds it by its name.
 extern "C" __attribute__((noinline)) void counted_frame(Completer<float>& completer,
                                                         Points<const float> points, KnownMask known,
                                                         Points<float> completed) {
@@ -61,7 +61,7 @@ int main(int argc, char** argv) {
   Completer<float> completer(mesh.faces(), mesh.points());
   counted_frame(completer, {turned.data(), k}, {known.data(), k}, {completed.data(), k});
 
-  // What the count depends on beside the program: who compiled it, and which loops it chose.
+  // The count also depends on the compiler and on the kernels that the processor supports.
   std::string_view processor = "portable";
 #if defined(__x86_64__)
   const ProcessorLevel level = level_of(processor_features());

@@ -1,6 +1,6 @@
-/// The C++ calls by themselves, by Google Benchmark, on a bumpy sheet that turns to and fro.
+/// Measures the C++ calls by Google Benchmark, on a bumpy sheet that rotates back and forth.
 ///
-/// Arguments: vertices along a side, per cent known.
+/// The arguments of each benchmark are the vertices along a side and the known share in per cent.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@
 namespace dynmesh {
 namespace {
 
-/// A mesh, two poses that take turns, and a mask.
+/// A mesh, two poses that alternate, and a mask.
 struct Scene {
   explicit Scene(const benchmark::State& state)
       : mesh(testing::sheet<float>(static_cast<int>(state.range(0)))),
@@ -89,7 +89,7 @@ void push_sparse(benchmark::State& state) {
   count_vertices(state, scene);
 }
 
-/// The estimate alone, as motion.cpp says it in plain words.
+/// The estimate alone, by the direct implementation in motion.cpp.
 void plain(benchmark::State& state) {
   Scene scene(state);
   const Topology topology = build_topology(scene.mesh.faces(), scene.size());
@@ -111,7 +111,7 @@ void plain(benchmark::State& state) {
   count_vertices(state, scene);
 }
 
-/// The bytes that a frame must touch at least: points, previous frame, mask and cells.
+/// Copies the data that a frame must at least touch: points, previous frame, mask and cells.
 void copy(benchmark::State& state) {
   const Scene scene(state);
   const Topology topology = build_topology(scene.mesh.faces(), scene.size());

@@ -1,7 +1,7 @@
-/// A completer and its plain twin behind C functions, for `benchmarks/subjects.py`: timed on the
-/// frames that Python has and in the same run as everything else, but without Python in between.
+/// C functions that build, call and time completers, for `benchmarks/subjects.py`. The frames come
+/// from Python, and the calls are timed in the same run as all others, without Python in between.
 ///
-/// Positions are packed rows of float, masks one byte per vertex. Nothing is checked.
+/// Positions are packed rows of float, masks have one byte per vertex. Nothing is checked.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -40,7 +40,7 @@ class Subject {
   virtual void push(Points<const float> points, KnownMask known, Points<float> completed) = 0;
 };
 
-/// What dynmesh is.
+/// The completer that users of the library have.
 class Product final : public Subject {
  public:
   Product(Faces faces, Points<const float> first_frame, Index threads)
@@ -63,7 +63,7 @@ class Product final : public Subject {
   Completer<float> completer_;
 };
 
-/// A method alone, without what a completer adds.
+/// A method without the checks and steps that a completer adds.
 class Bare final : public Subject {
  public:
   using Make = std::unique_ptr<Estimator<float>> (*)(Faces, const Topology&, Workers&,
@@ -91,7 +91,7 @@ class Bare final : public Subject {
     for (std::size_t v = 0; v < points.count; ++v) {
       known_[v] = known[v] ? 1 : 0;
       current_[v] = known[v] ? Vector3<float>{points(v, 0), points(v, 1), points(v, 2)}
-                             : previous_[v];  // where unseen vertices stay
+                             : previous_[v];  // unseen vertices keep their position
     }
     estimator_->estimate(previous_, current_, known_, generations_);
     estimator_->remember(current_);
@@ -113,7 +113,7 @@ class Bare final : public Subject {
   std::vector<std::uint8_t> known_;
 };
 
-/// The paper in plain words, as the tests compare the fast path with it.
+/// The direct implementation of the paper, which the tests compare the fast one with.
 std::unique_ptr<Estimator<float>> plain(Faces /*faces*/, const Topology& topology,
                                         Workers& /*workers*/,
                                         const DetailConstants& /*constants*/) {
@@ -128,8 +128,8 @@ std::unique_ptr<Estimator<float>> detail(Faces faces, const Topology& topology, 
                                          constants);
 }
 
-/// Multiplies the constant of that name by `factor`; numbers of steps are rounded, and at least 1.
-/// Returns whether there is one.
+/// Multiplies the constant `name` by `factor`; numbers of steps are rounded, and at least 1.
+/// Returns whether there is a constant of that name.
 bool scale(DetailConstants& constants, std::string_view name, double factor) {
   const std::pair<std::string_view, int DetailConstants::*> counts[] = {
       {"rounds", &DetailConstants::rounds}, {"averagings", &DetailConstants::averagings}};
@@ -169,7 +169,8 @@ std::int64_t nanoseconds_of(const Call& call) {
 extern "C" {
 #define DYNMESH_FOR_PYTHON __attribute__((visibility("default")))
 
-/// `threads` 0: the plain implementation. Null where the library refuses the arguments.
+/// Builds a completer, or the plain implementation if `threads` is 0. Returns null if the library
+/// refuses the arguments.
 DYNMESH_FOR_PYTHON void* subject_create(const std::int32_t* faces, std::size_t n_faces,
                                         const float* first_frame, std::size_t n_vertices,
                                         std::int32_t threads) {
@@ -188,7 +189,8 @@ DYNMESH_FOR_PYTHON void* subject_create(const std::int32_t* faces, std::size_t n
   }
 }
 
-/// Method detail with other constants. Null where the library refuses the arguments.
+/// Builds method detail with one constant changed. Returns null if the library refuses the
+/// arguments.
 DYNMESH_FOR_PYTHON void* subject_create_varied(const std::int32_t* faces, std::size_t n_faces,
                                                const float* first_frame, std::size_t n_vertices,
                                                const char* constant, double factor) {
@@ -212,8 +214,8 @@ DYNMESH_FOR_PYTHON void subject_reset(void* subject, const float* frame, std::si
 }
 
 /// Pushes frame `order[0]` of `frames` with its mask, then frame `order[1]`, ..., and writes the
-/// wall time of each call. Without `masks`, rows that are not finite are missing (not for the plain
-/// implementation).
+/// wall time of each call. If `masks` is null, vertices that are not finite are unknown; the plain
+/// implementation does not support this.
 DYNMESH_FOR_PYTHON void subject_push(void* subject, const float* frames, const std::uint8_t* masks,
                                      std::size_t n_vertices, const std::int64_t* order,
                                      std::size_t n, float* completed, std::int64_t* nanoseconds) {
@@ -227,7 +229,8 @@ DYNMESH_FOR_PYTHON void subject_push(void* subject, const float* frames, const s
   }
 }
 
-/// Pushes one frame as `push_sparse`, not with the plain implementation. Returns the wall time.
+/// Pushes one frame by `push_sparse` and returns the wall time. The plain implementation does not
+/// support this.
 DYNMESH_FOR_PYTHON std::int64_t subject_push_sparse(void* subject, const std::int32_t* indices,
                                                     const float* points, std::size_t n,
                                                     float* completed, std::size_t n_vertices) {

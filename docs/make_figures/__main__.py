@@ -19,7 +19,7 @@ from completion import completed_by_loss
 
 import dynmesh
 from dynmesh.draw.figures import View
-from dynmesh.study.measure import Subject
+from dynmesh.study.subjects import Subject
 
 PAGES = ("method", "gallery")
 

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 import dynmesh
 from dynmesh.sequence import Mask, Positions
-from dynmesh.study.measure import Subject
-from dynmesh.study.plan import scenario_masks
+from dynmesh.study.losses import random_masks, scenario_masks
+from dynmesh.study.subjects import Subject
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,11 +45,6 @@ def complete(
         Completed(*row, error, float(mean))
         for row, error, mean in zip(rows, errors, nmsve, strict=True)
     ]
-
-
-def random_masks(subject: Subject, share: float) -> Iterable[Mask]:
-    """As `dynmesh degrade --known` makes them."""
-    return dynmesh.degrade.random_known(subject.n_frames, subject.n_vertices, share)
 
 
 def completed_by_loss(subject: Subject, number: int) -> dict[str, Completed]:

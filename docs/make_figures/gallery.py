@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from completion import Completed, complete, random_masks
+from completion import Completed, complete
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
@@ -14,8 +14,9 @@ from png import save_png
 
 from dynmesh.draw import figures
 from dynmesh.draw.figures import Image, View
-from dynmesh.study.measure import Subject
-from dynmesh.study.style import new_figure
+from dynmesh.study.losses import random_masks
+from dynmesh.study.style import new_figure, nmsve_caption
+from dynmesh.study.subjects import Subject
 
 
 @dataclass(frozen=True)
@@ -120,11 +121,6 @@ def draw_readings(subject: Subject, numbers: list[int], azimuth: float, folder: 
     titles = ["original", "re-estimated", "once only"]
     rows = [f"frame {number}" for number in numbers]
     draw_sheet(images, titles, rows, folder, f"{subject.name}_readings")
-
-
-def nmsve_caption(nmsve: float) -> str:
-    """In the unit of all pages: times 10 000, in bounding-box diagonals."""
-    return rf"NMSVE ${1e4 * nmsve:.3g} \times 10^{{-4}}$"
 
 
 def heatmap(subject: Subject, frame: Completed, view: View) -> Image:

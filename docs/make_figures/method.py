@@ -4,15 +4,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from completion import Completed, complete, random_masks
+from completion import Completed, complete
 from png import save_png
 
 import dynmesh
-from dynmesh.study.measure import Subject
+from dynmesh.study.losses import random_masks
 from dynmesh.study.methods import MOTION, ONCE
-from dynmesh.study.style import new_figure, percent
+from dynmesh.study.style import NMSVE_LABEL, new_figure
+from dynmesh.study.subjects import Subject
+from dynmesh.study.tables import NMSVE_UNIT, percent
 
-NMSVE_LABEL = r"NMSVE $\times\ 10^4$ / diagonal"
 SHARE_COLOURS = {0.1: "#cc3311", 0.3: "#0072b2", 0.5: "#009e73"}
 
 
@@ -100,7 +101,7 @@ def draw_drift(subjects: list[Subject], folder: Path) -> None:
 def plot_error(axis: Any, frames: list[Completed], **style: Any) -> None:
     """NMSVE times 10 000 of each frame; one that is zero breaks the line."""
     numbers = np.arange(1, len(frames) + 1)
-    nmsve = 1e4 * np.array([frame.nmsve for frame in frames])
+    nmsve = np.array([frame.nmsve for frame in frames]) / NMSVE_UNIT
     axis.plot(numbers, np.where(nmsve > 0, nmsve, np.nan), linewidth=1.3, **style)
     axis.set_yscale("log")
 

@@ -3,15 +3,17 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from gallery import Scale, draw_sheet, nmsve_caption
+from gallery import Scale, draw_sheet
 
 import dynmesh
 from dynmesh.draw import figures
 from dynmesh.draw.figures import View
 from dynmesh.sequence import Mask, Positions
 from dynmesh.study.libigl import Harmonic
-from dynmesh.study.measure import Subject, vertex_error
-from dynmesh.study.plan import scenario_masks
+from dynmesh.study.losses import scenario_masks
+from dynmesh.study.measure import vertex_error
+from dynmesh.study.style import nmsve_caption
+from dynmesh.study.subjects import Subject
 
 Complete = Callable[[Positions, Mask], Positions]
 

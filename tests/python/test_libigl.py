@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 import dynmesh
-from dynmesh.study import charts, pictures, report
+from dynmesh.study import charts, pictures, report, style
 from dynmesh.study.claims import Claims, detail_verdicts, verdicts
 from dynmesh.study.libigl import Arap, Harmonic
-from dynmesh.study.measure import Subject
-from dynmesh.study.plan import Plan, Study, study, trial
+from dynmesh.study.plan import Plan
+from dynmesh.study.sequence_study import Study, study, trial
+from dynmesh.study.subjects import Subject
 
 
 def rivals(mesh: meshes.Mesh) -> dict[str, Any]:
@@ -113,3 +114,32 @@ def test_the_evaluation_works_without_libigl(
     assert "detail" in sheet["scenarios"]["camera"]
     assert "arap" not in sheet["grid"]
     assert dynmesh.__version__ == numbers["dynmesh"]
+
+
+def test_axes_show_nmsve_in_the_unit_of_the_tables(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("matplotlib")
+    drawn: list[Any] = []
+
+    def keep(figure: Any, *_: Any, **__: Any) -> Path:
+        drawn.append(figure)
+        return tmp_path
+
+    monkeypatch.setattr(charts, "save", keep)
+    monkeypatch.setitem(sys.modules, "igl", None)  # not needed here
+    subject = small_subject(degenerate=False)
+    done = study(subject, Plan.quick(), 0, trial(subject, 0), lambda _: None)
+    for draw in (charts.figure9, charts.figure12, charts.figure13, charts.figure14):
+        draw([done], tmp_path)
+    labelled = [axis for f in drawn for axis in f.axes if "NMSVE" in axis.get_ylabel()]
+    assert len(labelled) == 2 + 1 + 1 + 2
+    assert all(style.NMSVE_LABEL in axis.get_ylabel() for axis in labelled)
+    errors = done.grid["motion", 0.3].nmsve
+    along_frames = drawn[0].axes[2].lines[0]
+    np.testing.assert_allclose(along_frames.get_ydata(), 1e4 * errors)
+    np.testing.assert_allclose(drawn[2].axes[1].lines[0].get_ydata(), 1e4 * errors)
+    of_camera = done.scenarios["camera", "motion"].nmsve.mean()
+    assert drawn[1].axes[0].patches[0].get_height() == pytest.approx(1e4 * of_camera)
+    by_share = drawn[3].axes[0].lines[0].get_ydata()
+    assert by_share[1] == pytest.approx(1e4 * errors.mean())

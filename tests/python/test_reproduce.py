@@ -102,9 +102,13 @@ def test_the_report_stands_alone_and_judges_every_claim(results: Path) -> None:
     for claim in (*claims, *of_detail):
         assert claim["evidence"]
         assert isinstance(claim["holds"], bool)
-    judged = re.findall(r"<td class='(?:yes|no)'>(?:holds|does not hold)</td>", page)
+    judged = re.findall(r"<td>(?:holds|<b>does not hold</b>)</td>", page)
     assert len(judged) == len(claims) + len(of_detail)
     assert "<td>seen by one camera</td>" in page
+    # The tables show NMSVE in units of 1e-4 diagonals; the JSON file has diagonals.
+    run = numbers["sequences"]["sheet"]["grid"]["motion"]["0.1"]
+    cell = f"{1e4 * run['nmsve_mean']:.3g}; {run['milliseconds_median']:.3g} ms"
+    assert f"<td>motion (dynmesh)</td><td>{cell}</td>" in page
 
 
 def module(name: str, *arguments: str | Path) -> str:
@@ -171,8 +175,8 @@ def test_what_cannot_be_evaluated_is_refused(tmp_path: Path) -> None:
     for data, message in [
         ([whole, twin], "another sequence is called whole too"),
         ([single], "single.npz: has 1 frames; at least 2 are needed"),
-        ([holed], "holed.npz: has missing vertices; the evaluation takes whole sequences"),
-        ([empty], "empty: holds no sequence, .npz"),
+        ([holed], "holed.npz: has missing vertices; the evaluation needs complete sequences"),
+        ([empty], "empty: contains no sequence in a file *.npz"),
     ]:
         with pytest.raises(ValueError, match=re.escape(message)):
             reproduce(tmp_path / "out", data=data, quick=True)

@@ -1,29 +1,29 @@
-"""The paper's evaluation, reproduced: its figures 7 to 11, its claims, and what lies beyond.
+"""The evaluation of the paper: its figures 7 to 11, its claims, and comparisons beyond it.
 
-Needs the extra `reproduce`. Where libigl is missing, or cannot complete a sequence, the comparison
-with it is left out, and the report says so.
+This needs the extra `reproduce`. If libigl is missing or cannot complete a sequence, the comparison
+with it is left out, and the report says so. The benchmarks use the same sequences, losses, methods,
+rivals and tables.
 """
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
 
-from .. import files, synth
 from .._extras import require_all
 from ..draw.figures import load_pyvista
-from ..draw.heatmap import likely_up
-from ..sequence import Sequence
 from . import charts, pictures, report
 from .claims import Claims, detail_verdicts, verdicts
-from .measure import Subject
-from .plan import SCENARIOS, Plan, seconds_of_work, study, trial
+from .losses import SCENARIOS
+from .plan import Plan
+from .sequence_study import seconds_of_work, study, trial
+from .subjects import Subject, built_in, from_file
 
 __all__ = ["reproduce"]
 
 Progress = Callable[[str, float, float], object]
-"""(what is being done, seconds of work done, in all, as estimated at the beginning)."""
+"""A function of what is being done, the seconds of work done, and the estimated total."""
 
-_SECONDS_PER_PICTURE = 1.2  # about
+_SECONDS_PER_PICTURE = 1.2  # a rough estimate, for the progress bar
 
 
 def reproduce(
@@ -37,32 +37,38 @@ def reproduce(
     azimuth: float | None = None,
     progress: Progress = lambda _what, _done, _all: None,
 ) -> Path:
-    """Runs the evaluation and writes figures, `results.json` and `report.html`.
+    """Run the evaluation and write figures, `results.json` and `report.html`.
 
     Args:
-        out: a folder; it is made if need be, and files in it are replaced.
-        data: sequences in files, or folders of them; without any, the built-in walker and ocean.
-        quick: fewer frames and shares; else everything.
-        frames: that many of each sequence at most, 2 or more; None: 30 if `quick`, else all.
-        seed: of the masks.
-        up: "x", "y" or "z", up in the pictures of `data`; None: z for sheets that lie flat, else y.
-        azimuth: degrees around `up` that the pictures of `data` are taken from; None: 60.
-        progress: is told of work done.
+        out: the folder for the results. It is created if it does not exist, and existing files
+            are replaced.
+        data: files with sequences, or folders of such files. The default is the built-in walker
+            and ocean.
+        quick: whether to measure fewer frames and shares of known vertices.
+        frames: the largest number of frames of each sequence, at least 2. The default is 30 if
+            `quick`, else all.
+        seed: the seed of the known masks.
+        up: the axis that points up in the pictures of `data`, "x", "y" or "z". The default is the
+            axis that the file names, z for sheets that lie flat, or else y.
+        azimuth: the direction from which the pictures of `data` are taken, in degrees around `up`.
+            The default is 60.
+        progress: called while work is being done.
 
     Returns:
         The path of `report.html`.
 
     Raises:
-        ValueError, OSError: a sequence cannot be read, has missing vertices or no second frame;
+        ValueError, OSError: a sequence cannot be read, has missing vertices or no second frame, or
             `frames` is less than 2.
-        ImportError: matplotlib or pyvista is missing.
+        ImportError: matplotlib or pyvista is not installed.
     """
     if frames is not None and frames < 2:
         raise ValueError(f"frames: must be at least 2, not {frames}")
     require_all("PIL.Image", "matplotlib", extra="reproduce")
     load_pyvista("reproduce")
-    plan = Plan.quick() if quick else Plan.full()
-    plan = plan if frames is None else replace(plan, frames=frames)
+    plan = Plan.quick() if quick else Plan()
+    if frames is not None:
+        plan = replace(plan, frames=frames)
     subjects = _subjects(list(data), plan, up, azimuth)
     out.mkdir(parents=True, exist_ok=True)
 
@@ -108,40 +114,25 @@ def reproduce(
         made.append(draw())
     progress("done", whole, whole)
     kind = "quick run" if quick else "full run"
-    kind += "" if plan.frames is None else f", of the first {plan.frames} frames"
+    kind += "" if plan.frames is None else f" of the first {plan.frames} frames"
     report.write_results(studies, claims, kind, seed, out)
     return report.write_report(studies, claims, kind, made, out)
 
 
 def _subjects(data: list[Path], plan: Plan, up: str | None, azimuth: float | None) -> list[Subject]:
     if not data:
-        walker, ocean = synth.walker(), synth.ocean()
-        return [
-            Subject.of("walker", walker, "z", 20.0, plan.frames),
-            Subject.of("ocean", ocean, "z", 60.0, plan.frames),
-        ]
+        return built_in(plan.frames)
     paths = [path for item in data for path in (_in_folder(item) if item.is_dir() else [item])]
     subjects: list[Subject] = []
     for path in paths:
         if any(subject.name == path.stem for subject in subjects):
             raise ValueError(f"{path}: another sequence is called {path.stem} too; rename one")
-        sequence = files.read(path)
-        _check_whole(path, sequence)
-        axis = up or likely_up(sequence.vertices[0], sequence.up_axis)
-        degrees = 60.0 if azimuth is None else azimuth
-        subjects.append(Subject.of(path.stem, sequence, axis, degrees, plan.frames))
+        subjects.append(from_file(path, plan.frames, up, 60.0 if azimuth is None else azimuth))
     return subjects
 
 
 def _in_folder(folder: Path) -> list[Path]:
     found = sorted(folder.glob("*.npz"))
     if not found:
-        raise ValueError(f"{folder}: holds no sequence, .npz")
+        raise ValueError(f"{folder}: contains no sequence in a file *.npz")
     return found
-
-
-def _check_whole(path: Path, sequence: Sequence) -> None:
-    if len(sequence.vertices) < 2:
-        raise ValueError(f"{path}: has {len(sequence.vertices)} frames; at least 2 are needed")
-    if sequence.known is not None and not sequence.known.all():
-        raise ValueError(f"{path}: has missing vertices; the evaluation takes whole sequences")

@@ -1,16 +1,20 @@
-"""The figures that are curves and bars: the paper's 7 and 9, and what lies beyond."""
+"""The figures with curves and bars: 7 and 9 of the paper, and 12 to 14 beyond it."""
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .completion import Method
+from .fits import LinearFit
+from .losses import PAPER_SHARES, SCENARIOS
 from .measure import Run
-from .methods import BEYOND, COMPARED, LIA_ON_MOTION, MOTION, ONCE, Method
-from .plan import PAPER_SHARES, SCENARIOS, Study
-from .style import new_figure, percent, save
+from .methods import COMPARED, LIA_ON_MOTION, MOTION, ONCE
+from .rivals import BEYOND
+from .sequence_study import Study
+from .style import NMSVE_LABEL, new_figure, save
+from .tables import NMSVE_UNIT, percent
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -18,32 +22,11 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-_ERROR_LABEL = "NMSVE / bounding-box diagonal"
-_LARGEST_SHOWN = 10  # diagonals; what diverges leaves the picture
-
-
-@dataclass(frozen=True)
-class LinearFit:
-    """Milliseconds per frame as a line over the number of unknown vertices."""
-
-    slope: float
-    intercept: float
-    r_squared: float
-
-    @classmethod
-    def of(cls, study: Study) -> "LinearFit":
-        """Fits the medians of a study's sweep."""
-        unknown, milliseconds = _times(study)
-        slope, intercept = np.polyfit(unknown, milliseconds, 1)
-        residual = milliseconds - (slope * unknown + intercept)
-        spread = milliseconds - milliseconds.mean()
-        return cls(
-            float(slope), float(intercept), float(1 - residual @ residual / (spread @ spread))
-        )
+_LARGEST_SHOWN = 1e5  # in the unit of the figures; larger errors are outside the picture
 
 
 def figure7(studies: list[Study], folder: Path) -> Path:
-    """Iterations and time against the share known, and time against the unknown vertices."""
+    """Draw iterations and time against the share known, and time against the unknown vertices."""
     with new_figure(13.5, 4.2 * len(studies)) as figure:
         axes = figure.subplots(len(studies), 3, squeeze=False)
         for row, study in zip(axes, studies, strict=True):
@@ -67,13 +50,13 @@ def figure7(studies: list[Study], folder: Path) -> Path:
 
 
 def figure9(studies: list[Study], folder: Path) -> Path:
-    """Error and time of the paper's methods against the share known, and error along the frames."""
+    """Draw the error and time of the methods of the paper, and the error along the frames."""
     methods = {study.subject.name: list(COMPARED) for study in studies}
     return _compared(studies, methods, folder, "figure9", with_bands=True)
 
 
 def figure14(studies: list[Study], folder: Path) -> Path:
-    """The same for detail beside motion and what libigl offers; bands would hide each other."""
+    """Draw the same for motion, detail and rivals, without bands, which would hide each other."""
     methods = {
         study.subject.name: [MOTION, *study.beyond[:1], LIA_ON_MOTION, *study.beyond[1:]]
         for study in studies
@@ -97,14 +80,14 @@ def _compared(
                 shares = study.shares(method)
                 runs = [study.grid[method.key, share] for share in shares]
                 if with_bands:
-                    _bands(row[0], shares, [r.nmsve for r in runs], method, (10, 90))
+                    _bands(row[0], shares, [_shown(r) for r in runs], method, (10, 90))
                     _bands(row[1], shares, [1e3 * r.seconds for r in runs], method, (25, 75))
-                _line(row[0], shares, [r.nmsve.mean() for r in runs], method)
+                _line(row[0], shares, [_shown(r).mean() for r in runs], method)
                 _line(row[1], shares, [1e3 * np.median(r.seconds) for r in runs], method)
                 _along_frames(row[2], study.grid[method.key, 0.3], method)
-            row[0].set(ylabel=_ERROR_LABEL, title=_title(study))
+            row[0].set(ylabel=NMSVE_LABEL, title=_title(study))
             row[1].set(ylabel="time per frame / ms")
-            row[2].set(ylabel=_ERROR_LABEL, title="30 % known", xlabel="frame")
+            row[2].set(ylabel=NMSVE_LABEL, title=f"{percent(0.3)} known", xlabel="frame")
             for axis in row[:2]:
                 axis.set(xlabel="known vertices / %")
             for axis in row:
@@ -116,20 +99,20 @@ def _compared(
 
 
 def figure12(studies: list[Study], folder: Path) -> Path:
-    """Error of all methods where vertices are hidden from a camera, or by patches."""
+    """Draw the error of all methods if vertices are hidden from a camera or by patches."""
     methods = [*COMPARED, *(m for m in BEYOND if any(m in study.beyond for study in studies))]
     width = 0.86 / len(methods)
     with new_figure(13.5, 5.2) as figure:
         axes = figure.subplots(1, len(SCENARIOS), sharey=True)
         for axis, (name, words) in zip(axes, SCENARIOS.items(), strict=True):
             for index, method in enumerate(methods):
-                having = [i for i, s in enumerate(studies) if (name, method.key) in s.scenarios]
-                runs = [studies[i].scenarios[name, method.key] for i in having]
-                places = np.array(having) + width * (index - (len(methods) - 1) / 2)
-                means = [run.nmsve.mean() for run in runs]
-                below, above = zip(*(_spread(r.nmsve, (10, 90)) for r in runs), strict=True)
+                measured = [i for i, s in enumerate(studies) if (name, method.key) in s.scenarios]
+                runs = [studies[i].scenarios[name, method.key] for i in measured]
+                centres = np.array(measured) + width * (index - (len(methods) - 1) / 2)
+                means = [_shown(run).mean() for run in runs]
+                below, above = zip(*(_spread(_shown(r), (10, 90)) for r in runs), strict=True)
                 axis.bar(
-                    places,
+                    centres,
                     means,
                     0.92 * width,
                     color=method.colour,
@@ -145,14 +128,14 @@ def figure12(studies: list[Study], folder: Path) -> Path:
             axis.set_xticks(range(len(studies)), [study.subject.name for study in studies])
             axis.set(title=words, yscale="log")
             axis.grid(visible=False, axis="x")
-        axes[0].set(ylabel=_ERROR_LABEL)
+        axes[0].set(ylabel=NMSVE_LABEL)
         handles, labels = axes[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=3)
         return save(figure, folder, "figure12_camera_and_patches", is_chart=True)
 
 
 def figure13(studies: list[Study], folder: Path) -> Path:
-    """The two readings of the weights, along the frames."""
+    """Draw the error of the two readings of the weights along the frames."""
     with new_figure(13.5, 4.0 * len(studies) + 0.6) as figure:
         axes = figure.subplots(len(studies), len(PAPER_SHARES), sharey="row", squeeze=False)
         for row, study in zip(axes, studies, strict=True):
@@ -160,15 +143,25 @@ def figure13(studies: list[Study], folder: Path) -> Path:
                 _along_frames(axis, study.grid[MOTION.key, share], MOTION, "re-estimated")
                 _along_frames(axis, study.once[share], ONCE, "once only")
                 axis.set(yscale="log", xlabel="frame", title=f"{percent(share)} known")
-            curves = [study.grid[MOTION.key, share].nmsve for share in PAPER_SHARES]
-            errors = np.concatenate([*curves, *(run.nmsve for run in study.once.values())])
+            curves = [_shown(study.grid[MOTION.key, share]) for share in PAPER_SHARES]
+            errors = np.concatenate([*curves, *(_shown(run) for run in study.once.values())])
             errors = errors[errors > 0]
             if len(errors):
                 row[0].set_ylim(0.7 * errors.min(), min(1.4 * errors.max(), _LARGEST_SHOWN))
-            row[0].set(ylabel=f"{study.subject.name}: {_ERROR_LABEL}")
+            row[0].set(ylabel=f"{study.subject.name}: {NMSVE_LABEL}")
         handles, labels = axes[0, 0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=2)
         return save(figure, folder, "figure13_two_readings", is_chart=True)
+
+
+def linear_fit(study: Study) -> LinearFit:
+    """Fit a line to milliseconds per frame over the number of unknown vertices."""
+    return LinearFit.of(*_times(study))
+
+
+def _shown(run: Run) -> Floats:
+    """Return NMSVE in the unit of the figures."""
+    return run.nmsve / NMSVE_UNIT
 
 
 def _times(study: Study) -> tuple[Floats, Floats]:
@@ -196,7 +189,7 @@ def _band(
 
 def _fitted_line(axis: "Axes", study: Study) -> None:
     unknown, milliseconds = _times(study)
-    fit = LinearFit.of(study)
+    fit = LinearFit.of(unknown, milliseconds)
     ends = np.array([0, unknown.max()])
     axis.plot(unknown, milliseconds, "o", color=MOTION.colour, markersize=5, label="median")
     label = f"line, R² = {fit.r_squared:.3f}"
@@ -225,7 +218,7 @@ def _line(axis: "Axes", shares: list[float], values: list[float], method: Method
 def _along_frames(axis: "Axes", run: Run, method: Method, label: str | None = None) -> None:
     axis.plot(
         np.arange(1, len(run.nmsve) + 1),
-        run.nmsve,
+        _shown(run),
         method.dash,
         color=method.colour,
         label=label or method.label,

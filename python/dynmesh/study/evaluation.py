@@ -11,21 +11,21 @@ from ..files import Frame, Reader
 from ..files.reader import check_comparable
 from ..sequence import Positions
 
-_frames_at_once = 32  # the cells are made anew for every stretch of frames
+_FRAMES_AT_ONCE = 32  # measured together, because each call builds the cells anew
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Errors in bounding-box diagonals of the reference's frame 0, which itself is left out.
+    """Errors in bounding-box diagonals of frame 0 of the reference; frame 0 itself is left out.
 
     Attributes:
-        nmsve: mean over the frames of the normalised mean square visual error (eq. 5).
-        mean: of the distances between vertices and their true positions.
-        rms: root mean square of the distances in a frame, mean over the frames.
-        p99: 99th percentile of the distances in a frame, mean over the frames.
-        maximum: the largest distance of all.
-        frames: how many were measured.
-        bounding_box_diagonal: in the unit of the positions.
+        nmsve: the normalised mean square visual error (eq. 5), mean over the frames.
+        mean: the mean distance between vertices and their true positions.
+        rms: the root mean square of the distances in a frame, mean over the frames.
+        p99: the 99th percentile of the distances in a frame, mean over the frames.
+        maximum: the largest distance.
+        frames: the number of frames that were measured.
+        bounding_box_diagonal: the diagonal, in the unit of the positions.
     """
 
     nmsve: float
@@ -38,16 +38,16 @@ class Evaluation:
 
 
 def evaluate(completed: Reader, reference: Reader, frames: Iterable[Frame]) -> Evaluation:
-    """Compares two sequences frame by frame.
+    """Compare two sequences frame by frame.
 
     Args:
-        completed: what was filled in.
-        reference: the truth, of the same mesh and number of frames.
-        frames: those of `completed`, so that a caller can watch them go by.
+        completed: the completed sequence.
+        reference: the true sequence, with the same mesh and number of frames.
+        frames: the frames of `completed`, which a caller may wrap to show progress.
 
     Raises:
-        ValueError: the two do not fit together, have no frame but the first, or a position is
-            missing or not finite; the message names the file.
+        ValueError: the two do not have the same mesh and number of frames, have no frame after
+            frame 0, or a position is missing or not finite. The message names the file.
     """
     check_comparable(completed, reference)
     pairs = zip(_whole(frames, completed), _whole(reference, reference), strict=True)
@@ -57,7 +57,7 @@ def evaluate(completed: Reader, reference: Reader, frames: Iterable[Frame]) -> E
         raise ValueError(f"{reference.path}: all vertices of frame 0 are at one point")
     nmsve: list[float] = []
     errors: list[metrics.ErrorSummary] = []
-    while stretch := list(islice(pairs, _frames_at_once)):
+    while stretch := list(islice(pairs, _FRAMES_AT_ONCE)):
         ours, truth = (np.stack(side) for side in zip(*stretch, strict=True))
         nmsve.extend(metrics.nmsve(reference.faces, truth, ours))
         errors.extend(metrics.summary(e) for e in metrics.vertex_error(truth, ours))
@@ -80,6 +80,6 @@ def _whole(frames: Iterable[Frame], reader: Reader) -> Iterator[Positions]:
         if missing.any():
             raise ValueError(
                 f"{reader.path}: frame {number} lacks vertex {np.flatnonzero(missing)[0]}; "
-                "errors are measured between whole sequences"
+                "the error is measured between complete sequences"
             )
         yield frame.points

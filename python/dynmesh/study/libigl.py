@@ -1,26 +1,47 @@
-"""What libigl offers in dynmesh's place, made to work online.
+"""What libigl offers in place of dynmesh, made to work online.
 
-Each frame is completed from its known vertices, of which every connected part of the mesh needs
-one, and from the frame completed last; in double precision, as libigl is, and in one thread.
-
-Needs libigl, of the extra `reproduce`.
+Each frame is completed from its known vertices and from the frame completed last, in double
+precision and in one thread. Every connected part of the mesh needs a known vertex. libigl is
+installed with the extra `reproduce`.
 """
 
 import os
 from types import ModuleType
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .._extras import require
 from ..sequence import Mask, Positions
+from .completion import Completion, Faces
 
-Faces = NDArray[np.integer[Any]]
 Floats = NDArray[np.float64]
 
 
-class Harmonic:
+class _Libigl(Completion):
+    """What the methods of libigl share: their arguments in its types, and the last frame."""
+
+    def __init__(self, faces: Faces, first_frame: Positions) -> None:
+        self._igl = load_libigl()
+        self._faces = np.array(faces, np.int64)
+        self._first = np.array(first_frame, np.float64)
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin again with frame 0."""
+        self.completed = self._first
+
+    def _accept(self, completed: Floats, points: Positions, known: Mask) -> Floats:
+        """Remember a frame, with the known vertices exactly as given."""
+        if not np.isfinite(completed).all():
+            raise RuntimeError("its solution is not finite")
+        completed[known] = points[known]
+        self.completed = completed
+        return completed
+
+
+class Harmonic(_Libigl):
     """``igl.harmonic`` on motion vectors, with the operator of frame 0.
 
     Attributes:
@@ -28,28 +49,24 @@ class Harmonic:
     """
 
     def __init__(self, faces: Faces, first_frame: Positions, *, order: int) -> None:
-        """`order`: 1 harmonic, 2 biharmonic. ImportError without libigl."""
-        self._igl = load_libigl()
-        self._faces = np.array(faces, np.int64)
-        self._first = np.array(first_frame, np.float64)
-        self._order = order
-        self.reset()
+        """Prepare the harmonic field (`order` 1) or the biharmonic field (`order` 2).
 
-    def reset(self) -> None:
-        """Begins again with frame 0."""
-        self.completed = self._first
+        Raises:
+            ImportError: libigl is not installed.
+        """
+        super().__init__(faces, first_frame)
+        self._order = order
 
     def complete(self, points: Positions, known: Mask) -> Floats:
-        """Completes the next frame; RuntimeError where libigl cannot."""
-        places = np.flatnonzero(known)
+        """Complete the next frame."""
+        vertices = np.flatnonzero(known)
         given = points[known] - self.completed[known]
-        motion = self._igl.harmonic(self._first, self._faces, places, given, self._order)
-        self.completed = _checked(self.completed + motion, points, known)
-        return self.completed
+        motion = self._igl.harmonic(self._first, self._faces, vertices, given, self._order)
+        return self._accept(self.completed + motion, points, known)
 
 
-class Arap:
-    """``igl.ARAP``, as rigid as possible, begun at the last completed frame.
+class Arap(_Libigl):
+    """``igl.ARAP``, as rigid as possible, starting from the last completed frame.
 
     Attributes:
         completed: the last completed frame, (k, 3) float64.
@@ -58,42 +75,34 @@ class Arap:
     def __init__(
         self, faces: Faces, first_frame: Positions, *, rest: Literal["first", "previous"]
     ) -> None:
-        """`rest`: the frame whose shape is kept. ImportError without libigl."""
-        self._igl = load_libigl()
-        self._faces = np.array(faces, np.int64)
-        self._first = np.array(first_frame, np.float64)
-        self._rest = rest
-        self.reset()
+        """Prepare the method; `rest` is the frame whose shape is preserved.
 
-    def reset(self) -> None:
-        """Begins again with frame 0."""
-        self.completed = self._first
+        Raises:
+            ImportError: libigl is not installed.
+        """
+        super().__init__(faces, first_frame)
+        self._rest = rest
 
     def complete(self, points: Positions, known: Mask) -> Floats:
-        """Completes the next frame; RuntimeError where libigl cannot.
+        """Complete the next frame.
 
-        The known vertices are part of what libigl factors, so that is done anew in each frame.
+        The matrix that libigl factors depends on the known mask, so every frame needs a new one.
         """
-        places = np.flatnonzero(known).astype(np.int32)
+        vertices = np.flatnonzero(known).astype(np.int32)
         given = points[known].astype(np.float64)
         rest = self._first if self._rest == "first" else self.completed
         data = self._igl.ARAPData()
-        self._igl.arap_precomputation(rest, self._faces, 3, places, data)
+        self._igl.arap_precomputation(rest, self._faces, 3, vertices, data)
         completed: Floats = self._igl.arap_solve(given, data, self.completed)
-        self.completed = _checked(completed, points, known)
-        return self.completed
+        return self._accept(completed, points, known)
 
 
 def load_libigl() -> ModuleType:
-    """libigl, or an ImportError that names the extra which installs it."""
-    # libigl would take all cores for some of its steps, and reads this once.
+    """Import libigl.
+
+    Raises:
+        ImportError: libigl is not installed; the message names the extra that installs it.
+    """
+    # libigl would use all cores for some of its steps. It reads this variable when it first runs.
     os.environ.setdefault("IGL_NUM_THREADS", "1")
     return require("igl", extra="reproduce")
-
-
-def _checked(completed: Floats, points: Positions, known: Mask) -> Floats:
-    """Known vertices exactly as given, and only finite values."""
-    if not np.isfinite(completed).all():
-        raise RuntimeError("its solution is not finite")
-    completed[known] = points[known]
-    return completed

@@ -1,81 +1,34 @@
-"""Runs methods over sequences and keeps what the figures show."""
+"""Runs methods over sequences, and measures their time and error."""
 
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import metrics
-from ..metrics import bounding_box_diagonal
-from ..sequence import Mask, Positions, Sequence
-from .methods import Method
+from ..sequence import Mask, Positions
+from .completion import Completion, Method
+from .subjects import Subject
 
 Floats = NDArray[np.float64]
 
-_FRAMES_AT_ONCE = 32  # measured together, as the cells are made anew for each call
-
-
-@dataclass(frozen=True, eq=False)
-class Subject:
-    """A sequence to measure on.
-
-    Attributes:
-        name: in file names and titles.
-        vertices: (n, k, 3) whole frames.
-        faces: (m, 3).
-        up: the axis that is up, for pictures.
-        azimuth: where pictures are taken from, in degrees.
-    """
-
-    name: str
-    vertices: Positions
-    faces: NDArray[np.integer[Any]]
-    up: str
-    azimuth: float
-
-    @classmethod
-    def of(
-        cls, name: str, sequence: Sequence, up: str, azimuth: float, frames: int | None
-    ) -> "Subject":
-        """The first `frames` of a sequence, or all."""
-        return cls(name, sequence.vertices[:frames], sequence.faces, up, azimuth)
-
-    @cached_property
-    def diagonal(self) -> float:
-        """Of the bounding box of frame 0."""
-        return bounding_box_diagonal(self.vertices[0])
-
-    @property
-    def n_frames(self) -> int:
-        """N."""
-        return int(self.vertices.shape[0])
-
-    @property
-    def n_vertices(self) -> int:
-        """K."""
-        return int(self.vertices.shape[1])
-
-    def frame_at(self, place: float) -> int:
-        """The number of the frame at a place from 0, the first, to 1, the last."""
-        return max(1, round(place * (self.n_frames - 1)))
+_FRAMES_AT_ONCE = 32  # measured together, because each call builds the cells anew
 
 
 @dataclass(eq=False)
 class Run:
-    """One method over one sequence; entry i belongs to frame i + 1.
+    """One method on one sequence; entry i belongs to frame i + 1.
 
     Attributes:
-        nmsve: in bounding-box diagonals; NaN where it was not measured.
-        seconds: processor time of the method alone, which runs in one thread.
-        iterations: where it iterates.
-        unknown: number of unknown vertices.
-        frames: completed frames that were asked for, by number.
-        masks: their known masks.
-        whole: whether every position of every frame was filled in, with a finite value.
+        nmsve: NMSVE in bounding-box diagonals, or NaN if it was not measured.
+        seconds: the processor time of the method alone, which runs in one thread.
+        iterations: the number of iterations, or 0 if the method does not iterate.
+        unknown: the number of unknown vertices.
+        frames: the completed frames that were to be kept, by number.
+        masks: the known masks of these frames.
+        complete: whether every position of every frame is finite.
     """
 
     nmsve: Floats
@@ -84,10 +37,10 @@ class Run:
     unknown: NDArray[np.int64]
     frames: dict[int, Positions]
     masks: dict[int, Mask]
-    whole: bool = True
+    complete: bool = True
 
     def summary(self) -> dict[str, float]:
-        """What results.json holds of a run."""
+        """Return what results.json contains of a run, NMSVE in bounding-box diagonals."""
         error = {
             "nmsve_mean": float(self.nmsve.mean()),
             "nmsve_p10": float(np.percentile(self.nmsve, 10)),
@@ -113,15 +66,18 @@ def run(
     advance: Callable[[int], object] = lambda _: None,
     with_error: bool = True,
 ) -> Run:
-    """Completes the frames after the first, and measures.
+    """Complete the frames after frame 0, and measure.
 
     Args:
         subject: the sequence.
-        method: to complete it with.
+        method: the method.
         masks: (k,) bool for every frame, that of frame 0 included.
-        keep: numbers of frames to keep.
-        advance: is told of frames done.
+        keep: the numbers of the frames to keep.
+        advance: called with the number of frames that were completed since the last call.
         with_error: whether NMSVE is measured.
+
+    Raises:
+        ImportError, ValueError, RuntimeError: the method cannot complete the sequence.
     """
     n = subject.n_frames - 1
     result = Run(
@@ -133,32 +89,45 @@ def run(
     for number, known in enumerate(masks):
         if number == 0:
             continue
-        start = time.thread_time()
-        completed = completion.complete(subject.vertices[number], known)
-        result.seconds[number - 1] = time.thread_time() - start
-        result.iterations[number - 1] = completion.iterations()
+        points = subject.vertices[number]
+        frame, result.seconds[number - 1] = timed(completion, points, known, time.thread_time)
+        completed = frame.astype(points.dtype)  # a copy, as the method may overwrite the frame
+        result.iterations[number - 1] = completion.iterations
         result.unknown[number - 1] = len(known) - np.count_nonzero(known)
         if number in kept:
             result.frames[number] = completed
             result.masks[number] = known
-        result.whole = result.whole and bool(np.isfinite(completed).all())
+        result.complete = result.complete and bool(np.isfinite(completed).all())
         waiting.append(completed)
         if len(waiting) == _FRAMES_AT_ONCE or number == n:
             if with_error:
                 first = number - len(waiting)
-                result.nmsve[first:number] = _errors(subject, first + 1, waiting)
+                result.nmsve[first:number] = nmsve(subject, range(first + 1, number + 1), waiting)
             advance(len(waiting))
             waiting = []
     return result
 
 
-def _errors(subject: Subject, first: int, completed: list[Positions]) -> Floats:
-    truth = subject.vertices[first : first + len(completed)]
-    nmsve = metrics.nmsve(subject.faces, truth, np.stack(completed))
-    return np.asarray(nmsve / subject.diagonal)
+def timed(
+    completion: Completion,
+    points: Positions,
+    known: Mask,
+    clock: Callable[[], float] = time.perf_counter,
+) -> tuple[Positions, float]:
+    """Complete a frame; return it and the seconds that the method took."""
+    start = clock()
+    completed = completion.complete(points, known)
+    seconds = clock() - start
+    return completed, seconds if completion.seconds is None else completion.seconds
+
+
+def nmsve(subject: Subject, numbers: Iterable[int], completed: list[Positions]) -> Floats:
+    """Return the NMSVE of completed frames, by their numbers, in bounding-box diagonals."""
+    truth = subject.vertices[list(numbers)]
+    return np.asarray(metrics.nmsve(subject.faces, truth, np.stack(completed)) / subject.diagonal)
 
 
 def vertex_error(subject: Subject, number: int, completed: Positions) -> Floats:
-    """(k,) distances to the truth in bounding-box diagonals."""
+    """Return the (k,) distances from the true positions in bounding-box diagonals."""
     truth = subject.vertices[number]
     return np.asarray(metrics.vertex_error(truth, completed) / subject.diagonal)

@@ -1,4 +1,4 @@
-"""The figures that show meshes: the paper's 8, 10 and 11, and what lies beyond."""
+"""The figures that show meshes: 8, 10 and 11 of the paper, and 12 and 15 beyond it."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -11,10 +11,13 @@ from numpy.typing import NDArray
 from ..draw import figures
 from ..draw.figures import Image, View
 from ..sequence import Positions
-from .measure import Run, Subject, vertex_error
-from .methods import COMPARED, HARMONIC, LIA, LSM, MOTION
-from .plan import PAPER_SHARES, SCENARIOS, Study, pictured_frames
-from .style import new_figure, percent, save, scientific
+from .losses import PAPER_SHARES, SCENARIOS
+from .measure import Run, vertex_error
+from .methods import COMPARED, LIA, LIA_HARMONIC, LSM, MOTION
+from .sequence_study import Study, pictured_frames
+from .style import new_figure, nmsve_caption, save
+from .subjects import Subject
+from .tables import percent
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -25,7 +28,7 @@ _PANEL_WIDTH = 3.0  # inches
 
 
 def figure8(study: Study, folder: Path) -> Path:
-    """Missing and known vertices, and heatmaps, at four shares."""
+    """Draw known and missing vertices, and heatmaps of the error, at four shares."""
     subject = study.subject
     (number,) = pictured_frames(subject)["figure8"]
     runs = [study.grid[MOTION.key, share] for share in PAPER_SHARES]
@@ -35,7 +38,7 @@ def figure8(study: Study, folder: Path) -> Path:
     heat, limit = _heatmaps(subject, number, runs, view)
     images = figures.cropped([*dots, *heat])
     titles = [f"{percent(share)} known" for share in PAPER_SHARES]
-    captions = [f"NMSVE {scientific(run.nmsve[number - 1])}" for run in runs]
+    captions = [nmsve_caption(run.nmsve[number - 1]) for run in runs]
     return _sheet(
         f"{subject.name}, frame {number}: known (blue) and missing (red); error after completion",
         [images[: len(runs)], images[len(runs) :]],
@@ -48,7 +51,7 @@ def figure8(study: Study, folder: Path) -> Path:
 
 
 def figure10(study: Study, folder: Path) -> Path:
-    """Original, motion, LIA and LSM side by side."""
+    """Draw the original, motion, LIA and LSM side by side."""
     subject = study.subject
     chosen = [
         (share, number)
@@ -61,7 +64,7 @@ def figure10(study: Study, folder: Path) -> Path:
     for share, number in chosen:
         runs = [study.grid[method.key, share] for method in (MOTION, LIA, LSM)]
         images += _surfaces(subject, number, [run.frames[number] for run in runs], view)
-        errors = [f"NMSVE {scientific(run.nmsve[number - 1])}" for run in runs]
+        errors = [nmsve_caption(run.nmsve[number - 1]) for run in runs]
         captions.append([f"frame {number}, {percent(share)} known", *errors])
     images = figures.cropped(images)
     rows = _in_rows(images, 4)
@@ -70,26 +73,26 @@ def figure10(study: Study, folder: Path) -> Path:
 
 
 def figure11(study: Study, folder: Path) -> Path:
-    """Reconstructions at four shares beside the original."""
+    """Draw reconstructions at four shares beside the original."""
     subject = study.subject
     (number,) = pictured_frames(subject)["figure11"]
     runs = [study.grid[MOTION.key, share] for share in PAPER_SHARES]
     frames = [run.frames[number] for run in runs]
     row = figures.cropped(_surfaces(subject, number, frames, _view(subject, [number])))
-    captions = ["", *(f"NMSVE {scientific(run.nmsve[number - 1])}" for run in runs)]
+    captions = ["", *(nmsve_caption(run.nmsve[number - 1]) for run in runs)]
     titles = ["original", *(f"{percent(share)} known" for share in PAPER_SHARES)]
     heading = f"{subject.name}, frame {number}, completed by motion"
     return _sheet(heading, [row], [titles], [captions], folder, f"figure11_{subject.name}")
 
 
 def figure12(study: Study, name: str, folder: Path) -> Path:
-    """What is known, and every method's error, where a camera or patches hide vertices."""
+    """Draw what is known and the errors, if a camera or patches hide vertices."""
     subject = study.subject
     (number,) = pictured_frames(subject)["scenarios"]
-    # A camera hides the back: look at it from there.
+    # The camera does not see the back, so the picture is taken from there.
     turned = replace(subject, azimuth=subject.azimuth + 180) if name == "camera" else subject
     view = _view(turned, [number])
-    methods = [method for method in COMPARED if method not in (HARMONIC, LSM)]
+    methods = [method for method in COMPARED if method not in (LIA_HARMONIC, LSM)]
     methods = [*methods, *study.beyond]
     runs = [study.scenarios[name, method.key] for method in methods]
     truth = subject.vertices[number]
@@ -97,9 +100,10 @@ def figure12(study: Study, name: str, folder: Path) -> Path:
     heat, limit = _heatmaps(subject, number, runs, view)
     images = figures.cropped([dots, *heat])
     labels = ["known (blue)", *(method.label for method in methods)]
-    captions = ["", *(f"NMSVE {scientific(run.nmsve[number - 1])}" for run in runs)]
+    captions = ["", *(nmsve_caption(run.nmsve[number - 1]) for run in runs)]
+    what = "known vertices, and the error after completion"
     return _sheet(
-        f"{subject.name}, frame {number}, {SCENARIOS[name]}: what is known, and the error after",
+        f"{subject.name}, frame {number}, {SCENARIOS[name]}: {what}",
         _in_rows(images, 4),
         _in_rows(labels, 4),
         _in_rows(captions, 4),
@@ -110,7 +114,7 @@ def figure12(study: Study, name: str, folder: Path) -> Path:
 
 
 def figure15(study: Study, folder: Path) -> Path:
-    """Original, motion, detail and what libigl offers, where few vertices are known."""
+    """Draw the original, motion, detail and rivals, where few vertices are known."""
     subject, share = study.subject, PAPER_SHARES[0]
     (number,) = pictured_frames(subject)["figure15"]
     methods = [MOTION, *study.beyond]
@@ -120,7 +124,7 @@ def figure15(study: Study, folder: Path) -> Path:
     surfaces = _surfaces(subject, number, [run.frames[number] for run in runs], view)
     dots = figures.render(subject.faces, truth, view, known=runs[0].masks[number])
     heat, limit = _heatmaps(subject, number, runs, view)
-    captions = ["known (blue)", *(f"NMSVE {scientific(run.nmsve[number - 1])}" for run in runs)]
+    captions = ["known (blue)", *(nmsve_caption(run.nmsve[number - 1]) for run in runs)]
     return _sheet(
         f"{subject.name}, frame {number}, {percent(share)} known",
         _in_rows(figures.cropped([*surfaces, dots, *heat]), len(runs) + 1),
@@ -133,7 +137,7 @@ def figure15(study: Study, folder: Path) -> Path:
 
 
 def _view(subject: Subject, numbers: list[int]) -> View:
-    """A view large enough for any of the frames."""
+    """Return a view that is large enough for each of the frames."""
     views = [View.of(subject.vertices[n], subject.up, subject.azimuth) for n in numbers]
     half = np.max([(view.box[1] - view.box[0]) / 2 for view in views], axis=0)
     return replace(views[0], box=np.stack([-half, half])).around(subject.vertices[numbers[0]])
@@ -149,7 +153,7 @@ def _surfaces(
 def _heatmaps(
     subject: Subject, number: int, runs: Sequence[Run], view: View
 ) -> tuple[list[Image], float]:
-    """One scale for all: up to the 99th percentile of the worst."""
+    """Draw errors on one scale, which ends at the 99th percentile of the worst method."""
     frames = [run.frames[number] for run in runs]
     errors: list[NDArray[np.float64]] = [vertex_error(subject, number, frame) for frame in frames]
     limit = max(float(np.percentile(error, 99)) for error in errors) or 1.0
@@ -169,11 +173,11 @@ def _sheet(
     name: str,
     limit: float | None = None,
 ) -> Path:
-    """Pictures in rows, each with a title over it and a caption under it; a bar for heatmaps."""
+    """Draw pictures in rows, with titles and captions, and a colour bar if there is a limit."""
     columns = len(titles[0])
     width = _PANEL_WIDTH * columns + (0.9 if limit is not None else 0)
     heights = [_PANEL_WIDTH * row[0].shape[0] / row[0].shape[1] for row in rows]
-    # Tall subjects would fill a page: their panels are made smaller instead.
+    # Panels of tall subjects are made smaller, so that the figure fits on a page.
     shrink = min(1.0, 10.5 / sum(heights), 4.2 / max(heights))
     heights = [height * shrink for height in heights]
     with new_figure(max(width, 10.5), sum(heights) + 0.45 * len(rows) + 0.8) as figure:
@@ -194,7 +198,7 @@ def _sheet(
 
 
 def _in_rows(values: Sequence[T], length: int) -> list[list[T]]:
-    """The last one may be shorter."""
+    """Cut values into rows; the last row may be shorter."""
     return [list(values[first : first + length]) for first in range(0, len(values), length)]
 
 

@@ -1,4 +1,4 @@
-"""What all figures share."""
+"""The style of all figures, and how they are saved."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -6,9 +6,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .._extras import require
+from .tables import NMSVE_UNIT
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+NMSVE_LABEL = r"NMSVE $\times\ 10^4$ / diagonal"
+"""The label of axes that show NMSVE in the unit of the tables, `tables.NMSVE_UNIT`."""
 
 _DOTS_PER_INCH = 120
 
@@ -29,7 +33,7 @@ _STYLE: dict[str, Any] = {
 
 @contextmanager
 def new_figure(width: float, height: float) -> Iterator["Figure"]:
-    """A figure of a size in inches, drawn and saved in one style; no global state is touched."""
+    """Make a figure of a size in inches and in the common style; no global state is changed."""
     matplotlib = require("matplotlib", extra="reproduce")
     figures = require("matplotlib.figure", extra="reproduce")
     with matplotlib.rc_context(_STYLE):
@@ -37,10 +41,11 @@ def new_figure(width: float, height: float) -> Iterator["Figure"]:
 
 
 def save(figure: "Figure", folder: Path, name: str, *, is_chart: bool) -> Path:
-    """Writes NAME.png and NAME.svg, and returns the path of the PNG.
+    """Write NAME.png and NAME.svg, and return the path of the PNG.
 
-    A palette of 256 colours makes files a third of the size. That of a chart is true to its large
-    areas, the bands between curves; that of pictures to colours that few points have.
+    A palette of 256 colours reduces the files to a third of their size. For a chart, the palette
+    reproduces large areas best, such as the bands between curves; for pictures of meshes it
+    includes the colours that few points have.
     """
     image_module = require("PIL.Image", extra="reproduce")
     path = folder / f"{name}.png"
@@ -54,11 +59,6 @@ def save(figure: "Figure", folder: Path, name: str, *, is_chart: bool) -> Path:
     return path
 
 
-def percent(share: float) -> str:
-    """A share as people write it."""
-    return f"{100 * share:g} %"
-
-
-def scientific(value: float) -> str:
-    """An NMSVE for captions."""
-    return f"{value:.2e}".replace("e-0", "e-").replace("e+0", "e+")
+def nmsve_caption(diagonals: float) -> str:
+    """Return a caption for a picture, with an NMSVE in the unit of the tables."""
+    return rf"NMSVE ${diagonals / NMSVE_UNIT:.3g} \times 10^{{-4}}$"

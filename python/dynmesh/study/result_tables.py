@@ -1,0 +1,77 @@
+"""The tables of the evaluation, for report.html and for docs/results.md."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from .claims import Verdict, compare
+from .completion import Method
+from .losses import PAPER_SHARES, SCENARIOS
+from .methods import COMPARED, ONCE
+from .rivals import BEYOND
+from .sequence_study import Study
+from .tables import ABSENT, Line, bold_below_one, nmsve_cell, number, percent
+
+Results = dict[str, Any]
+"""A part of results.json."""
+
+_DIVERGES = 1.0  # bounding-box diagonals
+
+
+def sequence_table(numbers: Results) -> list[Line]:
+    """Tabulate the mean NMSVE and the median time of every method on one sequence."""
+    shares = [percent(share) for share in PAPER_SHARES]
+    lines: list[Line] = [("method", f"{shares[0]} known", *shares[1:], *SCENARIOS)]
+    for method in (*COMPARED, *BEYOND):
+        if method.key in numbers["missing"]:
+            continue
+        runs = [numbers["grid"][method.key][str(share)] for share in PAPER_SHARES]
+        runs += [numbers["scenarios"][name][method.key] for name in SCENARIOS]
+        cells = [f"{_error(run)}; {number(run['milliseconds_median'])} ms" for run in runs]
+        lines.append((method.label, *cells))
+    once = [_error(numbers["once_only"][str(share)]) for share in PAPER_SHARES]
+    lines.append((ONCE.label, *once, *([""] * len(SCENARIOS))))
+    return lines
+
+
+def claims_table(claims: list[Results]) -> list[Line]:
+    """Tabulate on which sequences each claim holds."""
+    sequences = list(dict.fromkeys(claim["sequence"] for claim in claims))
+    holds = {(claim["claim"], claim["sequence"]): claim["holds"] for claim in claims}
+    lines: list[Line] = [("claim", *sequences)]
+    for words in dict.fromkeys(claim["claim"] for claim in claims):
+        lines.append((words, *(_verdict(holds.get((words, name))) for name in sequences)))
+    return lines
+
+
+def evidence_table(claims: list[Verdict]) -> list[Line]:
+    """Tabulate each claim with the numbers that confirm or refute it."""
+    lines: list[Line] = [("claim", "sequence", "verdict", "measured")]
+    for words in dict.fromkeys(verdict.claim for verdict in claims):
+        for v in claims:
+            if v.claim == words:
+                lines.append((v.claim, v.sequence, _verdict(v.holds), v.evidence))
+    return lines
+
+
+def comparison_table(study: Study, ours: Method, methods: Iterable[Method]) -> list[Line]:
+    """Tabulate the error and time of methods relative to one of ours."""
+    rivals = [method for method in methods if method is not ours]
+    columns = [compare(study, ours, rival) for rival in rivals]
+    lines: list[Line] = [(study.subject.name, *(rival.label for rival in rivals))]
+    for setting in columns[0]:
+        cells = [
+            f"error {bold_below_one(column[setting].error)}\n"
+            f"time {bold_below_one(column[setting].time)}"
+            for column in columns
+        ]
+        lines.append((setting, *cells))
+    return lines
+
+
+def _verdict(holds: bool | None) -> str:
+    return ABSENT if holds is None else "holds" if holds else "**does not hold**"
+
+
+def _error(run: Results) -> str:
+    error = run["nmsve_mean"]
+    return "diverges" if error > _DIVERGES else nmsve_cell(error)

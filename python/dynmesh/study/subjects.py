@@ -1,0 +1,93 @@
+"""The sequences that are measured on, built in or read from files."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import files, metrics, synth
+from ..draw.heatmap import likely_up
+from ..sequence import Positions, Sequence
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """A complete sequence to measure on.
+
+    Attributes:
+        name: the name used in file names and titles.
+        vertices: (n, k, 3) complete frames.
+        faces: (m, 3) vertex indices.
+        up: the axis that points up in pictures, "x", "y" or "z".
+        azimuth: the direction from which pictures are taken, in degrees around `up`.
+    """
+
+    name: str
+    vertices: Positions
+    faces: NDArray[np.integer[Any]]
+    up: str
+    azimuth: float
+
+    @classmethod
+    def of(
+        cls, name: str, sequence: Sequence, up: str, azimuth: float, frames: int | None
+    ) -> "Subject":
+        """Take the first `frames` frames of a sequence, or all of them if it is None."""
+        return cls(name, sequence.vertices[:frames], sequence.faces, up, azimuth)
+
+    @cached_property
+    def diagonal(self) -> float:
+        """The diagonal of the bounding box of frame 0, the unit of all errors."""
+        return metrics.bounding_box_diagonal(self.vertices[0])
+
+    @property
+    def n_frames(self) -> int:
+        """The number of frames, frame 0 included."""
+        return int(self.vertices.shape[0])
+
+    @property
+    def n_vertices(self) -> int:
+        """The number of vertices of a frame."""
+        return int(self.vertices.shape[1])
+
+    def frame_at(self, fraction: float) -> int:
+        """Return the number of the frame at a fraction of the sequence; never frame 0."""
+        return max(1, round(fraction * (self.n_frames - 1)))
+
+    def scaled(self) -> "Subject":
+        """Return the sequence in double precision, with a bounding-box diagonal of 1."""
+        return replace(self, vertices=self.vertices.astype(np.float64) / self.diagonal)
+
+    def repeated(self, cycles: int) -> "Subject":
+        """Return the sequence played several times in a row."""
+        return replace(self, vertices=np.tile(self.vertices, (cycles, 1, 1)))
+
+
+def built_in(frames: int | None = None) -> list[Subject]:
+    """Return the walker and the ocean, of the sizes of the sequences in the paper."""
+    return [
+        Subject.of("walker", synth.walker(), "z", 20.0, frames),
+        Subject.of("ocean", synth.ocean(), "z", 60.0, frames),
+    ]
+
+
+def from_file(
+    path: Path, frames: int | None = None, up: str | None = None, azimuth: float = 60.0
+) -> Subject:
+    """Read a sequence that is complete and has at least two frames.
+
+    If `up` is None, it is the axis that the file names, z for sheets that lie flat, or else y.
+
+    Raises:
+        ValueError, OSError: the file cannot be read, has missing vertices or has no second frame.
+    """
+    sequence = files.read(path)
+    if len(sequence.vertices) < 2:
+        raise ValueError(f"{path}: has {len(sequence.vertices)} frames; at least 2 are needed")
+    if sequence.known is not None and not sequence.known.all():
+        raise ValueError(f"{path}: has missing vertices; the evaluation needs complete sequences")
+    axis = up or likely_up(sequence.vertices[0], sequence.up_axis)
+    return Subject.of(path.stem, sequence, axis, azimuth, frames)
