@@ -7,7 +7,7 @@ import numpy as np
 
 import dynmesh
 from dynmesh.metrics import bounding_box_diagonal
-from dynmesh.streaming import Settings
+from dynmesh.settings import Settings
 
 
 def error_of_cycles(

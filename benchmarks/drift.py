@@ -15,7 +15,7 @@ from rich.console import Console
 from rich.progress import track
 
 import dynmesh
-from dynmesh.streaming import Settings
+from dynmesh.settings import Settings
 
 from .cycles import error_of_cycles
 from .markdown import Line, table

@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.progress import track
 
 import dynmesh
-from dynmesh.streaming import Settings
+from dynmesh.settings import Settings
 from dynmesh.study.plan import PAPER_SHARES
 
 from .cycles import error_of_cycles

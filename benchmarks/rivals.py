@@ -14,7 +14,7 @@ from scipy.sparse.linalg import spsolve
 
 import dynmesh
 from dynmesh.sequence import Mask
-from dynmesh.streaming import Settings
+from dynmesh.settings import Settings
 from dynmesh.study.libigl import Arap, Harmonic
 
 from .scenes import Frames, Scene

@@ -1,4 +1,5 @@
 #include <dynmesh/completer.hpp>
+#include <exception>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -19,14 +20,29 @@ Settings settings_of(const py::object& method, const py::object& revisit,
                      const py::object& noise, const py::object& reject_outliers,
                      const py::object& threads) {
   Settings settings;
-  settings.method = method_from_name(text_argument("method", method));
-  settings.revisit = truth_argument("revisit", revisit);
-  settings.extra_iterations = integer_argument("extra_iterations", extra_iterations);
-  settings.unseen = unseen_rule_from_name(text_argument("unseen", unseen));
-  if (!noise.is_none()) settings.noise = number_argument("noise", noise);
-  settings.reject_outliers = truth_argument("reject_outliers", reject_outliers);
-  settings.threads = integer_argument("threads", threads);
+  try {
+    settings.method = method_from_name(text_argument("method", method));
+    settings.revisit = truth_argument("revisit", revisit);
+    settings.extra_iterations = integer_argument("extra_iterations", extra_iterations);
+    settings.unseen = unseen_rule_from_name(text_argument("unseen", unseen));
+    if (!noise.is_none()) settings.noise = number_argument("noise", noise);
+    settings.reject_outliers = truth_argument("reject_outliers", reject_outliers);
+    settings.threads = integer_argument("threads", threads);
+  } catch (const ValueRefused& error) {
+    throw SettingError(error.argument(), error.reason());
+  }
   return settings;
+}
+
+/// Raises a SettingError of C++ as that of dynmesh._errors, with the setting as an attribute.
+void translate_setting_error(std::exception_ptr thrown) {
+  try {
+    if (thrown) std::rethrow_exception(std::move(thrown));
+  } catch (const SettingError& error) {
+    const py::object kind = py::module_::import("dynmesh._errors").attr("SettingError");
+    const py::object raised = kind(error.reason(), py::arg("argument") = error.setting());
+    PyErr_SetObject(kind.ptr(), raised.ptr());
+  }
 }
 
 /// One Python class for both precisions. Python may call from any thread while another thread is
@@ -284,6 +300,7 @@ Attributes:
 }  // namespace
 
 void bind_completer(py::module_& module) {
+  py::register_local_exception_translator(&translate_setting_error);
   py::class_<FrameReport>(module, "FrameReport", frame_report_doc)
       .def_readonly("known", &FrameReport::known)
       .def_readonly("filled", &FrameReport::filled)

@@ -1,13 +1,14 @@
 """A dynamic mesh held in memory."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ._checks import check_array, check_number, check_positive
+from ._errors import InputError, KindError
 from .polygons import Polygons, check_polygons
 
 Positions: TypeAlias = NDArray[np.floating[Any]]
@@ -36,32 +37,75 @@ may_be_derived = {
 """What may follow from positions, and how."""
 
 
-@dataclass(frozen=True, eq=False)
-class Sequence:
-    """Frames of one fixed connectivity.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Description:
+    """What a sequence says of itself beside its mesh and its frames.
+
+    :class:`dynmesh.Sequence` and :class:`dynmesh.Header` have these attributes too.
 
     Attributes:
-        vertices: (n, k, 3) float32 or float64. Where ``known`` is False the value means nothing.
-        faces: (m, 3) integers, triangles.
-        known: (n, k) bool, or None where every position was observed.
-        fps: frames per second, or None where nobody said.
+        fps: frames per second, or None if unknown.
         polygons: the faces as they were before they were cut into triangles, or None where they
             were triangles.
-        up_axis: "y" or "z", or None where nobody said.
+        up_axis: "y" or "z", or None if unknown.
         name: of the mesh among others in its file, as "/world/body", or None.
         start: the number of the first frame where it comes from, as 1001; USD's may be fractional.
             Only files have it: dynmesh itself counts frames from 0 everywhere.
         times: (n,) float64, the number of each frame where it comes from, ascending, if they are
-            not `start`, `start` + 1 and so on; `fps` of them are a second all the same. Else None.
-        metres_per_unit: how long a unit of the positions is, or None where nobody said.
-        generation: (n, k) int32, 0 an anchor, g a satellite, -1 unseen, or None.
-        age: (n, k) int32, frames since the vertex was last observed; None as `generation` is.
+            not `start`, `start` + 1 and so on; there are `fps` of them in a second even so. Else
+            None.
+        metres_per_unit: the length of a unit of the positions, or None if unknown.
         derived: what else a USD file says of the mesh that follows from the positions, so that it
             is computed anew when they are written to USD, or None. The names are "normals",
             "primvars:normals", "velocities" and "accelerations". Each has its interpolation, as
             {"normals": "faceVarying", "velocities": "vertex"}, with "flat" before it where
             faceVarying normals are those of the faces, and "reversed" before that where they point
             against the order of the corners. What cannot be computed is "blocked".
+    """
+
+    fps: float | None = None
+    polygons: Polygons | None = None
+    up_axis: str | None = None
+    name: str | None = None
+    start: float = 0
+    times: NDArray[np.float64] | None = None
+    metres_per_unit: float | None = None
+    derived: Mapping[str, str] | None = None
+
+    def described(self) -> dict[str, Any]:
+        """These attributes alone, by name: the keywords of another description."""
+        return {field.name: getattr(self, field.name) for field in fields(Description)}
+
+    def _check_description(self, n_frames: int) -> None:
+        """Refuses what cannot be said of a sequence of n frames."""
+        for argument in ("fps", "metres_per_unit"):
+            if (value := getattr(self, argument)) is not None:
+                check_positive(argument, value)
+        if self.polygons is not None:
+            check_polygons(self.polygons)
+        if not isinstance(self.name, str | None):
+            raise KindError(f"must be a string or None, not {self.name!r}", argument="name")
+        if self.up_axis not in (None, "y", "z"):
+            raise InputError(f"must be 'y' or 'z', not {self.up_axis!r}", argument="up_axis")
+        check_number("start", self.start)
+        if not abs(self.start) <= largest_start:
+            raise InputError(f"must be from -2**53 to 2**53, not {self.start}", argument="start")
+        _check_times(self.times, n_frames)
+        _check_derived(self.derived)
+
+
+@dataclass(frozen=True, eq=False)
+class Sequence(Description):
+    """Frames of one fixed connectivity.
+
+    Attributes:
+        vertices: (n, k, 3) float32 or float64. Where ``known`` is False the value means nothing.
+        faces: (m, 3) integers, triangles.
+        known: (n, k) bool, or None where every position was observed.
+        generation: (n, k) int32, 0 an anchor, g a satellite, -1 unseen, or None.
+        age: (n, k) int32, frames since the vertex was last observed; None as `generation` is.
+
+    The attributes of :class:`dynmesh.Description`, from `fps` to `derived`, are keywords as well.
 
     Raises:
         TypeError: an array of another kind.
@@ -73,16 +117,8 @@ class Sequence:
     vertices: Positions
     faces: NDArray[np.integer[Any]]
     known: Mask | None = None
-    fps: float | None = None
-    polygons: Polygons | None = None
-    up_axis: str | None = None
-    name: str | None = None
-    start: float = 0
-    times: NDArray[np.float64] | None = None
-    metres_per_unit: float | None = None
-    generation: Provenance | None = None
-    age: Provenance | None = None
-    derived: Mapping[str, str] | None = None
+    generation: Provenance | None = field(default=None, kw_only=True)
+    age: Provenance | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         """Refuses arrays that do not fit together."""
@@ -102,11 +138,7 @@ class Sequence:
         for name in ("generation", "age"):
             if (values := getattr(self, name)) is not None:
                 check_provenance(name, values.dtype, values.shape, frames)
-        check_times(self.times, len(self.vertices))
-        check_description(
-            self.fps, self.polygons, self.up_axis, self.name, self.start, self.metres_per_unit
-        )
-        check_derived(self.derived)
+        self._check_description(len(self.vertices))
 
     def __repr__(self) -> str:
         """What it holds, without the numbers."""
@@ -131,17 +163,17 @@ def rate(fps: float | None) -> str:
 def check_vertices(dtype: np.dtype[Any], shape: tuple[int, ...]) -> None:
     """Refuses what cannot be the vertices of a sequence."""
     if dtype.kind != "f" or dtype.itemsize not in (4, 8):
-        raise TypeError(f"vertices: must be float32 or float64, not {dtype}")
+        raise KindError(f"must be float32 or float64, not {dtype}", argument="vertices")
     if len(shape) != 3 or shape[2] != 3:
-        raise ValueError(f"vertices: must have shape (n, k, 3), not {shape}")
+        raise InputError(f"must have shape (n, k, 3), not {shape}", argument="vertices")
 
 
 def check_faces(dtype: np.dtype[Any], shape: tuple[int, ...]) -> None:
     """Refuses what cannot be the faces of a sequence."""
     if dtype.kind not in "iu":
-        raise TypeError(f"faces: must be integers, not {dtype}")
+        raise KindError(f"must be integers, not {dtype}", argument="faces")
     if len(shape) != 2 or shape[1] != 3:
-        raise ValueError(f"faces: must have shape (m, 3), not {shape}")
+        raise InputError(f"must have shape (m, 3), not {shape}", argument="faces")
 
 
 def check_corners(faces: NDArray[np.integer[Any]], n_vertices: int) -> None:
@@ -150,18 +182,21 @@ def check_corners(faces: NDArray[np.integer[Any]], n_vertices: int) -> None:
         return
     outside = (faces < 0) | (faces >= n_vertices)
     face = int(outside.any(axis=1).argmax())
-    raise ValueError(
-        f"faces: face {face} refers to vertex {faces[outside][0]}, "
-        f"but the mesh has {n_vertices} vertices, counted from 0"
+    raise InputError(
+        f"face {face} refers to vertex {faces[outside][0]}, "
+        f"but the mesh has {n_vertices} vertices, counted from 0",
+        argument="faces",
     )
 
 
 def check_known(dtype: np.dtype[Any], shape: tuple[int, ...], expected: tuple[int, ...]) -> None:
     """Refuses what cannot be the known masks of (n, k) = ``expected`` vertices."""
     if dtype.kind != "b":
-        raise TypeError(f"known: must be bool, not {dtype}")
+        raise KindError(f"must be bool, not {dtype}", argument="known")
     if shape != expected:
-        raise ValueError(f"known: must have shape {expected}, as vertices say, not {shape}")
+        raise InputError(
+            f"must have shape {expected}, as vertices say, not {shape}", argument="known"
+        )
 
 
 def check_provenance(
@@ -169,64 +204,41 @@ def check_provenance(
 ) -> None:
     """Refuses what cannot be the generation or the age of (n, k) = ``expected`` vertices."""
     if dtype.kind not in "iu":
-        raise TypeError(f"{name}: must be integers, not {dtype}")
+        raise KindError(f"must be integers, not {dtype}", argument=name)
     if shape != expected:
-        raise ValueError(f"{name}: must have shape {expected}, as vertices say, not {shape}")
+        raise InputError(f"must have shape {expected}, as vertices say, not {shape}", argument=name)
 
 
-def check_times(times: NDArray[np.float64] | None, n_frames: int) -> None:
+def _check_times(times: NDArray[np.float64] | None, n_frames: int) -> None:
     """Refuses what cannot be the times of n frames."""
     if times is None:
         return
     if times.dtype != np.float64:
-        raise TypeError(f"times: must be float64, not {times.dtype}")
+        raise KindError(f"must be float64, not {times.dtype}", argument="times")
     if times.shape != (n_frames,):
-        raise ValueError(
-            f"times: must have shape {(n_frames,)}, as vertices say, not {times.shape}"
+        raise InputError(
+            f"must have shape {(n_frames,)}, as vertices say, not {times.shape}", argument="times"
         )
     wrong = ~np.isfinite(times)
     wrong[1:] |= ~(times[1:] > times[:-1])
     if wrong.any():
         frame = int(wrong.argmax())
-        raise ValueError(
-            f"times: must be finite and ascend, but frame {frame} is at {times[frame]}"
+        raise InputError(
+            f"must be finite and ascend, but frame {frame} is at {times[frame]}", argument="times"
         )
 
 
-def check_description(
-    fps: float | None,
-    polygons: Polygons | None,
-    up_axis: str | None,
-    name: str | None,
-    start: float,
-    metres_per_unit: float | None,
-) -> None:
-    """Refuses what cannot be said of a sequence beside its frames."""
-    for argument, value in (("fps", fps), ("metres_per_unit", metres_per_unit)):
-        if value is not None:
-            check_positive(argument, value)
-    if polygons is not None:
-        check_polygons(polygons)
-    if not isinstance(name, str | None):
-        raise TypeError(f"name: must be a string or None, not {name!r}")
-    if up_axis not in (None, "y", "z"):
-        raise ValueError(f"up_axis: must be 'y' or 'z', not {up_axis!r}")
-    check_number("start", start)
-    if not abs(start) <= largest_start:
-        raise ValueError(f"start: must be from -2**53 to 2**53, not {start}")
-
-
-def check_derived(derived: Mapping[str, str] | None) -> None:
+def _check_derived(derived: Mapping[str, str] | None) -> None:
     """Refuses what cannot be said of what follows from the positions."""
     if derived is None:
         return
     if not isinstance(derived, Mapping):
-        raise TypeError(f"derived: must be a dict or None, not {derived!r}")
+        raise KindError(f"must be a dict or None, not {derived!r}", argument="derived")
     for name, how in derived.items():
         if name not in may_be_derived:
-            raise ValueError(
-                f"derived: must name some of {', '.join(may_be_derived)}, not {name!r}"
+            raise InputError(
+                f"must name some of {', '.join(may_be_derived)}, not {name!r}", argument="derived"
             )
         if how not in may_be_derived[name]:
             ways = ", ".join(may_be_derived[name])
-            raise ValueError(f"derived: {name} must be one of {ways}, not {how!r}")
+            raise InputError(f"{name} must be one of {ways}, not {how!r}", argument="derived")

@@ -92,7 +92,7 @@ def test_someones_mesh_stays_as_it_is(tmp_path: Path) -> None:
     mesh.write_text(text)
     dynmesh.write(path, sequence(3))
     assert mesh.read_text() == text
-    assert files.existing(path) == [path, mesh]
+    assert files.target_of(path).existing() == [path, mesh]
 
     other = dynmesh.Sequence(sequence().vertices, sheet(7).faces[::-1])
     dynmesh.write(path, other)
@@ -160,7 +160,7 @@ def test_what_a_cache_cannot_hold_is_refused(tmp_path: Path, suffix: str) -> Non
     assert str(e.value).startswith(f"{path}: ")
     header = dynmesh.Header(sheet(7).faces, 2**31, K, np.dtype(np.float32))
     with pytest.raises(ValueError, match="can hold 2147483647 frames, not 2147483648"):
-        files.begin(path, header)
+        files.create(path, header)
     assert not list(tmp_path.iterdir())
 
 

@@ -4,7 +4,10 @@
 #include <dynmesh/export.hpp>
 #include <dynmesh/types.hpp>
 #include <optional>
+#include <stdexcept>
+#include <string>
 #include <string_view>
+#include <utility>
 
 namespace dynmesh {
 
@@ -58,12 +61,28 @@ struct Settings {
   Index threads = 1;
 };
 
-/// Throws std::invalid_argument that names the setting and its value.
+/// A setting that is refused. The message begins with the setting's name and a colon.
+class DYNMESH_EXPORT SettingError : public std::invalid_argument {
+ public:
+  SettingError(std::string setting, std::string reason)
+      : std::invalid_argument(setting + ": " + reason),
+        setting_(std::move(setting)),
+        reason_(std::move(reason)) {}
+
+  [[nodiscard]] const std::string& setting() const { return setting_; }
+  [[nodiscard]] const std::string& reason() const { return reason_; }
+
+ private:
+  std::string setting_;
+  std::string reason_;
+};
+
+/// Throws SettingError, which names the setting and its value.
 DYNMESH_EXPORT void check_settings(const Settings& settings);
 
-/// "motion" or "detail". Throws std::invalid_argument for another name.
+/// "motion" or "detail". Throws SettingError for another name.
 DYNMESH_EXPORT Method method_from_name(std::string_view name);
-/// "hold" or "follow". Throws std::invalid_argument for another name.
+/// "hold" or "follow". Throws SettingError for another name.
 DYNMESH_EXPORT UnseenRule unseen_rule_from_name(std::string_view name);
 
 }  // namespace dynmesh

@@ -2,7 +2,6 @@
 #include <cmath>
 #include <cstdio>
 #include <dynmesh/settings.hpp>
-#include <stdexcept>
 #include <string>
 
 namespace dynmesh {
@@ -10,49 +9,46 @@ namespace dynmesh {
 void check_settings(const Settings& settings) {
   constexpr Index most_extra_iterations = 1'000'000;
   if (settings.extra_iterations < 0 || settings.extra_iterations > most_extra_iterations) {
-    throw std::invalid_argument("extra_iterations: must be from 0 to " +
-                                std::to_string(most_extra_iterations) + ", not " +
-                                std::to_string(settings.extra_iterations));
+    throw SettingError("extra_iterations", "must be from 0 to " +
+                                               std::to_string(most_extra_iterations) + ", not " +
+                                               std::to_string(settings.extra_iterations));
   }
   constexpr Index most_threads = 256;
   if (settings.threads < 1 || settings.threads > most_threads) {
-    throw std::invalid_argument("threads: must be from 1 to " + std::to_string(most_threads) +
-                                ", not " + std::to_string(settings.threads));
+    throw SettingError("threads", "must be from 1 to " + std::to_string(most_threads) + ", not " +
+                                      std::to_string(settings.threads));
   }
   if (settings.method == Method::detail) {
     if (!settings.revisit) {
-      throw std::invalid_argument("revisit: is a setting of method motion, not of detail");
+      throw SettingError("revisit", "is a setting of method motion, not of detail");
     }
     if (settings.extra_iterations != 0) {
-      throw std::invalid_argument("extra_iterations: is a setting of method motion, not of detail");
+      throw SettingError("extra_iterations", "is a setting of method motion, not of detail");
     }
   }
   if (settings.method == Method::motion) {
     const std::string exactly =
-        ": is no setting of method motion, which takes anchors exactly as they are";
-    if (settings.noise) throw std::invalid_argument("noise" + exactly);
-    if (settings.reject_outliers) throw std::invalid_argument("reject_outliers" + exactly);
+        "is no setting of method motion, which takes anchors exactly as they are";
+    if (settings.noise) throw SettingError("noise", exactly);
+    if (settings.reject_outliers) throw SettingError("reject_outliers", exactly);
   }
   if (settings.noise && !(*settings.noise > 0 && std::isfinite(*settings.noise))) {
     std::array<char, 32> text{};
     std::snprintf(text.data(), text.size(), "%.9g", *settings.noise);
-    throw std::invalid_argument(std::string("noise: must be positive and finite, not ") +
-                                text.data());
+    throw SettingError("noise", std::string("must be positive and finite, not ") + text.data());
   }
 }
 
 Method method_from_name(std::string_view name) {
   if (name == "motion") return Method::motion;
   if (name == "detail") return Method::detail;
-  throw std::invalid_argument("method: must be 'motion' or 'detail', not '" + std::string(name) +
-                              "'");
+  throw SettingError("method", "must be 'motion' or 'detail', not '" + std::string(name) + "'");
 }
 
 UnseenRule unseen_rule_from_name(std::string_view name) {
   if (name == "hold") return UnseenRule::hold;
   if (name == "follow") return UnseenRule::follow;
-  throw std::invalid_argument("unseen: must be 'hold' or 'follow', not '" + std::string(name) +
-                              "'");
+  throw SettingError("unseen", "must be 'hold' or 'follow', not '" + std::string(name) + "'");
 }
 
 }  // namespace dynmesh

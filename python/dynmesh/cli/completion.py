@@ -6,61 +6,32 @@ from typing import Annotated, Any
 
 import typer
 
-from .._checks import SettingError
+from .._errors import SettingError
 from ..jobs.file_completion import FileReport, complete_file, is_unfinished
-from ..streaming import Settings
+from ..settings import Settings
 from .options import (
     Faces,
     Format,
     FramesPerSecond,
     InputPath,
     MaskFile,
-    Method,
     MissingValue,
     OutputFormat,
     OutputPath,
     Overwrite,
     Prim,
-    Unseen,
     source_of,
+    with_settings,
 )
 from .terminal import say, say_remarks, track
 from .zeros import Zeros
 
 
+@with_settings
 def complete(
     path: InputPath,
     output: OutputPath,
-    method: Annotated[
-        Method,
-        typer.Option(help="motion: the paper's, fast. detail: keeps the shape, truer and slower."),
-    ] = Method.motion,
-    revisit: Annotated[
-        bool, typer.Option(help="Estimate a satellite again at every iteration, or only once.")
-    ] = True,
-    extra_iterations: Annotated[
-        int, typer.Option(help="Iterations after the last satellite is reached.", min=0)
-    ] = 0,
-    unseen: Annotated[
-        Unseen, typer.Option(help="What parts of the mesh without any known vertex do.")
-    ] = Unseen.follow,
-    noise: Annotated[
-        float | None,
-        typer.Option(
-            metavar="SIGMA",
-            help="Of method detail: known positions are noisy, by this standard deviation in their "
-            "unit, and are smoothed.",
-        ),
-    ] = None,
-    reject_outliers: Annotated[
-        bool,
-        typer.Option(
-            "--reject-outliers",
-            help="Of method detail: take known positions that move unlike those around them as "
-            "missing.",
-        ),
-    ] = False,
-    threads: Annotated[int, typer.Option(help="That a frame of a large mesh may use.", min=1)] = 1,
+    settings: Settings,
     provenance: Annotated[
         bool,
         typer.Option(
@@ -86,15 +57,6 @@ def complete(
     overwrite: Overwrite = False,
 ) -> None:
     """Fill in the missing vertices of every frame, from that frame and the past alone."""
-    settings: Settings = {
-        "method": method.value,
-        "revisit": revisit,
-        "extra_iterations": extra_iterations,
-        "unseen": unseen.value,
-        "noise": noise,
-        "reject_outliers": reject_outliers,
-        "threads": threads,
-    }
     was_unfinished = is_unfinished(output)
     zeros = Zeros()
 
@@ -118,9 +80,8 @@ def complete(
             **settings,
         )
     except SettingError as error:
-        name, _, reason = str(error).partition(": ")
-        option = f"'--{name.replace('_', '-')}'"
-        raise typer.BadParameter(reason, param_hint=option) from error
+        option = f"'--{str(error.argument).replace('_', '-')}'"
+        raise typer.BadParameter(error.reason, param_hint=option) from error
     except BlockingIOError:  # of another process
         raise
     except (OSError, KeyboardInterrupt) as error:
@@ -137,7 +98,7 @@ def complete(
         return
     if report.resumed_at:
         say(f"{output}: went on at frame {report.resumed_at}")
-    _say_what_was_done(output, report, reject_outliers)
+    _say_what_was_done(output, report, settings["reject_outliers"])
     say_remarks(output, report.remarks)
     zeros.say_if_many()
 

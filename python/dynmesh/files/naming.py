@@ -4,23 +4,25 @@ import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 
-from .._checks import SettingError
+from .._errors import InputError, KindError, locating
 
 
 @contextlib.contextmanager
 def naming(path: Path) -> Iterator[None]:
-    """Puts the file's name before what is wrong with it: a ValueError, or an OSError as it is.
+    """Adds the file to what is wrong with it: an InputError, or an OSError as it is.
 
-    A setting that is refused has nothing to do with the file.
+    An array of the wrong kind in a file is not a wrong argument, hence a KindError becomes an
+    InputError.
     """
     try:
-        yield
-    except SettingError:
-        raise
-    except (ValueError, TypeError, EOFError) as error:
-        if str(error).startswith(f"{path}: "):
-            raise
-        raise ValueError(f"{path}: {error}") from error
+        with locating(file=path):
+            yield
+    except KindError as error:
+        raise InputError(
+            error.reason, argument=error.argument, frame=error.frame, file=error.file
+        ) from error
+    except EOFError as error:
+        raise InputError(str(error), file=path) from error
     except OSError as error:
         if error.filename is not None or error.errno is None:
             raise

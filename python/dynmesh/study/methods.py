@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from .._core import Completer, LaplacianInterpolation, LeastSquaresMesh
 from ..sequence import Mask, Positions
-from ..streaming import Settings
+from ..settings import Settings
 from .libigl import Arap, Harmonic
 
 Faces = NDArray[np.integer[Any]]
