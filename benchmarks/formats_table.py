@@ -49,7 +49,7 @@ def partial_walker(n_frames: int) -> dynmesh.Sequence:
     n_vertices = walker.vertices.shape[1]
     known = np.stack(list(dynmesh.degrade.random_known(n_frames, n_vertices, 0.3, seed=0)))
     vertices = np.where(known[..., None], walker.vertices, np.float32(np.nan))
-    return dynmesh.Sequence(vertices, walker.faces, known, walker.fps, None, walker.up_axis)
+    return dynmesh.Sequence(vertices, walker.faces, known, fps=walker.fps, up_axis=walker.up_axis)
 
 
 def row(name: str, write: float, read: float, size: int, verdict: str, n_frames: int) -> Line:

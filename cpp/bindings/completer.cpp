@@ -1,4 +1,5 @@
 #include <dynmesh/completer.hpp>
+#include <exception>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -35,18 +36,33 @@ Enumeration value_of(const char* name, const Enumeration& /*old*/, py::handle gi
 Settings settings_of(const py::kwargs& given) {
   Settings settings;
   std::size_t n_taken = 0;
-  for_each_setting([&](const Setting& setting, auto member) {
-    if (!given.contains(setting.name)) return;
-    settings.*member = value_of(setting.name, settings.*member, given[setting.name]);
-    ++n_taken;
-  });
-  // On to the overload that refuses calls: see calls.cpp.
+  try {
+    for_each_setting([&](const Setting& setting, auto member) {
+      if (!given.contains(setting.name)) return;
+      settings.*member = value_of(setting.name, settings.*member, given[setting.name]);
+      ++n_taken;
+    });
+  } catch (const ValueRefused& error) {
+    throw SettingError(error.argument(), error.reason());
+  }
+  // Continue with the overload that refuses calls: see calls.cpp.
   if (n_taken < given.size()) throw py::reference_cast_error();
   return settings;
 }
 
-/// A Python class for both precisions. Python may call it from any thread while another thread is
-/// using it with the GIL released, which Completer does not allow. Such calls are refused.
+/// Raises a SettingError of C++ as that of dynmesh._errors, with the setting as an attribute.
+void translate_setting_error(std::exception_ptr thrown) {
+  try {
+    if (thrown) std::rethrow_exception(std::move(thrown));
+  } catch (const SettingError& error) {
+    const py::object kind = py::module_::import("dynmesh._errors").attr("SettingError");
+    const py::object raised = kind(error.reason(), py::arg("argument") = error.setting());
+    PyErr_SetObject(kind.ptr(), raised.ptr());
+  }
+}
+
+/// One Python class for both precisions. Python may call from any thread while another thread is
+/// inside with the GIL released, which Completer does not allow: such a call is refused.
 class AnyCompleter {
   template <class Real>
   void construct(const IndicesArgument& faces, const py::array& first_frame,
@@ -315,6 +331,7 @@ Attributes:
 }  // namespace
 
 void bind_completer(py::module_& module) {
+  py::register_local_exception_translator(&translate_setting_error);
   py::class_<FrameReport>(module, "FrameReport", frame_report_doc)
       .def_readonly("known", &FrameReport::known)
       .def_readonly("filled", &FrameReport::filled)

@@ -28,7 +28,7 @@ std::string text_argument(const std::string& argument, py::handle given) {
   const char* text = PyUnicode_AsUTF8AndSize(given.ptr(), &size);
   if (text == nullptr) {
     PyErr_Clear();
-    throw py::value_error(argument + ": is not valid text, " + std::string(py::repr(given)));
+    throw ValueRefused(argument, "is no text, " + std::string(py::repr(given)));
   }
   return {text, static_cast<std::size_t>(size)};
 }
@@ -49,7 +49,7 @@ double number_argument(const std::string& argument, py::handle given) {
     const bool is_large = PyErr_ExceptionMatches(PyExc_OverflowError) != 0;
     PyErr_Clear();
     if (!is_large) refuse_kind(argument, "a number", given);
-    throw py::value_error(argument + ": is an integer out of the range of float64");
+    throw ValueRefused(argument, "is an integer out of the range of float64");
   }
   return number;
 }
@@ -63,7 +63,7 @@ Index integer_argument(const std::string& argument, py::handle given) {
   if (!number) throw py::error_already_set();
   const long long wide = PyLong_AsLongLongAndOverflow(number.ptr(), &overflow);
   if (overflow != 0 || wide != static_cast<Index>(wide)) {
-    throw py::value_error(argument + ": is out of range, " + std::string(py::str(number)));
+    throw ValueRefused(argument, "is out of range, " + std::string(py::str(number)));
   }
   return static_cast<Index>(wide);
 }
@@ -71,7 +71,7 @@ Index integer_argument(const std::string& argument, py::handle given) {
 std::size_t count_argument(const std::string& argument, py::handle given) {
   const Index count = integer_argument(argument, given);
   if (count < 0) {
-    throw py::value_error(argument + ": must not be negative, but is " + std::to_string(count));
+    throw ValueRefused(argument, "must not be negative, but is " + std::to_string(count));
   }
   return static_cast<std::size_t>(count);
 }

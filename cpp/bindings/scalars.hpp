@@ -7,10 +7,27 @@
 #include <cstddef>
 #include <dynmesh/types.hpp>
 #include <string>
+#include <utility>
 
 namespace dynmesh {
 
 namespace py = pybind11;
+
+/// A ValueError that knows which argument it is about.
+class ValueRefused : public py::value_error {
+ public:
+  ValueRefused(std::string argument, std::string reason)
+      : py::value_error(argument + ": " + reason),
+        argument_(std::move(argument)),
+        reason_(std::move(reason)) {}
+
+  [[nodiscard]] const std::string& argument() const { return argument_; }
+  [[nodiscard]] const std::string& reason() const { return reason_; }
+
+ private:
+  std::string argument_;
+  std::string reason_;
+};
 
 std::string type_name(py::handle object);
 

@@ -23,10 +23,20 @@ py::tuple cells(const py::object& faces, const py::object& n_vertices) {
   return py::make_tuple(to_numpy(topology.cells.offsets), to_numpy(topology.cells.neighbours));
 }
 
-std::vector<std::pair<std::size_t, std::string>> refused_faces(const TopologyReport& report) {
-  std::vector<std::pair<std::size_t, std::string>> faces;
-  for (const auto& face : report.refused_faces) faces.emplace_back(face.index, face.reason);
-  return faces;
+const char* name_of(Refusal kind) {
+  switch (kind) {
+    case Refusal::degenerate:
+      return "degenerate";
+    case Refusal::duplicate:
+      return "duplicate";
+    case Refusal::flipped:
+      return "flipped";
+    case Refusal::non_manifold_edge:
+      return "non_manifold_edge";
+    case Refusal::non_manifold_vertex:
+      return "non_manifold_vertex";
+  }
+  return "";  // not reached
 }
 
 constexpr const char* cells_doc = R"doc(cells(faces, n_vertices)
@@ -48,18 +58,36 @@ Attributes:
     components: The number of connected components, including isolated vertices.
     isolated_vertices: The number of vertices without an edge.
     boundary_edges: The number of edges with one face, among the faces that are not refused.
-    refused_faces: (index, reason) of each degenerate, duplicate or non-manifold face. Its edges
-        still count in the cells.)doc";
+    refused_faces: A RefusedFace for each degenerate, duplicate, flipped or non-manifold face. Its
+        edges still count in the cells.)doc";
+
+constexpr const char* refused_face_doc = R"doc(A face that the half-edge mesh cannot represent.
+
+Attributes:
+    index: The row of `faces`.
+    kind: "degenerate": a vertex is repeated; "duplicate": an earlier face has the same three
+        vertices; "flipped": a neighbouring face has the shared edge in the same direction;
+        "non_manifold_edge": an edge already has two faces; "non_manifold_vertex": the faces around
+        a vertex would not form a single fan.
+    reason: What is wrong, with the vertices or the other face, as text.)doc";
 
 }  // namespace
 
 void bind_topology(py::module_& module) {
   module.def("cells", &cells, py::arg("faces"), py::arg("n_vertices"), cells_doc);
+  py::class_<RefusedFace>(module, "RefusedFace", refused_face_doc)
+      .def_readonly("index", &RefusedFace::index)
+      .def_property_readonly("kind", [](const RefusedFace& face) { return name_of(face.kind); })
+      .def_readonly("reason", &RefusedFace::reason)
+      .def("__repr__", [](const RefusedFace& face) {
+        return py::str("RefusedFace(index={}, kind={!r}, reason={!r})")
+            .format(face.index, name_of(face.kind), face.reason);
+      });
   py::class_<TopologyReport>(module, "TopologyReport", report_doc)
       .def_readonly("components", &TopologyReport::components)
       .def_readonly("isolated_vertices", &TopologyReport::isolated_vertices)
       .def_readonly("boundary_edges", &TopologyReport::boundary_edges)
-      .def_property_readonly("refused_faces", &refused_faces)
+      .def_readonly("refused_faces", &TopologyReport::refused_faces)
       .def("__repr__", [](const TopologyReport& report) {
         return py::str(
                    "TopologyReport(components={}, isolated_vertices={}, boundary_edges={}, "

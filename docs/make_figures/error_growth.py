@@ -10,7 +10,7 @@ import numpy as np
 
 import dynmesh
 from dynmesh.sequence import Positions
-from dynmesh.streaming import Settings
+from dynmesh.settings import Settings
 
 SHARES = (0.02, 0.05, 0.1, 0.2, 0.3, 0.5)
 WAYS: dict[str, Settings] = {

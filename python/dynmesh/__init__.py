@@ -12,19 +12,22 @@ Completion" (WSCG 2017).
 """
 
 from . import baselines, degrade, metrics, synth
-from ._core import Completer, FrameReport, TopologyReport, __version__, cells
+from ._core import Completer, FrameReport, RefusedFace, TopologyReport, __version__, cells
+from ._errors import DynmeshError
 from .diagnosis import Diagnosis, Finding, diagnose
 from .files import Frame, Header, Reader, Writer, create, create_like, open, read, write
 from .jobs import batch
 from .jobs.file_completion import FileReport, complete_file
 from .matrices import adjacency, laplacian
 from .polygons import Polygons
-from .sequence import Sequence
+from .sequence import Description, Sequence
 from .streaming import complete
 
 __all__ = [
     "Completer",
+    "Description",
     "Diagnosis",
+    "DynmeshError",
     "FileReport",
     "Finding",
     "Frame",
@@ -32,6 +35,7 @@ __all__ = [
     "Header",
     "Polygons",
     "Reader",
+    "RefusedFace",
     "Sequence",
     "TopologyReport",
     "Writer",

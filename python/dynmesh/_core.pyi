@@ -4,13 +4,25 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import Buffer
 
-from .sequence import Mask, Positions
-
 __version__: str
 
 _Integers: TypeAlias = NDArray[np.integer[Any]]
+_Positions: TypeAlias = NDArray[np.floating[Any]]
+_Mask: TypeAlias = NDArray[np.bool_]
 
 def cells(faces: _Integers, n_vertices: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]: ...
+
+class RefusedFace:
+    @property
+    def index(self) -> int: ...
+    @property
+    def kind(
+        self,
+    ) -> Literal[
+        "degenerate", "duplicate", "flipped", "non_manifold_edge", "non_manifold_vertex"
+    ]: ...
+    @property
+    def reason(self) -> str: ...
 
 class TopologyReport:
     @property
@@ -20,7 +32,7 @@ class TopologyReport:
     @property
     def boundary_edges(self) -> int: ...
     @property
-    def refused_faces(self) -> list[tuple[int, str]]: ...
+    def refused_faces(self) -> list[RefusedFace]: ...
 
 class FrameReport:
     @property
@@ -48,7 +60,7 @@ class Completer:
     def __init__(
         self,
         faces: _Integers,
-        first_frame: Positions,
+        first_frame: _Positions,
         *,
         method: Literal["motion", "detail"] = "motion",
         revisit: bool = True,
@@ -59,13 +71,13 @@ class Completer:
         threads: int = 1,
     ) -> None: ...
     def push(
-        self, points: Positions, known: Mask | None = None, *, out: Positions | None = None
-    ) -> Positions: ...
+        self, points: _Positions, known: _Mask | None = None, *, out: _Positions | None = None
+    ) -> _Positions: ...
     def push_sparse(
-        self, indices: _Integers, points: Positions, *, out: Positions | None = None
-    ) -> Positions: ...
-    def skip(self, *, out: Positions | None = None) -> Positions: ...
-    def reset(self, frame: Positions) -> None: ...
+        self, indices: _Integers, points: _Positions, *, out: _Positions | None = None
+    ) -> _Positions: ...
+    def skip(self, *, out: _Positions | None = None) -> _Positions: ...
+    def reset(self, frame: _Positions) -> None: ...
     def state(self) -> bytes: ...
     def restore(self, state: Buffer) -> None: ...
     @property
@@ -96,8 +108,8 @@ def _set_sharing(
     chunk: int, short_chunk: int, fewest_pieces: int, patience: int
 ) -> tuple[int, int, int, int]: ...
 def _pieces_done_by_others() -> int: ...
-def nmsve(faces: _Integers, reference: Positions, completed: Positions) -> Any: ...
-def vertex_error(reference: Positions, completed: Positions) -> NDArray[np.float64]: ...
+def nmsve(faces: _Integers, reference: _Positions, completed: _Positions) -> Any: ...
+def vertex_error(reference: _Positions, completed: _Positions) -> NDArray[np.float64]: ...
 def summary(errors: NDArray[np.floating[Any]]) -> ErrorSummary: ...
 def plain_obj(
     text: bytes,
@@ -106,7 +118,7 @@ def plain_obj(
 class LeastSquaresMesh:
     def __init__(self, faces: _Integers, n_vertices: int) -> None: ...
     def complete(
-        self, points: Positions, known: Mask, *, previous: Positions | None = None
+        self, points: _Positions, known: _Mask, *, previous: _Positions | None = None
     ) -> NDArray[np.float64]: ...
 
 class LaplacianInterpolation:
@@ -117,8 +129,8 @@ class LaplacianInterpolation:
         *,
         objective: Literal["least_squares", "harmonic"] = "least_squares",
         weights: Literal["uniform", "inverse_distance"] = "uniform",
-        reference: Positions | None = None,
+        reference: _Positions | None = None,
     ) -> None: ...
     def complete(
-        self, points: Positions, known: Mask, *, previous: Positions | None = None
+        self, points: _Positions, known: _Mask, *, previous: _Positions | None = None
     ) -> NDArray[np.float64]: ...

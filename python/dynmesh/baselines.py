@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._core import LaplacianInterpolation, LeastSquaresMesh
+from ._errors import KindError
 from .sequence import Mask, Positions
 
 __all__ = [
@@ -73,5 +74,5 @@ def laplacian_interpolation(
 def _rows(points: Positions) -> int:
     shape: tuple[int, ...] = np.shape(points)
     if not shape:
-        raise TypeError(f"points: must be (k, 3) positions, not {points!r}")
+        raise KindError(f"must be (k, 3) positions, not {points!r}", argument="points")
     return shape[0]

@@ -5,6 +5,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ._errors import InputError, KindError
+
 
 class Polygons(NamedTuple):
     """The faces of a mesh as its file holds them, if some of them are not triangles."""
@@ -18,19 +20,21 @@ class Polygons(NamedTuple):
 def check_polygons(polygons: Polygons) -> None:
     """Raises an error unless the polygons are consistent."""
     if not isinstance(polygons, Polygons):
-        raise TypeError(f"polygons: must be Polygons, not {type(polygons).__name__}")
+        raise KindError(f"must be Polygons, not {type(polygons).__name__}", argument="polygons")
     for name, values in zip(("sizes", "corners"), polygons, strict=True):
         if values.dtype.kind not in "iu":
-            raise TypeError(f"polygons: {name} must be integers, not {values.dtype}")
+            raise KindError(f"{name} must be integers, not {values.dtype}", argument="polygons")
         if values.ndim != 1:
-            raise ValueError(f"polygons: {name} must have one axis, not shape {values.shape}")
+            raise InputError(
+                f"{name} must have one axis, not shape {values.shape}", argument="polygons"
+            )
     if len(polygons.sizes) and polygons.sizes.min() < 3:
         index = int(polygons.sizes.argmin())
         raise ValueError(f"face {index}: has {polygons.sizes[index]} corners, but needs 3")
     if polygons.sizes.sum() != len(polygons.corners):
-        raise ValueError(
-            f"polygons: sizes announce {polygons.sizes.sum()} corners, "
-            f"but corners holds {len(polygons.corners)}"
+        raise InputError(
+            f"{polygons.sizes.sum()} corners are announced, but there are {len(polygons.corners)}",
+            argument="polygons",
         )
 
 

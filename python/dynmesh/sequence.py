@@ -1,13 +1,14 @@
 """A dynamic mesh held in memory."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ._checks import check_array, check_number, check_positive
+from ._errors import InputError, KindError
 from .polygons import Polygons, check_polygons
 
 Positions: TypeAlias = NDArray[np.floating[Any]]
@@ -36,14 +37,13 @@ may_be_derived = {
 """What may follow from the positions, and how."""
 
 
-@dataclass(frozen=True, eq=False)
-class Sequence:
-    """Frames of one fixed connectivity.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Description:
+    """What a sequence says of itself beside its mesh and its frames.
+
+    :class:`dynmesh.Sequence` and :class:`dynmesh.Header` have these attributes too.
 
     Attributes:
-        vertices: (n, k, 3) float32 or float64. Values are arbitrary where ``known`` is False.
-        faces: (m, 3) integers, triangles.
-        known: (n, k) bool, or None if every position was observed.
         fps: frames per second, or None if unknown.
         polygons: the faces before they were cut into triangles, or None if all of them were
             triangles.
@@ -54,14 +54,57 @@ class Sequence:
         times: (n,) float64, the ascending numbers of the frames in their file, or None if they are
             `start`, `start` + 1 and so on. `fps` of them are a second in either case.
         metres_per_unit: the length of a unit of the positions, or None if unknown.
-        generation: (n, k) int32, 0 for anchors, g for satellites, -1 for unseen vertices, or None.
-        age: (n, k) int32, frames since the vertex was last observed; None if `generation` is.
         derived: what else a USD file holds that follows from the positions, or None. It is
             recomputed when the sequence is written to USD. The names are "normals",
             "primvars:normals", "velocities" and "accelerations". The values are interpolations, as
             in {"normals": "faceVarying", "velocities": "vertex"}. "flat" before it means that
             faceVarying normals are those of the faces, and "reversed" before that means that they
             point against the order of the corners. "blocked" marks what cannot be computed.
+    """
+
+    fps: float | None = None
+    polygons: Polygons | None = None
+    up_axis: str | None = None
+    name: str | None = None
+    start: float = 0
+    times: NDArray[np.float64] | None = None
+    metres_per_unit: float | None = None
+    derived: Mapping[str, str] | None = None
+
+    def described(self) -> dict[str, Any]:
+        """These attributes alone, by name: the keywords of another description."""
+        return {field.name: getattr(self, field.name) for field in fields(Description)}
+
+    def _check_description(self, n_frames: int) -> None:
+        """Refuses what cannot be said of a sequence of n frames."""
+        for argument in ("fps", "metres_per_unit"):
+            if (value := getattr(self, argument)) is not None:
+                check_positive(argument, value)
+        if self.polygons is not None:
+            check_polygons(self.polygons)
+        if not isinstance(self.name, str | None):
+            raise KindError(f"must be a string or None, not {self.name!r}", argument="name")
+        if self.up_axis not in (None, "y", "z"):
+            raise InputError(f"must be 'y' or 'z', not {self.up_axis!r}", argument="up_axis")
+        check_number("start", self.start)
+        if not abs(self.start) <= largest_start:
+            raise InputError(f"must be from -2**53 to 2**53, not {self.start}", argument="start")
+        _check_times(self.times, n_frames)
+        _check_derived(self.derived)
+
+
+@dataclass(frozen=True, eq=False)
+class Sequence(Description):
+    """Frames of one fixed connectivity.
+
+    Attributes:
+        vertices: (n, k, 3) float32 or float64. Values are arbitrary where ``known`` is False.
+        faces: (m, 3) integers, triangles.
+        known: (n, k) bool, or None if every position was observed.
+        generation: (n, k) int32, 0 for anchors, g for satellites, -1 for unseen vertices, or None.
+        age: (n, k) int32, frames since the vertex was last observed; None if `generation` is.
+
+    The attributes of :class:`dynmesh.Description`, from `fps` to `derived`, are keywords as well.
 
     Raises:
         TypeError: an array has the wrong kind.
@@ -73,16 +116,8 @@ class Sequence:
     vertices: Positions
     faces: NDArray[np.integer[Any]]
     known: Mask | None = None
-    fps: float | None = None
-    polygons: Polygons | None = None
-    up_axis: str | None = None
-    name: str | None = None
-    start: float = 0
-    times: NDArray[np.float64] | None = None
-    metres_per_unit: float | None = None
-    generation: Provenance | None = None
-    age: Provenance | None = None
-    derived: Mapping[str, str] | None = None
+    generation: Provenance | None = field(default=None, kw_only=True)
+    age: Provenance | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         """Raises an error unless the arrays are consistent."""
@@ -102,11 +137,7 @@ class Sequence:
         for name in ("generation", "age"):
             if (values := getattr(self, name)) is not None:
                 check_provenance(name, values.dtype, values.shape, frames)
-        check_times(self.times, len(self.vertices))
-        check_description(
-            self.fps, self.polygons, self.up_axis, self.name, self.start, self.metres_per_unit
-        )
-        check_derived(self.derived)
+        self._check_description(len(self.vertices))
 
     def __repr__(self) -> str:
         """Describes the sequence without its numbers."""
@@ -131,17 +162,17 @@ def rate(fps: float | None) -> str:
 def check_vertices(dtype: np.dtype[Any], shape: tuple[int, ...]) -> None:
     """Raises an error unless this describes the vertices of a sequence."""
     if dtype.kind != "f" or dtype.itemsize not in (4, 8):
-        raise TypeError(f"vertices: must be float32 or float64, not {dtype}")
+        raise KindError(f"must be float32 or float64, not {dtype}", argument="vertices")
     if len(shape) != 3 or shape[2] != 3:
-        raise ValueError(f"vertices: must have shape (n, k, 3), not {shape}")
+        raise InputError(f"must have shape (n, k, 3), not {shape}", argument="vertices")
 
 
 def check_faces(dtype: np.dtype[Any], shape: tuple[int, ...]) -> None:
     """Raises an error unless this describes the faces of a sequence."""
     if dtype.kind not in "iu":
-        raise TypeError(f"faces: must be integers, not {dtype}")
+        raise KindError(f"must be integers, not {dtype}", argument="faces")
     if len(shape) != 2 or shape[1] != 3:
-        raise ValueError(f"faces: must have shape (m, 3), not {shape}")
+        raise InputError(f"must have shape (m, 3), not {shape}", argument="faces")
 
 
 def check_corners(faces: NDArray[np.integer[Any]], n_vertices: int) -> None:
@@ -150,18 +181,21 @@ def check_corners(faces: NDArray[np.integer[Any]], n_vertices: int) -> None:
         return
     outside = (faces < 0) | (faces >= n_vertices)
     face = int(outside.any(axis=1).argmax())
-    raise ValueError(
-        f"faces: face {face} refers to vertex {faces[outside][0]}, "
-        f"but the mesh has {n_vertices} vertices, counted from 0"
+    raise InputError(
+        f"face {face} refers to vertex {faces[outside][0]}, "
+        f"but the mesh has {n_vertices} vertices, counted from 0",
+        argument="faces",
     )
 
 
 def check_known(dtype: np.dtype[Any], shape: tuple[int, ...], expected: tuple[int, ...]) -> None:
     """Raises an error unless this describes known masks of (n, k) = ``expected`` vertices."""
     if dtype.kind != "b":
-        raise TypeError(f"known: must be bool, not {dtype}")
+        raise KindError(f"must be bool, not {dtype}", argument="known")
     if shape != expected:
-        raise ValueError(f"known: must have shape {expected} to match vertices, not {shape}")
+        raise InputError(
+            f"must have shape {expected}, as vertices say, not {shape}", argument="known"
+        )
 
 
 def check_provenance(
@@ -169,64 +203,41 @@ def check_provenance(
 ) -> None:
     """Raises an error unless this describes generations or ages of (n, k) = ``expected``."""
     if dtype.kind not in "iu":
-        raise TypeError(f"{name}: must be integers, not {dtype}")
+        raise KindError(f"must be integers, not {dtype}", argument=name)
     if shape != expected:
-        raise ValueError(f"{name}: must have shape {expected} to match vertices, not {shape}")
+        raise InputError(f"must have shape {expected}, as vertices say, not {shape}", argument=name)
 
 
-def check_times(times: NDArray[np.float64] | None, n_frames: int) -> None:
-    """Raises an error unless these are the times of n frames."""
+def _check_times(times: NDArray[np.float64] | None, n_frames: int) -> None:
+    """Refuses what cannot be the times of n frames."""
     if times is None:
         return
     if times.dtype != np.float64:
-        raise TypeError(f"times: must be float64, not {times.dtype}")
+        raise KindError(f"must be float64, not {times.dtype}", argument="times")
     if times.shape != (n_frames,):
-        raise ValueError(
-            f"times: must have shape {(n_frames,)} to match vertices, not {times.shape}"
+        raise InputError(
+            f"must have shape {(n_frames,)}, as vertices say, not {times.shape}", argument="times"
         )
     wrong = ~np.isfinite(times)
     wrong[1:] |= ~(times[1:] > times[:-1])
     if wrong.any():
         frame = int(wrong.argmax())
-        raise ValueError(
-            f"times: must be finite and ascending, but frame {frame} is at {times[frame]}"
+        raise InputError(
+            f"must be finite and ascend, but frame {frame} is at {times[frame]}", argument="times"
         )
 
 
-def check_description(
-    fps: float | None,
-    polygons: Polygons | None,
-    up_axis: str | None,
-    name: str | None,
-    start: float,
-    metres_per_unit: float | None,
-) -> None:
-    """Raises an error unless this is a valid description of a sequence."""
-    for argument, value in (("fps", fps), ("metres_per_unit", metres_per_unit)):
-        if value is not None:
-            check_positive(argument, value)
-    if polygons is not None:
-        check_polygons(polygons)
-    if not isinstance(name, str | None):
-        raise TypeError(f"name: must be a string or None, not {name!r}")
-    if up_axis not in (None, "y", "z"):
-        raise ValueError(f"up_axis: must be 'y' or 'z', not {up_axis!r}")
-    check_number("start", start)
-    if not abs(start) <= largest_start:
-        raise ValueError(f"start: must be from -2**53 to 2**53, not {start}")
-
-
-def check_derived(derived: Mapping[str, str] | None) -> None:
-    """Raises an error unless this is a valid value of :attr:`Sequence.derived`."""
+def _check_derived(derived: Mapping[str, str] | None) -> None:
+    """Refuses what cannot be said of what follows from the positions."""
     if derived is None:
         return
     if not isinstance(derived, Mapping):
-        raise TypeError(f"derived: must be a dict or None, not {derived!r}")
+        raise KindError(f"must be a dict or None, not {derived!r}", argument="derived")
     for name, how in derived.items():
         if name not in may_be_derived:
-            raise ValueError(
-                f"derived: names must be among {', '.join(may_be_derived)}, not {name!r}"
+            raise InputError(
+                f"must name some of {', '.join(may_be_derived)}, not {name!r}", argument="derived"
             )
         if how not in may_be_derived[name]:
             ways = ", ".join(may_be_derived[name])
-            raise ValueError(f"derived: {name} must be one of {ways}, not {how!r}")
+            raise InputError(f"{name} must be one of {ways}, not {how!r}", argument="derived")

@@ -2,52 +2,23 @@
 
 from collections.abc import Iterable, Iterator
 from itertools import repeat, zip_longest
-from typing import Any, Literal, TypedDict, Unpack
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ._checks import SettingError
 from ._core import Completer
+from ._errors import InputError, KindError, locating
 from .sequence import Mask, Positions, check_known
+from .settings import Settings, all_settings, takes_settings
 
 
-class Settings(TypedDict, total=False):
-    """The settings of :class:`dynmesh.Completer`, which documents them."""
-
-    method: Literal["motion", "detail"]
-    revisit: bool
-    extra_iterations: int
-    unseen: Literal["follow", "hold"]
-    noise: float | None
-    reject_outliers: bool
-    threads: int
-
-
-default_settings: Settings = {
-    "method": "motion",
-    "revisit": True,
-    "extra_iterations": 0,
-    "unseen": "follow",
-    "noise": None,
-    "reject_outliers": False,
-    "threads": 1,
-}
-"""The defaults of :class:`dynmesh.Completer`."""
-
-
+@takes_settings
 def complete(
     faces: NDArray[np.integer[Any]],
     frames: Iterable[Positions],
     known: Iterable[Mask] | None = None,
-    *,
-    method: Literal["motion", "detail"] = "motion",
-    revisit: bool = True,
-    extra_iterations: int = 0,
-    unseen: Literal["follow", "hold"] = "follow",
-    noise: float | None = None,
-    reject_outliers: bool = False,
-    threads: int = 1,
+    **settings: Unpack[Settings],
 ) -> Iterator[Positions]:
     """Completes one frame after another, in constant memory.
 
@@ -57,16 +28,8 @@ def complete(
         faces: (m, 3) integers.
         frames: (k, 3) positions each. The first frame must be complete and is yielded unchanged.
         known: (k,) bool for each frame, or None if rows that are not finite are missing.
-        method: "motion" or "detail". This and the following arguments are the settings of
-            :class:`dynmesh.Completer`, which explains them.
-        revisit: for "motion"; whether every iteration estimates all satellites again.
-        extra_iterations: for "motion"; the number of iterations after the last satellite is
-            reached.
-        unseen: "follow" or "hold"; the motion of vertices that no edges connect to a known one.
-        noise: for "detail"; the standard deviation of known positions, or None if they are exact.
-        reject_outliers: for "detail"; whether known vertices that do not move like those around
-            them are treated as missing.
-        threads: the number of threads that a frame may use.
+        **settings: `method`, `noise` and the other settings of :class:`dynmesh.Completer`, which
+            explains them.
 
     Yields:
         (k, 3) completed frames, each a new array with the dtype of the first frame.
@@ -75,15 +38,6 @@ def complete(
         ValueError, TypeError: the errors of :class:`dynmesh.Completer`, with the number of the
             frame; also if there is no frame, or if frames and masks differ in number.
     """
-    settings: Settings = {
-        "method": method,
-        "revisit": revisit,
-        "extra_iterations": extra_iterations,
-        "unseen": unseen,
-        "noise": noise,
-        "reject_outliers": reject_outliers,
-        "threads": threads,
-    }
     for completed, _ in complete_pairs(faces, _pair(frames, known), **settings):
         yield completed
 
@@ -95,7 +49,7 @@ def complete_pairs(
     remaining = iter(pairs)
     first = next(remaining, None)
     if first is None:
-        raise ValueError("frames: is empty, but a complete frame 0 is needed")
+        raise InputError("is empty, but frame 0 is needed, complete", argument="frames")
     points, known = first
     completer = begin(faces, points, known, **settings)
     yield np.array(points, completer.dtype), completer
@@ -110,13 +64,10 @@ def begin(
 ) -> Completer:
     """Creates the completer for a sequence with this frame 0, which must be complete."""
     if known is not None and (missing := np.flatnonzero(np.equal(known, False))).size:
-        raise ValueError(f"known: vertex {missing[0]} is missing, but frame 0 must be complete")
-    try:
-        completer = Completer(faces, points, **settings)
-    except ValueError as error:
-        if str(error).partition(":")[0] in default_settings:
-            raise SettingError(str(error)) from error
-        raise
+        raise InputError(
+            f"vertex {missing[0]} is missing, but frame 0 must be complete", argument="known"
+        )
+    completer = Completer(faces, points, **all_settings(settings))
     if known is not None:
         mask = np.asarray(known)
         check_known(mask.dtype, mask.shape, (completer.n_vertices,))
@@ -128,10 +79,8 @@ def push_all(
 ) -> Iterator[tuple[Positions, Completer]]:
     """Completes the following frames, numbered from `first_number`; see :func:`complete_pairs`."""
     for number, (points, known) in enumerate(pairs, first_number):
-        try:
+        with locating(frame=number):
             completed = completer.push(points, known)
-        except (ValueError, TypeError) as error:
-            raise type(error)(f"frame {number}: {error}") from error
         yield completed, completer
 
 
@@ -140,7 +89,7 @@ def _pair(
 ) -> Iterator[tuple[Positions, Mask | None]]:
     for name, given in (("frames", frames), ("known", known)):
         if not isinstance(given, Iterable) and (given is not None or name == "frames"):
-            raise TypeError(f"{name}: must be iterable, not {type(given).__name__}")
+            raise KindError(f"must be iterable, not {type(given).__name__}", argument=name)
     if known is None:
         yield from zip(frames, repeat(None), strict=False)
         return
@@ -149,5 +98,5 @@ def _pair(
     for number, (points, mask) in enumerate(pairs):
         if points is missing or mask is missing:
             short, long = ("frames", "known") if points is missing else ("known", "frames")
-            raise ValueError(f"{short}: ends before frame {number}, but {long} does not")
+            raise InputError(f"ends before frame {number}, but {long} goes on", argument=short)
         yield points, mask

@@ -65,6 +65,7 @@ TEST_CASE("faces that a half-edge mesh cannot represent are reported, and their 
     const Topology topology = build_topology(faces_of(faces), 5);
     REQUIRE(topology.report.refused_faces.size() == 2);
     CHECK(topology.report.refused_faces[0].index == 1);
+    CHECK(topology.report.refused_faces[0].kind == Refusal::degenerate);
     CHECK(topology.report.refused_faces[0].reason.starts_with("degenerate: vertices 3, 3, 2"));
     CHECK(edges_of(topology.cells) == edges_of(faces));
     CHECK(topology.report.isolated_vertices == 1);
@@ -75,6 +76,7 @@ TEST_CASE("faces that a half-edge mesh cannot represent are reported, and their 
     REQUIRE(topology.report.refused_faces.size() == 2);
     CHECK(topology.report.refused_faces[0].index == 2);
     CHECK(topology.report.refused_faces[1].index == 3);
+    CHECK(topology.report.refused_faces[1].kind == Refusal::duplicate);
     CHECK(topology.report.refused_faces[1].reason == "duplicate of face 0");
     CHECK(edges_of(topology.cells) == edges_of(faces));
   }
@@ -82,6 +84,7 @@ TEST_CASE("faces that a half-edge mesh cannot represent are reported, and their 
     const std::vector<Index> faces = {0, 1, 2, 1, 0, 3, 0, 1, 4};
     const Topology topology = build_topology(faces_of(faces), 5);
     REQUIRE(topology.report.refused_faces.size() == 1);
+    CHECK(topology.report.refused_faces[0].kind == Refusal::non_manifold_edge);
     CHECK(topology.report.refused_faces[0].reason ==
           "edge (0, 1) already has two faces: non-manifold");
     CHECK(edges_of(topology.cells) == edges_of(faces));
@@ -90,6 +93,7 @@ TEST_CASE("faces that a half-edge mesh cannot represent are reported, and their 
     const std::vector<Index> faces = {0, 1, 2, 0, 1, 3};
     const Topology topology = build_topology(faces_of(faces), 4);
     REQUIRE(topology.report.refused_faces.size() == 1);
+    CHECK(topology.report.refused_faces[0].kind == Refusal::flipped);
     CHECK(topology.report.refused_faces[0].reason.find("flipped") != std::string::npos);
     CHECK(edges_of(topology.cells) == edges_of(faces));
   }
@@ -97,6 +101,7 @@ TEST_CASE("faces that a half-edge mesh cannot represent are reported, and their 
     const std::vector<Index> faces = {0, 1, 2, 0, 2, 3, 0, 3, 1, 0, 4, 5};
     const Topology topology = build_topology(faces_of(faces), 6);
     REQUIRE(topology.report.refused_faces.size() == 1);
+    CHECK(topology.report.refused_faces[0].kind == Refusal::non_manifold_vertex);
     CHECK(topology.report.refused_faces[0].reason ==
           "vertex 0 is already enclosed by faces: non-manifold");
     CHECK(edges_of(topology.cells) == edges_of(faces));

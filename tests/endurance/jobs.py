@@ -119,7 +119,7 @@ def make_source(path: Path, frames: int = 40) -> Path:
     ocean = dynmesh.synth.ocean(frames, grid=20, seed=3)
     known = np.random.default_rng(1).random(ocean.vertices.shape[:2]) < 0.3
     known[0] = True
-    dynmesh.write(path, dynmesh.Sequence(ocean.vertices, ocean.faces, known, 30.0))
+    dynmesh.write(path, dynmesh.Sequence(ocean.vertices, ocean.faces, known, fps=30.0))
     return path
 
 

@@ -27,9 +27,9 @@ def write_partial(path: Path, n_frames: int = 12, seed: int = 0) -> dynmesh.Sequ
     """Writes an ocean with missing vertices; returns its completion."""
     ocean = dynmesh.synth.ocean(n_frames, seed=seed)
     known = np.stack(list(dynmesh.degrade.random_known(n_frames, 2500, 0.3, seed=seed)))
-    dynmesh.write(path, dynmesh.Sequence(ocean.vertices, ocean.faces, known, 30.0))
+    dynmesh.write(path, dynmesh.Sequence(ocean.vertices, ocean.faces, known, fps=30.0))
     completed = np.stack(list(dynmesh.complete(ocean.faces, ocean.vertices, known)))
-    return dynmesh.Sequence(completed, ocean.faces, None, 30.0)
+    return dynmesh.Sequence(completed, ocean.faces, None, fps=30.0)
 
 
 def check_jobs(folder: Path, n: int) -> tuple[list[Job], list[dynmesh.Sequence]]:
@@ -231,7 +231,7 @@ def test_a_worker_may_die_in_the_middle(tmp_path: Path) -> None:
     n, n_frames = 6, 40
     walker = dynmesh.synth.walker(n_frames)
     known = np.stack(list(dynmesh.degrade.random_known(n_frames, 10002, 0.3, seed=0)))
-    partial = dynmesh.Sequence(walker.vertices, walker.faces, known, 30.0)
+    partial = dynmesh.Sequence(walker.vertices, walker.faces, known, fps=30.0)
     dynmesh.write(tmp_path / "in.npz", partial)
     expected = np.stack(list(dynmesh.complete(walker.faces, walker.vertices, known)))
     table = tmp_path / "jobs.csv"

@@ -66,7 +66,14 @@ def partial() -> dynmesh.Sequence:
     known[0] = True
     vertices[~known] = np.nan
     return dynmesh.Sequence(
-        vertices, faces, known, 25.0, polygons, "y", "/world/body", metres_per_unit=0.01
+        vertices,
+        faces,
+        known,
+        fps=25.0,
+        polygons=polygons,
+        up_axis="y",
+        name="/world/body",
+        metres_per_unit=0.01,
     )
 
 
@@ -129,7 +136,7 @@ def test_the_first_frame_keeps_its_number(
             expected = fps if format in TIMED else None
             assert again.fps == (expected and pytest.approx(expected, rel=1e-5))
     if format in NUMBERED:
-        assert files.existing(source) == [one_file(source, i) for i in range(7)]
+        assert files.target_of(source).existing() == [one_file(source, i) for i in range(7)]
 
 
 @pytest.mark.parametrize("fps", [None, 25.0, 30000 / 1001])

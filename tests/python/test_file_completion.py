@@ -21,7 +21,7 @@ from dynmesh.jobs import file_completion
 from dynmesh.jobs.batch import Job, complete_files
 from dynmesh.jobs.checkpoint import Checkpoint, OtherJobError
 from dynmesh.jobs.file_completion import complete_file, unfinished_folder
-from dynmesh.streaming import default_settings
+from dynmesh.settings import default_settings
 
 RESUMABLE = [
     format.name for format in files.formats.values() if format.writer and format.writer.resumable
@@ -34,7 +34,7 @@ def partial(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("partial") / "partial.npz"
     ocean = dynmesh.synth.ocean(30, seed=3)
     known = np.stack(list(dynmesh.degrade.random_known(30, 2500, 0.3, seed=1)))
-    dynmesh.write(path, dynmesh.Sequence(ocean.vertices, ocean.faces, known, 30.0))
+    dynmesh.write(path, dynmesh.Sequence(ocean.vertices, ocean.faces, known, fps=30.0))
     return path
 
 
@@ -90,7 +90,7 @@ def test_a_resumed_run_equals_an_uninterrupted_one(
             complete_file(
                 partial, output, resume=True, watch=interrupted_after(stop, KeyboardInterrupt())
             )
-        assert not files.existing(output, format)
+        assert not files.target_of(output, format).existing()
         assert unfinished_folder(output).exists()
     report = complete_file(partial, output, resume=True)
     assert report.resumed_at == 19
@@ -242,7 +242,7 @@ def test_a_killed_process_can_be_resumed(tmp_path: Path, partial: Path, format: 
     process.send_signal(signal.SIGKILL)
     process.wait()
     assert checkpoint.exists()
-    assert not files.existing(output, format)
+    assert not files.target_of(output, format).existing()
     run("complete", partial, output, "--resume")
     sequence = dynmesh.read(partial)
     expected = list(dynmesh.complete(sequence.faces, sequence.vertices, sequence.known))
@@ -391,6 +391,57 @@ def test_unfinished_files_beside_an_older_output_are_resumed(tmp_path: Path, par
         complete_file(partial, output, resume=True)
     report = complete_file(partial, output, resume=True, overwrite=True)
     assert (report.resumed_at, report.existed) == (7, False)
+
+
+def save_mask(folder: Path) -> tuple[Path, dict[str, Any]]:
+    """Positions in one file and their masks in another."""
+    sequence = dynmesh.synth.ocean(3)
+    source, masks = folder / "in.npz", folder / "m.npy"
+    dynmesh.write(source, sequence)
+    np.save(masks, np.stack(list(dynmesh.degrade.random_known(3, 2500, 0.5, seed=1))))
+    return masks, {"path": source, "source": {"known": masks}}
+
+
+def save_faces(folder: Path) -> tuple[Path, dict[str, Any]]:
+    """Positions in one file and their faces in another."""
+    sequence = dynmesh.synth.ocean(3)
+    points, mesh = folder / "in.npy", folder / "mesh.ply"
+    np.save(points, sequence.vertices)
+    dynmesh.write(mesh, replace(sequence, vertices=sequence.vertices[:1], known=None))
+    return mesh, {"path": points, "source": {"faces": mesh}, "output_format": "npz"}
+
+
+@pytest.mark.parametrize("save", [save_mask, save_faces])
+def test_an_output_never_replaces_a_second_input(tmp_path: Path, save: Any) -> None:
+    beside, arguments = save(tmp_path)
+    before = beside.read_bytes()
+    for output in (beside, tmp_path / "." / beside.name):
+        with pytest.raises(ValueError, match="is the input; writing over it would lose it"):
+            complete_file(**arguments, output=output, overwrite=True)
+    assert beside.read_bytes() == before
+    assert sorted(path.suffix for path in tmp_path.iterdir()) == sorted(
+        [Path(arguments["path"]).suffix, beside.suffix]
+    )
+
+
+def test_the_format_of_a_path_is_chosen_once(
+    tmp_path: Path, partial: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    chosen: list[Path] = []
+
+    def choose(path: Path, *rest: Any) -> Any:
+        chosen.append(path)
+        return original(path, *rest)
+
+    original = files.choice.choose
+    for module in (files.choice, files.target):
+        monkeypatch.setattr(module, "choose", choose)
+    output = tmp_path / "out.npz"
+    complete_file(partial, output)
+    assert chosen == [output, partial]
+    chosen.clear()
+    assert [r.status for r in complete_files([Job(partial, tmp_path / "two.npz")])] == ["done"]
+    assert chosen == [tmp_path / "two.npz", partial]
 
 
 def test_only_a_complete_output_ends_a_resumed_job(tmp_path: Path, partial: Path) -> None:

@@ -87,10 +87,8 @@ def test_memory_does_not_grow_with_the_frames(tmp_path: Path, mesh: Mesh) -> Non
         return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss  # kB
 
     before = peak()
-    shape: dict[str, Any] = {"n_frames": 30, "n_vertices": len(frame)}
-    with dynmesh.create(
-        path, faces=mesh.faces, **shape, dtype=frame.dtype, with_known=True
-    ) as writer:
+    header = dynmesh.Header(mesh.faces, 30, len(frame), frame.dtype, has_known=True)
+    with dynmesh.create(path, header) as writer:
         for _ in range(30):
             writer.append(frame, known)
     assert path.stat().st_size > 185e6
@@ -106,9 +104,8 @@ def test_unfinished_files_do_not_have_the_final_name(tmp_path: Path, mesh: Mesh)
     before = path.read_bytes()
 
     def write_some(n: int, error: Exception | None) -> None:
-        with dynmesh.create(
-            path, faces=mesh.faces, n_frames=3, n_vertices=49, dtype=np.dtype(np.float32)
-        ) as writer:
+        header = dynmesh.Header(mesh.faces, 3, 49, np.dtype(np.float32))
+        with dynmesh.create(path, header) as writer:
             for i in range(n):
                 writer.append(sequence.vertices[i])
             if error:
@@ -130,7 +127,7 @@ def test_frames_that_do_not_fit_are_refused(tmp_path: Path, mesh: Mesh) -> None:
     def create(**more: Any) -> dynmesh.Writer:
         shape = {"n_frames": 2, "n_vertices": 49}
         arguments = {"faces": mesh.faces, "dtype": np.dtype(np.float64), **shape, **more}
-        return dynmesh.create(tmp_path / "a.npz", **arguments)
+        return dynmesh.create(tmp_path / "a.npz", dynmesh.Header(**arguments))
 
     with pytest.raises(ValueError, match="frame 0: must be float64 of shape"), create() as writer:
         writer.append(mesh.vertices[:3])
@@ -140,7 +137,7 @@ def test_frames_that_do_not_fit_are_refused(tmp_path: Path, mesh: Mesh) -> None:
         writer.append(mesh.vertices, np.ones(49, bool))
     with (
         pytest.raises(ValueError, match=r"known: must have shape \(49,\)"),
-        create(with_known=True) as writer,
+        create(has_known=True) as writer,
     ):
         writer.append(mesh.vertices, np.ones(48, bool))
     with pytest.raises(ValueError, match="fps: must be positive and finite, not -1"):

@@ -91,7 +91,7 @@ def test_npy_keeps_the_arrays(tmp_path: Path, dtype: Any) -> None:
     )
     with dynmesh.open(path) as reader:
         assert sorted(reader.files) == sorted(tmp_path.iterdir())
-    assert sorted(files.existing(path)) == sorted(tmp_path.iterdir())
+    assert sorted(files.target_of(path).existing()) == sorted(tmp_path.iterdir())
 
     (tmp_path / "a.b.age.npy").unlink()
     with pytest.raises(ValueError, match="generation and age must both exist or neither"):
@@ -374,7 +374,7 @@ header = dynmesh.Header(
     whole.faces, *whole.vertices.shape[:2], whole.vertices.dtype, has_known=True,
     has_provenance=has_history,
 )
-with dynmesh.files.begin(path, header, folder=part, resume_at=kept) as writer:
+with dynmesh.files.target_of(path).create(header, folder=part, resume_at=kept) as writer:
     for i in range(kept, len(whole.vertices)):
         history = dict(generation=whole.generation[i], age=whole.age[i]) if has_history else {}
         if i == n:
@@ -431,14 +431,8 @@ with dynmesh.open(sys.argv[1]) as reader:
 def test_memory_does_not_grow_with_the_frames(tmp_path: Path, name: str) -> None:
     n, k = 25, 1_000_000
     path = tmp_path / name
-    with dynmesh.create(
-        path,
-        faces=np.array([[0, 1, 2]]),
-        n_frames=n,
-        n_vertices=k,
-        dtype=np.dtype(np.float32),
-        with_known=True,
-    ) as writer:
+    faces, dtype = np.array([[0, 1, 2]]), np.dtype(np.float32)
+    with dynmesh.create(path, dynmesh.Header(faces, n, k, dtype, has_known=True)) as writer:
         points, known = np.zeros((k, 3), np.float32), np.ones(k, bool)
         for i in range(n):
             points[0] = i

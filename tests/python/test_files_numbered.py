@@ -149,8 +149,8 @@ def test_a_shorter_sequence_replaces_a_longer_one(tmp_path: Path, mesh: Mesh) ->
     dynmesh.write(path, sequence_of(mesh, 1002))
     (tmp_path / "f_12.ply").touch()
     (tmp_path / "g_001.ply").touch()
-    assert len(files.existing(path)) == 1002
-    assert files.existing(path)[-1].name == "f_1001.ply"
+    assert len(files.target_of(path).existing()) == 1002
+    assert files.target_of(path).existing()[-1].name == "f_1001.ply"
     dynmesh.write(path, sequence_of(mesh, 2))
     assert names(tmp_path) == ["f_000.ply", "f_001.ply", "f_12.ply", "g_001.ply"]
     assert dynmesh.read(path).vertices.shape == (2, 49, 3)
@@ -192,7 +192,9 @@ def test_files_are_numbered_from_the_start(tmp_path: Path, mesh: Mesh) -> None:
     path, folder = tmp_path / "f_%03d.ply", tmp_path / "frames"
     for start, first in ((998, 998), (7.0, 7), (0, 0), (-2, 0), (7.5, 0)):
         dynmesh.write(path, replace(sequence, start=start))
-        assert files.existing(path) == [tmp_path / f"f_{first + i:03d}.ply" for i in range(3)]
+        assert files.target_of(path).existing() == [
+            tmp_path / f"f_{first + i:03d}.ply" for i in range(3)
+        ]
         dynmesh.write(folder, replace(sequence, start=start), format="ply")
         assert names(folder) == [f"frame_{first + i:04d}.ply" for i in range(3)]
         assert dynmesh.read(folder).start == dynmesh.read(path).start == first
@@ -224,7 +226,7 @@ def test_a_failed_write_leaves_nothing(tmp_path: Path, mesh: Mesh) -> None:
     (tmp_path / "old").mkdir()
     header = files.Header(mesh.faces, 3, 49, np.dtype(np.float32))
     for folder in ("old", "new"):
-        interrupt(files.begin(tmp_path / folder / "f%d.ply", header), sequence.vertices[:1])
+        interrupt(files.create(tmp_path / folder / "f%d.ply", header), sequence.vertices[:1])
     assert names(tmp_path) == ["old"]
     assert names(tmp_path / "old") == []
 
@@ -235,12 +237,12 @@ def test_an_interrupted_sequence_can_be_resumed(tmp_path: Path, mesh: Mesh, star
     path, folder = tmp_path / "f_%04d.ply", tmp_path / "work"
     (tmp_path / "f_0002.ply").touch()  # of an older sequence
     header = files.Header(mesh.faces, 5, 49, np.dtype(np.float32), start=start)
-    again = sequence.vertices[[0, 1, 1, 1]]  # the last two frames must be ignored
-    interrupt(files.begin(path, header, folder=folder), again)
+    again = sequence.vertices[[0, 1, 1, 1]]  # the last two are not to count
+    interrupt(files.target_of(path).create(header, folder=folder), again)
     assert len(names(folder)) == 4
     with pytest.raises(ValueError, match=rf"the unfinished f_{start + 4:04d}\.ply is missing"):
-        files.begin(path, header, folder=folder, resume_at=5)
-    with files.begin(path, header, folder=folder, resume_at=2) as writer:
+        files.target_of(path).create(header, folder=folder, resume_at=5)
+    with files.target_of(path).create(header, folder=folder, resume_at=2) as writer:
         assert len(names(folder)) == 2
         for points in sequence.vertices[2:]:
             writer.append(points)

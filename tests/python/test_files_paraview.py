@@ -58,7 +58,13 @@ def test_everything_is_read_again(tmp_path: Path, dtype: Any) -> None:
     vertices[0, 0] = np.inf
     generation, age = rng.integers(-1, 70_000, (2, 3, 20)).astype(np.int32)
     sequence = dynmesh.Sequence(
-        vertices, triangulate(polygons), known, 29.97, polygons, generation=generation, age=age
+        vertices,
+        triangulate(polygons),
+        known,
+        fps=29.97,
+        polygons=polygons,
+        generation=generation,
+        age=age,
     )
     dynmesh.write(tmp_path / "walk.pvd", sequence)
     assert names(tmp_path) == ["walk", "walk.pvd"]
@@ -118,7 +124,7 @@ def test_a_shorter_sequence_replaces_a_longer_one(tmp_path: Path, mesh: Mesh) ->
     path = tmp_path / "walk.pvd"
     dynmesh.write(path, moving(mesh, 12))
     (tmp_path / "walk" / "notes.txt").touch()
-    existing = [str(file.relative_to(tmp_path)) for file in files.existing(path)]
+    existing = [str(file.relative_to(tmp_path)) for file in files.target_of(path).existing()]
     assert existing == ["walk.pvd", *(f"walk/walk_{i:04d}.vtp" for i in range(12))]
     dynmesh.write(path, moving(mesh, 2))
     assert names(tmp_path / "walk") == ["notes.txt", "walk_0000.vtp", "walk_0001.vtp"]
@@ -134,8 +140,8 @@ def test_an_interrupted_sequence_can_be_resumed(tmp_path: Path, mesh: Mesh) -> N
     sequence = moving(mesh)
     path, folder = tmp_path / "walk.pvd", tmp_path / "work"
     header = files.Header(mesh.faces, 4, 49, np.dtype(np.float64), fps=30.0)
-    files.begin(path, header, folder=folder).append(sequence.vertices[0])
-    with files.begin(path, header, folder=folder, resume_at=1) as writer:
+    files.target_of(path).create(header, folder=folder).append(sequence.vertices[0])
+    with files.target_of(path).create(header, folder=folder, resume_at=1) as writer:
         for points in sequence.vertices[1:]:
             writer.append(points)
     again = dynmesh.read(path)

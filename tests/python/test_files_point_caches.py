@@ -92,7 +92,7 @@ def test_an_existing_mesh_with_the_same_faces_is_kept(tmp_path: Path) -> None:
     mesh.write_text(text)
     dynmesh.write(path, sequence(3))
     assert mesh.read_text() == text
-    assert files.existing(path) == [path, mesh]
+    assert files.target_of(path).existing() == [path, mesh]
 
     other = dynmesh.Sequence(sequence().vertices, sheet(7).faces[::-1])
     dynmesh.write(path, other)
@@ -159,8 +159,8 @@ def test_values_beyond_a_point_cache_are_refused(tmp_path: Path, suffix: str) ->
         dynmesh.write(path, sequence(generation=ages, age=ages))
     assert str(e.value).startswith(f"{path}: ")
     header = dynmesh.Header(sheet(7).faces, 2**31, K, np.dtype(np.float32))
-    with pytest.raises(ValueError, match="can hold at most 2147483647 frames, not 2147483648"):
-        files.begin(path, header)
+    with pytest.raises(ValueError, match="can hold 2147483647 frames, not 2147483648"):
+        files.create(path, header)
     assert not list(tmp_path.iterdir())
 
 

@@ -177,9 +177,8 @@ def test_memory_does_not_grow_with_the_frames(tmp_path: Path, suffix: str) -> No
     points = np.random.default_rng(0).random((200_000, 3)).astype(np.float32)
     n_frames, faces = 60, np.array([[0, 1, 2]])
     used = []
-    with dynmesh.create(
-        path, faces=faces, n_frames=n_frames, n_vertices=len(points), dtype=points.dtype
-    ) as writer:
+    header = dynmesh.Header(faces, n_frames, len(points), points.dtype)
+    with dynmesh.create(path, header) as writer:
         for _ in range(n_frames):
             points[0] += 1  # equal frames would be stored only once
             writer.append(points)

@@ -220,6 +220,23 @@ def test_stages_are_composed(tmp_path: Path) -> None:
     assert dynmesh.read(path, prim="/Two/Him").vertices[1, 0, 2] == 2
 
 
+def test_every_layer_of_a_stage_is_an_input(tmp_path: Path) -> None:
+    body = layer(tmp_path / "body.usda", mesh(points_at(t1=1, t2=2)), about='defaultPrim = "Body"')
+    under = layer(tmp_path / "under.usda")
+    him = 'def "Him" (references = @body.usda@) {}'
+    path = layer(tmp_path / "a.usda", him, about="subLayers = [@under.usda@]")
+    packed = tmp_path / "b.usdz"
+    assert UsdUtils.CreateNewUsdzPackage(str(path), str(packed))
+    with dynmesh.open(path) as reader:
+        assert set(reader.files) == {path, body, under}
+    with dynmesh.open(packed) as reader:
+        assert reader.files == [packed]
+    before = body.read_text()
+    with pytest.raises(ValueError, match=r"body\.usda: is the input"):
+        dynmesh.complete_file(path, body, overwrite=True)
+    assert body.read_text() == before
+
+
 def test_missing_parts_of_the_mesh_are_reported(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -540,8 +540,11 @@ def test_the_topology_report_lists_problems() -> None:
     vertices = np.concatenate([mesh.vertices, [[9, 9, 9]]])
     report = dynmesh.Completer(faces, vertices).topology
     assert (report.components, report.isolated_vertices, report.boundary_edges) == (3, 1, 12)
-    assert [index for index, _ in report.refused_faces] == [10, 11]
-    assert report.refused_faces[1][1] == "duplicate of face 0"
+    assert [face.index for face in report.refused_faces] == [10, 11]
+    assert [face.kind for face in report.refused_faces] == ["degenerate", "duplicate"]
+    assert report.refused_faces[1].reason == "duplicate of face 0"
+    expected = "RefusedFace(index=11, kind='duplicate', reason='duplicate of face 0')"
+    assert repr(report.refused_faces[1]) == expected
 
 
 def test_one_completer_in_two_threads_is_refused_or_served() -> None:

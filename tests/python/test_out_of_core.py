@@ -27,7 +27,7 @@ def test_a_gigabyte_is_completed_in_a_quarter_of_it(tmp_path: Path) -> None:
     rng = np.random.default_rng(0)
     masks = rng.random((10, len(first))) < 0.7
     header = dynmesh.Header(mesh.faces, n_frames, len(first), first.dtype, has_known=True)
-    with files.begin(source, header) as writer:
+    with files.create(source, header) as writer:
         for i in range(n_frames):
             known = masks[i % 10] if i else np.ones(len(first), np.bool_)
             points = first + np.float32(0.001 * i)

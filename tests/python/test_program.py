@@ -14,7 +14,7 @@ import pytest
 from numpy.typing import NDArray
 
 import dynmesh
-from dynmesh.streaming import Settings
+from dynmesh.settings import Settings
 
 Floats = NDArray[np.float32]
 HEADER = "<12siiffi"

@@ -27,7 +27,7 @@ def test_repr(mesh: Mesh, tmp_path: Path) -> None:
     vertices = np.stack([mesh.vertices] * 4)
     known = np.ones((4, 49), np.bool_)
     known[1:, :7] = False
-    partial = dynmesh.Sequence(vertices, mesh.faces, known, 25.0)
+    partial = dynmesh.Sequence(vertices, mesh.faces, known, fps=25.0)
     counts = "4 frames, 49 vertices, 72 faces, float64"
     assert repr(partial) == f"Sequence({counts}, 89.3 % known, 25 fps)"
     assert repr(dynmesh.Sequence(vertices, mesh.faces)) == f"Sequence({counts}, no masks, no fps)"

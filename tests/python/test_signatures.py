@@ -12,7 +12,7 @@ from meshes import Mesh
 
 import dynmesh
 from dynmesh import _core
-from dynmesh.streaming import default_settings
+from dynmesh.settings import default_settings
 
 KIND = inspect.Parameter
 

@@ -4,7 +4,10 @@
 #include <dynmesh/export.hpp>
 #include <dynmesh/types.hpp>
 #include <optional>
+#include <stdexcept>
+#include <string>
 #include <string_view>
+#include <utility>
 
 namespace dynmesh {
 
@@ -59,8 +62,23 @@ struct Settings {
   Index threads = 1;
 };
 
-/// Throws std::invalid_argument if a setting has an invalid value or is not supported by the
-/// method. The message contains the name of the setting and its value.
+/// A setting that is refused. The message begins with the setting's name and a colon.
+class DYNMESH_EXPORT SettingError : public std::invalid_argument {
+ public:
+  SettingError(std::string setting, std::string reason)
+      : std::invalid_argument(setting + ": " + reason),
+        setting_(std::move(setting)),
+        reason_(std::move(reason)) {}
+
+  [[nodiscard]] const std::string& setting() const { return setting_; }
+  [[nodiscard]] const std::string& reason() const { return reason_; }
+
+ private:
+  std::string setting_;
+  std::string reason_;
+};
+
+/// Throws SettingError, which names the setting and its value.
 DYNMESH_EXPORT void check_settings(const Settings& settings);
 
 /// Returns the method of this name, "motion" or "detail". Throws std::invalid_argument for any

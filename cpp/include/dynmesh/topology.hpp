@@ -25,10 +25,20 @@ struct Cells {
   }
 };
 
-/// A face that the half-edge mesh cannot represent. Its edges still count in the cells.
+/// Why the half-edge mesh could not hold a face.
+enum class Refusal {
+  degenerate,           ///< a vertex is repeated
+  duplicate,            ///< an earlier face has the same three vertices
+  flipped,              ///< a neighbouring face runs along the shared edge in the same direction
+  non_manifold_edge,    ///< an edge already has two faces
+  non_manifold_vertex,  ///< the faces around a vertex would not form a single fan
+};
+
+/// A face that the half-edge mesh could not hold. Its edges count in the cells all the same.
 struct RefusedFace {
-  std::size_t index;   ///< the row in `faces`
-  std::string reason;  ///< what is wrong, with the indices of the vertices or of the other face
+  std::size_t index;   ///< row of `faces`
+  Refusal kind;        ///< for programs: what is wrong
+  std::string reason;  ///< for people: what is wrong, naming the vertices or the other face
 };
 
 struct TopologyReport {

@@ -12,7 +12,7 @@ namespace dynmesh {
 namespace {
 
 [[noreturn]] void refuse(const char* setting, const std::string& why) {
-  throw std::invalid_argument(std::string(setting) + ": " + why);
+  throw SettingError(setting, why);
 }
 
 template <class Value>

@@ -10,7 +10,6 @@
 #include <dynmesh/types.hpp>
 #include <limits>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 
@@ -85,7 +84,7 @@ inline constexpr std::array<std::string_view, 2> names_of<Method> = {"motion", "
 template <>
 inline constexpr std::array<std::string_view, 2> names_of<UnseenRule> = {"hold", "follow"};
 
-/// The value of that name. Throws std::invalid_argument that names the setting.
+/// The value of that name. Throws SettingError.
 template <class Enumeration>
 Enumeration from_name(const char* setting, std::string_view name) {
   const auto& names = names_of<Enumeration>;
@@ -95,8 +94,7 @@ Enumeration from_name(const char* setting, std::string_view name) {
   for (const std::string_view known : names) {
     listed += (listed.empty() ? "'" : " or '") + std::string(known) + "'";
   }
-  throw std::invalid_argument(std::string(setting) + ": must be " + listed + ", not '" +
-                              std::string(name) + "'");
+  throw SettingError(setting, "must be " + listed + ", not '" + std::string(name) + "'");
 }
 
 }  // namespace dynmesh

@@ -4,6 +4,7 @@
 #include <dynmesh/topology.hpp>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <stdexcept>
 #include <tuple>
 #include <utility>
@@ -72,8 +73,15 @@ std::vector<Index> find_duplicates(Faces faces, std::size_t n_vertices) {
   return duplicate_of;
 }
 
-constexpr const char* unorderable =
-    "its vertices connect fans of faces that cannot be ordered: non-manifold";
+struct Reason {
+  Refusal kind;
+  std::string text;
+};
+
+Reason unorderable() {
+  return {Refusal::non_manifold_vertex,
+          "its vertices join fans of faces that cannot be ordered: non-manifold"};
+}
 
 /// Whether the two halfedges can be made consecutive, as a new face between them needs. Both are
 /// boundary halfedges, and `before` ends where `after` begins. It is possible if the fan of faces
@@ -87,10 +95,11 @@ bool can_be_neighbours(const OpenMesh::TriConnectivity& mesh, OpenMesh::Halfedge
   return gap != before;
 }
 
-/// Returns the reason why `face` cannot be inserted into `mesh`, or "" if it can. OpenMesh makes
-/// the same checks, but it prints to a stream of the process, which the application may be using,
-/// and gives no reason.
-std::string refusal(const OpenMesh::TriConnectivity& mesh, const std::array<Index, 3>& face) {
+/// Why `face` cannot be inserted into `mesh`; nothing where it can. OpenMesh finds the same out,
+/// but then prints to a stream of the whole process that the host may be using, and gives no
+/// reason.
+std::optional<Reason> refusal(const OpenMesh::TriConnectivity& mesh,
+                              const std::array<Index, 3>& face) {
   std::array<OpenMesh::HalfedgeHandle, 3> halfedges;
   for (std::size_t corner = 0; corner < 3; ++corner) {
     const Index a = face[corner];
@@ -99,22 +108,25 @@ std::string refusal(const OpenMesh::TriConnectivity& mesh, const std::array<Inde
     halfedges[corner] = halfedge;
     if (!halfedge.is_valid() || mesh.is_boundary(halfedge)) continue;
     const std::string edge = "edge (" + std::to_string(a) + ", " + std::to_string(b) + ")";
-    return mesh.is_boundary(mesh.opposite_halfedge_handle(halfedge))
-               ? edge + " runs the same way in a neighbouring face: one of the two is flipped"
-               : edge + " already has two faces: non-manifold";
+    if (mesh.is_boundary(mesh.opposite_halfedge_handle(halfedge))) {
+      return Reason{Refusal::flipped,
+                    edge + " runs the same way in a neighbouring face: one of the two is flipped"};
+    }
+    return Reason{Refusal::non_manifold_edge, edge + " already has two faces: non-manifold"};
   }
   for (const Index v : face) {
     if (!mesh.is_boundary(OpenMesh::VertexHandle(v))) {
-      return "vertex " + std::to_string(v) + " is already enclosed by faces: non-manifold";
+      return Reason{Refusal::non_manifold_vertex,
+                    "vertex " + std::to_string(v) + " is already enclosed by faces: non-manifold"};
     }
   }
   for (std::size_t corner = 0; corner < 3; ++corner) {
     const auto before = halfedges[corner];
     const auto after = halfedges[(corner + 1) % 3];
     if (!before.is_valid() || !after.is_valid()) continue;
-    if (!can_be_neighbours(mesh, before, after)) return unorderable;
+    if (!can_be_neighbours(mesh, before, after)) return unorderable();
   }
-  return "";
+  return std::nullopt;
 }
 
 /// Returns the edges of all faces, each at least once, and fills in the report about the faces.
@@ -124,8 +136,8 @@ std::vector<Edge> find_edges(Faces faces, std::size_t n_vertices, TopologyReport
   for (std::size_t v = 0; v < n_vertices; ++v) mesh.new_vertex();
 
   std::vector<Edge> edges;
-  const auto refuse = [&](std::size_t f, std::string reason) {
-    report.refused_faces.push_back({f, std::move(reason)});
+  const auto refuse = [&](std::size_t f, Reason reason) {
+    report.refused_faces.push_back({f, reason.kind, std::move(reason.text)});
     const auto face = faces[f];
     for (std::size_t corner = 0; corner < 3; ++corner) {
       const Index a = face[corner];
@@ -138,18 +150,18 @@ std::vector<Edge> find_edges(Faces faces, std::size_t n_vertices, TopologyReport
   for (std::size_t f = 0; f < faces.count; ++f) {
     const auto face = faces[f];
     if (is_degenerate(face)) {
-      refuse(f, "degenerate: vertices " + std::to_string(face[0]) + ", " + std::to_string(face[1]) +
-                    ", " + std::to_string(face[2]) + " are not distinct");
+      refuse(f, {Refusal::degenerate, "degenerate: vertices " + std::to_string(face[0]) + ", " +
+                                          std::to_string(face[1]) + ", " + std::to_string(face[2]) +
+                                          " are not distinct"});
     } else if (const Index original = duplicate_of[f]; original >= 0) {
-      refuse(f, "duplicate of face " + std::to_string(original));
-    } else if (std::string reason = refusal(mesh, face); !reason.empty()) {
-      refuse(f, std::move(reason));
+      refuse(f, {Refusal::duplicate, "duplicate of face " + std::to_string(original)});
+    } else if (std::optional<Reason> reason = refusal(mesh, face)) {
+      refuse(f, *std::move(reason));
     } else {
       const auto handle =
           mesh.add_face(OpenMesh::VertexHandle(face[0]), OpenMesh::VertexHandle(face[1]),
                         OpenMesh::VertexHandle(face[2]));
-      if (!handle.is_valid())
-        refuse(f, unorderable);  // a later version of OpenMesh may have other reasons
+      if (!handle.is_valid()) refuse(f, unorderable());  // for a reason of later versions' own
     }
   }
 

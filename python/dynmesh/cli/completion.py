@@ -6,64 +6,32 @@ from typing import Annotated, Any
 
 import typer
 
-from .._checks import SettingError
+from .._errors import SettingError
 from ..jobs.file_completion import FileReport, complete_file, is_unfinished
-from ..streaming import Settings
+from ..settings import Settings
 from .options import (
     Faces,
     Format,
     FramesPerSecond,
     InputPath,
     MaskFile,
-    Method,
     MissingValue,
     OutputFormat,
     OutputPath,
     Overwrite,
     Prim,
-    Unseen,
     source_of,
+    with_settings,
 )
 from .terminal import say, say_remarks, track
 from .zeros import Zeros
 
 
+@with_settings
 def complete(
     path: InputPath,
     output: OutputPath,
-    method: Annotated[
-        Method,
-        typer.Option(
-            help="motion: the paper's method, fast. detail: keeps the shape of the mesh; more "
-            "accurate, slower."
-        ),
-    ] = Method.motion,
-    revisit: Annotated[
-        bool, typer.Option(help="Estimate each satellite again in every iteration, or only once.")
-    ] = True,
-    extra_iterations: Annotated[
-        int, typer.Option(help="Further iterations after the last satellite is reached.", min=0)
-    ] = 0,
-    unseen: Annotated[
-        Unseen, typer.Option(help="Motion of parts of the mesh without known vertices.")
-    ] = Unseen.follow,
-    noise: Annotated[
-        float | None,
-        typer.Option(
-            metavar="SIGMA",
-            help="Requires --method detail. Standard deviation of the noise of known positions, in "
-            "their unit; known positions are smoothed.",
-        ),
-    ] = None,
-    reject_outliers: Annotated[
-        bool,
-        typer.Option(
-            "--reject-outliers",
-            help="Requires --method detail. Treat known positions as missing if they do not move "
-            "like those around them.",
-        ),
-    ] = False,
-    threads: Annotated[int, typer.Option(help="Threads per frame of a large mesh.", min=1)] = 1,
+    settings: Settings,
     provenance: Annotated[
         bool,
         typer.Option(
@@ -89,16 +57,7 @@ def complete(
     fps: FramesPerSecond = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Fill in the missing vertices of every frame, using only that frame and earlier ones."""
-    settings: Settings = {
-        "method": method.value,
-        "revisit": revisit,
-        "extra_iterations": extra_iterations,
-        "unseen": unseen.value,
-        "noise": noise,
-        "reject_outliers": reject_outliers,
-        "threads": threads,
-    }
+    """Fill in the missing vertices of every frame, from that frame and the past alone."""
     was_unfinished = is_unfinished(output)
     zeros = Zeros()
 
@@ -122,10 +81,9 @@ def complete(
             **settings,
         )
     except SettingError as error:
-        name, _, reason = str(error).partition(": ")
-        option = f"'--{name.replace('_', '-')}'"
-        raise typer.BadParameter(reason, param_hint=option) from error
-    except BlockingIOError:  # another process is writing the output
+        option = f"'--{str(error.argument).replace('_', '-')}'"
+        raise typer.BadParameter(error.reason, param_hint=option) from error
+    except BlockingIOError:  # of another process
         raise
     except (OSError, KeyboardInterrupt) as error:
         if is_unfinished(output):
@@ -140,8 +98,8 @@ def complete(
         say(f"{output}: the interrupted run had already completed every frame")
         return
     if report.resumed_at:
-        say(f"{output}: continued at frame {report.resumed_at}")
-    _say_what_was_done(output, report, reject_outliers)
+        say(f"{output}: went on at frame {report.resumed_at}")
+    _say_what_was_done(output, report, settings["reject_outliers"])
     say_remarks(output, report.remarks)
     zeros.say_if_many()
 

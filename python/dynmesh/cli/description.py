@@ -63,12 +63,13 @@ def info(
         check_output(picture, overwrite, ".png")
         require_all("matplotlib", extra="view")
         load_pyvista()
+    format = files.format_of(path, format).name
     with files.open(path, **source_of(format, faces, prim, mask, missing)) as reader:
         diagnosis = diagnose(reader, watch=_watch)
     if as_json:
         print(diagnosis.as_json(most_places=_BRIEF if brief else MOST_PLACES))
     else:
-        _print(diagnosis, files.format_of(path, format).name)
+        _print(diagnosis, format)
     if picture is not None:
         from ..diagnosis.picture import draw
 
@@ -142,8 +143,8 @@ def _topology_rows(topology: TopologyReport) -> Iterator[tuple[str, str]]:
     closed = "" if topology.boundary_edges else ", closed"
     yield "boundary edges", f"{topology.boundary_edges}{closed}"
     yield "refused faces", str(len(topology.refused_faces))
-    for index, reason in topology.refused_faces[:_REFUSED_SHOWN]:
-        yield "", f"face {index}: {reason}"
+    for face in topology.refused_faces[:_REFUSED_SHOWN]:
+        yield "", f"face {face.index}: {face.reason}"
     if len(topology.refused_faces) > _REFUSED_SHOWN:
         yield "", f"and {len(topology.refused_faces) - _REFUSED_SHOWN} more"
 

@@ -1,15 +1,18 @@
 """Arguments, options and checks that several commands share."""
 
-from collections.abc import Iterator
+import functools
+import inspect
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, cast
+from typing import Annotated, Any, cast
 
 import typer
 
 from .. import files
 from ..jobs.checkpoint import Source
+from ..settings import SETTINGS, Setting, Settings
 
 format_names = files.listed(files.formats)
 """The names of all formats, as text."""
@@ -77,18 +80,36 @@ class Axis(StrEnum):
         return float(self == Axis.x), float(self == Axis.y), float(self == Axis.z)
 
 
-class Method(StrEnum):
-    """How vertices are estimated."""
+def with_settings(command: Callable[..., None]) -> Callable[..., None]:
+    """Replaces the parameter `settings` of a command by an option for each setting."""
+    signature = inspect.signature(command)
+    parameters: list[inspect.Parameter] = []
+    for parameter in signature.parameters.values():
+        if parameter.name == "settings":
+            parameters += [_option(name, setting) for name, setting in SETTINGS.items()]
+        else:
+            parameters.append(parameter)
 
-    motion = "motion"
-    detail = "detail"
+    @functools.wraps(command)
+    def run(**given: Any) -> None:
+        settings = {name: given.pop(name) for name in SETTINGS}
+        command(**given, settings=settings)
+
+    vars(run)["__signature__"] = signature.replace(parameters=parameters)
+    run.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+    return run
 
 
-class Unseen(StrEnum):
-    """How vertices move that no edges connect to a known one."""
-
-    follow = "follow"
-    hold = "hold"
+def _option(name: str, setting: Setting) -> inspect.Parameter:
+    """The option for a setting, as typer takes it."""
+    flag = [f"--{name.replace('_', '-')}"] if setting.default is False else []  # without a --no-...
+    option = typer.Option(*flag, help=setting.help, min=setting.least, metavar=setting.metavar)
+    return inspect.Parameter(
+        name,
+        inspect.Parameter.POSITIONAL_OR_KEYWORD,
+        default=setting.default,
+        annotation=Annotated[Settings.__annotations__[name], option],
+    )
 
 
 def source_of(
@@ -113,10 +134,17 @@ def share_out(source: Source, path: Path, reference: Path) -> tuple[Source, Sour
 
     An option that neither format supports is passed to the sequence, whose reader refuses it.
     """
-    ours = files.format_of(path, source.get("format")).takes
-    theirs = files.format_of(reference).takes
-    kept = {name: value for name, value in source.items() if name in ours or name not in theirs}
-    return cast(Source, kept), cast(Source, {name: source.get(name) for name in theirs})
+    ours, theirs = files.format_of(path, source.get("format")), files.format_of(reference)
+    kept = {
+        name: value
+        for name, value in source.items()
+        if name in ours.takes or name not in theirs.takes
+    }
+    lent = {name: source.get(name) for name in theirs.takes}
+    return (
+        cast(Source, {**kept, "format": ours.name}),
+        cast(Source, {**lent, "format": theirs.name}),
+    )
 
 
 def share(text: str) -> float:

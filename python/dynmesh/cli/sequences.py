@@ -12,7 +12,6 @@ from .. import degrade as degradation
 from .. import files
 from .. import synth as built_in
 from ..degrade.losses import mean_edge_of
-from ..jobs.file_completion import check_output
 from ..sequence import Mask, Positions
 from .options import (
     Axis,
@@ -56,10 +55,11 @@ def synth(
     overwrite: Overwrite = False,
 ) -> None:
     """Make a built-in sequence: a simulated ocean, or a figure that walks and does a handstand."""
-    check_output(output, overwrite=overwrite)
+    target = files.target_of(output)
+    target.check(overwrite=overwrite)
     make = {BuiltIn.ocean: built_in.ocean, BuiltIn.walker: built_in.walker}[name]
     sequence = make(seed=seed) if frames is None else make(frames, seed=seed)
-    files.write(output, sequence)
+    target.write(sequence)
     n_frames, n_vertices, _ = sequence.vertices.shape
     say(f"{output}: {n_frames} frames of {n_vertices} vertices")
 
@@ -132,8 +132,9 @@ def degrade(
         raise typer.BadParameter(
             "nothing to do: give --known, --camera, --patches, --dropout, --noise or --outliers"
         )
+    target = files.target_of(output, output_format)
     with files.open(path, **source_of(format, faces, prim, mask, missing)) as reader:
-        check_output(output, output_format, overwrite=overwrite, reader=reader)
+        target.check(overwrite=overwrite, reader=reader)
         shape = (reader.n_frames, reader.n_vertices)
         masks: list[Iterator[Mask]] = []
         points: Iterator[Positions] = (frame.points for frame in reader)
@@ -159,7 +160,8 @@ def degrade(
         if outliers is not None:
             with as_usage("--outliers"):
                 points = degradation.add_outliers(points, reader.faces, outliers, seed=seed)
-        with files.create_like(reader, output, with_known=True, format=output_format) as writer:
+        header = replace(reader.header, has_known=True, has_provenance=False)
+        with target.create(header) as writer:
             frames_known = (frame.known for frame in reader)
             rows = zip(
                 track(points, reader.n_frames, "degrading"), frames_known, *masks, strict=True
@@ -193,16 +195,17 @@ def convert(
     fps: FramesPerSecond = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Write a sequence in another format. docs/formats.md lists what each format keeps."""
+    """Write a sequence in another format; docs/formats.md says what each keeps."""
+    target = files.target_of(output, output_format)
     with files.open(path, **source_of(format, faces, prim, mask, missing)) as reader:
-        check_output(output, output_format, overwrite=overwrite, reader=reader)
-        dropped = reader.has_provenance and not files.keeps_provenance(output, output_format)
+        target.check(overwrite=overwrite, reader=reader)
+        dropped = reader.has_provenance and not target.writer.keeps_provenance
         header = replace(
             reader.header,
             fps=fps or reader.fps,
             has_provenance=reader.has_provenance and not dropped,
         )
-        with files.begin(output, header, format=output_format) as writer:
+        with target.create(header) as writer:
             for frame in track(reader, reader.n_frames, "converting"):
                 traces = {} if dropped else {"generation": frame.generation, "age": frame.age}
                 writer.append(frame.points, frame.known, **traces)

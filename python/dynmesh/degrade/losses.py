@@ -23,6 +23,7 @@ from .._checks import (
     check_positive,
 )
 from .._core import cells
+from .._errors import InputError, KindError, locating
 from ..sequence import Mask, Positions, check_faces
 from .visibility import Camera, visible
 
@@ -200,7 +201,7 @@ def add_noise(
     """
     check_finite("sigma", sigma)
     if sigma < 0:
-        raise ValueError(f"sigma: must be at least 0, not {sigma}")
+        raise InputError(f"must be at least 0, not {sigma}", argument="sigma")
     _check_faces(faces)
     check_integer("seed", seed, 0)
 
@@ -306,9 +307,10 @@ def _displaced(
                 displaced = moved.astype(points.dtype)
             lost = (np.isinf(displaced) & np.isfinite(points)).any(axis=1)
             if lost.any():
-                raise ValueError(
-                    f"frame {frame}: vertex {int(lost.argmax())} would move out of the range "
-                    f"of {points.dtype}"
+                raise InputError(
+                    f"vertex {int(lost.argmax())} would be moved out of the range of "
+                    f"{points.dtype}",
+                    frame=frame,
                 )
             yield displaced
 
@@ -319,13 +321,14 @@ def mean_edge_of(first_frame: Positions, faces: _Integers) -> float:
     Raises:
         ValueError: the frame is not finite, or has no edge longer than 0.
     """
-    check_complete("frame 0", first_frame)
+    with locating(frame=0):
+        check_complete(None, first_frame)
     offsets, neighbours = cells(faces, len(first_frame))
     vertices = np.repeat(np.arange(len(first_frame)), np.diff(offsets))
     edges = first_frame.astype(np.float64)[vertices] - first_frame[neighbours]
     lengths = np.linalg.norm(edges, axis=1)
     if not lengths.any():
-        raise ValueError("frames: frame 0 must have edges longer than 0, but has none")
+        raise InputError("frame 0 must have edges longer than 0, but has none", argument="frames")
     return float(lengths.mean())
 
 
@@ -333,11 +336,12 @@ def _numbered(frames: Iterable[Positions]) -> Iterator[tuple[int, Positions]]:
     """Yields frames with their numbers; raises an error for those that do not match frame 0."""
     expected: tuple[int, ...] = ()
     for frame, points in enumerate(frames):
-        check_positions(f"frame {frame}", points)
+        with locating(frame=frame):
+            check_positions(None, points)
         expected = expected or points.shape
         if points.shape != expected:
-            raise ValueError(
-                f"frame {frame}: must have shape {expected} like frame 0, not {points.shape}"
+            raise InputError(
+                f"must have shape {expected} as frame 0, not {points.shape}", frame=frame
             )
         yield frame, points
 
@@ -350,12 +354,12 @@ def _check_faces(faces: _Integers) -> None:
 def _check_cameras(cameras: Sequence[Camera], none: str) -> None:
     """Raises an error unless these are cameras; `none` describes an empty sequence."""
     if not isinstance(cameras, Sequence):
-        raise TypeError(f"cameras: must be a sequence of cameras, not {cameras!r}")
+        raise KindError(f"must be a sequence of cameras, not {cameras!r}", argument="cameras")
     if len(cameras) == 0:
-        raise ValueError(f"cameras: at least one is needed, but {none}")
+        raise InputError(f"must be at least one, but {none}", argument="cameras")
     for number, camera in enumerate(cameras):
         if not isinstance(camera, Camera):
-            raise TypeError(f"cameras: item {number} must be a Camera, not {camera!r}")
+            raise KindError(f"place {number} holds no camera, but {camera!r}", argument="cameras")
 
 
 def _check_masks(n_frames: int, n_vertices: int, share: float, seed: int) -> None:

@@ -25,6 +25,7 @@ from .._checks import (
     check_positive,
     check_vector,
 )
+from .._errors import InputError
 from ..sequence import Mask, Positions
 
 _Integers = NDArray[np.integer[Any]]
@@ -73,9 +74,11 @@ class Camera:
         check_between("field_of_view", self.field_of_view, 0, 180)
         view = np.subtract(self.target, self.position, dtype=np.float64)
         if not view.any():
-            raise ValueError(f"target: must differ from position, not {self.target}")
+            raise InputError(f"must differ from position, not {self.target}", argument="target")
         if _are_parallel(view, np.array(self.up, np.float64)):
-            raise ValueError(f"up: must not be zero or parallel to the view, not {self.up}")
+            raise InputError(
+                f"must not be zero or parallel to the view, not {self.up}", argument="up"
+            )
 
 
 def orbit(
@@ -114,7 +117,7 @@ def orbit(
     check_positive("distance", distance)
     check_vector("up", up)
     if not any(up):
-        raise ValueError(f"up: must not be zero, but is {up}")
+        raise InputError(f"must not be zero, but is {up}", argument="up")
     centre, diagonal = _bounding_box(first_frame)
     ahead, left, axis = _horizon(np.array(up, np.float64))
     tilt = math.radians(elevation)
@@ -281,7 +284,7 @@ def _bounding_box(first_frame: Positions) -> tuple[_Floats, float]:
     high = first_frame.max(axis=0).astype(np.float64)
     diagonal = float(np.linalg.norm(high - low))
     if diagonal == 0:
-        raise ValueError("first_frame: must have vertices at more than one position")
+        raise InputError("must have vertices in more than one place", argument="first_frame")
     return (low + high) / 2, diagonal
 
 

@@ -52,7 +52,11 @@ def diagnose(
             errors.
     """
     if isinstance(source, Sequence):
-        return _diagnose(_header_of(source), _frames_of(source), watch)
+        n_frames = len(source.vertices)
+        if n_frames == 0:
+            raise ValueError("holds no frame, but frame 0 is needed")
+        frames_in_memory = (files.frame_of(source, number) for number in range(n_frames))
+        return _diagnose(files.header_of(source), frames_in_memory, watch)
     if isinstance(source, Reader):
         with files.naming(source.path), closing(source.frames()) as frames:
             return _diagnose(source.header, frames, watch)
@@ -96,20 +100,3 @@ def _diagnose(header: Header, frames: Iterator[Frame], watch: Watch | None) -> D
 
 def _importance(finding: Finding) -> tuple[int, int]:
     return SEVERITIES.index(finding.severity), CODES.index(finding.code)
-
-
-def _header_of(sequence: Sequence) -> Header:
-    n_frames, n_vertices, _ = sequence.vertices.shape
-    if n_frames == 0:
-        raise ValueError("has no frames, but frame 0 is needed")
-    return Header(
-        sequence.faces, n_frames, n_vertices, sequence.vertices.dtype, sequence.fps,
-        sequence.polygons, sequence.up_axis, sequence.name, sequence.start, sequence.times,
-        sequence.metres_per_unit, sequence.known is not None, sequence.generation is not None,
-        sequence.derived,
-    )  # fmt: skip
-
-
-def _frames_of(sequence: Sequence) -> Iterator[Frame]:
-    for i, points in enumerate(sequence.vertices):
-        yield Frame(points, None if sequence.known is None else sequence.known[i])

@@ -152,7 +152,7 @@ def _non_manifold(mesh: Mesh, edges: FaceEdges) -> Iterator[Finding]:
 def _touching(mesh: Mesh) -> list[int]:
     """Returns the faces that were refused because sheets touch in one of their vertices."""
     refused = [] if mesh.topology is None else mesh.topology.refused_faces
-    return [face for face, why in refused if why.startswith(("vertex ", "its vertices "))]
+    return [face.index for face in refused if face.kind == "non_manifold_vertex"]
 
 
 def _flipped(mesh: Mesh, edges: FaceEdges) -> Iterator[Finding]:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import cells
+from .._errors import InputError
 from .._extras import require
 from ..sequence import Mask, Positions
 
@@ -57,7 +58,7 @@ class View:
             size: width and height in pixels.
         """
         if up not in ("x", "y", "z"):
-            raise ValueError(f"up: must be 'x', 'y' or 'z', not {up!r}")
+            raise InputError(f"must be 'x', 'y' or 'z', not {up!r}", argument="up")
         points = frames.reshape(-1, 3)
         box = np.stack([points.min(axis=0), points.max(axis=0)])
         axis = "xyz".index(up)
@@ -229,21 +230,21 @@ def _check(
 ) -> None:
     """Checks the input, since VTK would end the process for a face out of range."""
     if points.ndim != 2 or points.shape[1] != 3:
-        raise ValueError(f"points: must have shape (k, 3), not {points.shape}")
+        raise InputError(f"must have shape (k, 3), not {points.shape}", argument="points")
     cells(faces, len(points))
     for name, array in (("known", known), ("values", values), ("places", places)):
         if array is not None and array.shape != (len(points),):
-            raise ValueError(f"{name}: must have shape ({len(points)},), not {array.shape}")
+            raise InputError(f"must have shape ({len(points)},), not {array.shape}", argument=name)
     for name, numbers in (("points", points), ("values", values), ("places", places)):
         if numbers is not None and not np.isfinite(numbers).all():
             row = int(np.argwhere(~np.isfinite(numbers))[0][0])
-            raise ValueError(f"{name}: row {row} is not finite")
+            raise InputError(f"row {row} is not finite", argument=name)
     colourings = (("known", known), ("values", values), ("places", places))
     given = [name for name, array in colourings if array is not None]
     if len(given) > 1:
         raise ValueError(f"{given[1]}: cannot be combined with {given[0]}")
     if values is not None and not (limit is not None and np.isfinite(limit) and limit > 0):
-        raise ValueError(f"limit: must be positive and finite, not {limit}")
+        raise InputError(f"must be positive and finite, not {limit}", argument="limit")
 
 
 def load_pyvista(extra: str = "view") -> Any:

@@ -5,7 +5,6 @@ does not grow with the length of a sequence. `reader.py` and `writer.py` documen
 interface.
 """
 
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
@@ -14,25 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._checks import check_path
-from ..polygons import Polygons
+from .._errors import InputError, KindError
 from ..sequence import Sequence
-from .choice import (
-    PathLike,
-    existing,
-    format_of,
-    formats,
-    keeps_provenance,
-    listed,
-    new_folder,
-    resumable,
-    writer_of,
-)
+from .choice import PathLike, format_of, formats, listed
 from .format import Template, template_of
-from .header import Frame, Header
+from .header import Frame, Header, frame_of, header_of
 from .masks import MaskedReader
 from .naming import naming
 from .placing import finish_placing
 from .reader import Reader
+from .target import Target, target_of
 from .writer import Writer
 
 __all__ = [
@@ -40,21 +30,20 @@ __all__ = [
     "Header",
     "PathLike",
     "Reader",
+    "Target",
     "Writer",
-    "begin",
     "create",
     "create_like",
-    "existing",
     "finish_placing",
     "format_of",
     "formats",
-    "keeps_provenance",
+    "frame_of",
+    "header_of",
     "listed",
     "naming",
-    "new_folder",
     "open",
     "read",
-    "resumable",
+    "target_of",
     "write",
 ]
 
@@ -88,7 +77,7 @@ def open(
     check_path("path", path)
     path = Path(path)
     if missing not in (None, "zero"):
-        raise ValueError(f"missing: must be 'zero' or None, not {missing!r}")
+        raise InputError(f"must be 'zero' or None, not {missing!r}", argument="missing")
     with naming(path):
         reader = format_of(path, format).reader(path, _template(faces), prim)
     if known is None and missing is None:
@@ -100,70 +89,23 @@ def open(
         raise
 
 
-def create(
-    path: PathLike,
-    *,
-    faces: NDArray[np.integer[Any]],
-    n_frames: int,
-    n_vertices: int,
-    dtype: np.dtype[Any],
-    fps: float | None = None,
-    polygons: Polygons | None = None,
-    up_axis: str | None = None,
-    name: str | None = None,
-    start: float = 0,
-    times: NDArray[np.float64] | None = None,
-    metres_per_unit: float | None = None,
-    with_known: bool = False,
-    with_provenance: bool = False,
-    derived: Mapping[str, str] | None = None,
-    format: str | None = None,
-) -> Writer:
+def create(path: PathLike, header: Header, *, format: str | None = None) -> Writer:
     """Creates a file to which a sequence is written frame by frame, in constant memory.
 
     Args:
         path: an existing file is replaced when the new one is complete.
-        faces: (m, 3) integers.
-        n_frames: number of frames that will be appended.
-        n_vertices: number of vertices of each frame.
-        dtype: of the positions, float32 or float64.
-        fps: frames per second, if known.
-        polygons: the faces before they were cut into triangles, if not all of them were triangles.
-        up_axis: "y" or "z", if known.
-        name: path of the mesh in the file, for formats that can hold several.
-        start: the number of the first frame in the file; see :class:`dynmesh.Sequence`.
-        times: (n,) the number of each frame in the file, if they do not follow from `start`.
-        metres_per_unit: length of a unit of the positions, if known.
-        with_known: whether each frame is appended with its known mask.
-        with_provenance: whether each frame is appended with generation and age.
-        derived: what to compute from the positions; see :class:`dynmesh.Sequence`.
+        header: the properties that all frames of the file share.
         format: one of :data:`dynmesh.files.formats`; None means the format of the suffix.
 
     Raises:
         OSError: the file cannot be written.
         ImportError: the library for this format is not installed; the message names its extra.
-        TypeError, ValueError: an argument has the wrong kind or shape.
+        TypeError, ValueError: the format cannot hold such a sequence.
     """
-    header = Header(
-        faces, n_frames, n_vertices, np.dtype(dtype), fps, polygons, up_axis, name, start, times,
-        metres_per_unit, with_known, with_provenance, derived,
-    )  # fmt: skip
-    return begin(path, header, format=format)
-
-
-def begin(
-    path: PathLike,
-    header: Header,
-    *,
-    format: str | None = None,
-    folder: Path | None = None,
-    resume_at: int = 0,
-) -> Writer:
-    """Does the same as :func:`create` for a header; :class:`Writer` explains the other options."""
     check_path("path", path)
-    path = Path(path)
-    with naming(path):
-        return writer_of(path, format)(path, header, folder=folder, resume_at=resume_at)
+    if not isinstance(header, Header):
+        raise KindError(f"must be a Header, not {type(header).__name__}", argument="header")
+    return target_of(path, format).create(header)
 
 
 def create_like(
@@ -176,7 +118,7 @@ def create_like(
 ) -> Writer:
     """Creates a file for the sequence of `reader` with changes; see :func:`create`."""
     header = replace(reader.header, has_known=with_known, has_provenance=with_provenance)
-    return begin(path, header, format=format)
+    return create(path, header, format=format)
 
 
 def read(
@@ -204,10 +146,8 @@ def read(
                 generation[i] = np.asarray(frame.generation)
                 age[i] = np.asarray(frame.age)
         return Sequence(
-            vertices, header.faces, known, header.fps, header.polygons, header.up_axis,
-            header.name, header.start, header.times, header.metres_per_unit, generation, age,
-            header.derived,
-        )  # fmt: skip
+            vertices, header.faces, known, generation=generation, age=age, **header.described()
+        )
 
 
 def write(path: PathLike, sequence: Sequence, *, format: str | None = None) -> None:
@@ -216,33 +156,9 @@ def write(path: PathLike, sequence: Sequence, *, format: str | None = None) -> N
     The errors are those of :func:`create`.
     """
     if not isinstance(sequence, Sequence):
-        raise TypeError(f"sequence: must be a Sequence, not {type(sequence).__name__}")
-    n_frames, n_vertices, _ = sequence.vertices.shape
-    with create(
-        path,
-        faces=sequence.faces,
-        n_frames=n_frames,
-        n_vertices=n_vertices,
-        dtype=sequence.vertices.dtype,
-        fps=sequence.fps,
-        polygons=sequence.polygons,
-        up_axis=sequence.up_axis,
-        name=sequence.name,
-        start=sequence.start,
-        times=sequence.times,
-        metres_per_unit=sequence.metres_per_unit,
-        with_known=sequence.known is not None,
-        with_provenance=sequence.generation is not None,
-        derived=sequence.derived,
-        format=format,
-    ) as writer:
-        for i in range(n_frames):
-            writer.append(
-                sequence.vertices[i],
-                None if sequence.known is None else sequence.known[i],
-                generation=None if sequence.generation is None else sequence.generation[i],
-                age=None if sequence.age is None else sequence.age[i],
-            )
+        raise KindError(f"must be a Sequence, not {type(sequence).__name__}", argument="sequence")
+    check_path("path", path)
+    target_of(path, format).write(sequence)
 
 
 def _template(faces: Any) -> Template | None:

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._errors import InputError
 from .._extras import require
 from ..polygons import Polygons, as_polygons, check_polygons, split_polygons
 from .comments import comments_of, said_in
@@ -84,15 +85,16 @@ class AlembicReader(Reader):
                 }
             if "known" in values:
                 if (values["known"] > 1).any():
-                    raise ValueError(f"frame {number}: known must hold only 0 and 1")
+                    raise InputError("known must hold 0 and 1 only", frame=number)
                 values["known"] = values["known"].astype(np.bool_)
             yield Frame(points, **values)
 
     def _checked(self, name: str, number: int, values: Any) -> NDArray[Any]:
         if len(values) != self.n_vertices:
-            raise ValueError(
-                f"frame {number}: {name} has {len(values)} values, "
-                f"but the mesh has {self.n_vertices} vertices in its first frame"
+            raise InputError(
+                f"{name} has {len(values)} values, "
+                f"but the mesh has {self.n_vertices} vertices in its first frame",
+                frame=number,
             )
         return np.array(values)
 
@@ -169,13 +171,13 @@ def _parameters(schema: Any, n_frames: int) -> dict[str, Any]:
             continue
         parameter = getattr(geometry, f"I{kind}GeomParam")
         if not parameter.matches(headers[name]):
-            raise ValueError(f"{name}: must be a geometry parameter of type {kind.lower()}")
+            raise InputError(f"must be a geometry parameter of {kind.lower()}", argument=name)
         found[name] = parameter(compound, name)
         if found[name].getScope() != geometry.GeometryScope.kVertexScope:
-            raise ValueError(f"{name}: must have one value per vertex")
+            raise InputError("must have a value per vertex", argument=name)
         if found[name].getNumSamples() not in (1, n_frames):
-            raise ValueError(
-                f"{name}: has {found[name].getNumSamples()} samples for {n_frames} frames"
+            raise InputError(
+                f"has {found[name].getNumSamples()} samples for {n_frames} frames", argument=name
             )
     return found
 

@@ -1,4 +1,4 @@
-"""Selection of the format of a file, and questions about the writer of that format."""
+"""Selection of the format of a file."""
 
 import errno
 import glob
@@ -7,7 +7,6 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TypeAlias
 
-from .._extras import require
 from .alembic import alembic
 from .format import Format
 from .hdf5 import hdf5
@@ -21,7 +20,6 @@ from .paraview import pvd
 from .pc2 import pc2
 from .ply import ply
 from .usd import usd, usdz
-from .writer import Writer
 
 PathLike: TypeAlias = str | os.PathLike[str]
 
@@ -40,45 +38,7 @@ def format_of(path: PathLike, name: str | None = None) -> Format:
     if name is None and not path.suffix and not path.exists() and not glob.has_magic(str(path)):
         raise FileNotFoundError(errno.ENOENT, "no such file or folder", str(path))
     with naming(path):
-        return _choose(path, name, _NAME_IT)
-
-
-def writer_of(path: PathLike, format: str | None = None) -> type[Writer]:
-    """Returns the writer for `path`; raises ImportError if its library is not installed."""
-    path = Path(path)
-    with naming(path):
-        otherwise = f"write {path / 'frame_%04d.ply'}, or give --output-format"
-        chosen = _choose(path, format, otherwise)
-        if chosen.writer is None:
-            raise ValueError(f"{chosen.name} files can only be read")
-        if chosen.library is not None:
-            module, extra = chosen.library
-            require(module, extra=extra)
-        return chosen.writer
-
-
-def keeps_provenance(path: PathLike, format: str | None = None) -> bool:
-    """Whether a file written to `path` can hold the generation and the age of its vertices."""
-    return writer_of(path, format).keeps_provenance
-
-
-def resumable(path: PathLike, format: str | None = None) -> bool:
-    """Whether an interrupted writer can be continued by another one."""
-    return writer_of(path, format).resumable
-
-
-def existing(path: PathLike, format: str | None = None) -> list[Path]:
-    """Returns the existing files that writing to `path` would replace."""
-    path = Path(path)
-    with naming(path):
-        return writer_of(path, format).existing(path)
-
-
-def new_folder(path: PathLike, format: str | None = None) -> Path | None:
-    """Returns the folder that writing to `path` would create; None if it must exist."""
-    path = Path(path)
-    with naming(path):
-        return writer_of(path, format).new_folder(path)
+        return choose(path, name, _NAME_IT)
 
 
 def listed(names: Iterable[str]) -> str:
@@ -87,8 +47,8 @@ def listed(names: Iterable[str]) -> str:
     return f"{', '.join(others)} and {last}" if others else last
 
 
-def _choose(path: Path, name: str | None, otherwise: str) -> Format:
-    """Returns the format of that name or of the path; `otherwise` is the advice in errors."""
+def choose(path: Path, name: str | None, otherwise: str) -> Format:
+    """The format of that name, or that the path shows; `otherwise` is what the user can do."""
     if name is not None:
         if name not in formats:
             raise ValueError(f"unknown format '{name}'; the formats are {listed(formats)}")

@@ -23,13 +23,15 @@ class Template:
     n_vertices: int | None
     """None if only faces were given."""
     said: Said = field(default_factory=Said)
+    files: tuple[Path, ...] = ()
+    """Those that it was read from."""
 
 
 def template_of(reader: Reader) -> Template:
     """The mesh that is read to provide its faces."""
     header = reader.header
     said = Said(header.up_axis, header.metres_per_unit)
-    return Template(header.faces, header.polygons, header.n_vertices, said)
+    return Template(header.faces, header.polygons, header.n_vertices, said, tuple(reader.files))
 
 
 @dataclass(frozen=True)

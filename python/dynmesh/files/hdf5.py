@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._errors import InputError
 from .._extras import require
 from .format import Format, Template, refuse_mesh_name, refuse_template
 from .hdf5_links import Hdf5Tree
@@ -59,12 +60,16 @@ class Hdf5Reader(Reader):
         try:
             dataset = self._tree.find(name)
         except ValueError as error:
-            raise ValueError(f"{name}: {error}") from error
+            raise InputError(f"{error}", argument=name) from error
         if not isinstance(dataset, self._h5py.Dataset):
-            raise ValueError(f"{name}: must be a dataset, not a {type(dataset).__name__.lower()}")
+            raise InputError(
+                f"must be a dataset, not a {type(dataset).__name__.lower()}", argument=name
+            )
         size = self._tree.size
         if dataset.nbytes > most_packed * size:
-            raise ValueError(f"{name}: would have {dataset.nbytes} bytes, but the file has {size}")
+            raise InputError(
+                f"would have {dataset.nbytes} bytes, but the file has {size}", argument=name
+            )
         return dataset
 
     def _kind(self, name: str) -> tuple[tuple[int, ...], np.dtype[Any]]:

@@ -1,23 +1,21 @@
 """A frame of a sequence, and the header that describes all frames."""
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .._checks import check_array, check_integer
-from ..polygons import Polygons
 from ..sequence import (
+    Description,
     Mask,
     Positions,
     Provenance,
+    Sequence,
     check_corners,
-    check_derived,
-    check_description,
     check_faces,
-    check_times,
     check_vertices,
 )
 
@@ -45,7 +43,7 @@ class Frame:
 
 
 @dataclass(frozen=True, eq=False)
-class Header:
+class Header(Description):
     """The properties that all frames of a file share.
 
     Attributes:
@@ -53,45 +51,49 @@ class Header:
         n_frames: n.
         n_vertices: k.
         dtype: of the positions, float32 or float64.
-        fps: frames per second, or None.
-        polygons: the faces before they were cut into triangles, or None if all were triangles.
-        up_axis: "y" or "z", or None.
-        name: path of the mesh in its file, or None.
-        start: the number of the first frame in its file; see :class:`dynmesh.Sequence`.
-        times: (n,) float64, the number of each frame in its file, or None if the numbers follow
-            from `start`.
-        metres_per_unit: length of a unit of the positions, or None.
         has_known: whether each frame has a known mask.
         has_provenance: whether each frame has the generation and the age of its vertices.
-        derived: what else in the file follows from the positions, or None; see
-            :class:`dynmesh.Sequence`.
+
+    The attributes of :class:`dynmesh.Description`, from `fps` to `derived`, are keywords as well.
+
+    Raises:
+        TypeError, ValueError: an attribute is of the wrong kind or shape.
     """
 
     faces: NDArray[np.integer[Any]]
     n_frames: int
     n_vertices: int
     dtype: np.dtype[Any]
-    fps: float | None = None
-    polygons: Polygons | None = None
-    up_axis: str | None = None
-    name: str | None = None
-    start: float = 0
-    times: NDArray[np.float64] | None = None
-    metres_per_unit: float | None = None
-    has_known: bool = False
-    has_provenance: bool = False
-    derived: Mapping[str, str] | None = None
+    has_known: bool = field(default=False, kw_only=True)
+    has_provenance: bool = field(default=False, kw_only=True)
 
     def __post_init__(self) -> None:
         """Raises an error unless the properties are consistent."""
         check_integer("n_frames", self.n_frames, 0)
         check_integer("n_vertices", self.n_vertices, 0)
         check_array("faces", self.faces)
+        object.__setattr__(self, "dtype", np.dtype(self.dtype))  # float is a dtype to numpy
         check_vertices(self.dtype, (self.n_frames, self.n_vertices, 3))
         check_faces(self.faces.dtype, self.faces.shape)
         check_corners(self.faces, self.n_vertices)
-        check_times(self.times, self.n_frames)
-        check_description(
-            self.fps, self.polygons, self.up_axis, self.name, self.start, self.metres_per_unit
-        )
-        check_derived(self.derived)
+        self._check_description(self.n_frames)
+
+
+def header_of(sequence: Sequence) -> Header:
+    """What a file would say of the sequence."""
+    n_frames, n_vertices, _ = sequence.vertices.shape
+    return Header(
+        sequence.faces,
+        n_frames,
+        n_vertices,
+        sequence.vertices.dtype,
+        has_known=sequence.known is not None,
+        has_provenance=sequence.generation is not None,
+        **sequence.described(),
+    )
+
+
+def frame_of(sequence: Sequence, number: int) -> Frame:
+    """One frame of the sequence."""
+    rows = (sequence.known, sequence.generation, sequence.age)
+    return Frame(sequence.vertices[number], *(row if row is None else row[number] for row in rows))

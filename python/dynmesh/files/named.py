@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._errors import InputError, KindError
 from ..polygons import Polygons
 from ..sequence import check_faces, check_known, check_provenance, check_vertices
 from .header import Frame, Header
@@ -88,13 +89,15 @@ def _derived(text: str) -> dict[str, str]:
 
 def _number(name: str, array: NDArray[Any]) -> float:
     if array.size != 1 or array.dtype.kind not in "fiu":
-        raise ValueError(f"{name}: must be one number, not {array.dtype} of shape {array.shape}")
+        raise InputError(
+            f"must be one number, not {array.dtype} of shape {array.shape}", argument=name
+        )
     return float(array.reshape(()))
 
 
 def _numbers(name: str, array: NDArray[Any]) -> NDArray[np.float64]:
     if array.dtype.kind not in "fiu":
-        raise TypeError(f"{name}: must be numbers, not {array.dtype}")
+        raise KindError(f"must be numbers, not {array.dtype}", argument=name)
     return array.astype(np.float64)
 
 

@@ -4,23 +4,25 @@ import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 
-from .._checks import SettingError
+from .._errors import InputError, KindError, locating
 
 
 @contextlib.contextmanager
 def naming(path: Path) -> Iterator[None]:
-    """Prefixes the messages of ValueErrors with the name of the file; OSErrors have it already.
+    """Adds the name of the file to an InputError; an OSError has it already.
 
-    Refused settings are not prefixed, as they do not depend on the file.
+    A KindError becomes an InputError, since an array of the wrong kind in a file is not an argument
+    of the wrong kind.
     """
     try:
-        yield
-    except SettingError:
-        raise
-    except (ValueError, TypeError, EOFError) as error:
-        if str(error).startswith(f"{path}: "):
-            raise
-        raise ValueError(f"{path}: {error}") from error
+        with locating(file=path):
+            yield
+    except KindError as error:
+        raise InputError(
+            error.reason, argument=error.argument, frame=error.frame, file=error.file
+        ) from error
+    except EOFError as error:
+        raise InputError(str(error), file=path) from error
     except OSError as error:
         if error.filename is not None or error.errno is None:
             raise

@@ -63,7 +63,7 @@ class NpyReader(Reader):
             for name in per_frame[1:]:
                 beside = _path_of(name, path)
                 if beside.exists():
-                    with naming(Path(beside.name)):
+                    with naming(beside):
                         rows = stack.enter_context(contextlib.closing(_open_rows(beside)))
                         if name == "known":
                             check_known(rows.dtype, rows.shape, vertices.shape[:2])
@@ -76,8 +76,9 @@ class NpyReader(Reader):
                 )
             n_frames, n_vertices, _ = vertices.shape
             faces_beside = {_path_of("faces", path): _load_faces}
-            template, faces_files = find_template(template, n_vertices, faces_beside)
-            self._files = [_path_of(name, path) for name in self._rows] + faces_files
+            template = find_template(template, n_vertices, faces_beside)
+            self._files = [_path_of(name, path) for name in self._rows]
+            self._files += template.files
             header = Header(
                 faces=template.faces,
                 n_frames=n_frames,

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
+from .._errors import InputError
 from .flat import check_size
 from .format import Format, Template, refuse_mesh_name, refuse_template
 from .header import Frame, Header
@@ -46,8 +47,8 @@ class _Rows:
                 n_frames = self.shape[0] if self.shape else 1
                 check_size(size, self._begin, n_frames, row_size)
             except ValueError as error:
-                raise ValueError(f"{name}: {error}") from error
-            if by_columns:  # no row is contiguous
+                raise InputError(f"{error}", argument=name) from error
+            if by_columns:  # no row lies in one piece
                 self._whole = _read_member(archive, name)
             stack.pop_all()
 
@@ -102,7 +103,7 @@ class NpzReader(Reader):
         try:
             return _read_member(self._archive, name)
         except ValueError as error:
-            raise ValueError(f"{name}: {error}") from error
+            raise InputError(f"{error}", argument=name) from error
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
         with contextlib.ExitStack() as stack, _explaining():

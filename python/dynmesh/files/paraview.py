@@ -23,6 +23,7 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
+from .._errors import InputError
 from .._extras import require
 from ..polygons import Polygons, as_polygons
 from .comments import Said, comments_of, said_in
@@ -91,7 +92,7 @@ def _read_index(path: Path) -> tuple[list[float], list[Path]]:
         if not name.lower().endswith(".vtp"):
             raise ValueError(f"lists the file '{name}', but only .vtp files can be read")
         if not math.isfinite(time):
-            raise ValueError(f"{name}: the time must be finite, not {time}")
+            raise InputError(f"the time must be finite, not {time}", argument=name)
         if time in by_time:
             raise ValueError(
                 f"lists {by_time[time]} and {name} for the time {time:g}; parts are not supported"

@@ -47,7 +47,7 @@ class PointCacheReader(Reader):
             self._rows = FlatRows(path, begin, shape, self.dtype_in_file)
             stack.callback(self._rows.close)
             n_frames, n_vertices, _ = shape
-            template, mesh_files = find_template(
+            template = find_template(
                 template,
                 n_vertices,
                 {
@@ -55,7 +55,7 @@ class PointCacheReader(Reader):
                     path.with_suffix(".ply"): _mesh_with(PlyReader),
                 },
             )
-            self._files = [path, *mesh_files]
+            self._files = [path, *template.files]
             fps, start = self._read_timing(file, n_frames)
             header = Header(
                 faces=template.faces,

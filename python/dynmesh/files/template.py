@@ -9,8 +9,8 @@ from .naming import naming
 
 def find_template(
     given: Template | None, n_vertices: int, beside: Mapping[Path, Callable[[Path], Template]]
-) -> tuple[Template, list[Path]]:
-    """Returns the mesh that provides the faces, and the file that it was read from, if any.
+) -> Template:
+    """Returns the mesh that provides the faces.
 
     Args:
         given: the mesh from the caller; if it is given, files beside are ignored.
@@ -21,21 +21,19 @@ def find_template(
         OSError: a file beside it cannot be read.
         ValueError: there is no mesh, or it has another number of vertices.
     """
-    template, files = (given, []) if given is not None else _first(beside)
+    template = given if given is not None else _first(beside)
     if template.n_vertices not in (None, n_vertices):
         raise ValueError(
             f"has {n_vertices} vertices, but the mesh with its faces has {template.n_vertices}"
         )
-    return template, files
+    return template
 
 
-def _first(
-    beside: Mapping[Path, Callable[[Path], Template]],
-) -> tuple[Template, list[Path]]:
+def _first(beside: Mapping[Path, Callable[[Path], Template]]) -> Template:
     for path, load in beside.items():
         if path.exists():
-            with naming(Path(path.name)):
-                return load(path), [path]
+            with naming(path):
+                return load(path)
     names = " or ".join(path.name for path in beside)
     raise ValueError(
         f"holds only positions, and there is no {names} beside it; "

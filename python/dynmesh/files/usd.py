@@ -26,6 +26,7 @@ from .usd_derived import DerivedAttributes, derived_of
 from .usd_stage import (
     composed,
     faces_of,
+    files_of,
     frame_times,
     library_array,
     mesh_in,
@@ -88,6 +89,11 @@ class UsdReader(Reader):
             self._mesh, as_polygons(faces, polygons), np.array(first), self._times[0]
         )
         return replace(header, derived=derived)
+
+    @property
+    def files(self) -> list[Path]:
+        """The files that are read: those of all layers that the stage is composed of."""
+        return files_of(self._stage) or [self.path]
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
         for number in numbers:

@@ -39,6 +39,14 @@ def composed(path: Path) -> Any:
     return pxr("Usd").Stage.Open(layer)
 
 
+def files_of(stage: Any) -> list[Path]:
+    """The files of all layers of the stage; a packed stage is one file."""
+    ar = pxr("Ar")
+    paths = [layer.realPath for layer in stage.GetUsedLayers() if layer.realPath]
+    outer = (ar.SplitPackageRelativePathOuter(path)[0] for path in paths)
+    return [Path(path) for path in dict.fromkeys(outer)]
+
+
 def mesh_in(stage: Any, prim: str | None) -> Any:
     """Returns the mesh at this path, or see :func:`choose_mesh`; refuses incomplete stages."""
     usd, geometry = pxr("Usd"), pxr("UsdGeom")

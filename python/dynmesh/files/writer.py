@@ -13,6 +13,7 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from .._errors import InputError, locating
 from ..sequence import Mask, Positions, Provenance, check_known, check_provenance
 from .header import Frame, Header
 from .naming import naming
@@ -141,34 +142,35 @@ class Writer(ABC):
         """
         frame = Frame(points, known, generation, age)
         with naming(self.path), self._blaming():
-            self._check(frame)
+            with locating(frame=self._frame):
+                self._check(frame)
             if known is not None and not self.keeps_known:
                 missing = points.dtype.type(np.nan)
                 frame = replace(frame, points=np.where(known[:, None], points, missing), known=None)
             if not self.keeps_float64:
-                frame = replace(frame, points=self._rounded(frame.points))
+                with locating(frame=self._frame):
+                    frame = replace(frame, points=self._rounded(frame.points))
             self._append(frame)
         self._frame += 1
 
     def _check(self, frame: Frame) -> None:
         header = self.header
-        place = f"frame {self._frame}"
         k = header.n_vertices
         if self._frame == header.n_frames:
-            raise ValueError(f"{place}: the file was created for {header.n_frames} frames only")
+            raise ValueError(f"the file was created for {header.n_frames} frames only")
         if frame.points.shape != (k, 3) or frame.points.dtype != header.dtype:
             raise ValueError(
-                f"{place}: must be {header.dtype} of shape {(k, 3)}, "
+                f"must be {header.dtype} of shape {(k, 3)}, "
                 f"not {frame.points.dtype} of shape {frame.points.shape}"
             )
         if (frame.known is not None) != header.has_known:
-            raise ValueError(f"{place}: give a mask with every frame or with none")
+            raise ValueError("give a mask with every frame or with none")
         if frame.known is not None:
             check_known(frame.known.dtype, frame.known.shape, (k,))
         for name in ("generation", "age"):
             values = getattr(frame, name)
             if (values is not None) != header.has_provenance:
-                raise ValueError(f"{place}: give generation and age with every frame or with none")
+                raise ValueError("give generation and age with every frame or with none")
             if values is not None:
                 check_provenance(name, values.dtype, values.shape, (k,))
 
@@ -179,7 +181,7 @@ class Writer(ABC):
         if beyond.any():
             vertex = int(beyond.argmax())
             raise ValueError(
-                f"frame {self._frame}: vertex {vertex} at {points[vertex].tolist()} "
+                f"vertex {vertex} at {points[vertex].tolist()} "
                 "is out of the range of float32, in which this format stores positions"
             )
         return single
@@ -196,9 +198,9 @@ class Writer(ABC):
             if kind is not None:
                 raise _AbandonedError
             if self._frame < self.header.n_frames:
-                raise ValueError(
-                    f"{self.path}: only {self._frame} of {self.header.n_frames} frames "
-                    "were appended"
+                n_frames = self.header.n_frames
+                raise InputError(
+                    f"only {self._frame} of {n_frames} frames were appended", file=self.path
                 )
             self._finish()
             put_in_place(self.folder, self._destinations(), self._outdated(), plan=self._keep)
@@ -223,10 +225,9 @@ class Writer(ABC):
         try:
             yield
         except OSError as error:
-            why = os.strerror(error.errno) if error.errno else str(error).splitlines()[0]
             if error.errno is None:
-                raise OSError(f"{self.path}: {why}") from error
-            raise type(error)(error.errno, why, str(self.path)) from error
+                raise OSError(f"{self.path}: {str(error).splitlines()[0]}") from error
+            raise OSError(error.errno, os.strerror(error.errno), str(self.path)) from error
 
 
 class _AbandonedError(Exception):

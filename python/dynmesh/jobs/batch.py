@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Literal
 
 from .. import files
-from .._checks import SettingError
-from ..streaming import Settings
+from .._errors import InputError, KindError, SettingError
+from ..files import Target
+from ..settings import Settings, all_settings
 from .checkpoint import OtherJobError, Source
-from .file_completion import FileReport, complete_file
+from .file_completion import FileReport, How, complete_into
 
 
 @dataclass(frozen=True)
@@ -86,11 +87,11 @@ def complete_files(
         ValueError: two jobs have the same output.
     """
     if not isinstance(jobs, Iterable):
-        raise TypeError(f"jobs: must be iterable, not {type(jobs).__name__}")
+        raise KindError(f"must be iterable, not {type(jobs).__name__}", argument="jobs")
     jobs = list(jobs)
     for number, job in enumerate(jobs):
         if not isinstance(job, Job):
-            raise TypeError(f"jobs: item {number} must be a Job, not {job!r}")
+            raise KindError(f"place {number} holds no Job, but {job!r}", argument="jobs")
     _check_outputs(jobs)
     results: dict[int, Result] = {}
 
@@ -115,11 +116,11 @@ def _run(job: Job, overwrite: bool) -> Result:
     began = time.monotonic()
     try:
         _make_folder(Path(job.output).parent)
+        target = files.target_of(job.output, job.output_format)
         try:
-            resume = files.resumable(job.output, job.output_format)
-            report = _complete(job, overwrite, resume=resume)
-        except OtherJobError:  # the table has changed since the interruption
-            report = _complete(job, overwrite, resume=False)
+            report = _complete(job, target, overwrite, resume=target.writer.resumable)
+        except OtherJobError:  # the table has changed since
+            report = _complete(job, target, overwrite, resume=False)
     except FileExistsError:
         return Result(job, "exists")
     except SettingError as error:  # its message does not name the file
@@ -139,18 +140,9 @@ def _make_folder(folder: Path) -> None:
         raise NotADirectoryError(error.errno, "exists and is not a folder", str(folder)) from error
 
 
-def _complete(job: Job, overwrite: bool, *, resume: bool) -> FileReport:
-    return complete_file(
-        job.input,
-        job.output,
-        source=job.source,
-        output_format=job.output_format,
-        fps=job.fps,
-        provenance=job.provenance,
-        overwrite=overwrite,
-        resume=resume,
-        **job.settings,
-    )
+def _complete(job: Job, target: Target, overwrite: bool, *, resume: bool) -> FileReport:
+    how = How(job.fps, job.provenance, overwrite, resume)
+    return complete_into(Path(job.input), target, job.source, how, all_settings(job.settings))
 
 
 def _result_of(future: "Future[Result]", job: Job) -> Result:
@@ -171,5 +163,5 @@ def _check_outputs(jobs: list[Job]) -> None:
     seen: set[Path] = set()
     for job in jobs:
         if (output := Path(job.output).absolute()) in seen:
-            raise ValueError(f"{job.output}: is the output of more than one job")
+            raise InputError("is the output of two jobs", file=job.output)
         seen.add(output)

@@ -1,7 +1,6 @@
 """The state that an interrupted run leaves beside its unfinished files."""
 
 import json
-import os
 import time
 import zipfile
 import zlib
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 
 from .._core import __version__
 from ..files import Header, PathLike, Reader
-from ..streaming import Settings, default_settings
+from ..settings import SETTINGS, Settings
 
 
 class Source(TypedDict, total=False):
@@ -96,16 +95,13 @@ class Checkpoint:
 
 
 def describe_job(
-    reader: Reader, header: Header, source: Source, format: str | None, settings: Settings
+    reader: Reader, header: Header, source: Source, format: str, settings: Settings
 ) -> str:
-    """Describes everything that the output depends on, as JSON; threads are left out."""
-    inputs = [*reader.files]
+    """Everything on which the output depends, as JSON. All settings must be given."""
     masks = source.get("known")
-    if isinstance(masks, str | os.PathLike):
-        inputs.append(Path(masks))
     description: dict[str, Any] = {
         "version": __version__,
-        "input": [[str(p), p.stat().st_size, p.stat().st_mtime_ns] for p in inputs],
+        "input": [[str(p), p.stat().st_size, p.stat().st_mtime_ns] for p in reader.files],
         "known": zlib.crc32(masks.tobytes()) if isinstance(masks, np.ndarray) else None,
         "faces": zlib.crc32(header.faces.tobytes()),
         "missing": source.get("missing"),
@@ -113,9 +109,8 @@ def describe_job(
         "fps": header.fps,
         "provenance": header.has_provenance,
         "format": format,
-        **{**default_settings, **settings},
+        **{name: value for name, value in settings.items() if SETTINGS[name].changes_results},
     }
-    del description["threads"]
     return json.dumps(description)
 
 

@@ -5,16 +5,18 @@ import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, NamedTuple, Unpack
 
 import numpy as np
 
 from .. import files
 from .._checks import check_path
 from .._core import Completer, FrameReport
-from ..files import Frame, Header, PathLike, Reader, Writer
+from .._errors import InputError, KindError
+from ..files import Frame, Header, PathLike, Reader, Target, Writer
 from ..sequence import Positions
-from ..streaming import Settings, begin, complete_pairs, push_all
+from ..settings import Settings, all_settings, takes_settings
+from ..streaming import begin, complete_pairs, push_all
 from .checkpoint import Checkpoint, Saved, Source, describe_job
 from .lock import lock_folder
 
@@ -52,6 +54,7 @@ class FileReport:
     existed: bool = False
 
 
+@takes_settings
 def complete_file(
     path: PathLike,
     output: PathLike,
@@ -63,13 +66,7 @@ def complete_file(
     overwrite: bool = False,
     resume: bool = False,
     watch: Watch | None = None,
-    method: Literal["motion", "detail"] = "motion",
-    revisit: bool = True,
-    extra_iterations: int = 0,
-    unseen: Literal["follow", "hold"] = "follow",
-    noise: float | None = None,
-    reject_outliers: bool = False,
-    threads: int = 1,
+    **settings: Unpack[Settings],
 ) -> FileReport:
     """Completes a sequence and writes the result to a file, in constant memory.
 
@@ -94,16 +91,8 @@ def complete_file(
             mdd, ply, obj and pvd.
         watch: called with the frames, their number and the number of frames already completed; it
             must pass the frames on.
-        method: "motion" or "detail". This and the following arguments are the settings of
-            :class:`dynmesh.Completer`, which explains them.
-        revisit: for "motion"; whether every iteration estimates all satellites again.
-        extra_iterations: for "motion"; the number of iterations after the last satellite is
-            reached.
-        unseen: "follow" or "hold"; the motion of vertices that no edges connect to a known one.
-        noise: for "detail"; the standard deviation of known positions, or None if they are exact.
-        reject_outliers: for "detail"; whether known vertices that do not move like those around
-            them are treated as missing.
-        threads: the number of threads that a frame may use.
+        **settings: `method`, `noise` and the other settings of :class:`dynmesh.Completer`, which
+            explains them.
 
     Raises:
         FileExistsError: the output exists, and `resume` does not find it complete.
@@ -117,42 +106,53 @@ def complete_file(
     check_path("path", path)
     check_path("output", output)
     if watch is not None and not callable(watch):
-        raise TypeError(f"watch: must be callable, not {watch!r}")
-    settings: Settings = {
-        "method": method,
-        "revisit": revisit,
-        "extra_iterations": extra_iterations,
-        "unseen": unseen,
-        "noise": noise,
-        "reject_outliers": reject_outliers,
-        "threads": threads,
-    }
-    path, output = Path(path), Path(output)
-    source = source or {}
-    if resume:
-        _check_resumable(output, output_format)
+        raise KindError(f"must be callable, not {watch!r}", argument="watch")
+    target = files.target_of(output, output_format)
+    if resume and not target.writer.resumable:
+        able = [f.name for f in files.formats.values() if f.writer and f.writer.resumable]
+        raise InputError(
+            f"files of this format cannot be resumed; {files.listed(able)} can", file=target.path
+        )
+    how = How(fps, provenance, overwrite, resume, watch)
+    return complete_into(Path(path), target, source or {}, how, all_settings(settings))
+
+
+class How(NamedTuple):
+    """The arguments of :func:`complete_file` that are neither files nor settings."""
+
+    fps: float | None = None
+    provenance: bool = False
+    overwrite: bool = False
+    resume: bool = False
+    watch: Watch | None = None
+
+
+def complete_into(
+    path: Path, target: Target, source: Source, how: How, settings: Settings
+) -> FileReport:
+    """As :func:`complete_file`, with the output's format chosen and all settings given."""
+    output = target.path
     with files.open(path, **source) as reader:
         header = replace(
             reader.header,
-            fps=reader.fps if fps is None else fps,
+            fps=reader.fps if how.fps is None else how.fps,
             has_known=False,
-            has_provenance=provenance,
+            has_provenance=how.provenance,
         )
         folder = unfinished_folder(output)
-        job = describe_job(reader, header, source, output_format, settings)
+        job = describe_job(reader, header, source, target.format, settings)
         checkpoint = Checkpoint(folder / "checkpoint.npz", job)
         settled = _settle(folder, output, checkpoint)
-        complete = resume and not overwrite and not checkpoint.exists()
-        complete = complete and _is_complete(output, output_format, header)
-        check_output(output, output_format, overwrite=overwrite or complete, reader=reader)
+        complete = how.resume and not how.overwrite and not checkpoint.exists()
+        complete = complete and _is_complete(target, header)
+        target.check(overwrite=how.overwrite or complete, reader=reader)
         if complete:
             n = header.n_frames
             return FileReport(n, n, None, 0, 0, 0, 0, existed=not settled)
-        with _folder_for(output, output_format), lock_folder(folder, output):
-            saved = checkpoint.load() if resume else None
+        with _folder_for(target), lock_folder(folder, output):
+            saved = checkpoint.load() if how.resume else None
             with _clearing(folder):
-                files_folder = folder / "files"
-                writer, saved = _begin_writer(output, header, output_format, files_folder, saved)
+                writer, saved = _begin_writer(target, header, folder / "files", saved)
                 start = 0 if saved is None else saved.frames
                 reports: list[FrameReport] = []
                 with (
@@ -160,7 +160,9 @@ def complete_file(
                     files.naming(path),
                     contextlib.closing(reader.frames(start)) as frames,
                 ):
-                    watched = frames if watch is None else watch(frames, reader.n_frames, start)
+                    watched: Iterator[Any] = frames
+                    if how.watch is not None:
+                        watched = how.watch(frames, reader.n_frames, start)
                     for points, completer in _complete(reader, watched, saved, settings):
                         _append(writer, points, completer)
                         reports.append(completer.report)
@@ -211,55 +213,22 @@ def is_unfinished(output: Path) -> bool:
     return (unfinished_folder(output) / "checkpoint.npz").exists()
 
 
-def _is_complete(output: Path, format: str | None, header: Header) -> bool:
-    """Whether the output exists and has the size of the job's result."""
-    if not files.existing(output, format):
+def _is_complete(target: Target, header: Header) -> bool:
+    """Whether the output exists, and can be what the job makes."""
+    if not target.existing():
         return False
-    with contextlib.suppress(OSError, ValueError), files.open(output, format=format) as made:
+    with (
+        contextlib.suppress(OSError, ValueError),
+        files.open(target.path, format=target.format) as made,
+    ):
         return (made.n_frames, made.n_vertices) == (header.n_frames, header.n_vertices)
     return False
 
 
-def check_output(
-    output: Path, format: str | None = None, *, overwrite: bool, reader: Reader | None = None
-) -> None:
-    """Refuses an output that is its own input or, unless `overwrite` is set, an existing file.
-
-    Raises:
-        FileExistsError, ValueError: the output would replace a file.
-        FileNotFoundError: the folder of the output does not exist.
-    """
-    folder = (files.new_folder(output, format) or output).parent
-    if not folder.is_dir():
-        raise FileNotFoundError(f"{output}: there is no folder {folder}")
-    existing = files.existing(output, format)
-    if existing and reader is not None:
-        inputs = set(map(_identity, reader.files))
-        for file in existing:
-            if _identity(file) in inputs:
-                raise ValueError(f"{file}: is the input and cannot be the output as well")
-    if existing and not overwrite:
-        raise FileExistsError(
-            f"{existing[0]}: exists already; --overwrite replaces it, in Python overwrite=True"
-        )
-
-
-def _identity(file: Path) -> tuple[int, int]:
-    """Identifies a file, whichever path names it."""
-    found = file.stat()
-    return found.st_dev, found.st_ino
-
-
-def _check_resumable(output: Path, format: str | None) -> None:
-    if not files.resumable(output, format):
-        able = [f.name for f in files.formats.values() if f.writer and f.writer.resumable]
-        raise ValueError(f"{output}: this format cannot be resumed; {files.listed(able)} can")
-
-
 @contextlib.contextmanager
-def _folder_for(output: Path, format: str | None) -> Iterator[None]:
-    """Creates the folder of an output if it needs one, and removes it if it stays empty."""
-    new = files.new_folder(output, format)
+def _folder_for(target: Target) -> Iterator[None]:
+    """Makes the folder of an output that may have a new one, and removes it if it stays empty."""
+    new = target.new_folder()
     if new is not None:
         new.mkdir()
     try:
@@ -286,17 +255,14 @@ def _clearing(folder: Path) -> Iterator[None]:
 
 
 def _begin_writer(
-    output: Path, header: Header, format: str | None, folder: Path, saved: Saved | None
+    target: Target, header: Header, folder: Path, saved: Saved | None
 ) -> tuple[Writer, Saved | None]:
     if saved is not None:
         # A process that was killed while it finished its file may have left an incomplete one.
         with contextlib.suppress(OSError, ValueError):
-            writer = files.begin(
-                output, header, format=format, folder=folder, resume_at=saved.frames
-            )
-            return writer, saved
+            return target.create(header, folder=folder, resume_at=saved.frames), saved
     (folder.parent / "checkpoint.npz").unlink(missing_ok=True)
-    return files.begin(output, header, format=format, folder=folder), None
+    return target.create(header, folder=folder), None
 
 
 def _complete(
@@ -318,11 +284,12 @@ def _beginning_whole(frames: Iterator[Frame]) -> Iterator[Frame]:
             there = np.isfinite(points).all(axis=1) if known is None else known
             missing = np.flatnonzero(~there)
             if len(missing):
-                raise ValueError(
-                    f"frame 0: {len(missing)} of {len(points)} vertices "
-                    f"{'is' if len(missing) == 1 else 'are'} missing, the first is vertex "
-                    f"{missing[0]}; completion starts from frame 0: start at a complete frame, "
-                    "which `dynmesh info` names, or take frame 0 from a template"
+                raise InputError(
+                    f"{len(missing)} of {len(points)} vertices "
+                    f"{'is' if len(missing) == 1 else 'are'} missing, vertex {missing[0]} first; "
+                    "all motion begins there: begin at a whole frame, which `dynmesh info` names, "
+                    "or fill frame 0 from a template",
+                    frame=0,
                 )
         yield frame
 

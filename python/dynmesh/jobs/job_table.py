@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, cast
 
-from ..streaming import Settings
+from ..settings import SETTINGS, Setting, Settings
 from .batch import Job, Result
 from .checkpoint import Source
 
@@ -17,9 +17,9 @@ def read_jobs(path: Path) -> list[Job]:
     Args:
         path: comma-separated values. The first line names the columns: `input`, `output` and,
             optionally, `format`, `output_format`, `faces`, `prim`, `mask`, `missing`, `fps`,
-            `provenance`, `method`, `revisit`, `extra_iterations`, `unseen`, `noise`,
-            `reject_outliers`, `threads`, which are the options of ``dynmesh complete``. An empty
-            value stands for the default. Paths are relative to the table.
+            `provenance` and the settings of :class:`dynmesh.Completer`, named like the options of
+            ``dynmesh complete``. An empty value stands for the default. Paths are relative to the
+            table.
 
     Raises:
         OSError: the table cannot be read.
@@ -140,6 +140,15 @@ def _one_of(*names: str) -> Callable[[str], str]:
     return check
 
 
+def _parser_of(setting: Setting) -> Callable[[str], Any]:
+    """What reads a value of the setting from a table."""
+    if setting.choices:
+        return _one_of(*setting.choices)
+    parsers: dict[type[Any], Callable[[str], Any]]
+    parsers = {bool: _flag, int: _whole_number, float: _number}
+    return parsers[setting.kind]
+
+
 _columns: dict[str, Callable[[str], Any]] = {
     "format": str,
     "output_format": str,
@@ -149,13 +158,7 @@ _columns: dict[str, Callable[[str], Any]] = {
     "missing": _one_of("zero"),
     "fps": _number,
     "provenance": _flag,
-    "method": _one_of("motion", "detail"),
-    "revisit": _flag,
-    "extra_iterations": _whole_number,
-    "unseen": _one_of("follow", "hold"),
-    "noise": _number,
-    "reject_outliers": _flag,
-    "threads": _whole_number,
+    **{name: _parser_of(setting) for name, setting in SETTINGS.items()},
 }
 
 optional_columns = tuple(_columns)

@@ -5,7 +5,7 @@ from typing import Unpack
 
 from .._core import Completer, LaplacianInterpolation, LeastSquaresMesh
 from ..sequence import Mask, Positions
-from ..streaming import Settings
+from ..settings import Settings
 from .completion import Completion, Faces, Method
 
 Baseline = LaplacianInterpolation | LeastSquaresMesh

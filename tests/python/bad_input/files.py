@@ -121,7 +121,7 @@ reading = [
 
 def _begin(world: World, **changed: Any) -> Any:
     given = {"faces": world.faces, "n_frames": 3, "n_vertices": 49, "dtype": np.float64}
-    return dynmesh.create("new.npz", **(given | changed))
+    return dynmesh.create("new.npz", dynmesh.Header(**(given | changed)))
 
 
 def _append(world: World, *frame: Any) -> None:
@@ -138,6 +138,7 @@ writing = [
     _create("`faces`: a list", lambda w: _begin(w, faces=[[0, 1, 2]]), TypeError, "faces:", "list"),
     _create("`n_frames`: 3.0", lambda w: _begin(w, n_frames=3.0), TypeError, "n_frames:", "3.0"),
     _create("`n_vertices`: -1", lambda w: _begin(w, n_vertices=-1), ValueError, "n_vertices:", "-1"),
+    _create("`header`: a dict", lambda _: dynmesh.create("new.npz", {"n_frames": 3}), TypeError, "header:", "Header", "dict"),  # type: ignore[arg-type]
     _create("`dtype`: int", lambda w: _begin(w, dtype=int), TypeError, "int64"),
     _create("frames of float32, announced as float64", lambda w: _append(w, w.points.astype(np.float32)), ValueError, "new.npz: frame 0:", "float64", "float32"),
     _create("a mask that was not announced", lambda w: _append(w, w.points, w.known), ValueError, "new.npz: frame 0:", "mask"),
@@ -168,7 +169,7 @@ completing = [
     _complete("more than 20 kB, where no file may exceed that", lambda w: on_a_full_disk(lambda: _to_new(w, "long.npz")), OSError, "new.npz"),
     _complete("`fps`: 0", lambda w: _to_new(w, fps=0), ValueError, "fps:", "not 0"),
     _complete("`threads`: 0", lambda w: _to_new(w, threads=0), ValueError, "threads:", "not 0"),
-    _complete("`speed=1`", lambda w: _to_new(w, speed=1), TypeError, "complete_file()", "'speed'"),
+    _complete("`speed=1`", lambda w: _to_new(w, speed=1), TypeError, "speed:", "threads"),
     _complete("`output_format='fbx'`", lambda w: _to_new(w, output_format="fbx"), ValueError, "new.npz:", "'fbx'"),
     _complete("`watch`: a number", lambda w: _to_new(w, watch=3), TypeError, "watch:", "3"),
     _complete("`resume` of what cannot be resumed", lambda _: dynmesh.complete_file("body.npz", "new.abc", resume=True), ValueError, "new.abc:", "resumed"),

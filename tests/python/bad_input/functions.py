@@ -99,7 +99,7 @@ streams = [
         "inf",
     ),
     _complete(
-        "`speed=1`", lambda w: _stream(w, [w.vertices], speed=1), TypeError, "complete()", "'speed'"
+        "`speed=1`", lambda w: _stream(w, [w.vertices], speed=1), TypeError, "speed:", "threads"
     ),
 ]
 

@@ -1,0 +1,70 @@
+"""Errors that know which argument, frame and file they are about."""
+
+import contextlib
+from collections.abc import Iterator
+from pathlib import Path
+
+
+class DynmeshError(Exception):
+    """What is wrong with an input, and where. Every instance is a ValueError or a TypeError.
+
+    Attributes:
+        reason: what is wrong, with which value, without the place.
+        argument: the name of the argument at fault, or None.
+        frame: the number of the frame at fault, or None.
+        file: the file at fault, or None.
+    """
+
+    def __init__(
+        self,
+        reason: str,
+        *,
+        argument: str | None = None,
+        frame: int | None = None,
+        file: Path | None = None,
+    ) -> None:
+        """Takes what is known so far; :func:`locating` adds the rest on the way up."""
+        super().__init__(reason)
+        self.reason = reason
+        self.argument = argument
+        self.frame = frame
+        self.file = file
+
+    def __str__(self) -> str:
+        """Joins the place and the reason, as "a.npz: frame 3: points: must be float32"."""
+        frame = None if self.frame is None else f"frame {self.frame}"
+        place = [str(part) for part in (self.file, frame, self.argument) if part is not None]
+        return ": ".join([*place, self.reason])
+
+
+class InputError(DynmeshError, ValueError):
+    """An input of the right kind that cannot be used."""
+
+
+class KindError(DynmeshError, TypeError):
+    """An input of the wrong kind."""
+
+
+class SettingError(InputError):
+    """A setting of a completer that is refused; `argument` is its name."""
+
+
+@contextlib.contextmanager
+def locating(*, frame: int | None = None, file: Path | None = None) -> Iterator[None]:
+    """Adds the frame and the file to errors that do not know theirs yet.
+
+    Other ValueErrors and TypeErrors, as those of numpy, become errors of dynmesh. SettingErrors are
+    about no frame and no file, and pass unchanged.
+    """
+    try:
+        yield
+    except SettingError:
+        raise
+    except DynmeshError as error:
+        error.frame = frame if error.frame is None else error.frame
+        error.file = file if error.file is None else error.file
+        raise
+    except TypeError as error:
+        raise KindError(str(error), frame=frame, file=file) from error
+    except ValueError as error:
+        raise InputError(str(error), frame=frame, file=file) from error

@@ -1,0 +1,97 @@
+"""The modules of the package import one another in one direction."""
+
+import ast
+from collections.abc import Iterator
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+from conftest import REPOSITORY
+
+PACKAGE = REPOSITORY / "python" / "dynmesh"
+
+LAYERS = (
+    ("_core", "_checks", "_errors", "_extras", "settings"),
+    ("polygons", "sequence", "metrics", "matrices", "baselines"),
+    ("degrade", "synth", "files", "streaming"),
+    ("diagnosis", "draw"),
+    ("jobs",),
+    ("study",),
+    ("cli",),
+)
+"""What is at the top of the package, from low to high; `__init__` and `__main__` are above all."""
+
+MOST_AT_THE_TOP = 18
+
+
+def modules_in(package: Path) -> dict[str, Path]:
+    """The files of all modules by their dotted names."""
+    found = {}
+    for file in sorted([*package.rglob("*.py"), *package.rglob("*.pyi")]):
+        *parts, last = file.relative_to(package.parent).with_suffix("").parts
+        found[".".join(parts if last == "__init__" else [*parts, last])] = file
+    return found
+
+
+def imported_by(name: str, modules: dict[str, Path]) -> Iterator[str]:
+    """The modules of the package that a module imports, wherever in its text."""
+    file = modules[name]
+    here = name.split(".") if file.stem == "__init__" else name.split(".")[:-1]
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names if alias.name in modules)
+        elif isinstance(node, ast.ImportFrom):
+            parents = here[: len(here) - node.level + 1] if node.level else []
+            base = ".".join([*parents, *([node.module] if node.module else [])])
+            for alias in node.names:
+                inner = f"{base}.{alias.name}"
+                if inner in modules or base in modules:
+                    yield inner if inner in modules else base
+
+
+def cycle_in(package: Path) -> list[str]:
+    """A cycle of imports, or nothing."""
+    modules = modules_in(package)
+    graph = {name: set(imported_by(name, modules)) - {name} for name in modules}
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        return list(error.args[1])
+    return []
+
+
+def at_the_top(name: str) -> str:
+    """The part of the package that a module belongs to; "" for the package itself."""
+    return name.split(".")[1] if "." in name else ""
+
+
+def test_no_module_imports_itself_by_way_of_others() -> None:
+    assert cycle_in(PACKAGE) == []
+
+
+def test_a_cycle_would_be_found(tmp_path: Path) -> None:
+    package = tmp_path / "dynmesh"
+    (package / "inner").mkdir(parents=True)
+    (package / "__init__.py").touch()
+    (package / "inner" / "__init__.py").write_text("from ..b import x\n")
+    (package / "a.py").write_text("def late():\n    from . import inner\n")
+    (package / "b.py").write_text("import dynmesh.a\n")
+    assert set(cycle_in(package)) == {"dynmesh.a", "dynmesh.b", "dynmesh.inner"}
+
+
+def test_no_part_imports_a_higher_one() -> None:
+    level = {part: number for number, parts in enumerate(LAYERS) for part in parts}
+    level |= {"": len(LAYERS), "__main__": len(LAYERS) + 1}
+    modules = modules_in(PACKAGE)
+    assert {at_the_top(name) for name in modules} == level.keys()
+    upwards = [
+        f"{name} imports {other}"
+        for name in modules
+        for other in imported_by(name, modules)
+        if level[at_the_top(other)] > level[at_the_top(name)]
+    ]
+    assert upwards == []
+
+
+def test_the_top_of_the_package_stays_small() -> None:
+    parts = {at_the_top(name) for name in modules_in(PACKAGE)}
+    assert len(parts - {"", "__main__", "_core"}) <= MOST_AT_THE_TOP
