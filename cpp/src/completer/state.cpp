@@ -140,13 +140,13 @@ Header header_of(const Cells& cells) {
 
 void check_header(const Header& found, const Header& expected) {
   if (found.real_size != expected.real_size) {
-    refuse_state("of " + std::to_string(8 * found.real_size) +
+    refuse_state("has " + std::to_string(8 * found.real_size) +
                  "-bit positions, but this completer has " +
                  std::to_string(8 * expected.real_size) + "-bit ones");
   }
   if (found.n_vertices != expected.n_vertices) {
-    refuse_state("of " + std::to_string(found.n_vertices) + " vertices, but this mesh has " +
-                 std::to_string(expected.n_vertices));
+    refuse_state("belongs to a mesh of " + std::to_string(found.n_vertices) +
+                 " vertices, but this mesh has " + std::to_string(expected.n_vertices));
   }
   if (found.cells != expected.cells) refuse_state("of a mesh with other faces");
 }
