@@ -346,7 +346,7 @@ def test_the_command_reports_what_an_interruption_leaves(
     shown = capfd.readouterr().err
     assert f"{out}: continued at frame 5\n" in shown
     assert f"{out}: 25 frames completed in" in shown
-    assert "anew" not in shown
+    assert "starting again" not in shown
 
 
 @pytest.mark.usefixtures("eager")
