@@ -1,6 +1,7 @@
 """The faces of files that hold only positions: given, or from a file beside them."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from .format import Template
@@ -33,7 +34,7 @@ def _first(beside: Mapping[Path, Callable[[Path], Template]]) -> Template:
     for path, load in beside.items():
         if path.exists():
             with naming(path):
-                return load(path)
+                return replace(load(path), files=(path,))
     names = " or ".join(path.name for path in beside)
     raise ValueError(
         f"holds only positions, and there is no {names} beside it; "
