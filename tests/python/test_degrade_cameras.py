@@ -1,7 +1,6 @@
 """Masks as cameras see them."""
 
 import inspect
-from typing import Any
 
 import meshes
 import numpy as np
@@ -269,33 +268,3 @@ def test_cameras_orbit_the_middle_of_the_mesh() -> None:
     (ahead,) = degrade.orbit(box, up=(5, 0, 0), elevation=0.0)(0)
     np.testing.assert_allclose(ahead.position, [2, 3.5 + 14, 6], atol=1e-9)
     assert ahead.up == (1.0, 0.0, 0.0)
-
-
-@pytest.mark.parametrize(
-    ("error", "message", "settings"),
-    [
-        (ValueError, "position: must be finite, not nan", {"position": (0, np.nan, 0)}),
-        (ValueError, r"target: must be three numbers, not \(1, 2\)", {"target": (1, 2)}),
-        (TypeError, "up: must be a number, not 'x'", {"up": (0, 0, "x")}),
-        (ValueError, "target: must differ from position", {"target": (4, 0, 0)}),
-        (ValueError, "up: must not be zero or parallel to the view", {"up": (2, 0, 0)}),
-        (ValueError, "up: must not be zero or parallel to the view", {"up": (0, 0, 0)}),
-        (ValueError, "field_of_view: must be above 0 and below 180", {"field_of_view": 0}),
-        (ValueError, "field_of_view: must be above 0 and below 180", {"field_of_view": 180}),
-        (ValueError, "field_of_view: must be above 0 and below 180", {"field_of_view": np.nan}),
-        (TypeError, "field_of_view: must be a number, not None", {"field_of_view": None}),
-    ],
-)
-def test_what_is_no_camera_is_refused(error: type[Exception], message: str, settings: Any) -> None:
-    arguments = {"position": (4, 0, 0), "target": (0, 0, 0), "up": (0, 0, 1), **settings}
-    with pytest.raises(error, match=message):
-        Camera(**arguments)
-
-
-def test_a_frame_without_a_camera_is_refused() -> None:
-    def cameras(frame: int) -> list[Camera]:
-        return [NEAR_X] if frame < 2 else []
-
-    sheet = meshes.sheet(6)
-    with pytest.raises(ValueError, match="cameras: must be at least one, but frame 2 has none"):
-        list(degrade.camera_known([sheet.vertices] * 4, sheet.faces, cameras))

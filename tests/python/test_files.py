@@ -1,7 +1,6 @@
 """Reading and writing sequences."""
 
 import io
-import re
 import resource
 import zipfile
 from pathlib import Path
@@ -126,32 +125,6 @@ def test_nothing_unfinished_stands_under_the_name(tmp_path: Path, mesh: Mesh) ->
     assert dynmesh.read(path).vertices.shape == (3, 49, 3)
 
 
-def test_frames_that_do_not_fit_are_refused(tmp_path: Path, mesh: Mesh) -> None:
-    def create(**more: Any) -> dynmesh.Writer:
-        shape = {"n_frames": 2, "n_vertices": 49}
-        arguments = {"faces": mesh.faces, "dtype": np.dtype(np.float64), **shape, **more}
-        return dynmesh.create(tmp_path / "a.npz", **arguments)
-
-    with pytest.raises(ValueError, match="frame 0: must be float64 of shape"), create() as writer:
-        writer.append(mesh.vertices[:3])
-    with pytest.raises(ValueError, match="frame 0: must be float64"), create() as writer:
-        writer.append(mesh.vertices.astype(np.float32))
-    with pytest.raises(ValueError, match="a mask comes with every frame"), create() as writer:
-        writer.append(mesh.vertices, np.ones(49, bool))
-    with (
-        pytest.raises(ValueError, match=r"known: must have shape \(49,\)"),
-        create(with_known=True) as writer,
-    ):
-        writer.append(mesh.vertices, np.ones(48, bool))
-    with pytest.raises(ValueError, match="fps: must be positive and finite, not -1"):
-        create(fps=-1)
-    with pytest.raises(TypeError, match="vertices: must be float32 or float64, not int64"):
-        create(dtype=np.dtype(np.int64))
-    with pytest.raises(FileNotFoundError):
-        dynmesh.write(tmp_path / "nowhere" / "a.npz", sequence_of(mesh))
-    assert not list(tmp_path.iterdir())
-
-
 GOOD: dict[str, Any] = {
     "vertices": np.zeros((2, 4, 3), np.float32),
     "faces": np.array([[0, 1, 2], [0, 2, 3]]),
@@ -209,20 +182,3 @@ def test_damaged_files_are_refused(tmp_path: Path, mesh: Mesh) -> None:
         archive.writestr("faces.npy", buffer.getvalue())
     with pytest.raises(ValueError, match="ends in the middle of frame 9 of 100"):
         dynmesh.read(path)
-
-    with pytest.raises(FileNotFoundError):
-        dynmesh.read(tmp_path / "none.npz")
-    with pytest.raises(ValueError, match=r"the format '\.stl' is not known; there are \.npz"):
-        dynmesh.open(tmp_path / "a.stl")
-
-
-def test_a_sequence_fits_together(mesh: Mesh) -> None:
-    with pytest.raises(ValueError, match=r"known: must have shape \(1, 49\), as vertices say"):
-        dynmesh.Sequence(mesh.vertices[None], mesh.faces, np.ones(49, bool))
-    with pytest.raises(TypeError, match="vertices: must be a numpy array, not list"):
-        dynmesh.Sequence([mesh.vertices], mesh.faces)  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match="fps: must be positive and finite, not 0"):
-        dynmesh.Sequence(mesh.vertices[None], mesh.faces, fps=0)
-    for start in (np.nan, np.inf, -1e16):
-        with pytest.raises(ValueError, match=re.escape(f"to 2**53, not {start}")):
-            dynmesh.Sequence(mesh.vertices[None], mesh.faces, start=start)
