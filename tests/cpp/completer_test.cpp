@@ -3,7 +3,6 @@
 #include <cstring>
 #include <dynmesh/completer.hpp>
 #include <limits>
-#include <numeric>
 
 #include "meshes.hpp"
 #include "seal.hpp"
