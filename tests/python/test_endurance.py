@@ -23,11 +23,11 @@ def run(script: str, *arguments: str) -> str:
 
 
 def test_a_short_soak() -> None:
-    shown = run("soak.py", "--frames", "6000")
-    assert "6000 frames in" in shown
+    shown = run("soak.py", "--frames", "3000")
+    assert "3000 frames in" in shown
     pieces = re.findall(r"threads: others did (\d+) pieces", shown)
     assert len(pieces) == 2
-    assert min(map(int, pieces)) > 1000
+    assert min(map(int, pieces)) > 500
     assert shown.endswith("\n0 violations\n")
 
 
