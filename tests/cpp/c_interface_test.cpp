@@ -121,16 +121,11 @@ struct Twins {
       const auto theirs = completer.push({moved.data(), k}, expected_view());
       check(dynmesh_push(handle.get(), &points, nullptr, &output, &report), theirs, report);
     } else if (number % 4 == 2) {
-      std::vector<Index> indices;
-      std::vector<Real> observed;
-      for (std::size_t v = k; v-- > 0;) {
-        if (known[v] == 0) continue;
-        indices.push_back(static_cast<Index>(v));
-        observed.insert(observed.end(), {moved[3 * v], moved[3 * v + 1], moved[3 * v + 2]});
-      }
-      const auto points = in(observed);
+      const Sparse<Real> sparse(moved, known);
+      const auto& indices = sparse.indices;
+      const auto points = in(sparse.points);
       const auto theirs =
-          completer.push_sparse(indices, {observed.data(), indices.size()}, expected_view());
+          completer.push_sparse(indices, {sparse.points.data(), indices.size()}, expected_view());
       check(dynmesh_push_sparse(handle.get(), indices.data(), points.count, &points, &output,
                                 &report),
             theirs, report);

@@ -56,16 +56,11 @@ TEST_CASE_TEMPLATE("anchors come back bit for bit, however the arrays lie", Real
     CHECK(frame == expected);
   }
   SUBCASE("sparse, in any order") {
-    std::vector<Index> indices;
-    std::vector<Real> observed;
-    for (std::size_t v = k; v-- > 0;) {
-      if (known[v] == 0) continue;
-      indices.push_back(static_cast<Index>(v));
-      observed.insert(observed.end(), {moved[3 * v], moved[3 * v + 1], moved[3 * v + 2]});
-    }
+    const Sparse<Real> sparse(moved, known);
     std::vector<Real> completed(3 * k);
     Completer<Real> completer(mesh.faces(), mesh.points());
-    completer.push_sparse(indices, {observed.data(), indices.size()}, {completed.data(), k});
+    completer.push_sparse(sparse.indices, {sparse.points.data(), sparse.indices.size()},
+                          {completed.data(), k});
     CHECK(completed == expected);
   }
   SUBCASE("one interleaved buffer holds points, mask and result") {
