@@ -1,4 +1,6 @@
-"""Comparing sequences."""
+"""Comparing sequences, and arrays that are none."""
+
+from typing import Any
 
 import numpy as np
 
@@ -16,3 +18,23 @@ def assert_same(one: dynmesh.Sequence, other: dynmesh.Sequence, *names: str) -> 
 
 
 HISTORY = ("known", "generation", "age")
+
+GOOD: dict[str, Any] = {
+    "vertices": np.zeros((2, 4, 3), np.float32),
+    "faces": np.array([[0, 1, 2], [0, 2, 3]]),
+}
+"""The arrays of a sequence, by their names in a file."""
+
+NO_SEQUENCE: list[tuple[dict[str, Any], str]] = [
+    ({"faces": GOOD["faces"]}, "has no array 'vertices'.*this file holds faces"),
+    ({"vertices": GOOD["vertices"]}, "has no array 'faces'"),
+    (GOOD | {"vertices": np.zeros((4, 3))}, r"must have shape \(n, k, 3\), not \(4, 3\)"),
+    (GOOD | {"vertices": np.zeros((2, 4, 3), "f2")}, "float32 or float64, not float16"),
+    (GOOD | {"faces": np.zeros((2, 4), int)}, r"faces: must have shape \(m, 3\), not \(2, 4\)"),
+    (GOOD | {"faces": np.zeros((2, 3))}, "faces: must be integers, not float64"),
+    (GOOD | {"known": np.ones((1, 4), bool)}, r"known: must have shape \(2, 4\), as vert"),
+    (GOOD | {"known": np.ones((2, 4), np.uint8)}, "known: must be bool, not uint8"),
+    (GOOD | {"fps": np.nan}, "fps: must be positive and finite, not nan"),
+    (GOOD | {"fps": [24, 25]}, "fps: must be one number"),
+]
+"""Arrays that make no sequence, and what is said of them in every format that holds arrays."""

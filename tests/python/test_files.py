@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from meshes import Mesh
+from sequences import GOOD, NO_SEQUENCE
 
 import dynmesh
 
@@ -125,31 +126,10 @@ def test_nothing_unfinished_stands_under_the_name(tmp_path: Path, mesh: Mesh) ->
     assert dynmesh.read(path).vertices.shape == (3, 49, 3)
 
 
-GOOD: dict[str, Any] = {
-    "vertices": np.zeros((2, 4, 3), np.float32),
-    "faces": np.array([[0, 1, 2], [0, 2, 3]]),
-}
-
-
 @pytest.mark.parametrize(
     ("arrays", "message"),
     [
-        ({"faces": GOOD["faces"]}, "has no array 'vertices'.*this file holds faces"),
-        ({"vertices": GOOD["vertices"]}, "has no array 'faces'"),
-        (
-            GOOD | {"vertices": np.zeros((4, 3))},
-            r"vertices: must have shape \(n, k, 3\), not \(4, 3\)",
-        ),
-        (
-            GOOD | {"vertices": np.zeros((2, 4, 3), int)},
-            "vertices: must be float32 or float64, not int64",
-        ),
-        (GOOD | {"faces": np.zeros((2, 4), int)}, r"faces: must have shape \(m, 3\), not \(2, 4\)"),
-        (GOOD | {"faces": np.zeros((2, 3))}, "faces: must be integers, not float64"),
-        (GOOD | {"known": np.ones((2, 3), bool)}, r"known: must have shape \(2, 4\)"),
-        (GOOD | {"known": np.ones((2, 4))}, "known: must be bool, not float64"),
-        (GOOD | {"fps": np.nan}, "fps: must be positive and finite, not nan"),
-        (GOOD | {"fps": [24, 25]}, "fps: must be one number"),
+        *NO_SEQUENCE,
         (GOOD | {"vertices": np.array([None, "x"], object)}, "vertices: holds Python objects"),
     ],
 )
