@@ -1,16 +1,13 @@
 """Writing a figure."""
 
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from matplotlib.figure import Figure
 
-from dynmesh.study.style import save
+from dynmesh.study import style
 
 
 def save_png(figure: Figure, folder: Path, name: str, *, is_chart: bool) -> None:
-    """Writes NAME.png alone."""
+    """Writes NAME.png, without the SVG that the evaluation writes beside it."""
     folder.mkdir(parents=True, exist_ok=True)
-    with TemporaryDirectory() as scratch:
-        made = save(figure, Path(scratch), name, is_chart=is_chart)
-        (folder / made.name).write_bytes(made.read_bytes())
+    style.save_png(figure, folder / f"{name}.png", is_chart=is_chart)

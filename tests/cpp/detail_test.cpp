@@ -3,7 +3,6 @@
 #include <doctest/doctest.h>
 
 #include <dynmesh/completer.hpp>
-#include <limits>
 #include <optional>
 
 #include "meshes.hpp"
@@ -75,19 +74,6 @@ TEST_CASE("the result does not depend on the number of threads") {
       CHECK(completed == push(one, frame, known));
     }
   }
-}
-
-TEST_CASE("settings of motion are refused") {
-  const auto mesh = sheet<double>(3);
-  const auto message = [&](const Settings& settings) {
-    return message_of([&] { Completer<double>(mesh.faces(), mesh.points(), settings); });
-  };
-  CHECK(message({.method = Method::detail, .revisit = false}).starts_with("revisit: "));
-  CHECK(
-      message({.method = Method::detail, .extra_iterations = 1}).starts_with("extra_iterations: "));
-  CHECK(message({.method = Method::detail, .noise = 0.0}).starts_with("noise: must be positive"));
-  CHECK(message({.method = Method::detail, .noise = std::numeric_limits<double>::infinity()})
-            .starts_with("noise: must be positive"));
 }
 
 }  // namespace

@@ -2,8 +2,6 @@
 
 #include <cmath>
 #include <dynmesh/metrics.hpp>
-#include <limits>
-#include <stdexcept>
 
 #include "meshes.hpp"
 
@@ -61,21 +59,6 @@ TEST_CASE("a summary has the mean, root mean square, 99th percentile and maximum
   CHECK(s.p99 == doctest::Approx(198));
   CHECK(s.maximum == 200);
   CHECK(summary(std::vector<double>{7}).p99 == 7);
-}
-
-TEST_CASE("bad input is refused") {
-  const std::vector<Index> faces = {0, 1, 2};
-  const Topology topology = build_topology(faces_of(faces), 3);
-  std::vector<float> v = {0, 0, 0, 3, 0, 0, 0, 4, 0};
-  const std::vector<float> w = v;
-  v[4] = std::numeric_limits<float>::quiet_NaN();
-  CHECK(message_of([&] {
-          nmsve<float>(topology.cells, {w.data(), 3}, {v.data(), 3});
-        }) == "completed: vertex 1 has the coordinate nan, but errors need finite positions");
-  CHECK(message_of([&] {
-          nmsve<float>(topology.cells, {w.data(), 2}, {w.data(), 3});
-        }) == "reference: has 2 rows, not 3");
-  CHECK_THROWS_AS(summary({}), std::invalid_argument);
 }
 
 }  // namespace

@@ -188,13 +188,5 @@ TEST_CASE("the output of the application is not lost while several threads build
   CHECK(wrong == 0);
 }
 
-TEST_CASE("indices out of range are refused with their position and value") {
-  const std::vector<Index> high = {0, 1, 2, 0, 1, 7};
-  const std::vector<Index> low = {0, 1, -2};
-  CHECK(message_of([&] { build_topology(faces_of(high), 3); }) ==
-        "faces: face 1 refers to vertex 7, but the mesh has 3 vertices, counted from 0");
-  CHECK_THROWS_AS(build_topology(faces_of(low), 3), std::invalid_argument);
-}
-
 }  // namespace
 }  // namespace dynmesh::testing

@@ -83,12 +83,6 @@ def test_folders_of_outputs_are_created(tmp_path: Path) -> None:
     assert result.reason == f"{tmp_path / 'in.npz'}: exists and is not a folder"
 
 
-def test_two_jobs_do_not_share_an_output(tmp_path: Path) -> None:
-    jobs = [Job(tmp_path / name, tmp_path / "out.npz") for name in ("a.npz", "b.npz")]
-    with pytest.raises(ValueError, match=r"out\.npz: is the output of more than one job"):
-        complete_files(jobs)
-
-
 def test_a_table_is_read(tmp_path: Path) -> None:
     table = tmp_path / "jobs.csv"
     table.write_text(
@@ -115,33 +109,6 @@ def test_a_table_is_read(tmp_path: Path) -> None:
         "reject_outliers": True,
         "threads": 2,
     }
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("", "has no column 'input'"),
-        ("input\na.npz\n", "has no column 'output'$"),
-        ("input;output\na;b\n", "separate the values by commas instead of semicolons"),
-        ("input\toutput\na\tb\n", "separate the values by commas instead of tabs"),
-        (
-            "input,output,quality\na,b,1\n",
-            "unknown column 'quality'; the columns are input, output, format",
-        ),
-        ("input,output\na.npz\n", "line 2: has more or fewer values than there are columns"),
-        ("input,output\na.npz,b.npz,c\n", "line 2: has more or fewer values"),
-        ("input,output\n\na.npz,\n", "line 3: output is empty"),
-        ("input,output,fps\na,b,fast\n", "line 2: fps: must be a number, not .fast"),
-        ("input,output,provenance\na,b,perhaps\n", "provenance: must be true or false, not 'perh"),
-        ('input,output\na,"b\n', "is not a table of comma-separated values"),
-    ],
-)
-def test_tables_that_cannot_be_read_are_refused(tmp_path: Path, text: str, message: str) -> None:
-    table = tmp_path / "jobs.csv"
-    table.write_text(text)
-    with pytest.raises(ValueError, match=message) as caught:
-        read_jobs(table)
-    assert str(caught.value).startswith(f"{table}: ")
 
 
 def test_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -220,17 +220,6 @@ def test_default_settings(library: ctypes.CDLL) -> None:
     np.testing.assert_array_equal(actual, [float(x) for x in documented])
 
 
-def test_a_struct_of_zeros_is_refused(library: ctypes.CDLL) -> None:
-    mesh = sheet(3)
-    faces = np.ascontiguousarray(mesh.faces, np.int32)
-    frame = view(mesh.vertices)
-    handle = c_void_p()
-    arguments = (faces.ctypes.data_as(POINTER(c_int32)), c_int64(len(faces)), byref(frame))
-    assert library.dynmesh_create(*arguments, byref(Settings()), byref(handle)) == 1
-    assert re.match(rb"settings.size: is 0, but .* 40 bytes", library.dynmesh_last_message())
-    assert not handle
-
-
 class TestExample:
     """The C example complete_stream against dynmesh-complete."""
 

@@ -179,13 +179,6 @@ def test_the_report_divides_the_time(mesh: Mesh) -> None:
     assert min(stages) >= 0
 
 
-def test_settings_of_motion_are_refused(mesh: Mesh) -> None:
-    with pytest.raises(ValueError, match="revisit: requires method='motion'"):
-        dynmesh.Completer(mesh.faces, mesh.vertices, method="detail", revisit=False)
-    with pytest.raises(ValueError, match="extra_iterations: requires method='motion'"):
-        dynmesh.Completer(mesh.faces, mesh.vertices, method="detail", extra_iterations=3)
-
-
 def test_outliers_are_rejected_and_counted(rng: np.random.Generator) -> None:
     mesh = meshes.sheet(20)
     k = len(mesh.vertices)

@@ -18,6 +18,7 @@ README = (REPOSITORY / "README.md").read_text()
 SHORTER = {
     "docs/make_figures --page": "docs/make_figures --draft --page",
     "dynmesh synth walker walker.npz\n": "dynmesh synth walker walker.npz --frames 8\n",
+    "dynmesh synth walker figure.npz --frames 20\n": "dynmesh synth walker figure.npz --frames 5\n",
 }
 """Commands of the pages that are run with less data here; no page quotes their output."""
 

@@ -5,7 +5,6 @@ import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -388,20 +387,6 @@ def test_masks_may_be_in_another_file(
         np.testing.assert_array_equal(again.known, partial.known)
     with pytest.raises(ValueError, match=r"known: must have shape \(7, 144\)"):
         dynmesh.read(path, known=partial.known[1:])
-
-
-def test_invalid_masks_are_refused(tmp_path: Path, partial: dynmesh.Sequence) -> None:
-    path = tmp_path / "a.npz"
-    dynmesh.write(path, partial)
-    mask: Any = tmp_path / "mask.npy"
-    mask.write_text("hello")
-    with pytest.raises(ValueError, match=r"mask\.npy: is not a \.npy file with a mask"):
-        dynmesh.open(path, known=mask)
-    np.save(mask, np.ones((7, 144)))
-    with pytest.raises(ValueError, match=r"mask\.npy: known: must be bool, not float64"):
-        dynmesh.open(path, known=mask)
-    with pytest.raises(ValueError, match="missing: must be 'zero' or None, not 'nan'"):
-        dynmesh.open(path, missing="nan")  # type: ignore[arg-type]
 
 
 def test_a_vertex_at_the_origin_in_frame_0_is_known(tmp_path: Path) -> None:

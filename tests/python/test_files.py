@@ -1,7 +1,6 @@
 """Reading and writing sequences."""
 
 import io
-import re
 import resource
 import zipfile
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from meshes import Mesh
+from sequences import GOOD, NO_SEQUENCE
 
 import dynmesh
 
@@ -123,57 +123,10 @@ def test_unfinished_files_do_not_have_the_final_name(tmp_path: Path, mesh: Mesh)
     assert dynmesh.read(path).vertices.shape == (3, 49, 3)
 
 
-def test_frames_that_do_not_fit_are_refused(tmp_path: Path, mesh: Mesh) -> None:
-    def create(**more: Any) -> dynmesh.Writer:
-        shape = {"n_frames": 2, "n_vertices": 49}
-        arguments = {"faces": mesh.faces, "dtype": np.dtype(np.float64), **shape, **more}
-        return dynmesh.create(tmp_path / "a.npz", dynmesh.Header(**arguments))
-
-    with pytest.raises(ValueError, match="frame 0: must be float64 of shape"), create() as writer:
-        writer.append(mesh.vertices[:3])
-    with pytest.raises(ValueError, match="frame 0: must be float64"), create() as writer:
-        writer.append(mesh.vertices.astype(np.float32))
-    with pytest.raises(ValueError, match="give a mask with every frame"), create() as writer:
-        writer.append(mesh.vertices, np.ones(49, bool))
-    with (
-        pytest.raises(ValueError, match=r"known: must have shape \(49,\)"),
-        create(has_known=True) as writer,
-    ):
-        writer.append(mesh.vertices, np.ones(48, bool))
-    with pytest.raises(ValueError, match="fps: must be positive and finite, not -1"):
-        create(fps=-1)
-    with pytest.raises(TypeError, match="vertices: must be float32 or float64, not int64"):
-        create(dtype=np.dtype(np.int64))
-    with pytest.raises(FileNotFoundError):
-        dynmesh.write(tmp_path / "nowhere" / "a.npz", sequence_of(mesh))
-    assert not list(tmp_path.iterdir())
-
-
-GOOD: dict[str, Any] = {
-    "vertices": np.zeros((2, 4, 3), np.float32),
-    "faces": np.array([[0, 1, 2], [0, 2, 3]]),
-}
-
-
 @pytest.mark.parametrize(
     ("arrays", "message"),
     [
-        ({"faces": GOOD["faces"]}, "has no array 'vertices'.*this file holds faces"),
-        ({"vertices": GOOD["vertices"]}, "has no array 'faces'"),
-        (
-            GOOD | {"vertices": np.zeros((4, 3))},
-            r"vertices: must have shape \(n, k, 3\), not \(4, 3\)",
-        ),
-        (
-            GOOD | {"vertices": np.zeros((2, 4, 3), int)},
-            "vertices: must be float32 or float64, not int64",
-        ),
-        (GOOD | {"faces": np.zeros((2, 4), int)}, r"faces: must have shape \(m, 3\), not \(2, 4\)"),
-        (GOOD | {"faces": np.zeros((2, 3))}, "faces: must be integers, not float64"),
-        (GOOD | {"known": np.ones((2, 3), bool)}, r"known: must have shape \(2, 4\)"),
-        (GOOD | {"known": np.ones((2, 4))}, "known: must be bool, not float64"),
-        (GOOD | {"fps": np.nan}, "fps: must be positive and finite, not nan"),
-        (GOOD | {"fps": [24, 25]}, "fps: must be one number"),
+        *NO_SEQUENCE,
         (GOOD | {"vertices": np.array([None, "x"], object)}, "vertices: holds Python objects"),
     ],
 )
@@ -208,20 +161,3 @@ def test_damaged_files_are_refused(tmp_path: Path, mesh: Mesh) -> None:
         archive.writestr("faces.npy", buffer.getvalue())
     with pytest.raises(ValueError, match="ends in the middle of frame 9 of 100"):
         dynmesh.read(path)
-
-    with pytest.raises(FileNotFoundError):
-        dynmesh.read(tmp_path / "none.npz")
-    with pytest.raises(ValueError, match=r"unknown format '\.stl'; the suffixes are \.npz"):
-        dynmesh.open(tmp_path / "a.stl")
-
-
-def test_inconsistent_sequences_are_refused(mesh: Mesh) -> None:
-    with pytest.raises(ValueError, match=r"known: must have shape \(1, 49\) to match vertices"):
-        dynmesh.Sequence(mesh.vertices[None], mesh.faces, np.ones(49, bool))
-    with pytest.raises(TypeError, match="vertices: must be a numpy array, not list"):
-        dynmesh.Sequence([mesh.vertices], mesh.faces)  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match="fps: must be positive and finite, not 0"):
-        dynmesh.Sequence(mesh.vertices[None], mesh.faces, fps=0)
-    for start in (np.nan, np.inf, -1e16):
-        with pytest.raises(ValueError, match=re.escape(f"to 2**53, not {start}")):
-            dynmesh.Sequence(mesh.vertices[None], mesh.faces, start=start)

@@ -35,10 +35,3 @@ def test_a_missing_scipy_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setitem(sys.modules, "scipy.sparse", None)
     with pytest.raises(ImportError, match=r"needs scipy: pip install 'dynmesh\[reproduce\]'"):
         dynmesh.adjacency(np.array([[0, 1, 2]]), 3)
-
-
-def test_cells_of_no_mesh_are_refused() -> None:
-    with pytest.raises(ValueError, match="n_vertices: must not be negative, but is -1"):
-        dynmesh.cells(np.array([[0, 1, 2]]), -1)
-    with pytest.raises(ValueError, match="face 0 refers to vertex 2"):
-        dynmesh.cells(np.array([[0, 1, 2]]), 2)

@@ -39,12 +39,3 @@ def test_summary_is_numpys(rng: np.random.Generator) -> None:
     assert summary.rms == pytest.approx(np.sqrt((errors**2).mean()))
     assert summary.p99 == pytest.approx(np.percentile(errors, 99))
     assert summary.maximum == errors.max()
-
-
-def test_incomparable_input_is_refused(mesh: Mesh) -> None:
-    with pytest.raises(ValueError, match=r"completed: has shape \(48, 3\), but the reference has"):
-        dynmesh.metrics.nmsve(mesh.faces, mesh.vertices, mesh.vertices[:48])
-    with pytest.raises(ValueError, match=r"reference: must have shape \(k, 3\) or \(n, k, 3\)"):
-        dynmesh.metrics.vertex_error(mesh.vertices[0], mesh.vertices[0])
-    with pytest.raises(ValueError, match="errors: is empty"):
-        dynmesh.metrics.summary(np.empty(0))

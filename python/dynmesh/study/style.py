@@ -41,22 +41,27 @@ def new_figure(width: float, height: float) -> Iterator["Figure"]:
 
 
 def save(figure: "Figure", folder: Path, name: str, *, is_chart: bool) -> Path:
-    """Write NAME.png and NAME.svg, and return the path of the PNG.
+    """Writes NAME.png and NAME.svg, and returns the path of the PNG."""
+    path = folder / f"{name}.png"
+    figure.savefig(folder / f"{name}.svg")
+    save_png(figure, path, is_chart=is_chart)
+    return path
+
+
+def save_png(figure: "Figure", path: Path, *, is_chart: bool) -> None:
+    """Writes a PNG file.
 
     A palette of 256 colours reduces the files to a third of their size. For a chart, the palette
     reproduces large areas best, such as the bands between curves; for pictures of meshes it
     includes the colours that few points have.
     """
     image_module = require("PIL.Image", extra="reproduce")
-    path = folder / f"{name}.png"
-    figure.savefig(folder / f"{name}.svg")
     figure.savefig(path)
     methods, dither = image_module.Quantize, image_module.Dither.NONE
     method = methods.MEDIANCUT if is_chart else methods.MAXCOVERAGE
     with image_module.open(path) as image:
         small = image.convert("RGB").quantize(256, method=method, kmeans=3, dither=dither)
     small.save(path, optimize=True)
-    return path
 
 
 def nmsve_caption(diagonals: float) -> str:

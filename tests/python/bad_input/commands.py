@@ -32,6 +32,7 @@ def prepare(world: World) -> None:
     (folder / "other.pc2").write_bytes(header + bytes(7 * 12 * 2))
     (folder / "renamed.raw").write_bytes((folder / "body.pc2").read_bytes())
     (folder / "done.raw").write_bytes(b"precious")
+    (folder / "done.html").write_text("precious")
     for name, text in {
         "no_column": "input\nbody.npz\n",
         "odd_column": "input,output,colour\nbody.npz,new.npz,red\n",
@@ -43,6 +44,10 @@ def prepare(world: World) -> None:
         "no_method": "input,output,method\nbody.npz,new.npz,lsm\n",
         "out_of_range": "input,output,threads\nbody.npz,new.npz,0\n",
         "failing": "input,output\nnone.npz,new.npz\n",
+        "tabs": "input\toutput\nbody.npz\tnew.npz\n",
+        "nothing": "",
+        "too_few": "input,output\n\nbody.npz\n",
+        "unclosed": 'input,output\nbody.npz,"new.npz\n',
         "semicolons": "input;output\nbody.npz;new.npz\n",
     }.items():
         (folder / f"{name}.csv").write_text(text)
@@ -60,6 +65,9 @@ def dynmesh_command(*arguments: str) -> None:
     result = run_here(*arguments)
     assert result.stdout == ""
     if result.returncode:
+        # The help on the usage takes several lines, and a batch prints one for each job.
+        several = result.returncode == 2 or arguments[0] == "batch"
+        assert several or len(result.stderr.splitlines()) == 1, result.stderr
         raise Told(f"{_essence(result.stderr)} (exit code {result.returncode})")
 
 
@@ -110,6 +118,8 @@ shell = [
     _shell("complete body.npz new.npz --prim /a", "body.npz:", "prim", "exit code 1"),
     _shell("complete body.npz new.npz --fps 0", "fps:", "not 0", "exit code 1"),
     _shell("complete body.npz new.npz --fps fast", "--fps", "'fast'", "exit code 2"),
+    _shell("complete none new.npz", "none:", "no such file or folder", "exit code 1"),
+    _shell("complete no* new.npz", "no*:", "no suffix", "exit code 1"),
     _shell("complete body.npz new.npz --method lsm", "--method", "'lsm'", "exit code 2"),
     _shell("complete body.npz new.npz --unseen x", "--unseen", "'x'", "exit code 2"),
     _shell("complete body.npz new.npz --missing nan", "--missing", "'nan'", "exit code 2"),
@@ -119,7 +129,13 @@ shell = [
     _shell(
         "complete body.npz new.npz --method detail --no-revisit", "'--revisit'", "motion", "code 2"
     ),
-    _shell("complete body.npz new.npz --noise 0.1", "'--noise'", "detail", "exit code 2"),
+    _shell(
+        "complete body.npz new.npz --method detail --extra-iterations 2",
+        "'--extra-iterations'",
+        "motion",
+        "exit code 2",
+    ),
+    _shell("complete body.npz new.npz --noise 0.1", "'--noise'", "motion", "exit code 2"),
     _shell("complete body.npz new.npz --method detail --noise -1", "'--noise'", "not -1", "code 2"),
     _shell("complete body.npz new.npz --threads 0", "--threads", "0", "exit code 2"),
     _shell("complete body.npz new.npz --threads 257", "'--threads'", "not 257", "exit code 2"),
@@ -142,12 +158,18 @@ shell = [
         "third",
         "exit code 2",
     ),
+    _shell("degrade body.npz new.npz --known 0", "--known", "not 0", "exit code 2"),
+    _shell("degrade body.npz new.npz --known 1", "--known", "not 1", "exit code 2"),
+    _shell("degrade body.npz new.npz --noise nan", "--noise", "nan", "exit code 2"),
     _shell("degrade body.npz new.npz --known nan", "--known", "nan", "exit code 2"),
     _shell("degrade body.npz new.npz --camera 0", "--camera", "0", "exit code 2"),
     _shell("degrade body.npz new.npz --noise -1", "--noise", "-1", "exit code 2"),
     _shell("degrade body.npz new.npz --dropout 1", "--dropout", "1", "exit code 2"),
     _shell("degrade body.npz new.npz --known 0.5 --seed -1", "--seed", "-1", "exit code 2"),
     _shell("evaluate body.npz none.npz", "none.npz:", "exit code 1"),
+    _shell("evaluate late_holes.npz body.npz", "late_holes.npz: frame 1", "vertex 4", "code 1"),
+    _shell("evaluate single.npz body.npz", "1 frame", "3", "exit code 1"),
+    _shell("evaluate single.npz single.npz", "frame 0", "exit code 1"),
     _shell("evaluate body.npz long.npz", "3 frames", "40", "exit code 1"),
     _shell("synth lake new.npz", "'lake'", "ocean", "exit code 2"),
     _shell("synth ocean new.npz --frames 0", "--frames", "0", "exit code 2"),
@@ -156,12 +178,18 @@ shell = [
     _shell("view body.npz -o new.txt", "new.txt:", "exit code 1"),
     _shell("view body.npz -o new.html --colour age", "age", "exit code 1"),
     _shell("view body.npz -o new.html --max-frames 0", "--max-frames", "0", "exit code 2"),
+    _shell("view body.npz -o done.html", "done.html:", "--overwrite", "exit code 1"),
+    _shell("view body.npz -o no/new.html", "no folder", "exit code 1"),
     _shell("picture body.npz -o new.jpg", "new.jpg:", ".png", "exit code 1"),
     _shell("picture body.npz -o new.png --frame 3", "frame 3", "exit code 1"),
     _shell("picture body.npz -o new.png --size 0", "--size", "0", "exit code 2"),
     _shell("batch none.csv", "none.csv:", "No such file", "exit code 1"),
     _shell("batch no_column.csv", "no_column.csv:", "'output'", "exit code 1"),
     _shell("batch semicolons.csv", "semicolons.csv:", "'input'", "commas", "exit code 1"),
+    _shell("batch tabs.csv", "tabs.csv:", "'input'", "tabs", "exit code 1"),
+    _shell("batch nothing.csv", "nothing.csv:", "'input'", "exit code 1"),
+    _shell("batch too_few.csv", "too_few.csv: line 3", "exit code 1"),
+    _shell("batch unclosed.csv", "unclosed.csv:", "exit code 1"),
     _shell("batch odd_column.csv", "odd_column.csv:", "'colour'", "exit code 1"),
     _shell("batch no_value.csv", "no_value.csv: line 2", "input", "exit code 1"),
     _shell("batch too_many.csv", "too_many.csv: line 2", "exit code 1"),

@@ -12,6 +12,7 @@ import dynmesh
 from dynmesh.jobs.batch import Job, complete_files
 
 from .case import Case, Told, World, without_rights
+from .functions import of
 
 _NAN = float("nan")
 Run = Callable[[World], Any]
@@ -33,20 +34,18 @@ def prepare(world: World) -> None:
     (folder / "body").write_bytes(data)
     (folder / "folder.npz").mkdir()
     (folder / "frames").mkdir()
+    dynmesh.write(folder / "single.npz", replace(sequence, vertices=sequence.vertices[:1]))
+    late = sequence.vertices.copy()
+    late[1, 4, 1] = _NAN
+    dynmesh.write(folder / "late_holes.npz", replace(sequence, vertices=late))
     points = sequence.vertices.copy()
     points[0, 4, 1] = _NAN
     dynmesh.write(folder / "holes.npz", replace(sequence, vertices=points))
     big = np.random.default_rng(0).normal(size=(40, 49, 3))
     dynmesh.write(folder / "long.npz", replace(sequence, vertices=big))
     np.save(folder / "mask.npy", np.ones((3, 48), bool))
+    (folder / "text.npy").write_text("hello")
     np.save(folder / "numbers.npy", np.ones((3, 49)))
-
-
-def _of(call: str) -> Callable[..., Case]:
-    def case(given: str, run: Run, error: type[Exception], *names: str) -> Case:
-        return Case(call, given, run, error, names)
-
-    return case
 
 
 def on_a_full_disk(run: Callable[[], Any], largest: int = 20_000) -> Any:
@@ -78,6 +77,7 @@ sequences = [
     _sequence("`fps`: 0", ValueError, "fps:", "not 0", fps=0),
     _sequence("`fps`: text", TypeError, "fps:", "'30'", fps="30"),
     _sequence("`start`: NaN", ValueError, "start:", "nan", start=_NAN),
+    _sequence("`start`: beyond 2^53", ValueError, "start:", "-1e+16", start=-1e16),
     _sequence("`times` that do not ascend", ValueError, "times:", "frame 2", "1.0", times=np.array([0.0, 1, 1])),
     _sequence("`up_axis`: x", ValueError, "up_axis:", "'x'", up_axis="x"),
     _sequence("`name`: a number", TypeError, "name:", "3", name=3),
@@ -88,10 +88,10 @@ sequences = [
     _sequence("`generation` without `age`", ValueError, "generation, age:", generation=np.zeros((3, 49), int)),
 ]  # fmt: skip
 
-_read = _of("read")
-_open = _of("open")
-_write = _of("write")
-_create = _of("create")
+_read = of("read")
+_open = of("open")
+_write = of("write")
+_create = of("create")
 
 reading = [
     _read("a file that is not there", lambda _: dynmesh.read("none.npz"), FileNotFoundError, "none.npz"),
@@ -111,6 +111,7 @@ reading = [
     _read("`prim` for a file with one mesh", lambda _: dynmesh.read("body.npz", prim="/a"), ValueError, "body.npz:", "prim"),
     _read("`known`: of one frame", lambda w: dynmesh.read("body.npz", known=w.known), ValueError, "known:", "(3, 49)", "(49,)"),
     _read("`known`: a file with too few", lambda _: dynmesh.read("body.npz", known="mask.npy"), ValueError, "mask.npy: known:", "(3, 48)"),
+    _read("`known`: a file of text", lambda _: dynmesh.read("body.npz", known="text.npy"), ValueError, "text.npy:", "mask"),
     _read("`known`: a file of numbers", lambda _: dynmesh.read("body.npz", known="numbers.npy"), ValueError, "numbers.npy: known:", "float64"),
     _read("`known`: a list", lambda _: dynmesh.read("body.npz", known=[True]), TypeError, "known:", "array", "list"),  # type: ignore[arg-type]
     _read("`missing='nan'`", lambda _: dynmesh.read("body.npz", missing="nan"), ValueError, "missing:", "'nan'"),  # type: ignore[arg-type]
@@ -129,6 +130,11 @@ def _append(world: World, *frame: Any) -> None:
         writer.append(*frame)
 
 
+def _append_with_mask(world: World, known: Any) -> None:
+    with _begin(world, with_known=True) as writer:
+        writer.append(world.points, known)
+
+
 writing = [
     _write("no sequence", lambda _: dynmesh.write("new.npz", 5), TypeError, "sequence:", "int"),  # type: ignore[arg-type]
     _write("into a folder that is not there", lambda w: dynmesh.write("no/new.npz", w.sequence), FileNotFoundError, "no/new.npz"),
@@ -140,13 +146,16 @@ writing = [
     _create("`n_vertices`: -1", lambda w: _begin(w, n_vertices=-1), ValueError, "n_vertices:", "-1"),
     _create("`header`: a dict", lambda _: dynmesh.create("new.npz", {"n_frames": 3}), TypeError, "header:", "Header", "dict"),  # type: ignore[arg-type]
     _create("`dtype`: int", lambda w: _begin(w, dtype=int), TypeError, "int64"),
+    _create("`fps`: -1", lambda w: _begin(w, fps=-1), ValueError, "fps:", "not -1"),
+    _create("a frame one row too small", lambda w: _append(w, w.points[:48]), ValueError, "new.npz: frame 0:", "(49, 3)", "(48, 3)"),
+    _create("a mask one too small", lambda w: _append_with_mask(w, w.known[:48]), ValueError, "new.npz:", "known:", "(49,)", "(48,)"),
     _create("frames of float32, announced as float64", lambda w: _append(w, w.points.astype(np.float32)), ValueError, "new.npz: frame 0:", "float64", "float32"),
     _create("a mask that was not announced", lambda w: _append(w, w.points, w.known), ValueError, "new.npz: frame 0:", "mask"),
     _create("fewer frames than announced", lambda w: _append(w, w.points), ValueError, "new.npz:", "1 of 3 frames"),
 ]  # fmt: skip
 
-_complete = _of("complete_file")
-_batch = _of("batch.complete_files")
+_complete = of("complete_file")
+_batch = of("batch.complete_files")
 
 
 def _to_new(world: World, path: str = "body.npz", **options: Any) -> Any:  # noqa: ARG001

@@ -1,0 +1,46 @@
+/// What the cases of bad input share: what they are tried on, and how an answer is judged and
+/// shown.
+#pragma once
+
+#include <cstdint>
+#include <dynmesh/completer.hpp>
+#include <initializer_list>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "meshes.hpp"
+
+namespace dynmesh::testing {
+
+/// A completer after its first frame, and good arguments for its calls.
+struct World {
+  Mesh<double> mesh = sheet<double>(7);
+  std::size_t k = mesh.size();
+  std::vector<double> given = turned(mesh.vertices, 0.2);
+  std::vector<double> written = std::vector<double>(3 * k);
+  std::vector<std::uint8_t> seen = random_mask(k, 0.5, 1);
+  Completer<double> completer{mesh.faces(), mesh.points()};
+
+  Points<const double> points() { return {given.data(), k}; }
+  KnownMask known() { return {seen.data(), k}; }
+  Points<double> out() { return {written.data(), k}; }
+};
+
+/// What a message must contain: the argument, the place, the value.
+using Names = std::initializer_list<std::string_view>;
+
+/// How many cases went wrong.
+int& faults();
+
+/// Counts a fault and reports it on stderr.
+void fault(const char* call, const char* given, const std::string& what);
+
+/// Prints a case as a line of the table. It is a fault if the answer is empty or lacks a name.
+void show(const char* interface, const char* call, const char* given, const std::string& answer,
+          Names names);
+
+void try_cpp(World& world);
+void try_c(World& world);
+
+}  // namespace dynmesh::testing

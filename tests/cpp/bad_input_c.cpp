@@ -1,0 +1,256 @@
+/// Cases of the C interface.
+#include <dynmesh/dynmesh.h>
+
+#include <array>
+#include <limits>
+
+#include "bad_input.hpp"
+
+namespace dynmesh::testing {
+
+void try_c(World& world) {
+  dynmesh_settings settings{};
+  dynmesh_default_settings(&settings, sizeof settings);
+  const auto k = static_cast<std::int64_t>(world.k);
+  const dynmesh_points frame = {world.mesh.vertices.data(), k, 3, 1, DYNMESH_FLOAT64};
+  const auto n_faces = static_cast<std::int64_t>(world.mesh.faces().count);
+  const std::int32_t* faces = world.mesh.indices.data();
+  dynmesh_completer* c = nullptr;
+  if (dynmesh_create(faces, n_faces, &frame, &settings, &c) != DYNMESH_OK) ++faults();
+  const auto state_of = [&] {
+    std::int64_t size = 0;
+    dynmesh_state_size(c, &size);
+    std::vector<std::byte> state(static_cast<std::size_t>(size));
+    dynmesh_state(c, state.data(), static_cast<std::int64_t>(state.size()));
+    return state;
+  };
+  const auto before = state_of();
+  const auto untouched = world.written;
+  const auto tried = [&](const char* call, const char* given, Names names, dynmesh_status status,
+                         dynmesh_status expected = DYNMESH_INVALID_ARGUMENT) {
+    const std::string answer = status == DYNMESH_OK ? "" : dynmesh_last_message();
+    show("C", call, given, answer.empty() ? "" : std::to_string(status) + ", " + answer, names);
+    if (status != expected) fault(call, given, "has the status " + std::to_string(status));
+    if (state_of() != before) fault(call, given, "changed the completer");
+    if (world.written != untouched) fault(call, given, "wrote to its output");
+  };
+  // A refused call sets the handle to a null pointer.
+  dynmesh_completer* other = nullptr;
+  const auto make_of = [&](const std::int32_t* of, std::int64_t n, const dynmesh_points* first,
+                           const dynmesh_settings* how) {
+    other = c;
+    const dynmesh_status status = dynmesh_create(of, n, first, how, &other);
+    if (other != nullptr) fault("dynmesh_create", "bad input", "left the handle as it was");
+    return status;
+  };
+  const auto make = [&](const dynmesh_points* first, const dynmesh_settings* how) {
+    return make_of(faces, n_faces, first, how);
+  };
+  const auto set = [&](auto change) {
+    dynmesh_settings changed = settings;
+    change(changed);
+    return make(&frame, &changed);
+  };
+  const dynmesh_settings zeros{};
+  dynmesh_points typeless = frame;
+  typeless.type = 16;
+  dynmesh_points negative = frame;
+  negative.count = -1;
+  dynmesh_points misaligned = frame;
+  misaligned.data = static_cast<const char*>(frame.data) + 1;
+  dynmesh_points empty = frame;
+  empty.count = 0;
+  dynmesh_points nothing = frame;
+  nothing.data = nullptr;
+  dynmesh_settings larger = settings;
+  larger.size += 8;
+  tried("dynmesh_default_settings", "`settings`: a null pointer", {"settings:", "null pointer"},
+        dynmesh_default_settings(nullptr, sizeof settings));
+  tried("dynmesh_default_settings", "`size`: 0", {"size:", "0", "40"},
+        dynmesh_default_settings(&larger, 0));
+  tried("dynmesh_create", "`completer`: a null pointer", {"completer:", "null pointer"},
+        dynmesh_create(faces, n_faces, &frame, &settings, nullptr));
+  tried("dynmesh_create", "`faces`: a null pointer", {"faces:", "null pointer"},
+        make_of(nullptr, n_faces, &frame, &settings));
+  tried("dynmesh_create", "`n_faces`: -1", {"faces:", "-1"}, make_of(faces, -1, &frame, &settings));
+  tried("dynmesh_create", "`first_frame`: a null pointer", {"first_frame:", "null pointer"},
+        make(nullptr, &settings));
+  tried("dynmesh_create", "`first_frame`: type 16", {"first_frame:", "not 16"},
+        make(&typeless, &settings));
+  tried("dynmesh_create", "`first_frame`: count -1", {"first_frame:", "-1"},
+        make(&negative, &settings));
+  tried("dynmesh_create", "no faces", {"faces:", "is empty"}, make_of(faces, 0, &frame, &settings));
+  tried("dynmesh_create", "`first_frame`: no vertex", {"first_frame:", "no vertices"},
+        make(&empty, &settings));
+  tried("dynmesh_create", "`first_frame`: data a null pointer", {"first_frame:", "null pointer"},
+        make(&nothing, &settings));
+  tried("dynmesh_create", "`settings`: extra_iterations -1", {"extra_iterations:", "not -1"},
+        set([](auto& s) { s.extra_iterations = -1; }));
+  tried("dynmesh_create", "`settings`: threads 0", {"threads:", "not 0"},
+        set([](auto& s) { s.threads = 0; }));
+  tried("dynmesh_create", "`settings`: noise by method motion", {"noise:", "motion"},
+        set([](auto& s) { s.noise = 0; }));
+  tried("dynmesh_create", "`settings`: reject_outliers by method motion",
+        {"reject_outliers:", "motion"}, set([](auto& s) { s.reject_outliers = 1; }));
+  tried("dynmesh_create", "`first_frame`: misaligned", {"first_frame:", "8"},
+        make(&misaligned, &settings));
+  tried("dynmesh_create", "`settings`: all zeros", {"settings.size:", "40"}, make(&frame, &zeros));
+  tried("dynmesh_create", "`settings`: method 7", {"method:", "not 7"},
+        set([](auto& s) { s.method = 7; }));
+  tried("dynmesh_create", "`settings`: unseen -1", {"unseen:", "0", "1", "-1"},
+        set([](auto& s) { s.unseen = -1; }));
+  tried("dynmesh_create", "`settings`: of another size", {"settings.size:", "48", "40"},
+        make(&frame, &larger));
+
+  const dynmesh_points points = {world.given.data(), k, 3, 1, DYNMESH_FLOAT64};
+  dynmesh_points single = points;
+  single.type = DYNMESH_FLOAT32;
+  dynmesh_points few = points;
+  few.count = k - 1;
+  const dynmesh_mask known = {world.seen.data(), k, 1};
+  const dynmesh_mask short_mask = {world.seen.data(), k - 1, 1};
+  const dynmesh_mask null_mask = {nullptr, k, 1};
+  const dynmesh_output out = {world.written.data(), k, 3, 1, DYNMESH_FLOAT64};
+  const dynmesh_output nowhere = {nullptr, k, 3, 1, DYNMESH_FLOAT64};
+  const dynmesh_output heap = {world.written.data(), k, 1, 1, DYNMESH_FLOAT64};
+  const dynmesh_points planar = {world.given.data(), k, 0, k, DYNMESH_FLOAT64};
+  tried("dynmesh_push", "`completer`: a null pointer", {"completer:", "null pointer"},
+        dynmesh_push(nullptr, &points, &known, &out, nullptr));
+  tried("dynmesh_push", "`points`: a null pointer", {"points:", "null pointer"},
+        dynmesh_push(c, nullptr, &known, &out, nullptr));
+  tried("dynmesh_push", "`points`: of float32", {"points:", "64", "32"},
+        dynmesh_push(c, &single, &known, &out, nullptr));
+  tried("dynmesh_push", "`points`: one row too few", {"points:", "48", "49"},
+        dynmesh_push(c, &few, &known, &out, nullptr));
+  tried("dynmesh_push", "`known`: one row too few", {"known:", "48", "49"},
+        dynmesh_push(c, &points, &short_mask, &out, nullptr));
+  tried("dynmesh_push", "`known`: data a null pointer", {"known:", "null pointer"},
+        dynmesh_push(c, &points, &null_mask, &out, nullptr));
+  tried("dynmesh_push", "`out`: a null pointer", {"out:", "null pointer"},
+        dynmesh_push(c, &points, &known, nullptr, nullptr));
+  tried("dynmesh_push", "`out`: data a null pointer", {"out:", "null pointer"},
+        dynmesh_push(c, &points, &known, &nowhere, nullptr));
+  tried("dynmesh_push", "`points`: planar, row_stride 0", {"points: row_stride", "0", "49"},
+        dynmesh_push(c, &planar, &known, &out, nullptr));
+  tried("dynmesh_push", "`out`: rows that overlap", {"out:", "overlap"},
+        dynmesh_push(c, &points, &known, &heap, nullptr));
+  const auto push = [&](const dynmesh_points& of) {
+    return dynmesh_push(c, &of, &known, &out, nullptr);
+  };
+  const auto write = [&](const dynmesh_output& to) {
+    return dynmesh_push(c, &points, &known, &to, nullptr);
+  };
+  const void* const askew = static_cast<const char*>(points.data) + 1;
+  void* const askew_out = static_cast<char*>(out.data) + 1;
+  constexpr std::int64_t huge = std::numeric_limits<std::int64_t>::max();
+  const dynmesh_mask negative_mask = {world.seen.data(), -2, 1};
+  std::vector<double> far = world.given;
+  far[3] = 1e201;
+  const dynmesh_points distant = {far.data(), k, 3, 1, DYNMESH_FLOAT64};
+  tried("dynmesh_push", "`points`: data a null pointer", {"points:", "null pointer"},
+        push({nullptr, k, 3, 1, 64}));
+  tried("dynmesh_push", "`points`: count -1", {"points:", "-1"}, push({points.data, -1, 3, 1, 64}));
+  tried("dynmesh_push", "`points`: count 2^63 - 1", {"points:", "9223372036854775807"},
+        push({points.data, huge, 3, 1, 64}));
+  tried("dynmesh_push", "`points`: type 0", {"points:", "not 0"}, push({points.data, k, 3, 1, 0}));
+  tried("dynmesh_push", "`points`: misaligned", {"points:", "aligned", "8 bytes"},
+        push({askew, k, 3, 1, 64}));
+  tried("dynmesh_push", "`points`: 1e201", {"points: row 1", "1e+201", "1e200"},
+        dynmesh_push(c, &distant, nullptr, &out, nullptr));
+  tried("dynmesh_push", "`out`: count -5", {"out:", "-5"}, write({out.data, -5, 3, 1, 64}));
+  tried("dynmesh_push", "`out`: of float32", {"out:", "64", "not 32"},
+        write({out.data, k, 3, 1, 32}));
+  tried("dynmesh_push", "`out`: misaligned", {"out:", "aligned", "8 bytes"},
+        write({askew_out, k, 3, 1, 64}));
+  tried("dynmesh_push", "`known`: count -2", {"known:", "-2"},
+        dynmesh_push(c, &points, &negative_mask, &out, nullptr));
+  const std::array<std::int32_t, 2> twice = {4, 4};
+  dynmesh_points two = points;
+  two.count = 2;
+  tried("dynmesh_push_sparse", "`indices`: one twice", {"indices:", "0", "1", "4"},
+        dynmesh_push_sparse(c, twice.data(), 2, &two, &out, nullptr));
+  tried("dynmesh_push_sparse", "`indices`: a null pointer", {"indices:", "null pointer"},
+        dynmesh_push_sparse(c, nullptr, 2, &two, &out, nullptr));
+  tried("dynmesh_push_sparse", "`n_indices`: -1", {"indices:", "-1"},
+        dynmesh_push_sparse(c, twice.data(), -1, &two, &out, nullptr));
+  tried("dynmesh_push_sparse", "`points`: more than indices", {"points:", "2 rows", "1 indices"},
+        dynmesh_push_sparse(c, twice.data(), 1, &two, &out, nullptr));
+  tried("dynmesh_push_sparse", "`completer`: a null pointer", {"completer:", "null pointer"},
+        dynmesh_push_sparse(nullptr, twice.data(), 2, &two, &out, nullptr));
+  tried("dynmesh_push_sparse", "`points`: a null pointer", {"points:", "null pointer"},
+        dynmesh_push_sparse(c, twice.data(), 2, nullptr, &out, nullptr));
+  tried("dynmesh_push_sparse", "`out`: a null pointer", {"out:", "null pointer"},
+        dynmesh_push_sparse(c, twice.data(), 2, &two, nullptr, nullptr));
+  tried("dynmesh_skip", "`completer`: a null pointer", {"completer:", "null pointer"},
+        dynmesh_skip(nullptr, &out, nullptr));
+  tried("dynmesh_skip", "`out`: a null pointer", {"out:", "null pointer"},
+        dynmesh_skip(c, nullptr, nullptr));
+  tried("dynmesh_reset", "`completer`: a null pointer", {"completer:", "null pointer"},
+        dynmesh_reset(nullptr, &points));
+  tried("dynmesh_reset", "`frame`: a null pointer", {"frame:", "null pointer"},
+        dynmesh_reset(c, nullptr));
+  tried("dynmesh_reset", "`frame`: planar, row_stride 0", {"frame: row_stride", "0", "49"},
+        dynmesh_reset(c, &planar));
+  tried("dynmesh_reset", "`frame`: one row too few", {"frame:", "48", "49"},
+        dynmesh_reset(c, &few));
+  std::vector<std::byte> room(before.size());
+  const auto size = static_cast<std::int64_t>(before.size());
+  std::int64_t unwritten = 7;
+  tried("dynmesh_state_size", "`completer`: a null pointer", {"completer:", "null pointer"},
+        dynmesh_state_size(nullptr, &unwritten));
+  tried("dynmesh_state", "`completer`: a null pointer", {"completer:", "null pointer"},
+        dynmesh_state(nullptr, room.data(), size));
+  tried("dynmesh_state", "`state`: a null pointer", {"state:", "null pointer"},
+        dynmesh_state(c, nullptr, size));
+  tried("dynmesh_restore", "`completer`: a null pointer", {"completer:", "null pointer"},
+        dynmesh_restore(nullptr, before.data(), size));
+  auto flipped = before;
+  flipped[200] ^= std::byte{1};
+  tried("dynmesh_restore", "`state`: a flipped bit", {"state:", "damaged", "2701"},
+        dynmesh_restore(c, flipped.data(), size));
+  tried("dynmesh_state_size", "`size`: a null pointer", {"size:", "null pointer"},
+        dynmesh_state_size(c, nullptr));
+  tried("dynmesh_state", "`size`: too small", {"state:", "2700", "2701"},
+        dynmesh_state(c, room.data(), size - 1));
+  tried("dynmesh_restore", "`state`: a null pointer", {"state:", "null pointer"},
+        dynmesh_restore(c, nullptr, size));
+  tried("dynmesh_restore", "`size`: -1", {"state:", "-1"}, dynmesh_restore(c, before.data(), -1));
+  tried("dynmesh_restore", "`size`: too small", {"state:", "2700"},
+        dynmesh_restore(c, before.data(), size - 1));
+  tried("dynmesh_report", "`report`: a null pointer", {"report:", "null pointer"},
+        dynmesh_report(c, nullptr));
+  dynmesh_frame_report report{};
+  dynmesh_topology_report topology{};
+  tried("dynmesh_report", "`completer`: a null pointer", {"completer:", "null pointer"},
+        dynmesh_report(nullptr, &report));
+  tried("dynmesh_topology", "`completer`: a null pointer", {"completer:", "null pointer"},
+        dynmesh_topology(nullptr, &topology));
+  tried("dynmesh_topology", "`report`: a null pointer", {"report:", "null pointer"},
+        dynmesh_topology(c, nullptr));
+  std::int64_t face = 0;
+  const char* reason = nullptr;
+  tried("dynmesh_refused_face", "`number`: 0 of none", {"number:", "0"},
+        dynmesh_refused_face(c, 0, &face, &reason));
+  tried("dynmesh_refused_face", "`number`: -1", {"number:", "-1"},
+        dynmesh_refused_face(c, -1, &face, &reason));
+  tried("dynmesh_refused_face", "`face`: a null pointer", {"face:", "null pointer"},
+        dynmesh_refused_face(c, 0, nullptr, &reason));
+  tried("dynmesh_refused_face", "`reason`: a null pointer", {"reason:", "null pointer"},
+        dynmesh_refused_face(c, 0, &face, nullptr));
+  tried("dynmesh_refused_face", "`completer`: a null pointer", {"completer:", "null pointer"},
+        dynmesh_refused_face(nullptr, 0, &face, &reason));
+  const dynmesh_template* mesh = nullptr;
+  tried("dynmesh_read_template", "`path`: a null pointer", {"path:", "null pointer"},
+        dynmesh_read_template(nullptr, &mesh));
+  tried("dynmesh_read_template", "a file that is not there", {"none.obj:"},
+        dynmesh_read_template("none.obj", &mesh), DYNMESH_UNREADABLE_FILE);
+  tried("dynmesh_read_template", "`mesh`: a null pointer", {"null pointer"},
+        dynmesh_read_template("none.obj", nullptr));
+  if (mesh != nullptr) fault("dynmesh_read_template", "bad input", "made a template");
+  if (room != std::vector<std::byte>(room.size()) || unwritten != 7 || face != 0) {
+    fault("several calls", "bad input", "wrote to their results");
+  }
+  dynmesh_destroy(c);
+}
+
+}  // namespace dynmesh::testing

@@ -1,0 +1,18 @@
+"""PLY and OBJ files as text, for the tests of files with one frame each."""
+
+TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+
+
+def ply(elements: str, body: bytes, *, format: str = "ascii", head: str = "") -> bytes:
+    """A PLY file; the elements as `vertex 3: float x, float y, float z; face 1: ...`."""
+    lines = ["ply", f"format {format} 1.0", *head.splitlines()]
+    for element in elements.split("; "):
+        name, _, properties = element.partition(": ")
+        lines.append(f"element {name}")
+        lines += [f"property {one}" for one in properties.split(", ")]
+    return "\n".join([*lines, "end_header\n"]).encode() + body
+
+
+XYZ = "float x, float y, float z"
+FACE = "list uchar int vertex_indices"
+POINTS = b"0 0 0\n1 0 0\n0 1 0\n"

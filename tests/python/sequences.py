@@ -1,0 +1,40 @@
+"""Comparing sequences, and arrays that are none."""
+
+from typing import Any
+
+import numpy as np
+
+import dynmesh
+
+
+def assert_same(one: dynmesh.Sequence, other: dynmesh.Sequence, *names: str) -> None:
+    for name in ("vertices", "faces", *names):
+        left, right = getattr(one, name), getattr(other, name)
+        if isinstance(left, np.ndarray):
+            assert right.dtype == left.dtype, name
+            np.testing.assert_array_equal(right, left, err_msg=name)
+        else:
+            assert right == left, name
+
+
+HISTORY = ("known", "generation", "age")
+
+GOOD: dict[str, Any] = {
+    "vertices": np.zeros((2, 4, 3), np.float32),
+    "faces": np.array([[0, 1, 2], [0, 2, 3]]),
+}
+"""The arrays of a sequence, by their names in a file."""
+
+NO_SEQUENCE: list[tuple[dict[str, Any], str]] = [
+    ({"faces": GOOD["faces"]}, "has no array 'vertices'.*this file holds faces"),
+    ({"vertices": GOOD["vertices"]}, "has no array 'faces'"),
+    (GOOD | {"vertices": np.zeros((4, 3))}, r"must have shape \(n, k, 3\), not \(4, 3\)"),
+    (GOOD | {"vertices": np.zeros((2, 4, 3), "f2")}, "float32 or float64, not float16"),
+    (GOOD | {"faces": np.zeros((2, 4), int)}, r"faces: must have shape \(m, 3\), not \(2, 4\)"),
+    (GOOD | {"faces": np.zeros((2, 3))}, "faces: must be integers, not float64"),
+    (GOOD | {"known": np.ones((1, 4), bool)}, r"known: must have shape \(2, 4\), as vert"),
+    (GOOD | {"known": np.ones((2, 4), np.uint8)}, "known: must be bool, not uint8"),
+    (GOOD | {"fps": np.nan}, "fps: must be positive and finite, not nan"),
+    (GOOD | {"fps": [24, 25]}, "fps: must be one number"),
+]
+"""Arrays that make no sequence, and what is said of them in every format that holds arrays."""

@@ -1,0 +1,270 @@
+"""Masks as cameras see them."""
+
+import inspect
+
+import meshes
+import numpy as np
+import pytest
+from broken_sequences import walker
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from meshes import Mesh
+
+from dynmesh import degrade
+from dynmesh.degrade import Camera
+
+Array = meshes.Array
+
+NEAR_X = Camera((4.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 60.0)
+"""Looks along -x at the origin, with z up and y to the right."""
+
+
+def seen(mesh: Mesh, *cameras: Camera) -> Array:
+    """Frame 1, as frame 0 is whole."""
+    frames = [mesh.vertices, mesh.vertices]
+    return list(degrade.camera_known(frames, mesh.faces, cameras))[1]
+
+
+def in_image(vertices: Array, camera: Camera) -> Array:
+    """By angles, which is not how it is done."""
+    ray = vertices - camera.position
+    ahead = np.subtract(camera.target, camera.position)
+    right = np.cross(ahead, camera.up)
+    up = np.cross(right, ahead)
+    depth = ray @ (ahead / np.linalg.norm(ahead))
+    half = np.radians(camera.field_of_view / 2)
+    across = [np.arctan2(ray @ (axis / np.linalg.norm(axis)), depth) for axis in (right, up)]
+    return np.asarray((depth > 0) & (np.abs(across) <= half).all(axis=0))
+
+
+def hidden_by_rays(mesh: Mesh, camera: Camera, which: Array) -> Array:
+    """Segments from camera to vertex against every triangle (Moeller and Trumbore 1997)."""
+    a, b, c = mesh.vertices[mesh.faces.T].astype(np.float64)
+    start = np.array(camera.position)
+    s = start - a
+    q = np.cross(s, b - a)
+    hidden = []
+    for vertex in which:
+        ray = mesh.vertices[vertex] - start
+        p = np.cross(ray, c - a)
+        with np.errstate(divide="ignore", invalid="ignore"):  # degenerate triangles hide nothing
+            determinant = ((b - a) * p).sum(axis=1)
+            u = (s * p).sum(axis=1) / determinant
+            v = (q @ ray) / determinant
+            t = ((c - a) * q).sum(axis=1) / determinant
+            inside = (u >= 0) & (v >= 0) & (u + v <= 1)
+        hit = inside & (t > 0) & (t < 1 - 1e-7)
+        hidden.append((hit & ~(mesh.faces == vertex).any(axis=1)).any())
+    return np.array(hidden, bool)
+
+
+def seen_by_rays(mesh: Mesh, camera: Camera) -> Array:
+    visible = in_image(mesh.vertices, camera)
+    which = np.flatnonzero(visible)
+    visible[which] = ~hidden_by_rays(mesh, camera, which)
+    return visible
+
+
+def potato(rng: np.random.Generator) -> Mesh:
+    """A closed surface with dents: an octahedron, each edge halved twice, pushed in and out."""
+    vertices = [*np.eye(3), *-np.eye(3)]
+    faces = [(x, y, z) for x in (0, 3) for y in (1, 4) for z in (2, 5)]
+    for _ in range(2):
+        middles: dict[tuple[int, int], int] = {}
+
+        def middle(a: int, b: int, middles: dict[tuple[int, int], int] = middles) -> int:
+            edge = (min(a, b), max(a, b))
+            if edge not in middles:
+                middles[edge] = len(vertices)
+                vertices.append(vertices[a] + vertices[b])
+            return middles[edge]
+
+        halved = [(a, b, c, middle(a, b), middle(b, c), middle(c, a)) for a, b, c in faces]
+        faces = [
+            face
+            for a, b, c, ab, bc, ca in halved
+            for face in [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+        ]
+    directions = np.array(vertices) / np.linalg.norm(vertices, axis=1, keepdims=True)
+    return Mesh(np.array(faces), directions * rng.uniform(0.5, 1.3, (len(vertices), 1)))
+
+
+def square(x: float, size: float = 1.0, n: int = 12) -> Mesh:
+    """A flat grid at right angles to x."""
+    faces = meshes.sheet(n).faces
+    z, y = (a.ravel() for a in np.indices((n, n)) / (n - 1) - 0.5)
+    return Mesh(faces, np.stack([np.full(n * n, x), size * y, size * z], axis=1))
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=30, deadline=None)
+def test_closed_meshes_hide_what_exact_rays_say(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    apart = rng.normal(size=3)
+    first, second = potato(rng), potato(rng)
+    mesh = meshes.join(first, Mesh(second.faces, second.vertices + apart))
+    position = 4 * (direction := rng.normal(size=3)) / np.linalg.norm(direction)
+    camera = Camera(tuple(position), (0, 0, 0), tuple(rng.normal(size=3)), 35.0)
+    expected = seen_by_rays(mesh, camera)
+    assert expected.mean() < 0.9
+    np.testing.assert_array_equal(seen(mesh, camera), expected)
+
+
+@given(meshes.meshes(), st.integers(0, 2**32 - 1))
+@settings(max_examples=60, deadline=None)
+def test_triangles_through_the_plane_of_the_camera_hide_what_exact_rays_say(
+    mesh: Mesh, seed: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    position, target, up = (tuple(vector) for vector in rng.normal(size=(3, 3)))
+    camera = Camera(position, target, up, 120.0)
+    np.testing.assert_array_equal(seen(mesh, camera), seen_by_rays(mesh, camera))
+
+
+@pytest.mark.parametrize("frame", [2, 20])
+def test_the_walker_hides_what_exact_rays_say(frame: int) -> None:
+    figure = walker()
+    mesh = Mesh(figure.faces.astype(np.int64), figure.vertices[frame])
+    (camera,) = degrade.orbit(figure.vertices[0])(5 * frame // 2)
+    known = seen(mesh, camera)
+    some = np.random.default_rng(frame).choice(len(known), 500, replace=False)
+    expected = in_image(mesh.vertices, camera)[some] & ~hidden_by_rays(mesh, camera, some)
+    assert 0.1 < expected.mean() < 0.5
+    assert (known[some] == expected).mean() >= 0.998  # one vertex where rounding decides
+
+
+@pytest.mark.parametrize("cells", [1, 7, 2000])
+def test_the_grid_has_no_influence(cells: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    mesh = potato(np.random.default_rng(3))
+    expected = seen(mesh, NEAR_X)
+    monkeypatch.setattr(inspect.getmodule(Camera), "_GRID", cells)
+    np.testing.assert_array_equal(seen(mesh, NEAR_X), expected)
+
+
+def test_work_in_small_portions_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    mesh = potato(np.random.default_rng(4))
+    expected = seen(mesh, NEAR_X)
+    monkeypatch.setattr(inspect.getmodule(Camera), "_PAIRS_AT_ONCE", 10)
+    np.testing.assert_array_equal(seen(mesh, NEAR_X), expected)
+
+
+@pytest.mark.parametrize("gap", [1.0, 0.01, 1e-4])
+@pytest.mark.parametrize("turned", [False, True])
+def test_the_front_sheet_hides_the_back_one(gap: float, turned: bool) -> None:
+    front, back = square(0.0), square(-gap, 0.99)
+    if turned:
+        front = Mesh(front.faces[:, ::-1], front.vertices)
+    known = seen(meshes.join(front, back), NEAR_X)
+    assert known[:144].all()
+    assert not known[144:].any()
+
+
+@pytest.mark.parametrize("size", [1e-3, 1e4])
+def test_what_hides_does_not_depend_on_the_unit(size: float) -> None:
+    mesh = potato(np.random.default_rng(5))
+    camera = Camera((4 * size, 0, 0), (0, 0, 0), (0, 0, 1), 60.0)
+    larger = Mesh(mesh.faces, mesh.vertices * size)
+    np.testing.assert_array_equal(seen(larger, camera), seen(mesh, NEAR_X))
+
+
+@pytest.mark.parametrize("degrees", [0.0, 60.0, 85.0, 89.0, 89.9])
+def test_a_sheet_at_a_grazing_angle_does_not_hide_itself(degrees: float) -> None:
+    flat = square(0.0, n=40)
+    vertices = meshes.turned(flat.vertices, np.radians(degrees)).astype(np.float32)
+    assert seen(Mesh(flat.faces, vertices), NEAR_X).all()
+
+
+def test_a_triangle_seen_edge_on_does_not_hide_its_own_vertices() -> None:
+    rng = np.random.default_rng(8)
+    for _ in range(300):
+        a, b = rng.uniform(-0.5, 0.5, (2, 3))
+        c = a + rng.uniform(0.2, 0.8) * (np.array(NEAR_X.position) - a)
+        assert seen(Mesh(np.array([[0, 1, 2]]), np.stack([a, b, c])), NEAR_X).all()
+
+
+def test_a_large_triangle_hides_many_vertices_and_a_small_one_few() -> None:
+    back = square(-1.0)
+    large = Mesh(np.array([[0, 1, 2]]), np.array([[1.0, -9, -9], [1, 9, -9], [1, 0, 30]]))
+    assert not seen(meshes.join(back, large), NEAR_X)[:144].any()
+    vertex = 5 * 12 + 5
+    between = 0.5 * (back.vertices[vertex] + NEAR_X.position)
+    small = Mesh(large.faces, between + 1e-5 * large.vertices * [0, 1, 1])
+    known = seen(meshes.join(back, small), NEAR_X)[:144]
+    assert np.flatnonzero(~known).tolist() == [vertex]
+
+
+def test_vertices_behind_or_beside_the_image_are_not_seen() -> None:
+    points = np.array([[0, 0, 0], [9, 0, 0], [4, 0, 0], [0, 2.2, 0], [0, 2.4, 0], [0, 0, -2.4]])
+    nothing = np.empty((0, 3), np.int64)
+    known = seen(Mesh(nothing, points.astype(np.float64)), NEAR_X)
+    assert known.tolist() == [True, False, False, True, False, False]
+    assert not seen(Mesh(nothing, points[1:3].astype(np.float64)), NEAR_X).any()
+
+
+def test_a_triangle_that_passes_the_camera_hides_only_what_is_ahead() -> None:
+    back = square(0.0)
+    roof = Mesh(np.array([[0, 1, 2]]), np.array([[6.0, -9, 0.1], [6, 9, 0.1], [1, 0, 0.1]]))
+    known = seen(meshes.join(back, roof), NEAR_X)[:144]
+    # The tip of the roof is at 0.1 above the axis, 3 ahead of the camera.
+    hidden = back.vertices[~known]
+    assert len(hidden) > 5
+    assert hidden[:, 2].min() > 0.1 / 3 * 4 - 1e-9
+    behind = Mesh(roof.faces, roof.vertices + np.array([4.0, 0, 0]))
+    assert seen(meshes.join(back, behind), NEAR_X)[:144].all()
+
+
+def test_vertices_in_one_place_do_not_hide_each_other() -> None:
+    sheet = square(0.0)
+    known = seen(meshes.join(sheet, sheet), NEAR_X)
+    assert known.all()
+
+
+def test_what_is_not_finite_is_not_seen_and_hides_nothing() -> None:
+    for value in (np.nan, np.inf, -np.inf):
+        front, back = square(1.0), square(-1.0)
+        front.vertices[::2, 1] = value
+        known = seen(meshes.join(front, back), NEAR_X)
+        assert not known[:144:2].any()
+        assert known[1:144:2].all()
+        assert known[144:].all()
+
+
+def test_several_cameras_see_what_any_of_them_sees() -> None:
+    mesh = potato(np.random.default_rng(6))
+    opposite = Camera((-4, 0, 0), (0, 0, 0), (0, 0, 1), 60.0)
+    one, other = seen(mesh, NEAR_X), seen(mesh, opposite)
+    assert (one != other).any()
+    np.testing.assert_array_equal(seen(mesh, NEAR_X, opposite), one | other)
+
+
+def test_moving_cameras_are_asked_for_every_frame_after_the_first() -> None:
+    mesh = potato(np.random.default_rng(7))
+    cameras = degrade.orbit(mesh.vertices, 2, degrees_per_frame=30.0)
+    asked = []
+
+    def logged(frame: int) -> list[Camera]:
+        asked.append(frame)
+        return cameras(frame)
+
+    masks = list(degrade.camera_known([mesh.vertices] * 4, mesh.faces, logged))
+    assert masks[0].all()
+    assert asked == [1, 2, 3]
+    for frame in (1, 2, 3):
+        np.testing.assert_array_equal(masks[frame], seen(mesh, *cameras(frame)))
+    assert (masks[1] != masks[2]).any()
+
+
+def test_cameras_orbit_the_middle_of_the_mesh() -> None:
+    box = np.array([[1.0, 2, 3], [3, 5, 9]], np.float32)  # a diagonal of 7 around (2, 3.5, 6)
+    cameras = degrade.orbit(box, 4, degrees_per_frame=10.0, elevation=30.0, distance=3.0)
+    level, height = 21 * np.cos(np.pi / 6), 21 * 0.5
+    offsets = np.array([np.subtract(camera.position, camera.target) for camera in cameras(0)])
+    expected = [[level, 0, height], [0, level, height], [-level, 0, height], [0, -level, height]]
+    np.testing.assert_allclose(offsets, expected, atol=1e-9)
+    for camera in cameras(0):
+        assert camera.target == (2.0, 3.5, 6.0)
+        assert camera.field_of_view == 40.0
+    np.testing.assert_allclose(cameras(9)[0].position, cameras(0)[1].position, atol=1e-9)
+    (ahead,) = degrade.orbit(box, up=(5, 0, 0), elevation=0.0)(0)
+    np.testing.assert_allclose(ahead.position, [2, 3.5 + 14, 6], atol=1e-9)
+    assert ahead.up == (1.0, 0.0, 0.0)

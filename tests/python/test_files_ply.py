@@ -1,0 +1,362 @@
+"""PLY files: every variant that the format allows, and damaged ones."""
+
+import struct
+from itertools import chain
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from meshes import Mesh
+from plain_files import FACE, POINTS, XYZ, ply
+from vtk_meshes import as_cells, as_polydata
+from vtkmodules.util import numpy_support
+from vtkmodules.vtkIOPLY import vtkPLYReader, vtkPLYWriter
+
+import dynmesh
+from dynmesh.polygons import Polygons, as_polygons, triangulate
+
+numpy_to_vtk: Any = numpy_support.numpy_to_vtk
+vtk_to_numpy: Any = numpy_support.vtk_to_numpy
+
+
+def binary_ply(order: str, name: str, kind: str) -> bytes:
+    """Three vertices with a normal and colours between the coordinates, a triangle and a pair."""
+    letter = {"float": "f4", "double": "f8"}[kind]
+    columns = [("red", "u1"), ("z", letter), ("nx", "f4"), ("x", letter), ("y", letter)]
+    vertices = np.zeros(3, [(name, order + type) for name, type in columns])
+    vertices["x"], vertices["y"], vertices["z"] = [0, 1, np.nan], [2, 3, np.nan], [4, 5, np.nan]
+    corners = np.array([(3, (2, 0, 1), 7)], [("n", "u1"), ("v", f"{order}u4", 3), ("flag", "u1")])
+    kinds = f"uchar red, {kind} z, float nx, {kind} x, {kind} y"
+    return ply(
+        f"camera 1: float f; vertex 3: {kinds}; face 1: list uchar uint {name}, uchar flag",
+        np.zeros(1, "f4").tobytes() + vertices.tobytes() + corners.tobytes(),
+        format=f"binary_{'little' if order == '<' else 'big'}_endian",
+        head="comment made by hand\nobj_info none\n",
+    )
+
+
+@pytest.mark.parametrize("order", "<>")
+@pytest.mark.parametrize("name", ["vertex_indices", "vertex_index"])
+@pytest.mark.parametrize("kind", ["float", "double"])
+def test_every_kind_of_binary_ply_is_read(tmp_path: Path, order: str, name: str, kind: str) -> None:
+    path = tmp_path / "a.ply"
+    path.write_bytes(binary_ply(order, name, kind))
+    sequence = dynmesh.read(path)
+    dtype = np.dtype(np.float32 if kind == "float" else np.float64)
+    assert sequence.vertices.dtype == dtype
+    expected = [[[0, 2, 4], [1, 3, 5], [np.nan] * 3]]
+    np.testing.assert_array_equal(sequence.vertices, expected)
+    np.testing.assert_array_equal(sequence.faces, [[2, 0, 1]])
+
+
+def test_text_ply_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "a.ply"
+    body = b"0 0 7 0\n1 0 7 nan\n0 1 7 1e-3\n0 0 7 0\n4 0 1 2 3\n3 0 1 2\n"
+    kinds = "double x, double y, uchar red, double z"
+    text = ply(f"vertex 4: {kinds}; face 2: {FACE}", body)
+    for data in (text, text.replace(b"\n", b"\r\n"), text + b"\n"):
+        path.write_bytes(data)
+        sequence = dynmesh.read(path)
+        np.testing.assert_array_equal(sequence.vertices[0, :, 2], [0, np.nan, 1e-3, 0])
+        assert sequence.polygons is not None
+        np.testing.assert_array_equal(sequence.polygons.sizes, [4, 3])
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (b"ply", "no PLY file"),
+        (b"solid cube\n", "no PLY file: line 1 is not 'ply'"),
+        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS)[:60], "header is cut or damaged"),
+        (
+            ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS),
+            "cut or damaged: its 1 records of 'face' need 1 lines or more, but 0 follow",
+        ),
+        (
+            ply(f"vertex 2: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 2\n"),
+            "line 12: has 3 words, but 'face' needs 1",
+        ),
+        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 2\n" * 2), "14: goes on after"),
+        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 two\n"), "13: .* b'two'"),
+        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1\n"), "13: has 3 words.* 4"),
+        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 1_0\n"), "13: .* '_'"),
+        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 0.5\n"), "13: 0.5 is no int32"),
+        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 2"), "is cut in line 13"),
+        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"\n"), "13: has too few words"),
+        (ply(f"vertex 3: {XYZ}", POINTS.replace(b"1", b"1e39")), "line 9: 1e\\+39 is no float32"),
+        (
+            ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 3\n"),
+            "face 0: has the vertex 3",
+        ),
+        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 -1\n"), "has the vertex -1"),
+        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"2 0 1\n"), "face 0: has 2 corners"),
+        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"0\n"), "face 0: has 0 corners"),
+        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"300 0 1 2\n"), "13: a list of 300"),
+        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"-1\n"), "13: a list of -1"),
+        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"nan\n"), "13: a list of nan"),
+        (ply(f"vertex -3: {XYZ}", POINTS), "line 3: an element has a number of records, not '-3'"),
+        (ply(f"vertex 0: {XYZ}; face 0: {FACE}", b""), "has no vertices"),
+        (ply(f"vertex 999999999999999: {XYZ}; face 1: {FACE}", b""), "need 999999999999999 lines"),
+        (
+            ply(f"vertex 999999999999999: {XYZ}", b"", format="binary_big_endian"),
+            "'vertex' need 11999999999999988 bytes or more, but 0 follow",
+        ),
+        (ply("face 0: list uchar int a", b""), "has no vertices"),
+        (ply("vertex 1: float x, float y", b"0 0\n"), "need a property 'z', float or double"),
+        (ply("vertex 3: float x, float y, int z", POINTS), "need a property 'z'"),
+        (ply("vertex 3", POINTS).replace(b"property \n", b""), "'vertex' has no properties"),
+        (ply("vertex 1: quad x", b"1\n"), "line 4: there is no type 'quad'"),
+        (ply("vertex 1: list float int x", b"1 1\n"), "line 4: .* integer, no float"),
+        (ply("vertex 1: list int x", b"1\n"), "line 4: a property has a type, or 'list'"),
+        (ply("vertex 1: float x, int x", b"1 1\n"), "line 5: there is a second property 'x'"),
+        (ply("a 1: int x; a 1: int x", b"1\n1\n"), "line 5: there is a second element 'a'"),
+        (ply("a 1: int x", b"1\n", format="binary"), "line 2: the format must be one of ascii"),
+        (ply("a 1: int x", b"1\n", head="format ascii 1.0"), "line 3: .* means nothing here"),
+        (b"ply\nelement a 1\nend_header\n", "line 2: .* means nothing here"),
+        (b"ply\ncomment\nend_header\n", "names no format"),
+        (b"ply\nformat ascii 1.0\nproperty int x\nend_header\n", "line 3: .* means nothing"),
+        (
+            ply(f"vertex 3: {XYZ}; face 1: list uchar float vertex_indices", POINTS + b"3 0 1 2\n"),
+            "the corners of its faces must be a list of integers",
+        ),
+        (
+            ply(f"vertex 3: {XYZ}; face 1: int vertex_indices", POINTS + b"3\n"),
+            "the corners of its faces must be a list of integers",
+        ),
+        (
+            ply(f"vertex 3: {XYZ}; face 1: list uchar int corners", POINTS + b"3 0 1 2\n"),
+            "its faces need a list 'vertex_indices'",
+        ),
+        (ply(f"vertex 1: {XYZ}, uchar known", b"0 0 0 2\n"), "'known' must be 0 or 1"),
+        (ply(f"vertex 1: {XYZ}, float known", b"0 0 0 1\n"), "'known' must be integers"),
+        (
+            ply(f"vertex 1: {XYZ}, float generation, int age", b"0 0 0 1 1\n"),
+            "'generation' must be integers that fit in int32",
+        ),
+        (
+            binary_ply("<", "vertex_index", "float")[:-1],
+            "record 0 of 'face' ends at byte 363, but the file at byte 362",
+        ),
+        (
+            binary_ply("<", "vertex_index", "float")[:-20],
+            "its 3 records of 'vertex' need 51 bytes or more, but 45 follow",
+        ),
+        (binary_ply(">", "vertex_index", "float") + b"\n", "goes on .* for 1 bytes"),
+        (
+            ply("a 2: list short char b", b"\1\0\7\xff\xff", format="binary_little_endian"),
+            "record 1 of 'a': has a list of -1",
+        ),
+    ],
+)
+def test_damaged_ply_is_refused(tmp_path: Path, data: bytes, message: str) -> None:
+    path = tmp_path / "a.ply"
+    path.write_bytes(data)
+    with pytest.raises(ValueError, match=message) as caught:
+        dynmesh.read(path)
+    assert str(caught.value).startswith(f"{path}: ")
+    assert "\n" not in str(caught.value)
+
+
+TYPES = {
+    "char": "b", "uchar": "B", "short": "h", "ushort": "H", "int": "i", "uint": "I",
+    "int8": "b", "uint8": "B", "int16": "h", "uint16": "H", "int32": "i", "uint32": "I",
+    "float": "f", "double": "d", "float32": "f", "float64": "d",
+}  # fmt: skip
+INTEGERS = [name for name, code in TYPES.items() if code not in "fd"]
+REALS = [name for name, code in TYPES.items() if code in "fd"]
+
+
+def numbers(kind: str) -> st.SearchStrategy[Any]:
+    """All that a type of PLY can hold."""
+    if kind in REALS:
+        return st.floats(width=32 if TYPES[kind] == "f" else 64)
+    bits = 8 * struct.calcsize("<" + TYPES[kind])
+    signed = TYPES[kind].islower()
+    return (
+        st.integers(-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
+        if signed
+        else st.integers(0, 2**bits - 1)
+    )
+
+
+class Table(NamedTuple):
+    """An element as a file has it."""
+
+    name: str
+    properties: list[tuple[str, str]]
+    """Type and name; a list has both types."""
+    records: list[list[Any]]
+    """A number or a list for each property."""
+
+    def encoded(self, order: str | None, newline: str) -> bytes:
+        """Its records, as text where there is no byte order."""
+        body = b""
+        for record in self.records:
+            pairs = []
+            for (kind, _), value in zip(self.properties, record, strict=True):
+                types = kind.split()
+                if len(types) > 1:
+                    pairs += [(types[1], len(value)), *((types[2], one) for one in value)]
+                else:
+                    pairs.append((kind, value))
+            if order is None:
+                body += " ".join(repr(value) for _, value in pairs).encode() + newline.encode()
+            else:
+                body += b"".join(struct.pack(order + TYPES[kind], value) for kind, value in pairs)
+        return body
+
+
+@st.composite
+def tables(draw: st.DrawFn, name: str, n: int, own: dict[str, tuple[str, list[Any]]]) -> Table:
+    """A table that has, among others, these properties, each with its type and its values."""
+    columns = dict(own)
+    for number in range(draw(st.integers(0 if own else 1, 2))):
+        kind = draw(st.sampled_from([*TYPES]))
+        values = numbers(kind)
+        if draw(st.booleans()):
+            values = st.lists(values, max_size=3)
+            kind = f"list {draw(st.sampled_from(INTEGERS))} {kind}"
+        columns[f"other{number}"] = kind, draw(st.lists(values, min_size=n, max_size=n))
+    order = draw(st.permutations([*columns]))
+    records = [[columns[one][1][i] for one in order] for i in range(n)]
+    return Table(name, [(columns[one][0], one) for one in order], records)
+
+
+@given(st.data())
+def test_any_ply_is_read(tmp_path_factory: pytest.TempPathFactory, data: st.DataObject) -> None:
+    k = data.draw(st.integers(1, 6))
+    vertices = {}
+    for axis in "xyz":
+        kind = data.draw(st.sampled_from(REALS))
+        vertices[axis] = kind, data.draw(st.lists(numbers(kind), min_size=k, max_size=k))
+    if data.draw(st.booleans()):
+        ones = st.lists(st.integers(0, 1), min_size=k, max_size=k)
+        vertices["known"] = data.draw(st.sampled_from(INTEGERS)), data.draw(ones)
+    sizes = st.integers(3, 3 if data.draw(st.booleans()) else 5)
+    face = sizes.flatmap(lambda n: st.lists(st.integers(0, k - 1), min_size=n, max_size=n))
+    faces = data.draw(st.lists(face, min_size=1, max_size=4))
+    kind = f"list {data.draw(st.sampled_from(INTEGERS))} {data.draw(st.sampled_from(INTEGERS))}"
+    corners = data.draw(st.sampled_from(["vertex_indices", "vertex_index"]))
+    elements = [
+        data.draw(tables("vertex", k, vertices)),
+        data.draw(tables("face", len(faces), {corners: (kind, faces)})),
+        data.draw(tables("edge", data.draw(st.integers(0, 3)), {})),
+    ]
+    elements = data.draw(st.permutations(elements))
+    order = data.draw(st.sampled_from([None, "<", ">"]))
+    newline = data.draw(st.sampled_from(["\n", "\r\n", "\r"]))
+    format = {None: "ascii", "<": "binary_little_endian", ">": "binary_big_endian"}[order]
+    header = ["ply", f"format {format} 1.0", "comment by Zo\xeb", "obj_info end_header"]
+    for element in elements:
+        header.append(f"element {element.name} {len(element.records)}")
+        header += [f"property {kind} {name}" for kind, name in element.properties]
+    text = newline.join([*header, "end_header", ""]).encode("latin-1")
+    path = tmp_path_factory.getbasetemp() / "any.ply"
+    path.write_bytes(text + b"".join(element.encoded(order, newline) for element in elements))
+
+    again = dynmesh.read(path)
+    double = any(TYPES[vertices[axis][0]] == "d" for axis in "xyz")
+    assert again.vertices.dtype == (np.float64 if double else np.float32)
+    np.testing.assert_array_equal(again.vertices[0], np.transpose([vertices[a][1] for a in "xyz"]))
+    polygons = as_polygons(again.faces, again.polygons)
+    np.testing.assert_array_equal(polygons.sizes, [len(one) for one in faces])
+    np.testing.assert_array_equal(polygons.corners, [*chain.from_iterable(faces)])
+    assert (again.known is not None) == ("known" in vertices)
+    if again.known is not None:
+        np.testing.assert_array_equal(again.known[0], vertices["known"][1])
+
+
+def whole_ply_files() -> list[bytes]:
+    """Text and binary files with more than a mesh in them."""
+    text = ply(
+        f"material 2: list uchar float w, int id; vertex 4: {XYZ}, uchar known; face 2: {FACE}",
+        b"2 0.5 1e3 4\n0 9\n0 0 0 1\n1 0 nan 1\n0 1 -1e-3 0\n4 4 4 0\n3 0 1 2\n4 0 1 2 3\n",
+    )
+    mixed = ply(
+        f"vertex 3: {XYZ}; face 2: list int ushort vertex_index, list uchar char name, uchar flag",
+        np.arange(9, dtype=">f4").tobytes()
+        + b"\0\0\0\3\0\0\0\1\0\2\2ab\7"
+        + b"\0\0\0\4\0\0\0\1\0\2\0\0\0\7",
+        format="binary_big_endian",
+    )
+    return [text, text.replace(b"\n", b"\r\n"), mixed, binary_ply("<", "vertex_index", "double")]
+
+
+def test_ply_files_that_are_cut_or_go_on_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.ply"
+    for whole in whole_ply_files():
+        path.write_bytes(whole)
+        dynmesh.read(path)
+        lengths = range(len(whole) - whole.endswith(b"\r\n"))  # as \r ends a line, too
+        for data in [*(whole[:n] for n in lengths), whole + b"\0"]:
+            path.write_bytes(data)
+            with pytest.raises(ValueError, match=r"a\.ply: "):
+                dynmesh.read(path)
+
+
+def test_spoilt_ply_files_are_read_or_refused_in_one_line(tmp_path: Path) -> None:
+    rng = np.random.default_rng(3)
+    path = tmp_path / "a.ply"
+    pieces = [b"\n", b"\r", b" ", b"9", b"-", b"nan", b"1e400", b"\xff" * 4, b"\x85", b"list "]
+    messages = []
+    for whole in whole_ply_files() * 300:
+        data = bytearray(whole)
+        place = int(rng.integers(len(data)))
+        match rng.integers(3):
+            case 0:
+                data[place] ^= 1 << int(rng.integers(8))
+            case 1:
+                data[place:place] = pieces[rng.integers(len(pieces))]
+            case 2:
+                del data[place : place + int(rng.integers(1, 9))]
+        path.write_bytes(data)
+        try:
+            dynmesh.read(path)
+        except ValueError as error:
+            messages.append(str(error))
+    assert 300 < len(messages) < 1100  # neither none nor all
+    assert [message for message in messages if len(message.splitlines()) > 1] == []
+
+
+@pytest.mark.parametrize("order", ["text", "little", "big"])
+def test_ply_comes_from_vtk(tmp_path: Path, mesh: Mesh, order: str) -> None:
+    path = tmp_path / "a.ply"
+    faces = [*mesh.faces.tolist(), [0, 1, 8, 7], [0, 1, 2, 10, 9]]
+    expected = mesh.vertices.astype(np.float32)
+    writer = vtkPLYWriter()
+    surface = as_polydata(expected, mesh.faces)
+    surface.SetPolys(as_cells(faces))
+    writer.SetInputData(surface)
+    writer.SetFileName(str(path))
+    writer.SetFileTypeToASCII() if order == "text" else writer.SetFileTypeToBinary()
+    writer.SetDataByteOrder(1 if order == "little" else 0)
+    writer.Write()
+    sequence = dynmesh.read(path)
+    assert sequence.polygons is not None
+    np.testing.assert_array_equal(sequence.polygons.sizes, [len(face) for face in faces])
+    np.testing.assert_array_equal(sequence.polygons.corners, [*chain.from_iterable(faces)])
+    if order == "text":  # VTK writes six digits
+        np.testing.assert_allclose(sequence.vertices[0], expected, rtol=1e-5)
+    else:
+        np.testing.assert_array_equal(sequence.vertices[0], expected)
+
+
+def test_ply_goes_to_vtk(tmp_path: Path, mesh: Mesh) -> None:
+    path = tmp_path / "a.ply"
+    expected = mesh.vertices.astype(np.float32)
+    known = np.ones((1, 49), np.bool_)
+    sizes = np.array([4, *[3] * 72, 5])
+    corners = np.array([0, 1, 8, 7, *mesh.faces.ravel(), 0, 1, 2, 10, 9])
+    faces = triangulate(Polygons(sizes, corners))
+    sequence = dynmesh.Sequence(expected[None], faces, known, polygons=Polygons(sizes, corners))
+    dynmesh.write(path, sequence)
+    reader = vtkPLYReader()
+    reader.SetFileName(str(path))
+    reader.Update()
+    points, cells = reader.GetOutput().GetPoints(), reader.GetOutput().GetPolys()
+    np.testing.assert_array_equal(vtk_to_numpy(points.GetData()), expected)
+    np.testing.assert_array_equal(np.diff(vtk_to_numpy(cells.GetOffsetsArray())), sizes)
+    np.testing.assert_array_equal(vtk_to_numpy(cells.GetConnectivityArray()), corners)
