@@ -52,7 +52,7 @@ void try_cpp(World& world) {
         make(faces, {holed.data(), k}));
   tried("Completer", "`first_frame`: a row stride of 0", {"first_frame:", "row stride of 0"},
         make(faces, {frame.data, k, 0}));
-  tried("Completer", "`reject_outliers = true` by method motion", {"reject_outliers:", "motion"},
+  tried("Completer", "`reject_outliers = true` by method motion", {"reject_outliers:", "detail"},
         make(faces, frame, {.reject_outliers = true}));
   tried("Completer", "`noise = 0` by method detail", {"noise:", "not 0"},
         make(faces, frame, {.method = Method::detail, .noise = 0.0}));
@@ -66,7 +66,7 @@ void try_cpp(World& world) {
   tried("Completer", "`threads = 0`", {"threads:", "not 0"}, make(faces, frame, {.threads = 0}));
   tried("Completer", "`threads = 1000`", {"threads:", "not 1000"},
         make(faces, frame, {.threads = 1000}));
-  tried("Completer", "`noise = 0.1` by method motion", {"noise:", "motion"},
+  tried("Completer", "`noise = 0.1` by method motion", {"noise:", "detail"},
         make(faces, frame, {.noise = 0.1}));
   tried("Completer", "`noise = NaN` by method detail", {"noise:", "nan"},
         make(faces, frame, {.method = Method::detail, .noise = nan}));
