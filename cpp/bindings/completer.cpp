@@ -61,8 +61,8 @@ void translate_setting_error(std::exception_ptr thrown) {
   }
 }
 
-/// One Python class for both precisions. Python may call from any thread while another thread is
-/// inside with the GIL released, which Completer does not allow: such a call is refused.
+/// A Python class for both precisions. Python may call it from any thread while another thread is
+/// using it with the GIL released, which Completer does not allow. Such calls are refused.
 class AnyCompleter {
   template <class Real>
   void construct(const IndicesArgument& faces, const py::array& first_frame,

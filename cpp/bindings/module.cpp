@@ -17,7 +17,7 @@ PYBIND11_MODULE(_core, module) {
   dynmesh::bind_baselines(module);
   dynmesh::bind_sharing(module);
   dynmesh::bind_files(module);
-  // Users meet these as dynmesh.Completer and so on.
+  // Users know these classes as dynmesh.Completer and so on.
   for (const char* name : {"Completer", "FrameReport", "RefusedFace", "TopologyReport"}) {
     module.attr(name).attr("__module__") = "dynmesh";
   }

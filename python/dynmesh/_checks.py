@@ -57,7 +57,7 @@ def check_vector(name: str, value: tuple[float, float, float]) -> None:
 
 
 def check_array(name: str | None, value: object) -> None:
-    """Refuses what is no array."""
+    """Raises an error unless the value is an array."""
     if not isinstance(value, np.ndarray):
         raise KindError(f"must be a numpy array, not {type(value).__name__}", argument=name)
 
@@ -69,7 +69,7 @@ def check_path(name: str, value: object, expected: str = "a path") -> None:
 
 
 def check_positions(name: str | None, points: NDArray[np.floating[Any]]) -> None:
-    """Refuses what is not (k, 3) positions of at least one vertex."""
+    """Raises an error unless the array holds (k, 3) positions of at least one vertex."""
     check_array(name, points)
     if points.dtype.kind != "f" or points.dtype.itemsize not in (4, 8):
         raise KindError(f"must be float32 or float64, not {points.dtype}", argument=name)
@@ -80,7 +80,7 @@ def check_positions(name: str | None, points: NDArray[np.floating[Any]]) -> None
 
 
 def check_complete(name: str | None, points: NDArray[np.floating[Any]]) -> None:
-    """Refuses positions that are not all finite."""
+    """Raises an error unless all positions are finite."""
     finite = np.isfinite(points).all(axis=1)
     if not finite.all():
         vertex = int(finite.argmin())

@@ -33,7 +33,8 @@ def check_polygons(polygons: Polygons) -> None:
         raise ValueError(f"face {index}: has {polygons.sizes[index]} corners, but needs 3")
     if polygons.sizes.sum() != len(polygons.corners):
         raise InputError(
-            f"{polygons.sizes.sum()} corners are announced, but there are {len(polygons.corners)}",
+            f"sizes announce {polygons.sizes.sum()} corners, "
+            f"but corners holds {len(polygons.corners)}",
             argument="polygons",
         )
 

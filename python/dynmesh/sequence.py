@@ -194,7 +194,7 @@ def check_known(dtype: np.dtype[Any], shape: tuple[int, ...], expected: tuple[in
         raise KindError(f"must be bool, not {dtype}", argument="known")
     if shape != expected:
         raise InputError(
-            f"must have shape {expected}, as vertices say, not {shape}", argument="known"
+            f"must have shape {expected} to match vertices, not {shape}", argument="known"
         )
 
 
@@ -205,30 +205,33 @@ def check_provenance(
     if dtype.kind not in "iu":
         raise KindError(f"must be integers, not {dtype}", argument=name)
     if shape != expected:
-        raise InputError(f"must have shape {expected}, as vertices say, not {shape}", argument=name)
+        raise InputError(
+            f"must have shape {expected} to match vertices, not {shape}", argument=name
+        )
 
 
 def _check_times(times: NDArray[np.float64] | None, n_frames: int) -> None:
-    """Refuses what cannot be the times of n frames."""
+    """Raises an error unless these are the times of n frames."""
     if times is None:
         return
     if times.dtype != np.float64:
         raise KindError(f"must be float64, not {times.dtype}", argument="times")
     if times.shape != (n_frames,):
         raise InputError(
-            f"must have shape {(n_frames,)}, as vertices say, not {times.shape}", argument="times"
+            f"must have shape {(n_frames,)} to match vertices, not {times.shape}", argument="times"
         )
     wrong = ~np.isfinite(times)
     wrong[1:] |= ~(times[1:] > times[:-1])
     if wrong.any():
         frame = int(wrong.argmax())
         raise InputError(
-            f"must be finite and ascend, but frame {frame} is at {times[frame]}", argument="times"
+            f"must be finite and ascending, but frame {frame} is at {times[frame]}",
+            argument="times",
         )
 
 
 def _check_derived(derived: Mapping[str, str] | None) -> None:
-    """Refuses what cannot be said of what follows from the positions."""
+    """Raises an error unless this is a valid value of :attr:`Sequence.derived`."""
     if derived is None:
         return
     if not isinstance(derived, Mapping):

@@ -30,7 +30,7 @@ struct World {
 /// What a message must contain: the argument, the place, the value.
 using Names = std::initializer_list<std::string_view>;
 
-/// How many cases went wrong.
+/// The number of cases that failed.
 int& faults();
 
 /// Counts a fault and reports it on stderr.

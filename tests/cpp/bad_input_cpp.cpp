@@ -20,7 +20,7 @@ void try_cpp(World& world) {
     if (c.state() != before) fault(call, given, "changed the completer");
     if (world.written != untouched) fault(call, given, "wrote to its output");
   };
-  const auto with = [&](std::size_t place, double value) {
+  const auto with = [&](std::size_t index, double value) {
     auto changed = world.given;
     changed[place] = value;
     return changed;

@@ -314,7 +314,7 @@ TEST_CASE("long messages are cut between two characters") {
   CHECK(std::string(dynmesh_last_message()).size() == 1020);
 }
 
-TEST_CASE("each thread has its own last message, which no success wipes out") {
+TEST_CASE("each thread has its own last message, which successful calls keep") {
   CHECK(dynmesh_default_settings(nullptr, sizeof(dynmesh_settings)) == DYNMESH_INVALID_ARGUMENT);
   std::string elsewhere = "?";
   std::thread([&] { elsewhere = dynmesh_last_message(); }).join();

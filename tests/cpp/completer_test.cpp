@@ -55,7 +55,7 @@ TEST_CASE_TEMPLATE("anchors are returned unchanged for every memory layout", Rea
     completer.push(Points<Real>(frame.data(), k), Points<Real>(frame.data(), k));
     CHECK(frame == expected);
   }
-  SUBCASE("sparse, in any order") {
+  SUBCASE("sparse, in arbitrary order") {
     const Sparse<Real> sparse(moved, known);
     std::vector<Real> completed(3 * k);
     Completer<Real> completer(mesh.faces(), mesh.points());

@@ -4,7 +4,7 @@ TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 
 
 def ply(elements: str, body: bytes, *, format: str = "ascii", head: str = "") -> bytes:
-    """A PLY file; the elements as `vertex 3: float x, float y, float z; face 1: ...`."""
+    """Builds a PLY file from elements: `vertex 3: float x, float y, float z; face 1: ...`."""
     lines = ["ply", f"format {format} 1.0", *head.splitlines()]
     for element in elements.split("; "):
         name, _, properties = element.partition(": ")

@@ -16,17 +16,17 @@ from dynmesh.degrade import Camera
 Array = meshes.Array
 
 NEAR_X = Camera((4.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 60.0)
-"""Looks along -x at the origin, with z up and y to the right."""
+"""A camera that looks along -x at the origin, with z up and y to the right."""
 
 
 def seen(mesh: Mesh, *cameras: Camera) -> Array:
-    """Frame 1, as frame 0 is whole."""
+    """Returns the mask of frame 1, since frame 0 is always complete."""
     frames = [mesh.vertices, mesh.vertices]
     return list(degrade.camera_known(frames, mesh.faces, cameras))[1]
 
 
 def in_image(vertices: Array, camera: Camera) -> Array:
-    """By angles, which is not how it is done."""
+    """Decides visibility by angles, unlike the implementation."""
     ray = vertices - camera.position
     ahead = np.subtract(camera.target, camera.position)
     right = np.cross(ahead, camera.up)
@@ -38,7 +38,7 @@ def in_image(vertices: Array, camera: Camera) -> Array:
 
 
 def hidden_by_rays(mesh: Mesh, camera: Camera, which: Array) -> Array:
-    """Segments from camera to vertex against every triangle (Moeller and Trumbore 1997)."""
+    """Tests segments from camera to vertex against every triangle (Moeller and Trumbore 1997)."""
     a, b, c = mesh.vertices[mesh.faces.T].astype(np.float64)
     start = np.array(camera.position)
     s = start - a
@@ -66,7 +66,7 @@ def seen_by_rays(mesh: Mesh, camera: Camera) -> Array:
 
 
 def potato(rng: np.random.Generator) -> Mesh:
-    """A closed surface with dents: an octahedron, each edge halved twice, pushed in and out."""
+    """A closed surface with dents: an octahedron with edges halved twice and random radii."""
     vertices = [*np.eye(3), *-np.eye(3)]
     faces = [(x, y, z) for x in (0, 3) for y in (1, 4) for z in (2, 5)]
     for _ in range(2):
@@ -90,7 +90,7 @@ def potato(rng: np.random.Generator) -> Mesh:
 
 
 def square(x: float, size: float = 1.0, n: int = 12) -> Mesh:
-    """A flat grid at right angles to x."""
+    """A flat grid perpendicular to x."""
     faces = meshes.sheet(n).faces
     z, y = (a.ravel() for a in np.indices((n, n)) / (n - 1) - 0.5)
     return Mesh(faces, np.stack([np.full(n * n, x), size * y, size * z], axis=1))
@@ -130,7 +130,7 @@ def test_the_walker_hides_what_exact_rays_say(frame: int) -> None:
     some = np.random.default_rng(frame).choice(len(known), 500, replace=False)
     expected = in_image(mesh.vertices, camera)[some] & ~hidden_by_rays(mesh, camera, some)
     assert 0.1 < expected.mean() < 0.5
-    assert (known[some] == expected).mean() >= 0.998  # one vertex where rounding decides
+    assert (known[some] == expected).mean() >= 0.998  # one vertex, which depends on rounding
 
 
 @pytest.mark.parametrize("cells", [1, 7, 2000])

@@ -182,7 +182,7 @@ def test_npy_takes_its_faces_from_elsewhere(tmp_path: Path) -> None:
     [
         *NO_SEQUENCE,
         ({}, "has no array 'vertices'.*this file holds none"),
-        (GOOD | {"vertices": np.zeros((0, 4, 3))}, "holds no frame"),
+        (GOOD | {"vertices": np.zeros((0, 4, 3))}, "has no frames"),
         (GOOD | {"vertices": np.float32(1)}, r"must have shape \(n, k, 3\), not \(\)"),
         (GOOD | {"vertices": h5py.Empty("f4")}, r"must have shape \(n, k, 3\), not \(\)"),
         (GOOD | {"vertices": "two"}, "must be float32 or float64, not object"),

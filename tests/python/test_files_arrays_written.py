@@ -34,14 +34,14 @@ with dynmesh.files.target_of(path).create(header, folder=part, resume_at=kept) a
             writer.flush()
             print(i, flush=True)
         writer.append(whole.vertices[i], whole.known[i], **history)
-        if i >= n + 1:  # half a frame more than what is safe, then wait for the end
+        if i >= n + 1:  # half a frame more than is flushed, then wait to be killed
             print(flush=True)
             sys.stdin.read()
 """
 
 
 @pytest.mark.parametrize("suffix", [".h5", ".npy", ".pc2", ".mdd"])
-def test_a_killed_writer_can_be_gone_on_with(tmp_path: Path, suffix: str) -> None:
+def test_a_killed_writer_can_be_resumed(tmp_path: Path, suffix: str) -> None:
     rng = np.random.default_rng(1)
     n, k = 9, 2000
     known = rng.random((n, k)) < 0.5
@@ -102,9 +102,7 @@ def test_memory_does_not_grow_with_the_frames(tmp_path: Path, name: str) -> None
     subprocess.run(command, check=True, env=environment)
 
 
-def test_a_full_disk_is_an_error_of_the_system(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_a_full_disk_raises_an_oserror(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     sequence = dynmesh.Sequence(np.ones((50, 9000, 3)), np.array([[0, 1, 2]]))
     for name in ("a.h5", "a.npy", "a.pc2", "a.mdd"):
         path = tmp_path / name

@@ -212,7 +212,7 @@ def test_an_interrupted_sequence_can_be_resumed(tmp_path: Path, mesh: Mesh, star
     path, folder = tmp_path / "f_%04d.ply", tmp_path / "work"
     (tmp_path / "f_0002.ply").touch()  # of an older sequence
     header = files.Header(mesh.faces, 5, 49, np.dtype(np.float32), start=start)
-    again = sequence.vertices[[0, 1, 1, 1]]  # the last two are not to count
+    again = sequence.vertices[[0, 1, 1, 1]]  # the last two frames must be ignored
     interrupt(files.target_of(path).create(header, folder=folder), again)
     assert len(names(folder)) == 4
     with pytest.raises(ValueError, match=rf"the unfinished f_{start + 4:04d}\.ply is missing"):

@@ -21,7 +21,7 @@ numpy_to_vtk: Any = numpy_support.numpy_to_vtk
 vtk_to_numpy: Any = numpy_support.vtk_to_numpy
 
 
-def test_obj_as_others_write_it(tmp_path: Path) -> None:
+def test_obj_of_other_programs_is_read(tmp_path: Path) -> None:
     path = tmp_path / "a.obj"
     path.write_bytes(
         b"# caf\xe9\r\nmtllib a.mtl\r\no body\r\n"
@@ -91,7 +91,7 @@ UNUSUAL_OBJ = [
 
 
 @pytest.mark.parametrize("text", ORDINARY_OBJ + UNUSUAL_OBJ)
-def test_obj_is_read_alike_fast_and_line_by_line(tmp_path: Path, text: str) -> None:
+def test_both_obj_readers_agree(tmp_path: Path, text: str) -> None:
     data = text.encode()
     fast = plain_obj(data)
     assert (fast is not None) == (text in ORDINARY_OBJ)
@@ -117,7 +117,7 @@ obj_pieces = st.sampled_from(
 
 
 @given(st.lists(obj_pieces, max_size=12).map("".join))
-def test_what_is_read_fast_is_read_alike_line_by_line(text: str) -> None:
+def test_both_obj_readers_agree_on_any_text(text: str) -> None:
     data = f"{TRIANGLE}{text}".encode("latin-1")
     fast = plain_obj(data)
     if fast is not None:

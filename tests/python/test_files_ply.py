@@ -68,8 +68,8 @@ def test_text_ply_is_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (b"ply", "no PLY file"),
-        (b"solid cube\n", "no PLY file: line 1 is not 'ply'"),
+        (b"ply", "not a PLY file"),
+        (b"solid cube\n", "not a PLY file: line 1 is not 'ply'"),
         (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS)[:60], "header is cut or damaged"),
         (
             ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS),
@@ -79,25 +79,37 @@ def test_text_ply_is_read(tmp_path: Path) -> None:
             ply(f"vertex 2: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 2\n"),
             "line 12: has 3 words, but 'face' needs 1",
         ),
-        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 2\n" * 2), "14: goes on after"),
+        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 2\n" * 2), "14: continues after"),
         (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 two\n"), "13: .* b'two'"),
         (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1\n"), "13: has 3 words.* 4"),
         (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 1_0\n"), "13: .* '_'"),
-        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 0.5\n"), "13: 0.5 is no int32"),
+        (
+            ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 0.5\n"),
+            "13: 0.5 is not a value of int32",
+        ),
         (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 2"), "is cut in line 13"),
         (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"\n"), "13: has too few words"),
-        (ply(f"vertex 3: {XYZ}", POINTS.replace(b"1", b"1e39")), "line 9: 1e\\+39 is no float32"),
+        (
+            ply(f"vertex 3: {XYZ}", POINTS.replace(b"1", b"1e39")),
+            "line 9: 1e\\+39 is not a value of float32",
+        ),
         (
             ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 3\n"),
-            "face 0: has the vertex 3",
+            "face 0: refers to vertex 3",
         ),
-        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 -1\n"), "has the vertex -1"),
+        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 -1\n"), "refers to vertex -1"),
         (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"2 0 1\n"), "face 0: has 2 corners"),
         (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"0\n"), "face 0: has 0 corners"),
-        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"300 0 1 2\n"), "13: a list of 300"),
-        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"-1\n"), "13: a list of -1"),
-        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"nan\n"), "13: a list of nan"),
-        (ply(f"vertex -3: {XYZ}", POINTS), "line 3: an element has a number of records, not '-3'"),
+        (
+            ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"300 0 1 2\n"),
+            "13: the list length 300",
+        ),
+        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"-1\n"), "13: the list length -1"),
+        (ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"nan\n"), "13: the list length nan"),
+        (
+            ply(f"vertex -3: {XYZ}", POINTS),
+            "line 3: the number of records must be an integer, not '-3'",
+        ),
         (ply(f"vertex 0: {XYZ}; face 0: {FACE}", b""), "has no vertices"),
         (ply(f"vertex 999999999999999: {XYZ}; face 1: {FACE}", b""), "need 999999999999999 lines"),
         (
@@ -108,16 +120,16 @@ def test_text_ply_is_read(tmp_path: Path) -> None:
         (ply("vertex 1: float x, float y", b"0 0\n"), "need a property 'z', float or double"),
         (ply("vertex 3: float x, float y, int z", POINTS), "need a property 'z'"),
         (ply("vertex 3", POINTS).replace(b"property \n", b""), "'vertex' has no properties"),
-        (ply("vertex 1: quad x", b"1\n"), "line 4: there is no type 'quad'"),
-        (ply("vertex 1: list float int x", b"1 1\n"), "line 4: .* integer, no float"),
-        (ply("vertex 1: list int x", b"1\n"), "line 4: a property has a type, or 'list'"),
+        (ply("vertex 1: quad x", b"1\n"), "line 4: unknown type 'quad'"),
+        (ply("vertex 1: list float int x", b"1 1\n"), "line 4: .* integer type, not float"),
+        (ply("vertex 1: list int x", b"1\n"), "line 4: a property needs a type, or 'list'"),
         (ply("vertex 1: float x, int x", b"1 1\n"), "line 5: there is a second property 'x'"),
         (ply("a 1: int x; a 1: int x", b"1\n1\n"), "line 5: there is a second element 'a'"),
         (ply("a 1: int x", b"1\n", format="binary"), "line 2: the format must be one of ascii"),
-        (ply("a 1: int x", b"1\n", head="format ascii 1.0"), "line 3: .* means nothing here"),
-        (b"ply\nelement a 1\nend_header\n", "line 2: .* means nothing here"),
+        (ply("a 1: int x", b"1\n", head="format ascii 1.0"), "line 3: .* is not valid here"),
+        (b"ply\nelement a 1\nend_header\n", "line 2: .* is not valid here"),
         (b"ply\ncomment\nend_header\n", "names no format"),
-        (b"ply\nformat ascii 1.0\nproperty int x\nend_header\n", "line 3: .* means nothing"),
+        (b"ply\nformat ascii 1.0\nproperty int x\nend_header\n", "line 3: .* is not valid"),
         (
             ply(f"vertex 3: {XYZ}; face 1: list uchar float vertex_indices", POINTS + b"3 0 1 2\n"),
             "the corners of its faces must be a list of integers",
@@ -138,16 +150,16 @@ def test_text_ply_is_read(tmp_path: Path) -> None:
         ),
         (
             binary_ply("<", "vertex_index", "float")[:-1],
-            "record 0 of 'face' ends at byte 363, but the file at byte 362",
+            "record 0 of 'face' ends at byte 363, but the file ends at byte 362",
         ),
         (
             binary_ply("<", "vertex_index", "float")[:-20],
             "its 3 records of 'vertex' need 51 bytes or more, but 45 follow",
         ),
-        (binary_ply(">", "vertex_index", "float") + b"\n", "goes on .* for 1 bytes"),
+        (binary_ply(">", "vertex_index", "float") + b"\n", "continues for 1 bytes"),
         (
             ply("a 2: list short char b", b"\1\0\7\xff\xff", format="binary_little_endian"),
-            "record 1 of 'a': has a list of -1",
+            "record 1 of 'a': has a list of length -1",
         ),
     ],
 )
@@ -170,7 +182,7 @@ REALS = [name for name, code in TYPES.items() if code in "fd"]
 
 
 def numbers(kind: str) -> st.SearchStrategy[Any]:
-    """All that a type of PLY can hold."""
+    """Draws values of a PLY type."""
     if kind in REALS:
         return st.floats(width=32 if TYPES[kind] == "f" else 64)
     bits = 8 * struct.calcsize("<" + TYPES[kind])
@@ -183,16 +195,16 @@ def numbers(kind: str) -> st.SearchStrategy[Any]:
 
 
 class Table(NamedTuple):
-    """An element as a file has it."""
+    """An element of a PLY file."""
 
     name: str
     properties: list[tuple[str, str]]
-    """Type and name; a list has both types."""
+    """Type and name; two types for a list."""
     records: list[list[Any]]
     """A number or a list for each property."""
 
     def encoded(self, order: str | None, newline: str) -> bytes:
-        """Its records, as text where there is no byte order."""
+        """The records, as text if there is no byte order."""
         body = b""
         for record in self.records:
             pairs = []
@@ -211,7 +223,7 @@ class Table(NamedTuple):
 
 @st.composite
 def tables(draw: st.DrawFn, name: str, n: int, own: dict[str, tuple[str, list[Any]]]) -> Table:
-    """A table that has, among others, these properties, each with its type and its values."""
+    """Draws a table that contains these properties and others."""
     columns = dict(own)
     for number in range(draw(st.integers(0 if own else 1, 2))):
         kind = draw(st.sampled_from([*TYPES]))
@@ -270,7 +282,7 @@ def test_any_ply_is_read(tmp_path_factory: pytest.TempPathFactory, data: st.Data
 
 
 def whole_ply_files() -> list[bytes]:
-    """Text and binary files with more than a mesh in them."""
+    """Draws text and binary files with more than a mesh in them."""
     text = ply(
         f"material 2: list uchar float w, int id; vertex 4: {XYZ}, uchar known; face 2: {FACE}",
         b"2 0.5 1e3 4\n0 9\n0 0 0 1\n1 0 nan 1\n0 1 -1e-3 0\n4 4 4 0\n3 0 1 2\n4 0 1 2 3\n",
@@ -285,19 +297,19 @@ def whole_ply_files() -> list[bytes]:
     return [text, text.replace(b"\n", b"\r\n"), mixed, binary_ply("<", "vertex_index", "double")]
 
 
-def test_ply_files_that_are_cut_or_go_on_are_refused(tmp_path: Path) -> None:
+def test_ply_files_of_wrong_length_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.ply"
     for whole in whole_ply_files():
         path.write_bytes(whole)
         dynmesh.read(path)
-        lengths = range(len(whole) - whole.endswith(b"\r\n"))  # as \r ends a line, too
+        lengths = range(len(whole) - whole.endswith(b"\r\n"))  # since \r also ends a line
         for data in [*(whole[:n] for n in lengths), whole + b"\0"]:
             path.write_bytes(data)
             with pytest.raises(ValueError, match=r"a\.ply: "):
                 dynmesh.read(path)
 
 
-def test_spoilt_ply_files_are_read_or_refused_in_one_line(tmp_path: Path) -> None:
+def test_damaged_ply_files_are_read_or_refused_in_one_line(tmp_path: Path) -> None:
     rng = np.random.default_rng(3)
     path = tmp_path / "a.ply"
     pieces = [b"\n", b"\r", b" ", b"9", b"-", b"nan", b"1e400", b"\xff" * 4, b"\x85", b"list "]
@@ -317,7 +329,7 @@ def test_spoilt_ply_files_are_read_or_refused_in_one_line(tmp_path: Path) -> Non
             dynmesh.read(path)
         except ValueError as error:
             messages.append(str(error))
-    assert 300 < len(messages) < 1100  # neither none nor all
+    assert 300 < len(messages) < 1100  # some are refused and some are read
     assert [message for message in messages if len(message.splitlines()) > 1] == []
 
 

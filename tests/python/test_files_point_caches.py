@@ -159,7 +159,7 @@ def test_values_beyond_a_point_cache_are_refused(tmp_path: Path, suffix: str) ->
         dynmesh.write(path, sequence(generation=ages, age=ages))
     assert str(e.value).startswith(f"{path}: ")
     header = dynmesh.Header(sheet(7).faces, 2**31, K, np.dtype(np.float32))
-    with pytest.raises(ValueError, match="can hold 2147483647 frames, not 2147483648"):
+    with pytest.raises(ValueError, match="can hold at most 2147483647 frames, not 2147483648"):
         files.create(path, header)
     assert not list(tmp_path.iterdir())
 

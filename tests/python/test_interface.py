@@ -210,7 +210,7 @@ def test_complete_is_a_generator_in_constant_memory(mesh: Mesh, rng: np.random.G
     np.testing.assert_array_equal(completed[1], again.push(points))
 
 
-def test_the_topology_report_names_what_is_odd() -> None:
+def test_the_topology_report_lists_problems() -> None:
     mesh = join(sheet(3), sheet(2, 5.0))
     faces = np.concatenate([mesh.faces, [[0, 0, 1], mesh.faces[0]]])
     vertices = np.concatenate([mesh.vertices, [[9, 9, 9]]])

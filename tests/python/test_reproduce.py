@@ -247,7 +247,7 @@ def test_pictures_show_what_they_should(mesh: meshes.Mesh) -> None:
         ("values: must have shape", {"values": np.ones(3), "limit": 1.0}),
         ("values: row 0 is not finite", {"values": np.full(49, np.nan), "limit": 1.0}),
         (
-            "values: there is one colour",
+            "values: cannot be combined with known",
             {"values": np.ones(49), "known": np.ones(49, bool), "limit": 1.0},
         ),
         ("limit: must be positive and finite, not 0", {"values": np.ones(49), "limit": 0.0}),

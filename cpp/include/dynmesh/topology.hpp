@@ -34,11 +34,11 @@ enum class Refusal {
   non_manifold_vertex,  ///< the faces around a vertex would not form a single fan
 };
 
-/// A face that the half-edge mesh could not hold. Its edges count in the cells all the same.
+/// A face that the half-edge mesh cannot represent. Its edges still count in the cells.
 struct RefusedFace {
-  std::size_t index;   ///< row of `faces`
+  std::size_t index;   ///< the row in `faces`
   Refusal kind;        ///< for programs: what is wrong
-  std::string reason;  ///< for people: what is wrong, naming the vertices or the other face
+  std::string reason;  ///< what is wrong, with the indices of the vertices or of the other face
 };
 
 struct TopologyReport {

@@ -57,7 +57,7 @@ def complete(
     fps: FramesPerSecond = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Fill in the missing vertices of every frame, from that frame and the past alone."""
+    """Fill in the missing vertices of every frame, using only that frame and earlier ones."""
     was_unfinished = is_unfinished(output)
     zeros = Zeros()
 
@@ -83,7 +83,7 @@ def complete(
     except SettingError as error:
         option = f"'--{str(error.argument).replace('_', '-')}'"
         raise typer.BadParameter(error.reason, param_hint=option) from error
-    except BlockingIOError:  # of another process
+    except BlockingIOError:  # another process is writing the output
         raise
     except (OSError, KeyboardInterrupt) as error:
         if is_unfinished(output):
@@ -98,7 +98,7 @@ def complete(
         say(f"{output}: the interrupted run had already completed every frame")
         return
     if report.resumed_at:
-        say(f"{output}: went on at frame {report.resumed_at}")
+        say(f"{output}: continued at frame {report.resumed_at}")
     _say_what_was_done(output, report, settings["reject_outliers"])
     say_remarks(output, report.remarks)
     zeros.say_if_many()

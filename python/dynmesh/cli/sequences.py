@@ -195,7 +195,7 @@ def convert(
     fps: FramesPerSecond = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Write a sequence in another format; docs/formats.md says what each keeps."""
+    """Write a sequence in another format. docs/formats.md lists what each format keeps."""
     target = files.target_of(output, output_format)
     with files.open(path, **source_of(format, faces, prim, mask, missing)) as reader:
         target.check(overwrite=overwrite, reader=reader)

@@ -85,7 +85,7 @@ class AlembicReader(Reader):
                 }
             if "known" in values:
                 if (values["known"] > 1).any():
-                    raise InputError("known must hold 0 and 1 only", frame=number)
+                    raise InputError("known must hold only 0 and 1", frame=number)
                 values["known"] = values["known"].astype(np.bool_)
             yield Frame(points, **values)
 
@@ -171,10 +171,10 @@ def _parameters(schema: Any, n_frames: int) -> dict[str, Any]:
             continue
         parameter = getattr(geometry, f"I{kind}GeomParam")
         if not parameter.matches(headers[name]):
-            raise InputError(f"must be a geometry parameter of {kind.lower()}", argument=name)
+            raise InputError(f"must be a geometry parameter of type {kind.lower()}", argument=name)
         found[name] = parameter(compound, name)
         if found[name].getScope() != geometry.GeometryScope.kVertexScope:
-            raise InputError("must have a value per vertex", argument=name)
+            raise InputError("must have one value per vertex", argument=name)
         if found[name].getNumSamples() not in (1, n_frames):
             raise InputError(
                 f"has {found[name].getNumSamples()} samples for {n_frames} frames", argument=name

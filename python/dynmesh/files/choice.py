@@ -48,7 +48,7 @@ def listed(names: Iterable[str]) -> str:
 
 
 def choose(path: Path, name: str | None, otherwise: str) -> Format:
-    """The format of that name, or that the path shows; `otherwise` is what the user can do."""
+    """Returns the format of that name or of the path; `otherwise` is the advice in errors."""
     if name is not None:
         if name not in formats:
             raise ValueError(f"unknown format '{name}'; the formats are {listed(formats)}")

@@ -48,7 +48,7 @@ class _Rows:
                 check_size(size, self._begin, n_frames, row_size)
             except ValueError as error:
                 raise InputError(f"{error}", argument=name) from error
-            if by_columns:  # no row lies in one piece
+            if by_columns:  # no row is contiguous
                 self._whole = _read_member(archive, name)
             stack.pop_all()
 

@@ -74,7 +74,7 @@ def target_of(path: PathLike, format: str | None = None) -> Target:
     """Where to write, in the format of that name or else in the one that the suffix says.
 
     Raises:
-        ImportError: a library is needed for this format; the message says how to install it.
+        ImportError: the library for this format is not installed; the message names its extra.
         ValueError: there is no such format, or it is only read.
     """
     path = Path(path)
@@ -82,7 +82,7 @@ def target_of(path: PathLike, format: str | None = None) -> Target:
         otherwise = f"write {path / 'frame_%04d.ply'}, or give --output-format"
         chosen = choose(path, format, otherwise)
         if chosen.writer is None:
-            raise ValueError(f"{chosen.name} files are only read")
+            raise ValueError(f"{chosen.name} files can only be read")
         if chosen.library is not None:
             module, extra = chosen.library
             require(module, extra=extra)
@@ -90,6 +90,6 @@ def target_of(path: PathLike, format: str | None = None) -> Target:
 
 
 def _identity(file: Path) -> tuple[int, int]:
-    """What two paths have in common if they name the same file."""
+    """Identifies a file, whichever path names it."""
     found = file.stat()
     return found.st_dev, found.st_ino

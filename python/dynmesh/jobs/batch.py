@@ -91,7 +91,7 @@ def complete_files(
     jobs = list(jobs)
     for number, job in enumerate(jobs):
         if not isinstance(job, Job):
-            raise KindError(f"place {number} holds no Job, but {job!r}", argument="jobs")
+            raise KindError(f"item {number} must be a Job, not {job!r}", argument="jobs")
     _check_outputs(jobs)
     results: dict[int, Result] = {}
 
@@ -119,7 +119,7 @@ def _run(job: Job, overwrite: bool) -> Result:
         target = files.target_of(job.output, job.output_format)
         try:
             report = _complete(job, target, overwrite, resume=target.writer.resumable)
-        except OtherJobError:  # the table has changed since
+        except OtherJobError:  # the table has changed since the interruption
             report = _complete(job, target, overwrite, resume=False)
     except FileExistsError:
         return Result(job, "exists")
@@ -163,5 +163,5 @@ def _check_outputs(jobs: list[Job]) -> None:
     seen: set[Path] = set()
     for job in jobs:
         if (output := Path(job.output).absolute()) in seen:
-            raise InputError("is the output of two jobs", file=job.output)
+            raise InputError("is the output of more than one job", file=job.output)
         seen.add(output)

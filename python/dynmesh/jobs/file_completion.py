@@ -111,7 +111,7 @@ def complete_file(
     if resume and not target.writer.resumable:
         able = [f.name for f in files.formats.values() if f.writer and f.writer.resumable]
         raise InputError(
-            f"files of this format cannot be resumed; {files.listed(able)} can", file=target.path
+            f"this format cannot be resumed; {files.listed(able)} can", file=target.path
         )
     how = How(fps, provenance, overwrite, resume, watch)
     return complete_into(Path(path), target, source or {}, how, all_settings(settings))
@@ -214,7 +214,7 @@ def is_unfinished(output: Path) -> bool:
 
 
 def _is_complete(target: Target, header: Header) -> bool:
-    """Whether the output exists, and can be what the job makes."""
+    """Whether the output exists and has the size of the job's result."""
     if not target.existing():
         return False
     with (
@@ -227,7 +227,7 @@ def _is_complete(target: Target, header: Header) -> bool:
 
 @contextlib.contextmanager
 def _folder_for(target: Target) -> Iterator[None]:
-    """Makes the folder of an output that may have a new one, and removes it if it stays empty."""
+    """Creates the folder of an output if it needs one, and removes it if it stays empty."""
     new = target.new_folder()
     if new is not None:
         new.mkdir()
@@ -286,8 +286,8 @@ def _beginning_whole(frames: Iterator[Frame]) -> Iterator[Frame]:
             if len(missing):
                 raise InputError(
                     f"{len(missing)} of {len(points)} vertices "
-                    f"{'is' if len(missing) == 1 else 'are'} missing, vertex {missing[0]} first; "
-                    "all motion begins there: begin at a whole frame, which `dynmesh info` names, "
+                    f"{'is' if len(missing) == 1 else 'are'} missing, the first is vertex "
+                    f"{missing[0]}; completion starts from frame 0: start at a complete frame, "
                     "or fill frame 0 from a template",
                     frame=0,
                 )

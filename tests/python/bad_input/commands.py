@@ -135,7 +135,7 @@ shell = [
         "motion",
         "exit code 2",
     ),
-    _shell("complete body.npz new.npz --noise 0.1", "'--noise'", "motion", "exit code 2"),
+    _shell("complete body.npz new.npz --noise 0.1", "'--noise'", "detail", "exit code 2"),
     _shell("complete body.npz new.npz --method detail --noise -1", "'--noise'", "not -1", "code 2"),
     _shell("complete body.npz new.npz --threads 0", "--threads", "0", "exit code 2"),
     _shell("complete body.npz new.npz --threads 257", "'--threads'", "not 257", "exit code 2"),

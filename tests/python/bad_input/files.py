@@ -131,7 +131,7 @@ def _append(world: World, *frame: Any) -> None:
 
 
 def _append_with_mask(world: World, known: Any) -> None:
-    with _begin(world, with_known=True) as writer:
+    with _begin(world, has_known=True) as writer:
         writer.append(world.points, known)
 
 

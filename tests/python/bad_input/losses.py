@@ -110,7 +110,7 @@ losses = [
     _camera("no camera for frame 2", lambda w: _seen(w, [w.points] * 4, lambda frame: w.cameras(frame) if frame < 2 else []), ValueError, "cameras:", "frame 2"),
     _camera("`faces`: float64", lambda w: degrade.camera_known([], w.faces * 1.0, w.cameras), TypeError, "faces:", "float64"),
     _camera("no camera", lambda w: _seen(w, [w.points], []), ValueError, "cameras:", "none"),
-    _camera("something else for a camera", lambda w: _seen(w, [w.points], [3]), TypeError, "cameras: place 0", "3"),
+    _camera("something else for a camera", lambda w: _seen(w, [w.points], [3]), TypeError, "cameras: item 0", "3"),
     _camera("`frames`: lists", lambda w: _seen(w, [w.points.tolist()]), TypeError, "frame 0:", "list"),
     _camera("`faces`: a list", lambda w: degrade.camera_known([], [[0, 1, 2]], w.cameras), TypeError, "faces:", "list"),  # type: ignore[arg-type]
     _patch("`patches`: 0", lambda w: degrade.patch_known(w.faces, 5, 49, 0.5, patches=0), ValueError, "patches:", "not 0"),
