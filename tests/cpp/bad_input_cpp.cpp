@@ -22,7 +22,7 @@ void try_cpp(World& world) {
   };
   const auto with = [&](std::size_t index, double value) {
     auto changed = world.given;
-    changed[place] = value;
+    changed[index] = value;
     return changed;
   };
 

@@ -209,7 +209,7 @@ def test_the_site_is_whole(tmp_path: Path, programs: Path) -> None:
     PATH.write_text(page(programs))
     run(sys.executable, "-m", "mkdocs", "build", "--strict", "-d", tmp_path, cwd=REPOSITORY)
     shown = (tmp_path / "reference" / "python" / "index.html").read_text()
-    assert "Completes the next frame." in shown  # a docstring of the compiled module
+    assert "Complete the next frame." in shown  # a docstring of the compiled module
     assert "push_sparse" in (tmp_path / "reference" / "cpp" / "index.html").read_text()
     method = (tmp_path / "method" / "index.html").read_text()
     assert "<math" in method

@@ -130,6 +130,6 @@ def test_size_of_a_state(dtype: str, share: int) -> None:
     assert len(completer.state()) == 124 + share * completer.n_vertices
     detail = dynmesh.Completer(truth.faces, first, method="detail")
     assert len(detail.state()) == 124 + (share + 56) * detail.n_vertices
-    assert "104 bytes, and for each vertex" in DOCUMENT
+    assert "124 bytes, and for each vertex" in DOCUMENT
     assert f"{share} with `{'float' if share == 29 else 'double'}`" in DOCUMENT
     assert "and 56 more with method\ndetail" in DOCUMENT

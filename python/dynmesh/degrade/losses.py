@@ -359,7 +359,7 @@ def _check_cameras(cameras: Sequence[Camera], none: str) -> None:
         raise InputError(f"must be at least one, but {none}", argument="cameras")
     for number, camera in enumerate(cameras):
         if not isinstance(camera, Camera):
-            raise KindError(f"place {number} holds no camera, but {camera!r}", argument="cameras")
+            raise KindError(f"item {number} must be a Camera, not {camera!r}", argument="cameras")
 
 
 def _check_masks(n_frames: int, n_vertices: int, share: float, seed: int) -> None:

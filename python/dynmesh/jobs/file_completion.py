@@ -288,7 +288,7 @@ def _beginning_whole(frames: Iterator[Frame]) -> Iterator[Frame]:
                     f"{len(missing)} of {len(points)} vertices "
                     f"{'is' if len(missing) == 1 else 'are'} missing, the first is vertex "
                     f"{missing[0]}; completion starts from frame 0: start at a complete frame, "
-                    "or fill frame 0 from a template",
+                    "which `dynmesh info` names, or take frame 0 from a template",
                     frame=0,
                 )
         yield frame
