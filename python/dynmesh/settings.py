@@ -16,7 +16,7 @@ class Setting:
 
     Attributes:
         kind: the type of its values; None is a value too if it is the default.
-        default: the value if nothing is said.
+        default: the value if none is given.
         help: what it does, in a sentence for the command line.
         choices: all values, if there are few.
         method: the only method that has this setting; None if both have it.
@@ -112,7 +112,9 @@ def all_settings(given: Settings) -> Settings:
     """
     for name in given:
         if name not in SETTINGS:
-            raise KindError(f"is not a setting; there are {', '.join(SETTINGS)}", argument=name)
+            raise KindError(
+                f"is not a setting; the settings are {', '.join(SETTINGS)}", argument=name
+            )
     return {**default_settings, **given}
 
 

@@ -100,7 +100,9 @@ def test_the_command_has_an_option_for_each() -> None:
 
 def test_a_setting_that_there_is_not_is_refused_before_any_file(tmp_path: Path) -> None:
     wrong: Any = {"speed": 1}
-    with pytest.raises(KindError, match=r"^speed: is not a setting; there are method, revisit"):
+    with pytest.raises(
+        KindError, match=r"^speed: is not a setting; the settings are method, revisit"
+    ):
         dynmesh.complete_file(tmp_path / "none.npz", tmp_path / "out.npz", **wrong)
     with pytest.raises(TypeError, match=r"^speed: is not a setting"):
         list(dynmesh.complete(np.zeros((1, 3), int), [np.zeros((3, 3))], **wrong))

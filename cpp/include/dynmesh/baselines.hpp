@@ -17,7 +17,7 @@ namespace dynmesh {
 
 /// Least-squares meshes (Sorkine and Cohen-Or 2004): minimises |L x|^2 + sum over the known
 /// vertices of |x_i - given_i|^2, with L = D - R, eq. (2). Known vertices move. Each known mask
-/// takes one sparse Cholesky factorisation, whose ordering is computed once, in the constructor.
+/// requires one sparse Cholesky factorisation, whose ordering is computed once, in the constructor.
 class DYNMESH_EXPORT LeastSquaresMesh {
  public:
   explicit LeastSquaresMesh(const Topology& topology);
@@ -29,7 +29,7 @@ class DYNMESH_EXPORT LeastSquaresMesh {
 
   /// All views are (k, 3), and `completed` may be the same view as `points`. Throws
   /// std::invalid_argument if a view has another number of rows, if a known position is not finite,
-  /// and if a component of the mesh has no known vertex, since its position would then be
+  /// or if a component of the mesh has no known vertex, since its position would then be
   /// undetermined.
   void complete(Points<const double> points, KnownMask known, Points<const double> previous,
                 Points<double> completed);

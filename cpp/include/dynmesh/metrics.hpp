@@ -21,9 +21,9 @@ template <class Real>
 DYNMESH_EXPORT double nmsve(const Cells& cells, Points<const Real> reference,
                             Points<const Real> completed);
 
-/// Computes |v_i - v'_i| of each vertex, the heatmap of the paper, in the unit of the positions.
-/// Throws std::invalid_argument unless all arguments have the same number of rows and all positions
-/// are finite.
+/// Computes |v_i - v'_i| of each vertex, which the paper shows as heatmaps, in the unit of the
+/// positions. Throws std::invalid_argument unless all arguments have the same number of rows and
+/// all positions are finite.
 template <class Real>
 DYNMESH_EXPORT void vertex_error(Points<const Real> reference, Points<const Real> completed,
                                  std::span<double> error);

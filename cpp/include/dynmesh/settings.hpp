@@ -21,7 +21,7 @@ enum class Method {
   detail
 };
 
-/// How vertices are completed that are not connected to any anchor.
+/// How vertices that are not connected to any anchor are completed.
 enum class UnseenRule {
   hold,   ///< they keep their previous positions
   follow  ///< their component moves rigidly, with the surface that was nearest to it in frame 0
@@ -40,7 +40,7 @@ struct Settings {
   /// `revisit` is false. Method detail requires 0.
   Index extra_iterations = 0;
 
-  /// How vertices are completed that are not connected to any anchor.
+  /// How vertices that are not connected to any anchor are completed.
   UnseenRule unseen = UnseenRule::follow;
 
   /// The standard deviation of the noise of the anchors, positive and in the unit of the positions.

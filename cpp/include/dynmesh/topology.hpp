@@ -62,8 +62,8 @@ struct Topology {
 /// All edges between two distinct vertices of any face count.
 ///
 /// The time is linear in the number of vertices and faces, except that OpenMesh iterates around a
-/// vertex to insert a face, so one vertex with v faces takes a time of v^2. This function may be
-/// called from several threads at once.
+/// vertex to insert a face, so one vertex with v faces takes time proportional to v^2. This
+/// function may be called from several threads at once.
 ///
 /// Throws std::invalid_argument for an index outside [0, n_vertices), and if there are more
 /// vertices or half-edges than `Index` can count.

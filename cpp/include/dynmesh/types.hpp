@@ -50,7 +50,7 @@ struct Points {
   }
 };
 
-/// A known mask: a view of `count` bytes, one per vertex, which are not zero if the position of the
+/// A known mask: a view of `count` bytes, one per vertex, which are non-zero if the position of the
 /// vertex was observed in this frame. `stride` is given in bytes, may be negative, and must not be
 /// 0.
 struct KnownMask {

@@ -20,28 +20,41 @@ using Clock = std::chrono::steady_clock;
 template <class Real>
 FrameReport Completer<Real>::Parts::complete(Points<Real> completed, Clock::time_point start) {
   const std::size_t rejected = outliers ? outliers->drop(previous, current, known) : 0;
-  // Classify the vertices and estimate the satellites, eq. (3) and (4).
+  // Classify the vertices and estimate the satellites: eq. (3) and (4) of method motion.
   const Index iterations = estimator->estimate(previous, current, known, generations);
   unseen.place(previous, current, generations);
-  // If the recursion diverges, a vertex keeps its position, since a NaN would spread to later
-  // frames.
+  // Vertices whose estimate has diverged are first reset to the previous frame, since a NaN would
+  // spread to later frames.
   exchange.write(current, previous, completed);
+  estimator->remember(current);
+  std::swap(previous, current);
+  update_ages();
+  report = report_of(iterations, rejected, start);
+  return report;
+}
+
+template <class Real>
+void Completer<Real>::Parts::update_ages() {
   for (std::size_t v = 0; v < n_vertices(); ++v) {
     const Index older = age[v] + (age[v] < std::numeric_limits<Index>::max() ? 1 : 0);
     age[v] = known[v] != 0 ? 0 : older;
   }
   generation_for_caller_.clear();
   age_for_caller_.clear();
-  estimator->remember(current);
-  std::swap(previous, current);
-  report.rejected = rejected;
-  report.known = generations.anchors();
-  report.filled = generations.reached();
-  report.unseen = generations.unseen_vertices();
-  report.iterations = static_cast<std::size_t>(iterations);
-  report.stages = estimator->stages();
-  report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
-  return report;
+}
+
+template <class Real>
+FrameReport Completer<Real>::Parts::report_of(Index iterations, std::size_t rejected,
+                                              Clock::time_point start) const {
+  FrameReport made;
+  made.rejected = rejected;
+  made.known = generations.anchors();
+  made.filled = generations.reached();
+  made.unseen = generations.unseen_vertices();
+  made.iterations = static_cast<std::size_t>(iterations);
+  made.stages = estimator->stages();
+  made.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  return made;
 }
 
 template <class Real>

@@ -66,6 +66,9 @@ struct Completer<Real>::Parts {
   FrameReport report;
 
  private:
+  void update_ages();
+  [[nodiscard]] FrameReport report_of(Index iterations, std::size_t rejected,
+                                      Clock::time_point start) const;
   std::span<const Index> in_caller_order(std::span<const Index> values,
                                          std::vector<Index>& copy) const;
 

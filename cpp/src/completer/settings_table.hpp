@@ -35,7 +35,7 @@ void for_each_setting(const Visit& visit) {
               .method = std::nullopt,
               .value = "METHOD",
               .help = "'motion' (default): the paper's method, fast. 'detail': keeps the shape of "
-                      "the mesh, turned with the motion; more accurate, and slower."},
+                      "the mesh, rotated with the motion; more accurate, but slower."},
       &Settings::method);
   visit(
       Setting{.name = "revisit",
@@ -59,7 +59,7 @@ void for_each_setting(const Visit& visit) {
   visit(Setting{.name = "noise",
                 .method = Method::detail,
                 .value = "SIGMA",
-                .help = "The standard deviation of the known positions, in their unit: they are "
+                .help = "The standard deviation of the known positions, in their unit; they are "
                         "smoothed. By default they are exact."},
         &Settings::noise);
   visit(Setting{.name = "reject_outliers",

@@ -44,7 +44,7 @@ def _value_of(names: list[str], arguments: list[str]) -> str | None:
 
 app = typer.Typer(
     name="dynmesh",
-    help="Completes dynamic meshes: frames of one fixed connectivity, of which only the first is "
+    help="Completes dynamic meshes: frames that share one connectivity, of which only the first is "
     "complete.\n\n"
     f"A sequence is an animated mesh in one of the formats {format_names}, recognised by its "
     "suffix. A vertex is missing in a frame if its known mask says so or, in a file without masks, "

@@ -46,10 +46,10 @@ def batch(
         ),
     ] = None,
     overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace existing outputs, not skip them.")
+        bool, typer.Option("--overwrite", help="Replace existing outputs instead of skipping them.")
     ] = False,
 ) -> None:
-    """Complete many files. If one fails, the others are completed nevertheless.
+    """Complete many files. If one fails, the others are still completed.
 
     Running the command again completes what is left. The exit code is 1 if a job failed. An
     example of a table:

@@ -52,10 +52,10 @@ def info(
         bool, typer.Option("--overwrite", help="Replace PNG if it exists.")
     ] = False,
 ) -> None:
-    """Describe a sequence and report problems of its mesh and its motion.
+    """Describe a sequence and report problems with its mesh and its motion.
 
-    An error prevents completion. A warning means that the result gets worse or that the data is
-    probably faulty. A note is for information. docs/diagnosis.md explains all of them.
+    An error prevents completion. A warning means that the result will be less accurate or that the
+    data is probably faulty. A note is informational. docs/diagnosis.md explains all of them.
     """
     if brief and not as_json:
         raise typer.BadParameter("requires --json", param_hint="'--brief'")

@@ -126,7 +126,7 @@ def degrade(
 ) -> None:
     """Remove vertices and add noise, as real sensors do. Frame 0 remains complete.
 
-    Options can be combined. A share is a number between 0 and 1 or a percentage: 0.3 equals 30%.
+    Options can be combined. A share is a number between 0 and 1 or a percentage: 0.3 means 30%.
     """
     if all(o is None for o in (known, camera, patches, dropout, noise, outliers)):
         raise typer.BadParameter(

@@ -66,7 +66,7 @@ def complete_files(
     overwrite: bool = False,
     watch: Callable[[Result], None] | None = None,
 ) -> list[Result]:
-    """Completes the file of every job. If one fails, the others are completed nevertheless.
+    """Completes the file of every job. If one fails, the others are still completed.
 
     A job whose output exists is skipped. An interrupted job is continued if the format of its
     output supports that, so repeating a call does what is left to do. Outputs appear under their
