@@ -461,7 +461,7 @@ def test_the_command_reports_a_complete_output(
     assert shell(monkeypatch, "complete", partial, out, "--resume") == 0
     capfd.readouterr()
     assert shell(monkeypatch, "complete", partial, out, "--resume") == 0
-    assert capfd.readouterr().err == f"{out}: already complete; --overwrite replaces it\n"
+    assert capfd.readouterr().err == f"{out}: already complete; --overwrite makes it anew\n"
 
 
 def test_the_command_reports_that_nothing_is_kept(

@@ -92,7 +92,7 @@ def complete(
             say(f"{output}: interrupted; nothing was kept")
         raise
     if report.existed:
-        say(f"{output}: already complete; --overwrite replaces it")
+        say(f"{output}: already complete; --overwrite makes it anew")
         return
     if report.resumed_at == report.frames:
         say(f"{output}: the interrupted run had already completed every frame")
