@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import pytest
 from commands import dynmesh_command as run
-from meshes import Mesh
 
 import dynmesh
 from dynmesh import cli, files
@@ -268,38 +267,6 @@ def test_the_report_of_a_file(tmp_path: Path, partial: Path) -> None:
     assert dynmesh.read(tmp_path / "out.npz").fps == 12.5
 
 
-def test_many_files_are_compared_in_linear_time(
-    tmp_path: Path, mesh: Mesh, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    stat = os.stat
-    looked_at: list[object] = []
-
-    def counted(path: Any, *arguments: Any, **more: Any) -> os.stat_result:
-        looked_at.append(path)
-        return stat(path, *arguments, **more)
-
-    def calls(n: int, **options: Any) -> int:
-        """Counts the system calls about files when n frames are completed over older ones."""
-        vertices = np.repeat(mesh.vertices[None], n, axis=0)
-        source, output = tmp_path / f"in{n}" / "f_%02d.ply", tmp_path / f"out{n}" / "f_%02d.ply"
-        for path in (source, output):
-            dynmesh.write(path, dynmesh.Sequence(vertices, mesh.faces))
-        looked_at.clear()
-        with monkeypatch.context() as patch:
-            patch.setattr(os, "stat", counted)
-            if options:
-                complete_file(source, output, **options)
-            else:
-                with pytest.raises(FileExistsError):
-                    complete_file(source, output)
-        return len(looked_at)
-
-    for options in ({}, {"overwrite": True}):
-        few = calls(5, **options)
-        assert few >= 5
-        assert calls(20, **options) <= 4 * few
-
-
 def test_formats_that_cannot_be_resumed_are_refused_first(tmp_path: Path, partial: Path) -> None:
     for name, format in (("out.abc", None), ("out.usdc", None), ("out", "usd")):
         with pytest.raises(
@@ -387,57 +354,6 @@ def test_unfinished_files_beside_an_older_output_are_resumed(tmp_path: Path, par
         complete_file(partial, output, resume=True)
     report = complete_file(partial, output, resume=True, overwrite=True)
     assert (report.resumed_at, report.existed) == (7, False)
-
-
-def save_mask(folder: Path) -> tuple[Path, dict[str, Any]]:
-    """Positions in one file and their masks in another."""
-    sequence = dynmesh.synth.ocean(3)
-    source, masks = folder / "in.npz", folder / "m.npy"
-    dynmesh.write(source, sequence)
-    np.save(masks, np.stack(list(dynmesh.degrade.random_known(3, 2500, 0.5, seed=1))))
-    return masks, {"path": source, "source": {"known": masks}}
-
-
-def save_faces(folder: Path) -> tuple[Path, dict[str, Any]]:
-    """Positions in one file and their faces in another."""
-    sequence = dynmesh.synth.ocean(3)
-    points, mesh = folder / "in.npy", folder / "mesh.ply"
-    np.save(points, sequence.vertices)
-    dynmesh.write(mesh, replace(sequence, vertices=sequence.vertices[:1], known=None))
-    return mesh, {"path": points, "source": {"faces": mesh}, "output_format": "npz"}
-
-
-@pytest.mark.parametrize("save", [save_mask, save_faces])
-def test_an_output_never_replaces_a_second_input(tmp_path: Path, save: Any) -> None:
-    beside, arguments = save(tmp_path)
-    before = beside.read_bytes()
-    for output in (beside, tmp_path / "." / beside.name):
-        with pytest.raises(ValueError, match="is the input; writing over it would lose it"):
-            complete_file(**arguments, output=output, overwrite=True)
-    assert beside.read_bytes() == before
-    assert sorted(path.suffix for path in tmp_path.iterdir()) == sorted(
-        [Path(arguments["path"]).suffix, beside.suffix]
-    )
-
-
-def test_the_format_of_a_path_is_chosen_once(
-    tmp_path: Path, partial: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    chosen: list[Path] = []
-
-    def choose(path: Path, *rest: Any) -> Any:
-        chosen.append(path)
-        return original(path, *rest)
-
-    original = files.choice.choose
-    for module in (files.choice, files.target):
-        monkeypatch.setattr(module, "choose", choose)
-    output = tmp_path / "out.npz"
-    complete_file(partial, output)
-    assert chosen == [output, partial]
-    chosen.clear()
-    assert [r.status for r in complete_files([Job(partial, tmp_path / "two.npz")])] == ["done"]
-    assert chosen == [tmp_path / "two.npz", partial]
 
 
 def test_only_a_complete_output_ends_a_resumed_job(tmp_path: Path, partial: Path) -> None:
