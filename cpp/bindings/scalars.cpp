@@ -28,7 +28,7 @@ std::string text_argument(const std::string& argument, py::handle given) {
   const char* text = PyUnicode_AsUTF8AndSize(given.ptr(), &size);
   if (text == nullptr) {
     PyErr_Clear();
-    throw ValueRefused(argument, "is no text, " + std::string(py::repr(given)));
+    throw ValueRefused(argument, "is not valid text, " + std::string(py::repr(given)));
   }
   return {text, static_cast<std::size_t>(size)};
 }

@@ -81,11 +81,10 @@ class DYNMESH_EXPORT SettingError : public std::invalid_argument {
 /// Throws SettingError, which names the setting and its value.
 DYNMESH_EXPORT void check_settings(const Settings& settings);
 
-/// Returns the method of this name, "motion" or "detail". Throws std::invalid_argument for any
-/// other name.
-DYNMESH_EXPORT Method method_from_name(std::string_view name);
-/// Returns the rule of this name, "hold" or "follow". Throws std::invalid_argument for any other
+/// Returns the method of this name, "motion" or "detail". Throws SettingError for any other
 /// name.
+DYNMESH_EXPORT Method method_from_name(std::string_view name);
+/// Returns the rule of this name, "hold" or "follow". Throws SettingError for any other name.
 DYNMESH_EXPORT UnseenRule unseen_rule_from_name(std::string_view name);
 
 }  // namespace dynmesh

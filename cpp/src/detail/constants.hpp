@@ -3,9 +3,8 @@
 
 namespace dynmesh {
 
-/// Each value is the best of those tested, or lies on a plateau. `python -m benchmarks.sensitivity`
-/// prints how much the error changes if a value is halved or doubled; docs/method.md shows the
-/// results.
+/// Another value may be better on a single sequence. `python -m benchmarks.sensitivity` prints how
+/// much the error changes if a value is halved or doubled; docs/method.md shows the results.
 struct DetailConstants {
   /// The number of rounds of fitting Q and solving. The first round determines the blend.
   int rounds = 3;
