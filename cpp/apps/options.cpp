@@ -40,7 +40,7 @@ constexpr const char* help_after_settings =
     R"(  --report           print one JSON line per frame to standard error: known, filled,
                      unseen, rejected, iterations, seconds
   --overwrite        replace an existing output file
-  --help             print this text
+  -h, --help         print this text
   --version          print the version
 
 If the input ends within a frame or contains a frame that cannot be completed, or if

@@ -39,42 +39,40 @@ SETTINGS: dict[str, Setting] = {
     "method": Setting(
         str,
         "motion",
-        "motion: the paper's method, fast. detail: keeps the shape of the mesh; more accurate, "
-        "slower.",
+        "motion is fast; detail keeps the shape of the mesh, is more accurate, and slower.",
         choices=("motion", "detail"),
     ),
     "revisit": Setting(
         bool,
         True,
-        "Estimate each satellite again in every iteration, or only once.",
+        "Estimate each missing vertex again in every iteration, or only once.",
         method="motion",
     ),
     "extra_iterations": Setting(
         int,
         0,
-        "Further iterations after the last satellite is reached.",
+        "Further iterations after every missing vertex is reached.",
         method="motion",
         least=0,
+        metavar="N",
     ),
     "unseen": Setting(
         str,
         "follow",
-        "Motion of parts of the mesh without known vertices.",
+        "Parts without a known vertex follow the rest of the mesh, or stay where they are.",
         choices=("follow", "hold"),
     ),
     "noise": Setting(
         float,
         None,
-        "Requires --method detail. Standard deviation of the noise of known positions, in their "
-        "unit; known positions are smoothed.",
+        "Smooth the known positions, whose noise has this standard deviation, in their unit.",
         method="detail",
         metavar="SIGMA",
     ),
     "reject_outliers": Setting(
         bool,
         False,
-        "Requires --method detail. Treat known positions as missing if they do not move like those "
-        "around them.",
+        "Treat known positions as missing if they do not move like those around them.",
         method="detail",
     ),
     "threads": Setting(
@@ -82,6 +80,7 @@ SETTINGS: dict[str, Setting] = {
         1,
         "Threads per frame of a large mesh.",
         least=1,
+        metavar="N",
         changes_results=False,
     ),
 }

@@ -13,23 +13,24 @@ from dynmesh import cli
 Result = subprocess.CompletedProcess[str]
 
 
-def dynmesh_command(*arguments: str | Path, code: int = 0) -> Result:
+def dynmesh_command(*arguments: str | Path, code: int = 0, columns: int = 1000) -> Result:
     """Runs the command and checks its exit code."""
-    result = run_here(*arguments)
+    result = run_here(*arguments, columns=columns)
     assert result.returncode == code, result.stderr
     return result
 
 
-def run_here(*arguments: str | Path) -> Result:
+def run_here(*arguments: str | Path, columns: int = 1000) -> Result:
     """Runs the command in this process, which is faster.
 
-    The terminal is so wide that no message is wrapped, even with long paths.
+    The terminal is so wide that no message is wrapped, even with long paths, unless `columns` is
+    given.
     """
     command = ["dynmesh", *map(str, arguments)]
     output, error = io.StringIO(), io.StringIO()
     with (
         mock.patch.object(sys, "argv", command),
-        mock.patch.dict(os.environ, {"COLUMNS": "1000", "TERM": "dumb"}),
+        mock.patch.dict(os.environ, {"COLUMNS": str(columns), "TERM": "dumb"}),
         contextlib.redirect_stdout(output),
         contextlib.redirect_stderr(error),
     ):

@@ -12,7 +12,6 @@ from commands import dynmesh_command as run
 from commands import dynmesh_process
 
 import dynmesh
-from dynmesh import files
 from dynmesh.polygons import Polygons, split_polygons
 
 
@@ -254,15 +253,6 @@ def test_what_a_format_cannot_hold_is_reported(folder: Path, tmp_path: Path) -> 
     shown = run("convert", tmp_path / "a.npz", tmp_path / "a.npy").stderr
     assert "not written" not in shown
     assert dynmesh.read(tmp_path / "a.npy").generation is not None
-
-
-def test_help_and_version() -> None:
-    assert dynmesh_process("--version").stdout.strip() == f"dynmesh {dynmesh.__version__}"
-    shown = run("--help").stdout
-    assert all(name in shown for name in files.formats)
-    for command in ("info", "synth", "degrade", "complete", "evaluate"):
-        assert command in shown
-        assert "Usage" in run(command, "--help").stdout
 
 
 def test_what_is_shown_is_written(folder: Path, tmp_path: Path) -> None:

@@ -307,7 +307,7 @@ def test_help_and_version(programs: Path) -> None:
         return str(subprocess.run(command, capture_output=True, check=True, text=True).stdout)
 
     assert run("--version").strip() == f"dynmesh-complete {dynmesh.__version__}"
-    assert "--template" in run("--help")
+    assert "--template" in run("--help") == run("-h")
 
 
 def test_the_capture_loop_completes_or_drops_every_frame(

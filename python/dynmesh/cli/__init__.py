@@ -4,7 +4,7 @@ from itertools import pairwise
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperCommand
+from typer.core import TyperCommand, TyperGroup
 
 from .._core import __version__
 from .batch import batch
@@ -20,6 +20,9 @@ from .terminal import fail
 class _Command(TyperCommand):
     """A command whose usage errors name the refused value and hint at unquoted patterns."""
 
+    def get_params(self, ctx: Any) -> list[Any]:
+        return _plain(super().get_params(ctx))
+
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         given = [*args]
         try:
@@ -33,6 +36,24 @@ class _Command(TyperCommand):
             raise
 
 
+class _Group(TyperGroup):
+    """The command of the commands."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        return _plain(super().get_params(ctx))
+
+
+def _plain(parameters: list[Any]) -> list[Any]:
+    """Shows no type for options that take no value, and --help below all other options."""
+    for option in parameters:
+        if getattr(option, "is_flag", False):
+            option.metavar = ""
+    *others, help_option = parameters
+    if others:
+        help_option.rich_help_panel = others[-1].rich_help_panel
+    return parameters
+
+
 def _value_of(names: list[str], arguments: list[str]) -> str | None:
     """Returns the value given to the option with one of these names, or None."""
     for argument, following in pairwise([*arguments, ""]):
@@ -44,6 +65,8 @@ def _value_of(names: list[str], arguments: list[str]) -> str | None:
 
 app = typer.Typer(
     name="dynmesh",
+    cls=_Group,
+    context_settings={"help_option_names": ["--help", "-h"]},
     help="Completes dynamic meshes: frames that share one connectivity, of which only the first is "
     "complete.\n\n"
     f"A sequence is an animated mesh in one of the formats {format_names}, recognised by its "

@@ -26,16 +26,16 @@ def batch(
         typer.Argument(
             metavar="JOBS.csv",
             help="A table with one line per file. Its columns are input, output and, optionally, "
-            f"{', '.join(optional_columns)}, which are the options of `dynmesh complete`. An empty "
+            f"{', '.join(optional_columns)}: the options of `dynmesh complete`. An empty "
             "value stands for the default. Paths are relative to the table.",
         ),
     ],
     workers: Annotated[
-        int, typer.Option(metavar="N", help="Number of processes on this machine.", min=1)
+        int, typer.Option(metavar="N", help="Complete this many files at a time.", min=1)
     ] = 1,
     scheduler: Annotated[
         str | None,
-        typer.Option(metavar="ADDRESS", help="Use the workers of this Dask scheduler instead."),
+        typer.Option(metavar="ADDRESS", help="Use a Dask cluster with this scheduler instead."),
     ] = None,
     report: Annotated[
         Path | None,
@@ -49,14 +49,16 @@ def batch(
         bool, typer.Option("--overwrite", help="Replace existing outputs instead of skipping them.")
     ] = False,
 ) -> None:
-    """Complete many files. If one fails, the others are still completed.
+    """Complete many files; one that fails does not stop the others.
 
     Running the command again completes what is left. The exit code is 1 if a job failed. An
     example of a table:
 
-        input,output,missing,provenance
-        scans/monday,completed/monday.h5,zero,yes
-        scans/tuesday,completed/tuesday.h5,,
+    ```text
+    input,output,missing,provenance
+    scans/monday,completed/monday.h5,zero,yes
+    scans/tuesday,completed/tuesday.h5,,
+    ```
     """
     if scheduler is not None:
         require("distributed", extra="batch")

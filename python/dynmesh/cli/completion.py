@@ -7,57 +7,62 @@ from typing import Annotated, Any
 import typer
 
 from .._errors import SettingError
+from ..jobs.checkpoint import Source
 from ..jobs.file_completion import FileReport, complete_file, is_unfinished
 from ..settings import Settings
 from .options import (
-    Faces,
-    Format,
+    OUTPUT,
     FramesPerSecond,
     InputPath,
-    MaskFile,
-    MissingValue,
     OutputFormat,
     OutputPath,
     Overwrite,
-    Prim,
-    source_of,
     with_settings,
+    with_source,
 )
 from .terminal import say, say_remarks, track
 from .zeros import Zeros
 
 
 @with_settings
+@with_source
 def complete(
     path: InputPath,
     output: OutputPath,
+    *,
     settings: Settings,
+    source: Source,
     provenance: Annotated[
         bool,
         typer.Option(
             "--provenance",
-            help="Also write the generation of each vertex (0 if it was observed) and its age "
-            "(frames since it was last observed).",
+            help="Also write how far each vertex is from an observed one (generation) and the "
+            "frames since it was last observed (age).",
+            rich_help_panel=OUTPUT,
         ),
     ] = False,
     resume: Annotated[
         bool,
         typer.Option(
             "--resume",
-            help="Continue an interrupted run of this job. If the output is already complete, do "
-            "nothing and exit with code 0.",
+            help="Continue an interrupted run. If OUT is already complete, do nothing.",
+            rich_help_panel=OUTPUT,
         ),
     ] = False,
-    format: Format = None,
     output_format: OutputFormat = None,
-    faces: Faces = None,
-    prim: Prim = None,
-    mask: MaskFile = None,
-    missing: MissingValue = None,
     fps: FramesPerSecond = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Fill in the missing vertices of every frame, using only that frame and earlier ones."""
+    """Fill in the missing vertices of every frame.
+
+    Each frame is completed from itself and earlier frames. Examples:
+
+    ```text
+    dynmesh complete partial.npz completed.npz
+    dynmesh complete 'scans/*.ply' completed.h5 --method detail --provenance
+    dynmesh complete scans 'completed/frame_%04d.obj' --missing zero
+    ```
+    """
     was_unfinished = is_unfinished(output)
     zeros = Zeros()
 
@@ -71,7 +76,7 @@ def complete(
         report = complete_file(
             path,
             output,
-            source=source_of(format, faces, prim, mask, missing),
+            source=source,
             output_format=output_format,
             fps=fps,
             provenance=provenance,

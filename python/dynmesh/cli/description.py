@@ -17,7 +17,8 @@ from ..diagnosis import Diagnosis, diagnose
 from ..diagnosis.finding import MOST_PLACES, SEVERITIES
 from ..draw.figures import load_pyvista
 from ..files import Frame, Header
-from .options import Faces, Format, InputPath, MaskFile, MissingValue, Prim, source_of
+from ..jobs.checkpoint import Source
+from .options import InputPath, with_source
 from .pictures import check_output
 from .terminal import say, track
 
@@ -27,32 +28,30 @@ _BRIEF = 5  # indices of each finding
 _STYLES = {"error": "bold red", "warning": "yellow", "note": "cyan"}
 
 
+@with_source
 def info(
     path: InputPath,
+    *,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")] = False,
     brief: Annotated[
         bool,
         typer.Option(
-            "--brief", help="With --json: list at most five vertices, faces and frames per finding."
+            "--brief", help="With --json: at most five vertices, faces and frames per problem."
         ),
     ] = False,
     picture: Annotated[
         Path | None,
-        typer.Option(metavar="PNG", help="Also draw the findings; requires the extra view."),
+        typer.Option(metavar="PNG", help="Also draw the problems in this file."),
     ] = None,
     strict: Annotated[
         bool, typer.Option("--strict", help="Exit with code 1 if there is an error or a warning.")
     ] = False,
-    format: Format = None,
-    faces: Faces = None,
-    prim: Prim = None,
-    mask: MaskFile = None,
-    missing: MissingValue = None,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace PNG if it exists.")
     ] = False,
+    source: Source,
 ) -> None:
-    """Describe a sequence and report problems with its mesh and its motion.
+    """Describe a sequence, and report problems of mesh and motion.
 
     An error prevents completion. A warning means that the result will be less accurate or that the
     data is probably faulty. A note is informational. docs/diagnosis.md explains all of them.
@@ -63,13 +62,13 @@ def info(
         check_output(picture, overwrite, ".png")
         require_all("matplotlib", extra="view")
         load_pyvista()
-    format = files.format_of(path, format).name
-    with files.open(path, **source_of(format, faces, prim, mask, missing)) as reader:
+    format_name = files.format_of(path, source.get("format")).name
+    with files.open(path, **source) as reader:
         diagnosis = diagnose(reader, watch=_watch)
     if as_json:
         print(diagnosis.as_json(most_places=_BRIEF if brief else MOST_PLACES))
     else:
-        _print(diagnosis, format)
+        _print(diagnosis, format_name)
     if picture is not None:
         from ..diagnosis.picture import draw
 

@@ -17,9 +17,9 @@ from .terminal import WorkBar, say, track
 def evaluate(
     completed: Annotated[Path, typer.Argument(metavar="COMPLETED", help="The completed sequence.")],
     reference: Annotated[Path, typer.Argument(metavar="REFERENCE", help="The true sequence.")],
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")] = False,
     faces: Faces = None,
     prim: Prim = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")] = False,
 ) -> None:
     """Measure the error of a completed sequence.
 
@@ -28,7 +28,11 @@ def evaluate(
     root mean square and 99th percentile per frame, averaged over the frames, and the overall
     maximum. All are in bounding-box diagonals of the reference's first frame, which is not itself
     measured. --json prints NMSVE as "nmsve", without the factor. --faces and --prim apply to both
-    files where their formats support them.
+    files where their formats support them. Example:
+
+    ```text
+    dynmesh evaluate completed.npz truth.npz
+    ```
     """
     source, source_of_truth = share_out({"faces": faces, "prim": prim}, completed, reference)
     with files.open(completed, **source) as ours, files.open(reference, **source_of_truth) as truth:
@@ -51,21 +55,26 @@ def reproduce(
     output: Annotated[Path, typer.Argument(metavar="OUT", help="A folder for the results.")],
     data: Annotated[
         list[Path] | None,
-        typer.Option(help="A sequence or a folder of sequences; repeatable. [built-in sequences]"),
+        typer.Option(
+            metavar="PATH",
+            help="A sequence or a folder of sequences; repeatable. [the built-in sequences]",
+        ),
     ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Use fewer frames and shares.")] = False,
     frames: Annotated[
-        int | None, typer.Option(min=2, help="Maximum number of frames per sequence. [all]")
+        int | None,
+        typer.Option(metavar="N", min=2, help="At most this many frames per sequence. [all]"),
     ] = None,
     seed: Seed = 0,
     up: Annotated[
-        Axis | None, typer.Option(help="Up axis in pictures of DATA. [y; z if flat]")
+        Axis | None, typer.Option(help="The up axis in pictures of --data. [y; z if flat]")
     ] = None,
     azimuth: Annotated[
-        float | None, typer.Option(help="Viewing angle around the up axis, in degrees. [60]")
+        float | None,
+        typer.Option(metavar="DEGREES", help="View from this angle around the up axis. [60]"),
     ] = None,
 ) -> None:
-    """Reproduce the paper's evaluation: figures 7 to 11, its claims, and further comparisons.
+    """Reproduce the paper's evaluation and further comparisons.
 
     Writes figures as PNG and SVG, results.json, and report.html, which needs no other file.
     """

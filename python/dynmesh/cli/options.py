@@ -2,7 +2,7 @@
 
 import functools
 import inspect
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
@@ -17,39 +17,77 @@ from ..settings import SETTINGS, Setting, Settings
 format_names = files.listed(files.formats)
 """The names of all formats, as text."""
 
+HOW, FILES, OUTPUT = "How to complete", "Files", "Output"
+"""Headings in the help of several commands; options without a heading are under Options."""
+
+
+def _formats() -> list[str]:
+    return list(files.formats)
+
+
 InputPath = Annotated[
     Path,
     typer.Argument(
-        metavar="IN", help="A sequence: a file, a folder, or a pattern or glob in quotes."
+        metavar="IN", help="A sequence: a file, a folder, or a pattern in quotes ('*.ply')."
     ),
 ]
 OutputPath = Annotated[Path, typer.Argument(metavar="OUT", help="The result.")]
 Format = Annotated[
     str | None,
     typer.Option(
-        "--format", metavar="NAME", help=f"Format of IN. [by its suffix] One of {format_names}"
+        "--format",
+        metavar="NAME",
+        autocompletion=_formats,
+        help="The format of IN, if its suffix does not tell.",
+        rich_help_panel=FILES,
     ),
 ]
 OutputFormat = Annotated[
-    str | None, typer.Option(metavar="NAME", help="Format of OUT. [by its suffix]")
+    str | None,
+    typer.Option(
+        metavar="NAME",
+        autocompletion=_formats,
+        help="The format of OUT, if its suffix does not tell.",
+        rich_help_panel=OUTPUT,
+    ),
 ]
 Faces = Annotated[
     Path | None,
-    typer.Option(metavar="FILE", help="A file with the mesh, if IN holds only positions."),
+    typer.Option(
+        metavar="FILE",
+        help="A file with the faces, if IN holds only positions.",
+        rich_help_panel=FILES,
+    ),
 ]
 Prim = Annotated[
     str | None,
-    typer.Option(metavar="PATH", help="Path of the mesh, if IN holds several (USD, Alembic)."),
+    typer.Option(
+        metavar="PATH",
+        help="Which mesh, if IN holds several (USD, Alembic).",
+        rich_help_panel=FILES,
+    ),
 ]
 MaskFile = Annotated[
     Path | None,
-    typer.Option("--mask", metavar="FILE", help="The known masks, (n, k) bool in a .npy file."),
+    typer.Option(
+        "--mask",
+        metavar="FILE",
+        help="Which vertices are known: bool (n, k) in a .npy file.",
+        rich_help_panel=FILES,
+    ),
 ]
-Seed = Annotated[int, typer.Option(help="Equal seeds give equal results.", min=0)]
-Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace OUT if it exists.")]
+Seed = Annotated[int, typer.Option(metavar="N", help="Equal seeds give equal results.", min=0)]
+Overwrite = Annotated[
+    bool, typer.Option("--overwrite", help="Replace OUT if it exists.", rich_help_panel=OUTPUT)
+]
 FramesPerSecond = Annotated[
     float | None,
-    typer.Option("--fps", metavar="RATE", help="Frames per second of OUT. [as in IN]"),
+    typer.Option(
+        "--fps",
+        metavar="RATE",
+        help="Frames per second of OUT. [as in IN]",
+        rich_help_panel=OUTPUT,
+    ),
 ]
 
 
@@ -62,7 +100,9 @@ class Missing(StrEnum):
 MissingValue = Annotated[
     Missing | None,
     typer.Option(
-        "--missing", help="Treat positions of exactly (0, 0, 0) after frame 0 as missing."
+        "--missing",
+        help="Vertices at exactly (0, 0, 0) after frame 0 are missing.",
+        rich_help_panel=FILES,
     ),
 ]
 
@@ -80,44 +120,13 @@ class Axis(StrEnum):
         return float(self == Axis.x), float(self == Axis.y), float(self == Axis.z)
 
 
-def with_settings(command: Callable[..., None]) -> Callable[..., None]:
-    """Replaces the parameter `settings` of a command by an option for each setting."""
-    signature = inspect.signature(command)
-    parameters: list[inspect.Parameter] = []
-    for parameter in signature.parameters.values():
-        if parameter.name == "settings":
-            parameters += [_option(name, setting) for name, setting in SETTINGS.items()]
-        else:
-            parameters.append(parameter)
-
-    @functools.wraps(command)
-    def run(**given: Any) -> None:
-        settings = {name: given.pop(name) for name in SETTINGS}
-        command(**given, settings=settings)
-
-    vars(run)["__signature__"] = signature.replace(parameters=parameters)
-    run.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
-    return run
-
-
-def _option(name: str, setting: Setting) -> inspect.Parameter:
-    """The option for a setting, as typer takes it."""
-    flag = [f"--{name.replace('_', '-')}"] if setting.default is False else []  # without a --no-...
-    option = typer.Option(*flag, help=setting.help, min=setting.least, metavar=setting.metavar)
-    return inspect.Parameter(
-        name,
-        inspect.Parameter.POSITIONAL_OR_KEYWORD,
-        default=setting.default,
-        annotation=Annotated[Settings.__annotations__[name], option],
-    )
-
-
 def source_of(
-    format: str | None,
-    faces: Path | None,
-    prim: str | None,
-    mask: Path | None,
-    missing: Missing | None,
+    *,
+    format: Format = None,
+    faces: Faces = None,
+    prim: Prim = None,
+    mask: MaskFile = None,
+    missing: MissingValue = None,
 ) -> Source:
     """Collects the options that describe how to read IN."""
     return {
@@ -127,6 +136,57 @@ def source_of(
         "known": mask,
         "missing": None if missing is None else "zero",
     }
+
+
+def with_source(command: Callable[..., None]) -> Callable[..., None]:
+    """Replaces the parameter `source` of a command by the options of :func:`source_of`."""
+    return _replaced(command, "source", inspect.signature(source_of).parameters, source_of)
+
+
+def with_settings(command: Callable[..., None]) -> Callable[..., None]:
+    """Replaces the parameter `settings` of a command by an option for each setting."""
+    options = {name: _option(name, setting) for name, setting in SETTINGS.items()}
+    return _replaced(command, "settings", options, dict)
+
+
+def _replaced(
+    command: Callable[..., None],
+    name: str,
+    options: Mapping[str, inspect.Parameter],
+    collect: Callable[..., Any],
+) -> Callable[..., None]:
+    """The command with `options`, which `collect` makes into its parameter `name`."""
+    signature = inspect.signature(command)
+    parameters: list[inspect.Parameter] = []
+    for parameter in signature.parameters.values():
+        parameters += options.values() if parameter.name == name else [parameter]
+
+    @functools.wraps(command)
+    def run(**given: Any) -> None:
+        collected = collect(**{option: given.pop(option) for option in options})
+        command(**given, **{name: collected})
+
+    vars(run)["__signature__"] = signature.replace(parameters=parameters)
+    run.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+    return run
+
+
+def _option(name: str, setting: Setting) -> inspect.Parameter:
+    """The option for a setting, as typer takes it."""
+    flag = [f"--{name.replace('_', '-')}"] if setting.default is False else []  # without a --no-...
+    option = typer.Option(
+        *flag,
+        help=setting.help,
+        min=setting.least,
+        metavar=setting.metavar,
+        rich_help_panel=HOW if setting.method is None else f"{HOW}: method {setting.method}",
+    )
+    return inspect.Parameter(
+        name,
+        inspect.Parameter.KEYWORD_ONLY,
+        default=setting.default,
+        annotation=Annotated[Settings.__annotations__[name], option],
+    )
 
 
 def share_out(source: Source, path: Path, reference: Path) -> tuple[Source, Source]:

@@ -13,16 +13,12 @@ from ..draw.heatmap import likely_up
 from ..files import Reader
 from ..jobs.checkpoint import Source
 from .options import (
+    OUTPUT,
     Axis,
-    Faces,
-    Format,
     InputPath,
-    MaskFile,
-    MissingValue,
     Overwrite,
-    Prim,
     share_out,
-    source_of,
+    with_source,
 )
 from .terminal import say, track
 from .zeros import Zeros
@@ -37,45 +33,81 @@ class Colour(StrEnum):
     known = "known"
 
 
+_SHOWN = "What to show"
+
 Reference = Annotated[
     Path | None,
-    typer.Option(metavar="FILE", help="The true sequence; colours then show the error."),
+    typer.Option(
+        metavar="FILE",
+        help="The true sequence; colours then show the error.",
+        rich_help_panel=_SHOWN,
+    ),
 ]
 ColourOption = Annotated[
     Colour | None,
     typer.Option(
-        "--colour", "--color", help="What colours show. [the first that IN holds, in this order]"
+        "--colour",
+        "--color",
+        metavar="NAME",
+        help="error, generation, age or known. [the first of these that IN holds]",
+        rich_help_panel=_SHOWN,
     ),
 ]
 Up = Annotated[
-    Axis | None, typer.Option(help="The up axis. [as in IN; else y, or z for a flat sheet]")
+    Axis | None,
+    typer.Option(
+        help="The up axis. [as in IN; else y, or z for a flat sheet]", rich_help_panel=_SHOWN
+    ),
 ]
-Azimuth = Annotated[float, typer.Option(help="Viewing angle around the up axis, in degrees.")]
+Azimuth = Annotated[
+    float,
+    typer.Option(
+        metavar="DEGREES", help="View from this angle around the up axis.", rich_help_panel=_SHOWN
+    ),
+]
 
 
+@with_source
 def view(
     path: InputPath,
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="PAGE", help="An HTML file.")],
+    *,
+    output: Annotated[
+        Path,
+        typer.Option(
+            "--output", "-o", metavar="PAGE", help="An HTML file.", rich_help_panel=OUTPUT
+        ),
+    ],
     reference: Reference = None,
     colour: ColourOption = None,
     up: Up = None,
     azimuth: Azimuth = 60.0,
-    max_frames: Annotated[int, typer.Option(min=1, help="Show about this many frames.")] = 120,
+    max_frames: Annotated[
+        int,
+        typer.Option(
+            metavar="N", min=1, help="About this many frames at most.", rich_help_panel=_SHOWN
+        ),
+    ] = 120,
     max_vertices: Annotated[
-        int, typer.Option(min=4, help="Simplify a mesh that has more vertices.")
+        int,
+        typer.Option(
+            metavar="N",
+            min=4,
+            help="Simplify a mesh that has more vertices.",
+            rich_help_panel=_SHOWN,
+        ),
     ] = 20_000,
-    format: Format = None,
-    faces: Faces = None,
-    prim: Prim = None,
-    mask: MaskFile = None,
-    missing: MissingValue = None,
     overwrite: Overwrite = False,
+    source: Source,
 ) -> None:
-    """Write a page that plays a sequence in any browser, without a network."""
+    """Write a page that plays a sequence in any browser, offline.
+
+    Examples:
+        dynmesh view completed.npz -o page.html
+        dynmesh view completed.npz --reference truth.npz -o errors.html
+    """
     from ..draw.page import view as write
 
     zeros = Zeros()
-    source = source_of(format, faces, prim, mask, missing)
     with _opened(path, reference, source) as (reader, truth):
         check_output(output, overwrite, ".html")
         shown = write(
@@ -94,34 +126,49 @@ def view(
     zeros.say_if_many()
 
 
+@with_source
 def picture(
     path: InputPath,
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="PNG", help="A PNG file.")],
+    *,
+    output: Annotated[
+        Path,
+        typer.Option("--output", "-o", metavar="PNG", help="A PNG file.", rich_help_panel=OUTPUT),
+    ],
     frame: Annotated[
         list[int] | None,
-        typer.Option(metavar="N", help="Number of a frame, from 0; repeatable."),
+        typer.Option(
+            metavar="N", help="This frame, counted from 0; repeatable.", rich_help_panel=_SHOWN
+        ),
     ] = None,
     sheet: Annotated[
-        int, typer.Option(metavar="N", min=1, help="Draw this many frames, evenly spaced.")
+        int,
+        typer.Option(
+            metavar="N", min=1, help="This many frames, evenly spaced.", rich_help_panel=_SHOWN
+        ),
     ] = 6,
     reference: Reference = None,
     colour: ColourOption = None,
     up: Up = None,
     azimuth: Azimuth = 60.0,
-    size: Annotated[int, typer.Option(min=16, help="Size of each frame in pixels.")] = 480,
-    format: Format = None,
-    faces: Faces = None,
-    prim: Prim = None,
-    mask: MaskFile = None,
-    missing: MissingValue = None,
+    size: Annotated[
+        int,
+        typer.Option(
+            metavar="N", min=16, help="Pixels of a frame, each way.", rich_help_panel=_SHOWN
+        ),
+    ] = 480,
     overwrite: Overwrite = False,
+    source: Source,
 ) -> None:
-    """Draw frames of a sequence: one, or a contact sheet of several."""
+    """Draw frames of a sequence: one, or a contact sheet of several.
+
+    Examples:
+        dynmesh picture completed.npz -o sheet.png
+        dynmesh picture completed.npz --frame 30 --colour generation -o frame.png
+    """
     from ..draw.picture import evenly_spaced
     from ..draw.picture import picture as draw
 
     zeros = Zeros()
-    source = source_of(format, faces, prim, mask, missing)
     with _opened(path, reference, source) as (reader, truth):
         check_output(output, overwrite, ".png")
         draw(

@@ -12,25 +12,23 @@ from .. import degrade as degradation
 from .. import files
 from .. import synth as built_in
 from ..degrade.losses import mean_edge_of
+from ..jobs.checkpoint import Source
 from ..sequence import Mask, Positions
 from .options import (
     Axis,
-    Faces,
-    Format,
     FramesPerSecond,
     InputPath,
-    MaskFile,
-    MissingValue,
     OutputFormat,
     OutputPath,
     Overwrite,
-    Prim,
     Seed,
     as_usage,
     share,
-    source_of,
+    with_source,
 )
 from .terminal import say, say_remarks, track
+
+_LOSS = "What to lose, and noise"
 
 
 class BuiltIn(StrEnum):
@@ -41,20 +39,27 @@ class BuiltIn(StrEnum):
 
 
 def synth(
-    name: Annotated[BuiltIn, typer.Argument(metavar="NAME", help="ocean or walker.")],
+    name: Annotated[BuiltIn, typer.Argument(metavar="NAME", help="Which sequence.")],
     output: OutputPath,
     frames: Annotated[
         int | None,
         typer.Option(
-            help="Number of frames. The walker always performs all of its movements, and moves "
-            "faster if there are fewer frames.",
+            metavar="N",
+            help="Number of frames. With fewer frames, the walker moves faster.",
             min=1,
         ),
     ] = None,
     seed: Seed = 0,
     overwrite: Overwrite = False,
 ) -> None:
-    """Make a built-in sequence: a simulated ocean, or a figure that walks and does a handstand."""
+    """Make a built-in sequence: an ocean, or a figure that walks.
+
+    The ocean is a simulated surface; the walker walks and does a handstand. Example:
+
+    ```text
+    dynmesh synth walker walker.npz
+    ```
+    """
     target = files.target_of(output)
     target.check(overwrite=overwrite)
     make = {BuiltIn.ocean: built_in.ocean, BuiltIn.walker: built_in.walker}[name]
@@ -64,37 +69,50 @@ def synth(
     say(f"{output}: {n_frames} frames of {n_vertices} vertices")
 
 
+@with_source
 def degrade(
     path: InputPath,
     output: OutputPath,
+    *,
     known: Annotated[
         float | None,
         typer.Option(
             metavar="SHARE",
             parser=share,
-            help="Keep this share of the vertices, chosen at random in every frame.",
+            help="Keep this share of the vertices, at random in every frame.",
+            rich_help_panel=_LOSS,
         ),
     ] = None,
     camera: Annotated[
         int | None,
-        typer.Option(metavar="N", min=1, help="Keep what N cameras that circle around --up see."),
+        typer.Option(
+            metavar="N", min=1, help="Keep what N circling cameras see.", rich_help_panel=_LOSS
+        ),
     ] = None,
     patches: Annotated[
         float | None,
         typer.Option(
             metavar="SHARE",
             parser=share,
-            help="Hide this share of the vertices under patches that last for several frames.",
+            help="Hide this share under patches, for several frames.",
+            rich_help_panel=_LOSS,
         ),
     ] = None,
     dropout: Annotated[
         float | None,
-        typer.Option(metavar="SHARE", parser=share, help="Lose this share of the frames entirely."),
+        typer.Option(
+            metavar="SHARE",
+            parser=share,
+            help="Lose this share of the frames entirely.",
+            rich_help_panel=_LOSS,
+        ),
     ] = None,
     noise: Annotated[
         float | None,
         typer.Option(
-            metavar="SIGMA", help="Add Gaussian noise; SIGMA is in mean edges of frame 0."
+            metavar="SIGMA",
+            help="Add Gaussian noise; SIGMA is in mean edges of frame 0.",
+            rich_help_panel=_LOSS,
         ),
     ] = None,
     outliers: Annotated[
@@ -103,37 +121,44 @@ def degrade(
             metavar="SHARE",
             parser=share,
             help="Move this share of the vertices far away.",
+            rich_help_panel=_LOSS,
         ),
     ] = None,
     up: Annotated[
-        Axis | None, typer.Option(help="The axis that cameras circle around. [as in IN, else z]")
+        Axis | None,
+        typer.Option(
+            help="The axis that cameras circle around. [as in IN, else z]", rich_help_panel=_LOSS
+        ),
     ] = None,
     seed: Annotated[
         int,
         typer.Option(
-            help="Equal seeds give equal results. To degrade a file a second time, use another "
-            "seed; otherwise the same vertices are removed again.",
+            metavar="N",
+            help="Equal seeds remove the same vertices: use another one to degrade a file twice.",
             min=0,
+            rich_help_panel=_LOSS,
         ),
     ] = 0,
-    format: Format = None,
+    source: Source,
     output_format: OutputFormat = None,
-    faces: Faces = None,
-    prim: Prim = None,
-    mask: MaskFile = None,
-    missing: MissingValue = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Remove vertices and add noise, as real sensors do. Frame 0 remains complete.
+    """Remove vertices and add noise, as real sensors do.
 
-    Options can be combined. A share is a number between 0 and 1 or a percentage: 0.3 means 30%.
+    Frame 0 remains complete. Options can be combined. A share is a number between 0 and 1 or a
+    percentage: 0.3 means 30%. Examples:
+
+    ```text
+    dynmesh degrade walker.npz partial.npz --known 0.3
+    dynmesh degrade walker.npz scans/frame_%04d.ply --camera 1 --noise 0.1
+    ```
     """
     if all(o is None for o in (known, camera, patches, dropout, noise, outliers)):
         raise typer.BadParameter(
             "nothing to do: give --known, --camera, --patches, --dropout, --noise or --outliers"
         )
     target = files.target_of(output, output_format)
-    with files.open(path, **source_of(format, faces, prim, mask, missing)) as reader:
+    with files.open(path, **source) as reader:
         target.check(overwrite=overwrite, reader=reader)
         shape = (reader.n_frames, reader.n_vertices)
         masks: list[Iterator[Mask]] = []
@@ -183,21 +208,26 @@ def degrade(
         say(f"{output}: noise of {told} added; complete with --noise {told}")
 
 
+@with_source
 def convert(
     path: InputPath,
     output: OutputPath,
-    format: Format = None,
+    *,
+    source: Source,
     output_format: OutputFormat = None,
-    faces: Faces = None,
-    prim: Prim = None,
-    mask: MaskFile = None,
-    missing: MissingValue = None,
     fps: FramesPerSecond = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Write a sequence in another format. docs/formats.md lists what each format keeps."""
+    """Write a sequence in another format.
+
+    docs/formats.md lists what each format keeps. Example:
+
+    ```text
+    dynmesh convert scans/frame_%04d.ply sequence.npz
+    ```
+    """
     target = files.target_of(output, output_format)
-    with files.open(path, **source_of(format, faces, prim, mask, missing)) as reader:
+    with files.open(path, **source) as reader:
         target.check(overwrite=overwrite, reader=reader)
         dropped = reader.has_provenance and not target.writer.keeps_provenance
         header = replace(
