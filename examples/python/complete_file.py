@@ -16,7 +16,7 @@ def main(source: str, target: str) -> None:
         frames = iter(reader)
         first = next(frames).points
         writer.append(first)
-        completer = dynmesh.Completer(reader.faces, first)
+        completer = dynmesh.Completer(reader.faces, first, method="detail")
         for number, (points, known) in enumerate(frames, start=1):
             writer.append(completer.push(points, known))
             report = completer.report

@@ -17,7 +17,8 @@ from ._errors import DynmeshError
 from .diagnosis import Diagnosis, Finding, diagnose
 from .files import Frame, Header, Reader, Writer, create, create_like, open, read, write
 from .jobs import batch
-from .jobs.file_completion import FileReport, complete_file
+from .jobs.file_completion import complete_file
+from .jobs.report import FileReport
 from .matrices import adjacency, laplacian
 from .polygons import Polygons
 from .sequence import Description, Sequence

@@ -102,8 +102,12 @@ class Settings(TypedDict, total=False):
 default_settings = cast(Settings, {name: setting.default for name, setting in SETTINGS.items()})
 """The settings of a :class:`dynmesh.Completer` that is given none."""
 
+file_settings: Settings = {**default_settings, "method": "detail"}
+"""The settings with which files are completed if none are given: nobody waits for the next frame,
+so accuracy comes before speed."""
 
-def all_settings(given: Settings) -> Settings:
+
+def all_settings(given: Settings, defaults: Settings = default_settings) -> Settings:
     """The given settings, and the defaults of all others.
 
     Raises:
@@ -114,23 +118,26 @@ def all_settings(given: Settings) -> Settings:
             raise KindError(
                 f"is not a setting; the settings are {', '.join(SETTINGS)}", argument=name
             )
-    return {**default_settings, **given}
+    return {**defaults, **given}
 
 
-def takes_settings(function: Function) -> Function:
-    """Shows the settings of a function with ``**settings`` as keywords, with their defaults."""
-    signature = inspect.signature(function)
-    *others, rest = signature.parameters.values()
-    assert rest.kind == rest.VAR_KEYWORD
-    keywords = [
-        inspect.Parameter(
-            name,
-            inspect.Parameter.KEYWORD_ONLY,
-            default=setting.default,
-            annotation=Settings.__annotations__[name],
-        )
-        for name, setting in SETTINGS.items()
-    ]
-    shown = signature.replace(parameters=[*others, *keywords])
-    vars(function)["__signature__"] = shown
-    return function
+def takes_settings(defaults: Settings) -> Callable[[Function], Function]:
+    """Shows the settings of a function with ``**settings`` as keywords, with these defaults."""
+
+    def show(function: Function) -> Function:
+        signature = inspect.signature(function)
+        *others, rest = signature.parameters.values()
+        assert rest.kind == rest.VAR_KEYWORD
+        keywords = [
+            inspect.Parameter(
+                name,
+                inspect.Parameter.KEYWORD_ONLY,
+                default=value,
+                annotation=Settings.__annotations__[name],
+            )
+            for name, value in defaults.items()
+        ]
+        vars(function)["__signature__"] = signature.replace(parameters=[*others, *keywords])
+        return function
+
+    return show

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from ._core import Completer
 from ._errors import InputError, KindError, locating
 from .sequence import Mask, Positions, check_known
-from .settings import Settings, all_settings, takes_settings
+from .settings import Settings, all_settings, default_settings, takes_settings
 
 
-@takes_settings
+@takes_settings(default_settings)
 def complete(
     faces: NDArray[np.integer[Any]],
     frames: Iterable[Positions],
@@ -38,29 +38,21 @@ def complete(
         ValueError, TypeError: the errors of :class:`dynmesh.Completer`, with the number of the
             frame; also if there is no frame, or if frames and masks differ in number.
     """
-    for completed, _ in complete_pairs(faces, _pair(frames, known), **settings):
+    pairs = _pair(frames, known)
+    first = next(pairs, None)
+    if first is None:
+        raise InputError("is empty, but frame 0 is needed, complete", argument="frames")
+    points, mask = first
+    completer = _begin(faces, points, mask, settings)
+    yield np.array(points, completer.dtype)
+    for number, (points, mask) in enumerate(pairs, 1):
+        with locating(frame=number):
+            completed = completer.push(points, mask)
         yield completed
 
 
-def complete_pairs(
-    faces: NDArray[np.integer[Any]], pairs: Iterable[Iterable[Any]], **settings: Unpack[Settings]
-) -> Iterator[tuple[Positions, Completer]]:
-    """Completes (points, known) pairs and also yields the completer after each frame."""
-    remaining = iter(pairs)
-    first = next(remaining, None)
-    if first is None:
-        raise InputError("is empty, but frame 0 is needed, complete", argument="frames")
-    points, known = first
-    completer = begin(faces, points, known, **settings)
-    yield np.array(points, completer.dtype), completer
-    yield from push_all(completer, remaining, first_number=1)
-
-
-def begin(
-    faces: NDArray[np.integer[Any]],
-    points: Positions,
-    known: Mask | None,
-    **settings: Unpack[Settings],
+def _begin(
+    faces: NDArray[np.integer[Any]], points: Positions, known: Mask | None, settings: Settings
 ) -> Completer:
     """Creates the completer for a sequence with this frame 0, which must be complete."""
     if known is not None and (missing := np.flatnonzero(np.equal(known, False))).size:
@@ -72,16 +64,6 @@ def begin(
         mask = np.asarray(known)
         check_known(mask.dtype, mask.shape, (completer.n_vertices,))
     return completer
-
-
-def push_all(
-    completer: Completer, pairs: Iterable[Iterable[Any]], first_number: int
-) -> Iterator[tuple[Positions, Completer]]:
-    """Completes the following frames, numbered from `first_number`; see :func:`complete_pairs`."""
-    for number, (points, known) in enumerate(pairs, first_number):
-        with locating(frame=number):
-            completed = completer.push(points, known)
-        yield completed, completer
 
 
 def _pair(

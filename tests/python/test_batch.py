@@ -28,7 +28,9 @@ def write_partial(path: Path, n_frames: int = 12, seed: int = 0) -> dynmesh.Sequ
     ocean = dynmesh.synth.ocean(n_frames, seed=seed)
     known = np.stack(list(dynmesh.degrade.random_known(n_frames, 2500, 0.3, seed=seed)))
     dynmesh.write(path, dynmesh.Sequence(ocean.vertices, ocean.faces, known, fps=30.0))
-    completed = np.stack(list(dynmesh.complete(ocean.faces, ocean.vertices, known)))
+    completed = np.stack(
+        list(dynmesh.complete(ocean.faces, ocean.vertices, known, method="detail"))
+    )
     return dynmesh.Sequence(completed, ocean.faces, None, fps=30.0)
 
 
@@ -200,7 +202,9 @@ def test_a_worker_may_die_in_the_middle(tmp_path: Path) -> None:
     known = np.stack(list(dynmesh.degrade.random_known(n_frames, 10002, 0.3, seed=0)))
     partial = dynmesh.Sequence(walker.vertices, walker.faces, known, fps=30.0)
     dynmesh.write(tmp_path / "in.npz", partial)
-    expected = np.stack(list(dynmesh.complete(walker.faces, walker.vertices, known)))
+    expected = np.stack(
+        list(dynmesh.complete(walker.faces, walker.vertices, known, method="detail"))
+    )
     table = tmp_path / "jobs.csv"
     table.write_text("input,output\n" + "".join(f"in.npz,out{i}.npz\n" for i in range(n)))
     with dask_cluster(tmp_path) as (address, workers):

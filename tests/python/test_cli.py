@@ -34,7 +34,7 @@ def test_the_main_job_equals_the_library(folder: Path) -> None:
     np.testing.assert_array_equal(partial.known, masks)
     assert np.isnan(partial.vertices[~partial.known]).all()
     completed = dynmesh.read(folder / "completed.npz")
-    expected = list(dynmesh.complete(truth.faces, truth.vertices, masks))
+    expected = list(dynmesh.complete(truth.faces, truth.vertices, masks, method="detail"))
     np.testing.assert_array_equal(completed.vertices, expected)
     assert completed.known is None
     assert completed.fps == partial.fps == truth.fps == 30
@@ -63,9 +63,9 @@ def test_evaluate_measures_in_diagonals_without_frame_0(folder: Path) -> None:
 def test_settings_reach_the_completer(folder: Path, tmp_path: Path) -> None:
     partial = dynmesh.read(folder / "partial.npz")
     for options, settings in [
-        (["--no-revisit"], {"revisit": False}),
-        (["--extra-iterations", "4"], {"extra_iterations": 4}),
-        (["--unseen", "hold"], {"unseen": "hold"}),
+        (["--method", "motion", "--no-revisit"], {"method": "motion", "revisit": False}),
+        (["--method=motion", "--extra-iterations=4"], {"method": "motion", "extra_iterations": 4}),
+        (["--unseen", "hold"], {"method": "detail", "unseen": "hold"}),
     ]:
         out = tmp_path / "out.npz"
         run("complete", folder / "partial.npz", out, "--overwrite", *options)

@@ -2,7 +2,6 @@
 
 import pickle
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +9,6 @@ from meshes import Mesh
 
 import dynmesh
 from dynmesh._errors import InputError, KindError, SettingError, locating
-from dynmesh.streaming import push_all
 
 
 def test_an_error_in_a_frame_knows_the_frame(mesh: Mesh) -> None:
@@ -26,14 +24,9 @@ def test_an_error_in_a_frame_knows_the_frame(mesh: Mesh) -> None:
     assert of_a_kind.value.frame == 1
 
 
-def test_an_error_whose_class_takes_more_than_a_message_is_passed_on(mesh: Mesh) -> None:
-    class Broken:
-        def push(self, *_: object) -> None:
-            b"\xff".decode()
-
-    broken: Any = Broken()
-    with pytest.raises(InputError, match=r"^frame 4: .*can't decode byte"):
-        next(push_all(broken, [(mesh.vertices, None)], 4))
+def test_an_error_whose_class_takes_more_than_a_message_is_passed_on() -> None:
+    with pytest.raises(InputError, match=r"^frame 4: .*can't decode byte"), locating(frame=4):
+        b"\xff".decode()
 
 
 @pytest.mark.parametrize(

@@ -19,8 +19,9 @@ from dynmesh import cli, files
 from dynmesh.jobs import file_completion
 from dynmesh.jobs.batch import Job, complete_files
 from dynmesh.jobs.checkpoint import Checkpoint, OtherJobError
-from dynmesh.jobs.file_completion import complete_file, unfinished_folder
-from dynmesh.settings import default_settings
+from dynmesh.jobs.file_completion import complete_file
+from dynmesh.jobs.unfinished import unfinished_folder
+from dynmesh.settings import default_settings, file_settings
 
 RESUMABLE = [
     format.name for format in files.formats.values() if format.writer and format.writer.resumable
@@ -195,7 +196,7 @@ def test_holes_in_frame_0_are_counted(tmp_path: Path, partial: Path) -> None:
     sequence.known[0, [7, 9]] = False
     message = (
         r"holes\.npz: frame 0: 2 of 2500 vertices are missing, the first is vertex 7; "
-        r"completion starts from frame 0: start at a complete frame, which `dynmesh info` names"
+        r"completion starts from a whole frame: --start whole .*, and --template FILE"
     )
     for known in (sequence.known, None):
         sequence.vertices[0, [7, 9], 1] = np.nan
@@ -244,7 +245,9 @@ def test_a_killed_process_can_be_resumed(tmp_path: Path, partial: Path, format: 
     assert not files.target_of(output, format).existing()
     run("complete", partial, output, "--resume")
     sequence = dynmesh.read(partial)
-    expected = list(dynmesh.complete(sequence.faces, sequence.vertices, sequence.known))
+    expected = list(
+        dynmesh.complete(sequence.faces, sequence.vertices, sequence.known, method="detail")
+    )
     np.testing.assert_array_equal(dynmesh.read(output).vertices, expected)
 
 
@@ -253,6 +256,7 @@ def test_the_defaults_are_the_completers(partial: Path) -> None:
     faces, frame = sequence.faces, sequence.vertices[0]
     said = dynmesh.Completer(faces, frame, **default_settings)
     assert said.state() == dynmesh.Completer(faces, frame).state()
+    assert {**file_settings, "method": "motion"} == default_settings
 
 
 def test_the_report_of_a_file(tmp_path: Path, partial: Path) -> None:
@@ -303,11 +307,11 @@ def test_the_command_reports_what_an_interruption_leaves(
     assert shell(monkeypatch, "complete", partial, out, interrupt=7) == 130
     assert capfd.readouterr().err == kept
     assert shell(monkeypatch, "complete", partial, out, interrupt=5) == 130
-    anew = f"{out}: starting again from frame 0; --resume continues an interrupted run\n"
+    anew = f"{out}: starting again; --resume continues an interrupted run\n"
     assert capfd.readouterr().err == anew + kept
     assert shell(monkeypatch, "complete", partial, out, "--resume") == 0
     shown = capfd.readouterr().err
-    assert f"{out}: continued at frame 5\n" in shown
+    assert f"{out}: continued after 5 frames\n" in shown
     assert f"{out}: 25 frames completed in" in shown
     assert "starting again" not in shown
 
@@ -324,7 +328,7 @@ def test_the_command_reports_that_it_cannot_resume(
     (unfinished_folder(out) / "files" / "vertices.npy").write_bytes(b"")
     capfd.readouterr()
     assert shell(monkeypatch, "complete", partial, out, "--resume") == 0
-    assert f"{out}: starting again from frame 0\n" in capfd.readouterr().err
+    assert f"{out}: starting again\n" in capfd.readouterr().err
 
 
 @pytest.mark.parametrize("format", RESUMABLE)

@@ -14,7 +14,7 @@ from dynmesh._errors import KindError, SettingError
 from dynmesh.cli import app
 from dynmesh.cli.completion import complete
 from dynmesh.jobs.job_table import optional_columns, read_jobs
-from dynmesh.settings import SETTINGS, Setting, Settings, default_settings
+from dynmesh.settings import SETTINGS, Setting, Settings, default_settings, file_settings
 
 OTHER: dict[str, Any] = {"extra_iterations": 3, "noise": 0.5, "threads": 2}
 
@@ -38,12 +38,19 @@ def test_the_type_for_editors_is_that_of_the_table() -> None:
     assert Settings.__annotations__ == {name: type_of(s) for name, s in SETTINGS.items()}
 
 
-@pytest.mark.parametrize("function", [dynmesh.complete, dynmesh.complete_file, dynmesh.Completer])
-def test_every_function_takes_the_settings_of_the_table(function: Any) -> None:
+@pytest.mark.parametrize(
+    ("function", "defaults"),
+    [
+        (dynmesh.complete, default_settings),
+        (dynmesh.Completer, default_settings),
+        (dynmesh.complete_file, file_settings),
+    ],
+)
+def test_every_function_takes_the_settings_of_the_table(function: Any, defaults: Settings) -> None:
     parameters = inspect.signature(function).parameters
     names = [name for name in parameters if name in SETTINGS]
     assert names == list(SETTINGS)
-    assert {name: parameters[name].default for name in names} == default_settings
+    assert {name: parameters[name].default for name in names} == defaults
     if function is not dynmesh.Completer:
         annotations = {name: parameters[name].annotation for name in names}
         assert annotations == Settings.__annotations__

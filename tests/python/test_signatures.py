@@ -12,7 +12,6 @@ from meshes import Mesh
 
 import dynmesh
 from dynmesh import _core
-from dynmesh.settings import default_settings
 
 KIND = inspect.Parameter
 
@@ -88,12 +87,6 @@ def test_every_keyword_is_named_where_editors_look() -> None:
     for function in functions:
         kinds = {p.kind for p in inspect.signature(function).parameters.values()}
         assert KIND.VAR_KEYWORD not in kinds, function.__name__
-
-
-@pytest.mark.parametrize("function", [dynmesh.complete, dynmesh.complete_file, dynmesh.Completer])
-def test_settings_have_the_same_defaults_everywhere(function: Callable[..., Any]) -> None:
-    parameters = inspect.signature(function).parameters
-    assert {name: parameters[name].default for name in default_settings} == default_settings
 
 
 @pytest.mark.parametrize("function", [dynmesh.read, dynmesh.diagnose])

@@ -12,12 +12,12 @@ import typer
 
 from .. import files
 from ..jobs.checkpoint import Source
-from ..settings import SETTINGS, Setting, Settings
+from ..settings import SETTINGS, Settings, file_settings
 
 format_names = files.listed(files.formats)
 """The names of all formats, as text."""
 
-HOW, FILES, OUTPUT = "How to complete", "Files", "Output"
+WHAT, HOW, FILES, OUTPUT = "What to complete", "How to complete", "Files", "Output"
 """Headings in the help of several commands; options without a heading are under Options."""
 
 
@@ -107,6 +107,24 @@ MissingValue = Annotated[
 ]
 
 
+class WithGaps(StrEnum):
+    """What becomes of frames whose file is missing."""
+
+    refuse = "refuse"
+    lost = "lost"
+
+
+GapsOption = Annotated[
+    WithGaps,
+    typer.Option(
+        "--gaps",
+        metavar="refuse|lost",
+        help="Frames whose file is missing: an error, or frames in which nothing was observed.",
+        rich_help_panel=FILES,
+    ),
+]
+
+
 class Axis(StrEnum):
     """A coordinate axis."""
 
@@ -127,6 +145,7 @@ def source_of(
     prim: Prim = None,
     mask: MaskFile = None,
     missing: MissingValue = None,
+    gaps: GapsOption = WithGaps.refuse,
 ) -> Source:
     """Collects the options that describe how to read IN."""
     return {
@@ -135,6 +154,7 @@ def source_of(
         "prim": prim,
         "known": mask,
         "missing": None if missing is None else "zero",
+        "gaps": "lost" if gaps == WithGaps.lost else "refuse",
     }
 
 
@@ -145,7 +165,7 @@ def with_source(command: Callable[..., None]) -> Callable[..., None]:
 
 def with_settings(command: Callable[..., None]) -> Callable[..., None]:
     """Replaces the parameter `settings` of a command by an option for each setting."""
-    options = {name: _option(name, setting) for name, setting in SETTINGS.items()}
+    options = {name: _option(name, default) for name, default in file_settings.items()}
     return _replaced(command, "settings", options, dict)
 
 
@@ -171,8 +191,9 @@ def _replaced(
     return run
 
 
-def _option(name: str, setting: Setting) -> inspect.Parameter:
+def _option(name: str, default: object) -> inspect.Parameter:
     """The option for a setting, as typer takes it."""
+    setting = SETTINGS[name]
     flag = [f"--{name.replace('_', '-')}"] if setting.default is False else []  # without a --no-...
     option = typer.Option(
         *flag,
@@ -184,7 +205,7 @@ def _option(name: str, setting: Setting) -> inspect.Parameter:
     return inspect.Parameter(
         name,
         inspect.Parameter.KEYWORD_ONLY,
-        default=setting.default,
+        default=default,
         annotation=Annotated[Settings.__annotations__[name], option],
     )
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import files
-from ..files import Frame, Header, PathLike, Reader
+from ..files import Frame, Gaps, Header, PathLike, Reader
 from ..sequence import Sequence
 from . import shape, surface
 from .diagnosis import Diagnosis
@@ -33,6 +33,7 @@ def diagnose(
     prim: str | None = None,
     known: NDArray[np.bool_] | PathLike | None = None,
     missing: Literal["zero"] | None = None,
+    gaps: Gaps = "refuse",
 ) -> Diagnosis:
     """Looks for problems of a sequence, in one pass and in constant memory.
 
@@ -45,6 +46,7 @@ def diagnose(
         prim: path of the mesh, if the file holds several.
         known: known masks that replace those in the file.
         missing: "zero" if positions of exactly (0, 0, 0) were not observed.
+        gaps: "lost" if nothing was observed in frames whose file is missing.
 
     Raises:
         OSError, ImportError, TypeError, ValueError: the sequence cannot be read; see
@@ -61,7 +63,7 @@ def diagnose(
         with files.naming(source.path), closing(source.frames()) as frames:
             return _diagnose(source.header, frames, watch)
     with files.open(
-        source, format=format, faces=faces, prim=prim, known=known, missing=missing
+        source, format=format, faces=faces, prim=prim, known=known, missing=missing, gaps=gaps
     ) as reader:
         return diagnose(reader, watch=watch)
 

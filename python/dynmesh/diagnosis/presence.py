@@ -100,11 +100,12 @@ class Presence:
         missing = self._missing
         if not len(missing):
             return
-        whole = "No frame is complete: take frame 0 from a template or a scan at rest."
+        whole = "No frame is complete: take one from a template or a scan at rest, --template FILE."
         if self._first_whole is not None:
             whole = (
-                f"Frame {self._first_whole} is the first complete one: start there, or take frame "
-                "0 from a template or a scan at rest."
+                f"Frame {self._first_whole} is the first complete one: --start whole completes "
+                "the frames after it forwards and those before it backwards; or take a complete "
+                "frame from a template or a scan at rest, --template FILE."
             )
         yield Finding(
             "first_frame_incomplete",
@@ -113,7 +114,7 @@ class Presence:
             Where.of(vertices=missing, frames=[0]),
             f"Frame 0 lacks {len(missing)} of {counted(self._n_vertices, 'vertex')}: "
             f"{listed('vertex', missing)}.",
-            f"The sequence cannot be completed: completion starts from frame 0. {whole}",
+            f"Completion starts from a complete frame, by default frame 0. {whole}",
         )
 
     def _not_finite(self) -> Iterator[Finding]:

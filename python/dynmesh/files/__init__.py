@@ -16,18 +16,21 @@ from .._checks import check_path
 from .._errors import InputError, KindError
 from ..sequence import Sequence
 from .choice import PathLike, format_of, formats, listed
-from .format import Template, template_of
+from .format import Gaps, Template, template_of, with_gaps
 from .header import Frame, Header, frame_of, header_of
 from .masks import MaskedReader
 from .naming import naming
 from .placing import finish_placing
 from .reader import Reader
 from .target import Target, target_of
+from .template import NoFacesError
 from .writer import Writer
 
 __all__ = [
     "Frame",
+    "Gaps",
     "Header",
+    "NoFacesError",
     "PathLike",
     "Reader",
     "Target",
@@ -56,6 +59,7 @@ def open(
     prim: str | None = None,
     known: NDArray[np.bool_] | PathLike | None = None,
     missing: Literal["zero"] | None = None,
+    gaps: Gaps = "refuse",
 ) -> Reader:
     """Opens a sequence to read it frame by frame, in constant memory.
 
@@ -68,6 +72,8 @@ def open(
         prim: the path of the mesh, if a file holds several (USD, Alembic).
         known: (n, k) bool, or a `.npy` file with it: known masks that replace those in `path`.
         missing: "zero" if positions of exactly (0, 0, 0) after frame 0 were not observed.
+        gaps: "lost" if nothing was observed in frames whose file is missing, in a sequence with one
+            file per frame; "refuse" refuses such a sequence.
 
     Raises:
         OSError: the file cannot be opened.
@@ -78,8 +84,12 @@ def open(
     path = Path(path)
     if missing not in (None, "zero"):
         raise InputError(f"must be 'zero' or None, not {missing!r}", argument="missing")
+    if gaps not in ("refuse", "lost"):
+        raise InputError(f"must be 'refuse' or 'lost', not {gaps!r}", argument="gaps")
     with naming(path):
-        reader = format_of(path, format).reader(path, _template(faces), prim)
+        chosen = format_of(path, format)
+        opens = chosen.reader if gaps == "refuse" else with_gaps(chosen)
+        reader = opens(path, _template(faces), prim)
     if known is None and missing is None:
         return reader
     try:
@@ -129,9 +139,12 @@ def read(
     prim: str | None = None,
     known: NDArray[np.bool_] | PathLike | None = None,
     missing: Literal["zero"] | None = None,
+    gaps: Gaps = "refuse",
 ) -> Sequence:
     """Reads a whole sequence into memory. The arguments and errors are those of :func:`open`."""
-    with open(path, format=format, faces=faces, prim=prim, known=known, missing=missing) as reader:
+    with open(
+        path, format=format, faces=faces, prim=prim, known=known, missing=missing, gaps=gaps
+    ) as reader:
         header = reader.header
         shape = (header.n_frames, header.n_vertices)
         vertices = np.empty((*shape, 3), header.dtype)

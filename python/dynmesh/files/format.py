@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,9 @@ from ..polygons import Polygons
 from .comments import Said
 from .reader import Reader
 from .writer import Writer
+
+Gaps: TypeAlias = Literal["refuse", "lost"]
+"""What becomes of frames whose file is missing: an error, or frames without observations."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +52,8 @@ class Format:
             of one mesh among several.
         library: the module that the reader and the writer need, and the extra that installs it;
             None if they need none.
+        reader_with_gaps: as `reader`, for sequences in which the files of some frames are missing;
+            None if a file holds all frames.
     """
 
     name: str
@@ -58,15 +63,26 @@ class Format:
     writer: type[Writer] | None
     takes: frozenset[str] = frozenset()
     library: tuple[str, str] | None = None
+    reader_with_gaps: Callable[[Path, Template | None, str | None], Reader] | None = None
 
 
 def refuse_template(template: Template | None) -> None:
     """Refuses a template for formats that hold faces."""
     if template is not None:
-        raise ValueError("holds its faces; faces can be given only for .npy, .pc2 and .mdd")
+        raise ValueError("holds its faces; faces can be given only for files that hold none")
 
 
 def refuse_mesh_name(prim: str | None) -> None:
     """Refuses a prim for formats that hold a single mesh."""
     if prim is not None:
         raise ValueError("holds a single mesh; prim is only for USD and Alembic")
+
+
+def with_gaps(format: Format) -> Callable[[Path, Template | None, str | None], Reader]:
+    """Returns what opens a sequence in which the files of some frames are missing."""
+    if format.reader_with_gaps is None:
+        raise ValueError(
+            f"gaps is for sequences with one file per frame, not for {format.name}; mark vertices "
+            "that were not observed as missing"
+        )
+    return format.reader_with_gaps

@@ -8,14 +8,15 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..polygons import Polygons, check_polygons, split_polygons
+from ..polygons import Polygons, as_polygons, check_polygons, split_polygons
 from .comments import Said
-from .format import Template, refuse_mesh_name, refuse_template
+from .format import Gaps, Template, refuse_mesh_name, refuse_template
 from .header import Frame, Header
 from .naming import naming
 from .numbered import FrameNames, find_files, names_to_write
 from .reader import Reader
-from .times import Timing
+from .template import NoFacesError, find_template
+from .times import Timing, frame_numbers, spacing
 from .writer import Writer
 
 
@@ -23,26 +24,46 @@ class FramesReader(Reader):
     """A sequence in one file per frame.
 
     The first file determines what all files must have: the number of vertices, and the same faces
-        or
-    none, since scanners write only points. The up axis and the unit are taken from it alone. A
+    or none, since scanners write only points. The up axis and the unit are taken from it alone. A
     subclass reads one file.
     """
 
-    def __init__(self, path: Path, files: list[Path], timing: Timing) -> None:
-        """Reads the first file."""
-        if not files:
-            raise ValueError("does not name a file")
+    def __init__(
+        self,
+        path: Path,
+        files: list[Path | None],
+        timing: Timing,
+        template: Template | None = None,
+    ) -> None:
+        """Reads the first file.
+
+        Args:
+            path: of the sequence.
+            files: of each frame; None where a file is missing.
+            timing: of the frames.
+            template: provides the faces if the first file has none.
+        """
         self._files = files
-        with naming(files[0]):
-            frame, self._polygons, said = self._load(files[0])
+        self._lost = frozenset(number for number, file in enumerate(files) if file is None)
+        first = next((file for file in files if file is not None), None)
+        if first is None:
+            raise ValueError("does not name a file")
+        self._first = first
+        with naming(first):
+            frame, polygons, said = self._load(first)
+            if len(polygons.sizes) == 0 and len(frame.points):
+                polygons = _given(template, len(frame.points))
+            elif template is not None:
+                refuse_template(template)
+            self._polygons = polygons
             _check_first(len(frame.points), self._polygons)
-        faces, polygons = split_polygons(self._polygons)
+        faces, polygons_or_none = split_polygons(self._polygons)
         header = Header(
             faces=faces,
             n_frames=len(files),
             n_vertices=len(frame.points),
             dtype=frame.points.dtype,
-            polygons=polygons,
+            polygons=polygons_or_none,
             **said._asdict(),
             **timing._asdict(),
             has_known=frame.known is not None,
@@ -53,7 +74,12 @@ class FramesReader(Reader):
     @property
     def files(self) -> list[Path]:
         """The files that are read."""
-        return self._files
+        return [file for file in self._files if file is not None]
+
+    @property
+    def lost(self) -> frozenset[int]:
+        """The numbers of the frames whose files are missing."""
+        return self._lost
 
     @abstractmethod
     def _load(self, file: Path) -> tuple[Frame, Polygons, Said]:
@@ -62,15 +88,26 @@ class FramesReader(Reader):
     def _frames(self, numbers: range) -> Iterator[Frame]:
         for number in numbers:
             file = self._files[number]
+            if file is None:
+                yield self._lost_frame()
+                continue
             with naming(file):
                 frame, polygons, _ = self._load(file)
                 self._compare(frame, polygons)
             points = frame.points.astype(self.dtype, copy=False)
             yield Frame(points, frame.known, frame.generation, frame.age)
 
+    def _lost_frame(self) -> Frame:
+        """A frame in which nothing was observed."""
+        k = self.n_vertices
+        nothing = np.zeros(k, np.bool_) if self.has_known else None
+        unseen, age = np.full(k, -1, np.int32), np.zeros(k, np.int32)
+        points = np.full((k, 3), np.nan, self.dtype)
+        return Frame(points, nothing, *((unseen, age) if self.has_provenance else ()))
+
     def _compare(self, frame: Frame, polygons: Polygons) -> None:
         """Raises an error unless a frame matches the first one."""
-        first = self._files[0].name
+        first = self._first.name
         n_vertices, n_faces = len(frame.points), len(polygons.sizes)
         if n_vertices != self.n_vertices:
             raise ValueError(f"has {n_vertices} vertices, but {first} has {self.n_vertices}")
@@ -93,19 +130,35 @@ class NumberedReader(FramesReader):
 
     suffix: ClassVar[str]
 
-    def __init__(self, path: Path, template: Template | None, prim: str | None) -> None:
+    def __init__(
+        self,
+        path: Path,
+        template: Template | None,
+        prim: str | None,
+        *,
+        gaps: Gaps = "refuse",
+    ) -> None:
         """Finds the files and reads the first."""
-        refuse_template(template)
         refuse_mesh_name(prim)
-        files, start = find_files(path, self.suffix)
-        super().__init__(path, files, Timing(None, start))
+        files, start, step = find_files(path, self.suffix, gaps)
+        times = None if step == 1 else np.arange(len(files), dtype=np.float64) * step + start
+        super().__init__(path, files, Timing(None, start, times), template)
+
+
+def _given(template: Template | None, n_vertices: int) -> Polygons:
+    """The faces for files that hold none."""
+    if template is None:
+        raise NoFacesError(
+            "has only points, but the first frame needs faces (faces= in Python, --faces FILE in "
+            "the shell)"
+        )
+    found = find_template(template, n_vertices, {})
+    return as_polygons(found.faces, found.polygons)
 
 
 def _check_first(n_vertices: int, polygons: Polygons) -> None:
     if n_vertices == 0:
         raise ValueError("has no vertices")
-    if len(polygons.sizes) == 0:
-        raise ValueError("has only points, but the first frame needs faces")
     check_polygons(polygons)
     outside = np.flatnonzero((polygons.corners < 0) | (polygons.corners >= n_vertices))
     if len(outside):
@@ -119,8 +172,9 @@ def _check_first(n_vertices: int, polygons: Polygons) -> None:
 class FramesWriter(Writer):
     """A sequence that is being written, one file per frame.
 
-    The files are numbered from `start` of the sequence, or from 0 if `start` is negative or
-    fractional. A subclass writes one file.
+    The files have the numbers of the frames. They are numbered from 0 if these are unevenly spaced,
+    which would look like gaps, or if one of them is negative or fractional. A subclass writes one
+    file.
     """
 
     resumable = True
@@ -131,9 +185,11 @@ class FramesWriter(Writer):
     ) -> None:
         """See :class:`Writer`. Creates the folder of a pattern if it does not exist."""
         self._names = self._names_of(path)
-        start = float(header.start)
-        first = int(start) if self._names.numbered and start >= 0 and start.is_integer() else 0
-        self._numbers = range(first, first + header.n_frames)
+        numbers = frame_numbers(header)
+        even = header.times is None or spacing(header.times.tolist()) is not None
+        if not even or not self._names.numbered or (numbers < 0).any() or (numbers % 1).any():
+            numbers = np.arange(header.n_frames, dtype=np.float64)
+        self._numbers = numbers.astype(np.int64).tolist()
         self._made = self.new_folder(path)
         if self._made:
             self._made.mkdir()
@@ -170,11 +226,11 @@ class FramesWriter(Writer):
         if len(self.header.faces) == 0:
             raise ValueError("the sequence has no faces, which the first file needs")
         unfinished = FrameNames(self.folder, self._names.pattern).existing()
-        for number in self._numbers[:kept]:
-            if number not in unfinished:
-                raise ValueError(f"the unfinished {self._names.name(number)} is missing")
+        keep = set(self._numbers[:kept])
+        if gone := sorted(keep - unfinished.keys()):
+            raise ValueError(f"the unfinished {self._names.name(gone[0])} is missing")
         for number, file in unfinished.items():
-            if number not in self._numbers[:kept]:
+            if number not in keep:
                 file.unlink()
 
     def _append(self, frame: Frame) -> None:
@@ -189,8 +245,8 @@ class FramesWriter(Writer):
 
     def _outdated(self) -> list[Path]:
         """Returns all files of an older sequence with the same pattern."""
-        existing = self._names.existing().items()
-        return [file for number, file in existing if number not in self._numbers]
+        new = set(self._numbers)
+        return [file for number, file in self._names.existing().items() if number not in new]
 
     @contextlib.contextmanager
     def _undoing(self) -> Iterator[None]:

@@ -1,6 +1,6 @@
 """Known masks that are not stored in the file with the positions."""
 
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
@@ -19,7 +19,11 @@ class MaskedReader(Reader):
     """A sequence whose known masks are given, or derived from positions of zero, or both."""
 
     def __init__(
-        self, reader: Reader, known: Mask | str | PathLike[str] | None, *, zero_is_missing: bool
+        self,
+        reader: Reader,
+        known: Mask | str | PathLike[str] | None,
+        *,
+        zero_is_missing: bool,
     ) -> None:
         """Takes ownership of `reader`, which :meth:`close` closes."""
         self._reader = reader
@@ -35,15 +39,21 @@ class MaskedReader(Reader):
         masks = [] if self._masks is None else [self._masks]
         return [*self._reader.files, *masks]
 
+    @property
+    def lost(self) -> Container[int]:
+        """The numbers of the frames whose files are missing."""
+        return self._reader.lost
+
     def _frames(self, numbers: range) -> Iterator[Frame]:
         frames = self._reader.frames(numbers.start, numbers.stop, numbers.step)
         for number, frame in zip(numbers, frames, strict=True):
             known = frame.known if self._known is None else np.array(self._known[number])
-            if self._zero_is_missing and number > 0:
-                observed = (frame.points != 0).any(axis=1)
-                known = observed if known is None else known & observed
             if known is None:
-                known = np.ones(self.n_vertices, np.bool_)
+                known = np.asarray(np.isfinite(frame.points).all(axis=1))
+            if self._zero_is_missing and number != self.whole:
+                known = np.asarray(known & (frame.points != 0).any(axis=1), np.bool_)
+            if number in self._reader.lost:
+                known = np.zeros_like(known)
             yield replace(frame, known=known)
 
     def close(self) -> None:

@@ -3,15 +3,17 @@
 import errno
 import glob
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..sequence import largest_start
+from .format import Gaps
 
 _conversion = re.compile("%(?:0[0-9]+)?d")
+_MOST_LOST = 100  # frames for each file; larger numbers are times or dates
 _last_number = re.compile("[0-9]+(?=[^0-9]*$)")
 
 
@@ -60,8 +62,22 @@ def files_in(folder: Path, suffix: str) -> list[Path]:
     )
 
 
-def find_files(path: Path, suffix: str) -> tuple[list[Path], int]:
-    """Finds the files of a sequence to be read, and the number of the first frame.
+class Found(NamedTuple):
+    """The files of a sequence that is to be read.
+
+    Attributes:
+        files: of each frame; None where a file is missing.
+        start: the number of the first frame.
+        step: the difference between the numbers of two frames.
+    """
+
+    files: list[Path | None]
+    start: int = 0
+    step: int = 1
+
+
+def find_files(path: Path, suffix: str, gaps: Gaps = "refuse") -> Found:
+    """Finds the files of a sequence that is to be read, and their numbers.
 
     In a folder or a glob, the number is the last one in a name. It is 0 if the names also differ
     otherwise, if `path` is a single file, or if the number is too large to count frames. The
@@ -73,39 +89,33 @@ def find_files(path: Path, suffix: str) -> tuple[list[Path], int]:
             ``frame_%04d.ply``, for all files from the lowest number to the highest; or a glob such
             as ``*.ply``, for all files that match, in natural order.
         suffix: in lower case, such as ".ply".
+        gaps: what becomes of missing numbers between others.
 
     Raises:
         FileNotFoundError: there is no file.
-        ValueError: a number is missing, or the folder contains no such file.
+        ValueError: a number is missing and refused, or the folder contains no such file.
     """
     names = FrameNames(path.parent, path.name)
-    first = 0
     if path.is_dir():
         if not (found := files_in(path, suffix)):
             raise ValueError(f"holds no {suffix} file")
-        first = _first_number(found)
-        _check_no_gap(found)
-    elif path.exists():
-        found = [path]
-    elif names.numbered:
+        return _evenly_spaced(found, gaps)
+    if path.exists():
+        return Found([path])
+    if names.numbered:
         by_number = names.existing()
-        for before, after in pairwise(by_number):
-            if after > before + 1:
-                raise ValueError(_missing(names.name(before + 1)))
-        found, first = list(by_number.values()), next(iter(by_number), 0)
-    else:
-        matching = glob.glob(str(path))  # noqa: PTH207 (which would find hidden files, too)
-        found = _in_natural_order(map(Path, matching))
-        first = _first_number(found)
-        _check_no_gap(found)
+        if not by_number:
+            raise _no_file(path)
+        return _filled(by_number, 1, gaps, names.name)
+    matching = glob.glob(str(path))  # noqa: PTH207 (which would find hidden files, too)
+    found = _in_natural_order(map(Path, matching))
     if not found:
-        raise FileNotFoundError(errno.ENOENT, "no such file", str(path))
-    return found, first if first <= largest_start else 0
+        raise _no_file(path)
+    return _evenly_spaced(found, gaps)
 
 
-def _first_number(files: list[Path]) -> int:
-    """Returns the last number in the first name, or 0 if the names also differ otherwise."""
-    return next(iter(_numbers(files)), 0)
+def _no_file(path: Path) -> FileNotFoundError:
+    return FileNotFoundError(errno.ENOENT, "no such file", str(path))
 
 
 def _numbers(files: list[Path]) -> list[int]:
@@ -115,29 +125,53 @@ def _numbers(files: list[Path]) -> list[int]:
     return [int(number[0]) for number in found if number]
 
 
-def _check_no_gap(files: list[Path]) -> None:
-    """Raises an error if a file is missing between two others.
+def _evenly_spaced(files: list[Path], gaps: Gaps) -> Found:
+    """Returns the files with the numbers in their names, if these are evenly spaced.
 
     Numbers that are not multiples of one step apart are not checked: they may be times.
     """
     numbers = _numbers(files)
     steps = [after - before for before, after in pairwise(numbers)]
-    step = min(steps, default=0)
-    if step == 0 or any(one % step for one in steps):
-        return
-    for file, number, one in zip(files, numbers, steps, strict=False):
-        if one > step:
-            raise ValueError(_missing(_renumbered(file, number + step)))
+    step = min(steps, default=1)
+    if step == 0 or any(one % step for one in steps) or not numbers:
+        if gaps == "lost":
+            raise ValueError(
+                "the names of its files do not end in evenly spaced numbers, so lost frames cannot "
+                f"be told, as from {files[0].name}"
+            )
+        return Found(list(files), _countable(next(iter(numbers), 0)))
+    by_number = dict(zip(numbers, files, strict=True))
+    return _filled(by_number, step, gaps, lambda number: _renumbered(files[0], number))
+
+
+def _filled(by_number: dict[int, Path], step: int, gaps: Gaps, name: Callable[[int], str]) -> Found:
+    """Returns the files from the first number to the last, of which some may be missing."""
+    numbers = range(min(by_number), max(by_number) + 1, step)
+    if len(numbers) > len(by_number):
+        missing = next(number for number in numbers if number not in by_number)
+        if gaps == "refuse":
+            raise ValueError(
+                f"{name(missing)} is missing: add it; or complete the frame without observations "
+                "by --gaps lost (in Python, gaps='lost'); or, if no frame is missing, number the "
+                "files without gaps"
+            )
+        if len(numbers) > _MOST_LOST * len(by_number):
+            raise ValueError(
+                f"has {len(by_number)} files, but their numbers, {numbers[0]} to {numbers[-1]}, "
+                f"would make {len(numbers)} frames; number the files by frames"
+            )
+    files = [by_number.get(number) for number in numbers]
+    return Found(files, _countable(numbers[0]), step)
+
+
+def _countable(number: int) -> int:
+    return number if number <= largest_start else 0
 
 
 def _renumbered(file: Path, number: int) -> str:
     """Returns the name that the file would have with this number."""
     name = _last_number.sub(lambda old: str(number).zfill(len(old[0])), file.stem)
     return name + file.suffix
-
-
-def _missing(name: str) -> str:
-    return f"{name} is missing: add it or, if no frame is missing, number the files without gaps"
 
 
 def names_to_write(path: Path, suffix: str) -> FrameNames:

@@ -6,6 +6,7 @@ ignored. Comments at the beginning state the up axis and the length of a unit.
 
 import io
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -130,4 +131,11 @@ class ObjWriter(FramesWriter):
             lines.write(self._faces)
 
 
-obj = Format("obj", (".obj",), "Wavefront's text files, one per frame", ObjReader, ObjWriter)
+obj = Format(
+    "obj",
+    (".obj",),
+    "Wavefront's text files, one per frame",
+    ObjReader,
+    ObjWriter,
+    reader_with_gaps=partial(ObjReader, gaps="lost"),
+)

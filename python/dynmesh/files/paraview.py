@@ -16,6 +16,7 @@ import os
 import re
 import threading
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -27,7 +28,7 @@ from .._errors import InputError
 from .._extras import require
 from ..polygons import Polygons, as_polygons
 from .comments import Said, comments_of, said_in
-from .format import Format, Template, refuse_mesh_name, refuse_template
+from .format import Format, Gaps, Template, refuse_mesh_name
 from .frame_files import FramesReader, FramesWriter
 from .header import Frame
 from .numbered import FrameNames
@@ -41,17 +42,31 @@ _one_at_a_time = threading.Lock()  # VTK's error window is global
 class PvdReader(FramesReader):
     """A sequence in VTP files that a PVD file lists."""
 
-    def __init__(self, path: Path, template: Template | None, prim: str | None) -> None:
+    def __init__(
+        self,
+        path: Path,
+        template: Template | None,
+        prim: str | None,
+        *,
+        gaps: Gaps = "refuse",
+    ) -> None:
         """Reads the list and the first of its files."""
-        refuse_template(template)
         refuse_mesh_name(prim)
-        times, files = _read_index(path)
-        super().__init__(path, files, _timing(times))
+        self._index = path
+        times, listed = _read_index(path)
+        files = [file if file.exists() else None for file in listed]
+        if gaps == "refuse" and None in files:
+            raise FileNotFoundError(
+                errno.ENOENT,
+                "no such file; --gaps lost completes its frame without it (in Python, gaps='lost')",
+                str(listed[files.index(None)]),
+            )
+        super().__init__(path, files, _timing(times), template)
 
     @property
     def files(self) -> list[Path]:
         """The files that are read."""
-        return [self.path, *self._files]
+        return [self._index, *super().files]
 
     def _load(self, file: Path) -> tuple[Frame, Polygons, Said]:
         mesh = _read_mesh(file)
@@ -267,4 +282,5 @@ pvd = Format(
     PvdReader,
     PvdWriter,
     library=("vtkmodules.vtkIOXML", "view"),
+    reader_with_gaps=partial(PvdReader, gaps="lost"),
 )

@@ -4,6 +4,7 @@ The vertices have x, y and z and, if the sequence has them, the properties `know
 and `age`. Other properties are ignored. Comments state the up axis and the length of a unit.
 """
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -127,4 +128,11 @@ def _face_records(sizes: Integers, corners: Integers, count: np.dtype[Any]) -> b
     return np.insert(words, begins, sizes.astype(count)).tobytes()
 
 
-ply = Format("ply", (".ply",), "Stanford's polygon files, one per frame", PlyReader, PlyWriter)
+ply = Format(
+    "ply",
+    (".ply",),
+    "Stanford's polygon files, one per frame",
+    PlyReader,
+    PlyWriter,
+    reader_with_gaps=partial(PlyReader, gaps="lost"),
+)

@@ -1,7 +1,7 @@
 """The interface of all readers: a sequence, frame by frame."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Generator, Iterator
+from collections.abc import Container, Generator, Iterator
 from pathlib import Path
 from typing import Any, Self
 
@@ -18,7 +18,15 @@ class Reader(ABC):
 
     Iterating yields every :class:`Frame`, always from frame 0 on. Use it in a ``with`` statement.
     A subclass opens its file in ``__init__`` and then calls the base class.
+
+    Attributes:
+        path: of the file.
+        header: the properties of all frames.
+        whole: the number of a frame that is complete, so that zeros in it are positions even with
+            ``missing="zero"``; None if there is none. It may be changed.
     """
+
+    whole: int | None = 0
 
     def __init__(self, path: Path, header: Header) -> None:
         """Called by subclasses when the file is open and its header is read."""
@@ -66,6 +74,11 @@ class Reader(ABC):
     def files(self) -> list[Path]:
         """The files that are read."""
         return [self.path]
+
+    @property
+    def lost(self) -> Container[int]:
+        """The numbers of the frames whose files are missing; nothing was observed in them."""
+        return ()
 
     def __repr__(self) -> str:
         """Describes the file without its numbers."""

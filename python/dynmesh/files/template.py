@@ -4,8 +4,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
+from .._errors import InputError
 from .format import Template
 from .naming import naming
+
+
+class NoFacesError(InputError):
+    """The file holds no faces, and none were given."""
 
 
 def find_template(
@@ -36,7 +41,7 @@ def _first(beside: Mapping[Path, Callable[[Path], Template]]) -> Template:
             with naming(path):
                 return replace(load(path), files=(path,))
     names = " or ".join(path.name for path in beside)
-    raise ValueError(
+    raise NoFacesError(
         f"holds only positions, and there is no {names} beside it; "
         "give its faces (faces= in Python, --faces FILE in the shell)"
     )

@@ -9,10 +9,12 @@ from typing import Literal
 
 from .. import files
 from .._errors import InputError, KindError, SettingError
-from ..files import Target
-from ..settings import Settings, all_settings
+from ..files import PathLike, Target
+from ..settings import Settings, all_settings, file_settings
+from .beginning import Start, check_beginning
 from .checkpoint import OtherJobError, Source
-from .file_completion import FileReport, How, complete_into
+from .file_completion import How, complete_into
+from .report import FileReport
 
 
 @dataclass(frozen=True)
@@ -26,7 +28,9 @@ class Job:
         output_format: None means the format of the suffix of `output`.
         fps: frames per second of the output; None means those of the input.
         provenance: whether to write the generation and the age of every vertex.
-        settings: the settings of :class:`dynmesh.Completer`.
+        settings: the settings of :class:`dynmesh.Completer`; the method is detail by default.
+        start: the number of a whole frame, or "whole", as :func:`dynmesh.complete_file` documents.
+        template: a mesh file that stands before frame 0, or None.
     """
 
     input: Path
@@ -36,6 +40,8 @@ class Job:
     fps: float | None = None
     provenance: bool = False
     settings: Settings = field(default_factory=Settings)
+    start: Start = 0
+    template: PathLike | None = None
 
 
 @dataclass(frozen=True)
@@ -141,8 +147,10 @@ def _make_folder(folder: Path) -> None:
 
 
 def _complete(job: Job, target: Target, overwrite: bool, *, resume: bool) -> FileReport:
-    how = How(job.fps, job.provenance, overwrite, resume)
-    return complete_into(Path(job.input), target, job.source, how, all_settings(job.settings))
+    check_beginning(job.start, job.template)
+    how = How(job.start, job.template, job.fps, job.provenance, overwrite, resume)
+    settings = all_settings(job.settings, file_settings)
+    return complete_into(Path(job.input), target, job.source, how, settings)
 
 
 def _result_of(future: "Future[Result]", job: Job) -> Result:

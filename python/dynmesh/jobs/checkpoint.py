@@ -23,17 +23,32 @@ class Source(TypedDict, total=False):
     prim: str | None
     known: NDArray[np.bool_] | PathLike | None
     missing: Literal["zero"] | None
+    gaps: Literal["refuse", "lost"]
 
 
 class OtherJobError(ValueError):
     """The unfinished files belong to a job that differs from the one to be resumed."""
 
 
-class Saved(NamedTuple):
-    """How many frames were completed, and the completer's state after them."""
+class Progress(NamedTuple):
+    """How far a job is.
 
-    frames: int
-    state: bytes
+    Attributes:
+        done: number of frames that were completed, forwards or backwards.
+        written: number of frames in the output.
+        state: the completer's state after the last frame; empty if none was completed in this pass.
+    """
+
+    done: int = 0
+    written: int = 0
+    state: bytes = b""
+
+
+BEGINNING = Progress()
+"""Of a job that has done nothing."""
+
+
+_DAMAGE = (ValueError, EOFError, KeyError, zipfile.BadZipFile)
 
 
 class Checkpoint:
@@ -48,14 +63,15 @@ class Checkpoint:
         self._job = job
         self._next = time.monotonic() + self.least_seconds_between
 
-    def load(self) -> Saved | None:
+    def load(self) -> Progress | None:
         """Returns what an earlier run of this job saved, or None."""
         try:
             with np.load(self._path, allow_pickle=False) as saved:
-                job, frames, state = str(saved["job"]), int(saved["frames"]), saved["state"]
+                job, state = str(saved["job"]), saved["state"].tobytes()
+                progress = Progress(int(saved["done"]), int(saved["written"]), state)
         except FileNotFoundError:
             return None
-        except (ValueError, EOFError, KeyError, zipfile.BadZipFile) as error:
+        except _DAMAGE as error:
             raise ValueError(
                 f"{self._path}: is damaged; run without --resume to start again"
             ) from error
@@ -64,7 +80,7 @@ class Checkpoint:
             raise OtherJobError(
                 f"{self._path}: is of another job: {changed}; run without --resume to start again"
             )
-        return Saved(frames, state.tobytes())
+        return progress
 
     def exists(self) -> bool:
         """Whether there is a checkpoint, of any job."""
@@ -77,17 +93,26 @@ class Checkpoint:
         except ValueError:  # of another job, or damaged
             return False
 
+    def has_only_begun(self) -> bool:
+        """Whether there is a checkpoint, of any job, before the first written frame."""
+        try:
+            with np.load(self._path, allow_pickle=False) as saved:
+                return int(saved["written"]) == 0
+        except (*_DAMAGE, FileNotFoundError):
+            return False
+
     def is_due(self) -> bool:
         """Whether enough time has passed to save again."""
         return time.monotonic() >= self._next
 
-    def save(self, frames: int, state: bytes) -> None:
+    def save(self, progress: Progress) -> None:
         """Replaces the checkpoint atomically."""
         began = time.monotonic()
         partial = self._path.with_suffix(".part")
+        done, written, state = progress
         with partial.open("wb") as file:
-            bytes_of_state = np.frombuffer(state, np.uint8)
-            np.savez(file, job=self._job, frames=frames, state=bytes_of_state)
+            state_bytes = np.frombuffer(state, np.uint8)
+            np.savez(file, job=self._job, done=done, written=written, state=state_bytes)
         partial.replace(self._path)
         now = time.monotonic()
         pause = (now - began) / self.most_of_the_time
@@ -95,16 +120,23 @@ class Checkpoint:
 
 
 def describe_job(
-    reader: Reader, header: Header, source: Source, format: str, settings: Settings
+    reader: Reader,
+    header: Header,
+    source: Source,
+    beginning: dict[str, Any],
+    format: str,
+    settings: Settings,
 ) -> str:
     """Everything on which the output depends, as JSON. All settings must be given."""
     masks = source.get("known")
     description: dict[str, Any] = {
         "version": __version__,
-        "input": [[str(p), p.stat().st_size, p.stat().st_mtime_ns] for p in reader.files],
+        "input": list(map(identity, reader.files)),
+        **beginning,
         "known": zlib.crc32(masks.tobytes()) if isinstance(masks, np.ndarray) else None,
         "faces": zlib.crc32(header.faces.tobytes()),
         "missing": source.get("missing"),
+        "gaps": source.get("gaps", "refuse"),
         "prim": header.name,
         "fps": header.fps,
         "provenance": header.has_provenance,
@@ -114,13 +146,19 @@ def describe_job(
     return json.dumps(description)
 
 
+def identity(file: Path) -> list[Any]:
+    """What changes when a file is replaced or written again."""
+    found = file.stat()
+    return [str(file), found.st_size, found.st_mtime_ns]
+
+
 def _differences(one: dict[str, Any], other: dict[str, Any]) -> list[str]:
     """Names what differs, with values except for inputs, masks and faces, which are digests."""
     told = []
     for name in sorted(one.keys() | other.keys()):
         before, now = one.get(name), other.get(name)
         if before != now:
-            opaque = name in ("input", "known", "faces")
+            opaque = name in ("input", "template", "known", "faces")
             values = "" if opaque else f" (it was {_shown(before)}, now it is {_shown(now)})"
             told.append(f"{name} changed{values}")
     return told

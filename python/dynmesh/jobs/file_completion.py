@@ -1,64 +1,33 @@
 """Completion from file to file, in constant memory, with support for interruptions."""
 
 import contextlib
-import shutil
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple, Unpack
 
-import numpy as np
-
 from .. import files
 from .._checks import check_path
-from .._core import Completer, FrameReport
 from .._errors import InputError, KindError
-from ..files import Frame, Header, PathLike, Reader, Target, Writer
-from ..sequence import Positions
-from ..settings import Settings, all_settings, takes_settings
-from ..streaming import begin, complete_pairs, push_all
-from .checkpoint import Checkpoint, Saved, Source, describe_job
+from ..files import Header, PathLike, Target, Writer
+from ..settings import Settings, all_settings, file_settings, takes_settings
+from .beginning import Start, check_beginning, open_at_beginning
+from .checkpoint import BEGINNING, Checkpoint, Progress, Source, describe_job
 from .lock import lock_folder
+from .passes import Passes
+from .report import FileReport, Tally
+from .unfinished import clearing, folder_for, settle, unfinished_folder
 
 Watch = Callable[[Iterator[Any], int, int], Iterator[Any]]
 
 
-@dataclass(frozen=True)
-class FileReport:
-    """What :func:`complete_file` has done.
-
-    Attributes:
-        frames: number of frames in the output, including frame 0.
-        resumed_at: the first frame that this call completed: 0 unless a run was continued, and
-            `frames` if no frame was left to complete.
-        seconds_per_frame: median time of :meth:`dynmesh.Completer.push`, without reading and
-            writing; None if there was nothing to complete.
-        known: number of known vertices, summed over the frames that this call completed, without
-            frame 0.
-        filled: number of vertices that were filled in.
-        unseen: number of vertices that no edges connected to a known one.
-        rejected: number of vertices that were observed but treated as missing: see
-            `reject_outliers`.
-        remarks: remarks about the output for the user, one line each.
-        existed: whether `resume` found a complete output, so that nothing was done.
-    """
-
-    frames: int
-    resumed_at: int
-    seconds_per_frame: float | None
-    known: int
-    filled: int
-    unseen: int
-    rejected: int
-    remarks: tuple[str, ...] = ()
-    existed: bool = False
-
-
-@takes_settings
+@takes_settings(file_settings)
 def complete_file(
     path: PathLike,
     output: PathLike,
     *,
+    start: Start = 0,
+    template: PathLike | None = None,
     source: Source | None = None,
     output_format: str | None = None,
     fps: float | None = None,
@@ -70,6 +39,10 @@ def complete_file(
 ) -> FileReport:
     """Completes a sequence and writes the result to a file, in constant memory.
 
+    Completion starts from one whole frame, in which no vertex is missing. The frames after it are
+    completed in their order; those before it, if any, are completed first, from the last to the
+    first, and wait on disk. The output has all frames in order.
+
     The output appears under its name when it is complete. Until then it is in a hidden folder
     beside it, where the completer's state is saved every few seconds if the format can be resumed.
     The folder remains after an interruption, a full disk or a killed process, and `resume`
@@ -77,34 +50,40 @@ def complete_file(
     several finished files to their destinations, the next run first moves the remaining ones.
 
     Args:
-        path: the incomplete sequence, in any format; frame 0 must be complete.
+        path: the incomplete sequence, in any format.
         output: path of the completed sequence.
+        start: the number of a whole frame, counted from 0, or "whole" for the first one.
+        template: a mesh file of any format, whose first frame stands before frame 0, which may then
+            be incomplete. It has the vertices and faces of the sequence, or provides its faces.
         source: how to read the input.
         output_format: one of :data:`dynmesh.files.formats`; None means the format of the suffix.
         fps: frames per second of the output; None means those of the input.
-        provenance: whether to write the generation and the age of every vertex.
+        provenance: whether to write the generation and the age of every vertex. Before the frame
+            `start`, the age counts the frames until the vertex is next observed.
         overwrite: whether to replace an existing output.
         resume: whether to continue an interrupted run of the same job; the result equals that of an
-            uninterrupted run. Starts from frame 0 if there is nothing to continue. Does nothing if
+            uninterrupted run. Starts anew if there is nothing to continue. Does nothing if
             the output exists with as many frames and vertices as the input, no unfinished output is
             beside it and `overwrite` is not set. These formats can be resumed: npz, hdf5, npy, pc2,
             mdd, ply, obj and pvd.
-        watch: called with the frames, their number and the number of frames already completed; it
-            must pass the frames on.
+        watch: called with the frames in the order in which they are completed, their number and the
+            number of frames already completed; it must pass the frames on.
         **settings: `method`, `noise` and the other settings of :class:`dynmesh.Completer`, which
-            explains them.
+            explains them. The method is detail unless another one is given.
 
     Raises:
         FileExistsError: the output exists, and `resume` does not find it complete.
         BlockingIOError: another process is writing it.
         OtherJobError: `resume` finds unfinished files of another job, which are kept.
-        ValueError: `resume` is set, but the format cannot be resumed.
+        ValueError: `resume` is set, but the format cannot be resumed; there is no frame `start`, or
+            it is not whole; the template is not whole or has another mesh.
         OSError, ImportError, TypeError, ValueError: the errors of :func:`dynmesh.open`,
             :func:`dynmesh.create` and :func:`dynmesh.complete`, with the name of the file unless a
             setting is refused.
     """
     check_path("path", path)
     check_path("output", output)
+    check_beginning(start, template)
     if watch is not None and not callable(watch):
         raise KindError(f"must be callable, not {watch!r}", argument="watch")
     target = files.target_of(output, output_format)
@@ -113,13 +92,16 @@ def complete_file(
         raise InputError(
             f"this format cannot be resumed; {files.listed(able)} can", file=target.path
         )
-    how = How(fps, provenance, overwrite, resume, watch)
-    return complete_into(Path(path), target, source or {}, how, all_settings(settings))
+    how = How(start, template, fps, provenance, overwrite, resume, watch)
+    wanted = all_settings(settings, file_settings)
+    return complete_into(Path(path), target, source or {}, how, wanted)
 
 
 class How(NamedTuple):
     """The arguments of :func:`complete_file` that are neither files nor settings."""
 
+    start: Start = 0
+    template: PathLike | None = None
     fps: float | None = None
     provenance: bool = False
     overwrite: bool = False
@@ -132,7 +114,7 @@ def complete_into(
 ) -> FileReport:
     """As :func:`complete_file`, with the output's format chosen and all settings given."""
     output = target.path
-    with files.open(path, **source) as reader:
+    with open_at_beginning(path, source, how.start, how.template) as (reader, beginning):
         header = replace(
             reader.header,
             fps=reader.fps if how.fps is None else how.fps,
@@ -140,77 +122,37 @@ def complete_into(
             has_provenance=how.provenance,
         )
         folder = unfinished_folder(output)
-        job = describe_job(reader, header, source, target.format, settings)
+        job = describe_job(reader, header, source, beginning.described(), target.format, settings)
         checkpoint = Checkpoint(folder / "checkpoint.npz", job)
-        settled = _settle(folder, output, checkpoint)
+        settled = settle(folder, output, checkpoint)
         complete = how.resume and not how.overwrite and not checkpoint.exists()
         complete = complete and _is_complete(target, header)
         target.check(overwrite=how.overwrite or complete, reader=reader)
+        n_frames, number = header.n_frames, beginning.number
         if complete:
-            n = header.n_frames
-            return FileReport(n, n, None, 0, 0, 0, 0, existed=not settled)
-        with _folder_for(target), lock_folder(folder, output):
-            saved = checkpoint.load() if how.resume else None
-            with _clearing(folder):
-                writer, saved = _begin_writer(target, header, folder / "files", saved)
-                start = 0 if saved is None else saved.frames
-                reports: list[FrameReport] = []
+            done_before = Tally(settings["method"])
+            return replace(done_before.report(n_frames, n_frames, (), number), existed=not settled)
+        with folder_for(target), lock_folder(folder, output):
+            progress = (checkpoint.load() if how.resume else None) or BEGINNING
+            with clearing(folder):
+                writer, progress = _begin_writer(target, header, folder / "files", progress)
+                passes = Passes(reader, beginning, settings, progress)
                 with (
                     writer,
                     files.naming(path),
-                    contextlib.closing(reader.frames(start)) as frames,
+                    contextlib.closing(passes.frames()) as frames,
                 ):
                     watched: Iterator[Any] = frames
                     if how.watch is not None:
-                        watched = how.watch(frames, reader.n_frames, start)
-                    for points, completer in _complete(reader, watched, saved, settings):
-                        _append(writer, points, completer)
-                        reports.append(completer.report)
+                        watched = how.watch(frames, n_frames, progress.done)
+                    for _ in passes.steps(watched, writer, folder / "before"):
                         if writer.resumable and checkpoint.is_due():
                             writer.flush()
-                            checkpoint.save(start + len(reports), completer.state())
-                    if writer.resumable and reports:
+                            checkpoint.save(passes.progress())
+                    if writer.resumable:
                         writer.flush()
-                        checkpoint.save(start + len(reports), completer.state())
-    pushed = reports if start else reports[1:]  # frame 0 is not pushed
-    return FileReport(
-        frames=header.n_frames,
-        resumed_at=start,
-        seconds_per_frame=float(np.median([r.seconds for r in pushed])) if pushed else None,
-        known=sum(report.known for report in pushed),
-        filled=sum(report.filled for report in pushed),
-        unseen=sum(report.unseen for report in pushed),
-        rejected=sum(report.rejected for report in pushed),
-        remarks=tuple(writer.remarks),
-    )
-
-
-def _settle(folder: Path, output: Path, checkpoint: Checkpoint) -> bool:
-    """Finishes a run that was killed while it moved its files; returns whether it was this job."""
-    if not folder.exists():
-        return False
-    with lock_folder(folder, output):
-        placed = files.finish_placing(folder / "files")
-        same = placed and checkpoint.is_of_this_job()  # saved before the files were moved
-        if placed or not checkpoint.exists():
-            _clear(folder)
-    return same
-
-
-def _clear(folder: Path) -> None:
-    """Removes an unfinished folder, the checkpoint first, so that no run can resume from it."""
-    (folder / "checkpoint.npz").unlink(missing_ok=True)
-    shutil.rmtree(folder, ignore_errors=True)
-
-
-def unfinished_folder(output: Path) -> Path:
-    """Returns the folder that holds an output until it is complete."""
-    return output.with_name(f".{output.name}.unfinished")
-
-
-def is_unfinished(output: Path) -> bool:
-    """Whether an interrupted run left a checkpoint that `resume` can use."""
-    return (unfinished_folder(output) / "checkpoint.npz").exists()
+                        checkpoint.save(passes.progress())
+    return passes.tally.report(n_frames, progress.done, tuple(writer.remarks), number)
 
 
 def _is_complete(target: Target, header: Header) -> bool:
@@ -225,77 +167,12 @@ def _is_complete(target: Target, header: Header) -> bool:
     return False
 
 
-@contextlib.contextmanager
-def _folder_for(target: Target) -> Iterator[None]:
-    """Creates the folder of an output if it needs one, and removes it if it stays empty."""
-    new = target.new_folder()
-    if new is not None:
-        new.mkdir()
-    try:
-        yield
-    finally:
-        if new is not None:
-            with contextlib.suppress(OSError):  # the folder is not empty
-                new.rmdir()
-
-
-@contextlib.contextmanager
-def _clearing(folder: Path) -> Iterator[None]:
-    """Removes the unfinished folder, unless an interruption left a checkpoint in it."""
-    try:
-        yield
-    except (ValueError, TypeError):  # resuming would fail again
-        _clear(folder)
-        raise
-    except BaseException:
-        if not (folder / "checkpoint.npz").exists():
-            _clear(folder)
-        raise
-    _clear(folder)
-
-
 def _begin_writer(
-    target: Target, header: Header, folder: Path, saved: Saved | None
-) -> tuple[Writer, Saved | None]:
-    if saved is not None:
+    target: Target, header: Header, folder: Path, progress: Progress
+) -> tuple[Writer, Progress]:
+    if progress.done:
         # A process that was killed while it finished its file may have left an incomplete one.
         with contextlib.suppress(OSError, ValueError):
-            return target.create(header, folder=folder, resume_at=saved.frames), saved
+            return target.create(header, folder=folder, resume_at=progress.written), progress
     (folder.parent / "checkpoint.npz").unlink(missing_ok=True)
-    return target.create(header, folder=folder), None
-
-
-def _complete(
-    reader: Reader, frames: Iterator[Any], saved: Saved | None, settings: Settings
-) -> Iterator[tuple[Positions, Completer]]:
-    if saved is None:
-        return complete_pairs(reader.faces, _beginning_whole(frames), **settings)
-    points, known = next(reader.frames(stop=1))
-    completer = begin(reader.faces, points, known, **settings)
-    completer.restore(saved.state)
-    return push_all(completer, frames, saved.frames)
-
-
-def _beginning_whole(frames: Iterator[Frame]) -> Iterator[Frame]:
-    """Refuses a frame 0 with missing vertices and reports how many there are."""
-    for number, frame in enumerate(frames):
-        if number == 0:
-            points, known = frame.points, frame.known
-            there = np.isfinite(points).all(axis=1) if known is None else known
-            missing = np.flatnonzero(~there)
-            if len(missing):
-                raise InputError(
-                    f"{len(missing)} of {len(points)} vertices "
-                    f"{'is' if len(missing) == 1 else 'are'} missing, the first is vertex "
-                    f"{missing[0]}; completion starts from frame 0: start at a complete frame, "
-                    "which `dynmesh info` names, or take frame 0 from a template",
-                    frame=0,
-                )
-        yield frame
-
-
-def _append(writer: Writer, points: Positions, completer: Completer) -> None:
-    if writer.header.has_provenance:
-        writer.append(points, generation=completer.generation, age=completer.age)
-    else:
-        writer.append(points)
+    return target.create(header, folder=folder), BEGINNING

@@ -8,6 +8,7 @@ from typing import Any, cast
 
 from ..settings import SETTINGS, Setting, Settings
 from .batch import Job, Result
+from .beginning import Start
 from .checkpoint import Source
 
 
@@ -16,10 +17,10 @@ def read_jobs(path: Path) -> list[Job]:
 
     Args:
         path: comma-separated values. The first line names the columns: `input`, `output` and,
-            optionally, `format`, `output_format`, `faces`, `prim`, `mask`, `missing`, `fps`,
-            `provenance` and the settings of :class:`dynmesh.Completer`, named like the options of
-            ``dynmesh complete``. An empty value stands for the default. Paths are relative to the
-            table.
+            optionally, `start`, `template`, `gaps`, `format`, `output_format`, `faces`, `prim`,
+            `mask`, `missing`, `fps`, `provenance` and the settings of :class:`dynmesh.Completer`,
+            named like the options of ``dynmesh complete``. An empty value stands for the default.
+            Paths are relative to the table.
 
     Raises:
         OSError: the table cannot be read.
@@ -93,20 +94,19 @@ def _job_of(path: Path, line: int, row: Mapping[str, Any]) -> Job:
                 values[column] = parse(text)
             except ValueError as error:
                 raise ValueError(f"{place}: {column}: {error}") from error
-    for column in ("faces", "mask"):
+    for column in ("faces", "mask", "template"):
         if column in values:
             values[column] = path.parent / values[column]
     if "mask" in values:
         values["known"] = values.pop("mask")
     source = {name: values.pop(name) for name in Source.__annotations__ if name in values}
+    others = {name: values.pop(name) for name in _of_job if name in values}
     return Job(
         path.parent / row["input"],
         path.parent / row["output"],
         cast(Source, source),
-        values.pop("output_format", None),
-        values.pop("fps", None),
-        values.pop("provenance", False),
-        cast(Settings, values),
+        settings=cast(Settings, values),
+        **others,
     )
 
 
@@ -122,6 +122,19 @@ def _whole_number(text: str) -> int:
         return int(text)
     except ValueError:
         raise ValueError(f"must be a whole number, not '{text}'") from None
+
+
+def start_of(text: str) -> Start:
+    """Parses the frame at which completion starts: a number, or "whole".
+
+    Raises:
+        ValueError: it is neither.
+    """
+    if text == "whole":
+        return "whole"
+    if not text.isdecimal():
+        raise ValueError(f"must be whole or the number of a frame, not '{text}'")
+    return int(text)
 
 
 def _flag(text: str) -> bool:
@@ -149,7 +162,12 @@ def _parser_of(setting: Setting) -> Callable[[str], Any]:
     return parsers[setting.kind]
 
 
+_of_job = ("start", "template", "output_format", "fps", "provenance")
+
 _columns: dict[str, Callable[[str], Any]] = {
+    "start": start_of,
+    "template": str,
+    "gaps": _one_of("refuse", "lost"),
     "format": str,
     "output_format": str,
     "faces": str,

@@ -43,6 +43,7 @@ def prepare(world: World) -> None:
         "no_flag": "input,output,provenance\nbody.npz,new.npz,perhaps\n",
         "no_method": "input,output,method\nbody.npz,new.npz,lsm\n",
         "out_of_range": "input,output,threads\nbody.npz,new.npz,0\n",
+        "no_start": "input,output,start\nbody.npz,new.npz,first\n",
         "failing": "input,output\nnone.npz,new.npz\n",
         "tabs": "input\toutput\nbody.npz\tnew.npz\n",
         "nothing": "",
@@ -51,6 +52,7 @@ def prepare(world: World) -> None:
         "semicolons": "input;output\nbody.npz;new.npz\n",
     }.items():
         (folder / f"{name}.csv").write_text(text)
+    (folder / "quad.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 4 3\n")
     (folder / "gap").mkdir()
     for number in (0, 1, 3):
         (folder / "gap" / f"f_{number:04d}.obj").write_text("\n".join(corners + faces))
@@ -98,7 +100,7 @@ shell = [
         "holes.npz",
         "1 of 49",
         "vertex 4",
-        "complete frame",
+        "--start whole",
         "exit code 1",
     ),
     _shell("info gap", "gap: f_0002.obj is missing", "add it", "exit code 1"),
@@ -127,7 +129,7 @@ shell = [
     _shell("complete body.npz new.npz --extra-iterations 1e9", "'1e9'", "exit code 2"),
     _shell("complete body.npz new.npz --extra-iterations 10000000", "'--extra", "code 2"),
     _shell(
-        "complete body.npz new.npz --method detail --no-revisit", "'--revisit'", "motion", "code 2"
+        "complete body.npz new.npz --no-revisit", "'--no-revisit'", "--method motion", "exit code 2"
     ),
     _shell(
         "complete body.npz new.npz --method detail --extra-iterations 2",
@@ -135,11 +137,38 @@ shell = [
         "motion",
         "exit code 2",
     ),
-    _shell("complete body.npz new.npz --noise 0.1", "'--noise'", "detail", "exit code 2"),
-    _shell("complete body.npz new.npz --method detail --noise -1", "'--noise'", "not -1", "code 2"),
+    _shell(
+        "complete body.npz new.npz --extra-iterations 9",
+        "'--extra-iterations'",
+        "--method motion",
+        "exit code 2",
+    ),
+    _shell(
+        "complete body.npz new.npz --method motion --noise 0.1",
+        "'--noise'",
+        "--method detail",
+        "exit code 2",
+    ),
+    _shell("complete body.npz new.npz --noise -1", "'--noise'", "not -1", "exit code 2"),
+    _shell("complete body.npz new.npz --start 3", "start: must be less", "3", "exit code 1"),
+    _shell("complete body.npz new.npz --start -1", "'--start'", "'-1'", "exit code 2"),
+    _shell("complete body.npz new.npz --start half", "'--start'", "'half'", "exit code 2"),
+    _shell(
+        "complete body.npz new.npz --template quad.obj",
+        "quad.obj: its number of vertices is 4, but 49 in body.npz",
+        "exit code 1",
+    ),
+    _shell("complete gap new.npz", "gap: f_0002.obj", "--gaps lost", "exit code 1"),
+    _shell("complete body.npz new.npz --gaps lost", "body.npz: gaps", "npz", "exit code 1"),
+    _shell("complete body.npz new.npz --gaps some", "'--gaps'", "'some'", "exit code 2"),
     _shell("complete body.npz new.npz --threads 0", "--threads", "0", "exit code 2"),
     _shell("complete body.npz new.npz --threads 257", "'--threads'", "not 257", "exit code 2"),
-    _shell("complete body.npz new.npz --reject-outliers", "'--reject-outliers'", "exit code 2"),
+    _shell(
+        "complete body.npz new.npz --method motion --reject-outliers",
+        "'--reject-outliers'",
+        "--method detail",
+        "exit code 2",
+    ),
     _shell("complete body.npz new.npz --speed 3", "--speed", "exit code 2"),
     _shell("complete body.npz", "OUT", "exit code 2"),
     _shell("complete long.npz new.npz", "new.npz:", "exit code 1", full=True),
@@ -209,6 +238,7 @@ shell = [
     _shell(
         "batch no_method.csv", "line 2: method: must be motion or detail, not 'lsm'", "exit code 1"
     ),
+    _shell("batch no_start.csv", "no_start.csv: line 2: start:", "'first'", "exit code 1"),
     _shell("batch out_of_range.csv", "failed: body.npz: threads: must be from 1", "exit code 1"),
     _shell("batch failing.csv", "none.npz:", "1 failed", "exit code 1"),
     _shell("batch failing.csv --workers 0", "--workers", "0", "exit code 2"),

@@ -41,6 +41,15 @@ def prepare(world: World) -> None:
     points = sequence.vertices.copy()
     points[0, 4, 1] = _NAN
     dynmesh.write(folder / "holes.npz", replace(sequence, vertices=points))
+    sparse = np.full_like(points, _NAN)
+    sparse[2, 1:] = 1
+    dynmesh.write(folder / "no_whole.npz", replace(sequence, vertices=sparse))
+    turned_face = sequence.faces.copy()
+    turned_face[3] = turned_face[3, ::-1]
+    dynmesh.write(folder / "turned_face.npz", replace(sequence, faces=turned_face))
+    dynmesh.write(folder / "fewer_faces.npz", replace(sequence, faces=sequence.faces[:-1]))
+    dynmesh.write(folder / "in_metres.npz", replace(sequence, metres_per_unit=1.0))
+    dynmesh.write(folder / "in_millimetres.npz", replace(sequence, metres_per_unit=0.001))
     big = np.random.default_rng(0).normal(size=(40, 49, 3))
     dynmesh.write(folder / "long.npz", replace(sequence, vertices=big))
     np.save(folder / "mask.npy", np.ones((3, 48), bool))
@@ -171,11 +180,26 @@ def _job(world: World, path: str, **more: Any) -> Any:  # noqa: ARG001
 
 completing = [
     _complete("a file that is not there", lambda w: _to_new(w, "none.npz"), FileNotFoundError, "none.npz"),
-    _complete("NaN in frame 0", lambda w: _to_new(w, "holes.npz"), ValueError, "holes.npz: frame 0: 1 of 49 vertices is missing, the first is vertex 4", "complete frame"),
+    _complete("NaN in frame 0", lambda w: _to_new(w, "holes.npz"), ValueError, "holes.npz: frame 0: 1 of 49 vertices is missing, the first is vertex 4", "--start whole"),
     _complete("an output that exists", lambda _: dynmesh.complete_file("body.npz", "other.npz"), FileExistsError, "other.npz:", "overwrite=True"),
     _complete("the input as output", lambda _: dynmesh.complete_file("body.npz", "body.npz", overwrite=True), ValueError, "body.npz:", "input"),
     _complete("into a folder that is not there", lambda _: dynmesh.complete_file("body.npz", "no/new.npz"), FileNotFoundError, "no/new.npz:"),
     _complete("more than 20 kB, where no file may exceed that", lambda w: on_a_full_disk(lambda: _to_new(w, "long.npz")), OSError, "new.npz"),
+    _complete("`start`: a frame with holes", lambda w: _to_new(w, "late_holes.npz", start=1), ValueError, "late_holes.npz: frame 1: 1 of 49 vertices is missing", "vertex 4"),
+    _complete("`start`: beyond the end", lambda w: _to_new(w, start=3), ValueError, "start:", "body.npz, which is 3, not 3"),
+    _complete("`start`: -1", lambda w: _to_new(w, start=-1), ValueError, "start:", "not -1"),
+    _complete("`start`: 1.5", lambda w: _to_new(w, start=1.5), TypeError, "start:", "1.5"),
+    _complete("`start='first'`", lambda w: _to_new(w, start="first"), ValueError, "start:", "'first'"),
+    _complete("`start='whole'` of holes alone", lambda w: _to_new(w, "no_whole.npz", start="whole"), ValueError, "no_whole.npz:", "frame 2 lacks the fewest, 1 of 49", "--template"),
+    _complete("`template` and `start`", lambda w: _to_new(w, template="body.npz", start=1), ValueError, "template:", "start"),
+    _complete("`template`: a number", lambda w: _to_new(w, template=3), TypeError, "template:", "int"),
+    _complete("`template`: a file that is not there", lambda w: _to_new(w, template="none.obj"), FileNotFoundError, "none.obj"),
+    _complete("`template` with holes", lambda w: _to_new(w, template="holes.npz"), ValueError, "holes.npz: 1 of 49 vertices is missing"),
+    _complete("`template` with other faces", lambda w: _to_new(w, template="turned_face.npz"), ValueError, "turned_face.npz: its triangle 3 is", "in body.npz"),
+    _complete("`template` with fewer faces", lambda w: _to_new(w, template="fewer_faces.npz"), ValueError, "fewer_faces.npz: has 71 triangles, but body.npz has 72"),
+    _complete("`template` in another unit", lambda w: _to_new(w, "in_metres.npz", template="in_millimetres.npz"), ValueError, "in_millimetres.npz: its unit in metres is 0.001, but 1"),
+    _complete("`gaps` of a single file", lambda w: _to_new(w, source={"gaps": "lost"}), ValueError, "body.npz: gaps"),
+    _complete("`gaps='some'`", lambda w: _to_new(w, source={"gaps": "some"}), ValueError, "gaps:", "'some'"),
     _complete("`fps`: 0", lambda w: _to_new(w, fps=0), ValueError, "fps:", "not 0"),
     _complete("`threads`: 0", lambda w: _to_new(w, threads=0), ValueError, "threads:", "not 0"),
     _complete("`speed=1`", lambda w: _to_new(w, speed=1), TypeError, "speed:", "threads"),
@@ -190,7 +214,7 @@ completing = [
     _batch("one output twice", lambda _: complete_files([Job(Path("a.npz"), Path("new.npz"))] * 2), ValueError, "new.npz:", "more than one job"),
     _batch("a file that is not there (the job's reason)", lambda w: _job(w, "none.npz"), Told, "none.npz:"),
     _batch("half a file (the job's reason)", lambda w: _job(w, "cut.npz"), Told, "cut.npz:", "damaged"),
-    _batch("`extra_iterations=-1` (the job's reason)", lambda w: _job(w, "body.npz", settings={"extra_iterations": -1}), Told, "body.npz: extra_iterations:", "-1"),
+    _batch("`extra_iterations=-1` (the job's reason)", lambda w: _job(w, "body.npz", settings={"method": "motion", "extra_iterations": -1}), Told, "body.npz: extra_iterations:", "-1"),
 ]  # fmt: skip
 
 cases = [*sequences, *reading, *writing, *completing]

@@ -1,0 +1,189 @@
+"""The whole frame from which completion starts: a frame of the sequence, or a template."""
+
+import contextlib
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+
+from .. import files
+from .._checks import check_path
+from .._errors import InputError, KindError, locating
+from ..diagnosis.presence import observed_in
+from ..files import Frame, PathLike, Reader
+from ..sequence import Positions
+from .checkpoint import Source, identity
+
+Start: TypeAlias = int | Literal["whole"]
+"""The number of a whole frame, counted from 0, or "whole" for the first one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Beginning:
+    """A whole frame.
+
+    Attributes:
+        points: (k, 3), with the dtype of the sequence.
+        number: of the frame in the sequence, or -1 for a template, which stands before frame 0.
+        files: those that hold a template.
+    """
+
+    points: Positions
+    number: int = 0
+    files: tuple[Path, ...] = field(default=())
+
+    @property
+    def n_before(self) -> int:
+        """The number of frames that are completed backwards."""
+        return max(0, self.number)
+
+    def described(self) -> dict[str, Any]:
+        """What a checkpoint remembers of it."""
+        return {"start": self.number, "template": list(map(identity, self.files))}
+
+
+def check_beginning(start: object, template: object) -> None:
+    """Refuses what cannot name a whole frame."""
+    if isinstance(start, str):
+        if start != "whole":
+            raise InputError(f"must be 'whole' or a frame, not {start!r}", argument="start")
+    elif not isinstance(start, int | np.integer) or isinstance(start, bool):
+        raise KindError(f"must be 'whole' or a whole number, not {start!r}", argument="start")
+    elif start < 0:
+        raise InputError(f"must be 0 or more, not {start}", argument="start")
+    if template is not None:
+        check_path("template", template)
+        if start != 0:
+            raise InputError(
+                "stands before frame 0, so completion cannot also start at a frame: leave out one "
+                "of start and template",
+                argument="template",
+            )
+
+
+@contextlib.contextmanager
+def open_at_beginning(
+    path: Path, source: Source, start: Start, template: PathLike | None
+) -> Iterator[tuple[Reader, Beginning]]:
+    """Opens a sequence and finds the whole frame from which its completion starts.
+
+    Raises:
+        OSError, ImportError, TypeError, ValueError: the errors of :func:`dynmesh.open`; also if
+            that frame does not exist or is not whole, or if the template has another mesh.
+    """
+    if template is not None:
+        with _open_with(Path(template), path, source) as (reader, first):
+            yield reader, first
+        return
+    with files.open(path, **source) as reader:
+        number = find_whole_frame(reader) if start == "whole" else int(start)
+        reader.whole = number
+        yield reader, _frame_of(reader, number)
+
+
+def find_whole_frame(
+    reader: Reader,
+    watch: Callable[[Iterable[Frame], int], Iterable[Frame]] = lambda frames, _: frames,
+) -> int:
+    """Returns the number of the first frame in which every vertex was observed.
+
+    Args:
+        reader: of the sequence.
+        watch: called with the frames and their number; it must pass the frames on.
+
+    Raises:
+        ValueError: no frame is whole.
+    """
+    reader.whole = None
+    fullest, least = 0, reader.n_vertices + 1
+    with contextlib.closing(reader.frames()) as frames:
+        for number, frame in enumerate(watch(frames, reader.n_frames)):
+            missing = int(np.count_nonzero(~observed_in(frame)))
+            if missing == 0:
+                return number
+            if missing < least:
+                fullest, least = number, missing
+    raise InputError(
+        f"no frame is whole; frame {fullest} lacks the fewest, {least} of {reader.n_vertices} "
+        "vertices; take a whole mesh from a file with --template FILE (in Python, template=)",
+        file=reader.path,
+    )
+
+
+def _frame_of(reader: Reader, number: int) -> Beginning:
+    """The frame with this number, which must be whole."""
+    n = reader.n_frames
+    if number >= n:
+        raise InputError(
+            f"must be less than the number of frames of {reader.path}, which is {n}, not {number}; "
+            "frames are counted from 0, whatever their numbers in the file",
+            argument="start",
+        )
+    with contextlib.closing(reader.frames(number, number + 1)) as frames:
+        frame = next(frames)
+    with locating(frame=number, file=reader.path):
+        _check_whole(
+            frame,
+            "; completion starts from a whole frame: --start whole begins at the first one, and "
+            "--template FILE takes one from a file (in Python, start='whole' and template=)",
+        )
+    return Beginning(np.array(frame.points), number)
+
+
+@contextlib.contextmanager
+def _open_with(template: Path, path: Path, source: Source) -> Iterator[tuple[Reader, Beginning]]:
+    """Opens a sequence that has the mesh of a template, or no faces of its own."""
+    with files.open(template) as whole:
+        with contextlib.closing(whole.frames(0, 1)) as frames:
+            frame = next(frames)
+        with locating(file=template):
+            _check_whole(frame, "; a template must be whole")
+        try:
+            reader = files.open(path, **source)
+        except files.NoFacesError:
+            with_faces: Source = {**source, "faces": template}
+            reader = files.open(path, **with_faces)
+        with reader:
+            reader.whole = None
+            _check_same_mesh(whole, reader)
+            points = np.array(frame.points, reader.dtype)
+            yield reader, Beginning(points, -1, tuple(whole.files))
+
+
+def _check_whole(frame: Frame, advice: str) -> None:
+    missing = np.flatnonzero(~observed_in(frame))
+    if len(missing):
+        raise InputError(
+            f"{len(missing)} of {len(frame.points)} vertices "
+            f"{'is' if len(missing) == 1 else 'are'} missing, the first is vertex {missing[0]}"
+            f"{advice}"
+        )
+
+
+def _check_same_mesh(template: Reader, reader: Reader) -> None:
+    """Refuses a template whose mesh, unit or up axis is not that of the sequence."""
+    for name, what in (
+        ("n_vertices", "number of vertices"),
+        ("metres_per_unit", "unit in metres"),
+        ("up_axis", "up axis"),
+    ):
+        theirs, ours = getattr(template.header, name), getattr(reader.header, name)
+        if None not in (theirs, ours) and theirs != ours:
+            raise InputError(
+                f"its {what} is {theirs}, but {ours} in {reader.path}", file=template.path
+            )
+    theirs, ours = template.faces, reader.faces
+    if len(ours) != len(theirs):
+        raise InputError(
+            f"has {len(theirs)} triangles, but {reader.path} has {len(ours)}", file=template.path
+        )
+    different = np.flatnonzero((ours != theirs).any(axis=1))
+    if len(different):
+        face = int(different[0])
+        raise InputError(
+            f"its triangle {face} is {theirs[face].tolist()}, "
+            f"but {ours[face].tolist()} in {reader.path}",
+            file=template.path,
+        )

@@ -1,0 +1,134 @@
+"""The frames of a sequence, completed backwards and forwards from a whole one.
+
+The frames before the whole one are completed first, from the last to the first, and wait on disk.
+Then all frames are written in order, while those after the whole one are completed. Each of the two
+passes is causal: it uses only frames that it has already met.
+"""
+
+import contextlib
+from collections.abc import Generator, Iterator
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+
+from .._core import Completer
+from .._errors import locating
+from ..files import Frame, Reader, Writer
+from ..settings import Settings
+from .before import Before
+from .beginning import Beginning
+from .checkpoint import BEGINNING, Progress
+from .report import Tally
+
+_BLOCK = 1 << 25  # bytes of frames that are read forwards, to be completed backwards
+
+
+class Passes:
+    """Completes the frames of one sequence.
+
+    Attributes:
+        tally: adds up the frames that were completed.
+    """
+
+    def __init__(
+        self,
+        reader: Reader,
+        beginning: Beginning,
+        settings: Settings,
+        progress: Progress = BEGINNING,
+    ) -> None:
+        """Completes nothing yet.
+
+        Args:
+            reader: of the sequence.
+            beginning: the whole frame.
+            settings: all settings of the completer.
+            progress: what an earlier run did.
+        """
+        self._reader = reader
+        self._beginning = beginning
+        self._settings = settings
+        self._done, self._written, self._state = progress
+        self._completer: Completer | None = None
+        self.tally = Tally(settings["method"])
+
+    def frames(self) -> Generator[Frame, None, None]:
+        """Yields the frames that are left to complete, in the order of their completion."""
+        n_before = self._beginning.n_before
+        if self._done < n_before:
+            yield from _backwards(self._reader, n_before - self._done)
+        with contextlib.closing(self._reader.frames(max(self._done, n_before))) as frames:
+            yield from frames
+
+    def steps(self, frames: Iterator[Frame], writer: Writer, waiting: Path) -> Iterator[None]:
+        """Completes and writes all frames, in steps between which :meth:`progress` may be called.
+
+        Args:
+            frames: those of :meth:`frames`.
+            writer: holds the frames that were written before.
+            waiting: a file for frames that were completed backwards.
+
+        Raises:
+            OSError, ValueError: a frame cannot be read, completed or written.
+        """
+        n_before = self._beginning.n_before
+        if n_before:
+            kept = min(self._done, n_before)
+            with contextlib.closing(Before(waiting, writer.header, n_before, kept)) as before:
+                for frame in islice(frames, n_before - kept):
+                    number = n_before - 1 - self._done
+                    before.append(self._push(frame, number))
+                    self._done += 1
+                    yield
+                self._end_of_pass()
+                for number in range(self._written, n_before):
+                    _append(writer, before.frame(number))
+                    self._written += 1
+                    yield
+        for frame in frames:
+            _append(writer, self._push(frame, self._done))
+            self._done += 1
+            self._written += 1
+            yield
+
+    def progress(self) -> Progress:
+        """Returns what a later run needs to continue."""
+        state = b"" if self._completer is None else self._completer.state()
+        return Progress(self._done, self._written, state)
+
+    def _push(self, frame: Frame, number: int) -> Frame:
+        """Completes a frame. The whole one is returned as it is."""
+        beginning = self._beginning
+        with locating(frame=number):
+            if self._completer is None:
+                self._completer = Completer(self._reader.faces, beginning.points, **self._settings)
+                if self._state:
+                    self._completer.restore(self._state)
+            completer = self._completer
+            if number == beginning.number:
+                points = np.array(beginning.points, completer.dtype)
+            else:
+                points = completer.push(frame.points, frame.known)
+                self.tally.add(completer)
+        return Frame(points, generation=completer.generation, age=completer.age)
+
+    def _end_of_pass(self) -> None:
+        """Makes the second pass begin at the whole frame again."""
+        if self._done == self._beginning.n_before:
+            self._completer, self._state = None, b""
+
+
+def _backwards(reader: Reader, stop: int) -> Iterator[Frame]:
+    """Yields the frames before this one from the last to the first, in constant memory."""
+    size = reader.n_vertices * 3 * reader.dtype.itemsize
+    block = max(1, _BLOCK // size)
+    for end in range(stop, 0, -block):
+        yield from reversed(list(reader.frames(max(0, end - block), end)))
+
+
+def _append(writer: Writer, frame: Frame) -> None:
+    if writer.header.has_provenance:
+        writer.append(frame.points, generation=frame.generation, age=frame.age)
+    else:
+        writer.append(frame.points)

@@ -1,0 +1,97 @@
+"""What the completion of a file has done."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .._core import Completer
+from ..sequence import Mask
+
+LONG = 20
+"""Frames after which a hidden part has lost its shape with method motion."""
+
+
+@dataclass(frozen=True)
+class FileReport:
+    """What :func:`complete_file` has done.
+
+    Attributes:
+        frames: number of frames in the output.
+        resumed_at: number of frames that an interrupted run had completed: 0 unless it was
+            continued, and `frames` if no frame was left to complete.
+        seconds_per_frame: median time of :meth:`dynmesh.Completer.push`, without reading and
+            writing; None if there was nothing to complete.
+        known: number of known vertices, summed over the frames that this call completed. A whole
+            frame from which completion starts is not among them.
+        filled: number of vertices that were filled in.
+        unseen: number of vertices that no edges connected to a known one.
+        rejected: number of vertices that were observed but treated as missing: see
+            `reject_outliers`.
+        remarks: remarks about the output for the user, one line each.
+        existed: whether `resume` found a complete output, so that nothing was done.
+        completed: number of frames that this call completed.
+        empty: number of them in which nothing was observed.
+        hidden_long: number of vertices that were hidden for 20 frames or more; 0 with method
+            detail, which keeps their shape.
+        start: the number of the whole frame from which completion started, or -1 for a template.
+    """
+
+    frames: int
+    resumed_at: int
+    seconds_per_frame: float | None
+    known: int
+    filled: int
+    unseen: int
+    rejected: int
+    remarks: tuple[str, ...] = ()
+    existed: bool = False
+    completed: int = 0
+    empty: int = 0
+    hidden_long: int = 0
+    start: int = 0
+
+
+@dataclass
+class Tally:
+    """Adds up the reports of the frames that a method completed."""
+
+    method: str
+    seconds: list[float] = field(default_factory=list)
+    known: int = 0
+    filled: int = 0
+    unseen: int = 0
+    rejected: int = 0
+    empty: int = 0
+    hidden_long: Mask = field(default_factory=lambda: np.zeros(0, np.bool_))
+
+    def add(self, completer: Completer) -> None:
+        """Takes the last frame of the completer into account."""
+        report = completer.report
+        self.seconds.append(report.seconds)
+        self.known += report.known
+        self.filled += report.filled
+        self.unseen += report.unseen
+        self.rejected += report.rejected
+        self.empty += report.known == 0
+        if self.method == "motion" and report.known < completer.n_vertices:
+            long = completer.age >= LONG
+            self.hidden_long = long | self.hidden_long if len(self.hidden_long) else long
+
+    def report(
+        self, frames: int, resumed_at: int, remarks: tuple[str, ...], start: int
+    ) -> FileReport:
+        """Returns what was done to a file with that many frames."""
+        return FileReport(
+            frames,
+            resumed_at,
+            float(np.median(self.seconds)) if self.seconds else None,
+            self.known,
+            self.filled,
+            self.unseen,
+            self.rejected,
+            remarks,
+            completed=len(self.seconds),
+            empty=self.empty,
+            hidden_long=int(np.count_nonzero(self.hidden_long)),
+            start=start,
+        )

@@ -1,0 +1,152 @@
+"""Sequences in which the files of some frames are missing."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from commands import dynmesh_command as run
+
+import dynmesh
+from dynmesh.jobs.batch import complete_files
+from dynmesh.jobs.job_table import read_jobs
+
+LOST = (3, 4, 8)
+
+
+@pytest.fixture(scope="module")
+def partial() -> dynmesh.Sequence:
+    ocean = dynmesh.synth.ocean(10, grid=8)
+    known = np.stack(list(dynmesh.degrade.random_known(10, 64, 0.5, seed=1)))
+    known[0] = True
+    return replace(ocean, known=known, start=1001, fps=None)
+
+
+def written(folder: Path, partial: dynmesh.Sequence, suffix: str) -> Path:
+    """The sequence in files, without those of the lost frames."""
+    path = folder / ("scan.pvd" if suffix == ".pvd" else f"scans/f_%04d{suffix}")
+    if suffix == ".obj":
+        missing = np.where(
+            np.array(partial.known)[:, :, None], partial.vertices, np.float32(np.nan)
+        )
+        partial = replace(partial, vertices=missing, known=None)
+    dynmesh.write(path, partial)
+    for lost in LOST:
+        (file,) = folder.glob(f"scan*/*{1001 + lost}.*")
+        file.unlink()
+    return path
+
+
+@pytest.mark.parametrize("suffix", [".ply", ".obj", ".pvd"])
+def test_lost_frames_are_frames_without_observations(
+    tmp_path: Path, partial: dynmesh.Sequence, suffix: str
+) -> None:
+    path = written(tmp_path, partial, suffix)
+    with pytest.raises((ValueError, FileNotFoundError)) as refused:
+        dynmesh.open(path)
+    assert "1004" in str(refused.value)
+    assert "--gaps lost" in str(refused.value)
+    read = dynmesh.read(path, gaps="lost")
+    kept = [i for i in range(10) if i not in LOST]
+    assert len(read.vertices) == 10
+    assert read.start == 1001
+    np.testing.assert_array_equal(np.isfinite(read.vertices[list(LOST)]), False)
+    present = partial.known if partial.known is not None and suffix != ".obj" else None
+    if present is not None:
+        np.testing.assert_array_equal(read.vertices[kept], partial.vertices[kept])
+        assert read.known is not None
+        np.testing.assert_array_equal(read.known[kept], present[kept])
+        np.testing.assert_array_equal(read.known[list(LOST)], False)
+
+    output = tmp_path / "made" / "g_%04d.ply"
+    report = dynmesh.complete_file(path, output, source={"gaps": "lost"})
+    assert report.empty == 3
+    assert partial.known is not None
+    first = read.vertices[0]
+    completer = dynmesh.Completer(partial.faces, first, method="detail")
+    for number in range(1, 10):
+        file = tmp_path / "made" / f"g_{1001 + number}.ply"
+        expected = (
+            completer.skip()
+            if number in LOST
+            else completer.push(read.vertices[number], partial.known[number])
+        )
+        np.testing.assert_array_equal(dynmesh.read(file).vertices[0], expected)
+
+
+def test_a_mask_cannot_make_a_lost_frame_known(tmp_path: Path, partial: dynmesh.Sequence) -> None:
+    path = written(tmp_path, partial, ".ply")
+    everything = np.ones((10, 64), np.bool_)
+    read = dynmesh.read(path, gaps="lost", known=everything)
+    assert read.known is not None
+    np.testing.assert_array_equal(read.known.all(axis=1), [i not in LOST for i in range(10)])
+    zeros = dynmesh.read(path, gaps="lost", missing="zero")
+    assert zeros.known is not None
+    assert not zeros.known[list(LOST)].any()
+
+
+def test_numbers_several_apart_survive(tmp_path: Path, partial: dynmesh.Sequence) -> None:
+    """Every second frame of a longer recording, one of them lost."""
+    times = np.arange(10, dtype=np.float64) * 2 + 100
+    path = tmp_path / "in" / "f_%d.ply"
+    dynmesh.write(path, replace(partial, start=100, times=times))
+    names = sorted(file.name for file in path.parent.iterdir())
+    assert names == [f"f_{100 + 2 * i}.ply" for i in range(10)]
+    (path.parent / "f_106.ply").unlink()
+    with pytest.raises(ValueError, match=r"f_106\.ply is missing"):
+        dynmesh.open(path.parent)
+    read = dynmesh.read(path.parent, gaps="lost")
+    np.testing.assert_array_equal(read.times, times)
+    dynmesh.complete_file(path.parent, tmp_path / "out" / "f_%d.ply", source={"gaps": "lost"})
+    assert sorted(file.name for file in (tmp_path / "out").iterdir()) == names
+
+
+def test_times_in_names_are_no_gaps(tmp_path: Path, partial: dynmesh.Sequence) -> None:
+    (tmp_path / "in").mkdir()
+    for place, number in enumerate((20, 53, 87)):
+        one = replace(partial, vertices=partial.vertices[place : place + 1], known=None)
+        dynmesh.write(tmp_path / "in" / f"f_{number}.ply", one)
+    assert len(dynmesh.read(tmp_path / "in").vertices) == 3
+    with pytest.raises(ValueError, match="do not end in evenly spaced numbers"):
+        dynmesh.open(tmp_path / "in", gaps="lost")
+
+
+def test_dates_in_names_do_not_make_millions_of_frames(
+    tmp_path: Path, partial: dynmesh.Sequence
+) -> None:
+    (tmp_path / "in").mkdir()
+    for number in (1, 2, 20201120):
+        one = replace(partial, vertices=partial.vertices[:1], known=None)
+        dynmesh.write(tmp_path / "in" / f"f_{number}.ply", one)
+    with pytest.raises(ValueError, match=r"3 files, but .* 1 to 20201120, would make 20201120"):
+        dynmesh.open(tmp_path / "in", gaps="lost")
+
+
+def test_a_lost_first_frame_needs_a_whole_one(tmp_path: Path, partial: dynmesh.Sequence) -> None:
+    """An index names frames before the first file and after the last one."""
+    dynmesh.write(tmp_path / "in.pvd", replace(partial, known=None))
+    for number in (1001, 1010):
+        (tmp_path / "in" / f"in_{number}.vtp").unlink()
+    output = tmp_path / "out.npz"
+    with pytest.raises(ValueError, match=r"frame 0: 64 of 64 vertices are missing.*--start whole"):
+        dynmesh.complete_file(tmp_path / "in.pvd", output, source={"gaps": "lost"})
+    assert not output.exists()
+    report = dynmesh.complete_file(
+        tmp_path / "in.pvd", output, source={"gaps": "lost"}, start="whole"
+    )
+    assert (report.start, report.empty, report.frames) == (1, 2, 10)
+    np.testing.assert_array_equal(dynmesh.read(output).vertices[1:9], partial.vertices[1:9])
+
+
+def test_commands_and_tables_take_the_option(tmp_path: Path, partial: dynmesh.Sequence) -> None:
+    path = written(tmp_path, partial, ".ply")
+    said = run("complete", path.parent, tmp_path / "a.npz", "--gaps", "lost").stderr
+    assert "nothing was observed in 3 of the frames" in said
+    (tmp_path / "jobs.csv").write_text("input,output,gaps\nscans,b.npz,lost\nscans,c.npz,\n")
+    results = complete_files(read_jobs(tmp_path / "jobs.csv"))
+    assert [result.status for result in results] == ["done", "failed"]
+    a, b = (dynmesh.read(tmp_path / name) for name in ("a.npz", "b.npz"))
+    np.testing.assert_array_equal(a.vertices, b.vertices)
+    assert "3 frames without any known vertex" in run("info", path.parent, "--gaps", "lost").stdout
+    run("convert", path.parent, tmp_path / "all.npz", "--gaps", "lost")
+    assert len(dynmesh.read(tmp_path / "all.npz").vertices) == 10
