@@ -100,7 +100,7 @@ def test_the_command_has_an_option_for_each() -> None:
     for name, setting in SETTINGS.items():
         kind, option = get_args(parameters[name].annotation)
         assert names[name] == [f"--{name.replace('_', '-')}"]
-        assert parameters[name].default == setting.default
+        assert parameters[name].default == file_settings[name]  # type: ignore[literal-required]
         assert kind == type_of(setting)
         assert (option.help, option.min) == (setting.help, setting.least)
 
