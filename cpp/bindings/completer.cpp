@@ -33,9 +33,11 @@ Enumeration value_of(const char* name, const Enumeration& /*old*/, py::handle gi
   return from_name<Enumeration>(name, text_argument(name, given));
 }
 
+constexpr const char* rehearsal_name = "rehearsal";  // the argument beside the settings
+
 Settings settings_of(const py::kwargs& given) {
   Settings settings;
-  std::size_t n_taken = 0;
+  std::size_t n_taken = given.contains(rehearsal_name) ? 1 : 0;
   try {
     for_each_setting([&](const Setting& setting, auto member) {
       if (!given.contains(setting.name)) return;
@@ -48,6 +50,25 @@ Settings settings_of(const py::kwargs& given) {
   // Continue with the overload that refuses calls: see calls.cpp.
   if (n_taken < given.size()) throw py::reference_cast_error();
   return settings;
+}
+
+py::object rehearsal_in(const py::kwargs& given) {
+  return given.contains(rehearsal_name) ? py::object(given[rehearsal_name]) : py::none();
+}
+
+/// Reads the frames of an array or of any other iterable.
+template <class Real>
+Rehearsal<Real> rehearsal_of(const py::object& frames, std::size_t n_vertices) {
+  if (!py::isinstance<py::iterable>(frames)) {
+    throw py::type_error("rehearsal: must be frames, an array (n, k, 3) or an iterable, not " +
+                         type_name(frames));
+  }
+  Rehearsal<Real> rehearsal(n_vertices);
+  for (const py::handle frame : frames) {
+    const auto given = py::reinterpret_borrow<py::object>(frame);
+    rehearsal.add(PointsArgument<Real>("rehearsal", given, "(k, 3)").view());
+  }
+  return rehearsal;
 }
 
 /// Raises a SettingError of C++ as that of dynmesh._errors, with the setting as an attribute.
@@ -66,10 +87,17 @@ void translate_setting_error(std::exception_ptr thrown) {
 class AnyCompleter {
   template <class Real>
   void construct(const IndicesArgument& faces, const py::array& first_frame,
-                 const Settings& settings) {
+                 const Settings& settings, const py::object& rehearsal) {
     const PointsArgument<Real> frame("first_frame", first_frame, "(k, 3)");
-    const py::gil_scoped_release release;
-    completer_ = std::make_unique<Completer<Real>>(faces.faces(), frame.view(), settings);
+    if (rehearsal.is_none()) {
+      const py::gil_scoped_release release;
+      completer_ = std::make_unique<Completer<Real>>(faces.faces(), frame.view(), settings);
+    } else {
+      const auto rehearsed = rehearsal_of<Real>(rehearsal, frame.view().count);
+      const py::gil_scoped_release release;
+      completer_ =
+          std::make_unique<Completer<Real>>(faces.faces(), frame.view(), settings, rehearsed);
+    }
   }
 
   template <class Call>
@@ -89,14 +117,15 @@ class AnyCompleter {
   }
 
  public:
-  AnyCompleter(const py::object& faces, const py::object& first_frame, const Settings& settings) {
+  AnyCompleter(const py::object& faces, const py::object& first_frame, const Settings& settings,
+               const py::object& rehearsal) {
     const IndicesArgument indices("faces", faces, 3, "(m, 3)");
     const py::array frame = to_array("first_frame", first_frame);
     check_floating("first_frame", frame);
     if (frame.itemsize() == sizeof(float)) {
-      construct<float>(indices, frame, settings);
+      construct<float>(indices, frame, settings, rehearsal);
     } else {
-      construct<double>(indices, frame, settings);
+      construct<double>(indices, frame, settings, rehearsal);
     }
   }
 
@@ -237,11 +266,15 @@ Args:
         used for meshes of 23 553 vertices or more, and with "detail" of 5 889 or more; smaller
         meshes are completed by the calling thread alone. Without `revisit`, threads are only used
         to read and write positions. Results are identical for any number of threads. Whether more
-        threads are faster depends on the machine and the mesh.)doc";
+        threads are faster depends on the machine and the mesh.
+    rehearsal: Complete frames of the same mesh, of this subject or one like it: an array (n, k, 3)
+        or any iterable of at least three frames, of which at most 75 are kept. From them, "detail"
+        learns how the shape of the subject varies, which makes hidden parts several times more
+        accurate. A rehearsal that does not help is noticed and not used. Requires "detail".)doc";
 
 constexpr const char* init_doc =
     R"doc(__init__(self, faces, first_frame, *, method="motion", revisit=True, extra_iterations=0,
-         unseen="follow", noise=None, reject_outliers=False, threads=1)
+         unseen="follow", noise=None, reject_outliers=False, threads=1, rehearsal=None)
 --
 
 Start at a complete frame.)doc";
@@ -325,6 +358,8 @@ Attributes:
     rejected: The number of vertices that were observed but rejected as outliers.
     seconds: The wall time of the completion.
     blend: b of method "detail", the weight of the shape of frame 0; 0 for "motion".
+    trust: With a rehearsal, how far its poses are used, from 0 to 1; else 0.
+    explained: With a rehearsal, the share of the residual that its pose explains; else 0.
     factor_seconds, rotation_seconds, solve_seconds: The times of the stages of "detail"; 0 for
         "motion".)doc";
 
@@ -340,6 +375,8 @@ void bind_completer(py::module_& module) {
       .def_readonly("rejected", &FrameReport::rejected)
       .def_readonly("seconds", &FrameReport::seconds)
       .def_property_readonly("blend", [](const FrameReport& r) { return r.stages.blend; })
+      .def_property_readonly("trust", [](const FrameReport& r) { return r.stages.trust; })
+      .def_property_readonly("explained", [](const FrameReport& r) { return r.stages.explained; })
       .def_property_readonly("factor_seconds",
                              [](const FrameReport& r) { return r.stages.factor_seconds; })
       .def_property_readonly("rotation_seconds",
@@ -357,7 +394,8 @@ void bind_completer(py::module_& module) {
   py::class_<AnyCompleter>(module, "Completer", completer_doc)
       .def(py::init([](const py::object& faces, const py::object& first_frame,
                        const py::kwargs& settings) {
-             return std::make_unique<AnyCompleter>(faces, first_frame, settings_of(settings));
+             return std::make_unique<AnyCompleter>(faces, first_frame, settings_of(settings),
+                                                   rehearsal_in(settings));
            }),
            py::arg("faces"), py::arg("first_frame"), init_doc)
       .def("push", &AnyCompleter::push, py::arg("points"), py::arg("known") = py::none(),

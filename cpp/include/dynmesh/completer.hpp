@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <dynmesh/export.hpp>
 #include <dynmesh/frame_report.hpp>
+#include <dynmesh/rehearsal.hpp>
 #include <dynmesh/settings.hpp>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
@@ -45,6 +46,12 @@ class DYNMESH_EXPORT Completer {
   /// std::invalid_argument if these conditions are not met or if `check_settings` refuses the
   /// settings.
   Completer(Faces faces, Points<const Real> first_frame, const Settings& settings = {});
+  /// With the frames of a rehearsal, which method detail requires. Also throws
+  /// std::invalid_argument if there are fewer than three, if they have another number of vertices,
+  /// or if their mean edge is less than half or more than twice that of `first_frame`. The frames
+  /// are copied.
+  Completer(Faces faces, Points<const Real> first_frame, const Settings& settings,
+            const Rehearsal<Real>& rehearsal);
   ~Completer();
   Completer(const Completer&) = delete;
   Completer& operator=(const Completer&) = delete;

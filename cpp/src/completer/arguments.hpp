@@ -1,11 +1,15 @@
 /// Checks the arguments of a completer before anything changes.
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <cstdio>
+#include <dynmesh/rehearsal.hpp>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <initializer_list>
 #include <limits>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -73,6 +77,43 @@ std::vector<Vector3<Real>> first_frame_of(Points<const Real> points) {
   }
   check_view("first_frame", points);
   return complete_frame("first_frame", points);
+}
+
+template <class Real>
+void check_rehearsal(const Rehearsal<Real>& rehearsal, std::size_t n_vertices) {
+  if (rehearsal.n_vertices() != n_vertices) {
+    throw std::invalid_argument("rehearsal: its frames have " +
+                                std::to_string(rehearsal.n_vertices()) +
+                                " vertices, but first_frame has " + std::to_string(n_vertices));
+  }
+  if (rehearsal.n_added() < Rehearsal<Real>::fewest_frames) {
+    throw std::invalid_argument("rehearsal: has " + std::to_string(rehearsal.n_added()) +
+                                " frames, but at least 3 are needed");
+  }
+}
+
+/// Refuses a rehearsal in another unit of length.
+template <class Real>
+void check_size(const Rehearsal<Real>& rehearsal, const Cells& cells,
+                std::span<const Vector3<Real>> first_frame) {
+  double rehearsed = 0;
+  std::vector<Vector3<Real>> frame(first_frame.size());
+  for (const auto& positions : rehearsal.frames()) {
+    for (std::size_t v = 0; v < frame.size(); ++v) {
+      frame[v] = {positions[3 * v], positions[3 * v + 1], positions[3 * v + 2]};
+    }
+    rehearsed += static_cast<double>(mean_edge_length<Real>(cells, frame));
+  }
+  rehearsed /= static_cast<double>(rehearsal.frames().size());
+  const auto mean_edge = static_cast<double>(mean_edge_length(cells, first_frame));
+  if (rehearsed <= 2 * mean_edge && mean_edge <= 2 * rehearsed) return;
+  std::array<char, 200> text{};
+  (void)std::snprintf(
+      text.data(), text.size(),
+      "rehearsal: its mean edge is %.4g, %.4g times that of first_frame, %.4g; both "
+      "must be in the same unit of length",
+      rehearsed, rehearsed / mean_edge, mean_edge);
+  throw std::invalid_argument(text.data());
 }
 
 inline Topology topology_of(Faces faces, std::size_t n_vertices) {

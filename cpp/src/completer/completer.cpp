@@ -73,6 +73,20 @@ Completer<Real>::Completer(Faces faces, Points<const Real> first_frame, const Se
 }
 
 template <class Real>
+Completer<Real>::Completer(Faces faces, Points<const Real> first_frame, const Settings& settings,
+                           const Rehearsal<Real>& rehearsal) {
+  check_settings(settings);
+  if (settings.method != Method::detail) {
+    throw SettingError("rehearsal", "requires method='detail'");
+  }
+  const auto frame = first_frame_of(first_frame);
+  check_rehearsal(rehearsal, frame.size());
+  Topology topology = topology_of(faces, frame.size());
+  check_size<Real>(rehearsal, topology.cells, frame);
+  parts_ = std::make_unique<Parts>(faces, frame, std::move(topology), settings, rehearsal.frames());
+}
+
+template <class Real>
 Completer<Real>::~Completer() = default;
 template <class Real>
 Completer<Real>::Completer(Completer&&) noexcept = default;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "completer/stored_numbers.hpp"
 #include "detail/detail.hpp"
 #include "motion/fast_motion.hpp"
 #include "motion/motion.hpp"
@@ -28,12 +29,37 @@ std::vector<Triangle> faces_in_internal_order(Faces faces, const Numbering& numb
 }
 
 template <class Real>
+Take<Real> take_in_internal_order(std::span<const std::vector<Real>> frames,
+                                  const Numbering& numbering) {
+  Take<Real> take;
+  for (const auto& positions : frames) {
+    auto& frame = take.emplace_back(positions.size() / 3);
+    for (std::size_t v = 0; v < frame.size(); ++v) {
+      frame[numbering.internal_index(v)] = {positions[3 * v], positions[3 * v + 1],
+                                            positions[3 * v + 2]};
+    }
+  }
+  return take;
+}
+
+template <class Real>
+std::uint64_t hash_of_frames(std::span<const std::vector<Real>> frames) {
+  std::uint64_t hash = 0;
+  for (const auto& positions : frames) {
+    hash = hash * 31 + (hash_of(std::as_bytes(std::span(positions))) | 1);
+  }
+  return hash;
+}
+
+template <class Real>
 std::unique_ptr<Estimator<Real>> estimator_of(Faces faces, const Numbering& numbering,
                                               const Topology& topology, const Settings& settings,
-                                              Workers& workers) {
+                                              Workers& workers,
+                                              std::span<const std::vector<Real>> rehearsal) {
   if (settings.method == Method::detail) {
     return std::make_unique<Detail<Real>>(faces_in_internal_order(faces, numbering), topology,
-                                          settings.noise, workers);
+                                          settings.noise, workers, DetailConstants{},
+                                          take_in_internal_order(rehearsal, numbering));
   }
   const Cells& cells = topology.cells;
   if (settings.revisit && FastMotion<Real>::supports(cells.size())) {
@@ -46,7 +72,7 @@ std::unique_ptr<Estimator<Real>> estimator_of(Faces faces, const Numbering& numb
 
 template <class Real>
 Completer<Real>::Parts::Parts(Faces faces, const Frame& frame, Topology caller_topology,
-                              const Settings& chosen)
+                              const Settings& chosen, std::span<const std::vector<Real>> rehearsal)
     : settings(chosen),
       topology(in_internal_order(std::move(caller_topology), numbering)),
       workers(chosen.threads),
@@ -54,12 +80,13 @@ Completer<Real>::Parts::Parts(Faces faces, const Frame& frame, Topology caller_t
       outliers(chosen.reject_outliers ? std::make_unique<Outliers<Real>>(topology->cells)
                                       : nullptr),
       generations(frame.size()),
-      estimator(estimator_of<Real>(faces, numbering, *topology, chosen, workers)),
+      estimator(estimator_of<Real>(faces, numbering, *topology, chosen, workers, rehearsal)),
       unseen(*topology, chosen.unseen),
       previous(frame.size()),
       current(frame.size()),
       known(frame.size()),
-      age(frame.size()) {
+      age(frame.size()),
+      rehearsal_hash(hash_of_frames(rehearsal)) {
   if (!numbering.is_natural()) {
     generation_for_caller_.reserve(frame.size());
     age_for_caller_.reserve(frame.size());
@@ -107,10 +134,11 @@ std::span<const Index> Completer<Real>::Parts::age_of_vertices() const {
   return in_caller_order(age, age_for_caller_);
 }
 
-#define DYNMESH_INSTANTIATE(Real)                                                         \
-  template Completer<Real>::Parts::Parts(Faces, const Frame&, Topology, const Settings&); \
-  template void Completer<Real>::Parts::begin(Frame);                                     \
-  template std::span<const Index> Completer<Real>::Parts::generation() const;             \
+#define DYNMESH_INSTANTIATE(Real)                                                        \
+  template Completer<Real>::Parts::Parts(Faces, const Frame&, Topology, const Settings&, \
+                                         std::span<const std::vector<Real>>);            \
+  template void Completer<Real>::Parts::begin(Frame);                                    \
+  template std::span<const Index> Completer<Real>::Parts::generation() const;            \
   template std::span<const Index> Completer<Real>::Parts::age_of_vertices() const;
 DYNMESH_INSTANTIATE(float)
 DYNMESH_INSTANTIATE(double)

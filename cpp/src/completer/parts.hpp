@@ -30,8 +30,10 @@ struct Completer<Real>::Parts {
   using Clock = std::chrono::steady_clock;
   using Frame = std::vector<Vector3<Real>>;
 
-  /// `first_frame` is in the caller's order.
-  Parts(Faces faces, const Frame& first_frame, Topology caller_topology, const Settings& chosen);
+  /// `first_frame` and the frames of the rehearsal, x y z of each vertex, are in the caller's
+  /// order.
+  Parts(Faces faces, const Frame& first_frame, Topology caller_topology, const Settings& chosen,
+        std::span<const std::vector<Real>> rehearsal = {});
 
   /// Begins a sequence. If memory is exhausted, nothing has changed.
   void begin(Frame new_first_frame);
@@ -64,6 +66,7 @@ struct Completer<Real>::Parts {
   std::vector<std::uint8_t> known;  // the known mask of the current frame
   std::vector<Index> age;
   FrameReport report;
+  std::uint64_t rehearsal_hash = 0;  // of its frames; 0 without a rehearsal
 
  private:
   void update_ages();

@@ -21,14 +21,15 @@ namespace dynmesh {
 namespace {
 
 /// The last character is the version of the format.
-constexpr std::array<char, 8> magic = {'d', 'y', 'n', 'm', 'e', 's', 'h', '5'};
+constexpr std::array<char, 8> magic = {'d', 'y', 'n', 'm', 'e', 's', 'h', '6'};
 
 /// What must agree between the completer that wrote a state and the one that reads it, beside the
 /// settings.
 struct Header {
   std::uint32_t real_size = 0;
   std::uint64_t n_vertices = 0;
-  std::uint64_t cells = 0;  // a hash
+  std::uint64_t cells = 0;      // a hash
+  std::uint64_t rehearsal = 0;  // a hash of its frames, 0 without one
 
   /// Calls `visit` with each field, in the order in which they are stored.
   template <class Self, class Visit>
@@ -36,6 +37,7 @@ struct Header {
     visit(self.real_size);
     visit(self.n_vertices);
     visit(self.cells);
+    visit(self.rehearsal);
   }
 };
 
@@ -98,12 +100,16 @@ struct FrameFacts {
   std::int64_t iterations = 0;
   std::uint64_t rejected = 0;
   double blend = 0;
+  double trust = 0;
+  double explained = 0;
 
   template <class Self, class Visit>
   static void for_each_field(Self& self, const Visit& visit) {
     visit(self.iterations);
     visit(self.rejected);
     visit(self.blend);
+    visit(self.trust);
+    visit(self.explained);
   }
 };
 
@@ -134,8 +140,8 @@ std::uint64_t hash_of_cells(const Cells& cells) {
 }
 
 template <class Real>
-Header header_of(const Cells& cells) {
-  return {sizeof(Real), cells.size(), hash_of_cells(cells)};
+Header header_of(const Cells& cells, std::uint64_t rehearsal) {
+  return {sizeof(Real), cells.size(), hash_of_cells(cells), rehearsal};
 }
 
 void check_header(const Header& found, const Header& expected) {
@@ -149,6 +155,11 @@ void check_header(const Header& found, const Header& expected) {
                  " vertices, but this mesh has " + std::to_string(expected.n_vertices));
   }
   if (found.cells != expected.cells) refuse_state("of a mesh with other faces");
+  if (found.rehearsal != expected.rehearsal) {
+    refuse_state(found.rehearsal == 0      ? "of a completer without a rehearsal"
+                 : expected.rehearsal == 0 ? "of a completer with a rehearsal"
+                                           : "of a completer with another rehearsal");
+  }
 }
 
 /// The checksum detects damage but not bytes that were made up. The following checks refuse all
@@ -171,6 +182,9 @@ void check_facts(const FrameFacts& facts, std::span<const std::uint8_t> known) {
                  std::to_string(n_unknown) + " vertices were unknown");
   }
   if (!std::isfinite(facts.blend)) refuse_state("reports a blend that is not finite");
+  for (const double share : {facts.trust, facts.explained}) {
+    if (!(share >= 0 && share <= 1)) refuse_state("reports a share that is not between 0 and 1");
+  }
 }
 
 void check_ages(std::span<const Index> age, std::span<const std::uint8_t> known) {
@@ -188,8 +202,9 @@ template <class Real>
 std::size_t Completer<Real>::state_size() const {
   using Row = typename Estimator<Real>::Row;
   const std::size_t of_vertex = 2 * 3 * sizeof(Real) + sizeof(Index) + sizeof(std::uint8_t);
-  const std::size_t of_method =
-      sizeof(std::uint64_t) + parts_->estimator->memory_rows() * sizeof(Row) + sizeof(double);
+  const std::size_t of_method = sizeof(std::uint64_t) +
+                                parts_->estimator->memory_rows() * sizeof(Row) + sizeof(double) +
+                                parts_->estimator->pose_size() * sizeof(double);
   const std::size_t of_seal = sizeof(std::uint64_t);
   return sizeof magic + stored_size<Header>() + size_of_settings() + stored_size<FrameFacts>() +
          n_vertices() * of_vertex + of_method + of_seal;
@@ -202,10 +217,11 @@ std::vector<std::byte> Completer<Real>::state() const {
     return static_cast<std::uint8_t>(g == Generations::anchor);
   });
   const FrameFacts facts = {static_cast<std::int64_t>(parts_->report.iterations),
-                            parts_->report.rejected, parts_->report.stages.blend};
+                            parts_->report.rejected, parts_->report.stages.blend,
+                            parts_->report.stages.trust, parts_->report.stages.explained};
   Writer writer(state_size());
   writer.write(std::span<const char>(magic));
-  write_fields(writer, header_of<Real>(parts_->topology->cells));
+  write_fields(writer, header_of<Real>(parts_->topology->cells, parts_->rehearsal_hash));
   write_settings(writer, parts_->settings);
   write_fields(writer, facts);
   writer.write(to_caller_order(parts_->numbering, parts_->first_frame));
@@ -220,6 +236,7 @@ std::vector<std::byte> Completer<Real>::state() const {
     }
   }
   writer.write(memory.anchor_weight);
+  writer.write(std::span<const double>(memory.pose));
   return writer.take_sealed();
 }
 
@@ -229,7 +246,8 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   std::array<char, magic.size()> found_magic{};
   reader.read(std::span<char>(found_magic));
   if (found_magic != magic) refuse_state("not a completer state of this version");
-  check_header(read_fields<Header>(reader), header_of<Real>(parts_->topology->cells));
+  check_header(read_fields<Header>(reader),
+               header_of<Real>(parts_->topology->cells, parts_->rehearsal_hash));
   check_settings_of_state(reader, parts_->settings);
   const auto facts = read_fields<FrameFacts>(reader);
   std::vector<Vector3<Real>> first_frame(n_vertices());
@@ -245,6 +263,8 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   memory.rows.resize(memory_rows > 0 ? n_vertices() : 0);
   for (auto& row : memory.rows) reader.read(std::span<double>(row));
   memory.anchor_weight = reader.read<double>();
+  memory.pose.resize(parts_->estimator->pose_size());
+  reader.read(std::span<double>(memory.pose));
   const auto seal = reader.read<std::uint64_t>();
   if (reader.rest() != 0) refuse_state(std::to_string(reader.rest()) + " bytes too long");
   if (seal != hash_of(state.first(state.size() - sizeof seal))) {
@@ -276,6 +296,8 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   parts_->report.iterations = static_cast<std::size_t>(facts.iterations);
   parts_->report.rejected = facts.rejected;
   parts_->report.stages.blend = facts.blend;
+  parts_->report.stages.trust = facts.trust;
+  parts_->report.stages.explained = facts.explained;
 }
 
 // Only the members defined in this file; completer.cpp instantiates the others.

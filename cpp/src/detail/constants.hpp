@@ -1,7 +1,37 @@
 /// The constants of method detail that are neither settings nor follow from its equations.
 #pragma once
 
+#include <dynmesh/types.hpp>
+
 namespace dynmesh {
+
+/// The constants of rehearsal.
+struct RehearsalConstants {
+  /// The number of parts beside the global one.
+  Index local_parts = 12;
+  /// The width of the weights of a part, in typical distances between neighbouring seeds.
+  double reach = 0.7;
+  /// Smaller weights of a part at a vertex are dropped.
+  double least_weight = 0.02;
+  /// Modes with a smaller eigenvalue, compared with the largest of the part, are dropped.
+  double least_eigenvalue = 1e-6;
+
+  /// v, the variance of the coefficients, before anything is known about it. It is also the v below
+  /// which the rehearsal is not trusted; at twice this v, it is trusted fully.
+  double first_variance = 0.03;
+  double least_variance = 1e-4;
+  double largest_variance = 2;
+  /// lambda is this many times sigma^2 / v.
+  double caution = 4;
+  /// The number of steps of conjugate gradients.
+  int steps = 3;
+  /// They stop if the square of the preconditioned gradient falls to this fraction of the first.
+  double settled = 1e-8;
+  /// How often the known mask is averaged with the neighbours.
+  int averagings = 3;
+  /// The lower bound of the number of coefficients that a frame determines.
+  double least_determined = 0.5;
+};
 
 /// Another value may be better on a single sequence. `python -m benchmarks.sensitivity` prints how
 /// much the error changes if a value is halved or doubled; docs/method.md shows the results.
@@ -44,6 +74,8 @@ struct DetailConstants {
   double first_lambda = 10;
   double least_lambda = 1e-3;
   double largest_lambda = 1e3;
+
+  RehearsalConstants rehearsal;
 };
 
 }  // namespace dynmesh

@@ -10,17 +10,20 @@
 namespace dynmesh {
 
 template <class Real>
-Detail<Real>::Workspace::Workspace(std::size_t n_vertices, bool is_noisy)
+Detail<Real>::Workspace::Workspace(std::size_t n_vertices, bool is_noisy, bool has_rehearsal)
     : anchors(n_vertices, is_noisy),
       x(n_vertices),
       kx(n_vertices),
       shape(n_vertices),
-      k_steps(3 * n_vertices) {}
+      k_steps(3 * n_vertices),
+      steps(has_rehearsal ? 3 * n_vertices : 0),
+      wanted(steps.size()),
+      shapes(steps.size()) {}
 
 template <class Real>
 Detail<Real>::Detail(std::vector<Triangle> faces, const Topology& topology,
                      std::optional<double> noise, Workers& workers,
-                     const DetailConstants& constants)
+                     const DetailConstants& constants, Take<Real> take)
     : faces_(std::move(faces)),
       topology_(topology),
       constants_(constants),
@@ -28,15 +31,28 @@ Detail<Real>::Detail(std::vector<Triangle> faces, const Topology& topology,
       rotations_(topology.cells, workers),
       local_blend_(topology.cells, constants_),
       memory_(topology.cells.size(), constants_),
+      take_(std::move(take)),
+      pose_(topology.cells, workers, constants_.rehearsal),
       noise_(noise),
       next_generations_(topology.cells.size()),
-      workspace_(topology.cells.size(), noise.has_value()) {}
+      workspace_(topology.cells.size(), noise.has_value(), !take_.empty()),
+      workers_(workers) {}
 
 template <class Real>
 void Detail<Real>::reset(Frame first_frame) {
-  system_.template reset<Real>(faces_, first_frame, constants_);
-  mean_edge_ = static_cast<double>(mean_edge_length(topology_.cells, first_frame));
+  auto prepared = system_.template prepare<Real>(faces_, first_frame, constants_);
+  const auto mean_edge = static_cast<double>(mean_edge_length(topology_.cells, first_frame));
   const Field first = in_workspace(first_frame);
+  if (!take_.empty()) {
+    const RehearsalConstants& constants = constants_.rehearsal;
+    const auto parts = divide_surface(topology_.cells, first, constants);
+    const auto shapes =
+        rehearsed_shapes<Real>(take_, prepared.k, topology_.cells, first, mean_edge, workers_);
+    pose_.reset(Modes(parts, shapes, take_.size(), constants));
+  }
+  // Nothing below can throw.
+  system_.reset(std::move(prepared));
+  mean_edge_ = mean_edge;
   rotations_.reset(first, mean_edge_);
   system_.apply(first, 1, workspace_.kx);
   memory_.reset(workspace_.kx, mean_edge_);
@@ -51,6 +67,7 @@ Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
   next_generations_.classify(topology_.cells, known);
   const Anchors& anchors = hold(in_workspace(previous), points, next_generations_);  // may throw
   std::swap(generations, next_generations_);
+  workspace_.is_posed = false;
   if (!anchors.any_solved()) return 0;
 
   // Step 1: find the smoothest motion.
@@ -58,9 +75,11 @@ Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
 
   // Step 2: find the global b and c.
   Field shapes = turned_shapes(positions);
-  const ResidualField directions = find_directions(positions, shapes, anchors);
+  const ResidualField unposed = find_directions(positions, shapes, anchors);
+  const ResidualField directions =
+      pose_.exists() ? pose_first_shape(unposed, generations) : unposed;
   const ResidualSums sums = sum_products(directions, mean_edge_);
-  const Blend blend = global_blend(sums, constants_);
+  const Blend blend = bounded(global_blend(sums, constants_));
 
   // Step 3: find the local b_i.
   const std::span<const double> b = local_blend_.find(directions, sums, blend);
@@ -128,7 +147,13 @@ template <class Real>
 typename Detail<Real>::Field Detail<Real>::turned_shapes(const Positions& positions) {
   const Stopwatch stopwatch(report_.rotation_seconds);
   rotations_.fit(positions.x);
-  return rotations_.turn(memory_.shapes());
+  return rotations_.turn(shapes_in_memory());
+}
+
+/// m, m_first - m and u; once the frame's pose is known, with the posed rest shape as m_first.
+template <class Real>
+typename Detail<Real>::Field Detail<Real>::shapes_in_memory() const {
+  return workspace_.is_posed ? Field(workspace_.shapes) : memory_.shapes();
 }
 
 /// Computes the steps towards Q m, those that a unit of b and of c add, and the residuals they
@@ -144,6 +169,45 @@ ResidualField Detail<Real>::find_directions(const Positions& positions, Field sh
       positions.x, anchors);
   system_.apply(steps, 3, workspace_.k_steps);
   return {anchors, positions.x, positions.kx, shapes, steps, workspace_.k_steps};
+}
+
+/// Poses the rest shape by what the anchors say: p = m_first + k B a takes the place of m_first.
+template <class Real>
+ResidualField Detail<Real>::pose_first_shape(ResidualField directions,
+                                             const Generations& generations) {
+  const Stopwatch stopwatch(report_.solve_seconds);
+  std::ranges::copy(directions.steps, workspace_.steps.begin());
+  std::ranges::copy(directions.wanted, workspace_.wanted.begin());
+  directions.steps = workspace_.steps;
+  directions.wanted = workspace_.wanted;
+  const Pose::Found pose = pose_.find(directions, system_, rotations_, generations);
+  report_.trust = pose.trust;
+  report_.explained = pose.explained;
+  blend_is_uncertain_ = pose.is_first;
+  if (pose.trust == 0) return directions;
+  const double k = pose.trust;
+  const Field remembered = memory_.shapes();
+  for (std::size_t v = 0; v < directions.size(); ++v) {
+    const std::size_t first = 3 * v + 1;
+    workspace_.steps[first] = workspace_.steps[first] + k * pose.steps[v];
+    workspace_.k_steps[first] = workspace_.k_steps[first] + k * pose.k_steps[v];
+    workspace_.wanted[first] = workspace_.wanted[first] + k * pose.wanted[v];
+    workspace_.shapes[3 * v] = remembered[3 * v];
+    workspace_.shapes[first] = remembered[first] + k * pose_.shape()[v];
+    workspace_.shapes[3 * v + 2] = remembered[3 * v + 2];
+  }
+  workspace_.is_posed = true;
+  return directions;
+}
+
+/// In the first frame, the posed rest shape hardly differs from the last one, and b could be any
+/// number.
+template <class Real>
+Blend Detail<Real>::bounded(Blend blend) const {
+  if (workspace_.is_posed && blend_is_uncertain_) {
+    blend.b = std::clamp(blend.b, constants_.least_blend, constants_.largest_blend);
+  }
+  return blend;
 }
 
 template <class Real>
@@ -224,6 +288,7 @@ typename Detail<Real>::Memory Detail<Real>::memory() const {
     memory.rows.push_back({q.w, q.x, q.y, q.z, u.x, u.y, u.z});
   }
   memory.anchor_weight = lambda_;
+  if (!take_.empty()) memory.pose = pose_.memory();
   return memory;
 }
 
@@ -236,7 +301,8 @@ bool Detail<Real>::accepts(const Memory& memory) const {
   };
   return memory.rows.size() == memory_rows() && std::ranges::all_of(memory.rows, is_sound) &&
          memory.anchor_weight >= constants_.least_lambda &&
-         memory.anchor_weight <= constants_.largest_lambda;
+         memory.anchor_weight <= constants_.largest_lambda &&
+         (take_.empty() ? memory.pose.empty() : pose_.accepts(memory.pose));
 }
 
 template <class Real>
@@ -250,6 +316,7 @@ void Detail<Real>::recall(const Memory& memory, Frame completed) {
     return Vector3<double>{row[4], row[5], row[6]};
   });
   memory_.recall(detail, workspace_.shape);
+  if (!take_.empty()) pose_.recall(memory.pose);
 }
 
 template class Detail<float>;

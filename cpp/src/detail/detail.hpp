@@ -13,6 +13,8 @@
 #include "detail/blend.hpp"
 #include "detail/constants.hpp"
 #include "detail/memory.hpp"
+#include "detail/pose.hpp"
+#include "detail/rehearsed_shapes.hpp"
 #include "detail/rotations.hpp"
 #include "detail/shape_system.hpp"
 #include "generations/estimator.hpp"
@@ -38,9 +40,9 @@ class Detail final : public Estimator<Real> {
   using typename Estimator<Real>::Memory;
 
   /// `topology` and `workers` must outlive this object. `noise` is the standard deviation of the
-  /// anchors, positive; without it, they are exact.
+  /// anchors, positive; without it, they are exact. `take` is a rehearsal, or empty.
   Detail(std::vector<Triangle> faces, const Topology& topology, std::optional<double> noise,
-         Workers& workers, const DetailConstants& constants = {});
+         Workers& workers, const DetailConstants& constants = {}, Take<Real> take = {});
 
   void reset(Frame first_frame) override;
   Index estimate(Frame previous, std::span<Vector3<Real>> points,
@@ -48,6 +50,9 @@ class Detail final : public Estimator<Real> {
   void remember(Frame completed) override;
   [[nodiscard]] Memory memory() const override;
   [[nodiscard]] std::size_t memory_rows() const override { return topology_.cells.size(); }
+  [[nodiscard]] std::size_t pose_size() const override {
+    return take_.empty() ? 0 : pose_.memory_size();
+  }
   [[nodiscard]] bool accepts(const Memory& memory) const override;
   void recall(const Memory& memory, Frame completed) override;
   [[nodiscard]] StageReport stages() const override { return report_; }
@@ -67,6 +72,9 @@ class Detail final : public Estimator<Real> {
   Positions move_smoothly(Field previous, const Anchors& anchors);
   Field turned_shapes(const Positions& positions);
   ResidualField find_directions(const Positions& positions, Field shapes, const Anchors& anchors);
+  ResidualField pose_first_shape(ResidualField directions, const Generations& generations);
+  [[nodiscard]] Field shapes_in_memory() const;
+  [[nodiscard]] Blend bounded(Blend blend) const;
   Positions take_directions(Positions positions, const ResidualField& directions,
                             const Blend& blend);
   Positions take_shape(Positions positions, Field shape, const Anchors& anchors);
@@ -81,23 +89,32 @@ class Detail final : public Estimator<Real> {
   Rotations rotations_;
   LocalBlend local_blend_;
   ShapeMemory memory_;
+  Take<Real> take_;  // the frames of the rehearsal, since a new frame 0 has other modes
+  Pose pose_;
   std::optional<double> noise_;
   Generations next_generations_;  // of the current frame, until nothing can throw any more
   double mean_edge_ = 1;          // the mean edge length of frame 0
   double lambda_ = 0;             // in the unit of K
   StageReport report_;
+  bool blend_is_uncertain_ = false;
 
   /// The arrays to which the steps of a frame return views. None is kept from frame to frame.
   struct Workspace {
-    Workspace(std::size_t n_vertices, bool is_noisy);
+    Workspace(std::size_t n_vertices, bool is_noisy, bool has_rehearsal);
 
     Anchors anchors;
     std::vector<Vector3<double>> x;
     std::vector<Vector3<double>> kx;
     std::vector<Vector3<double>> shape;    // (k,)
     std::vector<Vector3<double>> k_steps;  // (3 k,)
+    // With a rehearsal, (3 k,):
+    std::vector<Vector3<double>> steps;
+    std::vector<Vector3<double>> wanted;
+    std::vector<Vector3<double>> shapes;  // the memory, with the posed shape in place of the first
+    bool is_posed = false;
   };
   Workspace workspace_;
+  Workers& workers_;
 };
 
 }  // namespace dynmesh

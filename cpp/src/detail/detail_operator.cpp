@@ -96,6 +96,14 @@ DetailOperator build_detail_operator(std::span<const Triangle> faces, const Cell
   return result;
 }
 
+void apply_operator(const DetailOperator& k, std::span<const Vector3<double>> x, int fields,
+                    std::span<Vector3<double>> products, Workers& workers) {
+  const OperatorData data = data_of(k);
+  workers.for_each_short_chunk(static_cast<Index>(k.size()), [&](Index first, Index last) {
+    best_kernels().products.apply(data, x.data(), fields, products.data(), first, last);
+  });
+}
+
 SymmetricMatrix normal_matrix(const DetailOperator& k) {
   check_size(k);
   SymmetricMatrix normal;

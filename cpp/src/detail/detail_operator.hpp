@@ -9,6 +9,8 @@
 #include "detail/constants.hpp"
 #include "detail/intrinsic_delaunay.hpp"
 #include "factor/elimination.hpp"
+#include "kernels/kernels.hpp"
+#include "support/workers.hpp"
 
 namespace dynmesh {
 
@@ -23,6 +25,11 @@ struct DetailOperator {
   [[nodiscard]] std::size_t size() const { return scale.size(); }
 };
 
+/// As the inner loops take it.
+inline OperatorData data_of(const DetailOperator& k) {
+  return {k.offsets.data(), k.columns.data(), k.values.data(), k.scale.data()};
+}
+
 /// C is the cotangent Laplacian of the intrinsic Delaunay triangulation of `frame`. M contains the
 /// vertex areas, a third of the area of the adjacent triangles, with a lower bound. Lengths are in
 /// mean edge lengths of `frame`, so the result does not depend on the scale of the mesh. An edge of
@@ -32,6 +39,10 @@ template <class Real>
 DetailOperator build_detail_operator(std::span<const Triangle> faces, const Cells& cells,
                                      std::span<const Vector3<Real>> frame,
                                      const DetailConstants& constants = {});
+
+/// products = K x, for one or three fields of Vector3 per vertex, side by side.
+void apply_operator(const DetailOperator& k, std::span<const Vector3<double>> x, int fields,
+                    std::span<Vector3<double>> products, Workers& workers);
 
 /// N = K^T K = C M^-1 C.
 SymmetricMatrix normal_matrix(const DetailOperator& k);

@@ -38,16 +38,28 @@ void Rotations::fit(std::span<const Vector3<double>> frame) {
 
 std::span<const Vector3<double>> Rotations::turn(std::span<const Vector3<double>> triples) {
   workers_.for_each_short_chunk(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
-    turning_.turn(quaternions_.data(), triples.data(), turned_.data(), first, last);
+    turning_.turn(quaternions_.data(), triples.data(), 3, turned_.data(), first, last);
   });
   return turned_;
 }
 
-std::span<const Vector3<double>> Rotations::turn_back(std::span<const Vector3<double>> field) {
+void Rotations::turn(std::span<const Vector3<double>> field,
+                     std::span<Vector3<double>> turned) const {
   workers_.for_each_short_chunk(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
-    turning_.turn_back(quaternions_.data(), field.data(), turned_.data(), first, last);
+    turning_.turn(quaternions_.data(), field.data(), 1, turned.data(), first, last);
   });
+}
+
+std::span<const Vector3<double>> Rotations::turn_back(std::span<const Vector3<double>> field) {
+  turn_back(field, turned_);
   return {turned_.data(), cells_.size()};
+}
+
+void Rotations::turn_back(std::span<const Vector3<double>> field,
+                          std::span<Vector3<double>> turned) const {
+  workers_.for_each_short_chunk(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
+    turning_.turn_back(quaternions_.data(), field.data(), turned.data(), first, last);
+  });
 }
 
 }  // namespace dynmesh

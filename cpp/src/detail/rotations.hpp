@@ -33,6 +33,9 @@ class Rotations {
   std::span<const Vector3<double>> turn(std::span<const Vector3<double>> triples);
   /// Multiplies a field (k,) by Q^T.
   std::span<const Vector3<double>> turn_back(std::span<const Vector3<double>> field);
+  /// The same for one field, into the caller's array, which must not be `field`.
+  void turn(std::span<const Vector3<double>> field, std::span<Vector3<double>> turned) const;
+  void turn_back(std::span<const Vector3<double>> field, std::span<Vector3<double>> turned) const;
 
   /// The rotations (k,), as unit quaternions.
   [[nodiscard]] std::span<Quaternion> quaternions() { return quaternions_; }

@@ -14,29 +14,28 @@ ShapeSystem::ShapeSystem(const Cells& cells, Workers& workers)
       steps_(3 * cells.size()) {}
 
 template <class Real>
-void ShapeSystem::reset(std::span<const Triangle> faces, std::span<const Vector3<Real>> first_frame,
-                        const DetailConstants& constants) {
+ShapeSystem::Prepared ShapeSystem::prepare(std::span<const Triangle> faces,
+                                           std::span<const Vector3<Real>> first_frame,
+                                           const DetailConstants& constants) const {
   auto k = build_detail_operator<Real>(faces, cells_, first_frame, constants);
-  factor_ = std::make_unique<MaskedFactor>(
-      normal_matrix(k));  // first, since it may throw if memory is exhausted
-  operator_ = std::move(k);
+  auto factor = std::make_unique<MaskedFactor>(normal_matrix(k));
+  return {std::move(k), std::move(factor)};
 }
 
-template void ShapeSystem::reset(std::span<const Triangle>, std::span<const Vector3<float>>,
-                                 const DetailConstants&);
-template void ShapeSystem::reset(std::span<const Triangle>, std::span<const Vector3<double>>,
-                                 const DetailConstants&);
+template ShapeSystem::Prepared ShapeSystem::prepare(std::span<const Triangle>,
+                                                    std::span<const Vector3<float>>,
+                                                    const DetailConstants&) const;
+template ShapeSystem::Prepared ShapeSystem::prepare(std::span<const Triangle>,
+                                                    std::span<const Vector3<double>>,
+                                                    const DetailConstants&) const;
 
-OperatorData ShapeSystem::operator_data() const {
-  return {operator_.offsets.data(), operator_.columns.data(), operator_.values.data(),
-          operator_.scale.data()};
+void ShapeSystem::reset(Prepared prepared) noexcept {
+  operator_ = std::move(prepared.k);
+  factor_ = std::move(prepared.factor);
 }
 
 void ShapeSystem::apply(Field x, int fields, std::span<Vector3<double>> detail) const {
-  const OperatorData k = operator_data();
-  workers_.for_each_short_chunk(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
-    kernels_.apply(k, x.data(), fields, detail.data(), first, last);
-  });
+  apply_operator(operator_, x, fields, detail, workers_);
 }
 
 void ShapeSystem::factorize(const Anchors& anchors) {
@@ -45,7 +44,7 @@ void ShapeSystem::factorize(const Anchors& anchors) {
 
 ShapeSystem::Field ShapeSystem::solve_scaled(int fields, Field x, const Anchors& anchors) {
   const auto rows = solved();
-  const OperatorData k = operator_data();
+  const OperatorData k = data_of(operator_);
   workers_.for_each_short_chunk(static_cast<Index>(rows.size()), [&](Index first, Index last) {
     kernels_.apply_transposed(k, scaled_residual_.data(), fields, rows.data(), solution_.data(),
                               first, last);

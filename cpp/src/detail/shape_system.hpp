@@ -27,10 +27,17 @@ class ShapeSystem {
   /// `cells` and `workers` must outlive this object.
   ShapeSystem(const Cells& cells, Workers& workers);
 
-  /// Builds K for a new frame 0.
+  /// K of a new frame 0, and what is needed to factor N.
+  struct Prepared {
+    DetailOperator k;
+    std::unique_ptr<MaskedFactor> factor;
+  };
   template <class Real>
-  void reset(std::span<const Triangle> faces, std::span<const Vector3<Real>> first_frame,
-             const DetailConstants& constants);
+  [[nodiscard]] Prepared prepare(std::span<const Triangle> faces,
+                                 std::span<const Vector3<Real>> first_frame,
+                                 const DetailConstants& constants) const;
+  /// Begins a sequence.
+  void reset(Prepared prepared) noexcept;
 
   /// detail = K x.
   void apply(Field x, int fields, std::span<Vector3<double>> detail) const;
@@ -57,7 +64,6 @@ class ShapeSystem {
 
  private:
   Field solve_scaled(int fields, Field x, const Anchors& anchors);
-  [[nodiscard]] OperatorData operator_data() const;
 
   const Cells& cells_;
   Workers& workers_;

@@ -25,6 +25,7 @@ class Estimator {
   struct Memory {
     std::vector<Row> rows;  ///< one for each vertex, or empty
     double anchor_weight = 0;
+    std::vector<double> pose;  ///< of a rehearsed subject, `pose_size()` numbers
   };
 
   Estimator() = default;
@@ -53,9 +54,10 @@ class Estimator {
   [[nodiscard]] virtual Memory memory() const { return {}; }
   /// The number of rows of that memory, which is constant.
   [[nodiscard]] virtual std::size_t memory_rows() const { return 0; }
+  [[nodiscard]] virtual std::size_t pose_size() const { return 0; }
   /// Whether this method can have produced this memory.
   [[nodiscard]] virtual bool accepts(const Memory& memory) const {
-    return memory.rows.size() == memory_rows() && memory.anchor_weight == 0;
+    return memory.rows.size() == memory_rows() && memory.anchor_weight == 0 && memory.pose.empty();
   }
   /// Restores the memory after `reset`. `completed` is the last completed frame.
   virtual void recall(const Memory& /*memory*/, Frame /*completed*/) {}

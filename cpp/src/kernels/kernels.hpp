@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "kernels/dense_kernels.hpp"
+#include "kernels/mode_kernels.hpp"
 #include "kernels/operator_kernels.hpp"
 #include "kernels/rotation_kernels.hpp"
 #include "kernels/row_kernels.hpp"
@@ -14,6 +15,7 @@ namespace dynmesh {
 /// All inner loops for one kind of processor.
 struct Kernels {
   DenseKernels dense;
+  ModeKernels modes;
   OperatorKernels products;
   RotationKernels rotations;
   RowKernels<float> rows_of_floats;

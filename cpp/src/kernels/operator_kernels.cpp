@@ -68,16 +68,23 @@ struct Matrix {
           Doubles{xz + wy, yz - wx, 1 - xx - yy, 0}};
 }
 
-void turn(const Quaternion* rotations, const Vector3<double>* triples, Vector3<double>* turned,
-          Index first, Index last) {
+template <int fields>
+void turn_fields(const Quaternion* rotations, const Vector3<double>* values,
+                 Vector3<double>* turned, Index first, Index last) {
   for (Index i = first; i < last; ++i) {
     const Matrix q = matrix_of(rotations[i]);
-    for (int f = 0; f < 3; ++f) {
-      const std::ptrdiff_t row = 3 * static_cast<std::ptrdiff_t>(i) + f;
-      const Vector3<double>& v = triples[row];
+    for (int f = 0; f < fields; ++f) {
+      const std::ptrdiff_t row = fields * static_cast<std::ptrdiff_t>(i) + f;
+      const Vector3<double>& v = values[row];
       quad(turned + row) = v.x * q.x + v.y * q.y + v.z * q.z;
     }
   }
+}
+
+void turn(const Quaternion* rotations, const Vector3<double>* values, int fields,
+          Vector3<double>* turned, Index first, Index last) {
+  fields == 1 ? turn_fields<1>(rotations, values, turned, first, last)
+              : turn_fields<3>(rotations, values, turned, first, last);
 }
 
 void turn_back(const Quaternion* rotations, const Vector3<double>* field, Vector3<double>* turned,

@@ -29,9 +29,9 @@ struct OperatorKernels {
   void (*apply_transposed)(const OperatorData& k, const Vector3<double>* y, int fields,
                            const Index* rows, Vector3<double>* products, Index first, Index last);
 
-  /// Rotates rows `first` to `last` - 1 of three fields.
-  void (*turn)(const Quaternion* rotations, const Vector3<double>* triples, Vector3<double>* turned,
-               Index first, Index last);
+  /// Rotates rows `first` to `last` - 1 of one or three fields.
+  void (*turn)(const Quaternion* rotations, const Vector3<double>* values, int fields,
+               Vector3<double>* turned, Index first, Index last);
   /// Rotates rows of one field by the inverse rotations.
   void (*turn_back)(const Quaternion* rotations, const Vector3<double>* field,
                     Vector3<double>* turned, Index first, Index last);

@@ -1,0 +1,152 @@
+#include "detail/modes.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "support/geometry.hpp"
+
+namespace dynmesh {
+namespace {
+
+using Matrix = Eigen::MatrixXd;
+using Deviations = Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor>>;
+static_assert(sizeof(Vector3<double>) == 4 * sizeof(double));
+
+/// Sums of float are short, so that they are as accurate as their terms. The chunks do not depend
+/// on the number of threads, and neither do the sums.
+constexpr Index chunk = 256;
+
+/// The deviations of a vertex in all frames, (n_frames, 4); the last column is 0.
+Deviations deviations(std::span<const Vector3<double>> shapes, std::size_t n_frames,
+                      std::size_t v) {
+  return {&shapes[v * n_frames].x, static_cast<Eigen::Index>(n_frames), 4};
+}
+
+/// G_lm = sum_i w_i z_li . z_mi of each part.
+std::vector<Matrix> products_of_frames(const SurfaceParts& parts,
+                                       std::span<const Vector3<double>> shapes,
+                                       std::size_t n_frames) {
+  const auto n = static_cast<Eigen::Index>(n_frames);
+  constexpr Eigen::Index batch = 64;
+  struct Batch {
+    Matrix columns;
+    Eigen::Index filled = 0;
+  };
+  std::vector<Matrix> products(static_cast<std::size_t>(parts.n_parts), Matrix::Zero(n, n));
+  std::vector<Batch> batches(products.size(), {Matrix::Zero(n, 3 * batch)});
+  const auto flush = [&](std::size_t part) {
+    Batch& full = batches[part];
+    products[part].selfadjointView<Eigen::Lower>().rankUpdate(full.columns.leftCols(full.filled));
+    full.filled = 0;
+  };
+  for (std::size_t v = 0; v + 1 < parts.offsets.size(); ++v) {
+    const Deviations z = deviations(shapes, n_frames, v);
+    for (Index e = parts.offsets[v]; e < parts.offsets[v + 1]; ++e) {
+      const auto [part, weight] = parts.entries[static_cast<std::size_t>(e)];
+      Batch& filling = batches[static_cast<std::size_t>(part)];
+      filling.columns.middleCols(filling.filled, 3) = std::sqrt(weight) * z.leftCols(3);
+      filling.filled += 3;
+      if (filling.filled == filling.columns.cols()) flush(static_cast<std::size_t>(part));
+    }
+  }
+  for (std::size_t part = 0; part < products.size(); ++part) flush(part);
+  return products;
+}
+
+/// The leading eigenvectors, (n_frames, up to 16).
+struct Leading {
+  Matrix vectors;
+  double share = 0;  // of the sum of all eigenvalues
+};
+
+Leading leading_vectors(const Matrix& products, const RehearsalConstants& constants) {
+  const Eigen::SelfAdjointEigenSolver<Matrix> solver(products);  // reads the lower triangle
+  const auto& values = solver.eigenvalues();                     // ascending
+  const Eigen::Index n = values.size();
+  const double largest = values[n - 1];
+  Eigen::Index kept = 0;
+  double held = 0;
+  while (kept < std::min<Eigen::Index>(n, modes_of_part) && largest > 0 &&
+         values[n - 1 - kept] > constants.least_eigenvalue * largest) {
+    held += values[n - 1 - kept++];
+  }
+  const double all = values.cwiseMax(0).sum();
+  return {solver.eigenvectors().rightCols(kept).rowwise().reverse(), all > 0 ? held / all : 0};
+}
+
+}  // namespace
+
+Modes::Modes(const SurfaceParts& parts, std::span<const Vector3<double>> shapes,
+             std::size_t n_frames, const RehearsalConstants& constants)
+    : n_coefficients_(static_cast<std::size_t>(modes_of_part * parts.n_parts)),
+      offsets_(parts.offsets),
+      parts_(parts.entries.size()),
+      values_(3 * modes_of_part * parts.entries.size()),
+      coefficients_(n_coefficients_) {
+  std::vector<Leading> leading;
+  for (const Matrix& products : products_of_frames(parts, shapes, n_frames)) {
+    leading.push_back(leading_vectors(products, constants));
+    size_ += static_cast<std::size_t>(leading.back().vectors.cols());
+  }
+  variance_held_ = leading.front().share;
+  const std::size_t k = offsets_.size() - 1;
+  partial_sums_.resize((k + chunk - 1) / chunk * n_coefficients_);
+  const double scale = 1 / std::sqrt(static_cast<double>(n_frames));
+  for (std::size_t v = 0; v < k; ++v) {
+    const Deviations z = deviations(shapes, n_frames, v);
+    for (Index e = offsets_[v]; e < offsets_[v + 1]; ++e) {
+      const auto entry = static_cast<std::size_t>(e);
+      const auto [part, weight] = parts.entries[entry];
+      parts_[entry] = part;
+      // B_j(i) = w_i sum_l U_lj z_li / sqrt(n)
+      const Matrix modes =
+          weight * scale * (leading[static_cast<std::size_t>(part)].vectors.transpose() * z);
+      for (Eigen::Index j = 0; j < modes.rows(); ++j) {
+        for (Eigen::Index c = 0; c < 3; ++c) {
+          values_[(3 * entry + static_cast<std::size_t>(c)) * modes_of_part +
+                  static_cast<std::size_t>(j)] = static_cast<float>(modes(j, c));
+        }
+      }
+    }
+  }
+}
+
+void Modes::combine(std::span<const double> coefficients, std::span<Vector3<double>> combined,
+                    Workers& workers) {
+  std::ranges::transform(coefficients, coefficients_.begin(),
+                         [](double a) { return static_cast<float>(a); });
+  const auto k = static_cast<Index>(combined.size());
+  workers.for_each((k + chunk - 1) / chunk, [&](Index i) {
+    best_kernels().modes.combine(data(), coefficients_.data(), combined.data(), i * chunk,
+                                 std::min(k, (i + 1) * chunk));
+  });
+}
+
+template <class Kernel>
+void Modes::reduce(std::span<double> sums, Workers& workers, const Kernel& kernel) {
+  std::ranges::fill(partial_sums_, 0.0F);
+  const auto k = static_cast<Index>(offsets_.size() - 1);
+  workers.for_each((k + chunk - 1) / chunk, [&](Index i) {
+    kernel(&partial_sums_[static_cast<std::size_t>(i) * n_coefficients_], i * chunk,
+           std::min(k, (i + 1) * chunk));
+  });
+  std::ranges::fill(sums, 0.0);
+  for (std::size_t i = 0; i < partial_sums_.size(); ++i) {
+    sums[i % n_coefficients_] += static_cast<double>(partial_sums_[i]);
+  }
+}
+
+void Modes::project(Field field, std::span<double> projected, Workers& workers) {
+  reduce(projected, workers, [&](float* sums, Index first, Index last) {
+    best_kernels().modes.project(data(), field.data(), sums, first, last);
+  });
+}
+
+void Modes::weigh(std::span<const double> weights, std::span<double> squares, Workers& workers) {
+  reduce(squares, workers, [&](float* sums, Index first, Index last) {
+    best_kernels().modes.add_squares(data(), weights.data(), sums, first, last);
+  });
+}
+
+}  // namespace dynmesh

@@ -1,0 +1,209 @@
+#include "detail/pose.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "support/geometry.hpp"
+
+namespace dynmesh {
+namespace {
+
+double product(std::span<const double> a, std::span<const double> b) {
+  return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+}
+
+}  // namespace
+
+Pose::Pose(const Cells& cells, Workers& workers, const RehearsalConstants& constants)
+    : cells_(cells), workers_(workers), constants_(constants) {}
+
+void Pose::reset(Modes modes) {
+  std::vector<double> coefficients(modes.n_coefficients());
+  if (modes.size() > 0) {
+    for (auto* values : {&gradient_, &direction_, &product_, &preconditioned_, &squares_}) {
+      values->resize(modes.n_coefficients());
+    }
+    for (auto* values : {&seen_, &averaged_}) values->resize(cells_.size());
+    for (auto* fields : {&shape_, &wanted_, &steps_, &k_steps_, &residual_, &mode_shape_,
+                         &mode_wanted_, &mode_steps_, &mode_k_steps_}) {
+      fields->resize(cells_.size());
+    }
+  }
+  // Nothing below can throw.
+  modes_ = std::move(modes);
+  coefficients_ = std::move(coefficients);
+  residual_variance_ = -1;
+  determined_ = static_cast<double>(modes_.size());
+  size_ = constants_.first_variance * determined_;
+}
+
+std::size_t Pose::memory_size() const {
+  return 3 + static_cast<std::size_t>(modes_of_part * (constants_.local_parts + 1));
+}
+
+std::vector<double> Pose::memory() const {
+  std::vector<double> memory = {residual_variance_, size_, determined_};
+  memory.insert(memory.end(), coefficients_.begin(), coefficients_.end());
+  memory.resize(memory_size());
+  return memory;
+}
+
+bool Pose::accepts(std::span<const double> memory) const {
+  const auto is_finite = [](double value) { return std::isfinite(value); };
+  return memory.size() == memory_size() && std::ranges::all_of(memory, is_finite) &&
+         memory[1] >= 0 && memory[2] >= 0;
+}
+
+void Pose::recall(std::span<const double> memory) {
+  residual_variance_ = memory[0];
+  size_ = memory[1];
+  determined_ = memory[2];
+  std::ranges::copy(memory.subspan(3, coefficients_.size()), coefficients_.begin());
+}
+
+/// h: the known mask, averaged over the cells.
+void Pose::weigh_seen(const Generations& generations) {
+  const auto generation = generations.of_vertices();
+  for (std::size_t v = 0; v < seen_.size(); ++v) {
+    seen_[v] = generation[v] == Generations::anchor ? 1 : 0;
+  }
+  for (int n = 0; n < constants_.averagings; ++n) {
+    for (std::size_t v = 0; v < seen_.size(); ++v) {
+      const auto cell = cells_[static_cast<Index>(v)];
+      double sum = seen_[v];
+      for (const Index j : cell) sum += seen_[static_cast<std::size_t>(j)];
+      averaged_[v] = sum / static_cast<double>(cell.size() + 1);
+    }
+    std::swap(seen_, averaged_);
+  }
+}
+
+/// Solves for the steps towards a shape, without those of noisy anchors to their positions.
+void Pose::step_towards(Field wanted, const Anchors& anchors, ShapeSystem& system,
+                        std::vector<Vector3<double>>& steps,
+                        std::vector<Vector3<double>>& k_steps) {
+  const Field found = system.template solve<1>(
+      [&](std::size_t v, std::size_t) { return wanted[v]; }, anchors.observed, anchors);
+  std::ranges::copy(found, steps.begin());
+  system.apply(steps, 1, k_steps);
+}
+
+/// Sets the residual of the shape and returns the energies, with the terms of noisy anchors.
+Pose::Energies Pose::measure(const ResidualField& residuals) {
+  Energies energies;
+  const Anchors& anchors = residuals.anchors;
+  for (std::size_t v = 0; v < residuals.size(); ++v) {
+    residual_[v] = {};
+    if (anchors.counts[v] == 0) continue;
+    const Vector3<double> r3 = k_steps_[v] - wanted_[v];
+    bool is_shape = true;
+    residuals.visit(v, [&](const Residuals& r) {
+      const Vector3<double> without = r.r0 + r.r1;
+      const Vector3<double> with = without + (is_shape ? r3 : steps_[v]);
+      if (is_shape) residual_[v] = with;
+      energies.without += r.weight * squared_norm(without);
+      energies.with += r.weight * squared_norm(with);
+      is_shape = false;
+    });
+  }
+  return energies;
+}
+
+/// Minimises |r0 + r1 + r3 + F(B d)|^2 + lambda |a + d|^2 over d by preconditioned conjugate
+/// gradients, F(f) = K Y - Q f with the steps Y towards Q f, and adds d to a.
+double Pose::descend(const Anchors& anchors, ShapeSystem& system, const Rotations& rotations,
+                     double lambda) {
+  std::vector<double>& a = coefficients_;
+  const auto precondition = [&] {
+    for (std::size_t j = 0; j < a.size(); ++j) {
+      preconditioned_[j] = gradient_[j] / (squares_[j] + lambda);
+    }
+    return product(gradient_, preconditioned_);
+  };
+  // The gradient, downhill: B^T Q^T r - lambda a.
+  rotations.turn_back(residual_, mode_shape_);
+  modes_.project(mode_shape_, gradient_, workers_);
+  for (std::size_t j = 0; j < a.size(); ++j) gradient_[j] -= lambda * a[j];
+  double slope = precondition();
+  const double first_slope = slope;
+  std::ranges::copy(preconditioned_, direction_.begin());
+  for (int n = 0; n < constants_.steps; ++n) {
+    if (!(slope > constants_.settled * first_slope)) break;  // also if it is 0 or NaN
+    // S p = -B^T Q^T F(B p) + lambda p
+    modes_.combine(direction_, mode_shape_, workers_);
+    rotations.turn(mode_shape_, mode_wanted_);
+    step_towards(mode_wanted_, anchors, system, mode_steps_, mode_k_steps_);
+    for (std::size_t v = 0; v < mode_shape_.size(); ++v) {
+      residual_[v] = anchors.counts[v] * (mode_wanted_[v] - mode_k_steps_[v]);  // -F
+    }
+    rotations.turn_back(residual_, mode_shape_);
+    modes_.project(mode_shape_, product_, workers_);
+    for (std::size_t j = 0; j < a.size(); ++j) product_[j] += lambda * direction_[j];
+    const double curvature = product(direction_, product_);
+    if (!(curvature > 0)) break;
+    const double length = slope / curvature;
+    for (std::size_t j = 0; j < a.size(); ++j) {
+      a[j] += length * direction_[j];
+      gradient_[j] -= length * product_[j];
+    }
+    for (std::size_t v = 0; v < steps_.size(); ++v) {
+      steps_[v] = steps_[v] + length * mode_steps_[v];
+      k_steps_[v] = k_steps_[v] + length * mode_k_steps_[v];
+      wanted_[v] = wanted_[v] + length * mode_wanted_[v];
+    }
+    const double last_slope = std::exchange(slope, precondition());
+    for (std::size_t j = 0; j < a.size(); ++j) {
+      direction_[j] = preconditioned_[j] + slope / last_slope * direction_[j];
+    }
+  }
+  return first_slope;
+}
+
+/// The variance of the coefficients, v = N_v / D_v, from those that the frames determine.
+void Pose::update_evidence(double lambda) {
+  double determined = 0;
+  for (const double square : squares_) determined += square / (square + lambda);
+  const double size = product(coefficients_, coefficients_);
+  size_ = (size_ + size) / 2;
+  determined_ = (determined_ + std::max(constants_.least_determined, determined)) / 2;
+}
+
+Pose::Found Pose::find(const ResidualField& residuals, ShapeSystem& system,
+                       const Rotations& rotations, const Generations& generations) {
+  const Anchors& anchors = residuals.anchors;
+  const auto variance = [&] {
+    return std::clamp(size_ / determined_, constants_.least_variance, constants_.largest_variance);
+  };
+  Found found;
+  found.is_first = residual_variance_ < 0;
+  modes_.combine(coefficients_, shape_, workers_);
+  rotations.turn(shape_, wanted_);
+  step_towards(wanted_, anchors, system, steps_, k_steps_);
+  Energies energies = measure(residuals);
+  const double coordinates = 3 * static_cast<double>(anchors.number);
+  const double residual_variance =
+      found.is_first ? energies.with / coordinates : residual_variance_;
+  const double lambda = constants_.caution * residual_variance / variance();
+  if (lambda > 0 && std::isfinite(lambda)) {
+    weigh_seen(generations);
+    modes_.weigh(seen_, squares_, workers_);
+    if (descend(anchors, system, rotations, lambda) > 0) {
+      modes_.combine(coefficients_, shape_, workers_);
+      energies.with = measure(residuals).with;
+    }
+    update_evidence(lambda);
+  }
+  if (std::isfinite(energies.with)) residual_variance_ = energies.with / coordinates;
+  found.trust = std::clamp(variance() / constants_.first_variance - 1, 0.0, 1.0);
+  if (energies.without > 0) {
+    found.explained = std::clamp(1 - energies.with / energies.without, 0.0, 1.0);
+  }
+  found.steps = steps_;
+  found.k_steps = k_steps_;
+  found.wanted = wanted_;
+  return found;
+}
+
+}  // namespace dynmesh

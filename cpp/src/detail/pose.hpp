@@ -1,0 +1,91 @@
+/// The pose of a subject that was seen before: which of its rehearsed shapes the anchors support.
+#pragma once
+
+#include <cstddef>
+#include <dynmesh/topology.hpp>
+#include <dynmesh/types.hpp>
+#include <span>
+#include <vector>
+
+#include "detail/anchors.hpp"
+#include "detail/blend.hpp"
+#include "detail/constants.hpp"
+#include "detail/modes.hpp"
+#include "detail/rotations.hpp"
+#include "detail/shape_system.hpp"
+#include "generations/generations.hpp"
+#include "support/workers.hpp"
+
+namespace dynmesh {
+
+/// Finds coefficients a so that m_first + B a, the posed rest shape, explains what the shapes of
+/// the last frame and of frame 0 leave unexplained; see docs/method.md. Without modes, there is no
+/// pose, and nothing is allocated.
+class Pose {
+ public:
+  using Field = std::span<const Vector3<double>>;
+
+  Pose(const Cells& cells, Workers& workers, const RehearsalConstants& constants);
+
+  /// Begins a sequence with these modes.
+  void reset(Modes modes);
+
+  [[nodiscard]] bool exists() const { return modes_.size() > 0; }
+  [[nodiscard]] const Modes& modes() const { return modes_; }
+
+  /// The number of values in the memory of a pose.
+  [[nodiscard]] std::size_t memory_size() const;
+  /// What later frames depend on.
+  [[nodiscard]] std::vector<double> memory() const;
+  /// Whether a pose can have this memory.
+  [[nodiscard]] bool accepts(std::span<const double> memory) const;
+  void recall(std::span<const double> memory);
+
+  /// What a frame says about the pose.
+  struct Found {
+    double trust = 0;       ///< k, 0 to 1
+    double explained = 0;   ///< the share of the residual |r0 + r1|^2 that the pose explains
+    bool is_first = false;  ///< whether this is the first frame
+    Field steps;            ///< (k,) Y3, the step that the posed rest shape adds
+    Field k_steps;          ///< (k,) K Y3
+    Field wanted;           ///< (k,) Q B a
+  };
+
+  /// Fits a to the residuals and updates the evidence. `rotations` are those of the residuals. The
+  /// result is valid until the next call.
+  Found find(const ResidualField& residuals, ShapeSystem& system, const Rotations& rotations,
+             const Generations& generations);
+
+  /// B a: (k,).
+  [[nodiscard]] Field shape() const { return shape_; }
+
+ private:
+  struct Energies {
+    double without = 0;  // |r0 + r1|^2
+    double with = 0;     // |r0 + r1 + r3|^2
+  };
+
+  Energies measure(const ResidualField& residuals);
+  void weigh_seen(const Generations& generations);
+  double descend(const Anchors& anchors, ShapeSystem& system, const Rotations& rotations,
+                 double lambda);
+  void update_evidence(double lambda);
+  void step_towards(Field wanted, const Anchors& anchors, ShapeSystem& system,
+                    std::vector<Vector3<double>>& steps, std::vector<Vector3<double>>& k_steps);
+
+  const Cells& cells_;
+  Workers& workers_;
+  const RehearsalConstants& constants_;
+  Modes modes_;
+  std::vector<double> coefficients_;  // a
+  double residual_variance_ = -1;     // sigma^2; negative before the first frame
+  double size_ = 0;                   // N_v, the evidence: the squared coefficients,
+  double determined_ = 0;             // D_v, and how many of them were determined
+  std::vector<double> gradient_, direction_, product_, preconditioned_, squares_;
+  std::vector<double> seen_, averaged_;
+  std::vector<Vector3<double>> shape_, wanted_, steps_, k_steps_;
+  std::vector<Vector3<double>> residual_;  // r0 + r1 + r3, 0 where vertices do not count
+  std::vector<Vector3<double>> mode_shape_, mode_wanted_, mode_steps_, mode_k_steps_;
+};
+
+}  // namespace dynmesh

@@ -1,0 +1,28 @@
+/// The shapes of a rehearsal, in the axes of frame 0.
+#pragma once
+
+#include <dynmesh/topology.hpp>
+#include <dynmesh/types.hpp>
+#include <span>
+#include <vector>
+
+#include "detail/detail_operator.hpp"
+#include "support/workers.hpp"
+
+namespace dynmesh {
+
+/// Frames of the same mesh, each (k,).
+template <class Real>
+using Take = std::vector<std::vector<Vector3<Real>>>;
+
+/// Returns z = Q^T K V - m_0 of each frame V of the take: for each vertex, the deviations in all
+/// frames, (k, n_frames). Q is fitted to the frame until it no longer changes, from the rotation
+/// that fits the whole frame best, since its pose may be far from `first`. A take that was moved
+/// and turned as a whole has the same shapes.
+template <class Real>
+std::vector<Vector3<double>> rehearsed_shapes(const Take<Real>& take, const DetailOperator& k,
+                                              const Cells& cells,
+                                              std::span<const Vector3<double>> first,
+                                              double mean_edge, Workers& workers);
+
+}  // namespace dynmesh

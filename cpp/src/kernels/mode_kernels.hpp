@@ -1,0 +1,34 @@
+/// The inner loops of products with the modes of a rehearsal, optimised for each kind of processor;
+/// see dense_kernels.hpp.
+#pragma once
+
+#include <dynmesh/types.hpp>
+
+namespace dynmesh {
+
+/// The number of modes of a part. Parts with fewer modes are filled up with zeros.
+constexpr int modes_of_part = 16;
+
+/// The modes of all parts at each vertex. Vertex i has the entries offsets[i] to offsets[i + 1] -
+/// 1, one for each part that holds it. Entry e is in part parts[e] and has 3 * modes_of_part
+/// numbers: the x of all modes, then the y, then the z.
+struct ModeData {
+  const Index* offsets;
+  const Index* parts;
+  const float* values;
+};
+
+/// `coefficients` and `sums` have modes_of_part numbers for each part.
+struct ModeKernels {
+  /// Sets rows `first` to `last` - 1 of `combined` to the sum of the modes times the coefficients.
+  void (*combine)(const ModeData& modes, const float* coefficients, Vector3<double>* combined,
+                  Index first, Index last);
+  /// Adds to `sums` the products of the modes with `field` in rows `first` to `last` - 1.
+  void (*project)(const ModeData& modes, const Vector3<double>* field, float* sums, Index first,
+                  Index last);
+  /// Adds to `sums` the squared norms of the modes times `weights` in rows `first` to `last` - 1.
+  void (*add_squares)(const ModeData& modes, const double* weights, float* sums, Index first,
+                      Index last);
+};
+
+}  // namespace dynmesh
