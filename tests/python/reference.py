@@ -306,6 +306,15 @@ class Detail:
             change = float(belief * np.clip(h / q, 0, 1))
         return -share(r0 + change * r2, r1), change
 
+    def _posed(
+        self, x1: Array, r: list[Array], rest: Array, *_: NDArray[Any]
+    ) -> tuple[Array, Array, Array]:
+        """Replaces the rest shape by one that a rehearsal poses."""
+        return x1, r[1], rest
+
+    def _bounded(self, b: float) -> float:
+        return b
+
     def _solve(self, points: Array, known: NDArray[np.bool_], seen: NDArray[np.bool_]) -> Array:
         still = np.zeros_like(self.previous)
         soft = np.sqrt(self.weight) * known[:, None] * (self.noise is not None)
@@ -328,7 +337,9 @@ class Detail:
         for r, target in ((r1, targets[1]), (r2, targets[2])):
             if (r * r).sum() <= 1e-18 * ((target * rows) ** 2).sum():  # rounding errors of 0
                 r[:] = 0
-        self.blend, self.continued = b, change = self._blends(r0, r1, r2, seen)
+        x1, r1, detail[1] = self._posed(x1, [r0, r1], detail[1], anchors, known, seen)
+        b, change = self._blends(r0, r1, r2, seen)
+        self.blend, self.continued = b, change = self._bounded(b), change
         x = x0 + b * x1 + change * x2
 
         i, j = self.edges

@@ -37,6 +37,7 @@ std::vector<Matrix> products_of_frames(const SurfaceParts& parts,
   std::vector<Batch> batches(products.size(), {Matrix::Zero(n, 3 * batch)});
   const auto flush = [&](std::size_t part) {
     Batch& full = batches[part];
+    if (full.filled == 0) return;  // Eigen would divide by zero
     products[part].selfadjointView<Eigen::Lower>().rankUpdate(full.columns.leftCols(full.filled));
     full.filled = 0;
   };

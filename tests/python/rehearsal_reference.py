@@ -1,0 +1,144 @@
+"""A literal transcription of rehearsal, which the tests compare with; see docs/method.md."""
+
+from typing import Any
+
+import numpy as np
+import reference
+from numpy.typing import NDArray
+from reference import Array, sum_to
+
+LOCAL_PARTS, MODES = 12, 16
+
+
+def parts_of(edges: reference.Edges, frame: Array) -> Array:
+    """The weight of each part at each vertex, (parts, k); the first part is the whole mesh."""
+    k = len(frame)
+    distance = np.linalg.norm(frame - frame.mean(axis=0), axis=1)
+    seeds: list[int] = []
+    while len(seeds) < LOCAL_PARTS and distance.max() > 0:
+        seeds.append(int(distance.argmax()))
+        to_seeds = np.linalg.norm(frame[:, None] - frame[seeds], axis=2)
+        distance = to_seeds.min(axis=1)
+    i, j = edges
+    length = np.linalg.norm(frame[i] - frame[j], axis=1)
+    along = np.full((len(seeds), k), np.inf)
+    for c, seed in enumerate(seeds):
+        along[c, seed] = 0
+        for _ in range(k):  # Bellman and Ford
+            shorter = along[c].copy()
+            np.minimum.at(shorter, j, along[c, i] + length)
+            if np.array_equal(shorter, along[c]):
+                break
+            along[c] = shorter
+    second = np.sort(along, axis=0)[1]
+    rho = np.median(second[np.isfinite(second)])
+    weight = np.exp(-((along / (0.7 * rho)) ** 2) / 2)
+    weight = np.divide(
+        weight, weight.sum(axis=0), out=np.zeros_like(weight), where=weight.sum(axis=0) > 0
+    )
+    weight[weight < 0.02] = 0
+    weight = np.divide(
+        weight, weight.sum(axis=0), out=np.zeros_like(weight), where=weight.sum(axis=0) > 0
+    )
+    return np.vstack([np.ones(k), weight])
+
+
+class Rehearsed(reference.Detail):
+    """Method detail with a rehearsal, for meshes of which parts are reached by two seeds."""
+
+    def __init__(
+        self,
+        faces: NDArray[np.int64],
+        first_frame: Array,
+        rehearsal: Array,
+        noise: float | None = None,
+    ) -> None:
+        super().__init__(faces, first_frame, noise)
+        z = np.stack([self._shape_of(frame) for frame in rehearsal])
+        self.q = np.tile(np.eye(3), (self.k, 1, 1))
+        modes = []
+        for w in parts_of(self.edges, first_frame):
+            gram = np.einsum("i,lic,mic->lm", w, z, z)
+            values, vectors = np.linalg.eigh(gram)
+            for value, u in list(zip(values, vectors.T, strict=True))[::-1][:MODES]:
+                if value > 1e-6 * values[-1]:
+                    modes.append(w[:, None] * np.einsum("l,lic->ic", u, z) / np.sqrt(len(z)))
+        self.modes = np.stack(modes)  # B
+        self.a = np.zeros(len(modes))
+        self.sigma2: float | None = None
+        self.n_v, self.d_v = 0.03 * len(modes), float(len(modes))
+        self.trust = self.explained = 0.0
+        self.is_first = True
+
+    def _shape_of(self, frame: Array) -> Array:
+        """The deviation of the rehearsed shape from that of frame 0."""
+        self._fit(frame)  # by singular values: wherever the pose is
+        return np.einsum("nji,nj->ni", self.q, self.operator @ frame) - self.first_memory
+
+    def _field(self, a: Array) -> Array:
+        return np.asarray(np.einsum("j,jic->ic", a, self.modes))
+
+    def _project(self, field: Array) -> Array:
+        return np.asarray(np.einsum("jic,ic->j", self.modes, field))
+
+    def _posed(
+        self, x1: Array, r: list[Array], rest: Array, *frame: NDArray[Any]
+    ) -> tuple[Array, Array, Array]:
+        anchors, known, seen = frame
+        r0, r1 = r
+        rows = seen[:, None]
+        soft = np.sqrt(self.weight) * known[:, None] * (self.noise is not None)
+        fixed = np.where(rows, 0.0, self.previous)
+
+        def towards(shape: Array) -> tuple[Array, Array]:
+            """The step towards a shape, and the residual that it leaves."""
+            step = self._closest(self._turn(shape), 0 * anchors, known, seen) - fixed
+            residual = (self.operator @ step - self._turn(shape)) * rows
+            return step, np.hstack([residual, soft * step])
+
+        def turned_back(residual: Array) -> Array:
+            return np.asarray(np.einsum("nji,nj->ni", self.q, residual[:, :3]))
+
+        y3, r3 = towards(self._field(self.a))
+        coordinates = 3 * known.sum()
+        sigma2 = ((r0 + r1 + r3) ** 2).sum() / coordinates if self.sigma2 is None else self.sigma2
+        v = np.clip(self.n_v / self.d_v, 1e-4, 2)
+        penalty = 4 * sigma2 / v
+        if penalty > 0:
+            h = known.astype(float)
+            i, j = self.edges
+            for _ in range(3):
+                h = (h + sum_to(i, h[j, None], self.k)[:, 0]) / (
+                    1 + np.bincount(i, minlength=self.k)
+                )
+            d = np.einsum("i,jic->j", h, self.modes**2)
+            precondition = 1 / (d + penalty)
+            g = self._project(turned_back(r0 + r1 + r3)) - penalty * self.a
+            z = precondition * g
+            p = z
+            first = slope = g @ z
+            for _ in range(3):
+                if slope <= 1e-8 * first:
+                    break
+                yp, rp = towards(self._field(p))
+                sp = -self._project(turned_back(rp)) + penalty * p
+                length = slope / (p @ sp)
+                self.a = self.a + length * p
+                y3, r3 = y3 + length * yp, r3 + length * rp
+                g = g - length * sp
+                z = precondition * g
+                last, slope = slope, g @ z
+                p = z + slope / last * p
+            gamma = max(0.5, (d / (d + penalty)).sum())
+            self.n_v = (self.n_v + self.a @ self.a) / 2
+            self.d_v = (self.d_v + gamma) / 2
+        left = ((r0 + r1 + r3) ** 2).sum()
+        self.explained = float(1 - left / ((r0 + r1) ** 2).sum())
+        self.sigma2 = left / coordinates
+        v = np.clip(self.n_v / self.d_v, 1e-4, 2)
+        k = self.trust = float(np.clip(v / 0.03 - 1, 0, 1))
+        return x1 + k * y3, r1 + k * r3, rest + k * self._field(self.a)
+
+    def _bounded(self, b: float) -> float:
+        is_first, self.is_first = self.is_first, False
+        return float(np.clip(b, -0.5, 1.5)) if is_first and self.trust > 0 else b

@@ -1,0 +1,319 @@
+"""Method detail with a rehearsal: complete frames of the subject, seen before."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import meshes
+import numpy as np
+import pytest
+from meshes import Array, Mesh
+from rehearsal_reference import Rehearsed
+
+import dynmesh
+
+
+def poses(vertices: Array, n: int, rng: np.random.Generator) -> Array:
+    """Frames of a sheet that bends in two ways, by random amounts."""
+    x, y, z = vertices.T
+    frames = []
+    for bend, twist in rng.normal(size=(n, 2)):
+        height = 0.05 * bend * (x - x.mean()) ** 2 + 0.08 * twist * x * np.sin(0.7 * y)
+        frames.append(np.stack([x, y, z + height], axis=1))
+    return np.stack(frames)
+
+
+def error(truth: Array, completed: Array) -> float:
+    return float(np.linalg.norm(truth - completed, axis=-1).mean())
+
+
+@pytest.mark.parametrize("noise", [None, 0.02])
+@pytest.mark.parametrize("share", [0.1, 0.5])
+@pytest.mark.parametrize("shape", ["sheet", "two parts"])
+def test_frames_equal_the_transcription(
+    shape: str, share: float, noise: float | None, rng: np.random.Generator
+) -> None:
+    mesh = {
+        "sheet": meshes.sheet(10),
+        "two parts": meshes.join(meshes.sheet(8), meshes.sheet(6, 30.0)),
+    }[shape]
+    take = poses(mesh.vertices, 20, rng)
+    frames = poses(mesh.vertices, 8, rng)
+    completer = dynmesh.Completer(
+        mesh.faces, mesh.vertices, method="detail", unseen="hold", noise=noise, rehearsal=take
+    )
+    expected = Rehearsed(mesh.faces, mesh.vertices, take, noise)
+    trusted = []
+    for n, points in enumerate(frames):
+        known = rng.random(len(points)) < share
+        if shape == "two parts" and n % 3 == 1:
+            known[64:] = False  # unseen
+        completed = completer.push(points, known)
+        np.testing.assert_allclose(
+            completed, expected.complete(points, known), rtol=0, atol=1e-6 * expected.h
+        )
+        report = completer.report
+        assert report.trust == pytest.approx(expected.trust, abs=1e-5)
+        assert report.explained == pytest.approx(expected.explained, abs=1e-5)
+        assert report.blend == pytest.approx(expected.blend, abs=1e-4)
+        trusted.append(report.trust)
+    assert max(trusted) > 0.5
+
+
+def completed(mesh: Mesh, frames: Array, masks: Any, **settings: Any) -> list[Array]:
+    completer = dynmesh.Completer(mesh.faces, frames[0], method="detail", **settings)
+    return [completer.push(*frame) for frame in zip(frames[1:], masks, strict=True)]
+
+
+@pytest.fixture
+def sheet() -> Mesh:
+    return meshes.sheet(12)
+
+
+@pytest.fixture
+def clip(sheet: Mesh, rng: np.random.Generator) -> tuple[Array, Array]:
+    """Frames, and masks of those after the first in which a corner is hidden."""
+    frames = poses(sheet.vertices, 12, rng)
+    masks = rng.random((11, len(sheet.vertices))) < 0.5
+    masks[:, sheet.vertices[:, 0] > 6] = False
+    return frames, masks
+
+
+def test_hidden_parts_are_more_accurate(
+    sheet: Mesh, clip: tuple[Array, Array], rng: np.random.Generator
+) -> None:
+    frames, masks = clip
+    plain = completed(sheet, frames, masks)
+    rehearsed = completed(sheet, frames, masks, rehearsal=poses(sheet.vertices, 30, rng))
+    assert error(frames[1:], np.stack(rehearsed)) < 0.8 * error(frames[1:], np.stack(plain))
+
+
+def test_without_trust_the_result_is_that_of_detail(
+    sheet: Mesh, clip: tuple[Array, Array], rng: np.random.Generator
+) -> None:
+    """Bit for bit, whatever the rehearsal."""
+    frames, masks = clip
+    frames = np.tile(sheet.vertices, (12, 1, 1))  # nothing that poses could explain
+    frames[1:] += 0.001 * rng.normal(size=frames[1:].shape)
+    take = sheet.vertices + 0.3 * rng.normal(size=(9, *sheet.vertices.shape))
+    for settings in ({}, {"noise": 0.01}):
+        plain = dynmesh.Completer(sheet.faces, frames[0], method="detail", **settings)
+        other = dynmesh.Completer(
+            sheet.faces, frames[0], method="detail", rehearsal=take, **settings
+        )
+        for points, known in zip(frames[1:], masks, strict=True):
+            expected, frame = plain.push(points, known), other.push(points, known)
+            if other.report.trust > 0:
+                break
+            np.testing.assert_array_equal(frame, expected)
+            assert other.report.blend == plain.report.blend
+        assert other.report.trust == 0
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+def test_a_take_in_which_nothing_moves_changes_nothing(
+    sheet: Mesh, clip: tuple[Array, Array], kind: Any
+) -> None:
+    frames, masks = clip
+    frames = frames.astype(kind)
+    still = np.tile(frames[0], (5, 1, 1))
+    np.testing.assert_array_equal(
+        completed(sheet, frames, masks, rehearsal=still), completed(sheet, frames, masks)
+    )
+
+
+def test_where_the_take_was_does_not_matter(
+    sheet: Mesh, clip: tuple[Array, Array], rng: np.random.Generator
+) -> None:
+    frames, masks = clip
+    take = poses(sheet.vertices, 10, rng)
+    turn = np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]])
+    here = completed(sheet, frames, masks, rehearsal=take)
+    there = completed(sheet, frames, masks, rehearsal=take @ turn + [10, 20, 30])
+    np.testing.assert_allclose(np.stack(there), np.stack(here), atol=1e-5)
+
+
+def test_the_scale_and_the_place_of_the_scene_do_not_matter(
+    sheet: Mesh, clip: tuple[Array, Array], rng: np.random.Generator
+) -> None:
+    frames, masks = clip
+    take = poses(sheet.vertices, 10, rng)
+    usual = completed(sheet, frames, masks, rehearsal=take)
+    large = completed(sheet, 1000 * frames + 5, masks, rehearsal=1000 * take)
+    np.testing.assert_allclose(np.stack(large), 1000 * np.stack(usual) + 5, atol=1e-2)
+
+
+def test_any_stream_of_frames_is_a_rehearsal(
+    sheet: Mesh, clip: tuple[Array, Array], rng: np.random.Generator
+) -> None:
+    frames, masks = clip
+    take = poses(sheet.vertices, 10, rng)
+    expected = completed(sheet, frames, masks, rehearsal=take)
+    for stream in (list(take), iter(take), (frame[::1] for frame in take), take[:, :, ::1]):
+        np.testing.assert_array_equal(completed(sheet, frames, masks, rehearsal=stream), expected)
+
+
+def test_long_takes_are_kept_evenly(
+    sheet: Mesh, clip: tuple[Array, Array], rng: np.random.Generator
+) -> None:
+    """Of 76 frames and more, every second one is kept, and so on."""
+    frames, masks = clip
+    take = poses(sheet.vertices, 310, rng)
+    for n, interval in ((75, 1), (76, 2), (150, 2), (151, 4), (299, 4), (310, 8)):
+        long = completed(sheet, frames[:3], masks[:2], rehearsal=take[:n])
+        short = completed(sheet, frames[:3], masks[:2], rehearsal=take[:n:interval])
+        np.testing.assert_array_equal(long, short, err_msg=str(n))
+
+
+@pytest.mark.parametrize("settings", [{}, {"noise": 0.02}, {"reject_outliers": True}])
+def test_a_state_continues(
+    sheet: Mesh, clip: tuple[Array, Array], rng: np.random.Generator, settings: Any
+) -> None:
+    frames, masks = clip
+    take = poses(sheet.vertices, 10, rng)
+
+    def make(**more: Any) -> dynmesh.Completer:
+        return dynmesh.Completer(
+            sheet.faces, frames[0], method="detail", **{"rehearsal": take, **settings, **more}
+        )
+
+    one = make()
+    for points, known in zip(frames[1:6], masks, strict=False):
+        one.push(points, known)
+    other = make(threads=2)
+    other.restore(one.state())
+    assert other.report.trust == one.report.trust > 0
+    assert other.report.explained == one.report.explained
+    assert other.state() == one.state()
+    for points, known in zip(frames[6:], masks[5:], strict=True):
+        np.testing.assert_array_equal(other.push(points, known), one.push(points, known))
+    changed = take.copy()
+    changed[4, 3, 2] += 1e-9
+    for rehearsal, reason in (
+        (changed, "another rehearsal"),
+        (take[:-1], "another rehearsal"),
+        (None, "of a completer with a rehearsal"),
+    ):
+        with pytest.raises(ValueError, match=reason):
+            make(rehearsal=rehearsal).restore(one.state())
+    with pytest.raises(ValueError, match="without a rehearsal"):
+        make().restore(make(rehearsal=None).state())
+
+
+def test_a_reset_learns_again(
+    sheet: Mesh, clip: tuple[Array, Array], rng: np.random.Generator
+) -> None:
+    frames, masks = clip
+    take = poses(sheet.vertices, 10, rng)
+    new = dynmesh.Completer(sheet.faces, frames[4], method="detail", rehearsal=take)
+    old = dynmesh.Completer(sheet.faces, frames[0], method="detail", rehearsal=take)
+    old.push(frames[1], masks[0])
+    old.reset(frames[4])
+    for points, known in zip(frames[5:], masks[4:], strict=True):
+        np.testing.assert_array_equal(old.push(points, known), new.push(points, known))
+    assert old.state() == new.state()
+
+
+def test_frames_that_say_nothing_leave_the_pose_alone(
+    sheet: Mesh, clip: tuple[Array, Array], rng: np.random.Generator
+) -> None:
+    frames, masks = clip
+    take = poses(sheet.vertices, 10, rng)
+    settings: Any = {"method": "detail", "rehearsal": take}
+    one = dynmesh.Completer(sheet.faces, frames[0], **settings)
+    other = dynmesh.Completer(sheet.faces, frames[0], **settings)
+    for completer in (one, other):
+        completer.push(frames[1], masks[0])
+    expected = one.push(frames[2], masks[1])
+    other.skip()
+    frame = other.push(frames[2], masks[1])
+    np.testing.assert_allclose(frame, expected, atol=0.2)
+    few = np.zeros(len(sheet.vertices), np.bool_)
+    few[5] = True
+    assert np.isfinite(other.push(frames[3], few)).all()
+    everything = other.push(frames[4], np.ones_like(few))
+    np.testing.assert_array_equal(everything, frames[4])
+
+
+def test_parts_do_not_reach_across_components(rng: np.random.Generator) -> None:
+    """A component in which nothing is rehearsed is completed as without a rehearsal."""
+    one, two = meshes.sheet(8), meshes.sheet(6, 30.0)
+    mesh = meshes.join(one, two)
+    frames = poses(mesh.vertices, 8, rng)
+    frames[:, 64:] = mesh.vertices[64:]
+    take = poses(mesh.vertices, 10, rng)
+    take[:, 64:] = mesh.vertices[64:]
+    masks = rng.random((7, len(mesh.vertices))) < 0.4
+    masks[:, 64:] = False  # has no anchors
+    made = completed(mesh, frames, masks, rehearsal=take, unseen="hold")
+    np.testing.assert_array_equal(np.stack(made)[:, 64:], frames[1:, 64:])
+
+
+SEQUENCES = ["crane", "horse_gallop", "ict_face_arkit", "ea_bone", "flag_sim_50x50"]
+MOST = {
+    ("crane", "10 %"): 0.65,
+    ("horse_gallop", "10 %"): 0.26,
+    ("horse_gallop", "camera"): 0.47,
+    ("ict_face_arkit", "10 %"): 0.65,
+    ("ict_face_arkit", "30 %"): 0.55,
+    ("ea_bone", "10 %"): 0.45,
+    ("flag_sim_50x50", "10 %"): 0.90,
+    ("flag_sim_50x50", "30 %"): 0.90,
+}
+
+
+def masks_of(loss: str, frames: Array, faces: Any) -> Iterator[Any]:
+    n, k, _ = frames.shape
+    if loss == "camera":
+        return dynmesh.degrade.camera_known(frames, faces, dynmesh.degrade.orbit(frames[0], 1))
+    return dynmesh.degrade.random_known(n, k, float(loss.split()[0]) / 100, seed=1)
+
+
+@pytest.mark.parametrize(("name", "loss"), MOST)
+def test_recorded_subjects_are_more_accurate_in_their_second_half(
+    data: Path, name: str, loss: str
+) -> None:
+    sequence = dynmesh.read(data / f"{name}.npz")
+    half = len(sequence.vertices) // 2
+    take, frames = sequence.vertices[max(0, half - 50) : half], sequence.vertices[half : half + 25]
+    masks = list(masks_of(loss, frames, sequence.faces))[1:]
+    mesh = Mesh(faces=sequence.faces, vertices=sequence.vertices[0])
+    errors = [
+        dynmesh.metrics.nmsve(sequence.faces, frames[1:], np.stack(made)).mean()
+        for made in (
+            completed(mesh, frames, masks),
+            completed(mesh, frames, masks, rehearsal=take),
+        )
+    ]
+    assert errors[1] <= MOST[name, loss] * errors[0]
+
+
+@pytest.mark.parametrize("useless", ["noise", "another order", "another subject"])
+def test_a_useless_rehearsal_does_no_harm(
+    data: Path, useless: str, rng: np.random.Generator
+) -> None:
+    sequence = dynmesh.read(data / "flag_sim_50x50.npz")
+    frames = sequence.vertices[75:100]
+    take = sequence.vertices[25:75]
+    if useless == "noise":
+        take = frames[0] + 0.02 * rng.normal(size=take.shape).astype(np.float32)
+    elif useless == "another order":
+        take = take[:, rng.permutation(take.shape[1])]
+        edge, other = (
+            np.linalg.norm(f[sequence.faces[:, 0]] - f[sequence.faces[:, 1]], axis=1).mean()
+            for f in (frames[0], take[0])
+        )
+        take = take * (edge / other)
+    else:
+        take = dynmesh.read(data / "ocean_sim_50x50.npz").vertices[:50]
+        take = take * (np.ptp(frames[0], axis=0).max() / np.ptp(take[0], axis=0).max())
+    masks = list(masks_of("30 %", frames, sequence.faces))[1:]
+    mesh = Mesh(faces=sequence.faces, vertices=frames[0])
+    errors = [
+        dynmesh.metrics.nmsve(sequence.faces, frames[1:], np.stack(made)).mean()
+        for made in (
+            completed(mesh, frames, masks),
+            completed(mesh, frames, masks, rehearsal=take),
+        )
+    ]
+    assert errors[1] <= 1.02 * errors[0]
