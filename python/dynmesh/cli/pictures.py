@@ -2,14 +2,14 @@
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, cast
 
 import typer
 
 from .. import files
 from ..draw.heatmap import likely_up
+from ..draw.quantities import Colour, Range
 from ..files import Reader
 from ..jobs.checkpoint import Source
 from .options import (
@@ -27,19 +27,8 @@ from .options import (
 from .terminal import say, track
 from .zeros import Zeros
 
-
-class Colour(StrEnum):
-    """What the colour of a vertex shows."""
-
-    error = "error"
-    generation = "generation"
-    age = "age"
-    known = "known"
-
-
 Reference = Annotated[
-    Path | None,
-    typer.Option(metavar="FILE", help="The true sequence; colours then show the error."),
+    Path | None, typer.Option(metavar="FILE", help="The true sequence, for errors.")
 ]
 ColourOption = Annotated[
     Colour | None,
@@ -47,6 +36,15 @@ ColourOption = Annotated[
         "--colour", "--color", help="What colours show. [the first that IN holds, in this order]"
     ),
 ]
+RangeOption = Annotated[
+    Range | None,
+    typer.Option(
+        "--range",
+        metavar="LOW HIGH",
+        help="The ends of the colour scale, in its unit: linear from 0, else logarithmic.",
+    ),
+]
+Title = Annotated[str | None, typer.Option(metavar="TEXT", help="The heading. [the name of IN]")]
 Up = Annotated[
     Axis | None, typer.Option(help="The up axis. [as in IN; else y, or z for a flat sheet]")
 ]
@@ -57,7 +55,18 @@ def view(
     path: InputPath,
     output: Annotated[Path, typer.Option("--output", "-o", metavar="PAGE", help="An HTML file.")],
     reference: Reference = None,
+    given: Annotated[
+        Path | None,
+        typer.Option(
+            "--input",
+            metavar="FILE",
+            help="The sequence that was completed, to show beside IN; "
+            "--mask and --missing then describe it.",
+        ),
+    ] = None,
     colour: ColourOption = None,
+    range: RangeOption = None,
+    title: Title = None,
     up: Up = None,
     azimuth: Azimuth = 60.0,
     max_frames: Annotated[int, typer.Option(min=1, help="Show about this many frames.")] = 120,
@@ -71,18 +80,24 @@ def view(
     missing: MissingValue = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Write a page that plays a sequence in any browser, without a network."""
+    """Write a page that plays a sequence in any browser, without a network.
+
+    The input and the reference play beside it. In the page, ? lists the keys.
+    """
     from ..draw.page import view as write
 
     zeros = Zeros()
     source = source_of(format, faces, prim, mask, missing)
-    with _opened(path, reference, source) as (reader, truth):
+    with _opened(path, source, reference=reference, given=given) as (reader, truth, partial):
         check_output(output, overwrite, ".html")
         shown = write(
             reader,
             output,
             reference=truth,
-            colour=None if colour is None else colour.value,
+            input=partial,
+            colour=colour,
+            range=range,
+            title=title,
             up=None if up is None else up.value,
             azimuth=azimuth,
             max_frames=max_frames,
@@ -106,6 +121,8 @@ def picture(
     ] = 6,
     reference: Reference = None,
     colour: ColourOption = None,
+    range: RangeOption = None,
+    title: Title = None,
     up: Up = None,
     azimuth: Azimuth = 60.0,
     size: Annotated[int, typer.Option(min=16, help="Size of each frame in pixels.")] = 480,
@@ -122,14 +139,16 @@ def picture(
 
     zeros = Zeros()
     source = source_of(format, faces, prim, mask, missing)
-    with _opened(path, reference, source) as (reader, truth):
+    with _opened(path, source, reference=reference) as (reader, truth, _):
         check_output(output, overwrite, ".png")
         draw(
             reader,
             output,
             numbers=frame or evenly_spaced(reader.n_frames, sheet),
             reference=truth,
-            colour=None if colour is None else colour.value,
+            colour=colour,
+            range=range,
+            title=title,
             up=None if up is None else up.value,
             azimuth=azimuth,
             size=(size, size),
@@ -142,16 +161,25 @@ def picture(
 
 @contextmanager
 def _opened(
-    path: Path,
-    reference: Path | None,
-    source: Source,
-) -> Iterator[tuple[Reader, Reader | None]]:
+    path: Path, source: Source, *, reference: Path | None, given: Path | None = None
+) -> Iterator[tuple[Reader, Reader | None, Reader | None]]:
+    """Opens a sequence, its reference and its input, of those that there are."""
+    own = source
+    others: dict[Path, Source] = {}
+    for other in (reference, given):
+        if other is not None:
+            kept, others[other] = share_out(source, path, other)
+            own = cast(Source, {name: value for name, value in own.items() if name in kept})
+            own["format"] = kept["format"]
+    if given is not None:  # a completed sequence has no missing vertices
+        others[given] |= {"known": own.get("known"), "missing": own.get("missing")}
+        own |= {"known": None, "missing": None}
     with ExitStack() as stack:
-        truth = None
-        if reference is not None:
-            source, source_of_truth = share_out(source, path, reference)
-            truth = stack.enter_context(files.open(reference, **source_of_truth))
-        yield stack.enter_context(files.open(path, **source)), truth
+        truth, partial = (
+            None if other is None else stack.enter_context(files.open(other, **others[other]))
+            for other in (reference, given)
+        )
+        yield stack.enter_context(files.open(path, **own)), truth, partial
 
 
 def _say_if_guessed(up: Axis | None, reader: Reader) -> None:
