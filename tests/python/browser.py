@@ -75,6 +75,11 @@ class Page:
         self._page.mouse.move(x + right, y + down, steps=4)
         self._page.mouse.up(button=button)
 
+    def zoom(self, pane: int, by: int) -> None:
+        """Turns the wheel of the mouse over a pane."""
+        self._page.locator(".dynmesh-canvas").nth(pane).hover()
+        self._page.mouse.wheel(0, by)
+
     def resize(self, width: int, height: int) -> None:
         """Changes the size of the window."""
         self._page.set_viewport_size({"width": width, "height": height})
