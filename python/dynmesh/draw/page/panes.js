@@ -97,7 +97,7 @@ async function panesOf(descriptions, parent) {
       for (let i = 0; i < positions.length; i++) positions[i] += base[i];
     }
     if (descriptions.length > 1) {
-      pane.appendChild(division('dynmesh-caption')).textContent = caption;
+      pane.appendChild(division('dynmesh-caption')).append(caption);
     }
     const masks = seen && await unpackedMasks(seen, size);
     panes.push(new Pane(node, plot, positions, masks, map));

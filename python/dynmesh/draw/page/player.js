@@ -130,6 +130,6 @@ document.addEventListener('keydown', (event) => {
   keys[event.key]();
 });
 
-paint(told.colours.indexOf(colour));
 show(told.first);
+paint(told.colours.indexOf(colour));
 if (last) start();
