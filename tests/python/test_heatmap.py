@@ -224,6 +224,9 @@ def test_a_range_fixes_the_scale(path: Path, tmp_path: Path, mesh: Mesh) -> None
     assert [tick.label for tick in counts.ticks] == labels
     steps = (counts.place(np.array([0, 1, 2, 3, 5, 900])) * 5).astype(int)
     assert steps.tolist() == [0, 1, 1, 2, 4, 4]
+    labels = [tick.label for tick in CountScale("age", 60, zero="here", fixed=5).ticks]
+    assert labels[:3] == ["0, here", "1 to 5", "6"]
+    assert labels[-2:] == ["37 to 59", "60 or more"]
 
 
 @pytest.mark.parametrize(

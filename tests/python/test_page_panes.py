@@ -49,15 +49,19 @@ def test_the_input_and_the_reference_play_beside_the_sequence(
     page = page_of(completed, tmp_path, browser, others, colour="plain")
     captions = ["input.npz, the input", "sheet.npz", "reference.npz, the reference"]
     assert page.captions() == captions
-    areas = {}
-    for frame in (0, 1):
+    areas, references = {}, {}
+    for frame in (0, 1, 7):
         page.scrub(frame)
-        areas[frame] = [int(in_colour(page.picture(pane)).sum()) for pane in range(3)]
+        pictures = [page.picture(pane) for pane in range(3)]
+        areas[frame] = [int(in_colour(picture).sum()) for picture in pictures]
+        references[frame] = pictures[2]
     assert min(areas[0]) > 5000
     assert max(areas[0]) < 1.02 * min(areas[0])
     observed, filled_in, true = areas[1]
     assert 0.4 < observed / true < 0.6
     assert filled_in > 0.9 * true
+    assert (in_colour(pictures[1]) ^ in_colour(pictures[2])).mean() > 0.01
+    assert (references[7] == references[0]).all()  # it stays, whatever happens beside it
     assert page.complaints == []
 
 

@@ -93,23 +93,26 @@ class CountScale(Scale):
             zero: label of 0.
             minus_one: label of -1, if it occurs.
             fixed: if given, the scale was chosen independently of the counts: the step after that
-                of 0 contains 1 to `fixed`, and the last one also everything above `largest`.
+                of 0 contains 1 to `fixed`, and the last one `largest` and more.
         """
-        least = fixed or 1
-        starts = [0, *range(least, largest + 1)]
-        if largest - least >= SINGLE_STEPS:
-            spans = math.ceil(math.log2(largest - least + 1))
+        least, last = (1, largest) if fixed is None else (fixed, largest - 1)
+        starts = [0, *range(least, last + 1)]
+        if last - least >= SINGLE_STEPS:
+            spans = math.ceil(math.log2(last - least + 1))
             starts = [0, least, *(least + 2**i for i in range(spans))]
+        if fixed is not None:
+            starts.append(largest)
         ends = [start - 1 for start in starts[1:]] + [largest]
         ends[0] = 0
-        starts[1:2] = starts[1:2] and [1]
+        if len(starts) > 1:
+            starts[1] = 1  # also if `fixed` is larger
         self._starts = np.array(starts)
         labels = [
             str(start) if start == end else f"{start} to {end}"
             for start, end in zip(starts, ends, strict=True)
         ]
         if fixed is not None:
-            labels[-1] = f"{starts[-1]} or more"
+            labels[-1] = f"{largest} or more"
         labels[0] = f"0, {zero}"
         colours = [SURFACE_COLOUR, *_colour_map(f"{HEATMAP}_r", len(starts) - 1)]
         if minus_one is not None:
