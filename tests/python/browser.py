@@ -13,6 +13,13 @@ from dynmesh import Sequence, write
 from dynmesh import open as open_sequence
 from dynmesh.draw.page import view
 
+IS_DRAWN = """() => {
+  const [panes, frame, colour] = ["panes", "frame", "colour"].map(
+    (name) => document.getElementById(`dynmesh-${name}`)
+  );
+  return panes.dataset.drawn === `${frame.value} ${colour.value}`;
+}"""
+
 
 class Page:
     """A page in a browser, with its requests and error messages."""
@@ -86,7 +93,8 @@ class Page:
 
     def picture(self, pane: int = 0) -> Array:
         """Returns the pixels of a pane, (height, width, 3)."""
-        self._page.wait_for_timeout(400)  # until it is drawn
+        self._page.wait_for_function(IS_DRAWN)
+        self._page.wait_for_timeout(100)  # a turn of the camera is not part of this
         images = pytest.importorskip("PIL.Image")
         shot = self._page.locator(".dynmesh-canvas").nth(pane).screenshot()
         with images.open(io.BytesIO(shot)) as image:

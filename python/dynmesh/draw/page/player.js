@@ -46,12 +46,12 @@ function showScale({ scale }) {
 
 let colour = told.colours.find(({ name }) => name === told.colour);
 let wanted = told.first; // the index of a shown frame
-let drawn = '';
 let isDrawing = false;
 async function draw() {
   if (isDrawing) return; // the drawing in progress continues with what is wanted last
   isDrawing = true;
-  for (let next; (next = `${wanted} ${colour.name}`) !== drawn; drawn = next) {
+  const state = part('panes').dataset;
+  for (let next; (next = `${wanted} ${colour.name}`) !== state.drawn; state.drawn = next) {
     await Promise.all(panes.map((pane) => pane.draw(wanted, colour)));
   }
   isDrawing = false;
