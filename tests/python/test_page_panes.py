@@ -111,6 +111,15 @@ def test_everything_fits_in_a_window_of_any_size(
     assert max(used) > 0.85
 
 
+def test_a_phone_shows_the_page_in_its_own_size(
+    truth: Sequence, tmp_path: Path, chromium: Any
+) -> None:
+    phone = chromium.new_context(viewport={"width": 390, "height": 800}, is_mobile=True)
+    page = page_of(truth, tmp_path, phone)
+    assert 300 < page.picture().shape[1] <= 390
+    phone.close()
+
+
 def test_a_page_opens_at_the_frame_with_the_largest_error(
     truth: Sequence, partial: Sequence, completed: Sequence, tmp_path: Path, browser: Any
 ) -> None:

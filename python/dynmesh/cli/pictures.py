@@ -165,19 +165,18 @@ def _opened(
 ) -> Iterator[tuple[Reader, Reader | None, Reader | None]]:
     """Opens a sequence, its reference and its input, of those that there are."""
     own = source
-    others: dict[Path, Source] = {}
+    lent: list[Source] = []
     for other in (reference, given):
-        if other is not None:
-            kept, others[other] = share_out(source, path, other)
-            own = cast(Source, {name: value for name, value in own.items() if name in kept})
-            own["format"] = kept["format"]
+        kept, theirs = (own, source) if other is None else share_out(source, path, other)
+        own = cast(Source, {name: kept.get(name) for name in own if name in kept})
+        lent.append(theirs)
     if given is not None:  # a completed sequence has no missing vertices
-        others[given] |= {"known": own.get("known"), "missing": own.get("missing")}
+        lent[1] |= {"known": own.get("known"), "missing": own.get("missing")}
         own |= {"known": None, "missing": None}
     with ExitStack() as stack:
         truth, partial = (
-            None if other is None else stack.enter_context(files.open(other, **others[other]))
-            for other in (reference, given)
+            None if other is None else stack.enter_context(files.open(other, **options))
+            for other, options in zip((reference, given), lent, strict=True)
         )
         yield stack.enter_context(files.open(path, **own)), truth, partial
 
