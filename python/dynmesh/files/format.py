@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ..polygons import Polygons
 from .comments import Said
 from .reader import Reader
+from .scenes import Scene
 from .writer import Writer
 
 
@@ -49,6 +50,10 @@ class Format:
             of one mesh among several.
         library: the module that the reader and the writer need, and the extra that installs it;
             None if they need none.
+        scene: opens a file with all its meshes; None if a file holds a single mesh.
+        mesh_reader: creates a reader of one mesh of an open scene, by its path.
+        overlay: creates a layer that changes nothing but the meshes of a scene; None if the format
+            has no layers.
     """
 
     name: str
@@ -58,6 +63,9 @@ class Format:
     writer: type[Writer] | None
     takes: frozenset[str] = frozenset()
     library: tuple[str, str] | None = None
+    scene: Callable[[Path], Scene] | None = None
+    mesh_reader: Callable[[Any, str], Reader] | None = None
+    overlay: type[Writer] | None = None
 
 
 def refuse_template(template: Template | None) -> None:

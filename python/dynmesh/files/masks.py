@@ -13,6 +13,7 @@ from .header import Frame
 from .naming import naming
 from .reader import Reader
 from .rows import read_header
+from .scenes import Scene
 
 
 class MaskedReader(Reader):
@@ -34,6 +35,11 @@ class MaskedReader(Reader):
         """The files that are read, that of the masks included."""
         masks = [] if self._masks is None else [self._masks]
         return [*self._reader.files, *masks]
+
+    @property
+    def scene(self) -> Scene | None:
+        """The scene that the mesh is part of."""
+        return self._reader.scene
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
         frames = self._reader.frames(numbers.start, numbers.stop, numbers.step)
