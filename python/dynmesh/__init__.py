@@ -18,6 +18,7 @@ from .diagnosis import Diagnosis, Finding, diagnose
 from .files import Frame, Header, Reader, Writer, create, create_like, open, read, write
 from .jobs import batch
 from .jobs.file_completion import FileReport, complete_file
+from .jobs.scene_completion import SceneReport, complete_scene
 from .matrices import adjacency, laplacian
 from .polygons import Polygons
 from .sequence import Description, Sequence
@@ -36,6 +37,7 @@ __all__ = [
     "Polygons",
     "Reader",
     "RefusedFace",
+    "SceneReport",
     "Sequence",
     "TopologyReport",
     "Writer",
@@ -46,6 +48,7 @@ __all__ = [
     "cells",
     "complete",
     "complete_file",
+    "complete_scene",
     "create",
     "create_like",
     "degrade",

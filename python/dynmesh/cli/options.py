@@ -11,6 +11,7 @@ from typing import Annotated, Any, cast
 import typer
 
 from .. import files
+from .._errors import SettingError
 from ..jobs.checkpoint import Source
 from ..settings import SETTINGS, Setting, Settings
 
@@ -40,6 +41,22 @@ Faces = Annotated[
 Prim = Annotated[
     str | None,
     typer.Option(metavar="PATH", help="Path of the mesh, if IN holds several (USD, Alembic)."),
+]
+PrimOrAll = Annotated[
+    str | None,
+    typer.Option(
+        "--prim",
+        metavar="PATH",
+        help="Path of the mesh, if IN holds several (USD, Alembic), or `all` for every mesh that "
+        "moves.",
+    ),
+]
+Overlay = Annotated[
+    bool,
+    typer.Option(
+        "--overlay",
+        help="Write OUT as a USD layer over IN, which changes the completed meshes alone.",
+    ),
 ]
 MaskFile = Annotated[
     Path | None,
@@ -160,6 +177,12 @@ def share(text: str) -> float:
         advice = f"; for {value:g} per cent, write {value:g}%" if 1 <= value < 100 else ""
         raise typer.BadParameter(f"must be above {limits}, not {text}{advice}")
     return value / 100 if in_percent else value
+
+
+def usage_error(error: SettingError) -> typer.BadParameter:
+    """Returns the usage error of the option that stands for a refused setting."""
+    option = f"'--{str(error.argument).replace('_', '-')}'"
+    return typer.BadParameter(error.reason, param_hint=option)
 
 
 @contextmanager

@@ -116,9 +116,14 @@ def create_like(
     with_provenance: bool = False,
     format: str | None = None,
 ) -> Writer:
-    """Creates a file for the sequence of `reader` with changes; see :func:`create`."""
+    """Creates a file for the sequence of `reader` with changes; see :func:`create`.
+
+    If both files are Alembic, the new one has the scene around the mesh, too.
+    """
+    check_path("path", path)
     header = replace(reader.header, has_known=with_known, has_provenance=with_provenance)
-    return create(path, header, format=format)
+    target = target_of(path, format)
+    return target.create(header, origin=target.kept_of(reader))
 
 
 def read(

@@ -33,16 +33,11 @@ class AlembicScene(Scene):
         with translating(ValueError, "is damaged or not an Alembic archive"):
             self.archive = library("Abc").IArchive(str(path))
             self._meshes = {mesh.getFullName(): mesh for mesh in _meshes(self.archive.getTop())}
-            self._moves = {
+            moves = {
                 name: not mesh.getSchema().getPositionsProperty().isConstant()
                 for name, mesh in self._meshes.items()
             }
-            own = {
-                name: moves
-                for name, moves in self._moves.items()
-                if not self._meshes[name].isInstanceDescendant()
-            }
-        super().__init__(path, own)
+        super().__init__(path, moves)
 
     @property
     def files(self) -> list[Path]:
@@ -51,14 +46,11 @@ class AlembicScene(Scene):
 
     def mesh(self, prim: str | None) -> Any:
         """Returns the mesh at this path, or see :func:`choose_mesh`."""
-        return self._meshes[choose_mesh(self._moves if prim in self._moves else self.moves, prim)]
-
-    def is_copy(self, name: str) -> bool:
-        """Whether the mesh is a copy by reference of another one."""
-        return name not in self.moves
+        return self._meshes[choose_mesh(self.moves, prim)]
 
 
 def _meshes(parent: Any) -> Iterator[Any]:
+    """Yields all meshes; copies by reference have the path of the mesh that they copy."""
     geometry = library("AbcGeom")
     for child in parent.children:
         for kind in (geometry.IPolyMesh, geometry.ISubD):
@@ -68,7 +60,7 @@ def _meshes(parent: Any) -> Iterator[Any]:
 
 
 def faces_of(mesh: Any) -> Polygons:
-    """Returns the faces as the archive holds them, clockwise; they must be the same at all times."""
+    """Returns the faces as they are, clockwise; they must be the same at all times."""
     schema = mesh.getSchema()
     properties = (schema.getFaceCountsProperty(), schema.getFaceIndicesProperty())
     faces = _faces_at(properties, 0)

@@ -89,7 +89,7 @@ class Target:
         with naming(self.path):
             return self.writer.new_folder(self.path)
 
-    def check(self, *, overwrite: bool, reader: Reader | None = None) -> None:
+    def check(self, *, overwrite: bool, reader: Reader | Scene | None = None) -> None:
         """Refuses to replace the files that `reader` reads or, unless asked to, any others.
 
         Raises:
@@ -140,9 +140,7 @@ def _writer_of(format: Format, *, overlay: bool) -> type[Writer]:
     if not overlay:
         return format.writer
     if format.overlay is None:
-        raise ValueError(
-            f"{format.name} has no layers; write an overlay as .usd, .usda or .usdc"
-        )
+        raise ValueError(f"{format.name} has no layers; write an overlay as .usd, .usda or .usdc")
     return format.overlay
 
 

@@ -71,8 +71,8 @@ class UsdOverlayWriter(UsdWriter):
         return _scene_of(self.origin).mesh(self.header.name)
 
     def _complete_layer(self) -> None:
-        scene = os.path.abspath(_scene_of(self.origin).path)  # without following links, as USD
-        self._layer.subLayerPaths.append(_relative(scene, os.path.abspath(self.path.parent)))
+        scene = _scene_of(self.origin).path
+        self._layer.subLayerPaths.append(_relative(scene, self.path.parent))
 
 
 def _scene_of(origin: Origin | None) -> UsdScene:
@@ -88,8 +88,9 @@ def _stage_of(origin: Origin | None) -> Any:
     return _scene_of(origin).stage
 
 
-def _relative(path: str, folder: str) -> str:
+def _relative(path: Path, folder: Path) -> str:
+    """Returns the path from the folder, without following links, as USD does."""
     try:
         return f"./{Path(os.path.relpath(path, folder)).as_posix()}"
     except ValueError:  # on another drive of Windows
-        return Path(path).as_posix()
+        return path.absolute().as_posix()

@@ -65,6 +65,7 @@ def complete_file(
     provenance: bool = False,
     overwrite: bool = False,
     resume: bool = False,
+    overlay: bool = False,
     watch: Watch | None = None,
     **settings: Unpack[Settings],
 ) -> FileReport:
@@ -89,6 +90,8 @@ def complete_file(
             the output exists with as many frames and vertices as the input, no unfinished output is
             beside it and `overwrite` is not set. These formats can be resumed: npz, hdf5, npy, pc2,
             mdd, ply, obj and pvd.
+        overlay: whether to write a USD layer that holds the completed points and what follows from
+            them, with the input, a USD stage, as its sublayer.
         watch: called with the frames, their number and the number of frames already completed; it
             must pass the frames on.
         **settings: `method`, `noise` and the other settings of :class:`dynmesh.Completer`, which
@@ -107,7 +110,11 @@ def complete_file(
     check_path("output", output)
     if watch is not None and not callable(watch):
         raise KindError(f"must be callable, not {watch!r}", argument="watch")
-    target = files.target_of(output, output_format)
+    target = files.target_of(output, output_format, overlay=overlay)
+    if overlay and fps is not None:
+        raise InputError(
+            "an overlay has the times of its stage; leave out fps or overlay", argument="fps"
+        )
     if resume and not target.writer.resumable:
         able = [f.name for f in files.formats.values() if f.writer and f.writer.resumable]
         raise InputError(
@@ -152,7 +159,7 @@ def complete_into(
         with _folder_for(target), lock_folder(folder, output):
             saved = checkpoint.load() if how.resume else None
             with _clearing(folder):
-                writer, saved = _begin_writer(target, header, folder / "files", saved)
+                writer, saved = _begin_writer(target, reader, header, folder / "files", saved)
                 start = 0 if saved is None else saved.frames
                 reports: list[FrameReport] = []
                 with (
@@ -255,28 +262,28 @@ def _clearing(folder: Path) -> Iterator[None]:
 
 
 def _begin_writer(
-    target: Target, header: Header, folder: Path, saved: Saved | None
+    target: Target, reader: Reader, header: Header, folder: Path, saved: Saved | None
 ) -> tuple[Writer, Saved | None]:
     if saved is not None:
         # A process that was killed while it finished its file may have left an incomplete one.
         with contextlib.suppress(OSError, ValueError):
             return target.create(header, folder=folder, resume_at=saved.frames), saved
     (folder.parent / "checkpoint.npz").unlink(missing_ok=True)
-    return target.create(header, folder=folder), None
+    return target.create(header, folder=folder, origin=target.kept_of(reader)), None
 
 
 def _complete(
     reader: Reader, frames: Iterator[Any], saved: Saved | None, settings: Settings
 ) -> Iterator[tuple[Positions, Completer]]:
     if saved is None:
-        return complete_pairs(reader.faces, _beginning_whole(frames), **settings)
+        return complete_pairs(reader.faces, beginning_whole(frames), **settings)
     points, known = next(reader.frames(stop=1))
     completer = begin(reader.faces, points, known, **settings)
     completer.restore(saved.state)
     return push_all(completer, frames, saved.frames)
 
 
-def _beginning_whole(frames: Iterator[Frame]) -> Iterator[Frame]:
+def beginning_whole(frames: Iterator[Frame]) -> Iterator[Frame]:
     """Refuses a frame 0 with missing vertices and reports how many there are."""
     for number, frame in enumerate(frames):
         if number == 0:
