@@ -4,7 +4,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 from meshes import sheet, turned
+
+Gf, Kind, Sdf, Usd, UsdGeom, UsdShade, Vt = (
+    pytest.importorskip(f"pxr.{name}")
+    for name in ("Gf", "Kind", "Sdf", "Usd", "UsdGeom", "UsdShade", "Vt")
+)
 
 RATE = 24.0
 TIMES = tuple(1001.0 + 2 * number for number in range(6))
@@ -25,8 +31,6 @@ def frames_of(seed: int) -> tuple[Any, Any]:
 
 def production(path: Path) -> Path:
     """Writes the stage."""
-    from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdShade, Vt
-
     stage = Usd.Stage.CreateNew(str(path))
     UsdGeom.SetStageUpAxis(stage, "Z")
     UsdGeom.SetStageMetersPerUnit(stage, 0.01)

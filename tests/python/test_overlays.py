@@ -11,8 +11,11 @@ from stages import BODY, FLAG, HAT, STONE, TIMES, production
 
 import dynmesh
 
-pytest.importorskip("pxr")
-from pxr import Sdf, Usd, UsdGeom, UsdUtils, UsdValidation
+Sdf: Any = pytest.importorskip("pxr.Sdf")
+Usd: Any = pytest.importorskip("pxr.Usd")
+UsdGeom: Any = pytest.importorskip("pxr.UsdGeom")
+UsdUtils: Any = pytest.importorskip("pxr.UsdUtils")
+UsdValidation: Any = pytest.importorskip("pxr.UsdValidation")
 
 MOVING = (BODY, HAT, FLAG, FLAG.replace("First", "Second"))
 CHANGED = {"points", "extent", "normals", "velocities", "primvars:known", "extentsHint"}

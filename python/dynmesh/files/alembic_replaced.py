@@ -26,7 +26,6 @@ class ReplacedMesh:
     compute their own.
 
     Attributes:
-        parameters: the compound property that holds the geometry parameters.
         sampling: the number of the time sampling of the frames.
         remarks: what was left out, one line each.
     """
@@ -46,9 +45,8 @@ class ReplacedMesh:
         without = [f"{_geometry}/{one}" for one in replaced]
         made = copy.copy_mesh(name, without=[*without, *(f"{_others}/{one}" for one in parameters)])
         geometry = made[_geometry]
-        self.parameters = made.get(_others) or output.property(
-            "OCompoundProperty", geometry, ".arbGeomParams"
-        )
+        self._parameters = made.get(_others)
+        self._geometry = geometry
         self._points = self._array(geometry, positions)
         self._bounds = output.property(
             "OBox3dProperty", geometry, ".selfBnds", sampling=self.sampling
@@ -102,6 +100,14 @@ class ReplacedMesh:
             metadata=metadata_of(original),
             sampling=self.sampling,
         )
+
+    def parameters(self) -> Any:
+        """Returns the compound property for geometry parameters, which is made if necessary."""
+        if self._parameters is None:
+            self._parameters = self._output.property(
+                "OCompoundProperty", self._geometry, ".arbGeomParams"
+            )
+        return self._parameters
 
     def append(self, frame: Frame) -> None:
         """Adds the positions of the next frame."""

@@ -83,7 +83,7 @@ class AlembicWriter(SceneWriter):
         for name in names:
             self._parameters[name] = output.property(
                 f"O{parameters[name]}GeomParam",
-                mesh.parameters,
+                mesh.parameters(),
                 name,
                 False,
                 library("AbcGeom").GeometryScope.kVertexScope,
@@ -159,7 +159,10 @@ class _NewMesh:
         self._schema = mesh.getSchema()
         self.sampling = output.sampling(_times(header))
         self._schema.setTimeSampling(self.sampling)
-        self.parameters = self._schema.getArbGeomParams()
+
+    def parameters(self) -> Any:
+        """Returns the compound property for geometry parameters."""
+        return self._schema.getArbGeomParams()
 
     def append(self, frame: Frame) -> None:
         """Adds the positions of the next frame."""
