@@ -144,13 +144,13 @@ def test_meshes_of_other_rates_keep_their_seconds(tmp_path: Path) -> None:
     stage.GetRootLayer().Save()
     dynmesh.complete_scene(tmp_path / "a.usda", tmp_path / "b.usda")
     for name in ("slow", "fast", "uneven"):
-        seconds = []
+        seconds: list[Any] = []
         for path in ("a.usda", "b.usda"):
             one = dynmesh.read(tmp_path / path, prim=f"/{name}")
             numbers = one.start + np.arange(5) if one.times is None else one.times
             assert one.fps is not None
             seconds.append(numbers / one.fps)
-        np.testing.assert_allclose(*seconds, rtol=1e-12)
+        np.testing.assert_allclose(seconds[0], seconds[1], rtol=1e-12)
 
 
 def test_one_bar_counts_the_frames_of_all_meshes(tmp_path: Path, scene: Path) -> None:

@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._checks import check_path
-from .._errors import InputError, KindError
+from .._errors import KindError
 from ..sequence import Sequence
 from .choice import PathLike, format_of, formats, listed
 from .format import Template, template_of
 from .header import Frame, Header, frame_of, header_of
-from .masks import MaskedReader
+from .masks import MaskedReader, check_missing
 from .naming import naming
 from .placing import finish_placing
 from .reader import Reader
@@ -76,8 +76,7 @@ def open(
     """
     check_path("path", path)
     path = Path(path)
-    if missing not in (None, "zero"):
-        raise InputError(f"must be 'zero' or None, not {missing!r}", argument="missing")
+    check_missing(missing)
     with naming(path):
         reader = format_of(path, format).reader(path, _template(faces), prim)
     if known is None and missing is None:

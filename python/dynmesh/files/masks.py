@@ -8,12 +8,19 @@ from pathlib import Path
 import numpy as np
 
 from .._checks import check_path
+from .._errors import InputError
 from ..sequence import Mask, check_known
 from .header import Frame
 from .naming import naming
 from .reader import Reader
 from .rows import read_header
 from .scenes import Scene
+
+
+def check_missing(missing: object) -> None:
+    """Refuses what does not name a value that marks missing positions."""
+    if missing not in (None, "zero"):
+        raise InputError(f"must be 'zero' or None, not {missing!r}", argument="missing")
 
 
 class MaskedReader(Reader):

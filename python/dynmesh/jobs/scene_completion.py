@@ -14,6 +14,7 @@ from .._checks import check_path
 from .._core import FrameReport
 from .._errors import DynmeshError, InputError, KindError, SettingError
 from ..files import Frame, Header, PathLike, Reader, Target, Writer
+from ..files.masks import check_missing
 from ..files.scene_files import open_mesh, open_scene
 from ..files.scene_writer import SceneWriter
 from ..files.scenes import Origin, Scene, every_mesh, listed
@@ -108,6 +109,7 @@ def _checked(source: Source) -> Source:
             f"must be '{every_mesh}', not {source.get('prim')!r}; complete_file completes one mesh",
             argument="prim",
         )
+    check_missing(source.get("missing"))
     return source
 
 
