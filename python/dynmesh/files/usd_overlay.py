@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._errors import InputError
 from .scenes import Origin
 from .usd_scene import UsdScene
-from .usd_stage import primvars, pxr
+from .usd_stage import frame_times, primvars, pxr, timing
 from .usd_writer import UsdWriter
 
 _of_layers = ("subLayers", "subLayerOffsets", "primChildren", "comment", "documentation")
@@ -35,8 +36,16 @@ class UsdOverlayWriter(UsdWriter):
 
     def _time_codes(self, rate: float) -> NDArray[np.float64]:
         """Returns the times of the samples themselves, which the conversion may round."""
+        points = self._original_mesh().GetPointsAttr()
+        fps = timing(_stage_of(self.origin), frame_times(points)).fps
+        if self.header.fps != fps:
+            raise InputError(
+                f"an overlay has the times of its stage ({fps} frames per second), so they cannot "
+                f"be {self.header.fps}; leave out fps",
+                argument="fps",
+            )
         codes = super()._time_codes(rate)
-        samples = np.array(self._original_mesh().GetPointsAttr().GetTimeSamples())
+        samples = np.array(points.GetTimeSamples())
         if len(samples) == 0:
             return codes
         after = np.searchsorted(samples, codes).clip(1, max(1, len(samples) - 1)) % len(samples)

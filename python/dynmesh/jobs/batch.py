@@ -10,9 +10,11 @@ from typing import Literal
 from .. import files
 from .._errors import InputError, KindError, SettingError
 from ..files import Target
+from ..files.scenes import every_mesh
 from ..settings import Settings, all_settings
 from .checkpoint import OtherJobError, Source
 from .file_completion import FileReport, How, complete_into
+from .scene_completion import SceneReport, complete_scene
 
 
 @dataclass(frozen=True)
@@ -22,11 +24,13 @@ class Job:
     Attributes:
         input: the incomplete sequence, in any format.
         output: path of the completed sequence; its folder is created if it does not exist.
-        source: how to read the input, as :func:`dynmesh.open` documents.
+        source: how to read the input, as :func:`dynmesh.open` documents; "all" as its `prim` means
+            every mesh that moves, as :func:`dynmesh.complete_scene` completes them.
         output_format: None means the format of the suffix of `output`.
         fps: frames per second of the output; None means those of the input.
         provenance: whether to write the generation and the age of every vertex.
         settings: the settings of :class:`dynmesh.Completer`.
+        overlay: whether to write a USD layer over the input.
     """
 
     input: Path
@@ -36,6 +40,7 @@ class Job:
     fps: float | None = None
     provenance: bool = False
     settings: Settings = field(default_factory=Settings)
+    overlay: bool = False
 
 
 @dataclass(frozen=True)
@@ -46,7 +51,7 @@ class Result:
         job: the job.
         status: "done", "exists" if the output was already complete, or "failed".
         reason: why the job failed, in one line; empty otherwise.
-        frames: number of frames in the output; 0 unless the status is "done".
+        frames: number of frames in the output, of all its meshes; 0 if it was not written.
         seconds: the time that the job took.
         remarks: remarks about the output for the user, one line each.
     """
@@ -116,7 +121,9 @@ def _run(job: Job, overwrite: bool) -> Result:
     began = time.monotonic()
     try:
         _make_folder(Path(job.output).parent)
-        target = files.target_of(job.output, job.output_format)
+        if job.source.get("prim") == every_mesh:
+            return _result_of_scene(job, _complete_meshes(job, overwrite), began)
+        target = files.target_of(job.output, job.output_format, overlay=job.overlay)
         try:
             report = _complete(job, target, overwrite, resume=target.writer.resumable)
         except OtherJobError:  # the table has changed since the interruption
@@ -143,6 +150,36 @@ def _make_folder(folder: Path) -> None:
 def _complete(job: Job, target: Target, overwrite: bool, *, resume: bool) -> FileReport:
     how = How(job.fps, job.provenance, overwrite, resume)
     return complete_into(Path(job.input), target, job.source, how, all_settings(job.settings))
+
+
+def _complete_meshes(job: Job, overwrite: bool) -> SceneReport:
+    if job.fps is not None:
+        raise InputError(
+            "is for one mesh; choose it by its path with prim", argument="fps", file=job.input
+        )
+    return complete_scene(
+        job.input,
+        job.output,
+        source=job.source,
+        output_format=job.output_format,
+        overlay=job.overlay,
+        provenance=job.provenance,
+        overwrite=overwrite,
+        **job.settings,
+    )
+
+
+def _result_of_scene(job: Job, report: SceneReport, began: float) -> Result:
+    """A job has failed if one of its meshes has, although the others are in the output."""
+    failed = "; ".join(f"{mesh}: {why}" for mesh, why in report.failed.items())
+    return Result(
+        job,
+        "failed" if failed else "done",
+        f"{job.input}: {failed}; the other meshes are in {job.output}" if failed else "",
+        sum(one.frames for one in report.meshes.values()),
+        time.monotonic() - began,
+        report.remarks,
+    )
 
 
 def _result_of(future: "Future[Result]", job: Job) -> Result:

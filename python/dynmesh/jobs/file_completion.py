@@ -111,10 +111,6 @@ def complete_file(
     if watch is not None and not callable(watch):
         raise KindError(f"must be callable, not {watch!r}", argument="watch")
     target = files.target_of(output, output_format, overlay=overlay)
-    if overlay and fps is not None:
-        raise InputError(
-            "an overlay has the times of its stage; leave out fps or overlay", argument="fps"
-        )
     if resume and not target.writer.resumable:
         able = [f.name for f in files.formats.values() if f.writer and f.writer.resumable]
         raise InputError(

@@ -17,9 +17,9 @@ def read_jobs(path: Path) -> list[Job]:
     Args:
         path: comma-separated values. The first line names the columns: `input`, `output` and,
             optionally, `format`, `output_format`, `faces`, `prim`, `mask`, `missing`, `fps`,
-            `provenance` and the settings of :class:`dynmesh.Completer`, named like the options of
-            ``dynmesh complete``. An empty value stands for the default. Paths are relative to the
-            table.
+            `provenance`, `overlay` and the settings of :class:`dynmesh.Completer`, named like the
+            options of ``dynmesh complete``. An empty value stands for the default. Paths are
+            relative to the table.
 
     Raises:
         OSError: the table cannot be read.
@@ -98,6 +98,7 @@ def _job_of(path: Path, line: int, row: Mapping[str, Any]) -> Job:
             values[column] = path.parent / values[column]
     if "mask" in values:
         values["known"] = values.pop("mask")
+    overlay = values.pop("overlay", False)
     source = {name: values.pop(name) for name in Source.__annotations__ if name in values}
     return Job(
         path.parent / row["input"],
@@ -107,6 +108,7 @@ def _job_of(path: Path, line: int, row: Mapping[str, Any]) -> Job:
         values.pop("fps", None),
         values.pop("provenance", False),
         cast(Settings, values),
+        overlay,
     )
 
 
@@ -158,6 +160,7 @@ _columns: dict[str, Callable[[str], Any]] = {
     "missing": _one_of("zero"),
     "fps": _number,
     "provenance": _flag,
+    "overlay": _flag,
     **{name: _parser_of(setting) for name, setting in SETTINGS.items()},
 }
 

@@ -151,7 +151,7 @@ shell = [
     _shell("complete still.usda new.usda --prim all", "still.usda:", "/mesh", "exit code 1"),
     _shell("complete scene.usda new.abc --overlay", "new.abc:", ".usda", "exit code 1"),
     _shell("complete scene.abc new.usda --overlay", "new.usda:", "must be USD", "exit code 1"),
-    _shell("complete scene.usda new.usda --overlay --fps 25", "fps:", "overlay", "exit code 1"),
+    _shell("complete scene.usda new.usda --overlay --fps 25", "fps:", "be 25", "exit code 1"),
     _shell("complete scene.usda new.usda --overlay --resume", "new.usda:", "resumed", "code 1"),
     _shell("info scene.usda --prim all", "scene.usda:", "--prim all", "/mesh", "exit code 1"),
     _shell("convert scene.abc new.abc --prim all", "scene.abc:", "/mesh", "exit code 1"),

@@ -1,12 +1,14 @@
 """Cases of scenes: USD stages and Alembic archives, completed as a whole or by a layer over them."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import dynmesh
+from dynmesh.jobs.batch import Job, complete_files
 
-from .case import World
+from .case import Told, World
 from .functions import of
 
 
@@ -26,6 +28,7 @@ def prepare(world: World) -> None:
 _complete = of("complete_file")
 _scene = of("complete_scene")
 _open = of("open")
+_batch = of("batch.complete_files")
 
 
 def _all(path: str = "scene.usda", output: str = "new.usda", **options: Any) -> Any:
@@ -34,6 +37,13 @@ def _all(path: str = "scene.usda", output: str = "new.usda", **options: Any) -> 
 
 def _over(path: str = "scene.usda", output: str = "new.usda", **options: Any) -> Any:
     return dynmesh.complete_file(path, output, overlay=True, **options)
+
+
+def _job(path: str, **more: Any) -> Any:
+    """Raises the error of a failed job of a batch."""
+    (result,) = complete_files([Job(Path(path), Path("new.usda"), **more)])
+    assert result.status == "failed"
+    raise Told(result.reason)
 
 
 cases = [
@@ -45,7 +55,7 @@ cases = [
     _complete("`overlay` in a format without layers", lambda _: _over(output="new.npz"), ValueError, "new.npz:", ".usda"),
     _complete("`overlay` as `.usdz`", lambda _: _over(output="new.usdz"), ValueError, "new.usdz:", "only be read"),
     _complete("`overlay` over itself", lambda _: _over(output="scene.usda", overwrite=True), ValueError, "scene.usda:", "input"),
-    _complete("`overlay` and `fps`", lambda _: _over(fps=25), ValueError, "fps:", "overlay"),
+    _complete("`overlay` and `fps`", lambda _: _over(fps=25), ValueError, "new.usda:", "fps:", "be 25"),
     _scene("a path that is a number", lambda _: dynmesh.complete_scene(3, "new.usda"), TypeError, "path:", "int"),  # type: ignore[arg-type]
     _scene("a file that is not there", lambda _: _all("none.usda"), FileNotFoundError, "none.usda"),
     _scene("a file with a single mesh", lambda _: _all("body.npz"), ValueError, "body.npz:", "usd"),
@@ -60,6 +70,9 @@ cases = [
     _scene("`source` with faces", lambda w: _all(source={"faces": w.faces}), ValueError, "faces:", "one mesh"),
     _scene("`source` with one mesh", lambda _: _all(source={"prim": "/mesh"}), ValueError, "prim:", "'/mesh'", "complete_file"),
     _scene("`missing='nan'`", lambda _: _all(source={"missing": "nan"}), ValueError, "missing:", "'nan'"),
+    _batch("all meshes of which none can be completed (the job's reason)", lambda _: _job("no_start.usda", source={"prim": "all"}), Told, "no_start.usda: no mesh", "/mesh"),
+    _batch("all meshes, and `fps` (the job's reason)", lambda _: _job("scene.usda", source={"prim": "all"}, fps=25), Told, "scene.usda: fps:", "one mesh"),
+    _batch("`overlay` and `fps` (the job's reason)", lambda _: _job("scene.usda", overlay=True, fps=25), Told, "fps:", "be 25"),
     _scene("`threads`: 0", lambda _: _all(threads=0), ValueError, "threads:", "not 0"),
     _scene("`speed=1`", lambda _: _all(speed=1), TypeError, "speed:", "threads"),
     _scene("`watch`: a number", lambda _: _all(watch=3), TypeError, "watch:", "3"),
