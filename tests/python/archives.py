@@ -68,7 +68,9 @@ class Production:
         *,
         normals: str = "kVertexScope",
         holes: bool = True,
+        indexed: bool = False,
         first_frames_lack: str = "",
+        n_others: int = 0,
     ) -> None:
         """Writes it at once.
 
@@ -76,8 +78,11 @@ class Production:
             path: of the archive.
             normals: the scope of the normals of the body.
             holes: whether meshes lack vertices after frame 0.
+            indexed: whether they have indices.
             first_frames_lack: a mesh that lacks a vertex in frame 0 as well.
+            n_others: number of further objects that move.
         """
+        self._indexed = indexed
         self._broken = first_frames_lack
         self._holes = holes
         abc, core, self._geom = alembic3d.Abc, alembic3d.AbcCoreAbstract, alembic3d.AbcGeom
@@ -89,14 +94,7 @@ class Production:
         self._times = archive.addTimeSampling(core.TimeSampling(1 / FPS, START / FPS))
         top = archive.getTop()
         rig = geom.OXform(top, "rig")
-        move = rig.getSchema()
-        move.setTimeSampling(self._times)
-        for number in range(N_FRAMES):
-            sample = geom.XformSample()
-            sample.setTranslation(imath.V3d(number, 2, 0))
-            sample.setRotation(imath.V3d(0, 1, 0), 5.0 * number)
-            sample.setScale(imath.V3d(1, 2, 1))
-            move.set(sample)
+        self._move(rig)
         bounds = abc.OBox3dProperty(top.getProperties(), ".childBnds")
         bounds.setValue(imath.Box3d(imath.V3d(-9), imath.V3d(9)))
         body = self._mesh(rig, "body", 0, getattr(geom.GeometryScope, normals), velocities=True)
@@ -128,7 +126,19 @@ class Production:
         material.setShader("prman", "surface", "plastic")
         shine = material.getShaderParameters("prman", "surface")
         abc.OFloatProperty(shine, "roughness").setValue(0.4)
+        for number in range(n_others):
+            self._move(geom.OXform(top, f"other{number}"))
         geom.OXform(top, "copies").addChildInstance(rig, "rig2")
+
+    def _move(self, xform: Any) -> None:
+        move = xform.getSchema()
+        move.setTimeSampling(self._times)
+        for number in range(N_FRAMES):
+            sample = self._geom.XformSample()
+            sample.setTranslation(imath.V3d(number, 2, 0))
+            sample.setRotation(imath.V3d(0, 1, 0), 5.0 * number)
+            sample.setScale(imath.V3d(1, 2, 1))
+            move.set(sample)
 
     def _integers(self, values: Any) -> Any:
         return imath.IntArrayFromBuffer(np.ascontiguousarray(values, np.int32))
@@ -174,7 +184,10 @@ class Production:
                 up = np.tile(np.array([0, 0, 1], np.float32), (number, 1))
                 if of_corners:  # an edge
                     up[::5] = (1, 0, 0)
-                sample.setNormals(geom.ON3fGeomParamSample(self._vectors(up), normals))
+                given = [self._vectors(up)]
+                if self._indexed:
+                    given = [self._vectors(up[:1]), imath.UnsignedIntArray(number)]
+                sample.setNormals(geom.ON3fGeomParamSample(*given, normals))
             if velocities:
                 sample.setVelocities(self._vectors(np.ones_like(points)))
             schema.set(sample)

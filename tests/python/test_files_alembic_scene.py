@@ -1,5 +1,7 @@
 """Alembic archives that are made from another one keep its scene."""
 
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -77,8 +79,10 @@ def derived(path: Path, name: str) -> Any:
     return np.array(values)
 
 
-def test_normals_and_velocities_follow_the_new_points(archive: Path, tmp_path: Path) -> None:
-    dynmesh_command("complete", archive, tmp_path / "done.abc", "--prim", BODY)
+@pytest.mark.parametrize("indexed", [False, True])
+def test_normals_and_velocities_follow_the_new_points(tmp_path: Path, indexed: bool) -> None:
+    Production(tmp_path / "scene.abc", indexed=indexed)
+    dynmesh_command("complete", tmp_path / "scene.abc", tmp_path / "done.abc", "--prim", BODY)
     made = dynmesh.read(tmp_path / "done.abc", prim=BODY)
     normals = Normals(as_polygons(made.faces), "vertex")
     expected = np.stack([normals.of(points) for points in made.vertices])
@@ -137,6 +141,32 @@ def test_what_the_library_cannot_write_is_named(
     assert f"not copied, since the library cannot write such values: {BODY} " in said
     assert ".geom/.userProperties/asset" in said
     assert changed(archive, tmp_path / "done.abc")[0] == {HAT, BODY, "/copies/rig2/body", "/"}
+
+
+FULL_DISK = """
+import resource, sys
+import dynmesh
+
+path, output, limit = *sys.argv[1:3], int(sys.argv[3])
+resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+try:
+    dynmesh.complete_scene(path, output)
+except OSError as error:
+    print(error)
+"""
+
+
+@pytest.mark.parametrize("share", [0.3, 0.9, 0.999])
+def test_a_full_disk_is_reported_and_leaves_nothing(tmp_path: Path, share: float) -> None:
+    """The library would end the process."""
+    scene, output = tmp_path / "scene.abc", tmp_path / "done.abc"
+    Production(scene, n_others=100)
+    limit = int(share * scene.stat().st_size)
+    command = [sys.executable, "-c", FULL_DISK, str(scene), str(output), str(limit)]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert f"File too large: '{output}'" in done.stdout
+    assert list(tmp_path.iterdir()) == [scene]
 
 
 def test_memory_does_not_grow_with_the_scene(tmp_path: Path) -> None:

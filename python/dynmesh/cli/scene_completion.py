@@ -55,6 +55,9 @@ def complete_all(
         )
     except SettingError as error:
         raise usage_error(error) from error
+    except KeyboardInterrupt:
+        say(f"{output}: interrupted; nothing was kept")
+        raise
     for mesh, done in report.meshes.items():
         say_what_was_done(mesh, done, settings["reject_outliers"])
     say_remarks(output, report.remarks)

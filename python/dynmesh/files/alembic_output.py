@@ -6,8 +6,14 @@ from typing import Any
 
 from .alembic_archive import library, translating
 
-_SAMPLE, _PROPERTY, _OBJECT = 64, 1 << 9, 1 << 10
+_SAMPLE, _PROPERTY, _OBJECT = 24, 1 << 9, 1 << 10
 """Bytes of the index at the end of the archive, at most, for each of these."""
+
+_AROUND = 64
+"""Bytes that are written with each sample besides its values, at most."""
+
+_STEP = 1 << 20
+"""Bytes that are reserved at once, since asking the system takes longer than a small write."""
 
 
 class OutputArchive:
@@ -31,6 +37,7 @@ class OutputArchive:
         """
         self._file = path.open("w+b")
         self._index = 1 << 16
+        self._granted = -1
         self._archive: Any = None
         self.reserve(0)
         rate = () if fps is None else (fps,)
@@ -64,7 +71,7 @@ class OutputArchive:
             TypeError: the library cannot write such values.
             OSError: the disk is full.
         """
-        self.reserve(_size(value, prop.getDataType().getNumBytes()), index=_SAMPLE)
+        self.reserve(_AROUND + _size(value, prop.getDataType().getNumBytes()), index=_SAMPLE)
         with translating(OSError, "cannot be written"):
             try:
                 prop.setValue(value)
@@ -75,7 +82,7 @@ class OutputArchive:
 
     def set(self, schema: Any, sample: Any, size: int) -> None:
         """Adds a sample with that many bytes to a schema or to a geometry parameter."""
-        self.reserve(size, index=8 * _SAMPLE)
+        self.reserve(8 * _AROUND + size, index=8 * _SAMPLE)
         with translating(OSError, "cannot be written"):
             schema.set(sample)
 
@@ -104,6 +111,12 @@ class OutputArchive:
             index: bytes that the index at the end grows by.
         """
         self._index += index
+        self._granted -= size + index
+        if self._granted < 0:
+            self._reserve(size + _STEP)
+            self._granted = _STEP
+
+    def _reserve(self, size: int) -> None:
         file = self._file.fileno()
         end = os.fstat(file).st_size
         try:
@@ -113,7 +126,7 @@ class OutputArchive:
 
     def finish(self) -> None:
         """Completes the file; all other references to its objects must be gone."""
-        self.reserve(0)
+        self._reserve(0)
         self.top = self._archive = None
         self._file.close()
 
