@@ -204,7 +204,8 @@ class _Job:
     def _take_over(self, spool: Path, header: Header, writing: contextlib.ExitStack) -> None:
         """Writes a completed mesh to the output, which begins with the first one."""
         if self._writer is None:
-            made = self._target.create(header, origin=self._origin)
+            folder = spool.with_name("files")
+            made = self._target.create(header, folder=folder, origin=self._origin)
             assert isinstance(made, SceneWriter)
             self._writer = writing.enter_context(made)
         else:
