@@ -1,15 +1,15 @@
 """The command that completes a sequence."""
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from .._errors import SettingError
 from ..files.scenes import every_mesh
-from ..jobs.file_completion import complete_file, is_unfinished
+from ..jobs.file_completion import FileReport, complete_file, is_unfinished
 from ..settings import Settings
-from .done import say_what_was_done
 from .options import (
     Faces,
     Format,
@@ -117,6 +117,28 @@ def complete(
         return
     if report.resumed_at:
         say(f"{output}: continued at frame {report.resumed_at}")
-    say_what_was_done(output, report, settings["reject_outliers"])
+    _say_what_was_done(output, report, settings["reject_outliers"])
     say_remarks(output, report.remarks)
     zeros.say_if_many()
+
+
+def _say_what_was_done(output: Path, report: FileReport, reject_outliers: bool) -> None:
+    seconds = report.seconds_per_frame
+    if seconds is None:
+        say(f"{output}: there is only frame 0, so there was nothing to complete")
+        return
+    done = report.frames - max(1, report.resumed_at)
+    say(
+        f"{output}: {done} frames completed in {1e3 * seconds:.3g} ms each (median), "
+        f"{1 / seconds:.0f} frames per second without reading and writing"
+    )
+    whole = report.known + report.filled + report.unseen
+    if reject_outliers:
+        share = 100 * report.rejected / whole
+        say(f"{output}: {report.rejected} outliers rejected, {share:.3g} % of the vertices")
+    if report.filled + report.unseen == 0:
+        say(f"{output}: nothing was missing")
+        return
+    counts = {"known": report.known, "filled in": report.filled, "unseen": report.unseen}
+    shares = ", ".join(f"{what} {100 * n / whole:.3g} %" for what, n in counts.items())
+    say(f"{output}: {shares} of the vertices after frame 0")

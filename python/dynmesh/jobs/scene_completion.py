@@ -95,6 +95,12 @@ def complete_scene(
             file=target.path,
         )
     scene = open_scene(Path(path), source.get("format"))
+    if overlay and not target.keeps(scene):
+        raise InputError(
+            f"must be USD ({files.listed(files.formats['usd'].suffixes)}), as an overlay changes "
+            "meshes in a USD stage",
+            file=scene.path,
+        )
     job = _Job(scene, target, source, provenance, all_settings(settings))
     return job.run(overwrite=overwrite, watch=watch)
 
