@@ -109,6 +109,23 @@ def test_the_points_are_those_of_the_mesh_completed_alone(
     assert again.generation is not None
 
 
+def test_instances_become_ordinary_prims_which_is_said_once(tmp_path: Path) -> None:
+    """Also an instance in an instance, from another file."""
+    production(tmp_path / "scene.usda")
+    crowd = Usd.Stage.CreateNew(str(tmp_path / "crowd.usda"))
+    one = crowd.DefinePrim("/crowd/one")
+    one.GetReferences().AddReference("./scene.usda")
+    one.SetInstanceable(True)
+    crowd.GetRootLayer().Save()
+    report = dynmesh.complete_scene(tmp_path / "crowd.usda", tmp_path / "over.usda", overlay=True)
+    assert set(report.meshes) == {mesh.replace("/World", "/crowd/one") for mesh in MOVING}
+    for mesh in report.meshes:
+        assert np.isfinite(list(points_of(tmp_path / "over.usda", mesh).values())).all()
+    (remark,) = (remark for remark in report.remarks if "instance" in remark)
+    paths = ["/crowd/one", "/crowd/one/Flags/First", "/crowd/one/Flags/Second"]
+    assert sorted(remark.partition(": ")[2].split(", ")) == paths
+
+
 def test_usdchecker_finds_nothing(shot: Path, tmp_path: Path) -> None:
     registry = UsdValidation.ValidationRegistry()
     check = UsdValidation.ValidationContext(registry.GetOrLoadAllValidators()).Validate

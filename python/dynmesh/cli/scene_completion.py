@@ -9,9 +9,9 @@ import typer
 from .._errors import SettingError
 from ..jobs.beginning import Start
 from ..jobs.checkpoint import Source
+from ..jobs.report import FileReport
 from ..jobs.scene_completion import complete_scene
 from ..settings import Settings
-from .done import say_what_was_done
 from .options import usage_error
 from .terminal import say, say_remarks, track
 from .zeros import Zeros
@@ -62,7 +62,7 @@ def complete_all(
         say(f"{output}: interrupted; nothing was kept")
         raise
     for mesh, done in report.meshes.items():
-        say_what_was_done(mesh, done, settings["reject_outliers"])
+        say(f"{mesh}: {_summary(done)}")
     say_remarks(output, report.remarks)
     zeros.say_if_many()
     whole = len(report.meshes) + len(report.failed)
@@ -71,3 +71,14 @@ def complete_all(
         say(f"{path}: {mesh}: not completed: {reason}")
     if report.failed:
         raise typer.Exit(1)
+
+
+def _summary(report: FileReport) -> str:
+    """What was done to a mesh, in one line."""
+    whole = report.known + report.filled + report.unseen
+    if report.filled + report.unseen + report.rejected == 0:
+        return f"{report.frames} frames, nothing was missing"
+    counts = {"known": report.known, "filled in": report.filled, "unseen": report.unseen}
+    counts |= {"rejected": report.rejected} if report.rejected else {}
+    shares = ", ".join(f"{what} {100 * n / whole:.3g} %" for what, n in counts.items())
+    return f"{report.frames} frames, {shares} of the vertices"

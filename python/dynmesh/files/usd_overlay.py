@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._errors import InputError
-from .scenes import Origin
+from .scenes import Origin, listed
 from .usd_scene import UsdScene
 from .usd_stage import frame_times, primvars, pxr, timing
 from .usd_writer import UsdWriter
@@ -29,6 +29,7 @@ class UsdOverlayWriter(UsdWriter):
     keeps_scene_of = "usd"
 
     def _describe_stage(self) -> None:
+        self._instances: dict[str, None] = {}
         original = _stage_of(self.origin).GetRootLayer().pseudoRoot
         for name in original.ListInfoKeys():
             if name not in _of_layers:
@@ -61,7 +62,7 @@ class UsdOverlayWriter(UsdWriter):
         for prim in above:
             if prim.IsInstanceable():  # otherwise nothing below it can be changed
                 stage.OverridePrim(prim.GetPath()).SetInstanceable(False)
-                self.remarks.append(f"{prim.GetPath()} is no longer an instance")
+                self._instances[str(prim.GetPath())] = None
             hint = prim.GetAttribute("extentsHint")
             if hint and hint.HasAuthoredValue():
                 over = stage.OverridePrim(prim.GetPath())
@@ -80,6 +81,8 @@ class UsdOverlayWriter(UsdWriter):
         return _scene_of(self.origin).mesh(self.header.name)
 
     def _complete_layer(self) -> None:
+        if self._instances:
+            self.remarks.append(f"no longer instances: {listed(list(self._instances))}")
         scene = _scene_of(self.origin).path
         self._layer.subLayerPaths.append(_relative(scene, self.path.parent))
 

@@ -99,6 +99,12 @@ def complete_scene(
             file=target.path,
         )
     scene = open_scene(Path(path), source.get("format"))
+    if overlay and not target.keeps(scene):
+        raise InputError(
+            f"must be USD ({files.listed(files.formats['usd'].suffixes)}), as an overlay changes "
+            "meshes in a USD stage",
+            file=scene.path,
+        )
     job = _Job(scene, target, start, source, provenance, all_settings(settings, file_settings))
     return job.run(overwrite=overwrite, watch=watch)
 
@@ -196,7 +202,8 @@ class _Job:
     def _take_over(self, spool: Path, header: Header, writing: contextlib.ExitStack) -> None:
         """Writes a completed mesh to the output, which begins with the first one."""
         if self._writer is None:
-            made = self._target.create(header, origin=self._origin)
+            folder = spool.with_name("files")
+            made = self._target.create(header, folder=folder, origin=self._origin)
             assert isinstance(made, SceneWriter)
             self._writer = writing.enter_context(made)
         else:

@@ -65,7 +65,7 @@ cases = [
     _scene("into a folder that is not there", lambda _: _all(output="no/new.usda"), FileNotFoundError, "no/new.usda:"),
     _scene("no mesh that moves", lambda _: _all("still.usda"), ValueError, "still.usda:", "/mesh", "nothing to complete"),
     _scene("no mesh with a complete frame 0", lambda _: _all("no_start.usda"), ValueError, "no_start.usda:", "/mesh: frame 0: 1 of 49"),
-    _scene("`overlay` over Alembic", lambda _: _all("scene.abc", overlay=True), ValueError, "new.usda:", "must be USD"),
+    _scene("`overlay` over Alembic", lambda _: _all("scene.abc", overlay=True), ValueError, "scene.abc:", "must be USD"),
     _scene("`source` with a mask", lambda w: _all(source={"known": w.known}), ValueError, "known:", "one mesh"),
     _scene("`source` with faces", lambda w: _all(source={"faces": w.faces}), ValueError, "faces:", "one mesh"),
     _scene("`source` with one mesh", lambda _: _all(source={"prim": "/mesh"}), ValueError, "prim:", "'/mesh'", "complete_file"),
