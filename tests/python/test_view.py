@@ -1,9 +1,6 @@
 """The page that plays a sequence, in a browser."""
 
 import io
-import os
-import shutil
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,37 +13,6 @@ from dynmesh import Sequence, write
 from dynmesh import open as open_sequence
 from dynmesh.draw.page import Shown, view
 from dynmesh.draw.page.thin import thin
-
-SWIFT_SHADER = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-SILENT = [
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-quic",
-    "--disable-sync",
-    "--no-first-run",
-]
-
-
-@pytest.fixture(scope="session")
-def chromium() -> Iterator[Any]:
-    """Chromium without a graphics card."""
-    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    program = os.environ.get("DYNMESH_CHROMIUM") or shutil.which("chromium")
-    if program is None:
-        pytest.skip("there is no Chromium: install it, or name it in DYNMESH_CHROMIUM")
-    with playwright.sync_playwright() as driver:
-        arguments = ["--no-sandbox", *SWIFT_SHADER, *SILENT]
-        chromium = driver.chromium.launch(executable_path=program, args=arguments)
-        yield chromium
-        chromium.close()
-
-
-@pytest.fixture
-def browser(chromium: Any) -> Iterator[Any]:
-    """A browser window without history."""
-    window = chromium.new_context(viewport={"width": 900, "height": 600})
-    yield window
-    window.close()
 
 
 class Page:

@@ -19,6 +19,7 @@ from .choice import PathLike, format_of, formats, listed
 from .format import Template, template_of
 from .header import Frame, Header, frame_of, header_of
 from .masks import MaskedReader
+from .memory import SequenceReader
 from .naming import naming
 from .placing import finish_placing
 from .reader import Reader
@@ -30,6 +31,7 @@ __all__ = [
     "Header",
     "PathLike",
     "Reader",
+    "SequenceReader",
     "Target",
     "Writer",
     "create",

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..._extras import require_all
 from ...files import Reader
+from ...files.times import mean_rate
 from ..figures import View
 from ..heatmap import Colour, Heatmap, ShownFrame, likely_up
 from .player import Playback, compose
@@ -91,7 +92,9 @@ def view(
         len(frames), reader.n_frames, step, len(kept), reader.n_vertices, len(faces),
         len(reader.faces),
     )  # fmt: skip
-    playback = Playback(reader.path.name, str(shown), list(numbers), reader.n_frames, reader.fps)
+    playback = Playback(
+        reader.path.name, str(shown), list(numbers), reader.n_frames, mean_rate(reader.header)
+    )
     camera = View.of(
         seen, up or likely_up(next(iter(reader)).points, reader.header.up_axis), azimuth
     )

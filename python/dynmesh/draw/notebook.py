@@ -1,0 +1,70 @@
+"""How sequences show themselves in a notebook."""
+
+import tempfile
+from html import escape
+from pathlib import Path
+
+from .._errors import InputError
+from ..files import SequenceReader
+from ..sequence import Sequence, rate
+from .page import view
+
+LARGEST_PLAYER = 2_000_000
+"""Bytes that showing a sequence may add to a notebook."""
+
+LARGEST_MESH = 200_000
+"""Vertices of a mesh that is still simplified within about two seconds."""
+
+_SIZES = ((2000, 30), (1000, 30), (1000, 15), (500, 15))
+"""How many vertices and frames a player may show; the first that is small enough is used."""
+
+
+def sequence_shown(sequence: Sequence) -> str:
+    """Returns HTML with a player, if there can be one, and a description of a sequence."""
+    n_frames, n_vertices, _ = sequence.vertices.shape
+    known = "no masks"
+    if sequence.known is not None:
+        known = f"{100 * sequence.known.mean():.3g} %" if sequence.known.size else "nothing"
+    rows = {
+        "frames": f"{n_frames}, {rate(sequence.fps)}",
+        "mesh": f"{n_vertices} vertices, {len(sequence.faces)} faces, {sequence.vertices.dtype}",
+        "known": known,
+        "generation and age": "no" if sequence.generation is None else "yes",
+    }
+    try:
+        return _player(sequence) + _table("Sequence", rows)
+    except (ImportError, ValueError) as error:
+        # For a notebook, this is not an error: the table describes every sequence.
+        return _table("Sequence", rows | {"no player": str(error)})
+
+
+def _player(sequence: Sequence) -> str:
+    """Returns a frame with a page that plays the sequence.
+
+    Raises:
+        ImportError: the extra `view` is not installed.
+        ValueError: there is nothing to play, or the mesh or even its smallest player is too large.
+    """
+    if sequence.vertices.shape[1] > LARGEST_MESH:
+        raise InputError(
+            f"simplifying more than {LARGEST_MESH} vertices takes long; dynmesh view writes a page"
+        )
+    reader = SequenceReader(sequence)
+    with tempfile.TemporaryDirectory() as folder:
+        page = Path(folder) / "page.html"
+        for max_vertices, max_frames in _SIZES:
+            view(reader, page, max_vertices=max_vertices, max_frames=max_frames)
+            document = escape(page.read_text(encoding="utf-8"))
+            if len(document.encode()) <= LARGEST_PLAYER:
+                style = "width: 100%; height: 480px; border: 0"
+                return f'<iframe srcdoc="{document}" title="player" style="{style}"></iframe>'
+    raise InputError("the mesh cannot be simplified enough; dynmesh view writes a larger page")
+
+
+def _table(title: str, rows: dict[str, str]) -> str:
+    lines = "".join(
+        f'<tr><th style="text-align: left">{escape(name)}</th>'
+        f'<td style="text-align: left">{escape(value)}</td></tr>'
+        for name, value in rows.items()
+    )
+    return f"<table><caption>{escape(title)}</caption>{lines}</table>"
