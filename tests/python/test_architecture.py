@@ -29,7 +29,8 @@ SHOWING = {
 """Methods that show their object, and the one higher module that each imports when it is called.
 
 Notebooks and users expect these methods in the class itself. Nothing else of a low layer may
-depend on drawing: the imports count as imports anywhere else, even in the same module.
+depend on drawing: the imports count as imports anywhere else, even in the same module. The
+compiled `Completer` asks dynmesh.draw.notebook for its words in the same way.
 """
 
 

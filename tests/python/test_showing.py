@@ -1,4 +1,4 @@
-"""Sequences show themselves: plots, and players in notebooks."""
+"""Sequences and completers show themselves: in plots, in notebooks, and in a line."""
 
 import io
 from dataclasses import replace
@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from meshes import Array, sheet
+from meshes import Array, Mesh, sheet
 from test_missing_extras import hide
 
 import dynmesh
 from dynmesh.draw import notebook
+from dynmesh.settings import Settings, default_settings
 
 pyvista = pytest.importorskip("pyvista", reason="plots need pyvista: pip install 'dynmesh[view]'")
 
@@ -181,6 +182,54 @@ def test_without_the_extra_a_sequence_is_a_table(
     assert f"this needs {module}: pip install &#x27;dynmesh[view]&#x27;" in html
     assert "144 vertices, 242 faces" in html
     assert size_of(html) < 1000
+
+
+def test_a_completer_describes_itself(mesh: Mesh) -> None:
+    completer = dynmesh.Completer(mesh.faces, mesh.vertices, method="detail", noise=0.5)
+    size = "detail, 49 vertices, 120 edges, float64"
+    assert repr(completer) == f"Completer({size}, no frames)"
+    completer.push(mesh.vertices, np.arange(49) < 10)
+    assert repr(completer) == f"Completer({size}, 1 frame, 20.4 % known in the last)"
+    completer.skip()
+    assert repr(completer) == f"Completer({size}, 2 frames, 0 % known in the last)"
+    state = completer.state()
+    completer.reset(mesh.vertices)
+    assert repr(completer) == f"Completer({size}, no frames)"
+    completer.restore(state)
+    assert completer.n_frames == 2
+    html = unescape(completer._repr_html_())
+    assert repr(completer.report) in html
+    assert repr(completer.topology) in html
+    assert "noise=0.5, reject_outliers=False" in html
+    assert html.count("\n") == 0
+
+
+@pytest.mark.parametrize("settings", [{}, {"method": "detail", "noise": 0.5}, {"unseen": "hold"}])
+def test_settings_can_be_read_back(mesh: Mesh, settings: Settings) -> None:
+    completer = dynmesh.Completer(mesh.faces, mesh.vertices, **settings)
+    assert completer.settings == default_settings | settings
+    completer.settings["threads"] = 5  # a copy
+    assert (
+        dynmesh.Completer(mesh.faces, mesh.vertices, **completer.settings).settings["threads"] == 1
+    )
+
+
+def test_a_completer_in_use_is_described(mesh: Mesh) -> None:
+    said: list[str] = []
+
+    class Watching:
+        """An array-like that looks at the completer that is reading it."""
+
+        def __array__(self, *_: Any, **__: Any) -> Array:
+            said.extend([repr(completer), completer._repr_html_()])
+            return mesh.vertices
+
+    completer = dynmesh.Completer(mesh.faces, mesh.vertices)
+    completer.push(Watching())  # type: ignore[arg-type]
+    line, html = said
+    assert line == "Completer(motion, 49 vertices, 120 edges, float64, in use by another thread)"
+    assert "in use by another thread" in html
+    assert "FrameReport" not in html
 
 
 def test_a_plot_without_the_extra_says_so(

@@ -1,9 +1,11 @@
-"""How sequences show themselves in a notebook."""
+"""How sequences and completers show themselves in a notebook, and completers in a line."""
 
 import tempfile
+from contextlib import suppress
 from html import escape
 from pathlib import Path
 
+from .._core import Completer
 from .._errors import InputError
 from ..files import SequenceReader
 from ..sequence import Sequence, rate
@@ -36,6 +38,42 @@ def sequence_shown(sequence: Sequence) -> str:
     except (ImportError, ValueError) as error:
         # For a notebook, this is not an error: the table describes every sequence.
         return _table("Sequence", rows | {"no player": str(error)})
+
+
+def completer_line(completer: Completer) -> str:
+    """Describes a completer in one line."""
+    method = completer.settings["method"]
+    return f"Completer({method}, {_mesh(completer)}, {_progress(completer)})"
+
+
+def completer_shown(completer: Completer) -> str:
+    """Returns HTML that describes a completer."""
+    settings = (f"{name}={value!r}" for name, value in completer.settings.items())
+    rows = {
+        "mesh": _mesh(completer),
+        "topology": repr(completer.topology),
+        "settings": ", ".join(settings),
+        "progress": _progress(completer),
+    }
+    with suppress(RuntimeError):  # of a completer in use, `progress` says so
+        rows["last frame"] = repr(completer.report)
+    return _table("Completer", rows)
+
+
+def _mesh(completer: Completer) -> str:
+    return f"{completer.n_vertices} vertices, {completer.n_edges} edges, {completer.dtype}"
+
+
+def _progress(completer: Completer) -> str:
+    try:
+        n_frames, report = completer.n_frames, completer.report
+    except RuntimeError:  # to show a completer must not fail at any time
+        return "in use by another thread"
+    if n_frames == 0:
+        return "no frames"
+    known = 100 * report.known / completer.n_vertices
+    frames = "1 frame" if n_frames == 1 else f"{n_frames} frames"
+    return f"{frames}, {known:.3g} % known in the last"
 
 
 def _player(sequence: Sequence) -> str:
