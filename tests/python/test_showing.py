@@ -1,5 +1,6 @@
 """Sequences and completers show themselves: in plots, in notebooks, and in a line."""
 
+import gc
 import io
 from dataclasses import replace
 from html import unescape
@@ -137,6 +138,20 @@ def test_a_notebook_plays_a_sequence_without_network(
 def test_every_second_frame_is_played_at_half_the_rate(moving: dynmesh.Sequence) -> None:
     assert '"fps": 10.0' in unescape(moving._repr_html_())
     assert '"fps": 5.0' in unescape(moving[::2]._repr_html_())
+
+
+def test_players_leave_nothing_in_the_kernel(
+    moving: dynmesh.Sequence, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    comm = pytest.importorskip("comm")
+    sent: list[object] = []
+    monkeypatch.setattr(comm, "create_comm", lambda **message: sent.append(message))
+    moving._repr_html_()
+    monkeypatch.undo()
+    assert sent == []
+    gc.collect()
+    meshes = pytest.importorskip("k3d.objects").Mesh
+    assert not [thing for thing in gc.get_objects() if isinstance(thing, meshes)]
 
 
 def test_long_sequences_of_large_meshes_stay_small(rng: np.random.Generator) -> None:

@@ -1,12 +1,15 @@
 """How sequences and completers show themselves in a notebook, and completers in a line."""
 
 import tempfile
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from html import escape
 from pathlib import Path
+from typing import Any
 
 from .._core import Completer
 from .._errors import InputError
+from .._extras import require
 from ..files import SequenceReader
 from ..sequence import Sequence, rate
 from .page import view
@@ -91,12 +94,28 @@ def _player(sequence: Sequence) -> str:
     with tempfile.TemporaryDirectory() as folder:
         page = Path(folder) / "page.html"
         for max_vertices, max_frames in _SIZES:
-            view(reader, page, max_vertices=max_vertices, max_frames=max_frames)
+            with _without_widgets():
+                view(reader, page, max_vertices=max_vertices, max_frames=max_frames)
             document = escape(page.read_text(encoding="utf-8"))
             if len(document.encode()) <= LARGEST_PLAYER:
                 style = "width: 100%; height: 480px; border: 0"
                 return f'<iframe srcdoc="{document}" title="player" style="{style}"></iframe>'
     raise InputError("the mesh cannot be simplified enough; dynmesh view writes a larger page")
+
+
+@contextmanager
+def _without_widgets() -> Iterator[None]:
+    """Keeps the widgets of k3d from sending their data to the notebook, which would store it too.
+
+    Package `comm` intends that its function is replaced, as kernels do.
+    """
+    comm: Any = require("comm", extra="view")
+    usual = comm.create_comm
+    comm.create_comm = comm.DummyComm
+    try:
+        yield
+    finally:
+        comm.create_comm = usual
 
 
 def _table(title: str, rows: dict[str, str]) -> str:

@@ -12,6 +12,8 @@ from . import figures
 from .figures import SURFACE_COLOUR, View
 from .heatmap import Colour, Heatmap, likely_up, whole_faces
 
+_ROOM_FOR_THE_BAR = 0.2  # of the width of the picture
+
 
 def plot(
     sequence: Sequence,
@@ -49,6 +51,7 @@ def plot(
     surface = pyvista.PolyData.from_regular_faces(points, np.asarray(faces, np.int64))
     plotter = pyvista.Plotter(off_screen=off_screen, lighting="light kit")
     plotter.set_background("white")
+    width, height = plotter.window_size
     if scale is None:
         figures.add_places(plotter, surface, places, (SURFACE_COLOUR,), alone)
     else:
@@ -58,6 +61,8 @@ def plot(
         plotter.add_text(scale.title, position="upper_right", font_size=10, color="black")
         bar = {"position_x": 0.9, "position_y": 0.05, "height": 0.45, "width": 0.05}
         plotter.add_scalar_bar(title="", n_labels=0, vertical=True, color="black", **bar)
+        width = round(width * (1 - _ROOM_FOR_THE_BAR))
+        plotter.camera.SetWindowCenter(_ROOM_FOR_THE_BAR, 0)  # to the left
     shown = up or likely_up(sequence.vertices[0], sequence.up_axis)
-    figures.aim(plotter, View.of(points[visible], shown, azimuth, tuple(plotter.window_size)))
+    figures.aim(plotter, View.of(points[visible], shown, azimuth, (width, height)))
     return plotter
