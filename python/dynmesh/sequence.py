@@ -178,7 +178,7 @@ class Sequence(Description):
         if frames.step is not None:
             check_integer("step", frames.step, 1)
         first, _, step = frames.indices(len(self))
-        numbers = frame_numbers(self, len(self))[frames]
+        numbers = numbers_of(self, len(self))[frames]
         cut = {
             name: values[frames]
             for name in ("vertices", "known", "generation", "age")
@@ -246,7 +246,7 @@ class Sequence(Description):
         return sequence_shown(self)
 
 
-def frame_numbers(description: Description, n_frames: int) -> NDArray[np.float64]:
+def numbers_of(description: Description, n_frames: int) -> NDArray[np.float64]:
     """Returns (n,) the number of each of n frames in their file."""
     if description.times is not None:
         return description.times

@@ -8,7 +8,7 @@ import pytest
 from meshes import Mesh
 
 import dynmesh
-from dynmesh.sequence import frame_numbers
+from dynmesh.sequence import numbers_of
 
 
 @pytest.mark.parametrize("vertex", [-1, 49, 2**31])
@@ -103,8 +103,8 @@ def test_a_slice_cuts_everything_alike(
         np.testing.assert_array_equal(getattr(part, name), getattr(whole, name)[kept])
     assert part.vertices.base is whole.vertices
     assert (part.faces is whole.faces, part.fps, part.name) == (True, 25, "/body")
-    numbers = (frame_numbers(whole, 10))[kept]
-    np.testing.assert_array_equal(frame_numbers(part, len(part)), numbers)
+    numbers = (numbers_of(whole, 10))[kept]
+    np.testing.assert_array_equal(numbers_of(part, len(part)), numbers)
     assert not len(part) or part.start == numbers[0]
     assert (part.times is None) == (not timed and frames.step is None)
 

@@ -10,7 +10,7 @@ from typing import Any
 from .._core import Completer
 from .._errors import InputError
 from .._extras import require
-from ..files import SequenceReader
+from ..files.memory import SequenceReader
 from ..sequence import Sequence, rate
 from .page import view
 

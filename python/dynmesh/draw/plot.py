@@ -6,7 +6,7 @@ import numpy as np
 
 from .._checks import check_finite
 from .._errors import InputError, KindError
-from ..files import SequenceReader
+from ..files.memory import SequenceReader
 from ..sequence import Sequence
 from . import figures
 from .figures import SURFACE_COLOUR, View

@@ -19,7 +19,6 @@ from .choice import PathLike, format_of, formats, listed
 from .format import Template, template_of
 from .header import Frame, Header, frame_of, header_of
 from .masks import MaskedReader
-from .memory import SequenceReader
 from .naming import naming
 from .placing import finish_placing
 from .reader import Reader
@@ -31,7 +30,6 @@ __all__ = [
     "Header",
     "PathLike",
     "Reader",
-    "SequenceReader",
     "Target",
     "Writer",
     "create",

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..sequence import frame_numbers
+from ..sequence import numbers_of
 from .header import Header
 
 broadcast = (23.976, 29.97, 59.94, 24000 / 1001, 30000 / 1001, 60000 / 1001)
@@ -60,9 +60,14 @@ def uneven(seconds: Sequence[float], fps: float | None = None) -> Timing:
     return Timing(fps, float(times[0]), times)
 
 
+def frame_numbers(header: Header) -> NDArray[np.float64]:
+    """Returns (n,) the number of each frame."""
+    return numbers_of(header, header.n_frames)
+
+
 def frame_seconds(header: Header) -> NDArray[np.float64]:
     """Returns (n,) the time of each frame in seconds, or its number if the rate is unknown."""
-    return frame_numbers(header, header.n_frames) / (header.fps or 1)
+    return frame_numbers(header) / (header.fps or 1)
 
 
 def mean_rate(header: Header) -> float | None:

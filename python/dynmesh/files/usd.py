@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 
 from ..polygons import as_polygons, split_polygons
-from ..sequence import frame_numbers
 from .format import Format, Template, refuse_template
 from .header import Frame, Header
 from .reader import Reader
+from .times import frame_numbers
 from .usd_derived import DerivedAttributes, derived_of
 from .usd_stage import (
     composed,
@@ -133,7 +133,7 @@ class UsdWriter(Writer):
         self._path = self.folder / "frames.usdc"
         header = self.header
         faces = as_polygons(header.faces, header.polygons)
-        self._times = frame_numbers(header, header.n_frames).tolist()
+        self._times = frame_numbers(header).tolist()
         self._unsaved = 0
         with translating(OSError):
             self._stage = usd.Stage.Open(sdf.Layer.CreateNew(str(self._path.absolute())))

@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..polygons import Polygons
-from ..sequence import Positions, frame_numbers
+from ..sequence import Positions
 from .derivatives import Motions, Normals, layout_of
 from .header import Frame, Header
+from .times import frame_numbers
 from .usd_stage import library_array, pxr
 
 _least_frames = {"velocities": 2, "accelerations": 3}
@@ -62,9 +63,7 @@ class DerivedAttributes:
     def __init__(self, stage: Any, mesh: Any, header: Header, polygons: Polygons) -> None:
         """Creates the attributes of the mesh; the rate of the stage must be set before."""
         self.blocked: dict[str, str] = {}
-        self._motions = Motions(
-            frame_numbers(header, header.n_frames) / stage.GetTimeCodesPerSecond()
-        )
+        self._motions = Motions(frame_numbers(header) / stage.GetTimeCodesPerSecond())
         self._normals: dict[str, Normals] = {}
         self._attributes: dict[str, Any] = {}
         for name, how in (header.derived or {}).items():

@@ -83,10 +83,7 @@ def compose(
         folder.joinpath(name).read_text("utf-8") for name in ("player.html", "player.js")
     )
     constants = f"const markup = {_embedded(markup)};\nconst told = {_embedded(told)};\n"
-    page = str(plot.get_snapshot(compression_level=6, additional_js_code=constants + script))
-    for widget in (*plot.objects, plot):  # otherwise ipywidgets keeps them in memory
-        require("ipywidgets", extra="view").Widget.close(widget)  # k3d overrides it
-    return page
+    return str(plot.get_snapshot(compression_level=6, additional_js_code=constants + script))
 
 
 @dataclass(frozen=True)
