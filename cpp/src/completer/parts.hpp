@@ -63,6 +63,7 @@ struct Completer<Real>::Parts {
   Frame current;                    // the frame being completed
   std::vector<std::uint8_t> known;  // the known mask of the current frame
   std::vector<Index> age;
+  std::size_t n_frames = 0;  // completed since `begin`
   FrameReport report;
 
  private:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..._extras import require_all
 from ...files import Reader
+from ...files.times import mean_rate
 from ..figures import View
 from ..heatmap import Heatmap, ShownFrame, likely_up
 from ..quantities import Colour, Range
@@ -145,7 +146,7 @@ def page(
         list(numbers),
         _most_telling(frames),
         reader.n_frames,
-        reader.fps,
+        mean_rate(reader.header),
     )
     camera = View.of(
         _corners(frames), up or likely_up(first_points, reader.header.up_axis), azimuth
