@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from archives import HAT as HAT_IN_ALEMBIC
-from archives import Production, content
+from archives import Production, alembic3d, content, imath
 from commands import dynmesh_command
 from memory import own_memory
 from stages import BODY, FLAG, HAT, STONE, TIMES, production
@@ -151,6 +151,23 @@ def test_meshes_of_other_rates_keep_their_seconds(tmp_path: Path) -> None:
             assert one.fps is not None
             seconds.append(numbers / one.fps)
         np.testing.assert_allclose(seconds[0], seconds[1], rtol=1e-12)
+
+
+def test_meshes_whose_names_are_the_same_in_usd_are_refused(tmp_path: Path) -> None:
+    archive = alembic3d.Abc.OArchive(str(tmp_path / "a.abc"))
+    for name in ("left hat", "left_hat"):
+        schema = alembic3d.AbcGeom.OPolyMesh(archive.getTop(), name).getSchema()
+        for height in (0, 1):
+            points = imath.V3fArrayFromBuffer(np.eye(3, dtype=np.float32) + np.float32(height))
+            corners = imath.IntArrayFromBuffer(np.arange(3, dtype=np.int32))
+            sizes = imath.IntArrayFromBuffer(np.array([3], np.int32))
+            schema.set(alembic3d.AbcGeom.OPolyMeshSchemaSample(points, corners, sizes))
+    del archive, schema
+    with pytest.raises(
+        ValueError, match=r"cannot be written, since /left_hat in USD is that of another mesh"
+    ):
+        dynmesh.complete_scene(tmp_path / "a.abc", tmp_path / "b.usda")
+    assert [path.name for path in tmp_path.iterdir()] == ["a.abc"]
 
 
 def test_one_bar_counts_the_frames_of_all_meshes(tmp_path: Path, scene: Path) -> None:

@@ -83,7 +83,13 @@ class UsdWriter(SceneWriter):
         header, geometry, stage = self.header, pxr("UsdGeom"), self._stage
         # The prims above become a `def` without a type: over another stage, its types remain
         # visible; an `over` would leave the mesh undefined without that stage.
-        mesh = geometry.Mesh.Define(stage, _prim_path(header.name))
+        path = _prim_path(header.name)
+        there = stage.GetPrimAtPath(path)
+        if there and there.IsA(geometry.Mesh):
+            raise ValueError(
+                f"{header.name} cannot be written, since {path} in USD is that of another mesh"
+            )
+        mesh = geometry.Mesh.Define(stage, path)
         first, last = self._times[0], self._times[-1]
         if stage.HasAuthoredTimeCodeRange():
             first, last = min(first, stage.GetStartTimeCode()), max(last, stage.GetEndTimeCode())
