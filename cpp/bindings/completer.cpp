@@ -1,3 +1,5 @@
+#include <pybind11/stl.h>
+
 #include <dynmesh/completer.hpp>
 #include <exception>
 #include <memory>
@@ -34,6 +36,15 @@ Enumeration value_of(const char* name, const Enumeration& /*old*/, py::handle gi
 }
 
 constexpr const char* rehearsal_name = "rehearsal";  // the argument beside the settings
+
+template <class Value>
+py::object python_value(const Value& value) {
+  if constexpr (std::is_enum_v<Value>) {
+    return py::str(names_of<Value>[static_cast<std::size_t>(value)]);
+  } else {
+    return py::cast(value);
+  }
+}
 
 Settings settings_of(const py::kwargs& given) {
   Settings settings;
@@ -202,7 +213,23 @@ class AnyCompleter {
     return exclusively([]<class Real>(Completer<Real>& completer) { return completer.report(); });
   }
 
+  std::size_t n_frames() {
+    return exclusively([]<class Real>(Completer<Real>& completer) { return completer.n_frames(); });
+  }
+
   // Properties that never change can be read at any time.
+  [[nodiscard]] py::dict settings() const {
+    py::dict found;
+    const Settings& chosen = std::visit(
+        [](const auto& completer) -> const Settings& { return completer->settings(); }, completer_);
+    for_each_setting([&](const Setting& setting, auto member) {
+      found[setting.name] = python_value(chosen.*member);
+    });
+    return found;
+  }
+  [[nodiscard]] std::size_t n_edges() const {
+    return std::visit([](const auto& completer) { return completer->n_edges(); }, completer_);
+  }
   [[nodiscard]] TopologyReport topology() const {
     return std::visit([](const auto& completer) { return completer->topology(); }, completer_);
   }
@@ -219,6 +246,11 @@ class AnyCompleter {
   std::variant<std::unique_ptr<Completer<float>>, std::unique_ptr<Completer<double>>> completer_;
   OneAtATime turns_;
 };
+
+/// The words are made in Python, by a module that is only imported if a completer is shown.
+py::object in_words(const char* function, const py::object& completer) {
+  return py::module_::import("dynmesh.draw.notebook").attr(function)(completer);
+}
 
 constexpr const char* completer_doc =
     R"doc(Completes a dynamic mesh, one frame at a time.
@@ -414,13 +446,19 @@ void bind_completer(py::module_& module) {
                              "(k,) int32: the number of frames since the vertex was last observed.")
       .def_property_readonly("report", &AnyCompleter::report, "The FrameReport of the last frame.")
       .def_property_readonly("topology", &AnyCompleter::topology, "The TopologyReport of the mesh.")
+      .def_property_readonly("settings", &AnyCompleter::settings,
+                             "dict: All settings with their values, by name.")
+      .def_property_readonly("n_frames", &AnyCompleter::n_frames,
+                             "The number of frames completed since construction or `reset`; "
+                             "`restore` restores it.")
       .def_property_readonly("n_vertices", &AnyCompleter::n_vertices, "The number of vertices, k.")
+      .def_property_readonly("n_edges", &AnyCompleter::n_edges, "The number of edges of the mesh.")
       .def_property_readonly("dtype", &AnyCompleter::dtype,
                              "float32 or float64, the dtype of first_frame.")
-      .def("__repr__", [](const AnyCompleter& completer) {
-        return py::str("<dynmesh.Completer of {} vertices, {}>")
-            .format(completer.n_vertices(), completer.dtype());
-      });
+      .def("__repr__", [](const py::object& self) { return in_words("completer_line", self); })
+      .def(
+          "_repr_html_", [](const py::object& self) { return in_words("completer_shown", self); },
+          "_repr_html_(self)\n--\n\nShow the completer in a notebook.");
 }
 
 }  // namespace dynmesh

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 import dynmesh
 from dynmesh.sequence import Mask, Positions
-from dynmesh.study.losses import random_masks, scenario_masks
 from dynmesh.study.subjects import Subject
 
 
@@ -45,13 +44,3 @@ def complete(
         Completed(*row, error, float(mean))
         for row, error, mean in zip(rows, errors, nmsve, strict=True)
     ]
-
-
-def completed_by_loss(subject: Subject, number: int) -> dict[str, Completed]:
-    """One frame, after `dynmesh degrade` with --known 0.1, --camera 1 and --patches 0.3."""
-    losses = {
-        "10 % known, at random": random_masks(subject, 0.1),
-        "seen by one camera": scenario_masks("camera", subject, 0),
-        "30 % under patches": scenario_masks("patches", subject, 0),
-    }
-    return {words: complete(subject, masks)[number - 1] for words, masks in losses.items()}

@@ -1,159 +1,122 @@
-"""The pictures of docs/gallery.md."""
+"""The pictures of docs/gallery.md: what was observed, what is true, and what methods make of it."""
 
+import sys
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from completion import Completed, complete
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import LogNorm
-from matplotlib.figure import Figure
-from numpy.typing import NDArray
-from png import save_png
+from rich.console import Console
+from rich.progress import track
+from strip import Panel, draw_observed, draw_surface, save
 
-from dynmesh.draw import figures
-from dynmesh.draw.figures import Image, View
-from dynmesh.study.losses import random_masks
-from dynmesh.study.style import new_figure, nmsve_caption
+import dynmesh
+from dynmesh.draw.figures import View
+from dynmesh.sequence import Mask
+from dynmesh.study.completion import Completion, Method
+from dynmesh.study.losses import random_masks, scenario_masks
+from dynmesh.study.measure import vertex_error
+from dynmesh.study.methods import DETAIL, MOTION
+from dynmesh.study.rivals import ARAP_FROM_PREVIOUS, BIHARMONIC
 from dynmesh.study.subjects import Subject
+from dynmesh.study.tables import NMSVE_UNIT
+
+Shown = tuple[tuple[str, Method], ...]
+BESIDE_BIHARMONIC: Shown = (("dynmesh", DETAIL), ("libigl", BIHARMONIC))
+BESIDE_ARAP: Shown = (("dynmesh", DETAIL), ("libigl", ARAP_FROM_PREVIOUS))
 
 
 @dataclass(frozen=True)
-class Scale:
-    """One logarithmic scale of colours for all pictures of one quantity.
+class Picture:
+    """One picture: a column for what was observed, one for the truth, and one for each method.
 
     Attributes:
-        limit: the value that has the last colour.
-        unit: what values are divided by on the bar.
-        label: of the bar.
-        ticks: on the bar, by what is written there.
+        file: its path in the folder of figures; .png is a still picture, .webp a moving one.
+        of: the name of the sequence.
+        loss: a share of known vertices, or "camera" or "patches".
+        frames: the numbers of the frames that are shown.
+        azimuth: the direction from which it is taken, in degrees around the up axis.
+        methods: of dynmesh, and the one of libigl that is the most accurate here.
+        size: of each column in pixels, before white margins are cut off.
+        with_truth: whether there is a column for the truth.
     """
 
-    limit: float
-    unit: float
-    label: str
-    ticks: dict[str, float]
-
-    def draw(self, figure: Figure, axes: NDArray[Any]) -> None:
-        """Puts the bar at the right of the axes."""
-        last = self.limit / self.unit
-        colours = ScalarMappable(LogNorm(last * figures.HEATMAP_RANGE, last), figures.HEATMAP)
-        bar = figure.colorbar(
-            colours, ax=axes.ravel().tolist(), extend="both", shrink=0.7, aspect=28, pad=0.02
-        )
-        bar.set_label(self.label)
-        bar.ax.minorticks_off()
-        bar.set_ticks(list(self.ticks.values()), labels=list(self.ticks))
+    file: str
+    of: str
+    loss: float | str
+    frames: Sequence[int]
+    azimuth: float
+    methods: Shown = BESIDE_BIHARMONIC
+    size: tuple[int, int] = (360, 480)
+    with_truth: bool = True
 
 
-ERRORS = Scale(
-    0.02,
-    0.01,
-    "distance from the true place / % of the diagonal",
-    {f"{tick:g}": tick for tick in (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2)},
+HIDDEN_SIDE = Picture(
+    "method/hidden_side.png",
+    "walker",
+    "camera",
+    [104],
+    200,
+    (("motion", MOTION), ("detail", DETAIL), ("libigl", BIHARMONIC)),
 )
-COUNTS = Scale(
-    40, 1, "edges, frames", {"0": 0.4} | {f"{tick:g}": tick for tick in (1, 2, 5, 10, 20, 40)}
+BUILT_IN = (
+    Picture("gallery/walker.webp", "walker", "camera", range(1, 175, 3), 200, with_truth=False),
+    Picture("gallery/patches.png", "walker", "patches", [110], 230, size=(460, 616)),
+)
+RECORDED = (
+    Picture("recorded/face.webp", "ict_face_arkit", "camera", range(1, 60), 0, size=(275, 350)),
+    Picture("recorded/horse.webp", "horse_gallop", 0.1, range(1, 48), 60, size=(290, 290)),
+    Picture("recorded/person.png", "crane", 0.1, [129], 60, BESIDE_ARAP, (460, 616)),
+    Picture("recorded/flag.png", "flag_sim_50x50", 0.3, [53], 270, BESIDE_ARAP),
 )
 
 
-def draw_losses(
-    subject: Subject, number: int, by_loss: dict[str, Completed], view: View, folder: Path
-) -> None:
-    """What is known, what was completed and the error, for each way to lose vertices."""
-    truth = subject.vertices[number]
-    images: list[Image] = []
-    captions: list[str] = []
-    for frame in by_loss.values():
-        images.append(figures.render(subject.faces, truth, view, known=frame.known))
-        images.append(figures.render(subject.faces, frame.points, view))
-        images.append(heatmap(subject, frame, view))
-        captions += ["", "", nmsve_caption(frame.nmsve)]
-    columns = ["known and missing", f"completed frame {number}", "error"]
-    draw_sheet(images, columns, list(by_loss), folder, f"{subject.name}_losses", ERRORS, captions)
+def draw(picture: Picture, subject: Subject, folder: Path) -> None:
+    """Completes a whole sequence, and draws some of its frames.
+
+    Methods of libraries that are not installed are left out, with a message.
+    """
+    masks = _masks(picture.loss, subject)
+    completions: dict[str, Completion] = {}
+    for title, method in picture.methods:
+        try:
+            completions[title] = method.begin(subject.faces, subject.vertices[0])
+        except ImportError as error:
+            print(f"{picture.file}: {title} is left out: {error}", file=sys.stderr)
+    known = 100 * np.mean(masks[1:])
+    observed, true = Panel("observed", f"{known:.0f} % of the vertices"), Panel("true")
+    completed = {title: Panel(title) for title in completions}
+    errors: dict[str, list[float]] = {title: [] for title in completions}
+    widest = _view(picture, subject)
+    numbers = range(1, subject.n_frames)
+    for n in track(numbers, picture.file, console=Console(stderr=True)):
+        truth, view = subject.vertices[n], widest.around(subject.vertices[n])
+        if n in picture.frames:
+            observed.images.append(draw_observed(subject.faces, truth, masks[n], view))
+            true.images.append(draw_surface(subject.faces, truth, view))
+        for title, completion in completions.items():
+            frame = completion.complete(truth, masks[n])
+            nmsve = dynmesh.metrics.nmsve(subject.faces, truth, frame)
+            errors[title].append(float(nmsve) / subject.diagonal / NMSVE_UNIT)
+            if n in picture.frames:
+                distances = vertex_error(subject, n, frame)
+                image = draw_surface(subject.faces, frame, view, distances)
+                completed[title].images.append(image)
+    panels = [observed, true] if picture.with_truth else [observed]
+    for title, panel in completed.items():
+        panels.append(replace(panel, caption=f"NMSVE x 1e4: {np.mean(errors[title]):.3g}"))
+    save(panels, folder / picture.file)
 
 
-def draw_generations_and_ages(
-    subject: Subject, number: int, by_loss: dict[str, Completed], view: View, folder: Path
-) -> None:
-    """How far each vertex is from an observation, in edges and in frames."""
-    truth = subject.vertices[number]
-    counts = [frame.generation for frame in by_loss.values()]
-    counts += [frame.age for frame in by_loss.values()]
-    images = [
-        figures.render(subject.faces, truth, view, values=count.astype(float), limit=COUNTS.limit)
-        for count in counts
-    ]
-    rows = ["generation", "age in frames"]
-    draw_sheet(images, list(by_loss), rows, folder, "generations_and_ages", COUNTS)
+def _masks(loss: float | str, subject: Subject) -> list[Mask]:
+    if isinstance(loss, str):
+        return scenario_masks(loss, subject)
+    return list(random_masks(subject, loss))
 
 
-def draw_strip(subject: Subject, numbers: list[int], azimuth: float, folder: Path) -> None:
-    """Frames along a sequence of which a tenth is known."""
-    frames = complete(subject, random_masks(subject, 0.1))
-    half = np.max([np.ptp(subject.vertices[number], axis=0) / 2 for number in numbers], axis=0)
-    widest = replace(View.of(subject.vertices[0], subject.up, azimuth), box=np.stack([-half, half]))
-    rows: dict[str, list[Image]] = {"known and missing": [], "completed": [], "error": []}
-    for number in numbers:
-        truth, frame = subject.vertices[number], frames[number - 1]
-        view = widest.around(truth)
-        known = figures.render(subject.faces, truth, view, known=frame.known)
-        completed = figures.render(subject.faces, frame.points, view)
-        for row, image in zip(
-            rows.values(), (known, completed, heatmap(subject, frame, view)), strict=True
-        ):
-            row.append(image)
-    images = [image for row in rows.values() for image in row]
-    titles = [f"frame {number}" for number in numbers]
-    draw_sheet(images, titles, list(rows), folder, f"{subject.name}_strip", ERRORS)
-
-
-def draw_readings(subject: Subject, numbers: list[int], azimuth: float, folder: Path) -> None:
-    """Both readings of the weights beside the original."""
-    readings = [complete(subject, random_masks(subject, 0.1), revisit=r) for r in (True, False)]
-    images = []
-    for number in numbers:
-        truth = subject.vertices[number]
-        view = View.of(truth, subject.up, azimuth)
-        for points in (truth, *(frames[number - 1].points for frames in readings)):
-            images.append(figures.render(subject.faces, points, view))
-    titles = ["original", "re-estimated", "once only"]
-    rows = [f"frame {number}" for number in numbers]
-    draw_sheet(images, titles, rows, folder, f"{subject.name}_readings")
-
-
-def heatmap(subject: Subject, frame: Completed, view: View) -> Image:
-    """The error, on the one scale."""
-    return figures.render(subject.faces, frame.points, view, values=frame.error, limit=ERRORS.limit)
-
-
-def draw_sheet(
-    images: list[Image],
-    columns: list[str],
-    rows: list[str],
-    folder: Path,
-    name: str,
-    scale: Scale | None = None,
-    captions: list[str] | None = None,
-) -> None:
-    """Pictures row by row, a caption under each, and the bar of their colours."""
-    images = figures.cropped(images)
-    panel = 10 / len(columns)
-    tall = min(panel * images[0].shape[0] / images[0].shape[1], 3.6)
-    with new_figure(11.4, (tall + 0.35) * len(rows) + 0.4) as figure:
-        axes = figure.subplots(len(rows), len(columns), squeeze=False)
-        texts = captions or [""] * len(images)
-        for axis, image, text in zip(axes.ravel(), images, texts, strict=True):
-            axis.imshow(image, interpolation="antialiased")
-            axis.set_xlabel(text)
-            axis.set(xticks=[], yticks=[])
-            axis.grid(visible=False)
-            axis.spines[:].set_visible(False)
-        for axis, title in zip(axes[0], columns, strict=True):
-            axis.set_title(title, fontsize=12)
-        for axis, title in zip(axes[:, 0], rows, strict=True):
-            axis.set_ylabel(title)
-        if scale is not None:
-            scale.draw(figure, axes)
-        save_png(figure, folder, name, is_chart=False)
+def _view(picture: Picture, subject: Subject) -> View:
+    """A view at a scale in which every frame fits, with room for wrong completions."""
+    frames = subject.vertices[list(picture.frames)]
+    half = 1.1 * np.max([np.ptp(points, axis=0) / 2 for points in frames], axis=0)
+    view = View.of(frames[0], subject.up, picture.azimuth, picture.size)
+    return replace(view, box=np.stack([-half, half]))

@@ -19,6 +19,7 @@ from .files import Frame, Header, Reader, Writer, create, create_like, open, rea
 from .jobs import batch
 from .jobs.file_completion import complete_file
 from .jobs.report import FileReport
+from .jobs.scene_completion import SceneReport, complete_scene
 from .matrices import adjacency, laplacian
 from .polygons import Polygons
 from .sequence import Description, Sequence
@@ -37,6 +38,7 @@ __all__ = [
     "Polygons",
     "Reader",
     "RefusedFace",
+    "SceneReport",
     "Sequence",
     "TopologyReport",
     "Writer",
@@ -47,6 +49,7 @@ __all__ = [
     "cells",
     "complete",
     "complete_file",
+    "complete_scene",
     "create",
     "create_like",
     "degrade",

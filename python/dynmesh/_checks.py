@@ -2,6 +2,7 @@
 
 import math
 import os
+from collections.abc import Mapping
 from numbers import Real
 from typing import Any
 
@@ -9,6 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._errors import InputError, KindError
+
+_layouts = ("vertex", "varying", "uniform", "faceVarying", "flat faceVarying")
+normals_may_be = (*_layouts, *(f"reversed {layout}" for layout in _layouts), "blocked")
+"""How normals may follow from positions; see :attr:`Sequence.derived`."""
+
+may_be_derived = {
+    "normals": normals_may_be,
+    "primvars:normals": normals_may_be,
+    "velocities": ("vertex", "blocked"),
+    "accelerations": ("vertex", "blocked"),
+}
+"""What may follow from the positions, and how."""
 
 
 def check_integer(name: str, value: object, least: int) -> None:
@@ -86,3 +99,51 @@ def check_complete(name: str | None, points: NDArray[np.floating[Any]]) -> None:
         vertex = int(finite.argmin())
         position = tuple(points[vertex].tolist())
         raise InputError(f"must be finite, but vertex {vertex} is at {position}", argument=name)
+
+
+def frame_index(frame: int | np.integer[Any], n_frames: int) -> int:
+    """Returns the number of a frame, counted from 0, or raises an error if it does not exist."""
+    if isinstance(frame, bool) or not isinstance(frame, int | np.integer):
+        raise KindError(
+            f"must be an integer or a slice, not {type(frame).__name__}", argument="frame"
+        )
+    if not -n_frames <= frame < n_frames:
+        exist = f"must be from {-n_frames} to {n_frames - 1}" if n_frames else "there are none"
+        raise IndexError(f"frame: {exist}, not {frame}")
+    return int(frame) % n_frames
+
+
+def check_times(times: NDArray[np.float64] | None, n_frames: int) -> None:
+    """Raises an error unless these are the times of n frames."""
+    if times is None:
+        return
+    if times.dtype != np.float64:
+        raise KindError(f"must be float64, not {times.dtype}", argument="times")
+    if times.shape != (n_frames,):
+        raise InputError(
+            f"must have shape {(n_frames,)} to match vertices, not {times.shape}", argument="times"
+        )
+    wrong = ~np.isfinite(times)
+    wrong[1:] |= ~(times[1:] > times[:-1])
+    if wrong.any():
+        frame = int(wrong.argmax())
+        raise InputError(
+            f"must be finite and ascending, but frame {frame} is at {times[frame]}",
+            argument="times",
+        )
+
+
+def check_derived(derived: Mapping[str, str] | None) -> None:
+    """Raises an error unless this is a valid value of :attr:`Sequence.derived`."""
+    if derived is None:
+        return
+    if not isinstance(derived, Mapping):
+        raise KindError(f"must be a dict or None, not {derived!r}", argument="derived")
+    for name, how in derived.items():
+        if name not in may_be_derived:
+            raise InputError(
+                f"must name some of {', '.join(may_be_derived)}, not {name!r}", argument="derived"
+            )
+        if how not in may_be_derived[name]:
+            ways = ", ".join(may_be_derived[name])
+            raise InputError(f"{name} must be one of {ways}, not {how!r}", argument="derived")

@@ -1,15 +1,26 @@
 """A dynamic mesh held in memory."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
-from typing import Any, TypeAlias
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields, replace
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ._checks import check_array, check_number, check_positive
+from ._checks import (
+    check_array,
+    check_derived,
+    check_integer,
+    check_number,
+    check_positive,
+    check_times,
+    frame_index,
+)
 from ._errors import InputError, KindError
 from .polygons import Polygons, check_polygons
+
+if TYPE_CHECKING:
+    import pyvista
 
 Positions: TypeAlias = NDArray[np.floating[Any]]
 """float32 or float64, x, y, z on the last axis, in any unit of length."""
@@ -22,19 +33,6 @@ Provenance: TypeAlias = NDArray[np.integer[Any]]
 
 largest_start = 2**53
 """float64 cannot represent all larger whole numbers."""
-
-
-_layouts = ("vertex", "varying", "uniform", "faceVarying", "flat faceVarying")
-normals_may_be = (*_layouts, *(f"reversed {layout}" for layout in _layouts), "blocked")
-"""How normals may follow from positions; see :attr:`Sequence.derived`."""
-
-may_be_derived = {
-    "normals": normals_may_be,
-    "primvars:normals": normals_may_be,
-    "velocities": ("vertex", "blocked"),
-    "accelerations": ("vertex", "blocked"),
-}
-"""What may follow from the positions, and how."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -89,13 +87,23 @@ class Description:
         check_number("start", self.start)
         if not abs(self.start) <= largest_start:
             raise InputError(f"must be from -2**53 to 2**53, not {self.start}", argument="start")
-        _check_times(self.times, n_frames)
-        _check_derived(self.derived)
+        check_times(self.times, n_frames)
+        check_derived(self.derived)
 
 
 @dataclass(frozen=True, eq=False)
 class Sequence(Description):
     """Frames of one fixed connectivity.
+
+    ``len(sequence)`` is the number of frames n, and iteration yields the positions of one frame
+    after another. ``sequence[7]`` returns the positions of frame 7, (k, 3), and ``sequence[-1]``
+    those of the last. ``sequence[10:50:2]`` is a Sequence of some of the frames, with their masks,
+    generations and ages. Neither copies the arrays. The frames keep their numbers and times:
+    `start` is the number of the first, and if there is a step, `times` holds all of them, so that
+    `fps` remains valid. A slice may be empty; its step must be positive, as times ascend.
+
+    In a notebook, a sequence shows itself: as a player that needs no network if the extra `view` is
+    installed, with a simplified mesh and fewer frames if it is large, and as a table.
 
     Attributes:
         vertices: (n, k, 3) float32 or float64. Values are arbitrary where ``known`` is False.
@@ -109,8 +117,10 @@ class Sequence(Description):
     Raises:
         TypeError: an array has the wrong kind.
         ValueError: an array has the wrong shape, a face refers to a vertex that does not exist,
-            ``fps`` or ``metres_per_unit`` is not positive and finite, ``times`` do not ascend, or
-            ``start`` is so large that frames cannot be counted.
+            ``fps`` or ``metres_per_unit`` is not positive and finite, ``times`` do not ascend,
+            ``start`` is so large that frames cannot be counted, or the step of a slice is not
+            positive.
+        IndexError: there is no such frame.
     """
 
     vertices: Positions
@@ -147,6 +157,100 @@ class Sequence(Description):
         n_frames, n_vertices, _ = self.vertices.shape
         counts = summary(n_frames, n_vertices, len(self.faces), self.vertices.dtype)
         return f"Sequence({counts}, {masks}, {rate(self.fps)})"
+
+    def __len__(self) -> int:
+        """The number of frames."""
+        return len(self.vertices)
+
+    def __iter__(self) -> Iterator[Positions]:
+        """Yields the positions of each frame, (k, 3)."""
+        return iter(self.vertices)
+
+    @overload
+    def __getitem__(self, frames: int | np.integer[Any]) -> Positions: ...
+    @overload
+    def __getitem__(self, frames: slice) -> "Sequence": ...
+    def __getitem__(self, frames: int | np.integer[Any] | slice) -> "Positions | Sequence":
+        """The positions of a frame, or a sequence of some of the frames; see the class."""
+        if not isinstance(frames, slice):
+            points: Positions = self.vertices[frame_index(frames, len(self))]
+            return points
+        if frames.step is not None:
+            check_integer("step", frames.step, 1)
+        first, _, step = frames.indices(len(self))
+        numbers = numbers_of(self, len(self))[frames]
+        cut = {
+            name: values[frames]
+            for name in ("vertices", "known", "generation", "age")
+            if (values := getattr(self, name)) is not None
+        }
+        consecutive = self.times is None and step == 1
+        start = float(numbers[0]) if len(numbers) else self.start + first
+        return replace(self, **cut, start=start, times=None if consecutive else numbers)
+
+    def plot(
+        self,
+        frame: int | np.integer[Any] = 0,
+        *,
+        colour: Literal["error", "generation", "age", "known", "plain"] | None = None,
+        reference: "Sequence | None" = None,
+        up: Literal["x", "y", "z"] | None = None,
+        azimuth: float = 60.0,
+        off_screen: bool | None = None,
+    ) -> "pyvista.Plotter":
+        """Draws one frame with PyVista, which the extra `view` installs.
+
+        Triangles with a missing vertex are left out; remaining vertices without a triangle become
+        dots.
+
+        Args:
+            frame: the number of the frame; negative numbers count from the end.
+            colour: what the colour of a vertex shows. None chooses the error if there is a
+                reference, otherwise the generation or the known mask if the sequence has them,
+                otherwise nothing.
+            reference: the true sequence, for errors, with the same faces and number of frames.
+            up: the up axis; None means `up_axis`, or if that is unknown, z for a flat sheet and
+                otherwise y.
+            azimuth: the viewing angle around the up axis, in degrees.
+            off_screen: True to draw without a window; None leaves the choice to PyVista, which
+                opens none in a notebook.
+
+        Returns:
+            A plotter to which you can add more. Its method ``show`` opens a window, or shows the
+            picture in a notebook; ``screenshot`` writes or returns the picture if `off_screen` is
+            True.
+
+        Raises:
+            ImportError: pyvista is not installed.
+            IndexError: there is no such frame.
+            TypeError, ValueError: the sequence does not hold what `colour` requires, does not match
+                the reference, no vertex of the frame is known, or an argument is not valid.
+        """
+        from .draw.plot import plot
+
+        plotter: pyvista.Plotter = plot(
+            self,
+            frame_index(frame, len(self)),
+            colour=colour,
+            reference=reference,
+            up=up,
+            azimuth=azimuth,
+            off_screen=off_screen,
+        )
+        return plotter
+
+    def _repr_html_(self) -> str:
+        """Shows the sequence in a notebook."""
+        from .draw.notebook import sequence_shown
+
+        return sequence_shown(self)
+
+
+def numbers_of(description: Description, n_frames: int) -> NDArray[np.float64]:
+    """Returns (n,) the number of each of n frames in their file."""
+    if description.times is not None:
+        return description.times
+    return description.start + np.arange(n_frames, dtype=np.float64)
 
 
 def summary(n_frames: int, n_vertices: int, n_faces: int, dtype: np.dtype[Any]) -> str:
@@ -208,39 +312,3 @@ def check_provenance(
         raise InputError(
             f"must have shape {expected} to match vertices, not {shape}", argument=name
         )
-
-
-def _check_times(times: NDArray[np.float64] | None, n_frames: int) -> None:
-    """Raises an error unless these are the times of n frames."""
-    if times is None:
-        return
-    if times.dtype != np.float64:
-        raise KindError(f"must be float64, not {times.dtype}", argument="times")
-    if times.shape != (n_frames,):
-        raise InputError(
-            f"must have shape {(n_frames,)} to match vertices, not {times.shape}", argument="times"
-        )
-    wrong = ~np.isfinite(times)
-    wrong[1:] |= ~(times[1:] > times[:-1])
-    if wrong.any():
-        frame = int(wrong.argmax())
-        raise InputError(
-            f"must be finite and ascending, but frame {frame} is at {times[frame]}",
-            argument="times",
-        )
-
-
-def _check_derived(derived: Mapping[str, str] | None) -> None:
-    """Raises an error unless this is a valid value of :attr:`Sequence.derived`."""
-    if derived is None:
-        return
-    if not isinstance(derived, Mapping):
-        raise KindError(f"must be a dict or None, not {derived!r}", argument="derived")
-    for name, how in derived.items():
-        if name not in may_be_derived:
-            raise InputError(
-                f"must name some of {', '.join(may_be_derived)}, not {name!r}", argument="derived"
-            )
-        if how not in may_be_derived[name]:
-            ways = ", ".join(may_be_derived[name])
-            raise InputError(f"{name} must be one of {ways}, not {how!r}", argument="derived")

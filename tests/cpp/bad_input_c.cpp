@@ -206,16 +206,16 @@ void try_c(World& world) {
         dynmesh_restore(nullptr, before.data(), size));
   auto flipped = before;
   flipped[200] ^= std::byte{1};
-  tried("dynmesh_restore", "`state`: a flipped bit", {"state:", "damaged", "2721"},
+  tried("dynmesh_restore", "`state`: a flipped bit", {"state:", "damaged", "2729"},
         dynmesh_restore(c, flipped.data(), size));
   tried("dynmesh_state_size", "`size`: a null pointer", {"size:", "null pointer"},
         dynmesh_state_size(c, nullptr));
-  tried("dynmesh_state", "`size`: too small", {"state:", "2720", "2721"},
+  tried("dynmesh_state", "`size`: too small", {"state:", "2728", "2729"},
         dynmesh_state(c, room.data(), size - 1));
   tried("dynmesh_restore", "`state`: a null pointer", {"state:", "null pointer"},
         dynmesh_restore(c, nullptr, size));
   tried("dynmesh_restore", "`size`: -1", {"state:", "-1"}, dynmesh_restore(c, before.data(), -1));
-  tried("dynmesh_restore", "`size`: too small", {"state:", "2720"},
+  tried("dynmesh_restore", "`size`: too small", {"state:", "2728"},
         dynmesh_restore(c, before.data(), size - 1));
   tried("dynmesh_report", "`report`: a null pointer", {"report:", "null pointer"},
         dynmesh_report(c, nullptr));

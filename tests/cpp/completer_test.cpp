@@ -98,6 +98,27 @@ TEST_CASE("age counts the frames since a vertex was observed; skip observes none
   CHECK(completer.age()[4] == 2);
 }
 
+TEST_CASE("completed frames are counted since construction or reset") {
+  const auto mesh = sheet<double>(4);
+  Completer<double> completer(mesh.faces(), mesh.points());
+  CHECK(completer.n_edges() == 33);  // of 9 squares: 24 sides and 9 diagonals
+  std::vector<double> out(mesh.vertices.size());
+  const Points<double> completed(out.data(), mesh.size());
+  const auto wrong = mask(mesh.size() - 1, {3});
+  for (std::size_t frame = 0; frame < 3; ++frame) {
+    CHECK(completer.n_frames() == frame);
+    CHECK_THROWS(completer.push(mesh.points(), {wrong.data(), wrong.size()}, completed));
+    completer.push(mesh.points(), completed);
+  }
+  completer.skip(completed);
+  CHECK(completer.n_frames() == 4);
+  Completer<double> restored(mesh.faces(), mesh.points());
+  restored.restore(completer.state());
+  CHECK(restored.n_frames() == 4);
+  completer.reset(mesh.points());
+  CHECK(completer.n_frames() == 0);
+}
+
 TEST_CASE("a restored completer gives identical results") {
   const auto mesh = join(sheet<double>(6), sheet<double>(3, 9.0));
   const std::size_t k = mesh.size();
@@ -166,8 +187,8 @@ TEST_CASE("a made-up state is refused if later frames could not handle it") {
   for (const Method method : {Method::motion, Method::detail}) {
     Completer<float> completer(mesh.faces(), mesh.points(), {.method = method});
     const auto state = completer.state();
-    const std::size_t facts = 76;  // the offset of the details of the last frame, after the header
-    const std::size_t frames = 100;  // the offset of frame 0
+    const std::size_t facts = 84;  // the offset of the details of the last frame, after the header
+    const std::size_t frames = 132;  // the offset of frame 0
     const std::size_t ages = frames + 2 * k * 3 * sizeof(float);
     const std::size_t masks = ages + k * sizeof(Index);
     const std::size_t rows = masks + k;
@@ -182,6 +203,9 @@ TEST_CASE("a made-up state is refused if later frames could not handle it") {
     refused(facts, std::int64_t{1} << 32, "reports 4294967296 iterations");
     refused(facts + 8, std::uint64_t{1}, "reports 1 outliers, but only 0 vertices were unknown");
     refused(facts + 16, nan, "blend");
+    refused(facts + 24, 1.5, "share");
+    refused(facts + 32, nan, "share");
+    refused(ages + sizeof(Index), Index{1}, "vertex 1 has the age 1 after 0 frames");
     refused(frames, std::numeric_limits<float>::quiet_NaN(), "position of vertex 0");
     refused(ages - sizeof(float), 1e30F, "position of vertex 15");
     refused(ages + sizeof(Index), Index{-1}, "vertex 1 has the age -1");
@@ -197,7 +221,9 @@ TEST_CASE("a made-up state is refused if later frames could not handle it") {
     Completer<float> completer(mesh.faces(), mesh.points());
     auto state = completer.state();
     const Index oldest = std::numeric_limits<Index>::max();
-    std::memcpy(&state[100 + 2 * k * 3 * sizeof(float)], &oldest, sizeof oldest);
+    const std::uint64_t n_frames = oldest;
+    std::memcpy(&state[124], &n_frames, sizeof n_frames);
+    std::memcpy(&state[132 + 2 * k * 3 * sizeof(float)], &oldest, sizeof oldest);
     seal(state);
     completer.restore(state);
     std::vector<float> out(3 * k);

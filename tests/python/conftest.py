@@ -1,9 +1,11 @@
 """Locations of data and programs, and common fixtures."""
 
 import os
+import shutil
 import signal
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,6 +18,16 @@ REPOSITORY = Path(__file__).parents[2]
 
 LONGER = int(os.environ.get("DYNMESH_FUZZ", "1"))
 """Factor for the number of random examples, which script/fuzz increases."""
+
+SWIFT_SHADER = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+SILENT = [
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-quic",
+    "--disable-sync",
+    "--no-first-run",
+]
+"""Options of Chromium: no graphics card, and no requests of its own."""
 
 # The time of an example depends on the load of the machine, so there is no deadline.
 settings.register_profile("dynmesh", deadline=None)
@@ -86,3 +98,25 @@ def shared_pieces() -> Iterator[Callable[[], int]]:
     before = _core._pieces_done_by_others()
     yield lambda: _core._pieces_done_by_others() - before
     _core._set_sharing(*usual)
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Iterator[Any]:
+    """Chromium without a graphics card."""
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    program = os.environ.get("DYNMESH_CHROMIUM") or shutil.which("chromium")
+    if program is None:
+        pytest.skip("there is no Chromium: install it, or name it in DYNMESH_CHROMIUM")
+    with playwright.sync_playwright() as driver:
+        arguments = ["--no-sandbox", *SWIFT_SHADER, *SILENT]
+        chromium = driver.chromium.launch(executable_path=program, args=arguments)
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture
+def browser(chromium: Any) -> Iterator[Any]:
+    """A browser window without history."""
+    window = chromium.new_context(viewport={"width": 900, "height": 600})
+    yield window
+    window.close()

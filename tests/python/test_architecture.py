@@ -22,6 +22,17 @@ LAYERS = (
 
 MOST_AT_THE_TOP = 18
 
+SHOWING = {
+    ("dynmesh.sequence", "plot"): "dynmesh.draw.plot",
+    ("dynmesh.sequence", "_repr_html_"): "dynmesh.draw.notebook",
+}
+"""Methods that show their object, and the one higher module that each imports when it is called.
+
+Notebooks and users expect these methods in the class itself. Nothing else of a low layer may
+depend on drawing: the imports count as imports anywhere else, even in the same module. The
+compiled `Completer` asks dynmesh.draw.notebook for its words in the same way.
+"""
+
 
 def modules_in(package: Path) -> dict[str, Path]:
     """The files of all modules by their dotted names."""
@@ -32,11 +43,20 @@ def modules_in(package: Path) -> dict[str, Path]:
     return found
 
 
+def by_method(node: ast.AST, method: str = "") -> Iterator[tuple[str, ast.AST]]:
+    """All parts of a module, each with the method of a class that contains it, or ""."""
+    for child in ast.iter_child_nodes(node):
+        inside = isinstance(node, ast.ClassDef) and isinstance(child, ast.FunctionDef)
+        within = child.name if inside and isinstance(child, ast.FunctionDef) else method
+        yield within, child
+        yield from by_method(child, within)
+
+
 def imported_by(name: str, modules: dict[str, Path]) -> Iterator[str]:
     """The modules of the package that a module imports, wherever in its text."""
     file = modules[name]
     here = name.split(".") if file.stem == "__init__" else name.split(".")[:-1]
-    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+    for method, node in by_method(ast.parse(file.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names if alias.name in modules)
         elif isinstance(node, ast.ImportFrom):
@@ -44,8 +64,9 @@ def imported_by(name: str, modules: dict[str, Path]) -> Iterator[str]:
             base = ".".join([*parents, *([node.module] if node.module else [])])
             for alias in node.names:
                 inner = f"{base}.{alias.name}"
-                if inner in modules or base in modules:
-                    yield inner if inner in modules else base
+                found = inner if inner in modules else base
+                if found in modules and SHOWING.get((name, method)) != found:
+                    yield found
 
 
 def cycle_in(package: Path) -> list[str]:
@@ -76,6 +97,36 @@ def test_a_cycle_would_be_found(tmp_path: Path) -> None:
     (package / "a.py").write_text("def late():\n    from . import inner\n")
     (package / "b.py").write_text("import dynmesh.a\n")
     assert set(cycle_in(package)) == {"dynmesh.a", "dynmesh.b", "dynmesh.inner"}
+
+
+def test_only_the_methods_that_show_are_excused(tmp_path: Path) -> None:
+    package = tmp_path / "dynmesh"
+    (package / "draw").mkdir(parents=True)
+    for file in ("__init__", "draw/__init__", "draw/plot", "draw/notebook"):
+        (package / f"{file}.py").touch()
+    text = "class Sequence:\n    def {}(self):\n        from .draw import {}\n"
+    for method, module, excused in (
+        ("plot", "plot", True),
+        ("plot", "notebook", False),
+        ("size", "plot", False),
+    ):
+        (package / "sequence.py").write_text(text.format(method, module))
+        found = list(imported_by("dynmesh.sequence", modules_in(package)))
+        assert found == ([] if excused else [f"dynmesh.draw.{module}"])
+    (package / "sequence.py").write_text("def plot():\n    from .draw import plot\n")
+    assert list(imported_by("dynmesh.sequence", modules_in(package))) == ["dynmesh.draw.plot"]
+
+
+def test_the_methods_that_show_import_what_they_are_excused_for() -> None:
+    modules = modules_in(PACKAGE)
+    for (name, method), module in SHOWING.items():
+        text = modules[name].read_text(encoding="utf-8")
+        imports = [
+            node.module
+            for within, node in by_method(ast.parse(text))
+            if within == method and isinstance(node, ast.ImportFrom)
+        ]
+        assert imports == [module.removeprefix("dynmesh.")]
 
 
 def test_no_part_imports_a_higher_one() -> None:

@@ -23,7 +23,7 @@ def check(case: Case, world: World, capfd: pytest.CaptureFixture[str]) -> None:
     error = case.answer(world)
     assert capfd.readouterr() == ("", "")
     assert isinstance(error, case.error), repr(error)
-    assert isinstance(error, (ValueError, TypeError, OSError, Told)), repr(error)
+    assert isinstance(error, (ValueError, TypeError, IndexError, OSError, Told)), repr(error)
     for name in case.names:
         assert name in str(error)
     assert world.snapshot() == before

@@ -262,3 +262,24 @@ def test_an_interruption_is_reported_in_one_line(tmp_path: Path, workers: int) -
     assert shown == "interrupted; run the command again to continue\n"
     assert batch.returncode == 130
     wait_until(lambda: not any(running(int(child)) for child in children))
+
+
+def test_all_meshes_of_a_scene_are_one_job(tmp_path: Path) -> None:
+    pytest.importorskip("alembic3d", reason="alembic3d is not installed")
+    from archives import BODY, HAT, Production
+
+    Production(tmp_path / "whole.abc")
+    Production(tmp_path / "broken.abc", first_frames_lack=HAT)
+    table, report = tmp_path / "jobs.csv", tmp_path / "report.csv"
+    lines = ["whole.abc,a.abc,all,,", "broken.abc,b.abc,all,,", "whole.abc,c.usda,,yes,"]
+    table.write_text("\n".join(["input,output,prim,overlay,threads", *lines]))
+    run("batch", table, "--report", report, code=1)
+    with report.open(newline="") as file:
+        whole, broken, refused = csv.DictReader(file)
+    assert (whole["status"], whole["frames"]) == ("done", "12")
+    assert (broken["status"], broken["frames"]) == ("failed", "6")
+    assert f"broken.abc: {HAT}: frame 0: 1 of 25 vertices is missing" in broken["reason"]
+    assert f"the other meshes are in {tmp_path / 'b.abc'}" in broken["reason"]
+    assert refused["status"] == "failed"
+    one, other = (dynmesh.read(tmp_path / name, prim=BODY) for name in ("a.abc", "b.abc"))
+    np.testing.assert_array_equal(one.vertices, other.vertices)

@@ -266,6 +266,24 @@ def test_what_is_shown_is_written(folder: Path, tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["image.png", "page.html"]
 
 
+def test_options_of_reading_are_those_of_the_input(folder: Path, tmp_path: Path) -> None:
+    """IN is complete, so a mask describes the input."""
+    run("convert", folder / "partial.npz", tmp_path / "partial.pc2")
+    (tmp_path / "partial.obj").rename(tmp_path / "body.obj")
+    known = dynmesh.read(folder / "partial.npz").known
+    assert known is not None
+    np.save(tmp_path / "mask.npy", known)
+    page, bare = tmp_path / "page.html", tmp_path / "partial.pc2"
+    options = ("--mask", tmp_path / "mask.npy", "--faces", tmp_path / "body.obj", "-o", page)
+    completed = folder / "completed.npz"
+    run("view", completed, "--input", bare, "--colour", "known", "--max-frames", "3", *options)
+    assert b"filled in" in page.read_bytes()
+    shown = run(
+        "view", completed, "--mask", tmp_path / "none.npy", "-o", tmp_path / "n.html", code=1
+    )
+    assert "none.npy" in shown.stderr
+
+
 def test_a_sequence_is_converted_there_and_back(folder: Path, tmp_path: Path) -> None:
     partial = dynmesh.read(folder / "partial.npz")
     run("convert", folder / "partial.npz", tmp_path / "new" / "f_%03d.ply")

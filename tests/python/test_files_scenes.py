@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from memory import own_memory
 
 import dynmesh
 from dynmesh.polygons import Polygons, split_polygons
@@ -182,15 +183,9 @@ def test_memory_does_not_grow_with_the_frames(tmp_path: Path, suffix: str) -> No
         for _ in range(n_frames):
             points[0] += 1  # equal frames would be stored only once
             writer.append(points)
-            used.append(_own_memory())
+            used.append(own_memory())
     assert path.stat().st_size > n_frames * points.nbytes > 140e6
     assert max(used) - used[0] < 40_000
     with dynmesh.open(path) as reader:
-        used = [_own_memory() for _ in reader]
+        used = [own_memory() for _ in reader]
     assert max(used) - used[0] < 20_000
-
-
-def _own_memory() -> int:
-    """Returns the resident memory without mapped files, which the system can reclaim."""
-    status = Path("/proc/self/status").read_text()
-    return int(status.partition("RssAnon:")[2].split()[0])  # kB

@@ -10,12 +10,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from archives import Production
 from conftest import REPOSITORY
+from stages import BODY, FLAG, HAT, STONE, production
 
 import dynmesh
-
-pytest.importorskip("pxr")
-pytest.importorskip("alembic3d")
 
 ELSEWHERE = REPOSITORY / "tests" / "elsewhere"
 
@@ -69,3 +68,44 @@ def test_what_is_written_is_read_by_blender(
         np.testing.assert_allclose(seen["vertices"], truth["vertices"], rtol=0, atol=atol)
         np.testing.assert_array_equal(seen["polygon_sizes"], truth["polygon_sizes"])
         np.testing.assert_array_equal(seen["polygon_corners"], truth["polygon_corners"])
+
+
+def seen_by(blender: str, file: Path) -> dict[str, Any]:
+    """What Blender shows of all meshes in a scene, in frames with samples."""
+    out = file.with_suffix(".seen.npz")
+    script = ELSEWHERE / "open_scene_with_blender.py"
+    command = [blender, str(script), str(out), str(file), "24", *map(str, SHOWN)]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    with np.load(out) as seen:
+        return dict(seen)
+
+
+SHOWN = (1001, 1003, 1005)
+NAMES_IN_BLENDER = {
+    "over.usda": {"Body": BODY, "Hat": HAT, "Cloth": FLAG, "Stone": STONE},
+    "done.abc": {"rig": "/rig/body", "rig2": "/rig/body", "hat": "/hat", "stone": "/stone"},
+}
+
+
+@pytest.mark.parametrize("name", NAMES_IN_BLENDER)
+def test_blender_shows_a_completed_scene_as_it_was(tmp_path: Path, blender: str, name: str) -> None:
+    scene = tmp_path / f"scene{Path(name).suffix}"
+    if name.endswith(".abc"):
+        Production(scene)
+    else:
+        production(scene)
+    dynmesh.complete_scene(scene, tmp_path / name, overlay=name.startswith("over"))
+    before, after = seen_by(blender, scene), seen_by(blender, tmp_path / name)
+    for what, values in before.items():
+        thing, _, kind = what.partition(":")  # matrices, texture coordinates, materials
+        if kind != "positions" and thing != "Cloth":  # an instance before
+            np.testing.assert_array_equal(after.pop(what), values, err_msg=what)
+    assert {what.partition(":")[0] for what in after} >= NAMES_IN_BLENDER[name].keys()
+    for known, mesh in NAMES_IN_BLENDER[name].items():
+        sequence = dynmesh.read(tmp_path / name, prim=mesh)
+        step = 1 if name.endswith(".abc") else 2
+        numbers = [min((frame - 1001) // step, len(sequence.vertices) - 1) for frame in SHOWN]
+        x, y, z = np.moveaxis(sequence.vertices[numbers], -1, 0)
+        expected = np.stack([x, -z, y] if name.endswith(".abc") else [x, y, z], axis=-1)
+        np.testing.assert_allclose(after[f"{known}:positions"], expected, atol=1e-6)

@@ -105,6 +105,41 @@ def test_the_smallest_meshes_are_drawn(faces: list[list[int]], tmp_path: Path) -
     assert (image[60:-40] < 240).any()  # below the heading and above the caption
 
 
+def test_the_range_fixes_the_colours(sequence: Sequence, tmp_path: Path) -> None:
+    """An error of 1 % is purple, teal or yellow, as the range says."""
+    write(tmp_path / "truth.npz", sequence)
+    vertices = sequence.vertices.copy()
+    vertices[1:, :, 0] += np.linalg.norm(np.ptp(vertices[0], axis=0)) / 100
+    moved = Sequence(vertices, sequence.faces)
+    order = []
+    for high in (100, 2, 1):
+        with open_sequence(tmp_path / "truth.npz") as reference:
+            image = draw(
+                moved, tmp_path, numbers=[1], reference=reference, range=(0, high), size=(300, 300)
+            )
+        surface = image[60:, :300].reshape(-1, 3)
+        surface = surface[np.ptp(surface, axis=1) > 40]
+        order.append("".join("rgb"[i] for i in np.argsort(surface.mean(axis=0))))
+    assert order == ["grb", "rbg", "bgr"]  # from the darkest channel to the brightest
+
+
+def test_a_title_replaces_the_name(sequence: Sequence, tmp_path: Path) -> None:
+    heads = [
+        draw(sequence, tmp_path, numbers=[0], title=title)[:40] for title in (None, "", "a", "A b")
+    ]
+    inks = [int((head < 128).all(axis=2).sum()) for head in heads]
+    assert inks[0] == inks[1] > inks[3] > inks[2] > 0
+
+
+def test_a_reference_is_only_for_errors(sequence: Sequence, tmp_path: Path) -> None:
+    write(tmp_path / "truth.npz", sequence)
+    with (
+        open_sequence(tmp_path / "truth.npz") as reference,
+        pytest.raises(ValueError, match="the colour error, not age"),
+    ):
+        draw(sequence, tmp_path, numbers=[0], reference=reference, colour="age")
+
+
 def test_missing_frames_are_refused(sequence: Sequence, tmp_path: Path) -> None:
     for number in (-1, 4):
         with pytest.raises(ValueError, match=rf"sheet.npz: has no frame {number}, only 0 to 3"):

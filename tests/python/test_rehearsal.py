@@ -256,7 +256,7 @@ MOST = {
     ("horse_gallop", "camera"): 0.47,
     ("ict_face_arkit", "10 %"): 0.65,
     ("ict_face_arkit", "30 %"): 0.55,
-    ("ea_bone", "10 %"): 0.45,
+    ("ea_bone", "30 %"): 0.45,
     ("flag_sim_50x50", "10 %"): 0.90,
     ("flag_sim_50x50", "30 %"): 0.90,
 }

@@ -37,6 +37,16 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
+def test_ticks_of_logarithmic_axes_are_plain_numbers() -> None:
+    with style.new_figure(4, 3) as figure:
+        axis = figure.subplots()
+        axis.set(yscale="log", ylim=(0.005, 2000))
+        figure.draw_without_rendering()
+        labels = [label.get_text() for label in axis.get_yticklabels()]
+    numbers = [re.sub(r"\$\\mathdefault{(.*)}\$", r"\1", label) for label in labels]
+    assert {"0.01", "0.1", "1", "10", "100", "1000"} <= set(numbers)
+
+
 def test_every_figure_is_there_and_wide_enough(results: Path) -> None:
     from PIL import Image
 

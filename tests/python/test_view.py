@@ -1,123 +1,18 @@
 """The page that plays a sequence, in a browser."""
 
-import io
-import os
-import shutil
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from meshes import Array, Mesh, join, sheet
+from browser import Page, in_colour, middle, page_of
+from meshes import Mesh, join, sheet
 
 from dynmesh import Sequence, write
 from dynmesh import open as open_sequence
 from dynmesh.draw.page import Shown, view
 from dynmesh.draw.page.thin import thin
-
-SWIFT_SHADER = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-SILENT = [
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-quic",
-    "--disable-sync",
-    "--no-first-run",
-]
-
-
-@pytest.fixture(scope="session")
-def chromium() -> Iterator[Any]:
-    """Chromium without a graphics card."""
-    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    program = os.environ.get("DYNMESH_CHROMIUM") or shutil.which("chromium")
-    if program is None:
-        pytest.skip("there is no Chromium: install it, or name it in DYNMESH_CHROMIUM")
-    with playwright.sync_playwright() as driver:
-        arguments = ["--no-sandbox", *SWIFT_SHADER, *SILENT]
-        chromium = driver.chromium.launch(executable_path=program, args=arguments)
-        yield chromium
-        chromium.close()
-
-
-@pytest.fixture
-def browser(chromium: Any) -> Iterator[Any]:
-    """A browser window without history."""
-    window = chromium.new_context(viewport={"width": 900, "height": 600})
-    yield window
-    window.close()
-
-
-class Page:
-    """A page in a browser, with its requests and error messages."""
-
-    def __init__(self, browser: Any, path: Path) -> None:
-        self._page = browser.new_page()
-        self.requests: list[str] = []
-        self.complaints: list[str] = []
-        self._page.on("request", lambda request: self.requests.append(request.url))
-        self._page.on("pageerror", lambda error: self.complaints.append(str(error)))
-        self._page.on(
-            "console",
-            lambda said: self.complaints.append(said.text) if said.type == "error" else None,
-        )
-        self._page.goto(path.as_uri())
-        self._page.wait_for_selector("#dynmesh-counter:not(:empty)")
-
-    def text(self, name: str) -> str:
-        """Returns the visible text of a part of the page."""
-        return str(self._page.inner_text(f"#dynmesh-{name}"))
-
-    def enabled(self, name: str) -> bool:
-        """Whether a control is enabled."""
-        return bool(self._page.is_enabled(f"#dynmesh-{name}"))
-
-    def click(self, name: str) -> None:
-        """Presses a button."""
-        self._page.click(f"#dynmesh-{name}")
-
-    def press(self, key: str) -> None:
-        """Presses a key."""
-        self._page.keyboard.press(key)
-
-    def choose(self, name: str, value: str) -> None:
-        """Chooses an option."""
-        self._page.select_option(f"#dynmesh-{name}", value)
-
-    def scrub(self, to: int) -> None:
-        """Moves the slider like a user."""
-        self._page.fill("#dynmesh-frame", str(to))
-
-    def wait(self, milliseconds: int) -> None:
-        """Lets the page play for a while."""
-        self._page.wait_for_timeout(milliseconds)
-
-    def picture(self) -> Array:
-        """Returns the pixels, (height, width, 3), without text and controls."""
-        self._page.wait_for_timeout(400)  # until it is drawn
-        images = pytest.importorskip("PIL.Image")
-        shot = self._page.screenshot(style=".dynmesh { visibility: hidden }")
-        with images.open(io.BytesIO(shot)) as image:
-            return np.asarray(image.convert("RGB")).astype(int)
-
-
-def in_colour(picture: Array) -> Array:
-    """Which pixels are not white."""
-    return np.asarray((picture < 240).any(axis=2))
-
-
-def middle(mask: Array) -> float:
-    """Returns the mean column of marked pixels."""
-    return float(np.nonzero(mask)[1].mean())
-
-
-def page_of(sequence: Sequence, folder: Path, browser: Any, **options: Any) -> Page:
-    """Writes a sequence and its page, and opens the page."""
-    write(folder / "sheet.npz", sequence)
-    with open_sequence(folder / "sheet.npz") as reader:
-        view(reader, folder / "page.html", up="z", azimuth=-90, **options)
-    return Page(browser, folder / "page.html")
 
 
 @pytest.fixture
@@ -147,13 +42,14 @@ def test_the_page_states_what_it_shows(moving: Sequence, tmp_path: Path, browser
     assert page.text("note") == ""
     assert page.text("title") == "generation: steps from the observed"
     assert page.text("bar").split("\n") == ["0, observed", "1", "2"]
+    assert page.captions() == []
+    page.scrub(0)
     assert page.text("counter") == "frame 0 / 8, 0.00 s"
 
 
 def test_errors_have_their_unit(moving: Sequence, tmp_path: Path, browser: Any) -> None:
-    write(tmp_path / "truth.npz", replace(moving, vertices=moving.vertices[::-1].copy()))
-    with open_sequence(tmp_path / "truth.npz") as reference:
-        page = page_of(moving, tmp_path, browser, reference=reference)
+    truth = replace(moving, vertices=moving.vertices[::-1].copy())
+    page = page_of(moving, tmp_path, browser, {"reference": truth})
     assert page.text("title") == "error in % of the bounding-box diagonal"
     assert "or more" in page.text("bar")
 
@@ -180,6 +76,7 @@ def test_the_slider_shows_the_frame_it_names(
 
 def test_play_plays_and_pause_stops(moving: Sequence, tmp_path: Path, browser: Any) -> None:
     page = page_of(moving, tmp_path, browser)
+    page.scrub(0)
     page.choose("speed", "0.5")
     before = page.picture()
     page.click("play")
@@ -242,6 +139,7 @@ def test_the_smallest_sequences_are_shown(
     page = page_of(Sequence(np.stack([corner] * n_frames), triangles), tmp_path, browser)
     assert in_colour(page.picture()).any()
     assert page.enabled("play") == (n_frames > 1)
+    page.press("Home")
     assert page.text("counter") == f"frame 0 / {n_frames - 1}"
     assert page.complaints == []
 

@@ -91,11 +91,15 @@ class DYNMESH_EXPORT Completer {
   void restore(std::span<const std::byte> state);
 
   [[nodiscard]] std::size_t n_vertices() const;
+  /// The number of edges of the mesh.
+  [[nodiscard]] std::size_t n_edges() const;
   [[nodiscard]] const Settings& settings() const;
   [[nodiscard]] const TopologyReport& topology() const;
 
-  // `restore` restores the next three as well, except for the times in the report, which become 0.
+  // `restore` restores the next four as well, except for the times in the report, which become 0.
 
+  /// The number of frames completed since construction or `reset`.
+  [[nodiscard]] std::size_t n_frames() const;
   /// (k,) for the last frame: 0 for an anchor, g for a satellite of generation g, -1 for an unseen
   /// vertex. Valid until the next call of any member function.
   [[nodiscard]] std::span<const Index> generation() const;

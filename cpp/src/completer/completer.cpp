@@ -29,6 +29,7 @@ FrameReport Completer<Real>::Parts::complete(Points<Real> completed, Clock::time
   estimator->remember(current);
   std::swap(previous, current);
   update_ages();
+  ++n_frames;
   report = report_of(iterations, rejected, start);
   return report;
 }
@@ -164,6 +165,14 @@ FrameReport Completer<Real>::skip(Points<Real> completed) {
 template <class Real>
 std::size_t Completer<Real>::n_vertices() const {
   return parts_->n_vertices();
+}
+template <class Real>
+std::size_t Completer<Real>::n_edges() const {
+  return parts_->topology->cells.neighbours.size() / 2;
+}
+template <class Real>
+std::size_t Completer<Real>::n_frames() const {
+  return parts_->n_frames;
 }
 template <class Real>
 const Settings& Completer<Real>::settings() const {

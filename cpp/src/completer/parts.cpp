@@ -109,6 +109,7 @@ void Completer<Real>::Parts::begin(Frame new_first_frame) {
   std::ranges::fill(age, 0);
   generation_for_caller_.clear();
   age_for_caller_.clear();
+  n_frames = 0;
   report = {};
   report.known = n_vertices();
 }

@@ -65,6 +65,7 @@ struct Completer<Real>::Parts {
   Frame current;                    // the frame being completed
   std::vector<std::uint8_t> known;  // the known mask of the current frame
   std::vector<Index> age;
+  std::size_t n_frames = 0;  // completed since `begin`
   FrameReport report;
   std::uint64_t rehearsal_hash = 0;  // of its frames; 0 without a rehearsal
 

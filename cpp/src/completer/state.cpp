@@ -102,6 +102,7 @@ struct FrameFacts {
   double blend = 0;
   double trust = 0;
   double explained = 0;
+  std::uint64_t n_frames = 0;
 
   template <class Self, class Visit>
   static void for_each_field(Self& self, const Visit& visit) {
@@ -110,6 +111,7 @@ struct FrameFacts {
     visit(self.blend);
     visit(self.trust);
     visit(self.explained);
+    visit(self.n_frames);
   }
 };
 
@@ -187,8 +189,13 @@ void check_facts(const FrameFacts& facts, std::span<const std::uint8_t> known) {
   }
 }
 
-void check_ages(std::span<const Index> age, std::span<const std::uint8_t> known) {
+void check_ages(std::span<const Index> age, std::span<const std::uint8_t> known,
+                std::uint64_t n_frames) {
   for (std::size_t v = 0; v < age.size(); ++v) {
+    if (age[v] > 0 && static_cast<std::uint64_t>(age[v]) > n_frames) {
+      refuse_state("vertex " + std::to_string(v) + " has the age " + std::to_string(age[v]) +
+                   " after " + std::to_string(n_frames) + " frames, which is not possible");
+    }
     if (age[v] < 0 || known[v] > 1) {
       refuse_state("vertex " + std::to_string(v) + " has the age " + std::to_string(age[v]) +
                    " and the mask " + std::to_string(known[v]) + ", which is not possible");
@@ -217,8 +224,11 @@ std::vector<std::byte> Completer<Real>::state() const {
     return static_cast<std::uint8_t>(g == Generations::anchor);
   });
   const FrameFacts facts = {static_cast<std::int64_t>(parts_->report.iterations),
-                            parts_->report.rejected, parts_->report.stages.blend,
-                            parts_->report.stages.trust, parts_->report.stages.explained};
+                            parts_->report.rejected,
+                            parts_->report.stages.blend,
+                            parts_->report.stages.trust,
+                            parts_->report.stages.explained,
+                            parts_->n_frames};
   Writer writer(state_size());
   writer.write(std::span<const char>(magic));
   write_fields(writer, header_of<Real>(parts_->topology->cells, parts_->rehearsal_hash));
@@ -273,7 +283,7 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   }
   check_frame(first_frame);
   check_frame(previous);
-  check_ages(age, known);
+  check_ages(age, known, facts.n_frames);
   check_facts(facts, known);
   const bool has_every_row = memory_rows == memory.rows.size();
   if (!has_every_row || !parts_->estimator->accepts(memory))
@@ -290,6 +300,7 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   parts_->known = std::move(known);
   parts_->generations.classify(parts_->topology->cells, parts_->known);
   if (!memory.rows.empty()) parts_->estimator->recall(memory, parts_->previous);
+  parts_->n_frames = facts.n_frames;
   parts_->report.known = parts_->generations.anchors();
   parts_->report.filled = parts_->generations.reached();
   parts_->report.unseen = parts_->generations.unseen_vertices();

@@ -9,13 +9,14 @@ import typer
 from .. import files
 from .._errors import SettingError
 from ..files import Frame
+from ..files.scenes import every_mesh
 from ..jobs.beginning import Start, find_whole_frame
 from ..jobs.checkpoint import Source
 from ..jobs.file_completion import complete_file
 from ..jobs.job_table import start_of
-from ..jobs.report import LONG, FileReport
 from ..jobs.unfinished import is_unfinished
-from ..settings import SETTINGS, Settings
+from ..settings import Settings
+from .done import say_what_was_done
 from .options import (
     OUTPUT,
     WHAT,
@@ -23,19 +24,22 @@ from .options import (
     InputPath,
     OutputFormat,
     OutputPath,
+    Overlay,
     Overwrite,
+    PrimOrAll,
+    usage_error,
     with_settings,
     with_source,
 )
+from .scene_completion import complete_all
 from .terminal import say, say_remarks, track
 from .zeros import Zeros
 
-_MANY = 0.01  # of the vertices
 _PATIENCE = 2.0  # seconds before a progress bar appears
 
 
 @with_settings
-@with_source
+@with_source(prim=PrimOrAll)
 def complete(
     path: InputPath,
     output: OutputPath,
@@ -77,6 +81,7 @@ def complete(
         ),
     ] = False,
     output_format: OutputFormat = None,
+    overlay: Overlay = False,
     fps: FramesPerSecond = None,
     overwrite: Overwrite = False,
 ) -> None:
@@ -89,8 +94,28 @@ def complete(
     dynmesh complete partial.npz completed.npz
     dynmesh complete 'scans/*.ply' completed.h5 --start whole --provenance
     dynmesh complete scans 'completed/frame_%04d.obj' --template body.obj --missing zero
+    dynmesh complete shot.usd completed.usd --prim all --overlay
     ```
     """
+    if source.get("prim") == every_mesh:
+        complete_all(
+            path,
+            output,
+            settings,
+            source,
+            start=_parsed(start),
+            output_format=output_format,
+            overlay=overlay,
+            provenance=provenance,
+            overwrite=overwrite,
+            for_one_mesh={
+                "--resume": resume,
+                "--fps": fps,
+                "--template": template,
+                "--gaps": source.get("gaps") == "lost",
+            },
+        )
+        return
     begin_at = _start_of(start, path, source)
     was_unfinished = is_unfinished(output)
     zeros = Zeros()
@@ -113,17 +138,12 @@ def complete(
             provenance=provenance,
             overwrite=overwrite,
             resume=resume,
+            overlay=overlay,
             watch=watch,
             **settings,
         )
     except SettingError as error:
-        name = str(error.argument)
-        method = SETTINGS[name].method if name in SETTINGS else None
-        other = method is not None and method != settings["method"]
-        reason = f"requires --method {method}" if other else error.reason
-        negation = "no-" if settings.get(name) is False else ""
-        option = f"'--{negation}{name.replace('_', '-')}'"
-        raise typer.BadParameter(reason, param_hint=option) from error
+        raise usage_error(error, settings) from error
     except BlockingIOError:  # another process is writing the output
         raise
     except (OSError, KeyboardInterrupt) as error:
@@ -140,47 +160,21 @@ def complete(
         return
     if report.resumed_at:
         say(f"{output}: continued after {report.resumed_at} frames")
-    _say_what_was_done(output, report, settings["reject_outliers"])
+    say_what_was_done(output, report, settings["reject_outliers"])
     say_remarks(output, report.remarks)
     zeros.say_if_many()
 
 
-def _say_what_was_done(output: Path, report: FileReport, reject_outliers: bool) -> None:
-    seconds = report.seconds_per_frame
-    if seconds is None:
-        say(f"{output}: there is only frame 0, so there was nothing to complete")
-        return
-    say(
-        f"{output}: {report.completed} frames completed in {1e3 * seconds:.3g} ms each (median), "
-        f"{1 / seconds:.0f} frames per second without reading and writing"
-    )
-    whole = report.known + report.filled + report.unseen
-    if reject_outliers:
-        share = 100 * report.rejected / whole
-        say(f"{output}: {report.rejected} outliers rejected, {share:.3g} % of the vertices")
-    if report.filled + report.unseen == 0:
-        say(f"{output}: nothing was missing")
-        return
-    counts = {"known": report.known, "filled in": report.filled, "unseen": report.unseen}
-    shares = ", ".join(f"{what} {100 * n / whole:.3g} %" for what, n in counts.items())
-    where = {-1: "", 0: " after frame 0"}.get(report.start, f" beside frame {report.start}")
-    say(f"{output}: {shares} of the vertices{where}")
-    if report.empty:
-        say(f"{output}: nothing was observed in {report.empty} of the frames")
-    long = report.hidden_long / (whole // report.completed)
-    if long >= _MANY:
-        say(
-            f"{output}: {100 * long:.0f} % of the vertices were hidden for {LONG} frames or more; "
-            "--method detail keeps their shape"
-        )
+def _parsed(start: str) -> Start:
+    try:
+        return start_of(start)
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint="'--start'") from error
 
 
 def _start_of(text: str, path: Path, source: Source) -> Start:
     """Returns the frame from which completion starts, and says which is the first whole one."""
-    try:
-        start = start_of(text)
-    except ValueError as error:
-        raise typer.BadParameter(str(error), param_hint="'--start'") from error
+    start = _parsed(text)
     if start != "whole":
         return start
 

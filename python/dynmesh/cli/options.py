@@ -11,6 +11,7 @@ from typing import Annotated, Any, cast
 import typer
 
 from .. import files
+from .._errors import SettingError
 from ..jobs.checkpoint import Source
 from ..settings import SETTINGS, Settings, file_settings
 
@@ -65,6 +66,23 @@ Prim = Annotated[
         metavar="PATH",
         help="Which mesh, if IN holds several (USD, Alembic).",
         rich_help_panel=FILES,
+    ),
+]
+PrimOrAll = Annotated[
+    str | None,
+    typer.Option(
+        "--prim",
+        metavar="PATH",
+        help="Which mesh, if IN holds several (USD, Alembic), or all for every mesh that moves.",
+        rich_help_panel=WHAT,
+    ),
+]
+Overlay = Annotated[
+    bool,
+    typer.Option(
+        "--overlay",
+        help="Write OUT as a USD layer over IN, which changes the completed meshes alone.",
+        rich_help_panel=OUTPUT,
     ),
 ]
 MaskFile = Annotated[
@@ -158,9 +176,15 @@ def source_of(
     }
 
 
-def with_source(command: Callable[..., None]) -> Callable[..., None]:
+def with_source(
+    command: Callable[..., None] | None = None, *, prim: Any = Prim
+) -> Callable[..., Any]:
     """Replaces the parameter `source` of a command by the options of :func:`source_of`."""
-    return _replaced(command, "source", inspect.signature(source_of).parameters, source_of)
+    if command is None:
+        return functools.partial(with_source, prim=prim)
+    options = dict(inspect.signature(source_of).parameters)
+    options["prim"] = options["prim"].replace(annotation=prim)
+    return _replaced(command, "source", options, source_of)
 
 
 def with_settings(command: Callable[..., None]) -> Callable[..., None]:
@@ -241,6 +265,16 @@ def share(text: str) -> float:
         advice = f"; for {value:g} per cent, write {value:g}%" if 1 <= value < 100 else ""
         raise typer.BadParameter(f"must be above {limits}, not {text}{advice}")
     return value / 100 if in_percent else value
+
+
+def usage_error(error: SettingError, settings: Settings) -> typer.BadParameter:
+    """Returns the usage error of the option that stands for a refused setting."""
+    name = str(error.argument)
+    method = SETTINGS[name].method if name in SETTINGS else None
+    other = method is not None and method != settings["method"]
+    reason = f"requires --method {method}" if other else error.reason
+    negation = "no-" if settings.get(name) is False else ""
+    return typer.BadParameter(reason, param_hint=f"'--{negation}{name.replace('_', '-')}'")
 
 
 @contextmanager

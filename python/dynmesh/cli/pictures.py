@@ -2,14 +2,14 @@
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, cast
 
 import typer
 
 from .. import files
 from ..draw.heatmap import likely_up
+from ..draw.quantities import Colour, Range
 from ..files import Reader
 from ..jobs.checkpoint import Source
 from .options import (
@@ -22,16 +22,6 @@ from .options import (
 )
 from .terminal import say, track
 from .zeros import Zeros
-
-
-class Colour(StrEnum):
-    """What the colour of a vertex shows."""
-
-    error = "error"
-    generation = "generation"
-    age = "age"
-    known = "known"
-
 
 _SHOWN = "What to show"
 
@@ -52,6 +42,19 @@ ColourOption = Annotated[
         help="error, generation, age or known. [the first of these that IN holds]",
         rich_help_panel=_SHOWN,
     ),
+]
+RangeOption = Annotated[
+    Range | None,
+    typer.Option(
+        "--range",
+        metavar="LOW HIGH",
+        help="The ends of the colour scale, in its unit: linear from 0, else logarithmic.",
+        rich_help_panel=_SHOWN,
+    ),
+]
+Title = Annotated[
+    str | None,
+    typer.Option(metavar="TEXT", help="The heading. [the name of IN]", rich_help_panel=_SHOWN),
 ]
 Up = Annotated[
     Axis | None,
@@ -78,7 +81,19 @@ def view(
         ),
     ],
     reference: Reference = None,
+    given: Annotated[
+        Path | None,
+        typer.Option(
+            "--input",
+            metavar="FILE",
+            help="The sequence that was completed, to show beside IN; "
+            "--mask, --missing and --gaps then describe it.",
+            rich_help_panel=_SHOWN,
+        ),
+    ] = None,
     colour: ColourOption = None,
+    range: RangeOption = None,
+    title: Title = None,
     up: Up = None,
     azimuth: Azimuth = 60.0,
     max_frames: Annotated[
@@ -101,20 +116,26 @@ def view(
 ) -> None:
     """Write a page that plays a sequence in any browser, offline.
 
-    Examples:
-        dynmesh view completed.npz -o page.html
-        dynmesh view completed.npz --reference truth.npz -o errors.html
+    The input and the reference play beside it. In the page, ? lists the keys. Examples:
+
+    ```text
+    dynmesh view completed.npz -o page.html
+    dynmesh view completed.npz --input partial.npz --reference truth.npz -o errors.html
+    ```
     """
     from ..draw.page import view as write
 
     zeros = Zeros()
-    with _opened(path, reference, source) as (reader, truth):
+    with _opened(path, source, reference=reference, given=given) as (reader, truth, partial):
         check_output(output, overwrite, ".html")
         shown = write(
             reader,
             output,
             reference=truth,
-            colour=None if colour is None else colour.value,
+            input=partial,
+            colour=colour,
+            range=range,
+            title=title,
             up=None if up is None else up.value,
             azimuth=azimuth,
             max_frames=max_frames,
@@ -148,6 +169,8 @@ def picture(
     ] = 6,
     reference: Reference = None,
     colour: ColourOption = None,
+    range: RangeOption = None,
+    title: Title = None,
     up: Up = None,
     azimuth: Azimuth = 60.0,
     size: Annotated[
@@ -169,14 +192,16 @@ def picture(
     from ..draw.picture import picture as draw
 
     zeros = Zeros()
-    with _opened(path, reference, source) as (reader, truth):
+    with _opened(path, source, reference=reference) as (reader, truth, _):
         check_output(output, overwrite, ".png")
         draw(
             reader,
             output,
             numbers=frame or evenly_spaced(reader.n_frames, sheet),
             reference=truth,
-            colour=None if colour is None else colour.value,
+            colour=colour,
+            range=range,
+            title=title,
             up=None if up is None else up.value,
             azimuth=azimuth,
             size=(size, size),
@@ -189,16 +214,24 @@ def picture(
 
 @contextmanager
 def _opened(
-    path: Path,
-    reference: Path | None,
-    source: Source,
-) -> Iterator[tuple[Reader, Reader | None]]:
+    path: Path, source: Source, *, reference: Path | None, given: Path | None = None
+) -> Iterator[tuple[Reader, Reader | None, Reader | None]]:
+    """Opens a sequence, its reference and its input, of those that there are."""
+    own = source
+    lent: list[Source] = []
+    for other in (reference, given):
+        kept, theirs = (own, source) if other is None else share_out(source, path, other)
+        own = cast(Source, {name: kept.get(name) for name in own if name in kept})
+        lent.append(theirs)
+    if given is not None:  # a completed sequence has no missing vertices
+        lent[1] |= {"known": own["known"], "missing": own["missing"], "gaps": own["gaps"]}
+        own |= {"known": None, "missing": None, "gaps": "refuse"}
     with ExitStack() as stack:
-        truth = None
-        if reference is not None:
-            source, source_of_truth = share_out(source, path, reference)
-            truth = stack.enter_context(files.open(reference, **source_of_truth))
-        yield stack.enter_context(files.open(path, **source)), truth
+        truth, partial = (
+            None if other is None else stack.enter_context(files.open(other, **options))
+            for other, options in zip((reference, given), lent, strict=True)
+        )
+        yield stack.enter_context(files.open(path, **own)), truth, partial
 
 
 def _say_if_guessed(up: Axis | None, reader: Reader) -> None:

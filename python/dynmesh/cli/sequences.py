@@ -186,7 +186,7 @@ def degrade(
             with as_usage("--outliers"):
                 points = degradation.add_outliers(points, reader.faces, outliers, seed=seed)
         header = replace(reader.header, has_known=True, has_provenance=False)
-        with target.create(header) as writer:
+        with target.create(header, origin=target.kept_of(reader)) as writer:
             frames_known = (frame.known for frame in reader)
             rows = zip(
                 track(points, reader.n_frames, "degrading"), frames_known, *masks, strict=True
@@ -235,7 +235,7 @@ def convert(
             fps=fps or reader.fps,
             has_provenance=reader.has_provenance and not dropped,
         )
-        with target.create(header) as writer:
+        with target.create(header, origin=target.kept_of(reader)) as writer:
             for frame in track(reader, reader.n_frames, "converting"):
                 traces = {} if dropped else {"generation": frame.generation, "age": frame.age}
                 writer.append(frame.points, frame.known, **traces)

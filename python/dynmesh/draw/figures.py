@@ -5,7 +5,7 @@ Everything is rendered off screen with pyvista (extra `view`).
 
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
@@ -143,23 +143,34 @@ def render(
                 ambient=0.35,
             )
         elif places is not None:
-            surface["places"] = places.astype(np.float32)
-            style = {
-                "cmap": pyvista.LookupTable(list(colours), scalar_range=(0, 1)),
-                "clim": (0, 1),
-                "show_scalar_bar": False,
-                "ambient": 0.25,
-                "diffuse": 0.85,
-            }
-            if len(faces):
-                plotter.add_mesh(surface, scalars="places", smooth_shading=True, **style)
-            if dots is not None and dots.any():
-                cloud = pyvista.PolyData(surface.points[dots])
-                size = {"point_size": max(view.size) / 120, "render_points_as_spheres": True}
-                plotter.add_mesh(cloud, scalars=surface["places"][dots], **size, **style)
+            add_places(plotter, surface, places, colours, dots)
         else:
             plotter.add_mesh(surface, color=SURFACE_COLOUR, smooth_shading=True, ambient=0.05)
         return _taken(plotter, view)
+
+
+def add_places(
+    plotter: Any,
+    surface: Any,
+    places: NDArray[np.floating[Any]],
+    colours: Sequence[str],
+    dots: Mask | None,
+    labels: Mapping[float, str] | None = None,
+) -> None:
+    """Adds a surface of pyvista to a plotter, with the colours and dots of :func:`render`.
+
+    The labels, by their places, are those of a colour bar that is added next.
+    """
+    surface["places"] = places.astype(np.float32)
+    table = load_pyvista().LookupTable(list(colours), scalar_range=(0, 1))
+    table.annotations = labels or {}
+    style = {"cmap": table, "show_scalar_bar": False, "ambient": 0.25, "diffuse": 0.85}
+    if surface.n_cells:
+        plotter.add_mesh(surface, scalars="places", smooth_shading=True, **style)
+    if dots is not None and dots.any():
+        cloud = load_pyvista().PolyData(surface.points[dots])
+        size = {"point_size": max(plotter.window_size) / 120, "render_points_as_spheres": True}
+        plotter.add_mesh(cloud, scalars=surface["places"][dots], **size, **style)
 
 
 @dataclass(frozen=True, eq=False)
@@ -268,7 +279,7 @@ def _stage(view: View) -> Iterator[Any]:
 
 
 def _taken(plotter: Any, view: View) -> Image:
-    _aim(plotter, view)
+    aim(plotter, view)
     return np.asarray(plotter.screenshot(return_img=True), np.uint8)[..., :3]
 
 
@@ -281,9 +292,12 @@ def _rgb(colour: str) -> NDArray[np.uint8]:
     return np.frombuffer(bytes.fromhex(colour.removeprefix("#")), np.uint8)
 
 
-def _aim(plotter: Any, view: View) -> None:
+def aim(plotter: Any, view: View) -> None:
+    """Points the camera of a plotter so that it shows a view."""
     centre = view.box.mean(axis=0)
     half = (view.box[1] - view.box[0]) / 2
+    if not half.any():  # a single point has no extent
+        half = np.ones(3)
     width, height, _ = np.abs(view.axes) @ half
     camera = plotter.camera
     camera.focal_point = centre

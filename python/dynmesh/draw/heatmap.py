@@ -1,23 +1,18 @@
-"""What is drawn of a sequence: its frames, its missing vertices, and a value per vertex."""
+"""What is drawn of a sequence: its frames, its missing vertices, and values of the vertices."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import repeat
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..files import Frame, Reader
 from ..files.reader import check_comparable
-from ..metrics import bounding_box_diagonal
 from ..sequence import Mask, Positions
-from .scales import CountScale, ErrorScale, KnownScale, Scale, Values, round_up
-
-Colour = Literal["error", "generation", "age", "known"]
-"""What the colour of a vertex shows."""
-
-_SMALLEST_LIMIT = 1e-6  # of the bounding-box diagonal: about what float32 positions resolve
+from .quantities import QUANTITIES, Colour, Moment, Range, Sources, check_range, visible
+from .scales import Scale, Values
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,64 +23,78 @@ class ShownFrame:
         number: in the sequence.
         points: (k, 3), arbitrary where a vertex is missing.
         visible: (k,) bool, False where a vertex is missing.
-        values: (k,), shown by the colours, arbitrary where a vertex is missing; None for one
-            colour.
+        values: what the colours can show, each (k,), arbitrary where a vertex is missing.
+        beside: the same frame of "input" and "reference", of those that there are.
     """
 
     number: int
     points: Positions
     visible: Mask
-    values: Values | None
+    values: Mapping[Colour, Values]
+    beside: Mapping[str, "ShownFrame"]
 
     def of(self, vertices: NDArray[np.intp]) -> "ShownFrame":
         """Returns the same frame with only some of its vertices."""
-        values = None if self.values is None else self.values[vertices]
-        return ShownFrame(self.number, self.points[vertices], self.visible[vertices], values)
+        values = {colour: values[vertices] for colour, values in self.values.items()}
+        beside = {name: frame.of(vertices) for name, frame in self.beside.items()}
+        return ShownFrame(
+            self.number, self.points[vertices], self.visible[vertices], values, beside
+        )
 
 
 class Heatmap:
-    """The frames of a sequence with the values that their colours show.
+    """The frames of a sequence with the values that their colours can show.
 
     Attributes:
         reader: of the sequence.
-        colour: what the colours show; None for nothing.
+        colours: what the colours can show: "plain", which is one colour, comes last.
+        colour: what they show at first.
     """
 
     def __init__(
-        self, reader: Reader, *, reference: Reader | None = None, colour: Colour | None = None
+        self,
+        reader: Reader,
+        *,
+        reference: Reader | None = None,
+        input: Reader | None = None,
+        colour: Colour | None = None,
+        range: Range | None = None,
     ) -> None:
-        """Determines what to show.
+        """Determines what can be shown.
 
         Args:
             reader: of the sequence.
-            reference: of the true sequence, for errors.
+            reference: of the true sequence, for errors. They are in millimetres if either file
+                states its unit, otherwise in per cent of the bounding-box diagonal of frame 0 of
+                the reference.
+            input: of the sequence that was completed, for what was observed.
             colour: None chooses the error if there is a reference, otherwise the generation or the
-                known mask if the sequence has them, otherwise nothing.
+                known mask if the sequence has them, otherwise "plain".
+            range: the first and the last value of the scale of `colour`, in the unit of the colour
+                bar; None means that the values determine it. For errors, the scale is linear if it
+                begins at 0, otherwise logarithmic. For counts they are whole numbers.
 
         Raises:
             ValueError: the sequence does not hold what `colour` requires, or does not match the
-                reference; the message names the file.
+                reference or the input, and the message names the file; or the range is not
+                ascending, is negative, or `colour` has no scale of numbers.
         """
         self.reader = reader
-        self.colour = colour or _most_telling(reader, reference)
-        self._reference = reference
-        if reference is not None:
-            if self.colour != "error":
-                raise ValueError(f"reference: requires the colour error, not {self.colour}")
-            check_comparable(reader, reference)
-            self._diagonal = bounding_box_diagonal(next(iter(reference)).points)
-            if not self._diagonal > 0:
-                raise ValueError(
-                    f"{reference.path}: errors have no unit, as all of frame 0 is at one point"
-                )
-        elif self.colour == "error":
-            raise ValueError("colour: error requires a reference")
-        if self.colour in ("generation", "age") and not reader.has_provenance:
-            raise ValueError(
-                f"{reader.path}: holds no {self.colour}; dynmesh complete --provenance writes it"
-            )
-        if self.colour == "known" and not (reader.has_known or reader.has_provenance):
-            raise ValueError(f"{reader.path}: holds no known masks")
+        self._sources = Sources(reader, reference, input)
+        for other in (input, reference):
+            if other is not None:
+                check_comparable(reader, other)
+        lacks = {name: row.lacks(self._sources) for name, row in QUANTITIES.items()}
+        if colour is not None and (reason := lacks.get(colour)) is not None:
+            raise ValueError(reason)
+        has: list[Colour] = [name for name, reason in lacks.items() if reason is None]
+        self.colours: tuple[Colour, ...] = (*has, "plain")
+        self.colour = colour or self.colours[0]
+        self._range = range
+        if range is not None:
+            check_range(range, self.colour)
+        if "error" in self.colours:
+            _ = self._sources.unit  # refuses errors without a unit before any frame is read
 
     def frames(self, numbers: range) -> Iterator[ShownFrame]:
         """Yields frames of ascending numbers.
@@ -94,52 +103,35 @@ class Heatmap:
             ValueError: the reference lacks a vertex.
         """
         place = (numbers.start, numbers.stop, numbers.step)
-        truths: Iterator[Frame] | repeat[None] = repeat(None)
-        if self._reference is not None:
-            truths = self._reference.frames(*place)
-        for number, frame, truth in zip(numbers, self.reader.frames(*place), truths, strict=False):
-            visible: Mask = np.asarray(np.isfinite(frame.points).all(axis=1))
-            if frame.known is not None:
-                visible &= frame.known
-            yield ShownFrame(number, frame.points, visible, self._values(number, frame, truth))
 
-    def scale(self, frames: Sequence[ShownFrame]) -> Scale | None:
-        """Returns a colour scale for the values of all these frames, or None if there are none."""
-        values: list[NDArray[Any]] = [
-            frame.values[frame.visible] for frame in frames if frame.values is not None
-        ]
-        if self.colour is None:
+        def frames_of(other: Reader | None) -> Iterator[Frame | None]:
+            return repeat(None) if other is None else other.frames(*place)
+
+        sources = self._sources
+        ours, truths = self.reader.frames(*place), frames_of(sources.reference)
+        for number, frame, truth, given in zip(
+            numbers, ours, truths, frames_of(sources.input), strict=False
+        ):
+            moment = Moment(number, frame, truth, given)
+            values = {
+                name: row.values(sources, moment)
+                for name, row in QUANTITIES.items()
+                if name in self.colours
+            }
+            beside = {
+                name: ShownFrame(number, other.points, visible(other), {}, {})
+                for name, other in (("input", given), ("reference", truth))
+                if other is not None
+            }
+            yield ShownFrame(number, frame.points, visible(frame), values, beside)
+
+    def scale(self, colour: Colour, frames: Sequence[ShownFrame]) -> Scale | None:
+        """Returns a scale for the values of all these frames, or None for the colour "plain"."""
+        if colour == "plain":
             return None
-        if self.colour == "known":
-            return KnownScale(with_filled_in=self.reader.has_provenance)
-        if self.colour == "error":
-            # Not the maximum: with one outlier, everything else would have one colour.
-            limit = max((np.percentile(v, 99) for v in values if len(v)), default=0.0)
-            return ErrorScale(round_up(max(float(limit), _SMALLEST_LIMIT)))
-        largest = max((int(v.max()) for v in values if len(v)), default=0)
-        if self.colour == "age":
-            title = "age: frames since last observed"
-            return CountScale(title, largest, zero="observed")
-        unseen = "unseen" if any((v < 0).any() for v in values) else None
-        title = "generation: steps from the observed"
-        return CountScale(title, max(largest, 0), zero="observed", minus_one=unseen)
-
-    def _values(self, number: int, frame: Frame, truth: Frame | None) -> Values | None:
-        if truth is not None and self._reference is not None:
-            missing = ~np.isfinite(truth.points).all(axis=1)
-            if truth.known is not None:
-                missing |= ~truth.known
-            if missing.any():
-                raise ValueError(
-                    f"{self._reference.path}: frame {number} lacks vertex {missing.argmax()}; "
-                    "errors require a complete reference"
-                )
-            with np.errstate(invalid="ignore"):  # missing positions may be infinite
-                difference = frame.points.astype(np.float64) - truth.points
-            return np.asarray(np.linalg.norm(difference, axis=1) / self._diagonal)
-        if self.colour == "known":
-            return np.asarray(frame.generation == 0 if frame.known is None else frame.known, "i1")
-        return None if self.colour is None else getattr(frame, self.colour)
+        values: list[NDArray[Any]] = [frame.values[colour][frame.visible] for frame in frames]
+        limits = self._range if colour == self.colour else None
+        return QUANTITIES[colour].scale(self._sources, values, limits)
 
 
 def likely_up(first: Positions, said: str | None) -> str:
@@ -158,11 +150,3 @@ def whole_faces(
     alone = visible.copy()
     alone[whole] = False
     return whole, alone
-
-
-def _most_telling(reader: Reader, reference: Reader | None) -> Colour | None:
-    if reference is not None:
-        return "error"
-    if reader.has_provenance:
-        return "generation"
-    return "known" if reader.has_known else None

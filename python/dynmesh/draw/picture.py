@@ -9,8 +9,9 @@ from .._extras import require_all
 from ..files import Reader
 from . import figures
 from .figures import SURFACE_COLOUR, Image, View
-from .heatmap import Colour, Heatmap, ShownFrame, likely_up, whole_faces
-from .scales import Scale
+from .heatmap import Heatmap, ShownFrame, likely_up, whole_faces
+from .quantities import Colour, Range
+from .scales import Scale, Values
 from .sheet import contact_sheet
 
 
@@ -26,6 +27,8 @@ def picture(
     numbers: Sequence[int],
     reference: Reader | None = None,
     colour: Colour | None = None,
+    range: Range | None = None,
+    title: str | None = None,
     up: str | None = None,
     azimuth: float = 60.0,
     size: tuple[int, int] = (480, 480),
@@ -41,6 +44,9 @@ def picture(
         numbers: of the frames, one or several; see :func:`evenly_spaced`.
         reference: of the true sequence, for errors.
         colour: see :class:`dynmesh.draw.heatmap.Heatmap`.
+        range: see :class:`dynmesh.draw.heatmap.Heatmap`; with the same range, pictures of several
+            sequences can be compared.
+        title: the heading; None means the name of the file.
         up: "x", "y" or "z"; None means as the file states it, else z for a flat sheet, else y.
         azimuth: viewing angle around the up axis, in degrees.
         size: of each frame, in pixels.
@@ -54,31 +60,42 @@ def picture(
     """
     require_all("PIL.Image", "matplotlib", extra="view")
     figures.load_pyvista()
-    heatmap = Heatmap(reader, reference=reference, colour=colour)
+    if reference is not None and colour not in (None, "error"):
+        raise ValueError(f"reference: requires the colour error, not {colour}")
+    heatmap = Heatmap(reader, reference=reference, colour=colour, range=range)
     for number in numbers:
         if not 0 <= number < reader.n_frames:
             raise ValueError(
                 f"{reader.path}: has no frame {number}, only 0 to {reader.n_frames - 1}"
             )
-    chosen = (frame for n in numbers for frame in heatmap.frames(range(n, n + 1)))
+    chosen = (frame for number in numbers for frame in _frame(heatmap, number))
     frames = list(watch(chosen, len(numbers)))
     seen = np.concatenate([frame.points[frame.visible] for frame in frames])
     if not len(seen):
         raise ValueError(f"{reader.path}: no vertex is known in these frames")
-    scale = heatmap.scale(frames)
+    scale = heatmap.scale(heatmap.colour, frames)
     view = View.of(
         seen, up or likely_up(next(iter(reader)).points, reader.header.up_axis), azimuth, size
     )
-    images = figures.cropped([_draw(reader, frame, scale, view) for frame in frames])
-    titles = [f"frame {frame.number}" for frame in frames]
-    contact_sheet(reader.path.name, images, titles, scale).save(output, format="PNG")
+    images = figures.cropped(
+        [_draw(reader, frame, frame.values.get(heatmap.colour), scale, view) for frame in frames]
+    )
+    captions = [f"frame {frame.number}" for frame in frames]
+    sheet = contact_sheet(title or reader.path.name, images, captions, scale)
+    sheet.save(output, format="PNG")
 
 
-def _draw(reader: Reader, frame: ShownFrame, scale: Scale | None, view: View) -> Image:
+def _frame(heatmap: Heatmap, number: int) -> Iterable[ShownFrame]:
+    return heatmap.frames(range(number, number + 1))
+
+
+def _draw(
+    reader: Reader, frame: ShownFrame, values: Values | None, scale: Scale | None, view: View
+) -> Image:
     faces, alone = whole_faces(reader.faces, frame.visible)
     places = np.zeros(len(frame.points), np.float32)
-    if scale is not None and frame.values is not None:
-        places = np.where(frame.visible, scale.place(frame.values), 0)
+    if scale is not None and values is not None:
+        places = np.where(frame.visible, scale.place(values), 0)
     return figures.render(
         faces,
         np.where(frame.visible[:, None], frame.points, 0),

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._extras import require
-from .figures import HEATMAP, HEATMAP_RANGE, KNOWN_COLOUR, MISSING_COLOUR, SURFACE_COLOUR
+from .figures import HEATMAP, KNOWN_COLOUR, MISSING_COLOUR, SURFACE_COLOUR
 
 Values = NDArray[np.number[Any]]
 
@@ -43,36 +43,47 @@ class Scale(ABC):
         """Returns the positions of values on the bar, in 0 to 1."""
 
 
-class ErrorScale(Scale):
-    """Errors, on a logarithmic scale, since those in one frame vary by decades."""
+class MeasureScale(Scale):
+    """Measures such as lengths: logarithmic, or linear if the scale begins at 0."""
 
-    def __init__(self, limit: float) -> None:
-        """Creates a scale that ends at `limit`, which is in bounding-box diagonals."""
-        self._last = math.log10(limit)
-        self._decades = -math.log10(HEATMAP_RANGE)
-        first = limit * HEATMAP_RANGE
-        exponents = range(math.ceil(math.log10(first) - 1e-9), math.floor(self._last + 1e-9) + 1)
-        ticks = [Tick(0.0, f"{_percent(first)} or less"), Tick(1.0, f"{_percent(limit)} or more")]
-        for exponent in exponents:
-            place = (exponent - self._last) / self._decades + 1
-            if 0.05 < place < 0.95:  # the ends have labels of their own
-                ticks.insert(-1, Tick(place, _percent(10.0**exponent)))
-        title = "error in % of the bounding-box diagonal"
-        super().__init__(title, _colour_map(HEATMAP, 64), ticks)
+    def __init__(self, title: str, sign: str, low: float, high: float) -> None:
+        """Creates a scale from `low`, not negative, to `high`; `sign` follows each number."""
+        self._low, self._high = low, high
+        quarters = np.linspace(low, high, 5)[1:-1].tolist()
+        inner = _round_between(low, high) if low > 0 else quarters
+        ends = [f"{plain(low)} {sign} or less", f"{plain(high)} {sign} or more"]
+        if low == 0:
+            ends[0] = f"0 {sign}"
+        places = self.place(np.array(inner)).tolist()
+        ticks = [
+            Tick(place, f"{plain(value)} {sign}")
+            for place, value in zip(places, inner, strict=True)
+            if 0.05 < place < 0.95  # the ends have labels of their own
+        ]
+        colours = _colour_map(HEATMAP, 64)
+        super().__init__(title, colours, [Tick(0.0, ends[0]), *ticks, Tick(1.0, ends[1])])
 
     def place(self, values: Values) -> NDArray[np.float32]:
-        """Returns the positions of errors, in bounding-box diagonals, on the bar."""
-        floor = 10.0 ** (self._last - self._decades)
-        exponents = np.log10(np.maximum(values, floor))
-        places = np.clip((exponents - self._last) / self._decades + 1, 0, 1)
-        return np.asarray(places, np.float32)
+        """Returns the positions of measures on the bar."""
+        if self._low > 0:
+            shares = np.log(np.maximum(values, self._low) / self._low)
+            places = np.asarray(shares / math.log(self._high / self._low), np.float64)
+        else:
+            places = np.asarray(values / self._high, np.float64)
+        return np.asarray(np.clip(places, 0, 1), np.float32)
 
 
 class CountScale(Scale):
     """Counts: steps for 0, then for each number, then for growing ranges; -1 comes last."""
 
     def __init__(
-        self, title: str, largest: int, *, zero: str, minus_one: str | None = None
+        self,
+        title: str,
+        largest: int,
+        *,
+        zero: str,
+        minus_one: str | None = None,
+        fixed: int | None = None,
     ) -> None:
         """Creates as many steps as needed.
 
@@ -81,16 +92,27 @@ class CountScale(Scale):
             largest: the largest count.
             zero: label of 0.
             minus_one: label of -1, if it occurs.
+            fixed: if given, the scale was chosen independently of the counts: the step after that
+                of 0 contains 1 to `fixed`, and the last one `largest` and more.
         """
-        starts = list(range(largest + 1))
-        if largest > SINGLE_STEPS:
-            starts = [0, 1, *(2**i + 1 for i in range(math.ceil(math.log2(largest))))]
-        self._starts = np.array(starts)
+        least, last = (1, largest) if fixed is None else (fixed, largest - 1)
+        starts = [0, *range(least, last + 1)]
+        if last - least >= SINGLE_STEPS:
+            spans = math.ceil(math.log2(last - least + 1))
+            starts = [0, least, *(least + 2**i for i in range(spans))]
+        if fixed is not None:
+            starts.append(largest)
         ends = [start - 1 for start in starts[1:]] + [largest]
+        ends[0] = 0
+        if len(starts) > 1:
+            starts[1] = 1  # also if `fixed` is larger
+        self._starts = np.array(starts)
         labels = [
             str(start) if start == end else f"{start} to {end}"
             for start, end in zip(starts, ends, strict=True)
         ]
+        if fixed is not None:
+            labels[-1] = f"{largest} or more"
         labels[0] = f"0, {zero}"
         colours = [SURFACE_COLOUR, *_colour_map(f"{HEATMAP}_r", len(starts) - 1)]
         if minus_one is not None:
@@ -133,8 +155,20 @@ def _middles(labels: Sequence[str]) -> list[Tick]:
     return [Tick((i + 0.5) / len(labels), label) for i, label in enumerate(labels)]
 
 
-def _percent(share: float) -> str:
-    return f"{100 * share:.3g} %"
+def plain(value: float) -> str:
+    """Formats a number with three digits and without an exponent, such as 0.0002."""
+    return np.format_float_positional(value, 3, unique=False, fractional=False, trim="-")
+
+
+def _round_between(low: float, high: float) -> list[float]:
+    """Returns the powers of ten inside, or twice and five times such if there are none."""
+    decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+    for steps in ((1,), (1, 2, 5)):
+        values = [step * 10.0**decade for decade in decades for step in steps]
+        inside = [value for value in values if low * 1.1 < value < high / 1.1]
+        if inside:
+            break
+    return inside
 
 
 def _colour_map(name: str, n: int) -> list[str]:

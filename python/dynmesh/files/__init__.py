@@ -18,7 +18,7 @@ from ..sequence import Sequence
 from .choice import PathLike, format_of, formats, listed
 from .format import Gaps, Template, template_of, with_gaps
 from .header import Frame, Header, frame_of, header_of
-from .masks import MaskedReader
+from .masks import MaskedReader, check_missing
 from .naming import naming
 from .placing import finish_placing
 from .reader import Reader
@@ -82,8 +82,7 @@ def open(
     """
     check_path("path", path)
     path = Path(path)
-    if missing not in (None, "zero"):
-        raise InputError(f"must be 'zero' or None, not {missing!r}", argument="missing")
+    check_missing(missing)
     if gaps not in ("refuse", "lost"):
         raise InputError(f"must be 'refuse' or 'lost', not {gaps!r}", argument="gaps")
     with naming(path):
@@ -126,9 +125,14 @@ def create_like(
     with_provenance: bool = False,
     format: str | None = None,
 ) -> Writer:
-    """Creates a file for the sequence of `reader` with changes; see :func:`create`."""
+    """Creates a file for the sequence of `reader` with changes; see :func:`create`.
+
+    If both files are Alembic, the new one has the scene around the mesh, too.
+    """
+    check_path("path", path)
     header = replace(reader.header, has_known=with_known, has_provenance=with_provenance)
-    return create(path, header, format=format)
+    target = target_of(path, format)
+    return target.create(header, origin=target.kept_of(reader))
 
 
 def read(

@@ -22,7 +22,7 @@ class Normals:
     """
 
     def __init__(self, polygons: Polygons, how: str) -> None:
-        """Takes one of :data:`dynmesh.sequence.normals_may_be`, except "blocked"."""
+        """Takes one of :data:`dynmesh._checks.normals_may_be`, except "blocked"."""
         *adjectives, self._interpolation = how.split()
         self._is_flat = "flat" in adjectives or self._interpolation == "uniform"
         self._sign = -1.0 if "reversed" in adjectives else 1.0

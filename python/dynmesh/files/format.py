@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ..polygons import Polygons
 from .comments import Said
 from .reader import Reader
+from .scenes import Scene
 from .writer import Writer
 
 Gaps: TypeAlias = Literal["refuse", "lost"]
@@ -54,6 +55,10 @@ class Format:
             None if they need none.
         reader_with_gaps: as `reader`, for sequences in which the files of some frames are missing;
             None if a file holds all frames.
+        scene: opens a file with all its meshes; None if a file holds a single mesh.
+        mesh_reader: creates a reader of one mesh of an open scene, by its path.
+        overlay: creates a layer that changes nothing but the meshes of a scene; None if the format
+            has no layers.
     """
 
     name: str
@@ -64,6 +69,9 @@ class Format:
     takes: frozenset[str] = frozenset()
     library: tuple[str, str] | None = None
     reader_with_gaps: Callable[[Path, Template | None, str | None], Reader] | None = None
+    scene: Callable[[Path], Scene] | None = None
+    mesh_reader: Callable[[Any, str], Reader] | None = None
+    overlay: type[Writer] | None = None
 
 
 def refuse_template(template: Template | None) -> None:

@@ -8,11 +8,19 @@ from pathlib import Path
 import numpy as np
 
 from .._checks import check_path
+from .._errors import InputError
 from ..sequence import Mask, check_known
 from .header import Frame
 from .naming import naming
 from .reader import Reader
 from .rows import read_header
+from .scenes import Scene
+
+
+def check_missing(missing: object) -> None:
+    """Refuses what does not name a value that marks missing positions."""
+    if missing not in (None, "zero"):
+        raise InputError(f"must be 'zero' or None, not {missing!r}", argument="missing")
 
 
 class MaskedReader(Reader):
@@ -43,6 +51,11 @@ class MaskedReader(Reader):
     def lost(self) -> Container[int]:
         """The numbers of the frames whose files are missing."""
         return self._reader.lost
+
+    @property
+    def scene(self) -> Scene | None:
+        """The scene that the mesh is part of."""
+        return self._reader.scene
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
         frames = self._reader.frames(numbers.start, numbers.stop, numbers.step)

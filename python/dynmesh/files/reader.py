@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ..sequence import rate, summary
 from .header import Frame, Header
 from .naming import naming
+from .scenes import Scene
 
 
 class Reader(ABC):
@@ -79,6 +80,11 @@ class Reader(ABC):
     def lost(self) -> Container[int]:
         """The numbers of the frames whose files are missing; nothing was observed in them."""
         return ()
+
+    @property
+    def scene(self) -> Scene | None:
+        """The scene that the mesh is part of, or None if the file holds nothing else."""
+        return None
 
     def __repr__(self) -> str:
         """Describes the file without its numbers."""

@@ -1,10 +1,53 @@
-"""Code that scene formats share: one mesh of several, with constant faces."""
+"""Scenes: files that hold several meshes, each with constant faces."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 
 from ..polygons import Polygons
+
+every_mesh = "all"
+"""What stands for every mesh of a scene that moves, instead of the path of one."""
+
+
+class Scene(ABC):
+    """A file with several meshes, opened once for all of them.
+
+    Attributes:
+        format: the name of its format.
+        path: of the file.
+        moves: the paths of the meshes, and whether the points of each change. Copies of a mesh by
+            reference (instances) are not among them if the format cannot change a copy alone.
+    """
+
+    format: ClassVar[str]
+
+    def __init__(self, path: Path, moves: Mapping[str, bool]) -> None:
+        """Called by subclasses when the file is open."""
+        self.path = path
+        self.moves = moves
+
+    @property
+    @abstractmethod
+    def files(self) -> list[Path]:
+        """The files that are read."""
+
+
+@dataclass(frozen=True)
+class Origin:
+    """The scene that a file is made from.
+
+    Attributes:
+        scene: the scene, which must stay open until the file is complete.
+        meshes: the paths of the meshes that the file replaces.
+    """
+
+    scene: Scene
+    meshes: tuple[str, ...]
 
 
 def choose_mesh(meshes: Mapping[str, bool], prim: str | None) -> str:
@@ -17,16 +60,23 @@ def choose_mesh(meshes: Mapping[str, bool], prim: str | None) -> str:
     if not meshes:
         raise ValueError("contains no polygon mesh")
     if prim is not None:
+        if prim == every_mesh:
+            raise ValueError(
+                "prim 'all' stands for every mesh, which only completion takes "
+                "(dynmesh complete --prim all, in Python dynmesh.complete_scene); "
+                f"here, choose one: {listed(list(meshes))}"
+            )
         if prim not in meshes:
-            raise ValueError(f"has no mesh '{prim}'; the meshes are {_listed(list(meshes))}")
+            raise ValueError(f"has no mesh '{prim}'; the meshes are {listed(list(meshes))}")
         return prim
     candidates = [path for path, moves in meshes.items() if moves] or list(meshes)
     if len(candidates) > 1:
-        raise ValueError(f"contains several meshes; choose one with --prim: {_listed(candidates)}")
+        raise ValueError(f"contains several meshes; choose one with --prim: {listed(candidates)}")
     return candidates[0]
 
 
-def _listed(paths: list[str], most: int = 10) -> str:
+def listed(paths: list[str], most: int = 10) -> str:
+    """Joins paths to a list, which is cut off if it is long."""
     rest = [f"and {len(paths) - most} more"] if len(paths) > most else []
     return ", ".join(paths[:most] + rest)
 

@@ -6,9 +6,12 @@ from pathlib import Path
 from .._extras import require
 from ..sequence import Sequence
 from .choice import PathLike, choose
+from .format import Format
 from .header import Header, frame_of, header_of
 from .naming import naming
 from .reader import Reader
+from .scene_writer import SceneWriter
+from .scenes import Origin, Scene
 from .writer import Writer
 
 
@@ -26,10 +29,48 @@ class Target:
     format: str
     writer: type[Writer]
 
-    def create(self, header: Header, *, folder: Path | None = None, resume_at: int = 0) -> Writer:
-        """Begins the file, or continues an unfinished one; see :class:`Writer`."""
+    def create(
+        self,
+        header: Header,
+        *,
+        folder: Path | None = None,
+        resume_at: int = 0,
+        origin: Origin | None = None,
+    ) -> Writer:
+        """Begins the file, or continues an unfinished one; see :class:`Writer`.
+
+        Args:
+            header: the properties of all frames.
+            folder: where to work; see :class:`Writer`.
+            resume_at: number of frames to keep; see :class:`Writer`.
+            origin: the scene to keep around the mesh, such as :meth:`kept_of` returns.
+
+        Raises:
+            OSError, TypeError, ValueError: the file cannot be written, or not with this scene.
+        """
         with naming(self.path):
-            return self.writer(self.path, header, folder=folder, resume_at=resume_at)
+            if origin is None:
+                return self.writer(self.path, header, folder=folder, resume_at=resume_at)
+            return self._scene_writer(origin.scene)(
+                self.path, header, folder=folder, resume_at=resume_at, origin=origin
+            )
+
+    def _scene_writer(self, scene: Scene) -> type[SceneWriter]:
+        if not (issubclass(self.writer, SceneWriter) and self.keeps(scene)):
+            raise ValueError(f"this format cannot keep the scene of {scene.path}")
+        return self.writer
+
+    def keeps(self, scene: Scene | None) -> bool:
+        """Whether the file can have this scene around its meshes."""
+        kept = self.writer.keeps_scene_of if issubclass(self.writer, SceneWriter) else None
+        return scene is not None and scene.format == kept
+
+    def kept_of(self, reader: Reader) -> Origin | None:
+        """The scene of this mesh, if the file keeps it."""
+        scene, name = reader.scene, reader.header.name
+        if scene is None or name is None or not self.keeps(scene):
+            return None
+        return Origin(scene, (name,))
 
     def write(self, sequence: Sequence) -> None:
         """Writes a whole sequence."""
@@ -48,7 +89,7 @@ class Target:
         with naming(self.path):
             return self.writer.new_folder(self.path)
 
-    def check(self, *, overwrite: bool, reader: Reader | None = None) -> None:
+    def check(self, *, overwrite: bool, reader: Reader | Scene | None = None) -> None:
         """Refuses to replace the files that `reader` reads or, unless asked to, any others.
 
         Raises:
@@ -70,23 +111,37 @@ class Target:
             )
 
 
-def target_of(path: PathLike, format: str | None = None) -> Target:
+def target_of(path: PathLike, format: str | None = None, *, overlay: bool = False) -> Target:
     """Where to write, in the format of that name or else in the one that the suffix says.
+
+    Args:
+        path: the path that was asked for.
+        format: the name of the format, or None.
+        overlay: whether to write a layer over a scene instead of a file that stands alone.
 
     Raises:
         ImportError: the library for this format is not installed; the message names its extra.
-        ValueError: there is no such format, or it is only read.
+        ValueError: there is no such format, it is only read, or it has no layers.
     """
     path = Path(path)
     with naming(path):
         otherwise = f"write {path / 'frame_%04d.ply'}, or give --output-format"
         chosen = choose(path, format, otherwise)
-        if chosen.writer is None:
-            raise ValueError(f"{chosen.name} files can only be read")
+        writer = _writer_of(chosen, overlay=overlay)
         if chosen.library is not None:
             module, extra = chosen.library
             require(module, extra=extra)
-        return Target(path, chosen.name, chosen.writer)
+        return Target(path, chosen.name, writer)
+
+
+def _writer_of(format: Format, *, overlay: bool) -> type[Writer]:
+    if format.writer is None:
+        raise ValueError(f"{format.name} files can only be read")
+    if not overlay:
+        return format.writer
+    if format.overlay is None:
+        raise ValueError(f"{format.name} has no layers; write an overlay as .usd, .usda or .usdc")
+    return format.overlay
 
 
 def _identity(file: Path) -> tuple[int, int]:

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..sequence import numbers_of
 from .header import Header
 
 broadcast = (23.976, 29.97, 59.94, 24000 / 1001, 30000 / 1001, 60000 / 1001)
@@ -61,14 +62,20 @@ def uneven(seconds: Sequence[float], fps: float | None = None) -> Timing:
 
 def frame_numbers(header: Header) -> NDArray[np.float64]:
     """Returns (n,) the number of each frame."""
-    if header.times is not None:
-        return header.times
-    return header.start + np.arange(header.n_frames, dtype=np.float64)
+    return numbers_of(header, header.n_frames)
 
 
 def frame_seconds(header: Header) -> NDArray[np.float64]:
     """Returns (n,) the time of each frame in seconds, or its number if the rate is unknown."""
     return frame_numbers(header) / (header.fps or 1)
+
+
+def mean_rate(header: Header) -> float | None:
+    """Returns the mean number of frames per second, which differs from `fps` if times have gaps."""
+    times = header.times
+    if header.fps is None or times is None or len(times) < 2:
+        return header.fps
+    return float(header.fps * (len(times) - 1) / (times[-1] - times[0]))
 
 
 def shortened(number: float) -> Iterator[float]:

@@ -2,9 +2,9 @@
 
 Of the scene, only the mesh itself is read: its points, in its own space, and its faces.
 Transforms, skeletons, materials and everything else are ignored. A written stage has the mesh at
-the same path and times, so that it can be used as a stronger sublayer over the original stage. It
-then overrides points, extent and faces, and also normals, velocities and accelerations, which are
-recomputed if the original has them; everything else comes from the original.
+the same path and times. It has points, extent and faces, and also normals, velocities and
+accelerations, which are recomputed if the original has them. An overlay changes them in the
+original stage and leaves everything else as it is.
 
 The known mask is the primvar `known` (bool); `generation` and `age` (int) are primvars as well,
 each with one value per vertex.
@@ -13,7 +13,7 @@ each with one value per vertex.
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -21,23 +21,11 @@ from ..polygons import as_polygons, split_polygons
 from .format import Format, Template, refuse_template
 from .header import Frame, Header
 from .reader import Reader
-from .times import frame_numbers
-from .usd_derived import DerivedAttributes, derived_of
-from .usd_stage import (
-    composed,
-    faces_of,
-    files_of,
-    frame_times,
-    library_array,
-    mesh_in,
-    primvars,
-    primvars_of,
-    pxr,
-    timing,
-    translating,
-    value_at,
-)
-from .writer import Writer
+from .usd_derived import derived_of
+from .usd_overlay import UsdOverlayWriter
+from .usd_scene import UsdScene
+from .usd_stage import faces_of, frame_times, primvars_of, timing, translating, value_at
+from .usd_writer import UsdWriter
 
 
 class UsdReader(Reader):
@@ -49,18 +37,22 @@ class UsdReader(Reader):
     time codes per second. If the stage does not state it, it is None.
     """
 
-    def __init__(self, path: Path, template: Template | None, prim: str | None) -> None:
-        """Composes the stage and reads everything except the frames."""
+    def __init__(
+        self, path: Path, template: Template | None, prim: str | None, scene: UsdScene | None = None
+    ) -> None:
+        """Composes the stage, unless it is given, and reads everything except the frames."""
         refuse_template(template)
-        path.open("rb").close()  # gives the error message of the system
-        with translating(ValueError, "is damaged or not a USD file: "):
-            self._stage = composed(path)
+        self._scene: UsdScene | None = scene or UsdScene(path)
         with translating(ValueError, "is damaged: "):
-            self._mesh = mesh_in(self._stage, prim)
-            super().__init__(path, self._header())
+            self._mesh = self._scene.mesh(prim)
+            super().__init__(path, self._header(self._scene.stage))
 
-    def _header(self) -> Header:
-        stage = self._stage
+    @classmethod
+    def in_scene(cls, scene: UsdScene, mesh: str) -> Self:
+        """Reads a mesh of an open stage."""
+        return cls(scene.path, None, mesh, scene)
+
+    def _header(self, stage: Any) -> Header:
         self._points = self._mesh.GetPointsAttr()
         self._times = frame_times(self._points)
         first = self._points.Get(self._times[0])
@@ -93,7 +85,12 @@ class UsdReader(Reader):
     @property
     def files(self) -> list[Path]:
         """The files that are read: those of all layers that the stage is composed of."""
-        return files_of(self._stage) or [self.path]
+        return [self.path] if self._scene is None else self._scene.files
+
+    @property
+    def scene(self) -> UsdScene | None:
+        """The stage."""
+        return self._scene
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
         for number in numbers:
@@ -108,109 +105,8 @@ class UsdReader(Reader):
 
     def close(self) -> None:
         """Releases the stage."""
-        self._stage = self._mesh = self._points = None
+        self._scene = self._mesh = self._points = None
         self._primvars = {}
-
-
-class UsdWriter(Writer):
-    """A stage with one mesh that is being written; positions are rounded to float32.
-
-    There is a frame at every time code from `start`, or at each of `times`, with `fps` time codes
-    per second. They are saved to a binary layer a few at a time, so memory does not grow with their
-    number; a `.usda` is converted from it in the end. Saving overwrites the table of contents of
-    the layer, so a layer whose saving was interrupted is lost, and the writer cannot be continued.
-
-    A mesh without a name is a polygon mesh. One with a name comes from a scene, where it may be
-    subdivided, so the subdivision scheme is not written.
-    """
-
-    keeps_float64 = False
-    unsaved_bytes = 1 << 24
-    """Bytes of positions that are held in memory until the next save, plus at most one frame."""
-
-    def _begin(self, kept: int) -> None:  # noqa: ARG002 (always 0, as it is not resumable)
-        sdf, usd, geometry = pxr("Sdf"), pxr("Usd"), pxr("UsdGeom")
-        self._path = self.folder / "frames.usdc"
-        header = self.header
-        faces = as_polygons(header.faces, header.polygons)
-        self._times = frame_numbers(header).tolist()
-        self._unsaved = 0
-        with translating(OSError):
-            self._stage = usd.Stage.Open(sdf.Layer.CreateNew(str(self._path.absolute())))
-            if header.fps is not None:
-                self._stage.SetTimeCodesPerSecond(header.fps)
-                self._stage.SetFramesPerSecond(header.fps)
-            if header.up_axis is not None:
-                geometry.SetStageUpAxis(self._stage, header.up_axis.upper())
-            if header.metres_per_unit is not None:
-                geometry.SetStageMetersPerUnit(self._stage, header.metres_per_unit)
-            self._stage.SetStartTimeCode(self._times[0])
-            self._stage.SetEndTimeCode(self._times[-1])
-            # The prims above become a `def` without a type: over another stage, its types remain
-            # visible; an `over` would leave the mesh undefined without that stage.
-            mesh = geometry.Mesh.Define(self._stage, _prim_path(header.name))
-            self._stage.SetDefaultPrim(self._stage.GetPrimAtPath(mesh.GetPath().GetPrefixes()[0]))
-            if header.name is None:
-                mesh.CreateSubdivisionSchemeAttr("none")
-            mesh.CreateFaceVertexCountsAttr(library_array("IntArray", faces.sizes))
-            mesh.CreateFaceVertexIndicesAttr(library_array("IntArray", faces.corners))
-            self._points, self._extent = mesh.CreatePointsAttr(), mesh.CreateExtentAttr()
-            names = ["known"] * header.has_known + ["generation", "age"] * header.has_provenance
-            api = geometry.PrimvarsAPI(mesh)
-            self._primvars = {
-                name: api.CreatePrimvar(name, getattr(sdf.ValueTypeNames, primvars[name]), "vertex")
-                for name in names
-            }
-            self._derived: Any = DerivedAttributes(self._stage, mesh, header, faces)
-        for name, why in self._derived.blocked.items():
-            self.remarks.append(
-                f"{name} are blocked, so that those of another layer are hidden: {why}"
-            )
-
-    def _append(self, frame: Frame) -> None:
-        points, time = frame.points, self._times[self._frame]
-        finite = points[np.isfinite(points).all(axis=1)]
-        with translating(OSError):
-            self._points.Set(library_array("Vec3fArray", points), time)
-            if len(finite):
-                extent = np.stack([finite.min(axis=0), finite.max(axis=0)])
-                self._extent.Set(library_array("Vec3fArray", extent), time)
-            for name, primvar in self._primvars.items():
-                values = library_array(primvars[name], getattr(frame, name))
-                primvar.Set(values, time)
-            self._unsaved += points.nbytes + self._derived.append(frame, self._times, self._frame)
-            if self._unsaved > self.unsaved_bytes:
-                self._save()
-
-    def _save(self) -> None:
-        if not self._stage.GetRootLayer().Save():
-            raise OSError("cannot be saved")
-        self._unsaved = 0
-
-    def _finish(self) -> None:
-        target = self.folder / self.path.name
-        with translating(OSError):
-            self._save()
-            if self.path.suffix.lower() == ".usda":
-                text = self._path.with_suffix(".usda")
-                if not self._stage.GetRootLayer().Export(str(text.absolute())):
-                    raise OSError("cannot be saved as text")
-                self._path.unlink()
-                self._path = text
-        self._close()
-        self._path.replace(target)
-
-    def _close(self) -> None:
-        self._stage = self._points = self._extent = self._derived = None
-        self._primvars = {}
-
-
-def _prim_path(name: str | None) -> str:
-    """Returns the path for the name, with underscores for characters that USD does not allow."""
-    sdf, tf = pxr("Sdf"), pxr("Tf")
-    parts = [part for part in (name or "mesh").split("/") if part] or ["mesh"]
-    valid = sdf.Path.IsValidIdentifier
-    return "".join(f"/{part if valid(part) else tf.MakeValidIdentifier(part)}" for part in parts)
 
 
 usd = Format(
@@ -221,7 +117,17 @@ usd = Format(
     UsdWriter,
     frozenset({"prim"}),
     library=("pxr.Usd", "usd"),
+    scene=UsdScene,
+    mesh_reader=UsdReader.in_scene,
+    overlay=UsdOverlayWriter,
 )
 usdz = Format(
-    "usdz", (".usdz",), "a mesh in a packed USD stage", UsdReader, None, frozenset({"prim"})
+    "usdz",
+    (".usdz",),
+    "a mesh in a packed USD stage",
+    UsdReader,
+    None,
+    frozenset({"prim"}),
+    scene=UsdScene,
+    mesh_reader=UsdReader.in_scene,
 )

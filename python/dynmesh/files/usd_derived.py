@@ -15,7 +15,6 @@ from ..polygons import Polygons
 from ..sequence import Positions
 from .derivatives import Motions, Normals, layout_of
 from .header import Frame, Header
-from .times import frame_numbers
 from .usd_stage import library_array, pxr
 
 _least_frames = {"velocities": 2, "accelerations": 3}
@@ -60,10 +59,12 @@ class DerivedAttributes:
         blocked: by name, why an attribute has no values but hides those of another layer.
     """
 
-    def __init__(self, stage: Any, mesh: Any, header: Header, polygons: Polygons) -> None:
-        """Creates the attributes of the mesh; the rate of the stage must be set before."""
+    def __init__(
+        self, mesh: Any, header: Header, polygons: Polygons, seconds: NDArray[np.float64]
+    ) -> None:
+        """Creates the attributes of the mesh, whose frames have these times."""
         self.blocked: dict[str, str] = {}
-        self._motions = Motions(frame_numbers(header) / stage.GetTimeCodesPerSecond())
+        self._motions = Motions(seconds)
         self._normals: dict[str, Normals] = {}
         self._attributes: dict[str, Any] = {}
         for name, how in (header.derived or {}).items():

@@ -1,4 +1,4 @@
-"""Access to one mesh in a USD stage: its path, and its values at a time.
+"""Access to one mesh in a USD stage: its values at a time.
 
 It contains everything that uses the library for both reading and writing.
 """
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from .._extras import require
 from ..polygons import Polygons
-from .scenes import check_same_faces, choose_mesh
+from .scenes import check_same_faces
 from .times import Timing, frame_number, spacing
 
 primvars = {"known": "BoolArray", "generation": "IntArray", "age": "IntArray"}
@@ -45,21 +45,6 @@ def files_of(stage: Any) -> list[Path]:
     paths = [layer.realPath for layer in stage.GetUsedLayers() if layer.realPath]
     outer = (ar.SplitPackageRelativePathOuter(path)[0] for path in paths)
     return [Path(path) for path in dict.fromkeys(outer)]
-
-
-def mesh_in(stage: Any, prim: str | None) -> Any:
-    """Returns the mesh at this path, or see :func:`choose_mesh`; refuses incomplete stages."""
-    usd, geometry = pxr("Usd"), pxr("UsdGeom")
-    prims = usd.PrimRange.Stage(stage, usd.TraverseInstanceProxies())
-    meshes = {str(p.GetPath()): geometry.Mesh(p) for p in prims if p.IsA(geometry.Mesh)}
-    errors = stage.GetCompositionErrors()
-    if meshes or not errors:
-        moving = {path: m.GetPointsAttr().ValueMightBeTimeVarying() for path, m in meshes.items()}
-        mesh = meshes[choose_mesh(moving, prim)]
-        errors = [error for error in errors if mesh.GetPath().HasPrefix(error.rootSite.path)]
-    if errors:
-        raise ValueError(f"is incomplete: {_one_line(str(errors[0]))}")
-    return mesh
 
 
 def frame_times(points: Any) -> list[float]:
@@ -169,10 +154,11 @@ def translating(kind: type[Exception], what: str = "") -> Iterator[None]:
     try:
         yield
     except tf.ErrorException as error:
-        raise kind(what + _one_line(error.args[0].commentary)) from error
+        raise kind(what + one_line(error.args[0].commentary)) from error
     finally:
         del delegate
 
 
-def _one_line(text: str) -> str:
+def one_line(text: str) -> str:
+    """Joins the lines of a text."""
     return " ".join(text.split())

@@ -174,6 +174,14 @@ class Writer(ABC):
             if values is not None:
                 check_provenance(name, values.dtype, values.shape, (k,))
 
+    def _check_whole(self) -> None:
+        """Raises an error if frames are missing."""
+        n_frames = self.header.n_frames
+        if self._frame < n_frames:
+            raise InputError(
+                f"only {self._frame} of {n_frames} frames were appended", file=self.path
+            )
+
     def _rounded(self, points: Positions) -> NDArray[np.float32]:
         with np.errstate(over="ignore"):
             single = np.ascontiguousarray(points, np.float32)
@@ -197,11 +205,7 @@ class Writer(ABC):
         with self._undoing(), self._blaming():
             if kind is not None:
                 raise _AbandonedError
-            if self._frame < self.header.n_frames:
-                n_frames = self.header.n_frames
-                raise InputError(
-                    f"only {self._frame} of {n_frames} frames were appended", file=self.path
-                )
+            self._check_whole()
             self._finish()
             put_in_place(self.folder, self._destinations(), self._outdated(), plan=self._keep)
             shutil.rmtree(self.folder, ignore_errors=True)

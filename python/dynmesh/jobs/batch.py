@@ -10,11 +10,13 @@ from typing import Literal
 from .. import files
 from .._errors import InputError, KindError, SettingError
 from ..files import PathLike, Target
+from ..files.scenes import every_mesh
 from ..settings import Settings, all_settings, file_settings
 from .beginning import Start, check_beginning
 from .checkpoint import OtherJobError, Source
 from .file_completion import How, complete_into
 from .report import FileReport
+from .scene_completion import SceneReport, complete_scene
 
 
 @dataclass(frozen=True)
@@ -24,11 +26,13 @@ class Job:
     Attributes:
         input: the incomplete sequence, in any format.
         output: path of the completed sequence; its folder is created if it does not exist.
-        source: how to read the input, as :func:`dynmesh.open` documents.
+        source: how to read the input, as :func:`dynmesh.open` documents; "all" as its `prim` means
+            every mesh that moves, as :func:`dynmesh.complete_scene` completes them.
         output_format: None means the format of the suffix of `output`.
         fps: frames per second of the output; None means those of the input.
         provenance: whether to write the generation and the age of every vertex.
         settings: the settings of :class:`dynmesh.Completer`; the method is detail by default.
+        overlay: whether to write a USD layer over the input.
         start: the number of a whole frame, or "whole", as :func:`dynmesh.complete_file` documents.
         template: a mesh file that stands before frame 0, or None.
     """
@@ -40,6 +44,7 @@ class Job:
     fps: float | None = None
     provenance: bool = False
     settings: Settings = field(default_factory=Settings)
+    overlay: bool = False
     start: Start = 0
     template: PathLike | None = None
 
@@ -52,7 +57,7 @@ class Result:
         job: the job.
         status: "done", "exists" if the output was already complete, or "failed".
         reason: why the job failed, in one line; empty otherwise.
-        frames: number of frames in the output; 0 unless the status is "done".
+        frames: number of frames in the output, of all its meshes; 0 if it was not written.
         seconds: the time that the job took.
         remarks: remarks about the output for the user, one line each.
     """
@@ -122,7 +127,9 @@ def _run(job: Job, overwrite: bool) -> Result:
     began = time.monotonic()
     try:
         _make_folder(Path(job.output).parent)
-        target = files.target_of(job.output, job.output_format)
+        if job.source.get("prim") == every_mesh:
+            return _result_of_scene(job, _complete_meshes(job, overwrite), began)
+        target = files.target_of(job.output, job.output_format, overlay=job.overlay)
         try:
             report = _complete(job, target, overwrite, resume=target.writer.resumable)
         except OtherJobError:  # the table has changed since the interruption
@@ -151,6 +158,41 @@ def _complete(job: Job, target: Target, overwrite: bool, *, resume: bool) -> Fil
     how = How(job.start, job.template, job.fps, job.provenance, overwrite, resume)
     settings = all_settings(job.settings, file_settings)
     return complete_into(Path(job.input), target, job.source, how, settings)
+
+
+def _complete_meshes(job: Job, overwrite: bool) -> SceneReport:
+    if job.fps is not None:
+        raise InputError(
+            "is for one mesh; choose it by its path with prim", argument="fps", file=job.input
+        )
+    if job.template is not None:
+        raise InputError(
+            "is for one mesh; choose it by its path with prim", argument="template", file=job.input
+        )
+    return complete_scene(
+        job.input,
+        job.output,
+        start=job.start,
+        source=job.source,
+        output_format=job.output_format,
+        overlay=job.overlay,
+        provenance=job.provenance,
+        overwrite=overwrite,
+        **job.settings,
+    )
+
+
+def _result_of_scene(job: Job, report: SceneReport, began: float) -> Result:
+    """A job has failed if one of its meshes has, although the others are in the output."""
+    failed = "; ".join(f"{mesh}: {why}" for mesh, why in report.failed.items())
+    return Result(
+        job,
+        "failed" if failed else "done",
+        f"{job.input}: {failed}; the other meshes are in {job.output}" if failed else "",
+        sum(one.frames for one in report.meshes.values()),
+        time.monotonic() - began,
+        report.remarks,
+    )
 
 
 def _result_of(future: "Future[Result]", job: Job) -> Result:

@@ -78,9 +78,14 @@ def open_at_beginning(
             yield reader, first
         return
     with files.open(path, **source) as reader:
-        number = find_whole_frame(reader) if start == "whole" else int(start)
-        reader.whole = number
-        yield reader, _frame_of(reader, number)
+        yield reader, beginning_in(reader, start)
+
+
+def beginning_in(reader: Reader, start: Start) -> Beginning:
+    """Returns the frame of the sequence from which its completion starts, which must be whole."""
+    number = find_whole_frame(reader) if start == "whole" else int(start)
+    reader.whole = number
+    return _frame_of(reader, number)
 
 
 def find_whole_frame(

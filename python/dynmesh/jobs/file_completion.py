@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, Unpack
 from .. import files
 from .._checks import check_path
 from .._errors import InputError, KindError
-from ..files import Header, PathLike, Target, Writer
+from ..files import Header, PathLike, Reader, Target, Writer
 from ..settings import Settings, all_settings, file_settings, takes_settings
 from .beginning import Start, check_beginning, open_at_beginning
 from .checkpoint import BEGINNING, Checkpoint, Progress, Source, describe_job
@@ -34,6 +34,7 @@ def complete_file(
     provenance: bool = False,
     overwrite: bool = False,
     resume: bool = False,
+    overlay: bool = False,
     watch: Watch | None = None,
     **settings: Unpack[Settings],
 ) -> FileReport:
@@ -66,6 +67,8 @@ def complete_file(
             the output exists with as many frames and vertices as the input, no unfinished output is
             beside it and `overwrite` is not set. These formats can be resumed: npz, hdf5, npy, pc2,
             mdd, ply, obj and pvd.
+        overlay: whether to write a USD layer that holds the completed points and what follows from
+            them, with the input, a USD stage, as its sublayer.
         watch: called with the frames in the order in which they are completed, their number and the
             number of frames already completed; it must pass the frames on.
         **settings: `method`, `noise` and the other settings of :class:`dynmesh.Completer`, which
@@ -86,7 +89,7 @@ def complete_file(
     check_beginning(start, template)
     if watch is not None and not callable(watch):
         raise KindError(f"must be callable, not {watch!r}", argument="watch")
-    target = files.target_of(output, output_format)
+    target = files.target_of(output, output_format, overlay=overlay)
     if resume and not target.writer.resumable:
         able = [f.name for f in files.formats.values() if f.writer and f.writer.resumable]
         raise InputError(
@@ -135,7 +138,7 @@ def complete_into(
         with folder_for(target), lock_folder(folder, output):
             progress = (checkpoint.load() if how.resume else None) or BEGINNING
             with clearing(folder):
-                writer, progress = _begin_writer(target, header, folder / "files", progress)
+                writer, progress = _begin_writer(target, reader, header, folder / "files", progress)
                 passes = Passes(reader, beginning, settings, progress)
                 with (
                     writer,
@@ -168,11 +171,11 @@ def _is_complete(target: Target, header: Header) -> bool:
 
 
 def _begin_writer(
-    target: Target, header: Header, folder: Path, progress: Progress
+    target: Target, reader: Reader, header: Header, folder: Path, progress: Progress
 ) -> tuple[Writer, Progress]:
     if progress.done:
         # A process that was killed while it finished its file may have left an incomplete one.
         with contextlib.suppress(OSError, ValueError):
             return target.create(header, folder=folder, resume_at=progress.written), progress
     (folder.parent / "checkpoint.npz").unlink(missing_ok=True)
-    return target.create(header, folder=folder), BEGINNING
+    return target.create(header, folder=folder, origin=target.kept_of(reader)), BEGINNING

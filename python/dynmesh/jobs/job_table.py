@@ -18,9 +18,9 @@ def read_jobs(path: Path) -> list[Job]:
     Args:
         path: comma-separated values. The first line names the columns: `input`, `output` and,
             optionally, `start`, `template`, `gaps`, `format`, `output_format`, `faces`, `prim`,
-            `mask`, `missing`, `fps`, `provenance` and the settings of :class:`dynmesh.Completer`,
-            named like the options of ``dynmesh complete``. An empty value stands for the default.
-            Paths are relative to the table.
+            `mask`, `missing`, `fps`, `provenance`, `overlay` and the settings of
+            :class:`dynmesh.Completer`, named like the options of ``dynmesh complete``. An empty
+            value stands for the default. Paths are relative to the table.
 
     Raises:
         OSError: the table cannot be read.
@@ -162,7 +162,7 @@ def _parser_of(setting: Setting) -> Callable[[str], Any]:
     return parsers[setting.kind]
 
 
-_of_job = ("start", "template", "output_format", "fps", "provenance")
+_of_job = ("start", "template", "output_format", "fps", "provenance", "overlay")
 
 _columns: dict[str, Callable[[str], Any]] = {
     "start": start_of,
@@ -176,6 +176,7 @@ _columns: dict[str, Callable[[str], Any]] = {
     "missing": _one_of("zero"),
     "fps": _number,
     "provenance": _flag,
+    "overlay": _flag,
     **{name: _parser_of(setting) for name, setting in SETTINGS.items()},
 }
 

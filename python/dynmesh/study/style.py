@@ -18,6 +18,7 @@ _DOTS_PER_INCH = 120
 
 _STYLE: dict[str, Any] = {
     "axes.axisbelow": True,
+    "axes.formatter.min_exponent": 5,  # 0.1 and 100 on logarithmic axes, not powers of ten
     "axes.grid": True,
     "axes.spines.right": False,
     "axes.spines.top": False,

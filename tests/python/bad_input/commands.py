@@ -6,7 +6,10 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from commands import run_here
+
+import dynmesh
 
 from .case import Case, Told, World
 from .files import on_a_full_disk
@@ -53,6 +56,8 @@ def prepare(world: World) -> None:
     }.items():
         (folder / f"{name}.csv").write_text(text)
     (folder / "quad.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 4 3\n")
+    fewer = world.sequence.vertices[:, :7], np.array([[0, 1, 2]])
+    dynmesh.write(folder / "fewer.npz", dynmesh.Sequence(*fewer))
     (folder / "gap").mkdir()
     for number in (0, 1, 3):
         (folder / "gap" / f"f_{number:04d}.obj").write_text("\n".join(corners + faces))
@@ -172,6 +177,18 @@ shell = [
     _shell("complete body.npz new.npz --speed 3", "--speed", "exit code 2"),
     _shell("complete body.npz", "OUT", "exit code 2"),
     _shell("complete long.npz new.npz", "new.npz:", "exit code 1", full=True),
+    _shell("complete scene.usda new.npz --prim all", "new.npz:", "USD or Alembic", "code 1"),
+    _shell("complete body.npz new.usda --prim all", "body.npz:", "single mesh", "exit code 1"),
+    _shell("complete scene.usda new.usda --prim all --resume", "'--resume'", "exit code 2"),
+    _shell("complete scene.usda new.usda --prim all --fps 25", "'--fps'", "exit code 2"),
+    _shell("complete scene.usda new.usda --prim all --mask mask.npy", "known:", "exit code 1"),
+    _shell("complete still.usda new.usda --prim all", "still.usda:", "/mesh", "exit code 1"),
+    _shell("complete scene.usda new.abc --overlay", "new.abc:", ".usda", "exit code 1"),
+    _shell("complete scene.abc new.usda --overlay", "new.usda:", "must be USD", "exit code 1"),
+    _shell("complete scene.usda new.usda --overlay --fps 25", "fps:", "be 25", "exit code 1"),
+    _shell("complete scene.usda new.usda --overlay --resume", "new.usda:", "resumed", "code 1"),
+    _shell("info scene.usda --prim all", "scene.usda:", "--prim all", "/mesh", "exit code 1"),
+    _shell("convert scene.abc new.abc --prim all", "scene.abc:", "/mesh", "exit code 1"),
     _shell("degrade body.npz new.npz", "--known", "--noise", "exit code 2"),
     _shell(
         "degrade body.npz new.npz --known 30",
@@ -207,10 +224,39 @@ shell = [
     _shell("view body.npz -o new.txt", "new.txt:", "exit code 1"),
     _shell("view body.npz -o new.html --colour age", "age", "exit code 1"),
     _shell("view body.npz -o new.html --max-frames 0", "--max-frames", "0", "exit code 2"),
+    _shell("view body.npz -o new.html --colour red", "--colour", "'red'", "exit code 2"),
+    _shell("view body.npz -o new.html --input long.npz", "3 frames", "40", "exit code 1"),
+    _shell("view body.npz -o new.html --input fewer.npz", "49 vertices", "exit code 1"),
+    _shell("view body.npz -o new.html --input none.npz", "none.npz:", "exit code 1"),
+    _shell(
+        "view body.npz -o new.html --reference late_holes.npz",
+        "late_holes.npz:",
+        "vertex 4",
+        "code 1",
+    ),
+    _shell("view body.npz -o new.html --reference long.npz", "3 frames", "40", "exit code 1"),
+    _shell("view body.npz -o new.html --reference fewer.npz", "49 vertices", "exit code 1"),
+    _shell("view body.npz -o new.html --range 0 1", "range:", "not plain", "exit code 1"),
+    _shell(
+        "view body.npz -o new.html --reference body.npz --range 2 1", "range:", "not 2 1", "code 1"
+    ),
+    _shell(
+        "view body.npz -o new.html --reference body.npz --range 0 nan", "range:", "nan", "code 1"
+    ),
+    _shell("view body.npz -o new.html --range 1", "--range", "exit code 2"),
+    _shell("view body.npz -o new.html --range low 2", "'low'", "exit code 2"),
     _shell("view body.npz -o done.html", "done.html:", "--overwrite", "exit code 1"),
     _shell("view body.npz -o no/new.html", "no folder", "exit code 1"),
     _shell("picture body.npz -o new.jpg", "new.jpg:", ".png", "exit code 1"),
     _shell("picture body.npz -o new.png --frame 3", "frame 3", "exit code 1"),
+    _shell("picture body.npz -o new.png --range 0 1", "range:", "not plain", "exit code 1"),
+    _shell(
+        "picture body.npz -o new.png --reference body.npz --range 3 3",
+        "range:",
+        "not 3 3",
+        "code 1",
+    ),
+    _shell("picture body.npz -o new.png --reference fewer.npz", "49 vertices", "exit code 1"),
     _shell("picture body.npz -o new.png --size 0", "--size", "0", "exit code 2"),
     _shell("batch none.csv", "none.csv:", "No such file", "exit code 1"),
     _shell("batch no_column.csv", "no_column.csv:", "'output'", "exit code 1"),

@@ -97,6 +97,36 @@ sequences = [
     _sequence("`generation` without `age`", ValueError, "generation, age:", generation=np.zeros((3, 49), int)),
 ]  # fmt: skip
 
+_frame = of("Sequence[...]")
+_plot = of("Sequence.plot")
+
+frames = [
+    _frame("a frame after the last", lambda w: w.sequence[3], IndexError, "frame:", "-3 to 2", "not 3"),
+    _frame("a frame before the first", lambda w: w.sequence[-4], IndexError, "frame:", "-3 to 2", "not -4"),
+    _frame("a frame of none", lambda w: w.sequence[:0][0], IndexError, "frame:", "none", "0"),
+    _frame("1.0", lambda w: w.sequence[1.0], TypeError, "frame:", "integer", "float"),
+    _frame("True", lambda w: w.sequence[True], TypeError, "frame:", "bool"),
+    _frame("two numbers", lambda w: w.sequence[0, 1], TypeError, "frame:", "tuple"),
+    _frame("a mask of frames", lambda w: w.sequence[np.ones(3, bool)], TypeError, "frame:", "ndarray"),
+    _frame("`::-1`", lambda w: w.sequence[::-1], ValueError, "step:", "at least 1", "-1"),
+    _frame("`::0`", lambda w: w.sequence[::0], ValueError, "step:", "at least 1", "0"),
+    _frame("`::0.5`", lambda w: w.sequence[::0.5], TypeError, "step:", "0.5"),
+    _frame("`'a':`", lambda w: w.sequence["a":], TypeError, "slice indices", "integers"),
+    _plot("`frame`: after the last", lambda w: w.sequence.plot(3), IndexError, "frame:", "-3 to 2", "3"),
+    _plot("`frame`: a slice", lambda w: w.sequence.plot(slice(2)), TypeError, "frame:", "slice"),
+    _plot("`colour='red'`", lambda w: w.sequence.plot(colour="red"), ValueError, "colour:", "'red'", "'known'"),
+    _plot("`colour='known'` without masks", lambda w: w.sequence.plot(colour="known"), ValueError, "sequence:", "no known masks"),
+    _plot("`colour='age'` without ages", lambda w: w.sequence.plot(colour="age"), ValueError, "sequence:", "no age"),
+    _plot("`colour='error'` without a reference", lambda w: w.sequence.plot(colour="error"), ValueError, "colour:", "reference"),
+    _plot("`reference` for another colour", lambda w: w.sequence.plot(colour="known", reference=w.sequence), ValueError, "reference:", "known"),
+    _plot("`reference`: an array", lambda w: w.sequence.plot(reference=w.points), TypeError, "reference:", "ndarray"),
+    _plot("`reference`: one frame too few", lambda w: w.sequence.plot(reference=w.sequence[:2]), ValueError, "sequence has 3 frames", "reference has 2"),
+    _plot("`up='w'`", lambda w: w.sequence.plot(up="w"), ValueError, "up:", "'w'"),
+    _plot("`azimuth`: NaN", lambda w: w.sequence.plot(azimuth=_NAN), ValueError, "azimuth:", "nan"),
+    _plot("`off_screen`: text", lambda w: w.sequence.plot(off_screen="no"), TypeError, "off_screen:", "'no'"),
+    _plot("a frame of which nothing is known", lambda w: replace(w.sequence, known=np.zeros((3, 49), bool)).plot(2), ValueError, "frame 2:", "no vertex"),
+]  # fmt: skip
+
 _read = of("read")
 _open = of("open")
 _write = of("write")
@@ -217,4 +247,4 @@ completing = [
     _batch("`extra_iterations=-1` (the job's reason)", lambda w: _job(w, "body.npz", settings={"method": "motion", "extra_iterations": -1}), Told, "body.npz: extra_iterations:", "-1"),
 ]  # fmt: skip
 
-cases = [*sequences, *reading, *writing, *completing]
+cases = [*sequences, *frames, *reading, *writing, *completing]

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from . import commands, completer, files, functions, losses
+from . import commands, completer, files, functions, losses, scenes
 from .case import Case, World, shown
 
 PATH = Path(__file__).parents[3] / "build" / "docs" / "bad_input.md"
@@ -24,6 +24,7 @@ def prepared(folder: Path) -> World:
     """Creates a world with all files that the cases read."""
     world = World(folder)
     files.prepare(world)
+    scenes.prepare(world)
     commands.prepare(world)
     return world
 
@@ -35,6 +36,7 @@ def python_sections() -> dict[str, list[Case]]:
         "Python: streams, topology, measures, baselines": functions.cases,
         "Python: losses and built-in sequences": losses.cases,
         "Python: sequences and files": files.cases,
+        "Python: scenes": scenes.cases,
         "The command dynmesh": commands.shell,
     }
 

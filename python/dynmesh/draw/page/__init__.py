@@ -1,15 +1,20 @@
 """A sequence as one HTML page that plays in a browser."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..._extras import require_all
 from ...files import Reader
+from ...files.times import mean_rate
 from ..figures import View
-from ..heatmap import Colour, Heatmap, ShownFrame, likely_up
+from ..heatmap import Heatmap, ShownFrame, likely_up
+from ..quantities import Colour, Range
+from ..scales import Scale
 from .player import Playback, compose
 from .thin import thin
 
@@ -44,28 +49,67 @@ class Shown:
         return ", ".join(parts)
 
 
-def view(
+@dataclass(frozen=True)
+class Page:
+    """A page that needs no other file and no network.
+
+    Attributes:
+        html: the document.
+        shown: what it shows of the sequence.
+    """
+
+    html: str
+    shown: Shown
+
+
+def view(reader: Reader, output: Path, **options: Any) -> Shown:
+    """Writes the page that :func:`page` returns, with its options.
+
+    Args:
+        reader: of the sequence.
+        output: an HTML file; an existing file is replaced.
+        options: those of :func:`page`.
+
+    Raises:
+        OSError: the file cannot be written.
+        ImportError, ValueError: see :func:`page`.
+    """
+    made = page(reader, **options)
+    output.write_text(made.html, encoding="utf-8")
+    return made.shown
+
+
+def page(
     reader: Reader,
-    output: Path,
     *,
     reference: Reader | None = None,
+    input: Reader | None = None,
     colour: Colour | None = None,
+    range: Range | None = None,
+    title: str | None = None,
     up: str | None = None,
     azimuth: float = 60.0,
     max_frames: int = 120,
     max_vertices: int = 20_000,
     watch: Callable[[Iterable[ShownFrame], int], Iterable[ShownFrame]] = lambda frames, _: frames,
-) -> Shown:
-    """Writes a page that plays a sequence and needs no other file and no network.
+) -> Page:
+    """Creates a page that plays a sequence.
 
-    Triangles with a missing vertex are left out; remaining vertices without a triangle become dots.
-    The page states what it leaves out to stay small.
+    The input and the reference play beside it, seen from the same side. Triangles with a missing
+    vertex are left out; remaining vertices without a triangle become dots. The page states what it
+    leaves out to stay small. It opens playing, at the frame with the largest mean error if there is
+    a reference; otherwise at the first of those in which the most vertices are missing or were
+    filled in.
 
     Args:
         reader: of the sequence.
-        output: an HTML file; an existing file is replaced.
         reference: of the true sequence, for errors.
-        colour: see :class:`dynmesh.draw.heatmap.Heatmap`.
+        input: of the sequence that was completed.
+        colour: what the colours show at first; see :class:`dynmesh.draw.heatmap.Heatmap`. In the
+            page, they can be switched to everything else that the sequence has.
+        range: of the scale of that colour; see :class:`dynmesh.draw.heatmap.Heatmap`. With the same
+            range, pages of several sequences can be compared.
+        title: the heading; None means the name of the file.
         up: "x", "y" or "z"; None means as the file states it, else z for a flat sheet, else y.
         azimuth: initial viewing angle around the up axis, in degrees.
         max_frames: longer sequences show every second, third, ... frame.
@@ -73,31 +117,69 @@ def view(
         watch: called with the frames and their number; it must pass the frames on.
 
     Raises:
-        OSError: the file cannot be written.
         ImportError: k3d or pyvista is not installed.
         ValueError: no vertex is known in any shown frame, a mesh to be simplified has no complete
             frame 0, or see :class:`dynmesh.draw.heatmap.Heatmap`.
     """
     require_all("k3d", "matplotlib", extra="view")
-    heatmap = Heatmap(reader, reference=reference, colour=colour)
-    kept, faces = thin(reader.faces, next(iter(reader)).points, max_vertices)
+    heatmap = Heatmap(reader, reference=reference, input=input, colour=colour, range=range)
+    first_points = next(iter(reader)).points
+    kept, faces = thin(reader.faces, first_points, max_vertices)
     step = -(-reader.n_frames // max_frames)
-    numbers = range(0, reader.n_frames, step)
+    numbers = _every(step, reader.n_frames)
     frames = [frame.of(kept) for frame in watch(heatmap.frames(numbers), len(numbers))]
-    seen = np.concatenate([frame.points[frame.visible] for frame in frames])
-    if not len(seen):
+    if not any(frame.visible.any() for frame in frames):
         raise ValueError(f"{reader.path}: no vertex is known in these frames")
     shown = Shown(
         len(frames), reader.n_frames, step, len(kept), reader.n_vertices, len(faces),
         len(reader.faces),
     )  # fmt: skip
-    playback = Playback(reader.path.name, str(shown), list(numbers), reader.n_frames, reader.fps)
-    camera = View.of(
-        seen, up or likely_up(next(iter(reader)).points, reader.header.up_axis), azimuth
+    captions = {"sequence": reader.path.name}
+    if input is not None:
+        captions = {"input": f"{input.path.name}, the input", **captions}
+    if reference is not None:
+        captions = {**captions, "reference": f"{reference.path.name}, the reference"}
+    playback = Playback(
+        title or reader.path.name,
+        str(shown),
+        captions,
+        list(numbers),
+        _most_telling(frames),
+        reader.n_frames,
+        mean_rate(reader.header),
     )
-    page = compose(faces, frames, heatmap.scale(frames), camera, playback)
-    output.write_text(page, encoding="utf-8")
-    return shown
+    camera = View.of(
+        _corners(frames), up or likely_up(first_points, reader.header.up_axis), azimuth
+    )
+    scales: dict[Colour, Scale | None] = {
+        name: heatmap.scale(name, frames) for name in heatmap.colours
+    }
+    return Page(compose(faces, frames, scales, heatmap.colour, camera, playback), shown)
+
+
+def _every(step: int, n_frames: int) -> range:
+    return range(0, n_frames, step)
+
+
+def _most_telling(frames: Sequence[ShownFrame]) -> int:
+    """Returns the index of the frame at which the page opens."""
+
+    def tells(frame: ShownFrame) -> float:
+        if "error" in frame.values:
+            return float(frame.values["error"][frame.visible].mean()) if frame.visible.any() else 0
+        missing = np.count_nonzero(~frame.visible)
+        if "known" in frame.values:
+            missing += np.count_nonzero(frame.visible & (frame.values["known"] == 0))
+        return float(missing)
+
+    return max(range(len(frames)), key=lambda index: tells(frames[index]))
+
+
+def _corners(frames: Sequence[ShownFrame]) -> NDArray[Any]:
+    """Returns the (n, 2, 3) corners of the box of each mesh in each frame."""
+    meshes = [mesh for frame in frames for mesh in (frame, *frame.beside.values())]
+    seen = [mesh.points[mesh.visible] for mesh in meshes if mesh.visible.any()]
+    return np.stack([[points.min(axis=0), points.max(axis=0)] for points in seen])
 
 
 def _ordinal(number: int) -> str:

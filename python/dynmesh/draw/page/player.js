@@ -1,55 +1,77 @@
-// Runs in a k3d snapshot when it is loaded. K3DInstance belongs to k3d; `markup` is player.html and
-// `told` holds the data from player.py. The time of the plot is the index of a shown frame.
-document.body.insertAdjacentHTML('beforeend', markup);
+// The text and the controls of the page. The snapshot runs data.js, panes.js, camera.js and this
+// script as one, when it is loaded. `told` holds the data from player.py.
+
 const part = (name) => document.getElementById(`dynmesh-${name}`);
-const play = part('play'), slider = part('frame'), speed = part('speed');
+const play = part('play'), slider = part('frame'), speed = part('speed'), choice = part('colour');
 const last = told.numbers.length - 1;
 const usualRate = 25;
 
-document.title = told.name;
-part('name').textContent = told.name;
+document.title = told.title;
+part('name').textContent = told.title;
 part('note').textContent = told.note && `shown: ${told.note}`;
 slider.max = last;
 slider.disabled = play.disabled = last === 0;
 if (told.fps === null) {
   speed.title = `1 × is ${usualRate} frames per second; the file states no rate`;
 }
-if (told.scale) {
-  const { title, colours, ticks } = told.scale;
+for (const { name } of told.colours) choice.add(new Option(name, name));
+choice.parentElement.hidden = told.colours.length === 1;
+
+for (const colour of told.colours) {
+  if (colour.values) colour.places = await unpackedBytes(colour.values, size);
+}
+const panes = await panesOf(told.panes, part('panes'));
+const camera = new Camera(panes, part('panes'));
+
+function showScale({ scale }) {
+  part('scale').hidden = !scale;
   const bar = part('bar');
+  bar.replaceChildren();
+  if (!scale) return;
+  const { title, colours, ticks } = scale;
   const step = 100 / colours.length;
   const stops = colours.map((colour, i) => `${colour} ${i * step}% ${(i + 1) * step}%`);
-  bar.style.background = `linear-gradient(to top, ${stops})`;
-  bar.style.height = `${Math.min(260, 36 * colours.length)}px`;
+  bar.style.setProperty('--stops', stops.join());
+  bar.style.setProperty('--height', `${Math.min(260, 36 * colours.length)}px`);
   for (const { place, label } of ticks) {
     const text = document.createElement('span');
     text.textContent = label;
     text.style.bottom = `${100 * place}%`;
+    const index = Math.min(Math.floor(place * colours.length), colours.length - 1);
+    text.style.setProperty('--colour', colours[index]);
     bar.append(text);
   }
   part('title').textContent = title;
-  part('scale').hidden = false;
 }
 
-let wanted = 0;
-let shown = -1;
-let drawing = false;
-async function show(frame) {
+let colour = told.colours.find(({ name }) => name === told.colour);
+let wanted = told.first; // the index of a shown frame
+let isDrawing = false;
+async function draw() {
+  if (isDrawing) return; // the drawing in progress continues with what is wanted last
+  isDrawing = true;
+  const state = part('panes').dataset;
+  for (let next; (next = `${wanted} ${colour.name}`) !== state.drawn; state.drawn = next) {
+    await Promise.all(panes.map((pane) => pane.draw(wanted, colour)));
+  }
+  isDrawing = false;
+}
+function show(frame) {
   wanted = frame;
   slider.value = frame;
   const number = told.numbers[frame];
   const seconds = told.fps ? `, ${(number / told.fps).toFixed(2)} s` : '';
   part('counter').textContent = `frame ${number} / ${told.n_frames - 1}${seconds}`;
-  if (drawing) return; // the drawing in progress continues with the latest requested frame
-  drawing = true;
-  while (shown !== wanted) {
-    shown = wanted;
-    await K3DInstance.setTime(shown);
-  }
-  drawing = false;
+  draw();
+}
+function paint(index) {
+  colour = told.colours[index];
+  choice.value = colour.name;
+  showScale(colour);
+  draw();
 }
 
-let begun = null; // when frame 0 was due, in milliseconds; null while paused
+let begun = null; // when the first frame was due, in milliseconds; null while paused
 function milliseconds() {
   const step = last ? told.numbers[1] - told.numbers[0] : 1;
   return 1000 * step / ((told.fps || usualRate) * Number(speed.value));
@@ -73,17 +95,41 @@ function go(frame) {
   stop();
   show(Math.min(Math.max(frame, 0), last));
 }
+function help(isShown) {
+  part('help').hidden = !isShown;
+}
 
 play.onclick = () => (begun === null ? start() : stop());
 slider.oninput = () => go(Number(slider.value));
-speed.onchange = () => { if (begun !== null) begun = performance.now() - wanted * milliseconds(); };
+speed.onchange = () => {
+  if (begun !== null) start();
+  speed.blur(); // so that keys reach the page again
+};
+choice.onchange = () => { paint(choice.selectedIndex); choice.blur(); };
+part('reset').onclick = () => camera.reset();
+part('ask').onclick = () => help(part('help').hidden);
+part('help').onclick = () => help(false);
+
+const count = told.colours.length;
+const turn = (by) => paint((choice.selectedIndex + by + count) % count);
+const keys = {
+  c: () => turn(1), C: () => turn(-1), r: camera.reset.bind(camera),
+  '?': part('ask').onclick, Escape: () => help(false),
+};
+if (last) {
+  Object.assign(keys, {
+    ' ': play.onclick, Home: () => go(0), End: () => go(last),
+    ArrowLeft: () => go(wanted - 1), ArrowRight: () => go(wanted + 1),
+  });
+}
+told.colours.forEach((_, i) => { keys[i + 1] = () => paint(i); });
 document.addEventListener('keydown', (event) => {
-  if (event.target === speed || last === 0) return;
-  const actions = {
-    ' ': play.onclick, ArrowLeft: () => go(wanted - 1), ArrowRight: () => go(wanted + 1),
-  };
-  if (!(event.key in actions)) return;
+  if (event.target.tagName === 'SELECT' || event.ctrlKey || event.altKey || event.metaKey) return;
+  if (!(event.key in keys)) return;
   event.preventDefault(); // otherwise a focused button or slider would also react
-  actions[event.key]();
+  keys[event.key]();
 });
-show(0);
+
+show(told.first);
+paint(told.colours.indexOf(colour));
+if (last) start();

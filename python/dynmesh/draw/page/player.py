@@ -1,7 +1,6 @@
-"""The page itself: a k3d snapshot with playback controls."""
+"""The page itself: a k3d snapshot whose script shows the frames and has controls to play them."""
 
-import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from importlib.resources import files as resources
 from typing import Any
@@ -11,14 +10,17 @@ from numpy.typing import NDArray
 
 from ..._extras import require
 from ...sequence import Positions
-from ..figures import SURFACE_COLOUR, View
-from ..heatmap import ShownFrame, whole_faces
+from ..figures import KNOWN_COLOUR, SURFACE_COLOUR, View
+from ..heatmap import ShownFrame
+from ..quantities import Colour
 from ..scales import Scale
+from .packing import embedded, packed, packed_bytes, packed_masks, packed_positions
 
-_GRID_CELLS = 8192  # along the longest side; far below a pixel, and halves the size of the page
+_GRID_CELLS = 8192  # along the longest side; far below a pixel
 _FIELD_OF_VIEW = 30.0  # degrees
-_LIKELY_PROPORTION = 1.5  # of a browser's window, width to height
 _DOT_SIZE = 0.008  # of the longest side
+_ONE_COLOUR = {"input": KNOWN_COLOUR, "reference": SURFACE_COLOUR}
+_SCRIPTS = ("data.js", "panes.js", "camera.js", "player.js")
 
 
 @dataclass(frozen=True)
@@ -26,16 +28,20 @@ class Playback:
     """The text and the times of the page.
 
     Attributes:
-        name: of the sequence.
+        title: above the panes.
         note: what was left out.
+        captions: of the panes, from left to right: "sequence" and those beside it in the frames.
         numbers: of the shown frames, evenly spaced.
+        first: the index of the frame that is shown first.
         n_frames: number of frames of the sequence.
         fps: frames of the sequence per second, or None if unknown.
     """
 
-    name: str
+    title: str
     note: str
+    captions: Mapping[str, str]
     numbers: list[int]
+    first: int
     n_frames: int
     fps: float | None
 
@@ -43,7 +49,8 @@ class Playback:
 def compose(
     faces: NDArray[np.integer[Any]],
     frames: Sequence[ShownFrame],
-    scale: Scale | None,
+    scales: Mapping[Colour, Scale | None],
+    colour: Colour,
     camera: View,
     playback: Playback,
 ) -> str:
@@ -52,38 +59,37 @@ def compose(
     Args:
         faces: (t, 3) integers.
         frames: frames of these vertices, with at least one visible vertex.
-        scale: colour scale of the values; None for one colour.
+        scales: of the values of the frames that colours can show; None for one colour.
+        colour: what they show at first.
         camera: initial view; `camera.box` contains all visible vertices.
         playback: the text and the times.
 
     Raises:
         ImportError: k3d is not installed.
     """
-    k3d = require("k3d", extra="view")
-    plot = k3d.plot(
-        background_color=0xFFFFFF,
-        camera_auto_fit=False,
-        camera_fov=_FIELD_OF_VIEW,
-        camera_mode="orbit",
-        camera_up_axis="xyz"[int(np.argmax(camera.up))],
-        colorbar_object_id=0,  # the page has its own colour bar
-        grid_visible=False,
-        axes_helper=0,
-        menu_visibility=False,
-        time_interpolation=False,
-        name=playback.name,
-    )
-    unit = _Unit.of(camera)
-    plot.camera = _camera(camera, unit, frames)
-    for drawable in _drawables(k3d, faces, frames, scale, unit):
-        plot += drawable
-    told = asdict(playback) | {"scale": None if scale is None else _told(scale)}
+    told = asdict(playback) | {
+        "n_vertices": len(frames[0].points),
+        "faces": packed(faces.astype(np.uint32)),
+        "grid": _GRID_CELLS,
+        "panes": _panes(frames, _Unit.of(camera), playback.captions),
+        "colour": colour,
+        "colours": [_told(name, scale, frames) for name, scale in scales.items()],
+        "camera": {
+            "axes": camera.axes.tolist(),
+            "up": camera.up,
+            "field_of_view": _FIELD_OF_VIEW,
+        },
+    }
     folder = resources(__package__)
-    markup, script = (
-        folder.joinpath(name).read_text("utf-8") for name in ("player.html", "player.js")
+    markup, *scripts = (
+        folder.joinpath(name).read_text("utf-8") for name in ("player.html", *_SCRIPTS)
     )
-    constants = f"const markup = {_embedded(markup)};\nconst told = {_embedded(told)};\n"
-    return str(plot.get_snapshot(compression_level=6, additional_js_code=constants + script))
+    begin = f"document.body.insertAdjacentHTML('beforeend', {embedded(markup)});"
+    script = "\n".join([begin, f"const told = {embedded(told)};", *scripts])
+    plot = _empty_plot(camera, _Unit.of(camera))
+    return str(
+        plot.get_snapshot(compression_level=6, additional_js_code=f"(async () => {{{script}}})();")
+    )
 
 
 @dataclass(frozen=True)
@@ -98,48 +104,88 @@ class _Unit:
         box = camera.box.astype(np.float64)
         return cls(box.mean(axis=0), float((box[1] - box[0]).max()) or 1.0)
 
-    def rounded(self, points: Positions) -> NDArray[np.float32]:
-        cells = np.round((points - self.middle) / self.length * _GRID_CELLS)
-        return (cells / _GRID_CELLS).astype(np.float32)
+    def __call__(self, points: Positions) -> NDArray[np.floating[Any]]:
+        return (points - self.middle) / self.length
+
+    def on_grid(self, points: Positions) -> NDArray[np.int16]:
+        return np.asarray(np.round(self(points) * _GRID_CELLS), np.int16)
 
 
-def _drawables(
-    k3d: Any,
-    faces: NDArray[np.integer[Any]],
-    frames: Sequence[ShownFrame],
-    scale: Scale | None,
-    unit: _Unit,
-) -> list[Any]:
-    """Returns the surface and, if there are any, the dots, as they change from frame to frame."""
-    surface: dict[str, dict[str, Any]] = {"vertices": {}, "indices": {}, "attribute": {}}
-    dots: dict[str, dict[str, Any]] = {"positions": {}, "attribute": {}}
-    points = np.zeros((len(frames[0].points), 3), np.float32)
-    places = np.zeros(len(points), np.float32)
+def _empty_plot(camera: View, unit: _Unit) -> Any:
+    """Returns a plot with a mesh and two dots, which the script replaces."""
+    k3d = require("k3d", extra="view")
+    plot = k3d.plot(
+        background_color=0xFFFFFF,
+        camera_auto_fit=False,
+        camera_fov=_FIELD_OF_VIEW,
+        camera_mode="orbit",
+        camera_up_axis="xyz"[int(np.argmax(camera.up))],
+        colorbar_object_id=0,  # the page has its own colour bar
+        grid_visible=False,
+        axes_helper=0,
+        menu_visibility=False,
+    )
+    looks = {"color_map": _colour_map(SURFACE_COLOUR), "color_range": [0, 1], "color": 0xFFFFFF}
+    # The mesh extends over the box, from which k3d determines how far one can see.
+    corners, values = unit(camera.box).astype(np.float32), np.zeros(2, np.float32)
+    triangle = np.array([[0, 1, 1]], np.uint32)
+    solid = {"side": "double", "flat_shading": False, "roughness": 0.8}
+    dotted = {"point_size": _DOT_SIZE, "shader": "3d"}
+    plot += k3d.mesh(corners, triangle, attribute=values, **solid, **looks)
+    plot += k3d.points(corners, attribute=values, **dotted, **looks)
+    return plot
+
+
+def _panes(
+    frames: Sequence[ShownFrame], unit: _Unit, captions: Mapping[str, str]
+) -> list[dict[str, Any]]:
+    """Returns the sequence and those beside it for the script, in the order of the captions.
+
+    The positions of the others are relative to the sequence, as most are the same.
+    """
+    base = np.zeros((len(frames), len(frames[0].points), 3), np.int16)
     for i, frame in enumerate(frames):
-        time = str(i)
-        visible = frame.visible
-        # A missing vertex keeps its position, which takes no space; no triangle shows it.
-        points, places = points.copy(), places.copy()
-        points[visible] = unit.rounded(frame.points[visible])
-        if scale is not None and frame.values is not None:
-            places[visible] = np.round(255 * scale.place(frame.values[visible])) / 255
-        whole, alone = whole_faces(faces, visible)
-        surface["vertices"][time], dots["positions"][time] = points, points[alone]
-        surface["attribute"][time], dots["attribute"][time] = places, places[alone]
-        surface["indices"][time] = whole.astype(np.uint32)
-    if all(frame.visible.all() for frame in frames):
-        # If the triangles do not change, the browser can update positions in place.
-        surface["indices"] = surface["indices"]["0"]
-    looks = {"color_map": _colour_map(scale), "color_range": [0, 1]}
-    drawables = [k3d.mesh(**surface, **looks, side="double", flat_shading=False, roughness=0.8)]
-    if any(len(positions) for positions in dots["positions"].values()):
-        drawables.append(k3d.points(**dots, **looks, point_size=_DOT_SIZE, shader="3d"))
-    return drawables
+        # A missing vertex keeps its position, which takes little space; no triangle shows it.
+        base[i] = base[max(0, i - 1)]
+        base[i, frame.visible] = unit.on_grid(frame.points[frame.visible])
+    panes = []
+    for name, caption in captions.items():
+        shown, positions = frames, base
+        if name != "sequence":
+            shown, positions = [frame.beside[name] for frame in frames], np.zeros_like(base)
+            for i, frame in enumerate(shown):
+                seen = frame.visible
+                positions[i, seen] = unit.on_grid(frame.points[seen]) - base[i, seen]
+        panes.append(
+            {
+                "caption": caption,
+                "map": _colour_map(_ONE_COLOUR[name]) if name in _ONE_COLOUR else None,
+                "positions": packed_positions(positions),
+                "seen": packed_masks(np.stack([frame.visible for frame in shown])),
+            }
+        )
+    return panes
 
 
-def _colour_map(scale: Scale | None) -> list[float]:
-    """Converts a scale for k3d: position, red, green and blue, one step after another."""
+def _told(name: Colour, scale: Scale | None, frames: Sequence[ShownFrame]) -> dict[str, Any]:
+    """Returns a choice of colours for the script, with its colour bar and the values as bytes."""
     colours = (SURFACE_COLOUR,) if scale is None else scale.colours
+    told: dict[str, Any] = {"name": name, "map": _colour_map(*colours)}
+    if scale is not None:
+        places = np.zeros((len(frames), len(frames[0].points)), np.uint8)
+        for row, frame in zip(places, frames, strict=True):
+            row[frame.visible] = np.round(255 * scale.place(frame.values[name][frame.visible]))
+        told["values"] = packed_bytes(places)
+        told["scale"] = {
+            "title": scale.title,
+            "colours": colours,
+            "ticks": [tick._asdict() for tick in scale.ticks],
+        }
+    return told
+
+
+def _colour_map(*colours: str) -> list[float]:
+    """Converts equal steps for k3d: position, red, green and blue, one step after another."""
     stops: list[float] = []
     for i, colour in enumerate(colours):
         shares = [component / 255 for component in bytes.fromhex(colour.removeprefix("#"))]
@@ -147,28 +193,3 @@ def _colour_map(scale: Scale | None) -> list[float]:
             stops += [edge / len(colours), *shares]
     stops[0] = 0
     return stops
-
-
-def _camera(camera: View, unit: _Unit, frames: Sequence[ShownFrame]) -> list[float]:
-    """Converts a camera for k3d: position, target and up, so that all visible vertices fit."""
-    slope = np.tan(np.radians(_FIELD_OF_VIEW / 2)) / 1.25  # room for the controls
-    distance = 0.0
-    for frame in frames:
-        x, y, z = camera.axes @ unit.rounded(frame.points[frame.visible]).T
-        across = np.maximum(np.abs(y), np.abs(x) / _LIKELY_PROPORTION)
-        distance = max(distance, (z + across / slope).max(initial=0.0))
-    return [*(distance * camera.axes[2]), 0, 0, 0, *camera.up]
-
-
-def _told(scale: Scale) -> dict[str, Any]:
-    """Returns the colour bar for the script."""
-    return {
-        "title": scale.title,
-        "colours": scale.colours,
-        "ticks": [tick._asdict() for tick in scale.ticks],
-    }
-
-
-def _embedded(value: Any) -> str:
-    """Encodes JSON such that it cannot end the script that contains it."""
-    return json.dumps(value).replace("<", "\\u003c")

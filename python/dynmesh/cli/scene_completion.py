@@ -1,0 +1,84 @@
+"""The command that completes a sequence, for all meshes of a scene."""
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from .._errors import SettingError
+from ..jobs.beginning import Start
+from ..jobs.checkpoint import Source
+from ..jobs.report import FileReport
+from ..jobs.scene_completion import complete_scene
+from ..settings import Settings
+from .options import usage_error
+from .terminal import say, say_remarks, track
+from .zeros import Zeros
+
+
+def complete_all(
+    path: Path,
+    output: Path,
+    settings: Settings,
+    source: Source,
+    *,
+    start: Start,
+    output_format: str | None,
+    overlay: bool,
+    provenance: bool,
+    overwrite: bool,
+    for_one_mesh: Mapping[str, object],
+) -> None:
+    """Completes every mesh that moves and prints what was done.
+
+    Raises:
+        typer.Exit: with code 1 if a mesh could not be completed.
+    """
+    for option, value in for_one_mesh.items():
+        if value:
+            raise typer.BadParameter("cannot be combined with --prim all", param_hint=f"'{option}'")
+    zeros = Zeros()
+
+    def watch(frames: Iterator[Any], whole: int, done: int) -> Iterator[Any]:
+        return track(zeros.watch(frames, done), whole, "completing", done)
+
+    try:
+        report = complete_scene(
+            path,
+            output,
+            source=source,
+            start=start,
+            output_format=output_format,
+            overlay=overlay,
+            provenance=provenance,
+            overwrite=overwrite,
+            watch=watch,
+            **settings,
+        )
+    except SettingError as error:
+        raise usage_error(error, settings) from error
+    except KeyboardInterrupt:
+        say(f"{output}: interrupted; nothing was kept")
+        raise
+    for mesh, done in report.meshes.items():
+        say(f"{mesh}: {_summary(done)}")
+    say_remarks(output, report.remarks)
+    zeros.say_if_many()
+    whole = len(report.meshes) + len(report.failed)
+    say(f"{output}: {len(report.meshes)} of {whole} moving meshes completed")
+    for mesh, reason in report.failed.items():
+        say(f"{path}: {mesh}: not completed: {reason}")
+    if report.failed:
+        raise typer.Exit(1)
+
+
+def _summary(report: FileReport) -> str:
+    """What was done to a mesh, in one line."""
+    whole = report.known + report.filled + report.unseen
+    if report.filled + report.unseen + report.rejected == 0:
+        return f"{report.frames} frames, nothing was missing"
+    counts = {"known": report.known, "filled in": report.filled, "unseen": report.unseen}
+    counts |= {"rejected": report.rejected} if report.rejected else {}
+    shares = ", ".join(f"{what} {100 * n / whole:.3g} %" for what, n in counts.items())
+    return f"{report.frames} frames, {shares} of the vertices"

@@ -1,0 +1,106 @@
+// A pane shows one mesh in a plot of k3d. K3DInstance, lib, data and _base64ToArrayBuffer belong to
+// the snapshot that this script runs in.
+
+const size = told.n_vertices;
+const faces = new Uint32Array((await unpacked(told.faces)).buffer);
+
+class Pane {
+  constructor(node, plot, positions, seen, map) {
+    Object.assign(this, { node, plot, positions, seen, map }); // without a map: that of the colours
+    const drawables = Object.values(plot.getWorld().ObjectsListJson);
+    this.mesh = drawables.find((drawable) => drawable.type === 'Mesh');
+    this.dots = drawables.find((drawable) => drawable.type === 'Points');
+    this.whole = null; // the triangles without a missing vertex
+    this.alone = [0, 1]; // the visible vertices in none of them; the snapshot has two dots
+  }
+
+  async draw(frame, colour) {
+    const vertices = this.vertices(frame);
+    const places = new Float32Array(size);
+    if (!this.map && colour.places) {
+      const first = frame * size;
+      for (let i = 0; i < size; i++) places[i] = colour.places[first + i] / 255;
+    }
+    const map = array(Float32Array.from(this.map || colour.map));
+    const hadDots = this.alone.length > 0;
+    const mesh = { vertices: array(vertices, 3), attribute: array(places), color_map: map };
+    if (this.seen || this.whole === null) {
+      this.sort(this.seen && this.seen(frame));
+      mesh.indices = array(this.whole, 3); // without it, k3d updates positions in place
+    }
+    const changed = [this.changed(this.mesh, mesh)];
+    if (hadDots || this.alone.length) {
+      const positions = this.alone.flatMap((i) => [...vertices.subarray(3 * i, 3 * i + 3)]);
+      changed.push(this.changed(this.dots, {
+        positions: array(Float32Array.from(positions), 3),
+        attribute: array(Float32Array.from(this.alone, (i) => places[i])),
+        color_map: map,
+      }));
+    }
+    await Promise.all(changed);
+    await this.plot.render(true);
+  }
+
+  changed(drawable, changes) {
+    return this.plot.reload(Object.assign(drawable, changes), changes, true);
+  }
+
+  vertices(frame) {
+    const first = 3 * size * frame;
+    const vertices = new Float32Array(3 * size);
+    for (let axis = 0; axis < 3; axis++) {
+      for (let i = 0; i < size; i++) {
+        vertices[3 * i + axis] = this.positions[first + axis * size + i] / told.grid;
+      }
+    }
+    return vertices;
+  }
+
+  sort(seen) {
+    const whole = [];
+    for (let i = 0; i < faces.length; i += 3) {
+      const a = faces[i], b = faces[i + 1], c = faces[i + 2];
+      if (!seen || (seen[a] && seen[b] && seen[c])) whole.push(a, b, c);
+    }
+    this.whole = Uint32Array.from(whole);
+    const used = new Uint8Array(size);
+    for (const corner of whole) used[corner] = 1;
+    this.alone = [];
+    for (let i = 0; i < size; i++) if (!used[i] && (!seen || seen[i])) this.alone.push(i);
+  }
+}
+
+function array(values, width) {
+  return { data: values, shape: width ? [values.length / width, width] : [values.length] };
+}
+
+function division(name) {
+  return Object.assign(document.createElement('div'), { className: name });
+}
+
+async function panesOf(descriptions, parent) {
+  const main = descriptions.find(({ map }) => !map);
+  const base = await unpackedPositions(main.positions, size);
+  const panes = [];
+  for (const description of descriptions) {
+    const { caption, map, seen } = description;
+    const pane = parent.appendChild(division('dynmesh-pane'));
+    const node = pane.appendChild(division('dynmesh-canvas'));
+    let plot = K3DInstance;
+    let positions = base;
+    if (!map) {
+      node.append(document.getElementById('canvasTarget'));
+    } else {
+      const target = node.appendChild(division(''));
+      plot = await lib.CreateK3DAndLoadBinarySnapshot(_base64ToArrayBuffer(data), target);
+      positions = await unpackedPositions(description.positions, size);
+      for (let i = 0; i < positions.length; i++) positions[i] += base[i];
+    }
+    if (descriptions.length > 1) {
+      pane.appendChild(division('dynmesh-caption')).append(caption);
+    }
+    const masks = seen && await unpackedMasks(seen, size);
+    panes.push(new Pane(node, plot, positions, masks, map));
+  }
+  return panes;
+}

@@ -1,0 +1,237 @@
+"""What the colour of a vertex can show: one table of values, with their scales and requirements."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from .._checks import check_finite
+from .._errors import InputError
+from ..files import Frame, Reader
+from ..metrics import bounding_box_diagonal
+from ..sequence import Mask
+from .figures import HEATMAP_RANGE
+from .scales import CountScale, KnownScale, MeasureScale, Scale, Values, round_up
+
+Colour = Literal["error", "generation", "age", "known", "plain"]
+"""What the colour of a vertex shows; plain is one colour for all."""
+
+Range = tuple[float, float]
+"""The first and the last value of a colour scale, in the unit of its colour bar."""
+
+_SMALLEST_LIMIT = 1e-6  # of the bounding-box diagonal: about what float32 positions resolve
+
+
+class LengthUnit(NamedTuple):
+    """The unit in which lengths are shown.
+
+    Attributes:
+        sign: follows a number.
+        words: name the unit in a title.
+        per_unit: so many are a unit of the positions.
+    """
+
+    sign: str
+    words: str
+    per_unit: float
+
+
+@dataclass(frozen=True, eq=False)
+class Sources:
+    """The sequences that the values of vertices come from.
+
+    Attributes:
+        reader: of the shown sequence.
+        reference: of the true sequence, or None.
+        input: of the sequence with the vertices that were observed, or None.
+    """
+
+    reader: Reader
+    reference: Reader | None = None
+    input: Reader | None = None
+
+    @cached_property
+    def diagonal(self) -> float:
+        """Of the bounding box of frame 0, of the reference if there is one."""
+        return bounding_box_diagonal(next(iter(self.reference or self.reader)).points)
+
+    @cached_property
+    def unit(self) -> LengthUnit:
+        """Millimetres if a file states its unit, otherwise per cent of the diagonal.
+
+        Raises:
+            ValueError: the files state different units, or the diagonal is needed and 0.
+        """
+        said = {
+            reader.header.metres_per_unit: reader.path
+            for reader in (self.reader, self.reference)
+            if reader is not None and reader.header.metres_per_unit is not None
+        }
+        if len(said) > 1:
+            (ours, path), (theirs, reference) = said.items()
+            raise ValueError(f"{path} has {ours:g} metres per unit, but {reference} has {theirs:g}")
+        if said:
+            return LengthUnit("mm", "mm", 1000 * next(iter(said)))
+        if not self.diagonal > 0:
+            path = (self.reference or self.reader).path
+            raise ValueError(f"{path}: errors have no unit, as all of frame 0 is at one point")
+        return LengthUnit("%", "% of the bounding-box diagonal", 100 / self.diagonal)
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """A frame of each of the :class:`Sources`."""
+
+    number: int
+    frame: Frame
+    truth: Frame | None
+    given: Frame | None
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A value of each vertex that colours can show.
+
+    Attributes:
+        lacks: returns what the sources lack to have it, as a sentence, or None.
+        values: returns the (k,) values of a moment, arbitrary where the vertex is missing.
+        scale: returns a colour scale for the values of visible vertices, with these ends if they
+            are given.
+        range: what the ends of its scale are; None if it has no scale of numbers.
+    """
+
+    lacks: Callable[[Sources], str | None]
+    values: Callable[[Sources, Moment], Values]
+    scale: Callable[[Sources, Sequence[Values], Range | None], Scale]
+    range: Literal["measures", "counts"] | None
+
+
+def visible(frame: Frame) -> Mask:
+    """Returns which vertices have a position, (k,) bool."""
+    finite: Mask = np.asarray(np.isfinite(frame.points).all(axis=1))
+    return finite if frame.known is None else finite & frame.known
+
+
+def check_range(range: Range, colour: Colour) -> None:
+    """Raises an error unless the scale of this colour can have these ends."""
+    low, high = range
+    for end in range:
+        check_finite("range", end)
+    ends = f"not {low:g} {high:g}"
+    if not 0 <= low < high:
+        raise InputError(
+            f"must be the smaller end and then the larger, neither negative, {ends}",
+            argument="range",
+        )
+    kind = None if colour == "plain" else QUANTITIES[colour].range
+    if kind is None:
+        raise InputError(
+            f"needs a colour with a scale of numbers, such as error or generation, not {colour}",
+            argument="range",
+        )
+    if kind == "counts" and not (float(low).is_integer() and float(high).is_integer()):
+        raise InputError(f"must be whole numbers for {colour}, {ends}", argument="range")
+
+
+def _lacks_reference(sources: Sources) -> str | None:
+    return "colour: error requires a reference" if sources.reference is None else None
+
+
+def _lacks(name: str) -> Callable[[Sources], str | None]:
+    def lacks(sources: Sources) -> str | None:
+        if sources.reader.has_provenance:
+            return None
+        return f"{sources.reader.path}: holds no {name}; dynmesh complete --provenance writes it"
+
+    return lacks
+
+
+def _lacks_masks(sources: Sources) -> str | None:
+    reader = sources.reader
+    if reader.has_known or reader.has_provenance or sources.input is not None:
+        return None
+    return f"{reader.path}: holds no known masks"
+
+
+def _error(sources: Sources, moment: Moment) -> Values:
+    truth, frame = moment.truth, moment.frame
+    assert truth is not None  # as _lacks_reference says
+    missing = ~visible(truth)
+    if missing.any():
+        path = None if sources.reference is None else sources.reference.path
+        raise ValueError(
+            f"{path}: frame {moment.number} lacks vertex {missing.argmax()}; "
+            "errors require a complete reference"
+        )
+    with np.errstate(invalid="ignore"):  # missing positions may be infinite
+        difference = frame.points.astype(np.float64) - truth.points
+    return np.asarray(np.linalg.norm(difference, axis=1) * sources.unit.per_unit)
+
+
+def _known(_: Sources, moment: Moment) -> Values:
+    frame, given = moment.frame, moment.given
+    if frame.known is not None:
+        known = frame.known
+    elif frame.generation is not None:
+        known = np.asarray(frame.generation == 0)
+    else:
+        assert given is not None  # as _lacks_masks says
+        known = visible(given)
+    return known.astype(np.int8)
+
+
+def _generation(_: Sources, moment: Moment) -> Values:
+    assert moment.frame.generation is not None
+    return moment.frame.generation
+
+
+def _age(_: Sources, moment: Moment) -> Values:
+    assert moment.frame.age is not None
+    return moment.frame.age
+
+
+def _length_scale(name: str) -> Callable[[Sources, Sequence[Values], Range | None], Scale]:
+    def scale(sources: Sources, values: Sequence[Values], range: Range | None) -> Scale:
+        unit = sources.unit
+        if range is None:
+            # Not the maximum: with one outlier, everything else would have one colour.
+            limit = max((np.percentile(v, 99) for v in values if len(v)), default=0.0)
+            smallest = _SMALLEST_LIMIT * sources.diagonal * unit.per_unit or math.ulp(0.0)
+            high = round_up(max(float(limit), smallest))
+            range = HEATMAP_RANGE * high, high
+        return MeasureScale(f"{name} in {unit.words}", unit.sign, *range)
+
+    return scale
+
+
+def _count_scale(title: str) -> Callable[[Sources, Sequence[Values], Range | None], Scale]:
+    def scale(_: Sources, values: Sequence[Values], range: Range | None) -> Scale:
+        unseen = "unseen" if any((v < 0).any() for v in values) else None
+        if range is not None:
+            fixed, largest = max(1, int(range[0])), int(range[1])
+        else:
+            fixed, largest = None, max((int(v.max()) for v in values if len(v)), default=0)
+        return CountScale(title, max(largest, 0), zero="observed", minus_one=unseen, fixed=fixed)
+
+    return scale
+
+
+def _known_scale(sources: Sources, *_: object) -> Scale:
+    return KnownScale(with_filled_in=sources.reader.has_provenance or sources.input is not None)
+
+
+QUANTITIES: dict[Colour, Quantity] = {
+    "error": Quantity(_lacks_reference, _error, _length_scale("error"), "measures"),
+    "generation": Quantity(
+        _lacks("generation"),
+        _generation,
+        _count_scale("generation: steps from the observed"),
+        "counts",
+    ),
+    "age": Quantity(_lacks("age"), _age, _count_scale("age: frames since last observed"), "counts"),
+    "known": Quantity(_lacks_masks, _known, _known_scale, None),
+}
+"""By colour; without a choice, colours show the first that the sources have."""

@@ -1,0 +1,132 @@
+"""Access to Alembic archives: their meshes, the values of properties, and the library's arrays."""
+
+import contextlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._extras import require
+from ..polygons import Polygons, check_polygons
+from .scenes import Scene, check_same_faces, choose_mesh
+from .times import Timing, broadcast, frame_number, spacing, uneven
+
+parameters = {"known": "Uchar", "generation": "Int32", "age": "Int32"}
+"""The data of a vertex besides its position, and the kind of geometry parameter that holds it."""
+
+
+class AlembicScene(Scene):
+    """An archive and its meshes. Copies by reference (instances) of a mesh change with it."""
+
+    format = "alembic"
+
+    def __init__(self, path: Path) -> None:
+        """Opens the archive."""
+        with path.open("rb") as file:  # gives the error message of the system
+            if file.read(8) == b"\x89HDF\r\n\x1a\n":
+                raise ValueError(
+                    "is an Alembic archive of the old kind, in HDF5; convert it with Alembic's "
+                    "program abcconvert: abcconvert -toOgawa OLD NEW"
+                )
+        with translating(ValueError, "is damaged or not an Alembic archive"):
+            self.archive = library("Abc").IArchive(str(path))
+            self._meshes = {mesh.getFullName(): mesh for mesh in _meshes(self.archive.getTop())}
+            moves = {
+                name: not mesh.getSchema().getPositionsProperty().isConstant()
+                for name, mesh in self._meshes.items()
+            }
+        super().__init__(path, moves)
+
+    @property
+    def files(self) -> list[Path]:
+        """The file of the archive."""
+        return [self.path]
+
+    def mesh(self, prim: str | None) -> Any:
+        """Returns the mesh at this path, or see :func:`choose_mesh`."""
+        return self._meshes[choose_mesh(self.moves, prim)]
+
+
+def _meshes(parent: Any) -> Iterator[Any]:
+    """Yields all meshes; copies by reference have the path of the mesh that they copy."""
+    geometry = library("AbcGeom")
+    for child in parent.children:
+        for kind in (geometry.IPolyMesh, geometry.ISubD):
+            if kind.matches(child.getHeader()):
+                yield kind(parent, child.getName())
+        yield from _meshes(child)
+
+
+def faces_of(mesh: Any) -> Polygons:
+    """Returns the faces as they are, clockwise; they must be the same at all times."""
+    schema = mesh.getSchema()
+    properties = (schema.getFaceCountsProperty(), schema.getFaceIndicesProperty())
+    faces = _faces_at(properties, 0)
+    if not all(one.isConstant() for one in properties):
+        for number in range(1, schema.getNumSamples()):
+            time = schema.getTimeSampling().getSampleTime(number)
+            check_same_faces(faces, _faces_at(properties, number), time)
+    return faces
+
+
+def _faces_at(properties: tuple[Any, Any], number: int) -> Polygons:
+    return Polygons(*(np.array(one.getValue(number), np.int32) for one in properties))
+
+
+def turned(polygons: Polygons) -> Polygons:
+    """Returns the polygons with the corners in reverse order."""
+    check_polygons(polygons)
+    ends = np.cumsum(polygons.sizes)
+    last = np.repeat(2 * ends - polygons.sizes - 1, polygons.sizes)
+    return Polygons(polygons.sizes, polygons.corners[last - np.arange(len(last))])
+
+
+def timing_of(archive: Any, positions: Any) -> Timing:
+    """Returns the frames per second, if the archive states them, and the numbers of the frames."""
+    sampling = positions.getTimeSampling()
+    kind = sampling.getTimeSamplingType()
+    times = [sampling.getSampleTime(i) for i in range(positions.getNumSamples())]
+    step = kind.getTimePerCycle() if kind.isUniform() else spacing(times)
+    said = library("Abc").GetArchiveInfo(archive).get("dccFPS")  # has only six decimals
+    rate = next((fps for fps in broadcast if round(fps, 6) == said), said or None)
+    if step is None and len(times) > 1:
+        return uneven(times, rate)
+    fps = 1 / step if step else rate
+    if step == 1 and (times[0] == 0 or rate is None):
+        fps = rate
+    return Timing(fps, frame_number(times[0], fps))
+
+
+def points_array(values: NDArray[Any]) -> Any:
+    """Returns a copy of (n, 3) as an array of the library."""
+    array = require("imath", extra="alembic").V3fArrayFromBuffer
+    return array(np.ascontiguousarray(values, np.float32))
+
+
+def integer_array(values: NDArray[Any]) -> Any:
+    """Returns a copy of (n,) as an array of the library."""
+    array = require("imath", extra="alembic").IntArrayFromBuffer
+    return array(np.ascontiguousarray(values, np.int32))
+
+
+def byte_array(values: NDArray[Any]) -> Any:
+    """Returns a copy of (n,) as an array of the library."""
+    array = require("imath", extra="alembic").UnsignedCharArray(len(values))
+    np.asarray(array)[:] = values
+    return array
+
+
+def library(name: str) -> Any:
+    """Returns a module of the library."""
+    return getattr(require("alembic3d", extra="alembic"), name)
+
+
+@contextlib.contextmanager
+def translating(kind: type[Exception], what: str) -> Iterator[None]:
+    """Raises the library's errors as errors of another kind."""
+    try:
+        yield
+    except RuntimeError as error:
+        raise kind(f"{what}: {str(error).splitlines()[-1]}") from error

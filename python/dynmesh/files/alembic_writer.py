@@ -1,0 +1,186 @@
+"""Writes meshes to an Alembic archive, alone or in the scene that they come from."""
+
+from typing import Any
+
+from ..polygons import as_polygons
+from .alembic_archive import (
+    AlembicScene,
+    byte_array,
+    integer_array,
+    library,
+    parameters,
+    points_array,
+    timing_of,
+    translating,
+    turned,
+)
+from .alembic_copy import SceneCopy
+from .alembic_output import OutputArchive, metadata_of
+from .alembic_replaced import ReplacedMesh
+from .comments import comments_of
+from .header import Frame, Header
+from .scene_writer import SceneWriter
+from .scenes import Origin
+from .times import frame_seconds
+
+
+class AlembicWriter(SceneWriter):
+    """An archive that is being written; positions are rounded to float32.
+
+    With an origin, the archive has its scene, in which only the written meshes change. If the
+    header has other frames per second than the mesh in the scene, all times of the scene change
+    alike.
+
+    An unfinished archive cannot be continued, since its index is written at its end.
+    """
+
+    keeps_float64 = False
+    keeps_scene_of = "alembic"
+
+    def _begin(self, kept: int) -> None:  # noqa: ARG002 (always 0, as it is not resumable)
+        self._output: OutputArchive | None = None
+        self._copy: SceneCopy | None = None
+        self._mesh: _NewMesh | ReplacedMesh | None = None
+        self._parameters: dict[str, Any] = {}
+        self._parents: dict[str, Any] = {}
+        if self.origin is None:
+            said = ", ".join(comments_of(self.header))
+            self._output = OutputArchive(self.folder / self.path.name, self.header.fps, said)
+        else:
+            self._begin_scene(self.origin)
+        self._begin_mesh()
+
+    def _begin_scene(self, origin: Origin) -> None:
+        scene = _scene_of(origin)
+        fps, archive = self.header.fps, scene.archive
+        positions = scene.mesh(self.header.name).getSchema().getPositionsProperty()
+        pace = (timing_of(archive, positions).fps or 1) / (fps or 1)
+        info = library("Abc").GetArchiveInfo(archive)
+        said = metadata_of(archive.getTop())
+        if pace != 1 and said.get("FramesPerTimeUnit"):
+            said.set("FramesPerTimeUnit", f"{fps or 1:f}")
+        self._output = OutputArchive(
+            self.folder / self.path.name,
+            info.get("dccFPS") if pace == 1 else fps,
+            info.get("userDescription", ""),
+            said,
+        )
+        self._copy = SceneCopy(scene, origin.meshes, self._output, pace)
+
+    def _begin_mesh(self) -> None:
+        header, output = self.header, self._output
+        assert output is not None
+        self._mesh, self._parameters = None, {}
+        mesh: _NewMesh | ReplacedMesh
+        if self._copy is None or self.origin is None:
+            mesh = _NewMesh(header, output, self._parents)
+        else:
+            scene = _scene_of(self.origin)
+            with translating(ValueError, f"{scene.path}: is damaged"):
+                mesh = ReplacedMesh(scene, header, self._copy, output)
+            self.remarks += mesh.remarks
+        names = ["known"] * header.has_known + ["generation", "age"] * header.has_provenance
+        for name in names:
+            self._parameters[name] = output.property(
+                f"O{parameters[name]}GeomParam",
+                mesh.parameters(),
+                name,
+                False,
+                library("AbcGeom").GeometryScope.kVertexScope,
+                1,
+                sampling=mesh.sampling,
+            )
+        self._mesh = mesh
+
+    def _append(self, frame: Frame) -> None:
+        output, geometry = self._output, library("AbcGeom")
+        assert output is not None
+        assert self._mesh is not None
+        self._mesh.append(frame)
+        for name, parameter in self._parameters.items():
+            values = getattr(frame, name)
+            sample = getattr(geometry, f"O{parameters[name]}GeomParamSample")
+            array = byte_array(values) if name == "known" else integer_array(values)
+            output.set(
+                parameter,
+                sample(array, geometry.GeometryScope.kVertexScope),
+                4 * len(values),
+            )
+        if self._copy is not None:
+            self._copy.copy_share((self._frame + 1) / self.header.n_frames)
+
+    def _finish(self) -> None:
+        assert self._output is not None
+        if self._copy is not None:
+            self._copy.copy_rest()
+            if self._copy.dropped:
+                self.remarks.append(
+                    "not copied, since the library cannot write such values: "
+                    + ", ".join(self._copy.dropped)
+                )
+        self._release()
+        self._output.finish()
+
+    def _close(self) -> None:
+        self._release()
+        if self._output is not None:
+            self._output.abandon()
+
+    def _release(self) -> None:
+        """Releases all objects, so that the library can close the archive."""
+        if self._copy is not None:
+            self._copy.close()
+        self._copy = self._mesh = None
+        self._parameters, self._parents = {}, {}
+
+
+def _scene_of(origin: Origin) -> AlembicScene:
+    if not isinstance(origin.scene, AlembicScene):
+        raise ValueError(f"cannot keep the scene of {origin.scene.path}, which is not Alembic")
+    return origin.scene
+
+
+class _NewMesh:
+    """A mesh below objects that have only a name."""
+
+    def __init__(self, header: Header, output: OutputArchive, objects: dict[str, Any]) -> None:
+        """Creates the mesh, and the objects above it unless they exist."""
+        self._faces = turned(as_polygons(header.faces, header.polygons))
+        self._output = output
+        self._is_first = True
+        parent, path = output.top, ""
+        *above, name = [part for part in (header.name or "").split("/") if part] or ["mesh"]
+        for part in above:
+            path += f"/{part}"
+            if path not in objects:
+                objects[path] = output.make("OXform", parent, part)
+            parent = objects[path]
+        mesh = objects[f"{path}/{name}"] = output.make("OPolyMesh", parent, name)
+        self._schema = mesh.getSchema()
+        self.sampling = output.sampling(_times(header))
+        self._schema.setTimeSampling(self.sampling)
+
+    def parameters(self) -> Any:
+        """Returns the compound property for geometry parameters."""
+        return self._schema.getArbGeomParams()
+
+    def append(self, frame: Frame) -> None:
+        """Adds the positions of the next frame."""
+        arrays = [points_array(frame.points)]
+        size = 12 * len(frame.points)
+        if self._is_first:
+            arrays += [integer_array(self._faces.corners), integer_array(self._faces.sizes)]
+            size += 4 * (len(self._faces.corners) + len(self._faces.sizes))
+            self._is_first = False
+        sample = library("AbcGeom").OPolyMeshSchemaSample(*arrays)
+        self._output.set(self._schema, sample, size)
+
+
+def _times(header: Header) -> Any:
+    """Returns the time sampling of the frames."""
+    core, fps = library("AbcCoreAbstract"), header.fps or 1
+    if header.times is None:
+        return core.TimeSampling(1 / fps, header.start / fps)
+    times = core.TimeVector()
+    times[:] = frame_seconds(header).tolist()
+    return core.TimeSampling(core.TimeSamplingType(core.AcyclicFlag.kAcyclic), times)

@@ -1,0 +1,159 @@
+"""Writes meshes to a USD stage, with a time sample of their points for each frame."""
+
+from typing import Any
+
+import numpy as np
+
+from ..polygons import as_polygons
+from .header import Frame
+from .scene_writer import SceneWriter
+from .times import frame_numbers
+from .usd_derived import DerivedAttributes
+from .usd_stage import library_array, primvars, pxr, translating
+
+
+class UsdWriter(SceneWriter):
+    """A stage with meshes that is being written; positions are rounded to float32.
+
+    There is a frame at every time code from `start`, or at each of `times`, with `fps` time codes
+    per second; meshes after the first follow its rate. They are saved to a binary layer a few at a
+    time, so memory does not grow with their number; a `.usda` is converted from it in the end.
+    Saving overwrites the table of contents of the layer, so a layer whose saving was interrupted is
+    lost, and the writer cannot be continued.
+
+    A mesh without a name is a polygon mesh. One with a name comes from a scene, where it may be
+    subdivided, so the subdivision scheme is not written.
+    """
+
+    keeps_float64 = False
+    unsaved_bytes = 1 << 24
+    """Bytes of positions that are held in memory until the next save, plus at most one frame."""
+
+    def _begin(self, kept: int) -> None:  # noqa: ARG002 (always 0, as it is not resumable)
+        sdf, usd = pxr("Sdf"), pxr("Usd")
+        self._path = self.folder / "frames.usdc"
+        self._unsaved = 0
+        self._stage: Any = None
+        with translating(OSError):
+            self._layer = sdf.Layer.CreateNew(str(self._path.absolute()))
+            self._stage = usd.Stage.Open(self._layer)
+            self._describe_stage()
+        self._begin_mesh()
+
+    def _describe_stage(self) -> None:
+        """Writes what is said of the stage, not of a mesh."""
+        header, geometry = self.header, pxr("UsdGeom")
+        if header.fps is not None:
+            self._stage.SetTimeCodesPerSecond(header.fps)
+            self._stage.SetFramesPerSecond(header.fps)
+        if header.up_axis is not None:
+            geometry.SetStageUpAxis(self._stage, header.up_axis.upper())
+        if header.metres_per_unit is not None:
+            geometry.SetStageMetersPerUnit(self._stage, header.metres_per_unit)
+
+    def _begin_mesh(self) -> None:
+        sdf, geometry, header = pxr("Sdf"), pxr("UsdGeom"), self.header
+        faces = as_polygons(header.faces, header.polygons)
+        with translating(OSError):
+            rate = self._stage.GetTimeCodesPerSecond()
+            times = self._time_codes(rate)
+            self._times = times.tolist()
+            mesh = self._make_mesh()
+            self._points, self._extent = mesh.CreatePointsAttr(), mesh.CreateExtentAttr()
+            names = ["known"] * header.has_known + ["generation", "age"] * header.has_provenance
+            api = geometry.PrimvarsAPI(mesh)
+            self._primvars = {
+                name: api.CreatePrimvar(name, getattr(sdf.ValueTypeNames, primvars[name]), "vertex")
+                for name in names
+            }
+            self._derived: Any = DerivedAttributes(mesh, header, faces, times / rate)
+        for name, why in self._derived.blocked.items():
+            self.remarks.append(
+                f"{name} are blocked, so that those of another layer are hidden: {why}"
+            )
+
+    def _time_codes(self, rate: float) -> np.ndarray[Any, np.dtype[np.float64]]:
+        """Returns (n,) the time of each frame, in a stage with that many codes per second."""
+        numbers = frame_numbers(self.header)
+        fps = self.header.fps
+        return numbers if fps in (None, rate) else numbers * (rate / fps)
+
+    def _make_mesh(self) -> Any:
+        """Creates the mesh without its points, and widens the range of the stage to its frames."""
+        header, geometry, stage = self.header, pxr("UsdGeom"), self._stage
+        # The prims above become a `def` without a type: over another stage, its types remain
+        # visible; an `over` would leave the mesh undefined without that stage.
+        path = _prim_path(header.name)
+        there = stage.GetPrimAtPath(path)
+        if there and there.IsA(geometry.Mesh):
+            raise ValueError(
+                f"{header.name} cannot be written, since {path} in USD is that of another mesh"
+            )
+        mesh = geometry.Mesh.Define(stage, path)
+        first, last = self._times[0], self._times[-1]
+        if stage.HasAuthoredTimeCodeRange():
+            first, last = min(first, stage.GetStartTimeCode()), max(last, stage.GetEndTimeCode())
+        else:
+            stage.SetDefaultPrim(stage.GetPrimAtPath(mesh.GetPath().GetPrefixes()[0]))
+        stage.SetStartTimeCode(first)
+        stage.SetEndTimeCode(last)
+        if header.name is None:
+            mesh.CreateSubdivisionSchemeAttr("none")
+        faces = as_polygons(header.faces, header.polygons)
+        mesh.CreateFaceVertexCountsAttr(library_array("IntArray", faces.sizes))
+        mesh.CreateFaceVertexIndicesAttr(library_array("IntArray", faces.corners))
+        return mesh
+
+    def _append(self, frame: Frame) -> None:
+        points, time = frame.points, self._times[self._frame]
+        finite = points[np.isfinite(points).all(axis=1)]
+        with translating(OSError):
+            self._points.Set(library_array("Vec3fArray", points), time)
+            if len(finite):
+                extent = np.stack([finite.min(axis=0), finite.max(axis=0)])
+                self._extent.Set(library_array("Vec3fArray", extent), time)
+            for name, primvar in self._primvars.items():
+                values = library_array(primvars[name], getattr(frame, name))
+                primvar.Set(values, time)
+            self._unsaved += points.nbytes + self._derived.append(frame, self._times, self._frame)
+            if self._unsaved > self.unsaved_bytes:
+                self._save()
+
+    def _save(self) -> None:
+        if not self._layer.Save():
+            raise OSError("cannot be saved")
+        self._unsaved = 0
+
+    def _finish(self) -> None:
+        target = self.folder / self.path.name
+        with translating(OSError):
+            self._release_stage()
+            self._complete_layer()
+            self._save()
+            if self.path.suffix.lower() == ".usda":
+                text = self._path.with_suffix(".usda")
+                if not self._layer.Export(str(text.absolute())):
+                    raise OSError("cannot be saved as text")
+                self._path.unlink()
+                self._path = text
+        self._close()
+        self._path.replace(target)
+
+    def _complete_layer(self) -> None:
+        """Changes the layer after everything else was written to it."""
+
+    def _release_stage(self) -> None:
+        self._stage = self._points = self._extent = self._derived = None
+        self._primvars = {}
+
+    def _close(self) -> None:
+        self._release_stage()
+        self._layer = None
+
+
+def _prim_path(name: str | None) -> str:
+    """Returns the path for the name, with underscores for characters that USD does not allow."""
+    sdf, tf = pxr("Sdf"), pxr("Tf")
+    parts = [part for part in (name or "mesh").split("/") if part] or ["mesh"]
+    valid = sdf.Path.IsValidIdentifier
+    return "".join(f"/{part if valid(part) else tf.MakeValidIdentifier(part)}" for part in parts)

@@ -1,0 +1,129 @@
+"""Pages that dynmesh writes, opened in a browser."""
+
+import io
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from meshes import Array
+
+from dynmesh import Sequence, write
+from dynmesh import open as open_sequence
+from dynmesh.draw.page import view
+
+IS_DRAWN = """() => {
+  const [panes, frame, colour] = ["panes", "frame", "colour"].map(
+    (name) => document.getElementById(`dynmesh-${name}`)
+  );
+  return panes.dataset.drawn === `${frame.value} ${colour.value}`;
+}"""
+
+
+class Page:
+    """A page in a browser, with its requests and error messages."""
+
+    def __init__(self, browser: Any, path: Path) -> None:
+        self._page = browser.new_page()
+        self.requests: list[str] = []
+        self.complaints: list[str] = []
+        self._page.on("request", lambda request: self.requests.append(request.url))
+        self._page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        self._page.on(
+            "console",
+            lambda said: self.complaints.append(said.text) if said.type == "error" else None,
+        )
+        self._page.goto(path.as_uri())
+        self._page.wait_for_selector("#dynmesh-counter:not(:empty)")
+
+    def text(self, name: str) -> str:
+        """Returns the visible text of a part of the page."""
+        return str(self._page.inner_text(f"#dynmesh-{name}"))
+
+    def enabled(self, name: str) -> bool:
+        """Whether a control is enabled."""
+        return bool(self._page.is_enabled(f"#dynmesh-{name}"))
+
+    def click(self, name: str) -> None:
+        """Presses a button."""
+        self._page.click(f"#dynmesh-{name}")
+
+    def press(self, key: str) -> None:
+        """Presses a key."""
+        self._page.keyboard.press(key)
+
+    def choose(self, name: str, value: str) -> None:
+        """Chooses an option."""
+        self._page.select_option(f"#dynmesh-{name}", value)
+
+    def scrub(self, to: int) -> None:
+        """Moves the slider like a user."""
+        self._page.fill("#dynmesh-frame", str(to))
+
+    def wait(self, milliseconds: int) -> None:
+        """Lets the page play for a while."""
+        self._page.wait_for_timeout(milliseconds)
+
+    def visible(self, name: str) -> bool:
+        """Whether a part of the page is visible."""
+        return bool(self._page.is_visible(f"#dynmesh-{name}"))
+
+    def captions(self) -> list[str]:
+        """Returns the captions of the panes."""
+        return [str(text) for text in self._page.locator(".dynmesh-caption").all_inner_texts()]
+
+    def drag(self, pane: int, right: int, down: int, button: str = "left") -> None:
+        """Drags with the mouse from the middle of a pane."""
+        box = self._page.locator(".dynmesh-canvas").nth(pane).bounding_box()
+        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        self._page.mouse.move(x, y)
+        self._page.mouse.down(button=button)
+        self._page.mouse.move(x + right, y + down, steps=4)
+        self._page.mouse.up(button=button)
+
+    def zoom(self, pane: int, by: int) -> None:
+        """Turns the wheel of the mouse over a pane."""
+        self._page.locator(".dynmesh-canvas").nth(pane).hover()
+        self._page.mouse.wheel(0, by)
+
+    def resize(self, width: int, height: int) -> None:
+        """Changes the size of the window."""
+        self._page.set_viewport_size({"width": width, "height": height})
+
+    def picture(self, pane: int = 0) -> Array:
+        """Returns the pixels of a pane, (height, width, 3)."""
+        self._page.wait_for_function(IS_DRAWN)
+        self._page.wait_for_timeout(100)  # a turn of the camera is not part of this
+        images = pytest.importorskip("PIL.Image")
+        shot = self._page.locator(".dynmesh-canvas").nth(pane).screenshot()
+        with images.open(io.BytesIO(shot)) as image:
+            return np.asarray(image.convert("RGB")).astype(int)
+
+
+def in_colour(picture: Array) -> Array:
+    """Which pixels are not white."""
+    return np.asarray((picture < 240).any(axis=2))
+
+
+def middle(mask: Array) -> float:
+    """Returns the mean column of marked pixels."""
+    return float(np.nonzero(mask)[1].mean())
+
+
+def page_of(
+    sequence: Sequence,
+    folder: Path,
+    browser: Any,
+    beside: dict[str, Sequence] | None = None,
+    **options: Any,
+) -> Page:
+    """Writes a sequence, those beside it by their names, and the page, and opens the page."""
+    with ExitStack() as stack:
+        for name, other in (beside or {}).items():
+            write(folder / f"{name}.npz", other)
+            options[name] = stack.enter_context(open_sequence(folder / f"{name}.npz"))
+        write(folder / "sheet.npz", sequence)
+        reader = stack.enter_context(open_sequence(folder / "sheet.npz"))
+        view(reader, folder / "page.html", up="z", azimuth=-90, **options)
+    return Page(browser, folder / "page.html")

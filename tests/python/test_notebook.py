@@ -1,0 +1,70 @@
+"""The example notebook runs from top to bottom."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from conftest import REPOSITORY
+
+nbformat: Any = pytest.importorskip("nbformat", reason="the development group has it")
+nbclient: Any = pytest.importorskip("nbclient", reason="the development group has it")
+pytest.importorskip("ipykernel", reason="the development group has it")
+pytest.importorskip("k3d", reason="players need k3d: pip install 'dynmesh[view]'")
+
+NOTEBOOK = REPOSITORY / "examples" / "notebook" / "compare_methods.ipynb"
+
+
+@pytest.fixture
+def notebook() -> Any:
+    """The notebook as it is in the repository."""
+    found = nbformat.read(NOTEBOOK, 4)
+    nbformat.validate(found)
+    return found
+
+
+@pytest.fixture
+def executed(notebook: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
+    """The notebook after all of its cells were run in an empty folder."""
+    for name in ("IPYTHONDIR", "JUPYTER_RUNTIME_DIR"):
+        monkeypatch.setenv(name, str(tmp_path / name))
+    folder = tmp_path / "work"
+    folder.mkdir()
+    resources = {"metadata": {"path": str(folder)}}
+    nbclient.NotebookClient(
+        notebook, timeout=60, kernel_name="python3", resources=resources
+    ).execute()
+    return notebook
+
+
+def outputs(notebook: Any, cell: str) -> list[Any]:
+    """The outputs of a cell."""
+    return next(list(found.outputs) for found in notebook.cells if found.id == cell)
+
+
+def test_the_notebook_is_stored_without_outputs(notebook: Any) -> None:
+    for cell in notebook.cells:
+        if cell.cell_type == "code":
+            assert (cell.outputs, cell.execution_count) == ([], None)
+    assert notebook.metadata.keys() == {"kernelspec", "language_info"}
+
+
+def test_the_notebook_runs(executed: Any, tmp_path: Path) -> None:
+    every = [output for cell in executed.cells for output in cell.get("outputs", [])]
+    assert [output.text for output in every if output.get("name") == "stderr"] == []
+    for cell in ("truth", "hide", "player", "own"):
+        player = outputs(executed, cell)[-1].data["text/html"]
+        assert "<iframe" in player
+        assert len(player) < 2_001_000
+    assert "progress" in outputs(executed, "complete")[-1].data["text/html"]
+    for cell, n_pictures in (("hide", 1), ("errors", 1), ("where", 2)):
+        pictures = [output for output in outputs(executed, cell) if "image/png" in output.data]
+        assert len(pictures) == n_pictures
+    assert "widgets" not in executed.metadata  # the data of players is stored once
+    assert {file.name for file in (tmp_path / "work").iterdir()} == {"partial.npz", "completed.npz"}
+
+
+def test_a_failing_cell_would_be_noticed(notebook: Any) -> None:
+    notebook.cells = [nbformat.v4.new_code_cell("import dynmesh\ndynmesh.Sequence()")]
+    client = nbclient.NotebookClient(notebook, timeout=60, kernel_name="python3")
+    with pytest.raises(nbclient.exceptions.CellExecutionError, match="TypeError"):
+        client.execute()

@@ -1,0 +1,181 @@
+"""USD layers over a scene, which change the completed meshes and nothing else."""
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from commands import dynmesh_command
+from stages import BODY, FLAG, HAT, STONE, TIMES, production
+
+import dynmesh
+
+Sdf: Any = pytest.importorskip("pxr.Sdf")
+Usd: Any = pytest.importorskip("pxr.Usd")
+UsdGeom: Any = pytest.importorskip("pxr.UsdGeom")
+UsdUtils: Any = pytest.importorskip("pxr.UsdUtils")
+UsdValidation: Any = pytest.importorskip("pxr.UsdValidation")
+
+MOVING = (BODY, HAT, FLAG, FLAG.replace("First", "Second"))
+CHANGED = {"points", "extent", "normals", "velocities", "primvars:known", "extentsHint"}
+TRACES = {"primvars:generation", "primvars:age"}
+
+
+@pytest.fixture(scope="module")
+def shot(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the production and an overlay of all its meshes, in a folder beside it."""
+    folder = tmp_path_factory.mktemp("shot")
+    production(folder / "scene.usda")
+    (folder / "done").mkdir()
+    dynmesh.complete_scene(
+        folder / "scene.usda", folder / "done" / "over.usda", overlay=True, provenance=True
+    )
+    return folder
+
+
+def stage_of(path: Path) -> Any:
+    stage = Usd.Stage.Open(str(path))
+    assert stage.GetCompositionErrors() == []
+    return stage
+
+
+def points_of(path: Path, mesh: str) -> dict[float, Any]:
+    """The points of a mesh, by the times of their samples."""
+    stage = stage_of(path)
+    points = UsdGeom.Mesh(stage.GetPrimAtPath(mesh)).GetPointsAttr()
+    return {time: np.array(points.Get(time)) for time in points.GetTimeSamples()}
+
+
+def values_of(stage: Any) -> dict[str, Any]:
+    """Everything that the stage says, by the path of the prim, the property or the metadata."""
+    found: dict[str, Any] = {}
+    for prim in Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies(Usd.PrimAllPrimsPredicate)):
+        found[str(prim.GetPath())] = (prim.GetTypeName(), prim.GetAppliedSchemas())
+        for attribute in prim.GetAuthoredAttributes():
+            samples = attribute.GetTimeSamples()
+            found[str(attribute.GetPath())] = (
+                [str(attribute.Get(time)) for time in samples or [Usd.TimeCode.Default()]],
+                samples,
+                attribute.GetAllMetadata(),
+                attribute.GetConnections(),
+            )
+        for relation in prim.GetAuthoredRelationships():
+            found[str(relation.GetPath())] = relation.GetTargets()
+    return found
+
+
+def test_nothing_changes_but_the_points_and_what_follows_from_them(shot: Path) -> None:
+    before, after = (values_of(stage_of(shot / name)) for name in ("scene.usda", "done/over.usda"))
+    changed = {path for path in before | after if before.get(path) != after.get(path)}
+    attributes = {path.partition(".")[2] for path in changed}
+    assert attributes == CHANGED | TRACES
+    meshes = {path.partition(".")[0] for path in changed}
+    assert meshes == {*MOVING, "/World"}
+    assert {path for path in changed if path.startswith("/World.")} == {"/World.extentsHint"}
+
+
+def test_the_layer_only_has_opinions_on_what_changed(shot: Path) -> None:
+    layer = Sdf.Layer.FindOrOpen(str(shot / "done" / "over.usda"))
+    specs: list[Any] = []
+    layer.Traverse("/", lambda path: specs.append(layer.GetObjectAtPath(path)))
+    prims = [spec for spec in specs if isinstance(spec, Sdf.PrimSpec)]
+    assert {spec.specifier for spec in prims if spec.name} == {Sdf.SpecifierOver}
+    attributes = {spec.name for spec in specs if isinstance(spec, Sdf.AttributeSpec)}
+    assert attributes == CHANGED | TRACES
+    assert list(layer.subLayerPaths) == ["./../scene.usda"]
+
+
+def test_the_stage_says_the_same_of_itself(shot: Path) -> None:
+    over, scene = (stage_of(shot / name) for name in ("done/over.usda", "scene.usda"))
+    for name in ("upAxis", "metersPerUnit", "timeCodesPerSecond", "startTimeCode", "endTimeCode"):
+        assert over.GetMetadata(name) == scene.GetMetadata(name)
+        assert over.HasAuthoredMetadata(name)
+    assert over.GetDefaultPrim().GetPath() == "/World"
+
+
+@pytest.mark.parametrize("mesh", MOVING)
+def test_the_points_are_those_of_the_mesh_completed_alone(
+    shot: Path, tmp_path: Path, mesh: str
+) -> None:
+    dynmesh.complete_file(shot / "scene.usda", tmp_path / "one.npz", source={"prim": mesh})
+    expected = dynmesh.read(tmp_path / "one.npz").vertices
+    points = points_of(shot / "done" / "over.usda", mesh)
+    assert tuple(points) == TIMES
+    np.testing.assert_array_equal(list(points.values()), expected)
+    again = dynmesh.read(shot / "done/over.usda", prim=mesh)
+    np.testing.assert_array_equal(again.vertices, expected)
+    assert again.known is None
+    assert again.generation is not None
+
+
+def test_instances_become_ordinary_prims_which_is_said_once(tmp_path: Path) -> None:
+    """Also an instance in an instance, from another file."""
+    production(tmp_path / "scene.usda")
+    crowd = Usd.Stage.CreateNew(str(tmp_path / "crowd.usda"))
+    one = crowd.DefinePrim("/crowd/one")
+    one.GetReferences().AddReference("./scene.usda")
+    one.SetInstanceable(True)
+    crowd.GetRootLayer().Save()
+    report = dynmesh.complete_scene(tmp_path / "crowd.usda", tmp_path / "over.usda", overlay=True)
+    assert set(report.meshes) == {mesh.replace("/World", "/crowd/one") for mesh in MOVING}
+    for mesh in report.meshes:
+        assert np.isfinite(list(points_of(tmp_path / "over.usda", mesh).values())).all()
+    (remark,) = (remark for remark in report.remarks if "instance" in remark)
+    paths = ["/crowd/one", "/crowd/one/Flags/First", "/crowd/one/Flags/Second"]
+    assert sorted(remark.partition(": ")[2].split(", ")) == paths
+
+
+def test_usdchecker_finds_nothing(shot: Path, tmp_path: Path) -> None:
+    registry = UsdValidation.ValidationRegistry()
+    check = UsdValidation.ValidationContext(registry.GetOrLoadAllValidators()).Validate
+    assert [error.GetMessage() for error in check(stage_of(shot / "done" / "over.usda"))] == []
+    bare = Usd.Stage.CreateNew(str(tmp_path / "bare.usda"))
+    bare.DefinePrim("/a", "Mesh")
+    assert check(bare)  # it does find something elsewhere
+
+
+@pytest.mark.parametrize("suffix", ["usd", "usdc", "usda"])
+def test_one_mesh_is_enough(tmp_path: Path, suffix: str) -> None:
+    scene = production(tmp_path / "scene.usdc")
+    over = tmp_path / f"over.{suffix}"
+    dynmesh_command("complete", scene, over, "--overlay", "--prim", HAT)
+    assert np.isnan(points_of(over, BODY)[TIMES[1]]).any()  # shows through
+    layer = Sdf.Layer.FindOrOpen(str(over))
+    (spec,) = layer.GetPrimAtPath("/World").nameChildren
+    assert spec.name == "Rig"
+    assert dynmesh.read(over, prim=HAT).known is None
+
+
+def test_both_files_can_be_moved_together(shot: Path, tmp_path: Path) -> None:
+    shutil.copytree(shot, tmp_path / "elsewhere")
+    (tmp_path / "elsewhere").rename(tmp_path / "moved")
+    over = tmp_path / "moved" / "done" / "over.usda"
+    stage = stage_of(over)
+    assert stage.GetPrimAtPath(STONE).IsA(UsdGeom.Mesh)
+
+
+def test_a_packed_stage_can_be_below(tmp_path: Path) -> None:
+    scene = production(tmp_path / "scene.usdc")
+    assert UsdUtils.CreateNewUsdzPackage(str(scene), str(tmp_path / "scene.usdz"))
+    scene.unlink()
+    report = dynmesh.complete_scene(tmp_path / "scene.usdz", tmp_path / "over.usda", overlay=True)
+    assert set(report.meshes) == set(MOVING)
+    assert np.isfinite(points_of(tmp_path / "over.usda", BODY)[TIMES[1]]).all()
+
+
+def test_samples_have_the_times_of_the_scene_to_the_last_bit(tmp_path: Path) -> None:
+    """A sublayer with another rate has its samples at times that have many digits."""
+    production(tmp_path / "fast.usda")
+    layer = Sdf.Layer.FindOrOpen(str(tmp_path / "fast.usda"))
+    layer.timeCodesPerSecond = 30000 / 1001
+    layer.Save()
+    scene = Sdf.Layer.CreateNew(str(tmp_path / "scene.usda"))
+    scene.subLayerPaths.append("./fast.usda")
+    scene.timeCodesPerSecond = 25
+    scene.Save()
+    dynmesh.complete_scene(tmp_path / "scene.usda", tmp_path / "over.usda", overlay=True)
+    before, after = (points_of(tmp_path / name, BODY) for name in ("scene.usda", "over.usda"))
+    assert list(before) == list(after)
+    assert any(time % 1 for time in before)
+    assert np.isfinite(list(after.values())).all()

@@ -1,0 +1,238 @@
+"""The panes, the colours and the camera of the page that plays a sequence, in a browser."""
+
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from browser import in_colour, middle, page_of
+from meshes import sheet
+
+from dynmesh import Sequence, write
+from dynmesh import open as open_sequence
+from dynmesh.draw.page import page as page_for
+
+
+@pytest.fixture
+def truth() -> Sequence:
+    """A sheet that stays; its frames follow one another slowly."""
+    mesh = sheet(12)
+    return Sequence(np.stack([mesh.vertices] * 9), mesh.faces, fps=0.05)
+
+
+@pytest.fixture
+def partial(truth: Sequence) -> Sequence:
+    """The right half is missing after frame 0; in frame 5, more."""
+    known = np.ones(truth.vertices.shape[:2], np.bool_)
+    known[1:] = truth.vertices[0, :, 0] < 5.5
+    known[5] = truth.vertices[0, :, 0] < 2.5
+    return replace(truth, known=known, vertices=np.where(known[..., None], truth.vertices, np.nan))
+
+
+@pytest.fixture
+def completed(truth: Sequence, partial: Sequence) -> Sequence:
+    """The missing vertices are estimated too high; the error is largest in frame 7."""
+    assert partial.known is not None
+    vertices = truth.vertices.copy()
+    height = np.where(np.arange(9) == 7, 2.0, 0.2)
+    vertices[..., 2] += np.where(partial.known, 0, height[:, None])
+    generation = np.where(partial.known, 0, 1).astype(np.int32)
+    return replace(truth, vertices=vertices, generation=generation, age=3 * generation)
+
+
+def test_the_input_and_the_reference_play_beside_the_sequence(
+    truth: Sequence, partial: Sequence, completed: Sequence, tmp_path: Path, browser: Any
+) -> None:
+    others = {"reference": truth, "input": partial}
+    page = page_of(completed, tmp_path, browser, others, colour="plain")
+    captions = ["input.npz, the input", "sheet.npz", "reference.npz, the reference"]
+    assert page.captions() == captions
+    areas, references = {}, {}
+    for frame in (0, 1, 7):
+        page.scrub(frame)
+        pictures = [page.picture(pane) for pane in range(3)]
+        areas[frame] = [int(in_colour(picture).sum()) for picture in pictures]
+        references[frame] = pictures[2]
+    assert min(areas[0]) > 5000
+    assert max(areas[0]) < 1.02 * min(areas[0])
+    observed, filled_in, true = areas[1]
+    assert 0.4 < observed / true < 0.6
+    assert filled_in > 0.9 * true
+    assert (in_colour(pictures[1]) ^ in_colour(pictures[2])).mean() > 0.01
+    assert (references[7] == references[0]).all()  # it stays, whatever happens beside it
+    assert page.complaints == []
+
+
+def test_panes_turn_move_and_zoom_together(
+    truth: Sequence, completed: Sequence, tmp_path: Path, browser: Any
+) -> None:
+    page = page_of(completed, tmp_path, browser, {"reference": truth}, colour="plain")
+    page.scrub(0)  # the same mesh in both
+    views = [(page.picture(0), page.picture(1))]
+    page.drag(0, 60, 0)
+    views.append((page.picture(0), page.picture(1)))
+    page.drag(1, 0, 40, button="right")
+    views.append((page.picture(0), page.picture(1)))
+    page.zoom(1, 400)
+    views.append((page.picture(0), page.picture(1)))
+    for left, right in views:
+        assert (in_colour(left) ^ in_colour(right)).mean() < 0.01
+    for (before, _), (after, _) in pairwise(views):
+        assert (in_colour(before) ^ in_colour(after)).mean() > 0.02
+    page.press("r")
+    assert (in_colour(page.picture(1)) ^ in_colour(views[0][1])).mean() < 0.005
+    assert page.complaints == []
+
+
+@pytest.mark.parametrize("size", [(1200, 500), (390, 800), (500, 300)])
+def test_everything_fits_in_a_window_of_any_size(
+    size: tuple[int, int], truth: Sequence, tmp_path: Path, browser: Any
+) -> None:
+    moving = truth.vertices.copy()
+    moving[..., 0] += 3 * np.arange(9)[:, None]
+    moved = replace(truth, vertices=moving)
+    page = page_of(moved, tmp_path, browser, {"reference": moved})
+    page.resize(*size)
+    seen = []
+    for frame in (0, 8):
+        page.scrub(frame)
+        for pane in (0, 1):
+            mask = in_colour(page.picture(pane))
+            edge = [mask[0], mask[-1], mask[:, 0], mask[:, -1]]
+            assert mask.any()
+            assert not np.concatenate(edge).any()
+        seen.append(mask)
+    used = [
+        np.ptp(places) / length
+        for places, length in zip(np.nonzero(seen[0] | seen[1]), mask.shape, strict=True)
+    ]
+    assert max(used) > 0.85
+
+
+def test_a_phone_shows_the_page_in_its_own_size(
+    truth: Sequence, tmp_path: Path, chromium: Any
+) -> None:
+    phone = chromium.new_context(viewport={"width": 390, "height": 800}, is_mobile=True)
+    page = page_of(truth, tmp_path, phone)
+    assert 300 < page.picture().shape[1] <= 390
+    phone.close()
+
+
+def test_a_page_opens_at_the_frame_with_the_largest_error(
+    truth: Sequence, partial: Sequence, completed: Sequence, tmp_path: Path, browser: Any
+) -> None:
+    page = page_of(completed, tmp_path, browser, {"reference": truth})
+    assert page.text("counter") == "frame 7 / 8, 140.00 s"
+    assert page.text("play") == "Pause"  # it plays
+    page = page_of(partial, tmp_path, browser)
+    assert page.text("counter").startswith("frame 5 / 8")
+    page = page_of(completed, tmp_path, browser)
+    assert page.text("counter").startswith("frame 5 / 8")
+
+
+def test_a_page_plays_at_once(truth: Sequence, tmp_path: Path, browser: Any) -> None:
+    page = page_of(replace(truth, fps=10.0), tmp_path, browser)
+    shown = {page.text("counter")}
+    for _ in range(3):
+        page.wait(250)
+        shown.add(page.text("counter"))
+    assert len(shown) > 2
+
+
+def test_colours_are_switched_with_their_bar(
+    truth: Sequence, completed: Sequence, tmp_path: Path, browser: Any
+) -> None:
+    page = page_of(completed, tmp_path, browser, {"reference": truth}, colour="known")
+    page.scrub(7)
+    assert page.text("title") == "known vertices"
+    titles, pictures = [], []
+    for colour in ("error", "generation", "age", "known", "plain"):
+        page.choose("colour", colour)
+        pictures.append(page.picture(0))
+        titles.append(page.text("title") if page.visible("scale") else None)
+    assert titles == [
+        "error in % of the bounding-box diagonal",
+        "generation: steps from the observed",
+        "age: frames since last observed",
+        "known vertices",
+        None,
+    ]
+    surfaces = [picture[in_colour(picture)].mean(axis=0) for picture in pictures]
+    for one, other in pairwise(surfaces):
+        assert abs(one - other).max() > 10
+    red, _, blue = pictures[3].transpose(2, 0, 1)
+    observed, filled_in = blue > red + 60, red > blue + 60
+    assert middle(observed) < middle(filled_in)
+    assert np.ptp(pictures[4], axis=2).max() < 30  # grey
+    assert np.ptp(page.picture(1), axis=2).max() < 30  # and so is the reference, always
+    assert page.complaints == []
+
+
+def test_the_keyboard_does_everything(
+    truth: Sequence, completed: Sequence, tmp_path: Path, browser: Any
+) -> None:
+    page = page_of(completed, tmp_path, browser, {"reference": truth})
+    page.press(" ")
+    assert page.text("play") == "Play"
+    counters = []
+    for key in ("Home", "ArrowRight", "End", "ArrowLeft"):
+        page.press(key)
+        counters.append(page.text("counter").split()[1])
+    assert counters == ["0", "1", "8", "7"]
+    titles = []
+    for key in ("c", "C", "3", "4", "1"):
+        page.press(key)
+        titles.append(page.text("title").partition(" ")[0].strip(":"))
+    assert titles == ["generation", "error", "age", "known", "error"]
+    assert not page.visible("help")
+    page.press("?")
+    for key in ("space", "Home", "c, C", "r", "drag"):
+        assert key in page.text("help")
+    page.press("Escape")
+    assert not page.visible("help")
+    page.press(" ")
+    assert page.text("play") == "Pause"
+
+
+def test_the_range_and_the_title_are_those_given(
+    truth: Sequence, completed: Sequence, tmp_path: Path, browser: Any
+) -> None:
+    others = {"reference": replace(truth, metres_per_unit=0.001)}
+    page = page_of(
+        completed, tmp_path, browser, others, range=(0.0, 8.0), title="Method <detail> & more"
+    )
+    assert page.text("name") == "Method <detail> & more"
+    assert page.text("title") == "error in mm"
+    assert page.text("bar").split("\n") == ["0 mm", "2 mm", "4 mm", "6 mm", "8 mm or more"]
+    page.scrub(7)
+    blue = page.picture(0)[..., 2]
+    page = page_of(completed, tmp_path, browser, others, range=(0.0, 2.0))
+    page.scrub(7)
+    yellow = page.picture(0)[..., 2]
+    assert (yellow < 60).sum() > 1000 > 10 * (blue < 60).sum()
+
+
+def test_the_page_is_also_returned(truth: Sequence, tmp_path: Path) -> None:
+    write(tmp_path / "sheet.npz", truth)
+    with open_sequence(tmp_path / "sheet.npz") as reader:
+        made = page_for(reader, max_frames=5)
+    assert made.shown.frames == 5
+    assert made.html.lstrip().lower().startswith("<!doctype html")
+    assert list(tmp_path.iterdir()) == [tmp_path / "sheet.npz"]
+
+
+def test_panes_of_different_meshes_are_refused(truth: Sequence, tmp_path: Path) -> None:
+    other = sheet(5)
+    vertices = np.stack([other.vertices] * 9)
+    write(tmp_path / "sheet.npz", truth)
+    write(tmp_path / "short.npz", replace(truth, vertices=truth.vertices[:4]))
+    write(tmp_path / "small.npz", Sequence(vertices, other.faces))
+    with open_sequence(tmp_path / "sheet.npz") as reader:
+        for name, message in (("short", "9 frames, .*short.npz has 4"), ("small", "144 .*has 25")):
+            with open_sequence(tmp_path / f"{name}.npz") as wrong:
+                with pytest.raises(ValueError, match=message):
+                    page_for(reader, input=wrong)
+                with pytest.raises(ValueError, match=message):
+                    page_for(reader, reference=wrong)

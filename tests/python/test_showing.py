@@ -1,0 +1,251 @@
+"""Sequences and completers show themselves: in plots, in notebooks, and in a line."""
+
+import io
+from dataclasses import replace
+from html import unescape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from meshes import Array, Mesh, sheet
+from test_missing_extras import hide
+
+import dynmesh
+from dynmesh.draw import notebook
+from dynmesh.settings import Settings, default_settings
+
+pyvista = pytest.importorskip("pyvista", reason="plots need pyvista: pip install 'dynmesh[view]'")
+
+
+@pytest.fixture
+def moving() -> dynmesh.Sequence:
+    """A sheet that moves along x; of later frames, the vertices beyond x = 5.5 were filled in."""
+    mesh = sheet(12)
+    vertices = np.stack([mesh.vertices + np.array([i, 0, 0]) for i in range(5)])
+    generation = np.zeros(vertices.shape[:2], np.int32)
+    generation[1:, mesh.vertices[:, 0] > 5.5] = 2
+    return dynmesh.Sequence(vertices, mesh.faces, fps=10.0, generation=generation, age=generation)
+
+
+def in_colour(picture: Array) -> Array:
+    """Which pixels are not white."""
+    return np.asarray((picture < 240).any(axis=2))
+
+
+def pixels(sequence: dynmesh.Sequence, frame: int, **options: Any) -> Array:
+    """A plot from the front, with x to the right, as (height, width, 3) without the texts."""
+    plotter = sequence.plot(frame, up="z", azimuth=-90, off_screen=True, **options)
+    for name in list(plotter.scalar_bars.keys()):
+        plotter.remove_scalar_bar(name)
+    picture = np.asarray(plotter.screenshot(return_img=True)).astype(int)
+    plotter.close()
+    return picture[100:]
+
+
+def shares(picture: Array) -> tuple[float, float]:
+    """How much of the surface is blue, observed, and red, filled in."""
+    red, _, blue = picture.transpose(2, 0, 1)
+    area = in_colour(picture).sum()
+    return (blue > red + 60).sum() / area, (red > blue + 60).sum() / area
+
+
+def test_a_plot_shows_the_frame_and_its_colours(moving: dynmesh.Sequence) -> None:
+    later, first = (pixels(moving, frame, colour="known") for frame in (-1, 0))
+    observed, filled_in = shares(later)
+    assert 0.4 < observed < 0.6
+    assert 0.4 < filled_in < 0.6
+    blue, red = (np.nonzero(later[..., a] > later[..., b] + 60)[1] for a, b in ((2, 0), (0, 2)))
+    assert blue.max() <= red.min() + 40
+    assert shares(first)[0] > 0.9
+    grey = pixels(replace(moving, generation=None, age=None), 2)
+    assert np.ptp(grey, axis=2).max() < 40
+    np.testing.assert_array_equal(later, pixels(moving, 4, colour="known"))
+    default, generation = pixels(moving, 3), pixels(moving, 3, colour="generation")
+    np.testing.assert_array_equal(default, generation)
+    assert (default != pixels(moving, 3, colour="known")).any()
+
+
+def test_a_plot_of_errors_is_brightest_where_they_are_largest(moving: dynmesh.Sequence) -> None:
+    wrong = moving.vertices.copy()
+    wrong[1:, moving.vertices[0, :, 0] > 5.5, 2] += 0.5
+    picture = pixels(replace(moving, vertices=wrong), 2, reference=moving)
+    red, green, blue = picture.transpose(2, 0, 1)
+    yellow, violet = (red > blue + 60) & (green > blue + 60), (blue > green + 30)
+    assert yellow.sum() > 2000
+    assert violet.sum() > 2000
+    assert np.nonzero(yellow)[1].mean() > np.nonzero(violet)[1].mean() + 100
+
+
+def test_a_plot_has_holes_and_dots(moving: dynmesh.Sequence) -> None:
+    known = np.ones(moving.vertices.shape[:2], np.bool_)
+    known[1, moving.vertices[0, :, 0] > 5.5] = False
+    known[2, 1:] = False
+    vertices = np.where(known[..., None], moving.vertices, np.nan)
+    partial = dynmesh.Sequence(vertices, moving.faces, known)
+    whole, half, dot = (in_colour(pixels(partial, frame)).sum() for frame in range(3))
+    assert 0 < dot < 0.01 * whole
+    assert min(whole, half) > 10_000  # the camera follows what is there
+    with pytest.raises(ValueError, match="frame 3: frame: no vertex of it is known"):
+        replace(partial, known=known & (np.arange(5) != 3)[:, None]).plot(3)
+
+
+def test_a_plotter_can_be_added_to(moving: dynmesh.Sequence) -> None:
+    plotter = moving.plot(1, off_screen=True)
+    before = np.asarray(plotter.screenshot(return_img=True)).astype(int)
+    plotter.add_points(pyvista.Sphere(radius=2), color="black", point_size=30)
+    assert (before != np.asarray(plotter.screenshot(return_img=True))).any()
+    plotter.close()
+
+
+def size_of(html: str) -> int:
+    return len(html.encode())
+
+
+def test_a_notebook_plays_a_sequence_without_network(
+    moving: dynmesh.Sequence, tmp_path: Path, browser: Any
+) -> None:
+    html = moving._repr_html_()
+    assert size_of(html) < notebook.LARGEST_PLAYER
+    (tmp_path / "cell.html").write_text(f"<!doctype html><meta charset=utf-8>{html}")
+    page = browser.new_page()
+    requests: list[str] = []
+    errors: list[str] = []
+    page.on("request", lambda request: requests.append(request.url))
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.goto((tmp_path / "cell.html").as_uri())
+    player = page.frame_locator("iframe")
+    player.get_by_role("button", name="Pause").wait_for()  # it plays at once
+    pictures = []
+    for frame in (0, 3):
+        player.get_by_role("slider").first.fill(str(frame))
+        page.wait_for_timeout(400)  # until it is drawn
+        shot = player.locator("canvas").first.screenshot()
+        with pytest.importorskip("PIL.Image").open(io.BytesIO(shot)) as image:
+            pictures.append(np.asarray(image.convert("RGB")).astype(int))
+    assert in_colour(pictures[0]).sum() > 5000
+    assert (pictures[0] != pictures[1]).any(axis=2).sum() > 2000
+    page_itself = (tmp_path / "cell.html").as_uri()
+    assert [url for url in requests if not url.startswith(("blob:", "data:"))] == [page_itself]
+    assert errors == []
+    assert page.get_by_role("table").inner_text().split() == [
+        *("Sequence", "frames", "5,", "10", "fps", "mesh", "144", "vertices,", "242", "faces,"),
+        *("float64", "known", "no", "masks", "generation", "and", "age", "yes"),
+    ]
+
+
+def test_every_second_frame_is_played_at_half_the_rate(moving: dynmesh.Sequence) -> None:
+    assert '"fps": 10.0' in unescape(moving._repr_html_())
+    assert '"fps": 5.0' in unescape(moving[::2]._repr_html_())
+
+
+def test_players_send_no_widgets_to_the_notebook(
+    moving: dynmesh.Sequence, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    comm = pytest.importorskip("comm")
+    sent: list[object] = []
+    monkeypatch.setattr(comm, "create_comm", lambda **message: sent.append(message))
+    moving._repr_html_()
+    monkeypatch.undo()
+    assert sent == []
+
+
+def test_long_sequences_of_large_meshes_stay_small(rng: np.random.Generator) -> None:
+    mesh = sheet(80)
+    noise = rng.normal(0, 0.1, (40, *mesh.vertices.shape))
+    html = dynmesh.Sequence(mesh.vertices + noise, mesh.faces)._repr_html_()
+    assert "<iframe" in html
+    assert size_of(html) < notebook.LARGEST_PLAYER + 1000
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"vertices": np.empty((0, 4, 3))}, "has no frames"),
+        ({"vertices": np.empty((2, 0, 3)), "faces": np.empty((0, 3), int)}, "no vertex is known"),
+        ({"known": np.zeros((2, 4), bool)}, "no vertex is known"),
+        ({"vertices": np.zeros((1, notebook.LARGEST_MESH + 1, 3))}, "takes long"),
+    ],
+)
+def test_every_sequence_is_shown_as_a_table(change: dict[str, Any], reason: str) -> None:
+    least: dict[str, Any] = {"vertices": np.zeros((2, 4, 3)), "faces": np.array([[0, 1, 2]])}
+    html = dynmesh.Sequence(**least | change)._repr_html_()
+    assert "<iframe" not in html
+    assert reason in html
+    assert size_of(html) < 1000
+
+
+def test_a_player_that_is_too_large_is_left_out(
+    moving: dynmesh.Sequence, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(notebook, "LARGEST_PLAYER", 100_000)
+    html = moving._repr_html_()
+    assert "cannot be simplified enough" in html
+    assert size_of(html) < 1000
+
+
+@pytest.mark.parametrize("module", ["k3d", "matplotlib"])
+def test_without_the_extra_a_sequence_is_a_table(
+    moving: dynmesh.Sequence, module: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hide(monkeypatch, module)
+    html = moving._repr_html_()
+    assert f"this needs {module}: pip install &#x27;dynmesh[view]&#x27;" in html
+    assert "144 vertices, 242 faces" in html
+    assert size_of(html) < 1000
+
+
+def test_a_completer_describes_itself(mesh: Mesh) -> None:
+    completer = dynmesh.Completer(mesh.faces, mesh.vertices, method="detail", noise=0.5)
+    size = "detail, 49 vertices, 120 edges, float64"
+    assert repr(completer) == f"Completer({size}, no frames)"
+    completer.push(mesh.vertices, np.arange(49) < 10)
+    assert repr(completer) == f"Completer({size}, 1 frame, 20.4 % known in the last)"
+    completer.skip()
+    assert repr(completer) == f"Completer({size}, 2 frames, 0 % known in the last)"
+    state = completer.state()
+    completer.reset(mesh.vertices)
+    assert repr(completer) == f"Completer({size}, no frames)"
+    completer.restore(state)
+    assert completer.n_frames == 2
+    html = unescape(completer._repr_html_())
+    assert repr(completer.report) in html
+    assert repr(completer.topology) in html
+    assert "noise=0.5, reject_outliers=False" in html
+    assert html.count("\n") == 0
+
+
+@pytest.mark.parametrize("settings", [{}, {"method": "detail", "noise": 0.5}, {"unseen": "hold"}])
+def test_settings_can_be_read_back(mesh: Mesh, settings: Settings) -> None:
+    completer = dynmesh.Completer(mesh.faces, mesh.vertices, **settings)
+    assert completer.settings == default_settings | settings
+    completer.settings["threads"] = 5  # a copy
+    assert (
+        dynmesh.Completer(mesh.faces, mesh.vertices, **completer.settings).settings["threads"] == 1
+    )
+
+
+def test_a_completer_in_use_is_described(mesh: Mesh) -> None:
+    said: list[str] = []
+
+    class Watching:
+        """An array-like that looks at the completer that is reading it."""
+
+        def __array__(self, *_: Any, **__: Any) -> Array:
+            said.extend([repr(completer), completer._repr_html_()])
+            return mesh.vertices
+
+    completer = dynmesh.Completer(mesh.faces, mesh.vertices)
+    completer.push(Watching())  # type: ignore[arg-type]
+    line, html = said
+    assert line == "Completer(motion, 49 vertices, 120 edges, float64, in use by another thread)"
+    assert "in use by another thread" in html
+    assert "FrameReport" not in html
+
+
+def test_a_plot_without_the_extra_says_so(
+    moving: dynmesh.Sequence, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hide(monkeypatch, "pyvista")
+    with pytest.raises(ImportError, match=r"this needs pyvista: pip install 'dynmesh\[view\]'"):
+        moving.plot()
