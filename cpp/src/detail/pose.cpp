@@ -32,6 +32,7 @@ void Pose::reset(Modes modes) {
     }
   }
   // Nothing below can throw.
+  std::ranges::fill(shape_, Vector3<double>{});
   modes_ = std::move(modes);
   coefficients_ = std::move(coefficients);
   residual_variance_ = -1;
@@ -61,6 +62,7 @@ void Pose::recall(std::span<const double> memory) {
   size_ = memory[1];
   determined_ = memory[2];
   std::ranges::copy(memory.subspan(3, coefficients_.size()), coefficients_.begin());
+  if (exists()) modes_.combine(coefficients_, shape_, workers_);
 }
 
 /// h: the known mask, averaged over the cells.
@@ -178,7 +180,6 @@ Pose::Found Pose::find(const ResidualField& residuals, ShapeSystem& system,
   };
   Found found;
   found.is_first = residual_variance_ < 0;
-  modes_.combine(coefficients_, shape_, workers_);
   rotations.turn(shape_, wanted_);
   step_towards(wanted_, anchors, system, steps_, k_steps_);
   Energies energies = measure(residuals);

@@ -7,33 +7,42 @@
 namespace dynmesh::DYNMESH_KERNELS {
 namespace {
 
-constexpr int n = modes_of_part;
+using Floats = Quad<float>;
 
-[[gnu::always_inline]] inline const float* of_entry(const ModeData& modes, Index e) {
-  return modes.values + static_cast<std::ptrdiff_t>(3 * n) * e;
+constexpr int quads = modes_of_part / 4;
+
+/// The x of the modes of an entry; the y and the z follow.
+[[gnu::always_inline]] inline const Floats* of_entry(const ModeData& modes, Index e) {
+  return reinterpret_cast<const Floats*>(modes.values) + std::ptrdiff_t{3} * quads * e;
+}
+
+template <class Number, class Quads>
+[[gnu::always_inline]] inline Quads* of_part(Number* values, const ModeData& modes, Index e) {
+  return reinterpret_cast<Quads*>(values) + std::ptrdiff_t{quads} * modes.parts[e];
+}
+
+[[gnu::always_inline]] inline double sum_of(const Floats (&sums)[quads]) {
+  const Floats sum = (sums[0] + sums[1]) + (sums[2] + sums[3]);
+  static_assert(quads == 4);
+  return static_cast<double>((sum[0] + sum[1]) + (sum[2] + sum[3]));
 }
 
 void combine(const ModeData& modes, const float* coefficients, Vector3<double>* combined,
              Index first, Index last) {
   for (Index i = first; i < last; ++i) {
-    float x[n] = {};
-    float y[n] = {};
-    float z[n] = {};
+    Floats x[quads] = {};
+    Floats y[quads] = {};
+    Floats z[quads] = {};
     for (Index e = modes.offsets[i]; e < modes.offsets[i + 1]; ++e) {
-      const float* mode = of_entry(modes, e);
-      const float* a = coefficients + static_cast<std::ptrdiff_t>(n) * modes.parts[e];
-      for (int j = 0; j < n; ++j) x[j] += a[j] * mode[j];
-      for (int j = 0; j < n; ++j) y[j] += a[j] * mode[n + j];
-      for (int j = 0; j < n; ++j) z[j] += a[j] * mode[2 * n + j];
-    }
-    for (int half = n / 2; half > 0; half /= 2) {
-      for (int j = 0; j < half; ++j) {
-        x[j] += x[half + j];
-        y[j] += y[half + j];
-        z[j] += z[half + j];
+      const Floats* mode = of_entry(modes, e);
+      const auto* a = of_part<const float, const Floats>(coefficients, modes, e);
+      for (int q = 0; q < quads; ++q) {
+        x[q] += a[q] * mode[q];
+        y[q] += a[q] * mode[quads + q];
+        z[q] += a[q] * mode[2 * quads + q];
       }
     }
-    combined[i] = {static_cast<double>(x[0]), static_cast<double>(y[0]), static_cast<double>(z[0])};
+    combined[i] = {sum_of(x), sum_of(y), sum_of(z)};
   }
 }
 
@@ -44,10 +53,10 @@ void project(const ModeData& modes, const Vector3<double>* field, float* sums, I
     const auto y = static_cast<float>(field[i].y);
     const auto z = static_cast<float>(field[i].z);
     for (Index e = modes.offsets[i]; e < modes.offsets[i + 1]; ++e) {
-      const float* mode = of_entry(modes, e);
-      float* sum = sums + static_cast<std::ptrdiff_t>(n) * modes.parts[e];
-      for (int j = 0; j < n; ++j) {
-        sum[j] += x * mode[j] + y * mode[n + j] + z * mode[2 * n + j];
+      const Floats* mode = of_entry(modes, e);
+      auto* sum = of_part<float, Floats>(sums, modes, e);
+      for (int q = 0; q < quads; ++q) {
+        sum[q] += x * mode[q] + y * mode[quads + q] + z * mode[2 * quads + q];
       }
     }
   }
@@ -58,11 +67,13 @@ void add_squares(const ModeData& modes, const double* weights, float* sums, Inde
   for (Index i = first; i < last; ++i) {
     const auto weight = static_cast<float>(weights[i]);
     for (Index e = modes.offsets[i]; e < modes.offsets[i + 1]; ++e) {
-      const float* mode = of_entry(modes, e);
-      float* sum = sums + static_cast<std::ptrdiff_t>(n) * modes.parts[e];
-      for (int j = 0; j < n; ++j) {
-        sum[j] += weight * (mode[j] * mode[j] + mode[n + j] * mode[n + j] +
-                            mode[2 * n + j] * mode[2 * n + j]);
+      const Floats* mode = of_entry(modes, e);
+      auto* sum = of_part<float, Floats>(sums, modes, e);
+      for (int q = 0; q < quads; ++q) {
+        const Floats& x = mode[q];
+        const Floats& y = mode[quads + q];
+        const Floats& z = mode[2 * quads + q];
+        sum[q] += weight * (x * x + y * y + z * z);
       }
     }
   }
