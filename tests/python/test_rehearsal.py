@@ -300,14 +300,8 @@ def test_a_useless_rehearsal_does_no_harm(
         take = frames[0] + 0.02 * rng.normal(size=take.shape).astype(np.float32)
     elif useless == "another order":
         take = take[:, rng.permutation(take.shape[1])]
-        edge, other = (
-            np.linalg.norm(f[sequence.faces[:, 0]] - f[sequence.faces[:, 1]], axis=1).mean()
-            for f in (frames[0], take[0])
-        )
-        take = take * (edge / other)
     else:
         take = dynmesh.read(data / "ocean_sim_50x50.npz").vertices[:50]
-        take = take * (np.ptp(frames[0], axis=0).max() / np.ptp(take[0], axis=0).max())
     masks = list(masks_of("30 %", frames, sequence.faces))[1:]
     mesh = Mesh(faces=sequence.faces, vertices=frames[0])
     errors = [
@@ -318,3 +312,11 @@ def test_a_useless_rehearsal_does_no_harm(
         )
     ]
     assert errors[1] <= 1.02 * errors[0]
+
+
+def test_a_take_in_another_unit_is_refused(sheet: Mesh, rng: np.random.Generator) -> None:
+    take = poses(sheet.vertices, 5, rng)
+    for factor in (1000.0, 100.0, 0.01):
+        with pytest.raises(ValueError, match=r"rehearsal: its size, .* is .*first_frame is 4\.8"):
+            dynmesh.Completer(sheet.faces, sheet.vertices, method="detail", rehearsal=factor * take)
+    dynmesh.Completer(sheet.faces, sheet.vertices, method="detail", rehearsal=2 * take)

@@ -48,8 +48,8 @@ class DYNMESH_EXPORT Completer {
   Completer(Faces faces, Points<const Real> first_frame, const Settings& settings = {});
   /// With the frames of a rehearsal, which method detail requires. Also throws
   /// std::invalid_argument if there are fewer than three, if they have another number of vertices,
-  /// or if their mean edge is less than half or more than twice that of `first_frame`. The frames
-  /// are copied.
+  /// or if their size is less than a fiftieth or more than fifty times that of `first_frame`, which
+  /// means another unit of length. The frames are copied.
   Completer(Faces faces, Points<const Real> first_frame, const Settings& settings,
             const Rehearsal<Real>& rehearsal);
   ~Completer();

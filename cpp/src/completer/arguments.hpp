@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdio>
 #include <dynmesh/rehearsal.hpp>
@@ -92,27 +93,45 @@ void check_rehearsal(const Rehearsal<Real>& rehearsal, std::size_t n_vertices) {
   }
 }
 
-/// Refuses a rehearsal in another unit of length.
-template <class Real>
-void check_size(const Rehearsal<Real>& rehearsal, const Cells& cells,
-                std::span<const Vector3<Real>> first_frame) {
-  double rehearsed = 0;
-  std::vector<Vector3<Real>> frame(first_frame.size());
-  for (const auto& positions : rehearsal.frames()) {
-    for (std::size_t v = 0; v < frame.size(); ++v) {
-      frame[v] = {positions[3 * v], positions[3 * v + 1], positions[3 * v + 2]};
+/// The root mean square distance of the vertices from their mean, which does not depend on their
+/// order or on how they are turned.
+template <class Position>
+double size_of(std::size_t n_vertices, const Position& position) {
+  double mean[3] = {};
+  double square = 0;
+  for (std::size_t v = 0; v < n_vertices; ++v) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      mean[c] += static_cast<double>(position(v, c)) / static_cast<double>(n_vertices);
     }
-    rehearsed += static_cast<double>(mean_edge_length<Real>(cells, frame));
   }
-  rehearsed /= static_cast<double>(rehearsal.frames().size());
-  const auto mean_edge = static_cast<double>(mean_edge_length(cells, first_frame));
-  if (rehearsed <= 2 * mean_edge && mean_edge <= 2 * rehearsed) return;
+  for (std::size_t v = 0; v < n_vertices; ++v) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double arm = static_cast<double>(position(v, c)) - mean[c];
+      square += arm * arm / static_cast<double>(n_vertices);
+    }
+  }
+  return std::sqrt(square);
+}
+
+/// Refuses a rehearsal in another unit of length, such as millimetres for metres. One that differs
+/// less is useless at worst, and then it is not trusted.
+template <class Real>
+void check_size(const Rehearsal<Real>& rehearsal, const Points<const Real>& first_frame) {
+  constexpr double most = 50;
+  double rehearsed = 0;
+  for (const auto& positions : rehearsal.frames()) {
+    rehearsed += size_of(first_frame.count,
+                         [&](std::size_t v, std::size_t c) { return positions[3 * v + c]; }) /
+                 static_cast<double>(rehearsal.frames().size());
+  }
+  const double size = size_of(first_frame.count, first_frame);
+  if (rehearsed <= most * size && size <= most * rehearsed) return;
   std::array<char, 200> text{};
   (void)std::snprintf(
       text.data(), text.size(),
-      "rehearsal: its mean edge is %.4g, %.4g times that of first_frame, %.4g; both "
-      "must be in the same unit of length",
-      rehearsed, rehearsed / mean_edge, mean_edge);
+      "rehearsal: its size, the root mean square distance from the centre, is %.4g, "
+      "but that of first_frame is %.4g; both must be in the same unit of length",
+      rehearsed, size);
   throw std::invalid_argument(text.data());
 }
 

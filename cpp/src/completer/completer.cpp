@@ -82,9 +82,9 @@ Completer<Real>::Completer(Faces faces, Points<const Real> first_frame, const Se
   }
   const auto frame = first_frame_of(first_frame);
   check_rehearsal(rehearsal, frame.size());
-  Topology topology = topology_of(faces, frame.size());
-  check_size<Real>(rehearsal, topology.cells, frame);
-  parts_ = std::make_unique<Parts>(faces, frame, std::move(topology), settings, rehearsal.frames());
+  check_size(rehearsal, first_frame);
+  parts_ = std::make_unique<Parts>(faces, frame, topology_of(faces, frame.size()), settings,
+                                   rehearsal.frames());
 }
 
 template <class Real>
