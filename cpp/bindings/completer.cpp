@@ -14,6 +14,7 @@
 #include "bindings.hpp"
 #include "completer/one_at_a_time.hpp"
 #include "completer/settings_table.hpp"
+#include "rehearsal.hpp"
 #include "scalars.hpp"
 
 namespace dynmesh {
@@ -65,21 +66,6 @@ Settings settings_of(const py::kwargs& given) {
 
 py::object rehearsal_in(const py::kwargs& given) {
   return given.contains(rehearsal_name) ? py::object(given[rehearsal_name]) : py::none();
-}
-
-/// Reads the frames of an array or of any other iterable.
-template <class Real>
-Rehearsal<Real> rehearsal_of(const py::object& frames, std::size_t n_vertices) {
-  if (!py::isinstance<py::iterable>(frames)) {
-    throw py::type_error("rehearsal: must be frames, an array (n, k, 3) or an iterable, not " +
-                         type_name(frames));
-  }
-  Rehearsal<Real> rehearsal(n_vertices);
-  for (const py::handle frame : frames) {
-    const auto given = py::reinterpret_borrow<py::object>(frame);
-    rehearsal.add(PointsArgument<Real>("rehearsal", given, "(k, 3)").view());
-  }
-  return rehearsal;
 }
 
 /// Raises a SettingError of C++ as that of dynmesh._errors, with the setting as an attribute.

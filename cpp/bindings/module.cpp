@@ -13,6 +13,7 @@ PYBIND11_MODULE(_core, module) {
   module.attr("__version__") = DYNMESH_VERSION;
   dynmesh::bind_topology(module);
   dynmesh::bind_completer(module);
+  dynmesh::bind_rehearsal(module);
   dynmesh::bind_metrics(module);
   dynmesh::bind_baselines(module);
   dynmesh::bind_sharing(module);

@@ -1,3 +1,4 @@
+from collections.abc import Iterable
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -50,11 +51,29 @@ class FrameReport:
     @property
     def blend(self) -> float: ...
     @property
+    def trust(self) -> float: ...
+    @property
+    def explained(self) -> float: ...
+    @property
     def factor_seconds(self) -> float: ...
     @property
     def rotation_seconds(self) -> float: ...
     @property
     def solve_seconds(self) -> float: ...
+
+class RehearsalSummary:
+    @property
+    def frames(self) -> int: ...
+    @property
+    def variance_held(self) -> float: ...
+    @property
+    def rms_distance(self) -> float: ...
+    @property
+    def largest_distance(self) -> float: ...
+
+def rehearsal_summary(
+    faces: _Integers, first_frame: _Positions, frames: Iterable[_Positions]
+) -> RehearsalSummary: ...
 
 class Completer:
     def __init__(
@@ -69,6 +88,7 @@ class Completer:
         noise: float | None = None,
         reject_outliers: bool = False,
         threads: int = 1,
+        rehearsal: Iterable[_Positions] | None = None,
     ) -> None: ...
     def push(
         self, points: _Positions, known: _Mask | None = None, *, out: _Positions | None = None

@@ -18,6 +18,8 @@ def complete(
     faces: NDArray[np.integer[Any]],
     frames: Iterable[Positions],
     known: Iterable[Mask] | None = None,
+    *,
+    rehearsal: Iterable[Positions] | None = None,
     **settings: Unpack[Settings],
 ) -> Iterator[Positions]:
     """Completes one frame after another, in constant memory.
@@ -28,6 +30,8 @@ def complete(
         faces: (m, 3) integers.
         frames: (k, 3) positions each. The first frame must be complete and is yielded unchanged.
         known: (k,) bool for each frame, or None if rows that are not finite are missing.
+        rehearsal: complete frames of the same mesh, seen before, from which method detail learns;
+            see :class:`dynmesh.Completer`. They are read when the first frame is requested.
         **settings: `method`, `noise` and the other settings of :class:`dynmesh.Completer`, which
             explains them.
 
@@ -43,7 +47,7 @@ def complete(
     if first is None:
         raise InputError("is empty, but frame 0 is needed, complete", argument="frames")
     points, mask = first
-    completer = _begin(faces, points, mask, settings)
+    completer = _begin(faces, points, mask, rehearsal, settings)
     yield np.array(points, completer.dtype)
     for number, (points, mask) in enumerate(pairs, 1):
         with locating(frame=number):
@@ -52,14 +56,18 @@ def complete(
 
 
 def _begin(
-    faces: NDArray[np.integer[Any]], points: Positions, known: Mask | None, settings: Settings
+    faces: NDArray[np.integer[Any]],
+    points: Positions,
+    known: Mask | None,
+    rehearsal: Iterable[Positions] | None,
+    settings: Settings,
 ) -> Completer:
     """Creates the completer for a sequence with this frame 0, which must be complete."""
     if known is not None and (missing := np.flatnonzero(np.equal(known, False))).size:
         raise InputError(
             f"vertex {missing[0]} is missing, but frame 0 must be complete", argument="known"
         )
-    completer = Completer(faces, points, **all_settings(settings))
+    completer = Completer(faces, points, rehearsal=rehearsal, **all_settings(settings))
     if known is not None:
         mask = np.asarray(known)
         check_known(mask.dtype, mask.shape, (completer.n_vertices,))

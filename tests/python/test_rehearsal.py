@@ -11,6 +11,7 @@ from meshes import Array, Mesh
 from rehearsal_reference import Rehearsed
 
 import dynmesh
+from dynmesh import _core
 
 
 def poses(vertices: Array, n: int, rng: np.random.Generator) -> Array:
@@ -320,3 +321,38 @@ def test_a_take_in_another_unit_is_refused(sheet: Mesh, rng: np.random.Generator
         with pytest.raises(ValueError, match=r"rehearsal: its size, .* is .*first_frame is 4\.8"):
             dynmesh.Completer(sheet.faces, sheet.vertices, method="detail", rehearsal=factor * take)
     dynmesh.Completer(sheet.faces, sheet.vertices, method="detail", rehearsal=2 * take)
+
+
+def test_a_stream_is_completed_with_a_rehearsal(
+    sheet: Mesh, clip: tuple[Array, Array], rng: np.random.Generator
+) -> None:
+    frames, masks = clip
+    take = poses(sheet.vertices, 10, rng)
+    known = [np.ones(len(sheet.vertices), np.bool_), *masks]
+    stream = dynmesh.complete(sheet.faces, frames, known, rehearsal=iter(take), method="detail")
+    expected = completed(sheet, frames, masks, rehearsal=take)
+    np.testing.assert_array_equal(list(stream)[1:], expected)
+
+
+def test_a_summary_measures_poses_and_modes(sheet: Mesh, rng: np.random.Generator) -> None:
+    """Of frames that are turned and moved, and of which one has another shape."""
+    first, n = sheet.vertices, 40
+    turn = np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]])
+    lifted = first.copy()
+    lifted[:, 2] += 0.02 * first[:, 0] * first[:, 1]
+    take = np.stack([first, first @ turn + [5, 6, 7], first, lifted @ turn])
+    summary = _core.rehearsal_summary(sheet.faces, first, take)
+    moved = lifted - lifted.mean(axis=0)
+    u, _, vt = np.linalg.svd(moved.T @ (first - first.mean(axis=0)))
+    rotation = u @ np.diag([1, 1, np.sign(np.linalg.det(u @ vt))]) @ vt
+    left = moved @ rotation - (first - first.mean(axis=0))
+    distance = np.sqrt((left**2).sum(axis=1).mean())
+    assert summary.frames == 4
+    assert summary.largest_distance == pytest.approx(distance)
+    assert summary.rms_distance == pytest.approx(distance / 2)
+    assert summary.variance_held == pytest.approx(1)  # of one shape
+    many = first + 0.05 * rng.normal(size=(n, *first.shape))
+    held = _core.rehearsal_summary(sheet.faces, first, many.astype(np.float32)).variance_held
+    assert 16 / n < held < 0.7  # of independent shapes, which 16 modes hold in part
+    still = _core.rehearsal_summary(sheet.faces, first, [first] * 3)
+    assert still.largest_distance == pytest.approx(0, abs=1e-9)

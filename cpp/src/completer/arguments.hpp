@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdio>
 #include <dynmesh/rehearsal.hpp>
+#include <dynmesh/settings.hpp>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <initializer_list>
@@ -80,16 +81,17 @@ std::vector<Vector3<Real>> first_frame_of(Points<const Real> points) {
   return complete_frame("first_frame", points);
 }
 
+/// Throws SettingError, as does `check_size`.
 template <class Real>
 void check_rehearsal(const Rehearsal<Real>& rehearsal, std::size_t n_vertices) {
   if (rehearsal.n_vertices() != n_vertices) {
-    throw std::invalid_argument("rehearsal: its frames have " +
-                                std::to_string(rehearsal.n_vertices()) +
-                                " vertices, but first_frame has " + std::to_string(n_vertices));
+    throw SettingError("rehearsal", "its frames have " + std::to_string(rehearsal.n_vertices()) +
+                                        " vertices, but first_frame has " +
+                                        std::to_string(n_vertices));
   }
   if (rehearsal.n_added() < Rehearsal<Real>::fewest_frames) {
-    throw std::invalid_argument("rehearsal: has " + std::to_string(rehearsal.n_added()) +
-                                " frames, but at least 3 are needed");
+    throw SettingError("rehearsal", "has " + std::to_string(rehearsal.n_added()) +
+                                        " frames, but at least 3 are needed");
   }
 }
 
@@ -127,12 +129,11 @@ void check_size(const Rehearsal<Real>& rehearsal, const Points<const Real>& firs
   const double size = size_of(first_frame.count, first_frame);
   if (rehearsed <= most * size && size <= most * rehearsed) return;
   std::array<char, 200> text{};
-  (void)std::snprintf(
-      text.data(), text.size(),
-      "rehearsal: its size, the root mean square distance from the centre, is %.4g, "
-      "but that of first_frame is %.4g; both must be in the same unit of length",
-      rehearsed, size);
-  throw std::invalid_argument(text.data());
+  (void)std::snprintf(text.data(), text.size(),
+                      "its size, the root mean square distance from the centre, is %.4g, "
+                      "but that of first_frame is %.4g; both must be in the same unit of length",
+                      rehearsed, size);
+  throw SettingError("rehearsal", text.data());
 }
 
 inline Topology topology_of(Faces faces, std::size_t n_vertices) {
