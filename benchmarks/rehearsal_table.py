@@ -6,7 +6,7 @@
 FOLDER contains sequences in files NAME.npz. The rehearsal is the first half of each, at most 50
 frames of it, evenly; vertices are lost in the second half, of which at most the first 50 frames are
 completed. The last rows show rehearsals that are of no use: noise, and moves of other vertices.
-With --learning, it prints instead how long completers take to learn 75 frames of the built-in ocean.
+With --learning, it prints instead how long completers take to learn 75 frames of an ocean.
 """
 
 import argparse
