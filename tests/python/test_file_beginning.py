@@ -330,3 +330,18 @@ def test_noise_in_another_unit_is_reported(truth: dynmesh.Sequence, tmp_path: Pa
         )
         assert any("30 % of the bounding-box diagonal" in r for r in report.remarks) == is_much
         assert bool(report.remarks) == is_much
+
+
+def test_a_template_in_another_unit_is_reported(partial: dynmesh.Sequence, tmp_path: Path) -> None:
+    dynmesh.write(tmp_path / "a.npz", partial)
+    whole = partial.vertices[WHOLE : WHOLE + 1]
+    for factor in (1, 1000, 0.01):
+        template = dynmesh.Sequence(np.float32(factor) * whole, partial.faces)
+        dynmesh.write(tmp_path / "whole.npz", template)
+        report = dynmesh.complete_file(
+            tmp_path / "a.npz", tmp_path / "b.npz", template=tmp_path / "whole.npz", overwrite=True
+        )
+        assert len(report.remarks) == (factor != 1)
+        for remark in report.remarks:
+            assert "it must be in the unit of the sequence" in remark
+            assert float(remark.split()[6]) == pytest.approx(factor, rel=0.2)
