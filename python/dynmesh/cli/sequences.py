@@ -167,6 +167,8 @@ def degrade(
             with as_usage("--known"):
                 masks.append(degradation.random_known(*shape, known, seed=seed))
         if camera is not None:
+            if up is None and reader.header.up_axis is None:
+                say("assuming that z is up; if not, use --up y")
             axis = up or Axis(reader.header.up_axis or "z")
             with as_usage("--camera"):
                 cameras = degradation.orbit(_bounding_box(reader), camera, up=axis.vector)

@@ -99,6 +99,8 @@ class Target:
         folder = (self.new_folder() or self.path).parent
         if not folder.is_dir():
             raise FileNotFoundError(f"{self.path}: there is no folder {folder}")
+        if isinstance(reader, Reader):
+            self._check_not_among(reader)
         existing = self.existing()
         if existing and reader is not None:
             inputs = set(map(_identity, reader.files))
@@ -108,6 +110,20 @@ class Target:
         if existing and not overwrite:
             raise FileExistsError(
                 f"{existing[0]}: exists already; --overwrite replaces it, in Python overwrite=True"
+            )
+
+    def _check_not_among(self, reader: Reader) -> None:
+        """Refuses to write frames into the folder whose files are read as frames."""
+        if (
+            reader.path.is_dir()
+            and self.path.parent.is_dir()
+            and _identity(self.path.parent) == _identity(reader.path)
+            and self.path.suffix.lower() == reader.files[0].suffix.lower()
+            and not set(self.existing()) & set(reader.files)
+        ):
+            raise ValueError(
+                f"{self.path}: is in the folder of the input, whose files would then be frames of "
+                "the same sequence; write to another folder"
             )
 
 

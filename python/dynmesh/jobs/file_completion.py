@@ -155,7 +155,8 @@ def complete_into(
                     if writer.resumable:
                         writer.flush()
                         checkpoint.save(passes.progress())
-    return passes.tally.report(n_frames, progress.done, tuple(writer.remarks), number)
+    remarks = (*writer.remarks, *beginning.remarks(settings["noise"]))
+    return passes.tally.report(n_frames, progress.done, remarks, number)
 
 
 def _is_complete(target: Target, header: Header) -> bool:
