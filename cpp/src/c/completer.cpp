@@ -1,33 +1,20 @@
-/// The C interface: converts arguments, calls Completer, and turns exceptions into a status.
+/// The completer in the C interface: converts arguments, calls Completer, and turns exceptions into
+/// a status.
 #include <dynmesh/dynmesh.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <dynmesh/completer.hpp>
 #include <dynmesh/settings.hpp>
-#include <dynmesh/template_mesh.hpp>
 #include <dynmesh/types.hpp>
-#include <exception>
 #include <limits>
-#include <memory>
-#include <new>
-#include <span>
-#include <stdexcept>
 #include <string>
-#include <system_error>
-#include <type_traits>
-#include <utility>
 #include <variant>
-#include <vector>
 
+#include "c/arguments.hpp"
+#include "c/status.hpp"
 #include "completer/one_at_a_time.hpp"
-#include "support/checks.hpp"
-
-static_assert(std::is_same_v<dynmesh::Index, std::int32_t>);
 
 struct dynmesh_completer {
   std::variant<dynmesh::Completer<float>, dynmesh::Completer<double>> any;
@@ -36,58 +23,6 @@ struct dynmesh_completer {
 
 namespace dynmesh {
 namespace {
-
-using Message = std::array<char, 1024>;  // of fixed size, since reporting that memory is exhausted
-                                         // must not allocate any
-
-Message& last_message() noexcept {
-  thread_local Message message{};
-  return message;
-}
-
-/// Stores `message`, truncated to the available space after a whole character of UTF-8.
-dynmesh_status fail(dynmesh_status status, const char* message) noexcept {
-  Message& kept = last_message();
-  std::size_t size = std::strlen(message);
-  if (size >= kept.size()) {
-    const auto is_inside_character = [&](std::size_t i) { return (message[i] & 0xC0) == 0x80; };
-    size = kept.size() - 1;
-    for (int back = 0; back < 3 && is_inside_character(size); ++back) --size;
-  }
-  std::memmove(kept.data(), message, size);
-  kept[size] = '\0';
-  return status;
-}
-
-template <class Call>
-dynmesh_status guarded(const Call& call) noexcept {
-  try {
-    call();
-    return DYNMESH_OK;
-  } catch (const std::invalid_argument& error) {
-    return fail(DYNMESH_INVALID_ARGUMENT, error.what());
-  } catch (const std::bad_alloc&) {
-    return fail(DYNMESH_OUT_OF_MEMORY, "out of memory");
-  } catch (const InUse& error) {
-    return fail(DYNMESH_IN_USE, error.what());
-  } catch (const UnreadableFile& error) {
-    return fail(DYNMESH_UNREADABLE_FILE, error.what());
-  } catch (const std::system_error& error) {  // a thread could not be started
-    return fail(DYNMESH_OUT_OF_MEMORY, error.what());
-  } catch (const std::exception& error) {
-    return fail(DYNMESH_INTERNAL_ERROR, error.what());
-  } catch (...) {
-    return fail(DYNMESH_INTERNAL_ERROR, "an unknown exception");
-  }
-}
-
-[[noreturn]] void refuse(const char* argument, const std::string& why) {
-  throw std::invalid_argument(std::string(argument) + ": " + why);
-}
-
-void check_pointer(const char* argument, const void* pointer) {
-  dynmesh::check_pointer(argument, pointer, 1);
-}
 
 /// Calls `call` with the Completer<float> or Completer<double> in `handle`. For properties that
 /// never change.
@@ -108,84 +43,6 @@ dynmesh_status with(Handle* handle, const Call& call) noexcept {
   });
 }
 
-std::size_t count_of(const char* argument, std::int64_t count) {
-  if (count < 0 || count > std::numeric_limits<Index>::max()) {
-    refuse(argument, "cannot have " + std::to_string(count) + " rows");
-  }
-  return static_cast<std::size_t>(count);
-}
-
-/// Converts a view. `View` is dynmesh_points for `const Real` and dynmesh_output for `Real`.
-template <class Real, class View>
-Points<Real> points_of(const char* argument, const View* view) {
-  constexpr std::int32_t type = sizeof(Real) == 4 ? DYNMESH_FLOAT32 : DYNMESH_FLOAT64;
-  check_pointer(argument, view);
-  if (view->type != type) {
-    refuse(argument, "type must be " + std::to_string(type) + ", that of the first frame, not " +
-                         std::to_string(view->type));
-  }
-  if (reinterpret_cast<std::uintptr_t>(view->data) % alignof(Real) != 0) {
-    refuse(argument, "is not aligned to " + std::to_string(alignof(Real)) + " bytes");
-  }
-  // A stride of 0 means packed, as in OpenGL.
-  const std::int64_t per_column = view->column_stride == 0 ? 1 : view->column_stride;
-  if (view->row_stride == 0 && per_column != 1) {
-    refuse(argument, "row_stride is 0, which means packed, but column_stride is " +
-                         std::to_string(per_column) + ", not 1 or 0");
-  }
-  const std::int64_t per_row = view->row_stride == 0 ? 3 : view->row_stride;
-  return {static_cast<Real*>(view->data), count_of(argument, view->count),
-          static_cast<std::ptrdiff_t>(per_row), static_cast<std::ptrdiff_t>(per_column)};
-}
-
-KnownMask mask_of(const dynmesh_mask& mask) {
-  const std::int64_t stride = mask.stride == 0 ? 1 : mask.stride;
-  return {mask.data, count_of("known", mask.count), static_cast<std::ptrdiff_t>(stride)};
-}
-
-std::span<const Index> indices_of(const std::int32_t* indices, std::int64_t n_indices) {
-  const std::size_t count = count_of("indices", n_indices);
-  if (count > 0) check_pointer("indices", indices);
-  return {indices, count};
-}
-
-Method method_of(std::int32_t method) {
-  if (method == DYNMESH_METHOD_MOTION) return Method::motion;
-  if (method == DYNMESH_METHOD_DETAIL) return Method::detail;
-  refuse("method", "must be DYNMESH_METHOD_MOTION (0) or DYNMESH_METHOD_DETAIL (1), not " +
-                       std::to_string(method));
-}
-
-UnseenRule unseen_rule_of(std::int32_t rule) {
-  if (rule == DYNMESH_UNSEEN_HOLD) return UnseenRule::hold;
-  if (rule == DYNMESH_UNSEEN_FOLLOW) return UnseenRule::follow;
-  refuse("unseen", "must be DYNMESH_UNSEEN_HOLD (0) or DYNMESH_UNSEEN_FOLLOW (1), not " +
-                       std::to_string(rule));
-}
-
-/// Later versions may support several sizes, with default values for the fields that smaller ones
-/// lack.
-void check_settings_size(const char* argument, std::int64_t size) {
-  constexpr auto known = static_cast<std::int64_t>(sizeof(dynmesh_settings));
-  if (size == known) return;
-  refuse(argument, "is " + std::to_string(size) +
-                       ", but this version of dynmesh expects settings of " +
-                       std::to_string(known) + " bytes; call dynmesh_default_settings first");
-}
-
-Settings settings_of(const dynmesh_settings& given) {
-  check_settings_size("settings.size", given.size);
-  Settings settings;
-  settings.method = method_of(given.method);
-  settings.revisit = given.revisit != 0;
-  settings.extra_iterations = given.extra_iterations;
-  settings.unseen = unseen_rule_of(given.unseen);
-  if (!std::isnan(given.noise)) settings.noise = given.noise;
-  settings.reject_outliers = given.reject_outliers != 0;
-  settings.threads = given.threads;
-  return settings;
-}
-
 dynmesh_frame_report to_c(const FrameReport& report) {
   return {static_cast<std::int64_t>(report.known),      static_cast<std::int64_t>(report.filled),
           static_cast<std::int64_t>(report.unseen),     static_cast<std::int64_t>(report.rejected),
@@ -203,25 +60,12 @@ dynmesh_completer* create(Faces faces, const dynmesh_points* first_frame,
   return new dynmesh_completer{Completer<Real>(faces, frame, settings)};
 }
 
-/// The owner of the arrays to which a dynmesh_template points.
-struct OwnedTemplate : dynmesh_template {
-  explicit OwnedTemplate(TemplateMesh read) : dynmesh_template{}, mesh(std::move(read)) {
-    vertices = mesh.vertices.data();
-    n_vertices = static_cast<std::int64_t>(mesh.points().count);
-    faces = mesh.faces.data();
-    n_faces = static_cast<std::int64_t>(mesh.triangles().count);
-  }
-  TemplateMesh mesh;
-};
-
 }  // namespace
 }  // namespace dynmesh
 
 // C has no namespaces, so the functions of the interface are global. The functions they call are
 // above.
 using namespace dynmesh;
-
-const char* dynmesh_last_message() { return last_message().data(); }
 
 const char* dynmesh_version() { return DYNMESH_VERSION; }
 
@@ -379,18 +223,4 @@ dynmesh_status dynmesh_refused_face(const dynmesh_completer* completer, int64_t 
     *face = static_cast<int64_t>(found.index);
     *reason = found.reason.c_str();
   });
-}
-
-dynmesh_status dynmesh_read_template(const char* path, const dynmesh_template** mesh) {
-  return guarded([&] {
-    check_pointer("mesh", mesh);
-    *mesh = nullptr;
-    check_pointer("path", path);
-    *mesh = new OwnedTemplate(read_template(path));
-  });
-}
-
-void dynmesh_free_template(const dynmesh_template* mesh) {
-  // Each of them was made as one. NOLINTNEXTLINE(cppcoreguidelines-pro-type-static-cast-downcast)
-  delete static_cast<const OwnedTemplate*>(mesh);
 }
