@@ -35,13 +35,15 @@ inline std::size_t count_of(const char* argument, std::int64_t count) {
   return static_cast<std::size_t>(count);
 }
 
-/// Converts a view. `View` is dynmesh_points for `const Real` and dynmesh_output for `Real`.
+/// Converts a view, whose type must be that of `reference`. `View` is dynmesh_points for `const
+/// Real` and dynmesh_output for `Real`.
 template <class Real, class View>
-Points<Real> points_of(const char* argument, const View* view) {
+Points<Real> points_of(const char* argument, const View* view,
+                       const char* reference = "the first frame") {
   constexpr std::int32_t type = sizeof(Real) == 4 ? DYNMESH_FLOAT32 : DYNMESH_FLOAT64;
   check_pointer(argument, view);
   if (view->type != type) {
-    refuse(argument, "type must be " + std::to_string(type) + ", that of the first frame, not " +
+    refuse(argument, "type must be " + std::to_string(type) + ", that of " + reference + ", not " +
                          std::to_string(view->type));
   }
   if (reinterpret_cast<std::uintptr_t>(view->data) % alignof(Real) != 0) {
@@ -56,6 +58,12 @@ Points<Real> points_of(const char* argument, const View* view) {
   const std::int64_t per_row = view->row_stride == 0 ? 3 : view->row_stride;
   return {static_cast<Real*>(view->data), count_of(argument, view->count),
           static_cast<std::ptrdiff_t>(per_row), static_cast<std::ptrdiff_t>(per_column)};
+}
+
+constexpr const char* known_types = "DYNMESH_FLOAT32 (32) or DYNMESH_FLOAT64 (64)";
+
+inline Faces faces_of(const std::int32_t* faces, std::int64_t n_faces) {
+  return {faces, count_of("faces", n_faces)};
 }
 
 inline KnownMask mask_of(const dynmesh_mask& mask) {
@@ -93,9 +101,12 @@ inline void check_settings_size(const char* argument, std::int64_t size) {
                        std::to_string(known) + " bytes; call dynmesh_default_settings first");
 }
 
-inline Settings settings_of(const dynmesh_settings& given) {
-  check_settings_size("settings.size", given.size);
+/// Null means the defaults.
+inline Settings settings_of(const dynmesh_settings* chosen) {
   Settings settings;
+  if (chosen == nullptr) return settings;
+  const dynmesh_settings& given = *chosen;
+  check_settings_size("settings.size", given.size);
   settings.method = method_of(given.method);
   settings.revisit = given.revisit != 0;
   settings.extra_iterations = given.extra_iterations;

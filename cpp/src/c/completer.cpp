@@ -10,43 +10,24 @@
 #include <dynmesh/types.hpp>
 #include <limits>
 #include <string>
-#include <variant>
 
 #include "c/arguments.hpp"
+#include "c/handles.hpp"
 #include "c/status.hpp"
-#include "completer/one_at_a_time.hpp"
-
-struct dynmesh_completer {
-  std::variant<dynmesh::Completer<float>, dynmesh::Completer<double>> any;
-  mutable dynmesh::OneAtATime turns{};
-};
 
 namespace dynmesh {
 namespace {
 
-/// Calls `call` with the Completer<float> or Completer<double> in `handle`. For properties that
-/// never change.
-template <class Handle, class Call>
-dynmesh_status with_constant(Handle* handle, const Call& call) noexcept {
-  return guarded([&] {
-    check_pointer("completer", handle);
-    std::visit(call, handle->any);
-  });
-}
-
-/// The same for all other functions, which are refused while another thread is using the completer.
-template <class Handle, class Call>
-dynmesh_status with(Handle* handle, const Call& call) noexcept {
-  return guarded([&] {
-    check_pointer("completer", handle);
-    handle->turns.enter([&] { std::visit(call, handle->any); });
-  });
-}
-
 dynmesh_frame_report to_c(const FrameReport& report) {
-  return {static_cast<std::int64_t>(report.known),      static_cast<std::int64_t>(report.filled),
-          static_cast<std::int64_t>(report.unseen),     static_cast<std::int64_t>(report.rejected),
-          static_cast<std::int64_t>(report.iterations), report.seconds};
+  return {static_cast<std::int64_t>(report.known),
+          static_cast<std::int64_t>(report.filled),
+          static_cast<std::int64_t>(report.unseen),
+          static_cast<std::int64_t>(report.rejected),
+          static_cast<std::int64_t>(report.iterations),
+          report.seconds,
+          report.stages.blend,
+          report.stages.trust,
+          report.stages.explained};
 }
 
 void store(const FrameReport& report, dynmesh_frame_report* where) {
@@ -92,8 +73,8 @@ dynmesh_status dynmesh_create(const int32_t* faces, int64_t n_faces,
     check_pointer("completer", completer);
     *completer = nullptr;
     check_pointer("first_frame", first_frame);
-    const Faces triangles{faces, count_of("faces", n_faces)};
-    const auto chosen = settings == nullptr ? Settings{} : settings_of(*settings);
+    const Faces triangles = faces_of(faces, n_faces);
+    const auto chosen = settings_of(settings);
     switch (first_frame->type) {
       case DYNMESH_FLOAT32:
         *completer = create<float>(triangles, first_frame, chosen);
@@ -102,7 +83,7 @@ dynmesh_status dynmesh_create(const int32_t* faces, int64_t n_faces,
         *completer = create<double>(triangles, first_frame, chosen);
         break;
       default:
-        refuse("first_frame", "type must be DYNMESH_FLOAT32 (32) or DYNMESH_FLOAT64 (64), not " +
+        refuse("first_frame", std::string("type must be ") + known_types + ", not " +
                                   std::to_string(first_frame->type));
     }
   });
