@@ -169,12 +169,12 @@ void try_c(World& world) {
   fewer.count = k - 1;
   tried("dynmesh_create_rehearsed", "`first_frame`: one row too few", {"rehearsal:", "49", "48"},
         make_rehearsed(&detail, &fewer, rehearsal));
-  auto ten_times = world.mesh.vertices;
-  for (double& x : ten_times) x *= 10;
+  auto in_millimetres = world.mesh.vertices;
+  for (double& x : in_millimetres) x *= 1000;
   dynmesh_points in_another_unit = frame;
-  in_another_unit.data = ten_times.data();
+  in_another_unit.data = in_millimetres.data();
   tried("dynmesh_create_rehearsed", "`first_frame`: in another unit",
-        {"rehearsal:", "0.1 times", "unit"}, make_rehearsed(&detail, &in_another_unit, rehearsal));
+        {"rehearsal:", "size", "unit"}, make_rehearsed(&detail, &in_another_unit, rehearsal));
   // It is as it was, and good.
   if (dynmesh_create_rehearsed(faces, n_faces, &frame, &detail, rehearsal, &other) != DYNMESH_OK) {
     fault("dynmesh_create_rehearsed", "good input", "was refused");

@@ -138,10 +138,10 @@ void try_cpp(World& world) {
         make_rehearsed({}, frame));
   tried("Completer", "`rehearsal`: of more vertices", {"rehearsal:", "49", "48"},
         make_rehearsed({.method = Method::detail}, {frame.data, k - 1}));
-  auto ten_times = world.mesh.vertices;
-  for (double& x : ten_times) x *= 10;
-  tried("Completer", "`rehearsal`: in another unit", {"rehearsal:", "0.1 times", "unit"},
-        make_rehearsed({.method = Method::detail}, {ten_times.data(), k}));
+  auto in_millimetres = world.mesh.vertices;
+  for (double& x : in_millimetres) x *= 1000;
+  tried("Completer", "`rehearsal`: in another unit", {"rehearsal:", "size", "unit"},
+        make_rehearsed({.method = Method::detail}, {in_millimetres.data(), k}));
   const auto sparse = [&](const std::vector<Index>& indices, Points<const double> observed) {
     return [=, &c] { c.push_sparse(indices, observed, out); };
   };
