@@ -159,7 +159,7 @@ def degrade(
         )
     target = files.target_of(output, output_format)
     with files.open(path, **source) as reader:
-        target.check(overwrite=overwrite, reader=reader)
+        target.check(overwrite=overwrite, inputs=reader.files)
         shape = (reader.n_frames, reader.n_vertices)
         masks: list[Iterator[Mask]] = []
         points: Iterator[Positions] = (frame.points for frame in reader)
@@ -228,7 +228,7 @@ def convert(
     """
     target = files.target_of(output, output_format)
     with files.open(path, **source) as reader:
-        target.check(overwrite=overwrite, reader=reader)
+        target.check(overwrite=overwrite, inputs=reader.files)
         dropped = reader.has_provenance and not target.writer.keeps_provenance
         header = replace(
             reader.header,

@@ -1,5 +1,6 @@
 """Where a sequence is written, and in which format: decided once, before anything is written."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -89,8 +90,8 @@ class Target:
         with naming(self.path):
             return self.writer.new_folder(self.path)
 
-    def check(self, *, overwrite: bool, reader: Reader | Scene | None = None) -> None:
-        """Refuses to replace the files that `reader` reads or, unless asked to, any others.
+    def check(self, *, overwrite: bool, inputs: Iterable[Path] = ()) -> None:
+        """Refuses to replace the files that are read or, unless asked to, any others.
 
         Raises:
             FileExistsError, ValueError: writing would replace them.
@@ -100,10 +101,10 @@ class Target:
         if not folder.is_dir():
             raise FileNotFoundError(f"{self.path}: there is no folder {folder}")
         existing = self.existing()
-        if existing and reader is not None:
-            inputs = set(map(_identity, reader.files))
+        if existing:
+            read = set(map(_identity, inputs))
             for file in existing:
-                if _identity(file) in inputs:
+                if _identity(file) in read:
                     raise ValueError(f"{file}: is the input; writing over it would lose it")
         if existing and not overwrite:
             raise FileExistsError(
