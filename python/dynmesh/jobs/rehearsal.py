@@ -15,7 +15,7 @@ from ..files.scene_files import open_scene
 from ..files.scenes import listed
 from ..sequence import Positions
 from ..settings import Settings
-from .beginning import check_same_mesh, check_whole
+from .beginning import beginning_in, check_same_mesh, check_whole
 from .checkpoint import identity
 
 Takes: TypeAlias = PathLike | Iterable[PathLike]
@@ -103,10 +103,15 @@ class Rehearsal:
                 return Completer(faces, first_frame, **settings)
             return Completer(faces, first_frame, rehearsal=self._frames(), **settings)
 
-    def summary(self, first_frame: Positions) -> RehearsalSummary:
-        """Reads the takes and says what such a completer would learn."""
+    def summary(self) -> RehearsalSummary:
+        """Reads the takes and says what the completer of the sequence would learn.
+
+        Raises:
+            OSError, ValueError: a take cannot be read, or no frame of the sequence is whole.
+        """
+        first = beginning_in(self._reader, "whole")
         with self._naming():
-            return rehearsal_summary(self._reader.faces, first_frame, self._frames())
+            return rehearsal_summary(self._reader.faces, first.points, self._frames())
 
     def _frames(self) -> Iterator[Positions]:
         frames = self._frames_as_read()
