@@ -1,13 +1,16 @@
 """Prints what a rehearsal changes in the error of method detail, as a table.
 
     python -m benchmarks.rehearsal_table FOLDER [NAME ...]
+    python -m benchmarks.rehearsal_table --learning
 
 FOLDER contains sequences in files NAME.npz. The rehearsal is the first half of each, at most 50
 frames of it, evenly; vertices are lost in the second half, of which at most the first 50 frames are
-completed. The last rows show rehearsals that are of no use: noise, and vertices in another order.
+completed. The last rows show rehearsals that are of no use: noise, and moves of other vertices.
+With --learning, it prints instead how long completers take to learn 75 frames of an ocean.
 """
 
 import argparse
+import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -16,7 +19,7 @@ import numpy as np
 from rich.console import Console
 from rich.progress import track
 
-from dynmesh import Completer
+from dynmesh import Completer, metrics, synth
 from dynmesh.sequence import Mask, Positions
 from dynmesh.study.losses import losses
 from dynmesh.study.measure import run
@@ -48,8 +51,6 @@ def useless(take: Positions, seed: int = 0) -> Iterator[tuple[str, Positions]]:
 
 def error(subject: Subject, masks: list[Mask], take: Positions) -> tuple[float, float, float]:
     """Return the mean NMSVE in diagonals with this rehearsal, the trust and the median seconds."""
-    from dynmesh import metrics
-
     completer = Completer(subject.faces, subject.vertices[0], method="detail", rehearsal=take)
     completed, trust, seconds = [], [], []
     for points, known in zip(subject.vertices[1:], masks[1:], strict=True):
@@ -77,12 +78,32 @@ def line(name: str, loss: str, subject: Subject, masks: list[Mask], take: Positi
     )
 
 
+def learning() -> list[Line]:
+    """Return the processor time that completers of meshes of two sizes take to learn."""
+    lines: list[Line] = [("vertices", "without a rehearsal, s", "with 75 frames, s")]
+    for grid in (100, 316):
+        ocean = synth.ocean(75, grid=grid)
+        seconds = []
+        for rehearsal in (None, ocean.vertices):
+            begun = time.thread_time()
+            Completer(ocean.faces, ocean.vertices[0], method="detail", rehearsal=rehearsal)
+            seconds.append(f"{time.thread_time() - begun:.2f}")
+        lines.append((str(grid * grid), *seconds))
+    return lines
+
+
 def main() -> None:
     """Measure, and print the table."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("folder", type=Path)
+    parser.add_argument("folder", type=Path, nargs="?")
+    parser.add_argument("--learning", action="store_true", help="measure the time of learning")
     parser.add_argument("names", nargs="*", help="the sequences; the default is all of them")
     arguments = parser.parse_args()
+    if arguments.learning:
+        print(markdown(learning()))
+        return
+    if arguments.folder is None:
+        parser.error("a folder of sequences is needed")
     names = arguments.names or sorted(path.stem for path in arguments.folder.glob("*.npz"))
     lines: list[Line] = [
         ("sequence", "known", "libigl / detail", "detail, x 1e4", "rehearsed, x 1e4",

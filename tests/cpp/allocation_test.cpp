@@ -7,6 +7,7 @@
 
 #include "counted_memory.hpp"
 #include "meshes.hpp"
+#include "rehearsed.hpp"
 #include "shared_work.hpp"
 
 namespace dynmesh::testing {
@@ -51,15 +52,19 @@ TEST_CASE("method detail allocates memory only if its factor is larger than all 
   constexpr unsigned n_frames = 100;
   const SharedWork shared;
   Settings settings = {.method = Method::detail};
+  bool is_rehearsed = false;
   SUBCASE("anchors exact") {}
+  SUBCASE("with a rehearsal") { is_rehearsed = true; }
   SUBCASE("anchors noisy") { settings.noise = 0.01; }
   SUBCASE("outliers rejected") { settings.reject_outliers = true; }
   SUBCASE("all of these, on three threads") {
+    is_rehearsed = true;
     settings = {.method = Method::detail, .noise = 0.01, .reject_outliers = true, .threads = 3};
   }
   const auto mesh = join(sheet<float>(20), sheet<float>(5, 200));
   const std::size_t k = mesh.size();
-  Completer<float> completer(mesh.faces(), mesh.points(), settings);
+  auto completer = is_rehearsed ? rehearsed(mesh, settings)
+                                : Completer<float>(mesh.faces(), mesh.points(), settings);
   std::vector<float> out(3 * k);
   auto frame = mesh.vertices;
   const auto push = [&](const std::vector<std::uint8_t>& known) {

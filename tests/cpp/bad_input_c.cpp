@@ -102,6 +102,86 @@ void try_c(World& world) {
   tried("dynmesh_create", "`settings`: of another size", {"settings.size:", "48", "40"},
         make(&frame, &larger));
 
+  dynmesh_rehearsal* rehearsal = nullptr;
+  dynmesh_rehearsal* other_rehearsal = nullptr;
+  const auto rehearsal_of = [&](std::int64_t rows, std::int32_t type) {
+    const auto status = dynmesh_rehearsal_create(rows, type, &other_rehearsal);
+    if (other_rehearsal != nullptr) fault("dynmesh_rehearsal_create", "bad input", "made one");
+    return status;
+  };
+  if (dynmesh_rehearsal_create(k, DYNMESH_FLOAT64, &rehearsal) != DYNMESH_OK) ++faults();
+  tried("dynmesh_rehearsal_create", "`rehearsal`: a null pointer", {"rehearsal:", "null pointer"},
+        dynmesh_rehearsal_create(k, DYNMESH_FLOAT64, nullptr));
+  tried("dynmesh_rehearsal_create", "`n_vertices`: -1", {"n_vertices:", "not -1"},
+        rehearsal_of(-1, DYNMESH_FLOAT64));
+  tried("dynmesh_rehearsal_create", "`n_vertices`: 2^31", {"n_vertices:", "not 2147483648"},
+        rehearsal_of(std::int64_t{1} << 31, DYNMESH_FLOAT64));
+  tried("dynmesh_rehearsal_create", "`type`: 16", {"type:", "not 16"}, rehearsal_of(k, 16));
+  const auto add = [&](const dynmesh_points& of) { return dynmesh_rehearsal_add(rehearsal, &of); };
+  std::vector<double> holed = world.mesh.vertices;
+  holed[13] = std::numeric_limits<double>::quiet_NaN();
+  dynmesh_points with_hole = frame;
+  with_hole.data = holed.data();
+  dynmesh_points float32 = frame;
+  float32.type = DYNMESH_FLOAT32;
+  tried("dynmesh_rehearsal_add", "`rehearsal`: a null pointer", {"rehearsal:", "null pointer"},
+        dynmesh_rehearsal_add(nullptr, &frame));
+  tried("dynmesh_rehearsal_add", "`frame`: a null pointer", {"frame:", "null pointer"},
+        dynmesh_rehearsal_add(rehearsal, nullptr));
+  tried("dynmesh_rehearsal_add", "`frame`: data a null pointer", {"frame 0:", "null pointer"},
+        add(nothing));
+  tried("dynmesh_rehearsal_add", "`frame`: of float32", {"frame:", "64", "rehearsal", "not 32"},
+        add(float32));
+  tried("dynmesh_rehearsal_add", "`frame`: no rows", {"frame 0:", "0 rows", "49"}, add(empty));
+  tried("dynmesh_rehearsal_add", "`frame`: NaN in it", {"frame 0:", "vertex 4", "nan"},
+        add(with_hole));
+  dynmesh_settings detail = settings;
+  detail.method = DYNMESH_METHOD_DETAIL;
+  const auto make_rehearsed = [&](const dynmesh_settings* how, const dynmesh_points* first,
+                                  dynmesh_rehearsal* from) {
+    other = c;
+    const auto status = dynmesh_create_rehearsed(faces, n_faces, first, how, from, &other);
+    if (other != nullptr) {
+      fault("dynmesh_create_rehearsed", "bad input", "left the handle as it was");
+    }
+    return status;
+  };
+  for (int n = 0; n < 2; ++n) {
+    if (add(frame) != DYNMESH_OK) ++faults();
+  }
+  tried("dynmesh_create_rehearsed", "`rehearsal`: two frames", {"rehearsal:", "2", "3"},
+        make_rehearsed(&detail, &frame, rehearsal));
+  if (add(frame) != DYNMESH_OK) ++faults();
+  tried("dynmesh_create_rehearsed", "`completer`: a null pointer", {"completer:", "null pointer"},
+        dynmesh_create_rehearsed(faces, n_faces, &frame, &detail, rehearsal, nullptr));
+  tried("dynmesh_create_rehearsed", "`rehearsal`: a null pointer", {"rehearsal:", "null pointer"},
+        make_rehearsed(&detail, &frame, nullptr));
+  tried("dynmesh_create_rehearsed", "`settings`: a null pointer", {"rehearsal:", "detail"},
+        make_rehearsed(nullptr, &frame, rehearsal));
+  tried("dynmesh_create_rehearsed", "`first_frame`: a null pointer",
+        {"first_frame:", "null pointer"}, make_rehearsed(&detail, nullptr, rehearsal));
+  tried("dynmesh_create_rehearsed", "`first_frame`: of float32",
+        {"first_frame:", "64", "rehearsal", "not 32"},
+        make_rehearsed(&detail, &float32, rehearsal));
+  tried("dynmesh_create_rehearsed", "`n_faces`: -1", {"faces:", "-1"},
+        dynmesh_create_rehearsed(faces, -1, &frame, &detail, rehearsal, &other));
+  dynmesh_points fewer = frame;
+  fewer.count = k - 1;
+  tried("dynmesh_create_rehearsed", "`first_frame`: one row too few", {"rehearsal:", "49", "48"},
+        make_rehearsed(&detail, &fewer, rehearsal));
+  auto in_millimetres = world.mesh.vertices;
+  for (double& x : in_millimetres) x *= 1000;
+  dynmesh_points in_another_unit = frame;
+  in_another_unit.data = in_millimetres.data();
+  tried("dynmesh_create_rehearsed", "`first_frame`: in another unit",
+        {"rehearsal:", "size", "unit"}, make_rehearsed(&detail, &in_another_unit, rehearsal));
+  // It is as it was, and good.
+  if (dynmesh_create_rehearsed(faces, n_faces, &frame, &detail, rehearsal, &other) != DYNMESH_OK) {
+    fault("dynmesh_create_rehearsed", "good input", "was refused");
+  }
+  dynmesh_destroy(other);
+  dynmesh_rehearsal_destroy(rehearsal);
+
   const dynmesh_points points = {world.given.data(), k, 3, 1, DYNMESH_FLOAT64};
   dynmesh_points single = points;
   single.type = DYNMESH_FLOAT32;
@@ -195,6 +275,8 @@ void try_c(World& world) {
         dynmesh_reset(c, &few));
   std::vector<std::byte> room(before.size());
   const auto size = static_cast<std::int64_t>(before.size());
+  const std::string whole = std::to_string(size);
+  const std::string cut = std::to_string(size - 1);
   std::int64_t unwritten = 7;
   tried("dynmesh_state_size", "`completer`: a null pointer", {"completer:", "null pointer"},
         dynmesh_state_size(nullptr, &unwritten));
@@ -206,16 +288,16 @@ void try_c(World& world) {
         dynmesh_restore(nullptr, before.data(), size));
   auto flipped = before;
   flipped[200] ^= std::byte{1};
-  tried("dynmesh_restore", "`state`: a flipped bit", {"state:", "damaged", "2729"},
+  tried("dynmesh_restore", "`state`: a flipped bit", {"state:", "damaged", whole},
         dynmesh_restore(c, flipped.data(), size));
   tried("dynmesh_state_size", "`size`: a null pointer", {"size:", "null pointer"},
         dynmesh_state_size(c, nullptr));
-  tried("dynmesh_state", "`size`: too small", {"state:", "2728", "2729"},
+  tried("dynmesh_state", "`size`: too small", {"state:", cut, whole},
         dynmesh_state(c, room.data(), size - 1));
   tried("dynmesh_restore", "`state`: a null pointer", {"state:", "null pointer"},
         dynmesh_restore(c, nullptr, size));
   tried("dynmesh_restore", "`size`: -1", {"state:", "-1"}, dynmesh_restore(c, before.data(), -1));
-  tried("dynmesh_restore", "`size`: too small", {"state:", "2728"},
+  tried("dynmesh_restore", "`size`: too small", {"state:", cut},
         dynmesh_restore(c, before.data(), size - 1));
   tried("dynmesh_report", "`report`: a null pointer", {"report:", "null pointer"},
         dynmesh_report(c, nullptr));

@@ -114,6 +114,34 @@ void try_cpp(World& world) {
         push({out.data, k - 1 + 1, 3, 1}, known, {out.data + 3, k}));
   tried("push", "`out`: rows that overlap", {"out:", "overlap"},
         push(points, known, {out.data, k, 1, 1}));
+  Rehearsal<double> rehearsal(k);
+  const auto rehearse = [&](Points<const double> of) {
+    return [=, &rehearsal] { rehearsal.add(of); };
+  };
+  tried("Rehearsal::add", "`frame`: NaN in it", {"rehearsal: frame 0: vertex 4", "nan"},
+        rehearse({holed.data(), k}));
+  tried("Rehearsal::add", "`frame`: one row too few", {"rehearsal: frame 0:", "48", "49"},
+        rehearse({frame.data, k - 1}));
+  tried("Rehearsal::add", "`frame`: a row stride of 0", {"rehearsal: frame 0:", "row stride of 0"},
+        rehearse({frame.data, k, 0}));
+  tried("Rehearsal::add", "`frame`: a null pointer", {"rehearsal: frame 0:", "null pointer"},
+        rehearse({none, k}));
+  rehearsal.add(frame);
+  rehearsal.add(frame);
+  const auto make_rehearsed = [&](const Settings& settings, Points<const double> first) {
+    return [=, &rehearsal] { (void)Completer<double>(faces, first, settings, rehearsal); };
+  };
+  tried("Completer", "`rehearsal`: two frames", {"rehearsal:", "2", "3"},
+        make_rehearsed({.method = Method::detail}, frame));
+  rehearsal.add(frame);
+  tried("Completer", "`rehearsal` with method motion", {"rehearsal:", "detail"},
+        make_rehearsed({}, frame));
+  tried("Completer", "`rehearsal`: of more vertices", {"rehearsal:", "49", "48"},
+        make_rehearsed({.method = Method::detail}, {frame.data, k - 1}));
+  auto in_millimetres = world.mesh.vertices;
+  for (double& x : in_millimetres) x *= 1000;
+  tried("Completer", "`rehearsal`: in another unit", {"rehearsal:", "size", "unit"},
+        make_rehearsed({.method = Method::detail}, {in_millimetres.data(), k}));
   const auto sparse = [&](const std::vector<Index>& indices, Points<const double> observed) {
     return [=, &c] { c.push_sparse(indices, observed, out); };
   };
@@ -169,6 +197,8 @@ void try_cpp(World& world) {
         restore(Completer<float>(faces, {single.data(), k}).state()));
   tried("restore", "`state`: of another mesh", {"state:", "25", "49"},
         restore(Completer<double>(sheet<double>(5).faces(), sheet<double>(5).points()).state()));
+  tried("restore", "`state`: of a completer with a rehearsal", {"state:", "with a rehearsal"},
+        restore(Completer<double>(faces, frame, {.method = Method::detail}, rehearsal).state()));
   tried("restore", "`state`: of other settings", {"state:", "extra_iterations", "3"},
         restore(Completer<double>(faces, frame, {.extra_iterations = 3}).state()));
 

@@ -13,6 +13,7 @@
 #include <tuple>
 
 #include "meshes.hpp"
+#include "rehearsed.hpp"
 
 // A C program in c_interface_from_c.c. Returns 0 on success and otherwise the line that failed.
 extern "C" int run_c_program(void);
@@ -93,6 +94,9 @@ struct Twins {
     CHECK(same_bytes(expected, completed));
     CHECK(counts(ours) == counts(theirs));
     CHECK(ours.seconds > 0);
+    CHECK(ours.blend == theirs.stages.blend);
+    CHECK(ours.trust == theirs.stages.trust);
+    CHECK(ours.explained == theirs.stages.explained);
     dynmesh_frame_report again{};
     CHECK(dynmesh_report(handle.get(), &again) == DYNMESH_OK);
     CHECK(std::memcmp(&again, &ours, sizeof ours) == 0);
@@ -221,6 +225,43 @@ TEST_CASE("every setting is passed on") {
   CHECK(!same_bytes(steps(), usual));
 }
 
+struct DestroyRehearsal {
+  void operator()(dynmesh_rehearsal* rehearsal) const { dynmesh_rehearsal_destroy(rehearsal); }
+};
+using RehearsalHandle = std::unique_ptr<dynmesh_rehearsal, DestroyRehearsal>;
+
+TEST_CASE_TEMPLATE("a completer learns from a rehearsal, which it does not need later", Real, float,
+                   double) {
+  const Settings settings = {.method = Method::detail};
+  dynmesh_settings c_settings{};
+  REQUIRE(dynmesh_default_settings(&c_settings, sizeof c_settings) == DYNMESH_OK);
+  c_settings.method = DYNMESH_METHOD_DETAIL;
+  Twins<Real> twins(parts<Real>(), settings, &c_settings);
+  const Mesh<Real>& mesh = twins.mesh;
+  const auto take = take_of(mesh.vertices, 6);
+  dynmesh_rehearsal* made = nullptr;
+  const auto k = static_cast<std::int64_t>(mesh.size());
+  REQUIRE(dynmesh_rehearsal_create(k, type_of<Real>, &made) == DYNMESH_OK);
+  RehearsalHandle rehearsal(made);
+  for (const auto& frame : take) {
+    const auto points = in(frame);
+    REQUIRE(dynmesh_rehearsal_add(rehearsal.get(), &points) == DYNMESH_OK);
+  }
+  const auto first_frame = in(mesh.vertices);
+  const auto n_faces = static_cast<std::int64_t>(mesh.faces().count);
+  for (const bool is_destroyed_first : {false, true}) {
+    dynmesh_completer* completer = nullptr;
+    REQUIRE(dynmesh_create_rehearsed(mesh.indices.data(), n_faces, &first_frame, &c_settings,
+                                     rehearsal.get(), &completer) == DYNMESH_OK);
+    twins.handle.reset(completer);
+    twins.completer = {mesh.faces(), mesh.points(), settings, rehearsal_of(take)};
+    if (is_destroyed_first) rehearsal.reset();
+    for (unsigned number = 4; number < 11; ++number) twins.step(number);
+    CHECK(state_of(completer) == twins.completer.state());
+  }
+  CHECK(twins.completer.report().stages.blend != 0);
+}
+
 TEST_CASE("the topology is reported") {
   Mesh<float> mesh = sheet<float>(4);
   mesh.indices.insert(mesh.indices.end(), {0, 0, 1, 0, 1, 4});
@@ -248,6 +289,7 @@ TEST_CASE("a null completer has nothing and is destroyed like any other") {
   CHECK(dynmesh_generation(nullptr) == nullptr);
   CHECK(dynmesh_age(nullptr) == nullptr);
   dynmesh_destroy(nullptr);
+  dynmesh_rehearsal_destroy(nullptr);
   dynmesh_free_template(nullptr);
 }
 

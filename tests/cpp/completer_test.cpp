@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "meshes.hpp"
+#include "rehearsed.hpp"
 #include "seal.hpp"
 
 namespace dynmesh::testing {
@@ -217,6 +218,40 @@ TEST_CASE("a made-up state is refused if later frames could not handle it") {
     CHECK_NOTHROW(completer.restore(state));
   }
 
+  SUBCASE("of a rehearsal") {
+    auto completer = rehearsed(mesh);
+    std::vector<float> out(3 * k);
+    const auto frame = bent(mesh.vertices, 0.3);
+    const auto known = random_mask(k, 0.5, 1);
+    completer.push({frame.data(), k}, {known.data(), k}, {out.data(), k});
+    const auto state = completer.state();
+    const std::size_t pose = state.size() - 8 - (3 + 13 * 16) * 8;
+    const auto with = [&](std::size_t place, double value) {
+      auto bytes = state;
+      std::memcpy(&bytes[pose + 8 * place], &value, sizeof value);
+      seal(bytes);
+      return bytes;
+    };
+    const auto refused = [&](std::size_t place, double value) {
+      CHECK(message_of([&] { completer.restore(with(place, value)); }) ==
+            "state: does not contain a valid memory of this method");
+      CHECK(completer.state() == state);
+    };
+    for (std::size_t place = 0; place < 3 + 13 * 16; place += 7) refused(place, nan);
+    for (const std::size_t place : {1, 2}) refused(place, -1);
+    for (const std::size_t place : {3, 210}) refused(place, 1e7);
+    // With every other value, later frames are finite, and so are their states.
+    for (const double value : {0.0, 1e-300, 1e300}) {
+      for (const std::size_t place : {0, 1, 2}) {
+        completer.restore(with(place, value));
+        for (int n = 0; n < 3; ++n) {
+          completer.push({frame.data(), k}, {known.data(), k}, {out.data(), k});
+          CHECK_NOTHROW(completer.restore(completer.state()));
+        }
+        for (const float x : out) CHECK(std::abs(x) < 100);
+      }
+    }
+  }
   SUBCASE("ages do not overflow") {
     Completer<float> completer(mesh.faces(), mesh.points());
     auto state = completer.state();

@@ -6,9 +6,11 @@
 #include <cstring>
 #include <dynmesh/completer.hpp>
 #include <new>
+#include <optional>
 
 #include "counted_memory.hpp"
 #include "meshes.hpp"
+#include "rehearsed.hpp"
 
 namespace dynmesh::testing {
 namespace {
@@ -39,6 +41,12 @@ int fail_everywhere(const Prepare& prepare, const Call& call, const Check& check
   }
 }
 
+/// The settings of a completer, and whether it learns from a rehearsal.
+struct Subject {
+  Settings settings;
+  bool is_rehearsed = false;
+};
+
 template <class Real>
 struct World {
   Mesh<Real> mesh = join(sheet<Real>(6), sheet<Real>(3, 9.0));
@@ -48,9 +56,11 @@ struct World {
   std::vector<std::uint8_t> known = random_mask(k, 0.3, 2);
   std::vector<Index> indices = {4, 2, 7, 40, 41, 42, 43};
   Settings settings;
+  std::optional<Rehearsal<Real>> rehearsal;
   std::vector<std::byte> start;
 
-  explicit World(const Settings& chosen) : settings(chosen) {
+  explicit World(const Subject& subject) : settings(subject.settings) {
+    if (subject.is_rehearsed) rehearsal = rehearsal_of(take_of(mesh.vertices, 4));
     Completer<Real> completer = make();
     const auto other_start = turned(mesh.vertices, 1.0);
     completer.reset({other_start.data(), k});
@@ -64,7 +74,10 @@ struct World {
   }
 
   [[nodiscard]] Points<Real> out() { return {completed.data(), k}; }
-  [[nodiscard]] Completer<Real> make() { return {mesh.faces(), mesh.points(), settings}; }
+  [[nodiscard]] Completer<Real> make() {
+    if (rehearsal) return {mesh.faces(), mesh.points(), settings, *rehearsal};
+    return {mesh.faces(), mesh.points(), settings};
+  }
   [[nodiscard]] Completer<Real> begun() {
     Completer<Real> completer = make();
     completer.restore(start);
@@ -103,22 +116,24 @@ struct World {
   }
 };
 
-const std::vector<Settings>& all_settings() {
-  static const std::vector<Settings> all = {
+const std::vector<Subject>& all_subjects() {
+  static const std::vector<Subject> all = {
       {},
-      {.revisit = false, .extra_iterations = 2, .unseen = UnseenRule::hold},
-      {.method = Method::detail},
-      {.method = Method::detail, .noise = 0.01, .reject_outliers = true},
+      {{.revisit = false, .extra_iterations = 2, .unseen = UnseenRule::hold}},
+      {{.method = Method::detail}},
+      {{.method = Method::detail, .noise = 0.01, .reject_outliers = true}},
+      {{.method = Method::detail}, true},
   };
   return all;
 }
 
 TEST_CASE_TEMPLATE("a call that runs out of memory changes nothing", Real, float, double) {
-  for (const Settings& settings : all_settings()) {
-    const bool is_detail = settings.method == Method::detail;
+  for (const Subject& subject : all_subjects()) {
+    const bool is_detail = subject.settings.method == Method::detail;
     CAPTURE(is_detail);
-    CAPTURE(settings.noise.has_value());
-    World<Real> world(settings);
+    CAPTURE(subject.settings.noise.has_value());
+    CAPTURE(subject.is_rehearsed);
+    World<Real> world(subject);
     const std::size_t k = world.k;
     using C = Completer<Real>;
     world.moved[3 * 20] += 50;  // an outlier
@@ -141,9 +156,9 @@ TEST_CASE_TEMPLATE("a call that runs out of memory changes nothing", Real, float
 }
 
 TEST_CASE("a constructor that runs out of memory frees everything") {
-  for (Settings settings : all_settings()) {
-    settings.threads = 2;
-    World<float> world(settings);
+  for (Subject subject : all_subjects()) {
+    subject.settings.threads = 2;
+    World<float> world(subject);
     world.mesh.indices.insert(world.mesh.indices.end(), {0, 0, 1, 0, 1, 6});  // refused
     (void)world.make();
     const std::size_t before = live_allocations();
@@ -153,8 +168,36 @@ TEST_CASE("a constructor that runs out of memory frees everything") {
   }
 }
 
+TEST_CASE("a rehearsal that runs out of memory is unchanged") {
+  constexpr std::size_t k = 4;
+  std::vector<float> frame(3 * k);
+  const auto add = [&](Rehearsal<float>& rehearsal) { rehearsal.add({frame.data(), k}); };
+  // Also where the array of frames grows, and where only every second frame is kept.
+  for (const std::size_t n_added : {0, 1, 2, 8, 64, 74, 75, 76, 150, 152}) {
+    CAPTURE(n_added);
+    Rehearsal<float> before(k);
+    for (std::size_t n = 0; n < n_added; ++n) {
+      frame[1] = static_cast<float>(n);
+      add(before);
+    }
+    frame[1] = -1;
+    Rehearsal<float> expected = before;
+    add(expected);
+    const int failures =
+        fail_everywhere([&] { return before; }, add,
+                        [&](auto& rehearsal) {
+                          CHECK(rehearsal.n_added() == n_added);
+                          CHECK(std::ranges::equal(rehearsal.frames(), before.frames()));
+                          add(rehearsal);
+                          CHECK(rehearsal.n_added() == n_added + 1);
+                          CHECK(std::ranges::equal(rehearsal.frames(), expected.frames()));
+                        });
+    CHECK(failures >= 1);
+  }
+}
+
 TEST_CASE("the C interface returns a status") {
-  World<float> world({.method = Method::detail});
+  World<float> world({{.method = Method::detail}});
   const auto k = static_cast<std::int64_t>(world.k);
   const dynmesh_points first = {world.mesh.vertices.data(), k, 3, 1, DYNMESH_FLOAT32};
   const auto n_faces = static_cast<std::int64_t>(world.mesh.faces().count);

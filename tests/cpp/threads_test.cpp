@@ -37,6 +37,10 @@ TEST_CASE("one call is executed at a time, and another one after it, even if it 
   }) == 5);
   CHECK(message_of([&] { turns.enter([] { throw std::logic_error("mine"); }); }) == "mine");
   CHECK(turns.enter([] { return true; }));
+  OneAtATime named("rehearsal");
+  named.enter([&] {
+    CHECK(message_of([&] { named.enter([] {}); }).starts_with("this rehearsal is in use"));
+  });
 }
 
 TEST_CASE("guarded data is never accessed by two threads") {

@@ -78,6 +78,12 @@ def scrambled_frames() -> Broken:
     return sequence, Expected(1, frames=[5])
 
 
+def first_frame_zeros() -> Broken:
+    sequence = moving(sheet(12))
+    sequence.vertices[0, [77, 100, 101]] = 0
+    return sequence, Expected(3, [77, 100, 101], frames=[0])
+
+
 def zeros() -> Broken:
     sequence = moving(sheet(12))
     sequence.vertices[3:5, 10:14] = 0
@@ -230,9 +236,9 @@ def no_faces() -> Broken:
 BROKEN: dict[str, Callable[[], Broken]] = {
     make.__name__: make
     for make in (
-        first_frame_incomplete, known_not_finite, no_faces, scrambled_frames, zeros, leaps,
-        outliers, frames_without_anchors, hardly_any_anchors, few_anchors, never_seen,
-        component_unseen,
+        first_frame_incomplete, known_not_finite, no_faces, scrambled_frames,
+        first_frame_zeros, zeros, leaps, outliers, frames_without_anchors, hardly_any_anchors,
+        few_anchors, never_seen, component_unseen,
         coincident_vertices, isolated_vertices, far_from_origin, non_manifold_edges,
         non_manifold_vertices, flat_faces, needle_faces, degenerate_faces, duplicate_faces,
         flipped_faces, one_sided_surface, repeated_frames, several_components, small_holes,

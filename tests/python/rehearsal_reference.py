@@ -73,7 +73,8 @@ class Rehearsed(reference.Detail):
     def _shape_of(self, frame: Array) -> Array:
         """The deviation of the rehearsed shape from that of frame 0."""
         self._fit(frame)  # by singular values: wherever the pose is
-        return np.einsum("nji,nj->ni", self.q, self.operator @ frame) - self.first_memory
+        turned = np.einsum("nji,nj->ni", self.q, self.operator @ frame)
+        return np.asarray(turned - self.first_memory)
 
     def _field(self, a: Array) -> Array:
         return np.asarray(np.einsum("j,jic->ic", a, self.modes))
@@ -130,7 +131,7 @@ class Rehearsed(reference.Detail):
                 last, slope = slope, g @ z
                 p = z + slope / last * p
             gamma = max(0.5, (d / (d + penalty)).sum())
-            self.n_v = (self.n_v + self.a @ self.a) / 2
+            self.n_v = (self.n_v + float(self.a @ self.a)) / 2
             self.d_v = (self.d_v + gamma) / 2
         left = ((r0 + r1 + r3) ** 2).sum()
         self.explained = float(1 - left / ((r0 + r1) ** 2).sum())

@@ -61,6 +61,9 @@ class Report(ctypes.Structure):
         ("rejected", c_int64),
         ("iterations", c_int64),
         ("seconds", c_double),
+        ("blend", c_double),
+        ("trust", c_double),
+        ("explained", c_double),
     )
 
 

@@ -213,6 +213,10 @@ def test_a_guessed_up_axis_is_reported(folder: Path, tmp_path: Path) -> None:
     assert "assuming that y is up; if not, use --up z" in run("picture", wall, *image).stderr
     assert "assuming" not in run("picture", folder / "truth.npz", *image).stderr
     assert "assuming" not in run("picture", flat, *image, "--up", "z").stderr
+    lost = (tmp_path / "b.npz", "--overwrite", "--camera", "1")
+    assert "assuming that z is up; if not, use --up y" in run("degrade", wall, *lost).stderr
+    assert "assuming" not in run("degrade", wall, *lost, "--up", "x").stderr
+    assert "assuming" not in run("degrade", folder / "truth.npz", *lost).stderr
     page = ("-o", tmp_path / "a.html")
     assert "assuming that z is up" in run("view", flat, *page).stderr
 

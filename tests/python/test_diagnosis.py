@@ -13,7 +13,7 @@ from broken_sequences import BROKEN, N_FRAMES, moving, never_seen, never_seen_in
 from commands import dynmesh_command as run
 from conftest import REPOSITORY
 from hypothesis import given, settings
-from meshes import Mesh, meshes, sheet
+from meshes import Mesh, join, meshes, sheet
 from rich.console import Console
 from typer.testing import CliRunner
 
@@ -246,6 +246,35 @@ def test_vertices_first_observed_at_the_origin_are_not_missing() -> None:
     found = dynmesh.diagnose(Sequence(vertices, pinned.faces))
     assert "first_frame_incomplete" in codes(found)
     assert "zeros" not in " ".join(codes(found))
+
+
+def test_zeros_in_frame_0_are_missing_or_positions() -> None:
+    sequence = BROKEN["first_frame_zeros"]()[0]
+    sequence.vertices[1:3, 9] = np.nan
+    finding = dynmesh.diagnose(sequence).findings[0]
+    assert "--start whole: frame 3 is the first complete one" in finding.advice
+    sequence.vertices[:, 9] = np.nan
+    sequence.vertices[0, 9] = 0
+    assert "--template FILE" in dynmesh.diagnose(sequence).findings[0].advice
+    most = moving(sheet(12))
+    most.vertices[0, :140] = 0
+    found = {finding.code: finding.count for finding in dynmesh.diagnose(most).findings}
+    assert found["first_frame_zeros"] == 140
+    assert "coincident_vertices" not in found
+
+
+def test_vertices_in_place_at_the_origin_are_no_zeros() -> None:
+    """Tests a pinned corner, a seam and a degenerate edge, all of them at the origin."""
+    pinned = dynmesh.synth.ocean(6, grid=8)
+    vertices = pinned.vertices - pinned.vertices[:, 27:28]
+    mesh = sheet(12)
+    seam = join(mesh, mesh)
+    seam = seam._replace(vertices=seam.vertices - seam.vertices[70])
+    short = mesh._replace(vertices=mesh.vertices - mesh.vertices[70])
+    short.vertices[71] = 0
+    for sequence in (Sequence(vertices, pinned.faces), moving(seam), moving(short)):
+        assert not sequence.vertices[0].any(axis=1).all()
+        assert "first_frame_zeros" not in codes(dynmesh.diagnose(sequence))
 
 
 def test_places_are_listed_in_words() -> None:

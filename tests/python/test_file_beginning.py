@@ -302,3 +302,46 @@ def test_motion_says_what_stayed_hidden(tmp_path: Path) -> None:
     assert "hidden" not in run("complete", tmp_path / "in.npz", tmp_path / "b.npz").stderr
     report = dynmesh.complete_file(tmp_path / "in.npz", tmp_path / "c.npz", method="motion")
     assert report.hidden_long == 23
+
+
+def test_zeros_in_the_whole_frame_are_reported(truth: dynmesh.Sequence, tmp_path: Path) -> None:
+    vertices = truth.vertices.copy()
+    vertices[0, [70, 71, 90]] = 0  # what a scanner writes for missing vertices
+    lost, whole, output = tmp_path / "lost.npz", tmp_path / "whole.npz", tmp_path / "a.npz"
+    dynmesh.write(lost, replace(truth, vertices=vertices))
+    dynmesh.write(whole, truth)
+    options = ("--missing", "zero", "--overwrite")
+    said = run("complete", lost, output, *options).stderr
+    assert "3 vertices of frame 0 at exactly (0, 0, 0), far from their neighbours" in said
+    assert "use --missing zero with --start whole or --template FILE" in said
+    assert "(0, 0, 0)" not in run("complete", lost, output, *options, "--start", "whole").stderr
+    assert "(0, 0, 0)" not in run("complete", lost, output, *options, "--template", whole).stderr
+    said = run("complete", whole, output, *options, "--template", lost).stderr
+    assert "3 vertices of the template at exactly (0, 0, 0)" in said
+
+
+def test_noise_in_another_unit_is_reported(truth: dynmesh.Sequence, tmp_path: Path) -> None:
+    dynmesh.write(tmp_path / "a.npz", truth)
+    diagonal = dynmesh.metrics.bounding_box_diagonal(truth.vertices[0])
+    for share, is_much in ((0.01, False), (0.3, True)):
+        noise = share * diagonal
+        report = dynmesh.complete_file(
+            tmp_path / "a.npz", tmp_path / "b.npz", noise=noise, overwrite=True
+        )
+        assert any("30 % of the bounding-box diagonal" in r for r in report.remarks) == is_much
+        assert bool(report.remarks) == is_much
+
+
+def test_a_template_in_another_unit_is_reported(partial: dynmesh.Sequence, tmp_path: Path) -> None:
+    dynmesh.write(tmp_path / "a.npz", partial)
+    whole = partial.vertices[WHOLE : WHOLE + 1]
+    for factor in (1, 1000, 0.01):
+        template = dynmesh.Sequence(np.float32(factor) * whole, partial.faces)
+        dynmesh.write(tmp_path / "whole.npz", template)
+        report = dynmesh.complete_file(
+            tmp_path / "a.npz", tmp_path / "b.npz", template=tmp_path / "whole.npz", overwrite=True
+        )
+        assert len(report.remarks) == (factor != 1)
+        for remark in report.remarks:
+            assert "it must be in the unit of the sequence" in remark
+            assert float(remark.split()[6]) == pytest.approx(factor, rel=0.2)

@@ -165,7 +165,7 @@ def masked(*values: int) -> Any:
                     imath.V3fArrayFromBuffer(REST), integers(0, 1, 2), integers(3)
                 )
             ),
-            "time 1.5: the faces differ from those of the first frame, but must not change",
+            "frame 3: the faces differ from those of the first frame, but must not change",
         ),
     ],
 )

@@ -93,6 +93,19 @@ def test_points_without_samples_are_one_frame(tmp_path: Path) -> None:
     assert sequence.up_axis == "z"
 
 
+def test_a_title_names_the_mesh_where_there_are_several(tmp_path: Path) -> None:
+    still = mesh(f"point3f[] points = {REST}", name="Still")
+    moving = mesh(points_at(t0=1, t1=2), name="Moving")
+    for name, meshes, title in (
+        ("one.usda", [moving], "one.usda"),
+        ("two.usda", [still, moving], "two.usda /Moving"),
+    ):
+        with dynmesh.open(layer(tmp_path / name, *meshes)) as reader:
+            assert reader.title == title
+        with dynmesh.open(tmp_path / name, missing="zero") as reader:
+            assert reader.title == title
+
+
 def test_a_mesh_is_chosen(tmp_path: Path) -> None:
     still = mesh(f"point3f[] points = {REST}", name="Still")
     moving = mesh(points_at(t0=1, t1=2), name="Moving")
@@ -101,7 +114,10 @@ def test_a_mesh_is_chosen(tmp_path: Path) -> None:
     assert dynmesh.read(path).name == "/Moving"
     assert dynmesh.read(path, prim="/Still").name == "/Still"
     layer(path, still, moving, other)
-    with pytest.raises(ValueError, match="several meshes; choose one with --prim: /Moving, /Other"):
+    with pytest.raises(
+        ValueError,
+        match="several meshes; choose one with --prim: /Moving, /Other; dynmesh complete takes all",
+    ):
         dynmesh.read(path)
     assert dynmesh.read(path, prim="/Other").vertices[0, 0, 2] == 3
     for prim in ("/Nobody", "Moving", "not a path"):

@@ -41,10 +41,14 @@ def outputs(notebook: Any, cell: str) -> list[Any]:
     return next(list(found.outputs) for found in notebook.cells if found.id == cell)
 
 
-def test_the_notebook_is_stored_without_outputs(notebook: Any) -> None:
-    for cell in notebook.cells:
-        if cell.cell_type == "code":
-            assert (cell.outputs, cell.execution_count) == ([], None)
+def test_the_notebook_is_stored_with_its_pictures(notebook: Any) -> None:
+    """As docs/make_figures/notebook.py stores it: who opens it sees results, but no players."""
+    assert NOTEBOOK.stat().st_size < 400_000
+    for cell, n_pictures in (("hide", 1), ("errors", 1), ("where", 2)):
+        kinds = [kind for output in outputs(notebook, cell) for kind in output.get("data", {})]
+        assert sum(kind.startswith("image/") for kind in kinds) == n_pictures
+    assert "<iframe" not in NOTEBOOK.read_text()
+    assert str(REPOSITORY) not in NOTEBOOK.read_text()
     assert notebook.metadata.keys() == {"kernelspec", "language_info"}
 
 

@@ -76,6 +76,20 @@ def save_faces(folder: Path) -> tuple[Path, dict[str, Any]]:
     return mesh, {"path": points, "source": {"faces": mesh}, "output_format": "npz"}
 
 
+def test_frames_are_not_written_among_those_that_are_read(tmp_path: Path) -> None:
+    folder, sequence = tmp_path / "scans", dynmesh.synth.ocean(3)
+    dynmesh.write(folder / "frame_%04d.ply", sequence)
+    before = sorted(folder.iterdir())
+    for overwrite in (False, True):
+        with pytest.raises(ValueError, match=r"out_%04d\.ply: is in the folder of the input"):
+            dynmesh.complete_file(folder, folder / "out_%04d.ply", overwrite=overwrite)
+        with pytest.raises(ValueError, match="is the input; writing over it would lose it"):
+            dynmesh.complete_file(folder, folder / "frame_%04d.ply", overwrite=overwrite)
+    assert sorted(folder.iterdir()) == before
+    dynmesh.complete_file(folder, folder / "out.npz")
+    dynmesh.complete_file(folder / "frame_%04d.ply", folder / "out_%04d.ply")
+
+
 @pytest.mark.parametrize("save", [save_mask, save_faces])
 def test_an_output_never_replaces_a_second_input(tmp_path: Path, save: Any) -> None:
     beside, arguments = save(tmp_path)

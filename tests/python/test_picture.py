@@ -12,6 +12,7 @@ from dynmesh import open as open_sequence
 from dynmesh.draw.picture import evenly_spaced, picture
 from dynmesh.draw.scales import CountScale
 from dynmesh.draw.sheet import contact_sheet
+from dynmesh.files import Reader
 
 pytest.importorskip("pyvista", reason="pictures need pyvista: pip install 'dynmesh[view]'")
 images = pytest.importorskip("PIL.Image")
@@ -131,6 +132,14 @@ def test_a_title_replaces_the_name(sequence: Sequence, tmp_path: Path) -> None:
     assert inks[0] == inks[1] > inks[3] > inks[2] > 0
 
 
+def test_the_heading_is_the_title_of_the_reader(
+    sequence: Sequence, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plain = draw(sequence, tmp_path, numbers=[0])[:40]
+    monkeypatch.setattr(Reader, "title", "sheet.npz /World/Body")
+    assert (draw(sequence, tmp_path, numbers=[0])[:40] < 128).sum() > 2 * (plain < 128).sum()
+
+
 def test_a_reference_is_only_for_errors(sequence: Sequence, tmp_path: Path) -> None:
     write(tmp_path / "truth.npz", sequence)
     with (
@@ -142,7 +151,9 @@ def test_a_reference_is_only_for_errors(sequence: Sequence, tmp_path: Path) -> N
 
 def test_missing_frames_are_refused(sequence: Sequence, tmp_path: Path) -> None:
     for number in (-1, 4):
-        with pytest.raises(ValueError, match=rf"sheet.npz: has no frame {number}, only 0 to 3"):
+        with pytest.raises(
+            ValueError, match=rf"sheet.npz: has no frame {number}, only 0 to 3; frames are"
+        ):
             draw(sequence, tmp_path, numbers=[0, number])
     assert not (tmp_path / "sheet.png").exists()
 

@@ -97,11 +97,10 @@ def test_without_trust_the_result_is_that_of_detail(
     frames = np.tile(sheet.vertices, (12, 1, 1))  # nothing that poses could explain
     frames[1:] += 0.001 * rng.normal(size=frames[1:].shape)
     take = sheet.vertices + 0.3 * rng.normal(size=(9, *sheet.vertices.shape))
-    for settings in ({}, {"noise": 0.01}):
-        plain = dynmesh.Completer(sheet.faces, frames[0], method="detail", **settings)
-        other = dynmesh.Completer(
-            sheet.faces, frames[0], method="detail", rehearsal=take, **settings
-        )
+    for noise in (None, 0.01):
+        settings: Any = {"method": "detail", "noise": noise}
+        plain = dynmesh.Completer(sheet.faces, frames[0], **settings)
+        other = dynmesh.Completer(sheet.faces, frames[0], rehearsal=take, **settings)
         for points, known in zip(frames[1:], masks, strict=True):
             expected, frame = plain.push(points, known), other.push(points, known)
             if other.report.trust > 0:
@@ -279,7 +278,7 @@ def test_recorded_subjects_are_more_accurate_in_their_second_half(
     evenly = np.unique(np.linspace(0, half - 1, 50).astype(int))
     take, frames = sequence.vertices[evenly], sequence.vertices[half : half + 25]
     masks = list(masks_of(loss, frames, sequence.faces))[1:]
-    mesh = Mesh(faces=sequence.faces, vertices=sequence.vertices[0])
+    mesh = Mesh(faces=sequence.faces.astype(np.int64), vertices=sequence.vertices[0])
     errors = [
         dynmesh.metrics.nmsve(sequence.faces, frames[1:], np.stack(made)).mean()
         for made in (
@@ -304,7 +303,7 @@ def test_a_useless_rehearsal_does_no_harm(
     else:
         take = dynmesh.read(data / "ocean_sim_50x50.npz").vertices[:50]
     masks = list(masks_of("30 %", frames, sequence.faces))[1:]
-    mesh = Mesh(faces=sequence.faces, vertices=frames[0])
+    mesh = Mesh(faces=sequence.faces.astype(np.int64), vertices=frames[0])
     errors = [
         dynmesh.metrics.nmsve(sequence.faces, frames[1:], np.stack(made)).mean()
         for made in (

@@ -226,6 +226,27 @@ def test_zeros_that_a_scanner_wrote_can_be_missing(tmp_path: Path, scene: Path) 
     np.testing.assert_array_equal(one.vertices, other.vertices)
 
 
+def test_a_hint_names_the_mesh(tmp_path: Path, scene: Path) -> None:
+    stage = Usd.Stage.Open(str(scene))
+    UsdGeom.PrimvarsAPI(stage.GetPrimAtPath(HAT)).RemovePrimvar("known")
+    stage.GetRootLayer().Save()
+    hat = dynmesh.read(scene, prim=HAT).vertices
+    share = (~hat[1:].any(axis=2) & hat[0].any(axis=1)).mean()
+    said = dynmesh_command("complete", scene, tmp_path / "a.usdc", "--prim", "all").stderr
+    (hint,) = (line for line in said.splitlines() if "--missing zero" in line)
+    assert hint.startswith(f"{HAT}: {100 * share:.0f} % of the positions")
+
+
+def test_advice_is_about_what_the_output_can_be(tmp_path: Path, scene: Path) -> None:
+    for name, advice in (("a.usda", "; --overlay keeps"), ("a.abc", "; as USD with --overlay, it")):
+        said = dynmesh_command("complete", scene, tmp_path / name, "--prim", "all").stderr
+        assert advice in said
+    refused = dynmesh_command(
+        "complete", scene, tmp_path / "b.usda", "--prim=all", "--template", scene, code=2
+    )
+    assert "complete that mesh afterwards" in refused.stderr
+
+
 def test_memory_does_not_grow_with_the_meshes(tmp_path: Path) -> None:
     stage = Usd.Stage.CreateNew(str(tmp_path / "a.usdc"))
     points = np.random.default_rng(0).random((60_000, 3)).astype(np.float32)

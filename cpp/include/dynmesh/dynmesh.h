@@ -12,11 +12,12 @@
 /// a handle has not been destroyed. The values of positions, indices and masks, and the bytes of a
 /// mesh file or a state, may be arbitrary. The library never keeps a pointer that it was given.
 ///
-/// Threads. A completer may be used by one thread at a time. While one thread is executing a call,
-/// calls from other threads return DYNMESH_IN_USE immediately and change nothing.
-/// dynmesh_n_vertices, dynmesh_state_size, dynmesh_topology and dynmesh_refused_face return
-/// constant properties and may be called at any time. dynmesh_destroy may be called only if no
-/// thread is using the completer or will use it later. Different completers are independent.
+/// Threads. A completer may be used by one thread at a time, and so may a rehearsal. While one
+/// thread is executing a call, calls from other threads return DYNMESH_IN_USE immediately and
+/// change nothing. dynmesh_n_vertices, dynmesh_state_size, dynmesh_topology and
+/// dynmesh_refused_face return constant properties and may be called at any time. dynmesh_destroy
+/// and dynmesh_rehearsal_destroy may be called only if no thread is using the object or will use it
+/// later. Different completers are independent.
 ///
 /// Memory. dynmesh_push, dynmesh_push_sparse and dynmesh_skip allocate no memory if they succeed,
 /// except with method detail when its factor is larger than all earlier ones.
@@ -43,7 +44,7 @@ enum {
   DYNMESH_OUT_OF_MEMORY = 2,    ///< memory is exhausted, or no more threads can be started
   DYNMESH_UNREADABLE_FILE = 3,  ///< returned only by dynmesh_read_template
   DYNMESH_INTERNAL_ERROR = 4,   ///< a bug in dynmesh
-  DYNMESH_IN_USE = 5            ///< another thread is using this completer
+  DYNMESH_IN_USE = 5            ///< another thread is using this completer or rehearsal
 };
 typedef int32_t dynmesh_status;
 
@@ -159,6 +160,9 @@ typedef struct dynmesh_frame_report {
   int64_t rejected;    ///< observed, but treated as unknown: see reject_outliers
   int64_t iterations;  ///< iterations of the method
   double seconds;      ///< wall time of the call; 0 after dynmesh_reset and dynmesh_restore
+  double blend;        ///< the weight of the shape of frame 0; 0 with DYNMESH_METHOD_MOTION
+  double trust;        ///< how far the poses of a rehearsal are used, 0 to 1; 0 without one
+  double explained;    ///< the share of the residual that the rehearsed pose explains, 0 to 1
 } dynmesh_frame_report;
 
 /// Creates a completer from `n_faces` packed triangles of three vertex indices each, and from frame
@@ -172,6 +176,40 @@ DYNMESH_EXPORT dynmesh_status dynmesh_create(const int32_t* faces, int64_t n_fac
 
 /// Null is allowed.
 DYNMESH_EXPORT void dynmesh_destroy(dynmesh_completer* completer);
+
+// Rehearsal --------------------------------------------------------------------------------------
+
+/// Complete frames of the same mesh, for example of a range-of-motion take or of the animation of a
+/// template. From them, DYNMESH_METHOD_DETAIL learns how the shape of the subject varies. Where the
+/// subject is and how it is turned does not matter, but the unit of length does. Of many frames, 75
+/// at most are kept, at regular intervals.
+typedef struct dynmesh_rehearsal dynmesh_rehearsal;
+
+/// Creates a rehearsal without frames, of a mesh of `n_vertices`. `type` is DYNMESH_FLOAT32 or
+/// DYNMESH_FLOAT64, and must be that of the completers that are created from it. Free `*rehearsal`
+/// with dynmesh_rehearsal_destroy. It is set to null if this function fails.
+DYNMESH_EXPORT dynmesh_status dynmesh_rehearsal_create(int64_t n_vertices, int32_t type,
+                                                       dynmesh_rehearsal** rehearsal);
+
+/// Adds a complete frame with a row for each vertex. Frames of several takes can be added one after
+/// another. Allocates memory.
+DYNMESH_EXPORT dynmesh_status dynmesh_rehearsal_add(dynmesh_rehearsal* rehearsal,
+                                                    const dynmesh_points* frame);
+
+/// Null is allowed.
+DYNMESH_EXPORT void dynmesh_rehearsal_destroy(dynmesh_rehearsal* rehearsal);
+
+/// Creates a completer that has learned from a rehearsal of three frames or more. Requires
+/// DYNMESH_METHOD_DETAIL. The mean edge of the rehearsed frames may be half to twice that of
+/// `first_frame`. The frames are copied, so the rehearsal can be destroyed at any time. The other
+/// arguments are those of dynmesh_create.
+DYNMESH_EXPORT dynmesh_status dynmesh_create_rehearsed(const int32_t* faces, int64_t n_faces,
+                                                       const dynmesh_points* first_frame,
+                                                       const dynmesh_settings* settings,
+                                                       dynmesh_rehearsal* rehearsal,
+                                                       dynmesh_completer** completer);
+
+// Frames -----------------------------------------------------------------------------------------
 
 /// Completes the next frame. Known vertices are returned exactly as given, and all others are
 /// estimated. With the setting `noise`, known vertices move as well; vertices rejected by
@@ -216,9 +254,10 @@ DYNMESH_EXPORT dynmesh_status dynmesh_state_size(const dynmesh_completer* comple
 DYNMESH_EXPORT dynmesh_status dynmesh_state(const dynmesh_completer* completer, void* state,
                                             int64_t size);
 
-/// Continues from a state, in any completer with the same faces, type and settings, on any machine.
-/// With the same build on the same kind of processor the results are identical; otherwise they
-/// agree up to rounding. `size` must be exactly the size of the state. Allocates memory.
+/// Continues from a state, in any completer with the same faces, type, settings and rehearsal, on
+/// any machine. With the same build on the same kind of processor the results are identical;
+/// otherwise they agree up to rounding. `size` must be exactly the size of the state. Allocates
+/// memory.
 DYNMESH_EXPORT dynmesh_status dynmesh_restore(dynmesh_completer* completer, const void* state,
                                               int64_t size);
 

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <memory>
 #include <stdexcept>
+#include <string>
 
 namespace dynmesh {
 
@@ -18,13 +19,16 @@ class InUse : public std::runtime_error {
 /// threads, keep one beside it.
 class OneAtATime {
  public:
+  /// `object` is what the message calls the object.
+  explicit OneAtATime(const char* object = "completer") : object_(object) {}
+
   /// Returns what `call` returns. If another call is running, throws InUse without executing
   /// `call`.
   template <class Call>
   decltype(auto) enter(const Call& call) {
     if (inside_.test_and_set(std::memory_order_acquire)) {
-      throw InUse(
-          "this completer is in use by another thread; give each thread its own, or take turns");
+      throw InUse(std::string("this ") + object_ +
+                  " is in use by another thread; give each thread its own, or take turns");
     }
     const std::unique_ptr<std::atomic_flag, Clear> leaving(&inside_);
     return call();
@@ -35,6 +39,7 @@ class OneAtATime {
     void operator()(std::atomic_flag* flag) const { flag->clear(std::memory_order_release); }
   };
 
+  const char* object_;
   std::atomic_flag inside_;
 };
 

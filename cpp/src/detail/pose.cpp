@@ -54,7 +54,7 @@ std::vector<double> Pose::memory() const {
 bool Pose::accepts(std::span<const double> memory) const {
   const auto is_finite = [](double value) { return std::isfinite(value); };
   return memory.size() == memory_size() && std::ranges::all_of(memory, is_finite) &&
-         memory[1] >= 0 && memory[2] >= 0;
+         memory[1] >= 0 && memory[2] >= 0 && are_plausible(memory.subspan(3));
 }
 
 void Pose::recall(std::span<const double> memory) {
@@ -163,6 +163,17 @@ double Pose::descend(const Anchors& anchors, ShapeSystem& system, const Rotation
   return first_slope;
 }
 
+bool Pose::are_plausible(std::span<const double> coefficients) const {
+  const double largest = constants_.largest_coefficient;
+  return std::ranges::all_of(coefficients, [&](double a) { return std::abs(a) <= largest; });
+}
+
+/// Returns to the rest shape.
+void Pose::forget() {
+  std::ranges::fill(coefficients_, 0.0);
+  for (auto* fields : {&steps_, &k_steps_, &wanted_}) std::ranges::fill(*fields, Vector3<double>{});
+}
+
 /// The variance of the coefficients, v = N_v / D_v, from those that the frames determine.
 void Pose::update_evidence(double lambda) {
   double determined = 0;
@@ -176,7 +187,8 @@ Pose::Found Pose::find(const ResidualField& residuals, ShapeSystem& system,
                        const Rotations& rotations, const Generations& generations) {
   const Anchors& anchors = residuals.anchors;
   const auto variance = [&] {
-    return std::clamp(size_ / determined_, constants_.least_variance, constants_.largest_variance);
+    const double found = determined_ > 0 ? size_ / determined_ : constants_.first_variance;
+    return std::clamp(found, constants_.least_variance, constants_.largest_variance);
   };
   Found found;
   found.is_first = residual_variance_ < 0;
@@ -191,6 +203,7 @@ Pose::Found Pose::find(const ResidualField& residuals, ShapeSystem& system,
     weigh_seen(generations);
     modes_.weigh(seen_, squares_, workers_);
     if (descend(anchors, system, rotations, lambda) > 0) {
+      if (!are_plausible(coefficients_)) forget();
       modes_.combine(coefficients_, shape_, workers_);
       energies.with = measure(residuals).with;
     }
@@ -198,9 +211,8 @@ Pose::Found Pose::find(const ResidualField& residuals, ShapeSystem& system,
   }
   if (std::isfinite(energies.with)) residual_variance_ = energies.with / coordinates;
   found.trust = std::clamp(variance() / constants_.first_variance - 1, 0.0, 1.0);
-  if (energies.without > 0) {
-    found.explained = std::clamp(1 - energies.with / energies.without, 0.0, 1.0);
-  }
+  const double explained = 1 - energies.with / energies.without;
+  if (std::isfinite(explained)) found.explained = std::clamp(explained, 0.0, 1.0);
   found.steps = steps_;
   found.k_steps = k_steps_;
   found.wanted = wanted_;

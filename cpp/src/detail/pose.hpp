@@ -69,6 +69,8 @@ class Pose {
   void weigh_seen(const Generations& generations);
   double descend(const Anchors& anchors, ShapeSystem& system, const Rotations& rotations,
                  double lambda);
+  [[nodiscard]] bool are_plausible(std::span<const double> coefficients) const;
+  void forget();
   void update_evidence(double lambda);
   void step_towards(Field wanted, const Anchors& anchors, ShapeSystem& system,
                     std::vector<Vector3<double>>& steps, std::vector<Vector3<double>>& k_steps);

@@ -15,7 +15,6 @@ from ..settings import Settings
 from .done import of_rehearsal
 from .options import usage_error
 from .terminal import say, say_remarks, track
-from .zeros import Zeros
 
 
 def complete_all(
@@ -39,11 +38,14 @@ def complete_all(
     """
     for option, value in for_one_mesh.items():
         if value:
-            raise typer.BadParameter("cannot be combined with --prim all", param_hint=f"'{option}'")
-    zeros = Zeros()
+            alone = "; complete that mesh afterwards, from OUT, with --prim PATH"
+            raise typer.BadParameter(
+                f"cannot be combined with --prim all{alone if option == '--template' else ''}",
+                param_hint=f"'{option}'",
+            )
 
     def watch(frames: Iterator[Any], whole: int, done: int) -> Iterator[Any]:
-        return track(zeros.watch(frames, done), whole, "completing", done)
+        return track(frames, whole, "completing", done)
 
     try:
         report = complete_scene(
@@ -66,8 +68,9 @@ def complete_all(
         raise
     for mesh, done in report.meshes.items():
         say(f"{mesh}: {_summary(done)}")
+        for remark in done.remarks:
+            say(f"{mesh}: {remark}")
     say_remarks(output, report.remarks)
-    zeros.say_if_many()
     whole = len(report.meshes) + len(report.failed)
     say(f"{output}: {len(report.meshes)} of {whole} moving meshes completed")
     for mesh, reason in report.failed.items():

@@ -159,7 +159,7 @@ def degrade(
         )
     target = files.target_of(output, output_format)
     with files.open(path, **source) as reader:
-        target.check(overwrite=overwrite, inputs=reader.files)
+        target.check(overwrite=overwrite, reader=reader)
         shape = (reader.n_frames, reader.n_vertices)
         masks: list[Iterator[Mask]] = []
         points: Iterator[Positions] = (frame.points for frame in reader)
@@ -167,6 +167,8 @@ def degrade(
             with as_usage("--known"):
                 masks.append(degradation.random_known(*shape, known, seed=seed))
         if camera is not None:
+            if up is None and reader.header.up_axis is None:
+                say("assuming that z is up; if not, use --up y")
             axis = up or Axis(reader.header.up_axis or "z")
             with as_usage("--camera"):
                 cameras = degradation.orbit(_bounding_box(reader), camera, up=axis.vector)
@@ -228,7 +230,7 @@ def convert(
     """
     target = files.target_of(output, output_format)
     with files.open(path, **source) as reader:
-        target.check(overwrite=overwrite, inputs=reader.files)
+        target.check(overwrite=overwrite, reader=reader)
         dropped = reader.has_provenance and not target.writer.keeps_provenance
         header = replace(
             reader.header,

@@ -18,6 +18,7 @@ CODES = (
     "known_not_finite",
     "no_faces",
     "scrambled_frames",
+    "first_frame_zeros",
     "zeros",
     "leaps",
     "outliers",

@@ -11,6 +11,7 @@ from ..metrics import bounding_box_diagonal
 from ..sequence import Mask, Positions
 from .connection import connected
 from .finding import Indices
+from .stray_zeros import stray_zeros
 
 Faces = NDArray[np.integer[Any]]
 
@@ -25,6 +26,8 @@ class Mesh:
         duplicate: (m,) bool, other faces that have the same three vertices as an earlier one.
         first: (k, 3), frame 0; zero for vertices that were not observed.
         observed: (k,) bool, in frame 0.
+        zeros: (k,) bool, the vertices where frame 0 probably has zeros instead of positions; they
+            do not count as observed.
         component: (k,) int64, numbered from 0.
         ends: (e, 2) int64, the vertices of each edge.
         lengths: (e,), of the edges in frame 0; NaN if an end was not observed.
@@ -38,6 +41,7 @@ class Mesh:
     duplicate: Mask
     first: Positions
     observed: Mask
+    zeros: Mask
     component: Indices
     ends: Indices
     lengths: NDArray[np.float64]
@@ -48,10 +52,10 @@ class Mesh:
     @classmethod
     def of(cls, faces: Faces, points: Positions, observed: Mask) -> "Mesh":
         """Builds the mesh from frame 0, whose points are ignored where they were not observed."""
+        ends = ends_of(faces, len(points))
+        zeros = stray_zeros(points, observed, ends)
+        observed = observed & ~zeros
         first = np.where(observed[:, None], points, 0).astype(points.dtype)
-        offsets, neighbours = cells(faces, len(first))
-        own = np.repeat(np.arange(len(first)), np.diff(offsets))
-        ends = np.stack([own, neighbours], axis=1)[own < neighbours].astype(np.int64)
         lengths = np.linalg.norm(np.diff(first[ends].astype(np.float64), axis=1)[:, 0], axis=1)
         lengths[~observed[ends].all(axis=1)] = np.nan
         mean_edge = float(np.nanmean(lengths)) if np.isfinite(lengths).any() else 0.0
@@ -63,6 +67,7 @@ class Mesh:
             _is_repeated(faces) & ~degenerate,
             first,
             observed,
+            zeros,
             np.unique(roots, return_inverse=True)[1].reshape(-1),
             ends,
             lengths,
@@ -70,6 +75,13 @@ class Mesh:
             bounding_box_diagonal(first[observed]) if observed.any() else 0.0,
             Completer(faces, first).topology if len(faces) else None,
         )
+
+
+def ends_of(faces: Faces, n_vertices: int) -> Indices:
+    """Returns the vertices of each edge, (e, 2), of which the first is the smaller one."""
+    offsets, neighbours = cells(faces, n_vertices)
+    own = np.repeat(np.arange(n_vertices), np.diff(offsets))
+    return np.stack([own, neighbours], axis=1)[own < neighbours].astype(np.int64)
 
 
 def _has_repeated_corner(faces: Faces) -> Mask:

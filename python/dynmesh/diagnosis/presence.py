@@ -46,31 +46,32 @@ class Presence:
         self._mesh = mesh
         self._n_vertices = len(mesh.first)
         self._limit = f"{_largest(first.points.dtype):.0e}".replace("+", "")
-        self._missing = np.flatnonzero(~mesh.observed)
+        said = mesh.observed | mesh.zeros
+        self._missing = np.flatnonzero(~said)
         self._first_whole: int | None = None
         self._seen = np.zeros(self._n_vertices, np.bool_)
         self._unusable = _Places(self._n_vertices)
         self._zeros = _Places(self._n_vertices)
         # A vertex that was first observed at the origin may really be there.
-        self._met = mesh.observed.copy()
+        self._met = said.copy()
         self._began_at_zero = ~mesh.first.any(axis=1) & mesh.observed
         n_components = int(mesh.component.max()) + 1
         self._sizes = np.bincount(mesh.component)
         self._unseen_for = np.zeros(n_components, np.int64)
         self._longest = np.zeros(n_components, np.int64)
         self._longest_end = np.zeros(n_components, np.int64)
-        self._count(0, first, mesh.observed)
+        self._count(0, first, said)
 
     def watch(self, number: int, frame: Frame, observed: Mask) -> Mask:
         """Takes the next frame into account and returns which of its positions are plausible."""
         self._count(number, frame, observed)
         self._seen |= observed
-        if self._first_whole is None and observed.all():
-            self._first_whole = number
         zero = observed & ~frame.points.any(axis=1)
         self._began_at_zero |= zero & ~self._met
         self._met |= observed
         zero &= ~self._began_at_zero
+        if self._first_whole is None and (observed & ~zero).all():
+            self._first_whole = number
         self._zeros.add(number, zero)
         known = np.bincount(self._mesh.component[observed], minlength=len(self._sizes))
         self._unseen_for = np.where(known == 0, self._unseen_for + 1, 0)
@@ -82,6 +83,7 @@ class Presence:
     def findings(self) -> Iterator[Finding]:
         """Yields the problems found in all frames."""
         yield from self._frame_0()
+        yield from self._zeros_of_frame_0()
         yield from self._not_finite()
         yield from self._zero_rows()
         shares = np.array(self.shares[1:])
@@ -115,6 +117,24 @@ class Presence:
             f"Frame 0 lacks {len(missing)} of {counted(self._n_vertices, 'vertex')}: "
             f"{listed('vertex', missing)}.",
             f"Completion starts from a complete frame, by default frame 0. {whole}",
+        )
+
+    def _zeros_of_frame_0(self) -> Iterator[Finding]:
+        zeros = np.flatnonzero(self._mesh.zeros)
+        if not len(zeros):
+            return
+        whole = "--template FILE, as no frame is complete"
+        if self._first_whole is not None:
+            whole = f"--start whole: frame {self._first_whole} is the first complete one"
+        yield Finding(
+            "first_frame_zeros",
+            "warning",
+            len(zeros),
+            Where.of(vertices=zeros, frames=[0]),
+            f"{counted(len(zeros), 'vertex')} at exactly (0, 0, 0) in frame 0, far from "
+            f"their neighbours: {listed('vertex', zeros)}.",
+            "The sensor probably wrote zeros where it observed nothing, but those of frame 0 are "
+            f"taken as positions. Use --missing zero together with {whole}.",
         )
 
     def _not_finite(self) -> Iterator[Finding]:

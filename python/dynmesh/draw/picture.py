@@ -46,7 +46,7 @@ def picture(
         colour: see :class:`dynmesh.draw.heatmap.Heatmap`.
         range: see :class:`dynmesh.draw.heatmap.Heatmap`; with the same range, pictures of several
             sequences can be compared.
-        title: the heading; None means the name of the file.
+        title: the heading; None means the name of the file and, in a scene, of the mesh.
         up: "x", "y" or "z"; None means as the file states it, else z for a flat sheet, else y.
         azimuth: viewing angle around the up axis, in degrees.
         size: of each frame, in pixels.
@@ -66,7 +66,8 @@ def picture(
     for number in numbers:
         if not 0 <= number < reader.n_frames:
             raise ValueError(
-                f"{reader.path}: has no frame {number}, only 0 to {reader.n_frames - 1}"
+                f"{reader.path}: has no frame {number}, only 0 to {reader.n_frames - 1}; frames "
+                "are counted from 0, whatever their numbers in the file"
             )
     chosen = (frame for number in numbers for frame in _frame(heatmap, number))
     frames = list(watch(chosen, len(numbers)))
@@ -81,7 +82,7 @@ def picture(
         [_draw(reader, frame, frame.values.get(heatmap.colour), scale, view) for frame in frames]
     )
     captions = [f"frame {frame.number}" for frame in frames]
-    sheet = contact_sheet(title or reader.path.name, images, captions, scale)
+    sheet = contact_sheet(title or reader.title, images, captions, scale)
     sheet.save(output, format="PNG")
 
 

@@ -66,8 +66,7 @@ def faces_of(mesh: Any) -> Polygons:
     faces = _faces_at(properties, 0)
     if not all(one.isConstant() for one in properties):
         for number in range(1, schema.getNumSamples()):
-            time = schema.getTimeSampling().getSampleTime(number)
-            check_same_faces(faces, _faces_at(properties, number), time)
+            check_same_faces(faces, _faces_at(properties, number), f"frame {number}")
     return faces
 
 

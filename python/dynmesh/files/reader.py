@@ -86,6 +86,14 @@ class Reader(ABC):
         """The scene that the mesh is part of, or None if the file holds nothing else."""
         return None
 
+    @property
+    def title(self) -> str:
+        """The name of the file and, if it holds several meshes, the path of this one."""
+        scene, mesh = self.scene, self.header.name
+        if scene is None or mesh is None or len(scene.moves) < 2:
+            return self.path.name
+        return f"{self.path.name} {mesh}"
+
     def __repr__(self) -> str:
         """Describes the file without its numbers."""
         counts = summary(self.n_frames, self.n_vertices, len(self.faces), self.dtype)

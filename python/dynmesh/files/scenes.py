@@ -71,7 +71,11 @@ def choose_mesh(meshes: Mapping[str, bool], prim: str | None) -> str:
         return prim
     candidates = [path for path, moves in meshes.items() if moves] or list(meshes)
     if len(candidates) > 1:
-        raise ValueError(f"contains several meshes; choose one with --prim: {listed(candidates)}")
+        every = f"; dynmesh complete takes all of them with --prim {every_mesh}"
+        raise ValueError(
+            f"contains several meshes; choose one with --prim: {listed(candidates)}"
+            f"{every if any(meshes.values()) else ''}"
+        )
     return candidates[0]
 
 
@@ -81,9 +85,15 @@ def listed(paths: list[str], most: int = 10) -> str:
     return ", ".join(paths[:most] + rest)
 
 
-def check_same_faces(first: Polygons, later: Polygons, time: float) -> None:
-    """Raises an error unless the faces equal those of the first frame."""
+def check_same_faces(first: Polygons, later: Polygons, when: str) -> None:
+    """Raises an error unless the faces equal those of the first frame.
+
+    Args:
+        first: the faces of the first frame.
+        later: those of another one.
+        when: names that one.
+    """
     if not all(np.array_equal(one, other) for one, other in zip(first, later, strict=True)):
         raise ValueError(
-            f"time {time:g}: the faces differ from those of the first frame, but must not change"
+            f"{when}: the faces differ from those of the first frame, but must not change"
         )

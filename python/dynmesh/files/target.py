@@ -90,8 +90,14 @@ class Target:
         with naming(self.path):
             return self.writer.new_folder(self.path)
 
-    def check(self, *, overwrite: bool, inputs: Iterable[Path] = ()) -> None:
-        """Refuses to replace the files that are read or, unless asked to, any others.
+    def check(
+        self,
+        *,
+        overwrite: bool,
+        reader: Reader | Scene | None = None,
+        others: Iterable[Path] = (),
+    ) -> None:
+        """Refuses to replace files that `reader` reads, `others`, or, unless asked to, any.
 
         Raises:
             FileExistsError, ValueError: writing would replace them.
@@ -100,15 +106,31 @@ class Target:
         folder = (self.new_folder() or self.path).parent
         if not folder.is_dir():
             raise FileNotFoundError(f"{self.path}: there is no folder {folder}")
+        if isinstance(reader, Reader):
+            self._check_not_among(reader)
         existing = self.existing()
         if existing:
-            read = set(map(_identity, inputs))
+            read = set(map(_identity, [*([] if reader is None else reader.files), *others]))
             for file in existing:
                 if _identity(file) in read:
                     raise ValueError(f"{file}: is the input; writing over it would lose it")
         if existing and not overwrite:
             raise FileExistsError(
                 f"{existing[0]}: exists already; --overwrite replaces it, in Python overwrite=True"
+            )
+
+    def _check_not_among(self, reader: Reader) -> None:
+        """Refuses to write frames into the folder whose files are read as frames."""
+        if (
+            reader.path.is_dir()
+            and self.path.parent.is_dir()
+            and _identity(self.path.parent) == _identity(reader.path)
+            and self.path.suffix.lower() == reader.files[0].suffix.lower()
+            and not set(self.existing()) & set(reader.files)
+        ):
+            raise ValueError(
+                f"{self.path}: is in the folder of the input, whose files would then be frames of "
+                "the same sequence; write to another folder"
             )
 
 

@@ -85,7 +85,7 @@ def faces_of(mesh: Any) -> Polygons:
     first, *later = sorted(times) or [0.0]
     faces = _faces_at(attributes, first)
     for time in later:
-        check_same_faces(faces, _faces_at(attributes, time), time)
+        check_same_faces(faces, _faces_at(attributes, time), f"time {time:g}")
     return faces
 
 

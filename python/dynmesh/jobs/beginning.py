@@ -11,13 +11,20 @@ import numpy as np
 from .. import files
 from .._checks import check_path
 from .._errors import InputError, KindError, locating
+from ..diagnosis.mesh import ends_of
 from ..diagnosis.presence import observed_in
+from ..diagnosis.stray_zeros import stray_zeros
 from ..files import Frame, PathLike, Reader
+from ..metrics import bounding_box_diagonal
 from ..sequence import Positions
 from .checkpoint import Source, identity
 
 Start: TypeAlias = int | Literal["whole"]
 """The number of a whole frame, counted from 0, or "whole" for the first one."""
+
+_MUCH_NOISE = 0.02  # bounding-box diagonals
+_OTHER_UNIT = 3.0
+_ENOUGH = 10  # edges
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,11 +35,15 @@ class Beginning:
         points: (k, 3), with the dtype of the sequence.
         number: of the frame in the sequence, or -1 for a template, which stands before frame 0.
         files: those that hold a template.
+        zeros: how many of the points are probably zeros that a sensor wrote for missing vertices.
+        scale: of a template: how many times as long its edges are as those of frame 0 (median).
     """
 
     points: Positions
     number: int = 0
     files: tuple[Path, ...] = field(default=())
+    zeros: int = 0
+    scale: float = 1.0
 
     @property
     def n_before(self) -> int:
@@ -42,6 +53,29 @@ class Beginning:
     def described(self) -> dict[str, Any]:
         """What a checkpoint remembers of it."""
         return {"start": self.number, "template": list(map(identity, self.files))}
+
+    def remarks(self, noise: float | None) -> Iterator[str]:
+        """Yields what is probably wrong with it, or with the noise that is to be smoothed."""
+        if self.zeros:
+            where = f"frame {self.number}" if self.number >= 0 else "the template"
+            many = "1 vertex" if self.zeros == 1 else f"{self.zeros} vertices"
+            yield (
+                f"{many} of {where} at exactly (0, 0, 0), far from their neighbours, were taken as "
+                "positions; if nothing was observed there, use --missing zero with --start whole "
+                "or --template FILE"
+            )
+        if not 1 / _OTHER_UNIT < self.scale < _OTHER_UNIT:
+            times = float(f"{self.scale:.3g}")
+            yield (
+                f"the edges of the template are {times:g} times as long as those of frame "
+                "0; it must be in the unit of the sequence"
+            )
+        share = (noise or 0.0) / (bounding_box_diagonal(self.points) or np.inf)
+        if share > _MUCH_NOISE:
+            yield (
+                f"a noise of {noise:g} is {100 * share:.3g} % of the bounding-box diagonal; it "
+                "must be in the unit of the positions"
+            )
 
 
 def check_beginning(start: object, template: object) -> None:
@@ -134,7 +168,7 @@ def _frame_of(reader: Reader, number: int) -> Beginning:
             "; completion starts from a whole frame: --start whole begins at the first one, and "
             "--template FILE takes one from a file (in Python, start='whole' and template=)",
         )
-    return Beginning(np.array(frame.points), number)
+    return Beginning(np.array(frame.points), number, zeros=_zeros_in(frame.points, reader))
 
 
 @contextlib.contextmanager
@@ -154,7 +188,31 @@ def _open_with(template: Path, path: Path, source: Source) -> Iterator[tuple[Rea
             reader.whole = None
             check_same_mesh(whole, reader)
             points = np.array(frame.points, reader.dtype)
-            yield reader, Beginning(points, -1, tuple(whole.files))
+            zeros, scale = _zeros_in(points, reader), _scale_of(points, reader)
+            yield reader, Beginning(points, -1, tuple(whole.files), zeros, scale)
+
+
+def _scale_of(points: Positions, reader: Reader) -> float:
+    """Compares the edges with those of which both ends were observed in frame 0."""
+    with contextlib.closing(reader.frames(0, 1)) as frames:
+        first = next(frames)
+    there = observed_in(first) & first.points.any(axis=1)
+    ends = ends_of(reader.faces, len(points))
+    ends = ends[there[ends].all(axis=1)]
+    ours, theirs = (
+        np.linalg.norm(np.diff(one[ends].astype(np.float64), axis=1)[:, 0], axis=1)
+        for one in (points, first.points)
+    )
+    both = (ours > 0) & (theirs > 0)
+    return float(np.median(ours[both] / theirs[both])) if both.sum() >= _ENOUGH else 1.0
+
+
+def _zeros_in(points: Positions, reader: Reader) -> int:
+    if points.any(axis=1).all():
+        return 0
+    everywhere = np.ones(len(points), np.bool_)
+    zeros = stray_zeros(points, everywhere, ends_of(reader.faces, len(points)))
+    return int(np.count_nonzero(zeros))
 
 
 def check_whole(frame: Frame, advice: str) -> None:

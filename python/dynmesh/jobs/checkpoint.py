@@ -123,19 +123,19 @@ def describe_job(
     reader: Reader,
     header: Header,
     source: Source,
-    others: dict[str, Any],
+    start: dict[str, Any],
     format: str,
     settings: Settings,
 ) -> str:
     """Everything on which the output depends, as JSON. All settings must be given.
 
-    `others` describes the beginning and the rehearsal.
+    `start` describes the beginning and the rehearsal.
     """
     masks = source.get("known")
     description: dict[str, Any] = {
         "version": __version__,
         "input": list(map(identity, reader.files)),
-        **others,
+        **start,
         "known": zlib.crc32(masks.tobytes()) if isinstance(masks, np.ndarray) else None,
         "faces": zlib.crc32(header.faces.tobytes()),
         "missing": source.get("missing"),

@@ -139,14 +139,14 @@ def complete_into(
         )
         rehearsal = Rehearsal(how.takes, reader, how.watch_rehearsal)
         folder = unfinished_folder(output)
-        others = {**beginning.described(), **rehearsal.described()}
-        job = describe_job(reader, header, source, others, target.format, settings)
+        start = {**beginning.described(), **rehearsal.described()}
+        job = describe_job(reader, header, source, start, target.format, settings)
         checkpoint = Checkpoint(folder / "checkpoint.npz", job)
         settled = settle(folder, output, checkpoint)
         complete = how.resume and not how.overwrite and not checkpoint.exists()
         complete = complete and _is_complete(target, header)
-        inputs = [*reader.files, *beginning.files, *rehearsal.files]
-        target.check(overwrite=how.overwrite or complete, inputs=inputs)
+        others = [*beginning.files, *rehearsal.files]
+        target.check(overwrite=how.overwrite or complete, reader=reader, others=others)
         n_frames, number = header.n_frames, beginning.number
         if complete:
             done_before = Tally(settings["method"])
@@ -168,7 +168,8 @@ def complete_into(
                     if writer.resumable:
                         writer.flush()
                         checkpoint.save(passes.progress())
-    return passes.tally.report(n_frames, progress.done, tuple(writer.remarks), number)
+    remarks = (*writer.remarks, *beginning.remarks(settings["noise"]))
+    return passes.tally.report(n_frames, progress.done, remarks, number)
 
 
 def _is_complete(target: Target, header: Header) -> bool:

@@ -24,6 +24,7 @@ from .passes import Passes
 from .rehearsal import Rehearsal, Takes, check_takes, files_in
 from .report import FileReport
 from .unfinished import unfinished_folder
+from .zeros import ZeroCount
 
 
 @dataclass(frozen=True)
@@ -161,8 +162,8 @@ class _Job:
         if not self._moving:
             found = f"none of {listed(list(self._still))} moves" if self._still else "has no mesh"
             raise InputError(f"{found}, so there is nothing to complete", file=self._scene.path)
-        inputs = [*self._scene.files, *files_in(self._takes)]
-        self._target.check(overwrite=overwrite, inputs=inputs)
+        takes = files_in(self._takes)
+        self._target.check(overwrite=overwrite, reader=self._scene, others=takes)
         lengths = self._lengths()
         folder = unfinished_folder(output)
         with lock_folder(folder, output):
@@ -201,9 +202,15 @@ class _Job:
                 header = replace(reader.header, has_known=False, has_provenance=self._provenance)
                 beginning = beginning_in(reader, self._start)
                 passes = Passes(reader, beginning, self._settings, Rehearsal(self._takes, reader))
+                zeros = ZeroCount()
                 with spool.create(header) as waiting:
-                    yield from _completing(passes, waiting, folder / "before")
-                self._reports[mesh] = passes.tally.report(header.n_frames, 0, (), beginning.number)
+                    completing = _completing(passes, waiting, folder / "before")
+                    for number, frame in enumerate(completing):
+                        zeros.add(number, frame.points, frame.known)
+                        yield frame
+                remarks = (*beginning.remarks(self._settings["noise"]), *zeros.hint())
+                n_frames, first = header.n_frames, beginning.number
+                self._reports[mesh] = passes.tally.report(n_frames, 0, remarks, first)
             if mesh in self._reports:
                 self._take_over(spool.path, header, writing)
 
@@ -244,8 +251,13 @@ class _Job:
         if self._still:
             lost += f" and the meshes that do not move ({listed(list(self._still))})"
         has_overlay = files.formats[self._scene.format].overlay is not None
-        advice = "; --overlay keeps them" if has_overlay else "; as .abc, it would keep them"
-        yield f"holds the completed meshes without {lost}{advice}"
+        advice = "as .abc, it would keep them"
+        if has_overlay:
+            is_usd = self._target.format == self._scene.format
+            advice = (
+                "--overlay keeps them" if is_usd else "as USD with --overlay, it would keep them"
+            )
+        yield f"holds the completed meshes without {lost}; {advice}"
 
 
 def _completing(passes: Passes, writer: Writer, waiting: Path) -> Iterator[Frame]:

@@ -109,7 +109,7 @@ def page(
             page, they can be switched to everything else that the sequence has.
         range: of the scale of that colour; see :class:`dynmesh.draw.heatmap.Heatmap`. With the same
             range, pages of several sequences can be compared.
-        title: the heading; None means the name of the file.
+        title: the heading; None means the name of the file and, in a scene, of the mesh.
         up: "x", "y" or "z"; None means as the file states it, else z for a flat sheet, else y.
         azimuth: initial viewing angle around the up axis, in degrees.
         max_frames: longer sequences show every second, third, ... frame.
@@ -140,7 +140,7 @@ def page(
     if reference is not None:
         captions = {**captions, "reference": f"{reference.path.name}, the reference"}
     playback = Playback(
-        title or reader.path.name,
+        title or reader.title,
         str(shown),
         captions,
         list(numbers),

@@ -1,0 +1,207 @@
+/// The completer in the C interface: converts arguments, calls Completer, and turns exceptions into
+/// a status.
+#include <dynmesh/dynmesh.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <dynmesh/completer.hpp>
+#include <dynmesh/settings.hpp>
+#include <dynmesh/types.hpp>
+#include <limits>
+#include <string>
+
+#include "c/arguments.hpp"
+#include "c/handles.hpp"
+#include "c/status.hpp"
+
+namespace dynmesh {
+namespace {
+
+dynmesh_frame_report to_c(const FrameReport& report) {
+  return {static_cast<std::int64_t>(report.known),
+          static_cast<std::int64_t>(report.filled),
+          static_cast<std::int64_t>(report.unseen),
+          static_cast<std::int64_t>(report.rejected),
+          static_cast<std::int64_t>(report.iterations),
+          report.seconds,
+          report.stages.blend,
+          report.stages.trust,
+          report.stages.explained};
+}
+
+void store(const FrameReport& report, dynmesh_frame_report* where) {
+  if (where != nullptr) *where = to_c(report);
+}
+
+template <class Real>
+dynmesh_completer* create(Faces faces, const dynmesh_points* first_frame,
+                          const Settings& settings) {
+  const auto frame = points_of<const Real>("first_frame", first_frame);
+  return new dynmesh_completer{Completer<Real>(faces, frame, settings)};
+}
+
+}  // namespace
+}  // namespace dynmesh
+
+// C has no namespaces, so the functions of the interface are global. The functions they call are
+// above.
+using namespace dynmesh;
+
+const char* dynmesh_version() { return DYNMESH_VERSION; }
+
+dynmesh_status dynmesh_default_settings(dynmesh_settings* settings, int64_t size) {
+  return guarded([&] {
+    check_pointer("settings", settings);
+    check_settings_size("size", size);
+    const Settings defaults;
+    *settings = {size,
+                 DYNMESH_METHOD_MOTION,
+                 defaults.revisit ? 1 : 0,
+                 defaults.extra_iterations,
+                 DYNMESH_UNSEEN_FOLLOW,
+                 defaults.noise.value_or(std::numeric_limits<double>::quiet_NaN()),
+                 defaults.reject_outliers ? 1 : 0,
+                 defaults.threads};
+  });
+}
+
+dynmesh_status dynmesh_create(const int32_t* faces, int64_t n_faces,
+                              const dynmesh_points* first_frame, const dynmesh_settings* settings,
+                              dynmesh_completer** completer) {
+  return guarded([&] {
+    check_pointer("completer", completer);
+    *completer = nullptr;
+    check_pointer("first_frame", first_frame);
+    const Faces triangles = faces_of(faces, n_faces);
+    const auto chosen = settings_of(settings);
+    switch (first_frame->type) {
+      case DYNMESH_FLOAT32:
+        *completer = create<float>(triangles, first_frame, chosen);
+        break;
+      case DYNMESH_FLOAT64:
+        *completer = create<double>(triangles, first_frame, chosen);
+        break;
+      default:
+        refuse("first_frame", std::string("type must be ") + known_types + ", not " +
+                                  std::to_string(first_frame->type));
+    }
+  });
+}
+
+void dynmesh_destroy(dynmesh_completer* completer) { delete completer; }
+
+dynmesh_status dynmesh_push(dynmesh_completer* completer, const dynmesh_points* points,
+                            const dynmesh_mask* known, const dynmesh_output* out,
+                            dynmesh_frame_report* report) {
+  return with(completer, [&]<class Real>(Completer<Real>& c) {
+    const auto given = points_of<const Real>("points", points);
+    const auto completed = points_of<Real>("out", out);
+    store(known == nullptr ? c.push(given, completed) : c.push(given, mask_of(*known), completed),
+          report);
+  });
+}
+
+dynmesh_status dynmesh_push_sparse(dynmesh_completer* completer, const int32_t* indices,
+                                   int64_t n_indices, const dynmesh_points* points,
+                                   const dynmesh_output* out, dynmesh_frame_report* report) {
+  return with(completer, [&]<class Real>(Completer<Real>& c) {
+    const auto observed = indices_of(indices, n_indices);
+    const auto given = points_of<const Real>("points", points);
+    const auto completed = points_of<Real>("out", out);
+    store(c.push_sparse(observed, given, completed), report);
+  });
+}
+
+dynmesh_status dynmesh_skip(dynmesh_completer* completer, const dynmesh_output* out,
+                            dynmesh_frame_report* report) {
+  return with(completer, [&]<class Real>(Completer<Real>& c) {
+    store(c.skip(points_of<Real>("out", out)), report);
+  });
+}
+
+dynmesh_status dynmesh_reset(dynmesh_completer* completer, const dynmesh_points* frame) {
+  return with(completer, [&]<class Real>(Completer<Real>& c) {
+    c.reset(points_of<const Real>("frame", frame));
+  });
+}
+
+dynmesh_status dynmesh_state_size(const dynmesh_completer* completer, int64_t* size) {
+  return with_constant(completer, [&](const auto& c) {
+    check_pointer("size", size);
+    *size = static_cast<int64_t>(c.state_size());
+  });
+}
+
+dynmesh_status dynmesh_state(const dynmesh_completer* completer, void* state, int64_t size) {
+  return with(completer, [&](const auto& c) {
+    check_pointer("state", state);
+    const std::size_t needed = c.state_size();
+    if (size < static_cast<int64_t>(needed)) {
+      refuse("state", "has room for " + std::to_string(size) + " bytes, but the state has " +
+                          std::to_string(needed));
+    }
+    std::ranges::copy(c.state(), static_cast<std::byte*>(state));
+  });
+}
+
+dynmesh_status dynmesh_restore(dynmesh_completer* completer, const void* state, int64_t size) {
+  return with(completer, [&](auto& c) {
+    check_pointer("state", state);
+    if (size < 0) refuse("state", "cannot have " + std::to_string(size) + " bytes");
+    c.restore({static_cast<const std::byte*>(state), static_cast<std::size_t>(size)});
+  });
+}
+
+int64_t dynmesh_n_vertices(const dynmesh_completer* completer) {
+  int64_t k = 0;
+  (void)with_constant(completer, [&](const auto& c) { k = static_cast<int64_t>(c.n_vertices()); });
+  return k;
+}
+
+const int32_t* dynmesh_generation(const dynmesh_completer* completer) {
+  const int32_t* generation = nullptr;
+  (void)with(completer, [&](const auto& c) { generation = c.generation().data(); });
+  return generation;
+}
+
+const int32_t* dynmesh_age(const dynmesh_completer* completer) {
+  const int32_t* age = nullptr;
+  (void)with(completer, [&](const auto& c) { age = c.age().data(); });
+  return age;
+}
+
+dynmesh_status dynmesh_report(const dynmesh_completer* completer, dynmesh_frame_report* report) {
+  return with(completer, [&](const auto& c) {
+    check_pointer("report", report);
+    *report = to_c(c.report());
+  });
+}
+
+dynmesh_status dynmesh_topology(const dynmesh_completer* completer,
+                                dynmesh_topology_report* report) {
+  return with_constant(completer, [&](const auto& c) {
+    check_pointer("report", report);
+    const TopologyReport& found = c.topology();
+    *report = {static_cast<int64_t>(found.components),
+               static_cast<int64_t>(found.isolated_vertices),
+               static_cast<int64_t>(found.boundary_edges),
+               static_cast<int64_t>(found.refused_faces.size())};
+  });
+}
+
+dynmesh_status dynmesh_refused_face(const dynmesh_completer* completer, int64_t number,
+                                    int64_t* face, const char** reason) {
+  return with_constant(completer, [&](const auto& c) {
+    check_pointer("face", face);
+    check_pointer("reason", reason);
+    const auto& refused = c.topology().refused_faces;
+    if (number < 0 || number >= static_cast<int64_t>(refused.size())) {
+      refuse("number", "is " + std::to_string(number) + ", but " + std::to_string(refused.size()) +
+                           " faces were refused, counted from 0");
+    }
+    const RefusedFace& found = refused[static_cast<std::size_t>(number)];
+    *face = static_cast<int64_t>(found.index);
+    *reason = found.reason.c_str();
+  });
+}

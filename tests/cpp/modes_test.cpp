@@ -1,0 +1,240 @@
+#include "detail/modes.hpp"
+
+#include <doctest/doctest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <random>
+
+#include "meshes.hpp"
+
+namespace dynmesh::testing {
+namespace {
+
+constexpr std::size_t k = 600;  // more than two chunks
+constexpr std::size_t n_frames = 20;
+
+/// Overlapping parts without a mesh: each vertex in the global part and in up to two others.
+SurfaceParts some_parts() {
+  SurfaceParts parts;
+  parts.n_parts = 4;
+  parts.offsets = {0};
+  for (std::size_t v = 0; v < k; ++v) {
+    parts.entries.push_back({0, 1.0});
+    const double share = 0.2 + 0.6 * static_cast<double>(v) / k;
+    const Index part = 1 + static_cast<Index>(v / 300);
+    if (v % 5 != 0) parts.entries.push_back({part, share});
+    if (v % 5 > 1) parts.entries.push_back({part + 1, 1 - share});
+    parts.offsets.push_back(static_cast<Index>(parts.entries.size()));
+  }
+  return parts;
+}
+
+std::vector<Vector3<double>> random_field(std::size_t rows, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  std::vector<Vector3<double>> field(rows);
+  for (auto& x : field) x = {normal(random), normal(random), normal(random)};
+  return field;
+}
+
+std::vector<double> random_numbers(std::size_t n, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  std::vector<double> numbers(n);
+  for (double& x : numbers) x = normal(random);
+  return numbers;
+}
+
+/// The columns of B, (3 k, n_coefficients), from the modes themselves.
+Eigen::MatrixXd columns_of(Modes& modes, Workers& workers) {
+  const std::size_t n = modes.n_coefficients();
+  Eigen::MatrixXd columns(3 * k, n);
+  std::vector<double> one(n, 0.0);
+  std::vector<Vector3<double>> column(k);
+  for (std::size_t j = 0; j < n; ++j) {
+    one[j] = 1;
+    modes.combine(one, column, workers);
+    one[j] = 0;
+    for (std::size_t v = 0; v < k; ++v) {
+      columns(3 * v, j) = column[v].x;
+      columns(3 * v + 1, j) = column[v].y;
+      columns(3 * v + 2, j) = column[v].z;
+    }
+  }
+  return columns;
+}
+
+Eigen::VectorXd stacked(std::span<const Vector3<double>> field) {
+  Eigen::VectorXd all(3 * field.size());
+  for (std::size_t v = 0; v < field.size(); ++v) {
+    all.segment<3>(3 * v) << field[v].x, field[v].y, field[v].z;
+  }
+  return all;
+}
+
+/// The deviations of one part in all frames, times the roots of its weights: (3 k, n_frames).
+Eigen::MatrixXd deviations_of(Index part, const SurfaceParts& parts,
+                              std::span<const Vector3<double>> shapes, double power) {
+  Eigen::MatrixXd z = Eigen::MatrixXd::Zero(3 * k, n_frames);
+  for (std::size_t v = 0; v < k; ++v) {
+    for (Index e = parts.offsets[v]; e < parts.offsets[v + 1]; ++e) {
+      if (parts.entries[e].part != part) continue;
+      const double weight = std::pow(parts.entries[e].weight, power);
+      for (std::size_t l = 0; l < n_frames; ++l) {
+        const auto& x = shapes[v * n_frames + l];
+        z.block<3, 1>(3 * v, l) << weight * x.x, weight * x.y, weight * x.z;
+      }
+    }
+  }
+  return z;
+}
+
+TEST_CASE("the modes of a part are its leading principal components, of unit coefficients") {
+  Workers workers(1);
+  const SurfaceParts parts = some_parts();
+  auto shapes = random_field(k * n_frames, 3);
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    const double size = std::pow(0.8, static_cast<double>(i % n_frames));  // distinct eigenvalues
+    shapes[i] = size * shapes[i];
+  }
+  Modes modes(parts, shapes, n_frames, {});
+  CHECK(modes.size() == 4 * 16);
+  REQUIRE(modes.n_coefficients() == 4 * 16);
+  const Eigen::MatrixXd found = columns_of(modes, workers);
+  for (Index part = 0; part < 4; ++part) {
+    // B_j = W Z v_j / sqrt(n), where v_j is the right singular vector j of sqrt(W) Z.
+    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(deviations_of(part, parts, shapes, 0.5),
+                                                Eigen::ComputeThinV);
+    const Eigen::MatrixXd expected = deviations_of(part, parts, shapes, 1) *
+                                     svd.matrixV().leftCols(16) / std::sqrt(1.0 * n_frames);
+    const double scale = expected.cwiseAbs().maxCoeff();
+    for (int j = 0; j < 16; ++j) {
+      const Eigen::VectorXd mode = found.col(16 * part + j);
+      const double sign = mode.dot(expected.col(j)) < 0 ? -1 : 1;
+      CHECK((mode - sign * expected.col(j)).cwiseAbs().maxCoeff() < 1e-5 * scale);
+    }
+    if (part > 0) continue;
+    const Eigen::VectorXd variances = svd.singularValues().cwiseAbs2();
+    CHECK(modes.variance_held() == doctest::Approx(variances.head(16).sum() / variances.sum()));
+  }
+}
+
+TEST_CASE("products with the modes agree with those in double precision") {
+  Workers workers(1);
+  Modes modes(some_parts(), random_field(k * n_frames, 3), n_frames, {});
+  const std::size_t n = modes.n_coefficients();
+  const Eigen::MatrixXd b = columns_of(modes, workers);
+  const auto near = [](const Eigen::VectorXd& found, const Eigen::VectorXd& expected) {
+    return (found - expected).cwiseAbs().maxCoeff() < 1e-5 * expected.cwiseAbs().maxCoeff();
+  };
+  const auto a = random_numbers(n, 1);
+  std::vector<Vector3<double>> combined(k);
+  modes.combine(a, combined, workers);
+  CHECK(near(stacked(combined), b * Eigen::Map<const Eigen::VectorXd>(a.data(), n)));
+  std::vector<double> projected(n);
+  modes.project(combined, projected, workers);
+  const Eigen::Map<const Eigen::VectorXd> as_vector(projected.data(), n);
+  CHECK(near(as_vector, b.transpose() * stacked(combined)));
+
+  std::vector<double> weights(k);
+  Eigen::VectorXd of_rows(3 * k);
+  for (std::size_t v = 0; v < k; ++v) {
+    weights[v] = static_cast<double>(v % 7) / 7;
+    of_rows.segment<3>(3 * v).setConstant(weights[v]);
+  }
+  modes.weigh(weights, projected, workers);
+  // The square of a mode, part by part: a vertex may be in several.
+  CHECK(near(as_vector, b.cwiseAbs2().transpose() * of_rows));
+}
+
+TEST_CASE("a take in which nothing moves, or a part, has no modes there") {
+  Workers workers(1);
+  SurfaceParts parts = some_parts();
+  auto shapes = random_field(k * n_frames, 3);
+  std::size_t expected = 0;
+  SUBCASE("nothing") { std::ranges::fill(shapes, Vector3<double>{}); }
+  SUBCASE("not the half of the vertices in which part 1 is") {
+    std::fill_n(shapes.begin(), 300 * n_frames, Vector3<double>{});
+    expected = 3 * 16;
+  }
+  SUBCASE("in one way") {
+    for (std::size_t v = 0; v < k; ++v) {
+      for (std::size_t l = 1; l < n_frames; ++l) {
+        shapes[v * n_frames + l] = std::sin(1.0 * l) * shapes[v * n_frames];
+      }
+    }
+    expected = 4;
+  }
+  Modes modes(parts, shapes, n_frames, {});
+  CHECK(modes.size() == expected);
+  CHECK(modes.n_coefficients() == 4 * 16);
+  std::vector<Vector3<double>> combined(k);
+  modes.combine(random_numbers(4 * 16, 1), combined, workers);
+  for (const auto& x : combined) CHECK(std::isfinite(squared_norm(x)));
+  if (expected == 0) CHECK(stacked(combined).norm() == 0);
+  CHECK(modes.variance_held() == doctest::Approx(expected == 4   ? 1
+                                                 : expected == 0 ? 0
+                                                                 : 0.85)
+                                     .epsilon(0.1));
+}
+
+TEST_CASE("the products are the same for every kind of processor, up to rounding") {
+  const SurfaceParts parts = some_parts();
+  std::vector<Index> part_of;
+  for (const auto& entry : parts.entries) part_of.push_back(entry.part);
+  std::vector<float> values(3 * modes_of_part * part_of.size());
+  std::mt19937 random(5);
+  std::normal_distribution<float> normal;
+  for (float& x : values) x = normal(random);
+  const ModeData data = {parts.offsets.data(), part_of.data(), values.data()};
+  const std::size_t n = modes_of_part * static_cast<std::size_t>(parts.n_parts);
+  const auto field = random_field(k, 2);
+  const auto given = random_numbers(n + k, 4);
+  const std::vector<float> coefficients(given.begin(), given.begin() + n);
+  const std::vector<double> weights(given.begin() + n, given.end());
+
+  // The sums in double precision.
+  std::vector<Vector3<double>> combined(k);
+  std::vector<double> projected(n);
+  std::vector<double> squares(n);
+  constexpr Index first = 3;
+  constexpr Index last = 250;
+  for (Index v = first; v < last; ++v) {
+    for (Index e = parts.offsets[v]; e < parts.offsets[v + 1]; ++e) {
+      for (std::size_t j = 0; j < modes_of_part; ++j) {
+        const float* mode = &values[3 * modes_of_part * e + j];
+        const Vector3<double> b = {mode[0], mode[modes_of_part], mode[2 * modes_of_part]};
+        const std::size_t c = modes_of_part * part_of[e] + j;
+        combined[v] = combined[v] + static_cast<double>(coefficients[c]) * b;
+        projected[c] += b.x * field[v].x + b.y * field[v].y + b.z * field[v].z;
+        squares[c] += weights[v] * squared_norm(b);
+      }
+    }
+  }
+  for (const Kernels& level : runnable_kernels()) {
+    const ModeKernels& kernels = level.modes;
+    constexpr double untouched = 7;
+    std::vector<Vector3<double>> of_level(k, {untouched, untouched, untouched});
+    kernels.combine(data, coefficients.data(), of_level.data(), first, last);
+    for (Index v = 0; v < static_cast<Index>(k); ++v) {
+      const bool is_inside = v >= first && v < last;
+      const Vector3<double> expected =
+          is_inside ? combined[v] : Vector3<double>{untouched, untouched, untouched};
+      CHECK(squared_norm(of_level[v] - expected) < 1e-8);
+    }
+    std::vector<float> sums(n, 1);
+    kernels.project(data, field.data(), sums.data(), first, last);
+    for (std::size_t c = 0; c < n; ++c) {
+      CHECK(sums[c] == doctest::Approx(1 + projected[c]).epsilon(1e-4));
+    }
+    std::ranges::fill(sums, 1.0F);
+    kernels.add_squares(data, weights.data(), sums.data(), first, last);
+    for (std::size_t c = 0; c < n; ++c) {
+      CHECK(sums[c] == doctest::Approx(1 + squares[c]).epsilon(1e-4));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace dynmesh::testing

@@ -1,0 +1,197 @@
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <dynmesh/rehearsal.hpp>
+#include <limits>
+#include <stdexcept>
+
+#include "meshes.hpp"
+#include "push.hpp"
+#include "rehearsed.hpp"
+#include "shared_work.hpp"
+
+namespace dynmesh::testing {
+namespace {
+
+TEST_CASE("of many frames, those at regular intervals are kept") {
+  Rehearsal<float> rehearsal(1);
+  for (std::size_t n = 1; n <= 1300; ++n) {
+    const float x[] = {static_cast<float>(n - 1), 0, 0};
+    rehearsal.add({x, 1});
+    std::size_t interval = 1;
+    while ((n + interval - 1) / interval > 75) interval *= 2;
+    const auto kept = rehearsal.frames();
+    REQUIRE(rehearsal.n_added() == n);
+    REQUIRE(kept.size() == (n + interval - 1) / interval);
+    for (std::size_t i = 0; i < kept.size(); ++i) {
+      REQUIRE(kept[i].size() == 3);
+      REQUIRE(kept[i][0] == static_cast<float>(i * interval));
+    }
+  }
+}
+
+TEST_CASE("frames of any layout are kept packed") {
+  const auto mesh = sheet<double>(4);
+  const std::size_t k = mesh.size();
+  std::vector<double> planar(3 * k);
+  for (std::size_t i = 0; i < 3 * k; ++i) planar[i % 3 * k + i / 3] = mesh.vertices[i];
+  Rehearsal<double> rehearsal(k);
+  rehearsal.add({planar.data(), k, 1, static_cast<std::ptrdiff_t>(k)});
+  CHECK(rehearsal.frames()[0] == mesh.vertices);
+}
+
+TEST_CASE("a frame that is refused changes nothing") {
+  const auto take = take_of(sheet<float>(3).vertices, 4);
+  Rehearsal<float> rehearsal(9);
+  for (const auto& frame : take) rehearsal.add({frame.data(), 9});
+  for (const float bad : {std::numeric_limits<float>::quiet_NaN(), 1e30F}) {
+    auto frame = take[0];
+    frame[13] = bad;
+    CHECK_THROWS_AS(rehearsal.add({frame.data(), 9}), std::invalid_argument);
+  }
+  CHECK_THROWS_AS(rehearsal.add({take[0].data(), 8}), std::invalid_argument);
+  CHECK(rehearsal.n_added() == 4);
+  CHECK(std::ranges::equal(rehearsal.frames(), take));
+}
+
+/// The sum of squared errors over a clip whose first frame is the mesh itself.
+double error_of(Completer<double> completer, const Mesh<double>& mesh) {
+  double error = 0;
+  for (unsigned n = 1; n < 20; ++n) {
+    const auto truth = bent(turned(mesh.vertices, 0.02 * n), 0.21 + 0.1 * n);
+    const auto completed = push(completer, truth, random_mask(mesh.size(), 0.1, n));
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+      error += (completed[i] - truth[i]) * (completed[i] - truth[i]);
+    }
+  }
+  return error;
+}
+
+TEST_CASE("a subject that was rehearsed is completed more accurately") {
+  const auto mesh = sheet<double>(16);
+  const Settings detail = {.method = Method::detail};
+  const double without = error_of({mesh.faces(), mesh.points(), detail}, mesh);
+  CHECK(error_of(rehearsed(mesh, {}, 40), mesh) < 0.85 * without);
+}
+
+TEST_CASE("a take in which nothing moves has no effect") {
+  const auto mesh = sheet<double>(8);
+  const Settings detail = {.method = Method::detail};
+  const std::vector<std::vector<double>> still(3, mesh.vertices);
+  Completer<double> with(mesh.faces(), mesh.points(), detail, rehearsal_of(still));
+  Completer<double> without(mesh.faces(), mesh.points(), detail);
+  for (unsigned n = 1; n < 4; ++n) {
+    const auto frame = bent(mesh.vertices, 0.3 * n);
+    const auto known = random_mask(mesh.size(), 0.3, n);
+    CHECK(largest_difference(push(with, frame, known), push(without, frame, known)) < 1e-9);
+  }
+}
+
+TEST_CASE_TEMPLATE("the result does not depend on the number of threads", Real, float, double) {
+  const SharedWork shared;
+  const auto mesh = sheet<Real>(24);
+  Settings settings = {.reject_outliers = true};
+  SUBCASE("exact") {}
+  SUBCASE("noisy") { settings.noise = 0.01; }
+  auto one = rehearsed(mesh, settings);
+  for (const Index threads : {2, 3}) {
+    settings.threads = threads;
+    auto many = rehearsed(mesh, settings);
+    one.reset(mesh.points());
+    for (unsigned n = 1; n < 5; ++n) {
+      const auto frame = bent(mesh.vertices, 0.3 * n);
+      const auto known = random_mask(mesh.size(), 0.3, n);
+      std::vector<Real> completed;
+      CHECK(shared_pieces([&] { completed = push(many, frame, known); }) > 0);
+      CHECK(completed == push(one, frame, known));
+      CHECK(many.report().stages.trust == one.report().stages.trust);
+      CHECK(many.report().stages.explained == one.report().stages.explained);
+    }
+    CHECK(one.report().stages.trust > 0);
+    CHECK(many.state() == one.state());
+  }
+}
+
+TEST_CASE("a distant anchor does not affect later frames") {
+  const auto mesh = sheet<double>(9);
+  auto completer = rehearsed(mesh);
+  const auto known = [&](unsigned n) {
+    auto mask = random_mask(mesh.size(), 0.5, n);
+    mask[40] = 1;
+    return mask;
+  };
+  for (const double distance : {1e9, 1e30, 1e100, 1e200}) {
+    CAPTURE(distance);
+    auto outlier = mesh.vertices;
+    outlier[120] = distance;
+    CHECK(largest(push(completer, outlier, known(1))) <= 1e200);
+    CHECK(largest(push(completer, outlier, known(2))) <= 1e200);
+    completer.restore(completer.state());
+    push(completer, mesh.vertices, std::vector<std::uint8_t>(mesh.size(), 1));
+    for (unsigned n = 3; n < 8; ++n) push(completer, mesh.vertices, known(n));
+    const auto completed = push(completer, mesh.vertices, known(8));
+    CHECK(largest_difference(completed, mesh.vertices) < 1e-2);
+  }
+}
+
+TEST_CASE("the result does not depend on the unit of length") {
+  const auto mesh = sheet<double>(9);
+  const auto complete = [&](double scale) {
+    CAPTURE(scale);
+    const auto scaled = [&](std::vector<double> frame) {
+      for (double& x : frame) x *= scale;
+      return frame;
+    };
+    Mesh<double> larger = mesh;
+    larger.vertices = scaled(mesh.vertices);
+    auto take = take_of(mesh.vertices, 6);
+    for (auto& frame : take) frame = scaled(frame);
+    const Settings detail = {.method = Method::detail};
+    Completer<double> completer(larger.faces(), larger.points(), detail, rehearsal_of(take));
+    std::vector<double> completed;
+    for (unsigned n = 1; n < 6; ++n) {
+      completed =
+          push(completer, scaled(bent(mesh.vertices, 0.3 * n)), random_mask(mesh.size(), 0.3, n));
+    }
+    CHECK(completer.report().stages.trust > 0);
+    for (double& x : completed) x /= scale;
+    return completed;
+  };
+  const auto expected = complete(1);
+  for (const double scale : {1e-4, 1e-10, 1e6, 1e12}) {
+    CHECK(largest_difference(complete(scale), expected) < 1e-4);  // the modes are of float
+  }
+}
+
+TEST_CASE_TEMPLATE("frames are finite and states can be restored for every known mask and size",
+                   Real, float, double) {
+  auto mesh = join(sheet<Real>(5), sheet<Real>(2, 20));
+  mesh.vertices.insert(mesh.vertices.end(), {9, 9, 9});
+  const std::size_t k = mesh.size();
+  const int exponent = std::numeric_limits<Real>::max_exponent / 3;
+  for (const int scale : {0, -exponent, exponent}) {
+    CAPTURE(scale);
+    auto scaled = mesh;
+    for (Real& x : scaled.vertices) x = std::ldexp(x, scale);
+    auto take = take_of(mesh.vertices, 5);
+    for (auto& frame : take) {
+      for (Real& x : frame) x = std::ldexp(x, scale);
+    }
+    const Settings detail = {.method = Method::detail};
+    Completer<Real> completer(scaled.faces(), scaled.points(), detail, rehearsal_of(take));
+    Completer<Real> other(scaled.faces(), scaled.points(), detail, rehearsal_of(take));
+    for (unsigned n = 0; n < 12; ++n) {
+      auto frame = bent(mesh.vertices, n);
+      for (Real& x : frame) x = std::ldexp(x, scale);
+      if (n == 8) frame[3] *= 1000;
+      const auto known = n == 11 ? mask(k, {0}) : random_mask(k, 0.1 * (n % 6), n);
+      CHECK(std::isfinite(largest(push(completer, frame, known))));
+      other.restore(completer.state());
+      CHECK(other.state() == completer.state());
+    }
+  }
+}
+
+}  // namespace
+}  // namespace dynmesh::testing
