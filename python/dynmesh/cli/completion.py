@@ -27,15 +27,14 @@ from .options import (
     Overlay,
     Overwrite,
     PrimOrAll,
+    Rehearsal,
     usage_error,
     with_settings,
     with_source,
 )
 from .scene_completion import complete_all
-from .terminal import say, say_remarks, track
+from .terminal import PATIENCE, say, say_remarks, track, watch_rehearsal
 from .zeros import Zeros
-
-_PATIENCE = 2.0  # seconds before a progress bar appears
 
 
 @with_settings
@@ -63,6 +62,7 @@ def complete(
             rich_help_panel=WHAT,
         ),
     ] = None,
+    rehearsal: Rehearsal = None,
     provenance: Annotated[
         bool,
         typer.Option(
@@ -95,6 +95,7 @@ def complete(
     dynmesh complete 'scans/*.ply' completed.h5 --start whole --provenance
     dynmesh complete scans 'completed/frame_%04d.obj' --template body.obj --missing zero
     dynmesh complete shot.usd completed.usd --prim all --overlay
+    dynmesh complete partial.npz completed.npz --rehearsal range_of_motion.npz
     ```
     """
     if source.get("prim") == every_mesh:
@@ -104,6 +105,7 @@ def complete(
             settings,
             source,
             start=_parsed(start),
+            rehearsal=rehearsal or None,
             output_format=output_format,
             overlay=overlay,
             provenance=provenance,
@@ -132,6 +134,7 @@ def complete(
             output,
             start=begin_at,
             template=template,
+            rehearsal=rehearsal or None,
             source=source,
             output_format=output_format,
             fps=fps,
@@ -140,6 +143,7 @@ def complete(
             resume=resume,
             overlay=overlay,
             watch=watch,
+            watch_rehearsal=watch_rehearsal,
             **settings,
         )
     except SettingError as error:
@@ -179,7 +183,7 @@ def _start_of(text: str, path: Path, source: Source) -> Start:
         return start
 
     def watch(frames: Iterable[Frame], total: int) -> Iterable[Frame]:
-        return track(frames, total, "looking for a whole frame", patience=_PATIENCE)
+        return track(frames, total, "looking for a whole frame", patience=PATIENCE)
 
     with files.open(path, **source) as reader:
         found = find_whole_frame(reader, watch)

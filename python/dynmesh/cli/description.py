@@ -1,5 +1,6 @@
 """The command that describes a sequence and reports problems."""
 
+import json
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Annotated
@@ -11,20 +12,22 @@ from rich.markup import escape
 from rich.table import Table
 
 from .. import files
-from .._core import TopologyReport
+from .._core import RehearsalSummary, TopologyReport
 from .._extras import require_all
 from ..diagnosis import Diagnosis, diagnose
 from ..diagnosis.finding import MOST_PLACES, SEVERITIES
 from ..draw.figures import load_pyvista
 from ..files import Frame, Header
 from ..jobs.checkpoint import Source
+from ..jobs.rehearsal import Rehearsal, check_takes
+from ..settings import file_settings
 from .options import InputPath, with_source
 from .pictures import check_output
-from .terminal import say, track
+from .terminal import PATIENCE, say, track, watch_rehearsal
 
-_PATIENCE = 2.0  # seconds before a progress bar appears
 _REFUSED_SHOWN = 3
 _BRIEF = 5  # indices of each finding
+_OF_REHEARSAL = ("frames", "variance_held", "rms_distance", "largest_distance")
 _STYLES = {"error": "bold red", "warning": "yellow", "note": "cyan"}
 
 
@@ -49,6 +52,14 @@ def info(
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace PNG if it exists.")
     ] = False,
+    rehearsal: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="TAKE",
+            help="Also describe what method detail would learn from this file, as dynmesh complete "
+            "--rehearsal takes it. May be repeated.",
+        ),
+    ] = None,
     source: Source,
 ) -> None:
     """Describe a sequence, and report problems of mesh and motion.
@@ -64,11 +75,17 @@ def info(
         load_pyvista()
     format_name = files.format_of(path, source.get("format")).name
     with files.open(path, **source) as reader:
+        takes = check_takes(rehearsal or None, file_settings)
+        learnt = Rehearsal(takes, reader, watch_rehearsal)
         diagnosis = diagnose(reader, watch=_watch)
+        summary = learnt.summary() if learnt else None
     if as_json:
-        print(diagnosis.as_json(most_places=_BRIEF if brief else MOST_PLACES))
+        told = diagnosis.as_dict(most_places=_BRIEF if brief else MOST_PLACES)
+        if summary is not None:
+            told["rehearsal"] = {name: getattr(summary, name) for name in _OF_REHEARSAL}
+        print(json.dumps(told, indent=2, allow_nan=False))
     else:
-        _print(diagnosis, format_name)
+        _print(diagnosis, format_name, summary)
     if picture is not None:
         from ..diagnosis.picture import draw
 
@@ -79,10 +96,10 @@ def info(
 
 
 def _watch(frames: Iterable[Frame], total: int) -> Iterable[Frame]:
-    return track(frames, total, "reading", patience=_PATIENCE)
+    return track(frames, total, "reading", patience=PATIENCE)
 
 
-def _print(diagnosis: Diagnosis, format_name: str) -> None:
+def _print(diagnosis: Diagnosis, format_name: str, summary: RehearsalSummary | None) -> None:
     console = Console()
     table = Table.grid(padding=(0, 2))
     table.add_row("format", format_name)
@@ -94,6 +111,9 @@ def _print(diagnosis: Diagnosis, format_name: str) -> None:
         table.add_row("mean edge", f"{diagnosis.mean_edge:g}, of frame 0")
     if diagnosis.topology is not None:
         for row in _topology_rows(diagnosis.topology):
+            table.add_row(*row)
+    if summary is not None:
+        for row in _rehearsal_rows(summary, diagnosis.diagonal):
             table.add_row(*row)
     console.print(table)
     console.print()
@@ -146,6 +166,16 @@ def _topology_rows(topology: TopologyReport) -> Iterator[tuple[str, str]]:
         yield "", f"face {face.index}: {face.reason}"
     if len(topology.refused_faces) > _REFUSED_SHOWN:
         yield "", f"and {len(topology.refused_faces) - _REFUSED_SHOWN} more"
+
+
+def _rehearsal_rows(summary: RehearsalSummary, diagonal: float) -> Iterator[tuple[str, str]]:
+    def shown(distance: float) -> str:
+        return f"{distance:.3g} ({100 * distance / diagonal:.3g} % of the diagonal)"
+
+    yield "rehearsal", f"{summary.frames} frames"
+    yield "its modes hold", f"{100 * summary.variance_held:.3g} % of the variance of its shapes"
+    yield "its poses are", f"{shown(summary.rms_distance)} from the first whole frame,"
+    yield "", f"{shown(summary.largest_distance)} at most"
 
 
 def _describe_shares(shares: list[float]) -> str:

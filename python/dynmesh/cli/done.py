@@ -29,6 +29,8 @@ def say_what_was_done(output: Path | str, report: FileReport, reject_outliers: b
     shares = ", ".join(f"{what} {100 * n / whole:.3g} %" for what, n in counts.items())
     where = {-1: "", 0: " after frame 0"}.get(report.start, f" beside frame {report.start}")
     say(f"{output}: {shares} of the vertices{where}")
+    if report.trust is not None:
+        say(f"{output}: {of_rehearsal(report)}")
     if report.empty:
         say(f"{output}: nothing was observed in {report.empty} of the frames")
     long = report.hidden_long / (whole // report.completed)
@@ -37,3 +39,13 @@ def say_what_was_done(output: Path | str, report: FileReport, reject_outliers: b
             f"{output}: {100 * long:.0f} % of the vertices were hidden for {LONG} frames or more; "
             "--method detail keeps their shape"
         )
+
+
+def of_rehearsal(report: FileReport) -> str:
+    """Says whether the rehearsal was used."""
+    if not report.trust:
+        return "the rehearsal did not help and was not used"
+    return (
+        f"rehearsal: trusted {100 * report.trust:.3g} % on average; its poses explain "
+        f"{100 * (report.explained or 0):.3g} % of the residual"
+    )

@@ -109,6 +109,18 @@ FramesPerSecond = Annotated[
 ]
 
 
+Rehearsal = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--rehearsal",
+        metavar="TAKE",
+        help="Learn from this file how the mesh varies: complete frames of the same mesh, such as "
+        "a range-of-motion take. May be repeated.",
+        rich_help_panel=f"{HOW}: method detail",
+    ),
+]
+
+
 class Missing(StrEnum):
     """Which value, besides NaN, marks a position that was not observed."""
 
@@ -270,7 +282,8 @@ def share(text: str) -> float:
 def usage_error(error: SettingError, settings: Settings) -> typer.BadParameter:
     """Returns the usage error of the option that stands for a refused setting."""
     name = str(error.argument)
-    method = SETTINGS[name].method if name in SETTINGS else None
+    method = "detail" if name == "rehearsal" else None
+    method = SETTINGS[name].method if name in SETTINGS else method
     other = method is not None and method != settings["method"]
     reason = f"requires --method {method}" if other else error.reason
     negation = "no-" if settings.get(name) is False else ""

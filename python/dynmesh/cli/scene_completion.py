@@ -12,6 +12,7 @@ from ..jobs.checkpoint import Source
 from ..jobs.report import FileReport
 from ..jobs.scene_completion import complete_scene
 from ..settings import Settings
+from .done import of_rehearsal
 from .options import usage_error
 from .terminal import say, say_remarks, track
 
@@ -23,6 +24,7 @@ def complete_all(
     source: Source,
     *,
     start: Start,
+    rehearsal: list[Path] | None,
     output_format: str | None,
     overlay: bool,
     provenance: bool,
@@ -51,6 +53,7 @@ def complete_all(
             output,
             source=source,
             start=start,
+            rehearsal=rehearsal,
             output_format=output_format,
             overlay=overlay,
             provenance=provenance,
@@ -84,4 +87,5 @@ def _summary(report: FileReport) -> str:
     counts = {"known": report.known, "filled in": report.filled, "unseen": report.unseen}
     counts |= {"rejected": report.rejected} if report.rejected else {}
     shares = ", ".join(f"{what} {100 * n / whole:.3g} %" for what, n in counts.items())
-    return f"{report.frames} frames, {shares} of the vertices"
+    learnt = "" if report.trust is None else f"; {of_rehearsal(report)}"
+    return f"{report.frames} frames, {shares} of the vertices{learnt}"

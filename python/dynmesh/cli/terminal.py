@@ -23,6 +23,9 @@ from rich.text import Text
 
 T = TypeVar("T")
 
+PATIENCE = 2.0
+"""Seconds before a progress bar appears for what is often quick."""
+
 _console = Console(stderr=True)
 
 
@@ -75,6 +78,11 @@ def track(
             progress.advance(task)
     finally:
         progress.stop()
+
+
+def watch_rehearsal(frames: Iterable[T], total: int) -> Iterator[T]:
+    """Passes on the frames of a rehearsal and shows a progress bar if reading takes long."""
+    return track(frames, total, "reading rehearsal", patience=PATIENCE)
 
 
 @contextmanager

@@ -1,5 +1,6 @@
 """Where a sequence is written, and in which format: decided once, before anything is written."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -89,8 +90,14 @@ class Target:
         with naming(self.path):
             return self.writer.new_folder(self.path)
 
-    def check(self, *, overwrite: bool, reader: Reader | Scene | None = None) -> None:
-        """Refuses to replace the files that `reader` reads or, unless asked to, any others.
+    def check(
+        self,
+        *,
+        overwrite: bool,
+        reader: Reader | Scene | None = None,
+        others: Iterable[Path] = (),
+    ) -> None:
+        """Refuses to replace files that `reader` reads, `others`, or, unless asked to, any.
 
         Raises:
             FileExistsError, ValueError: writing would replace them.
@@ -102,10 +109,10 @@ class Target:
         if isinstance(reader, Reader):
             self._check_not_among(reader)
         existing = self.existing()
-        if existing and reader is not None:
-            inputs = set(map(_identity, reader.files))
+        if existing:
+            read = set(map(_identity, [*([] if reader is None else reader.files), *others]))
             for file in existing:
-                if _identity(file) in inputs:
+                if _identity(file) in read:
                     raise ValueError(f"{file}: is the input; writing over it would lose it")
         if existing and not overwrite:
             raise FileExistsError(

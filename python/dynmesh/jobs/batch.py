@@ -15,6 +15,7 @@ from ..settings import Settings, all_settings, file_settings
 from .beginning import Start, check_beginning
 from .checkpoint import OtherJobError, Source
 from .file_completion import How, complete_into
+from .rehearsal import Takes, check_takes
 from .report import FileReport
 from .scene_completion import SceneReport, complete_scene
 
@@ -35,6 +36,7 @@ class Job:
         overlay: whether to write a USD layer over the input.
         start: the number of a whole frame, or "whole", as :func:`dynmesh.complete_file` documents.
         template: a mesh file that stands before frame 0, or None.
+        rehearsal: files with complete frames of the same mesh, or None.
     """
 
     input: Path
@@ -47,6 +49,7 @@ class Job:
     overlay: bool = False
     start: Start = 0
     template: PathLike | None = None
+    rehearsal: Takes | None = None
 
 
 @dataclass(frozen=True)
@@ -155,8 +158,9 @@ def _make_folder(folder: Path) -> None:
 
 def _complete(job: Job, target: Target, overwrite: bool, *, resume: bool) -> FileReport:
     check_beginning(job.start, job.template)
-    how = How(job.start, job.template, job.fps, job.provenance, overwrite, resume)
     settings = all_settings(job.settings, file_settings)
+    takes = check_takes(job.rehearsal, settings)
+    how = How(job.start, job.template, takes, job.fps, job.provenance, overwrite, resume)
     return complete_into(Path(job.input), target, job.source, how, settings)
 
 
@@ -173,6 +177,7 @@ def _complete_meshes(job: Job, overwrite: bool) -> SceneReport:
         job.input,
         job.output,
         start=job.start,
+        rehearsal=job.rehearsal,
         source=job.source,
         output_format=job.output_format,
         overlay=job.overlay,

@@ -162,7 +162,7 @@ def _frame_of(reader: Reader, number: int) -> Beginning:
     with contextlib.closing(reader.frames(number, number + 1)) as frames:
         frame = next(frames)
     with locating(frame=number, file=reader.path):
-        _check_whole(
+        check_whole(
             frame,
             "; completion starts from a whole frame: --start whole begins at the first one, and "
             "--template FILE takes one from a file (in Python, start='whole' and template=)",
@@ -177,7 +177,7 @@ def _open_with(template: Path, path: Path, source: Source) -> Iterator[tuple[Rea
         with contextlib.closing(whole.frames(0, 1)) as frames:
             frame = next(frames)
         with locating(file=template):
-            _check_whole(frame, "; a template must be whole")
+            check_whole(frame, "; a template must be whole")
         try:
             reader = files.open(path, **source)
         except files.NoFacesError:
@@ -185,7 +185,7 @@ def _open_with(template: Path, path: Path, source: Source) -> Iterator[tuple[Rea
             reader = files.open(path, **with_faces)
         with reader:
             reader.whole = None
-            _check_same_mesh(whole, reader)
+            check_same_mesh(whole, reader)
             points = np.array(frame.points, reader.dtype)
             zeros, scale = _zeros_in(points, reader), _scale_of(points, reader)
             yield reader, Beginning(points, -1, tuple(whole.files), zeros, scale)
@@ -210,7 +210,8 @@ def _zeros_in(points: Positions, reader: Reader) -> int:
     return int(np.count_nonzero(stray_zeros(points, everywhere, reader.faces)))
 
 
-def _check_whole(frame: Frame, advice: str) -> None:
+def check_whole(frame: Frame, advice: str) -> None:
+    """Refuses a frame with missing vertices; the advice ends the message."""
     missing = np.flatnonzero(~observed_in(frame))
     if len(missing):
         raise InputError(
@@ -220,22 +221,22 @@ def _check_whole(frame: Frame, advice: str) -> None:
         )
 
 
-def _check_same_mesh(template: Reader, reader: Reader) -> None:
-    """Refuses a template whose mesh, unit or up axis is not that of the sequence."""
+def check_same_mesh(other: Reader, reader: Reader) -> None:
+    """Refuses another file whose mesh, unit or up axis is not that of the sequence."""
     for name, what in (
         ("n_vertices", "number of vertices"),
         ("metres_per_unit", "unit in metres"),
         ("up_axis", "up axis"),
     ):
-        theirs, ours = getattr(template.header, name), getattr(reader.header, name)
+        theirs, ours = getattr(other.header, name), getattr(reader.header, name)
         if None not in (theirs, ours) and theirs != ours:
             raise InputError(
-                f"its {what} is {theirs}, but {ours} in {reader.path}", file=template.path
+                f"its {what} is {theirs}, but {ours} in {reader.path}", file=other.path
             )
-    theirs, ours = template.faces, reader.faces
+    theirs, ours = other.faces, reader.faces
     if len(ours) != len(theirs):
         raise InputError(
-            f"has {len(theirs)} triangles, but {reader.path} has {len(ours)}", file=template.path
+            f"has {len(theirs)} triangles, but {reader.path} has {len(ours)}", file=other.path
         )
     different = np.flatnonzero((ours != theirs).any(axis=1))
     if len(different):
@@ -243,5 +244,5 @@ def _check_same_mesh(template: Reader, reader: Reader) -> None:
         raise InputError(
             f"its triangle {face} is {theirs[face].tolist()}, "
             f"but {ours[face].tolist()} in {reader.path}",
-            file=template.path,
+            file=other.path,
         )

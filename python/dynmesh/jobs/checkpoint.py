@@ -36,7 +36,7 @@ class Progress(NamedTuple):
     Attributes:
         done: number of frames that were completed, forwards or backwards.
         written: number of frames in the output.
-        state: the completer's state after the last frame; empty if none was completed in this pass.
+        state: the completer's state after the last frame; empty if nothing was done.
     """
 
     done: int = 0
@@ -123,16 +123,19 @@ def describe_job(
     reader: Reader,
     header: Header,
     source: Source,
-    beginning: dict[str, Any],
+    start: dict[str, Any],
     format: str,
     settings: Settings,
 ) -> str:
-    """Everything on which the output depends, as JSON. All settings must be given."""
+    """Everything on which the output depends, as JSON. All settings must be given.
+
+    `start` describes the beginning and the rehearsal.
+    """
     masks = source.get("known")
     description: dict[str, Any] = {
         "version": __version__,
         "input": list(map(identity, reader.files)),
-        **beginning,
+        **start,
         "known": zlib.crc32(masks.tobytes()) if isinstance(masks, np.ndarray) else None,
         "faces": zlib.crc32(header.faces.tobytes()),
         "missing": source.get("missing"),
@@ -158,7 +161,7 @@ def _differences(one: dict[str, Any], other: dict[str, Any]) -> list[str]:
     for name in sorted(one.keys() | other.keys()):
         before, now = one.get(name), other.get(name)
         if before != now:
-            opaque = name in ("input", "template", "known", "faces")
+            opaque = name in ("input", "template", "rehearsal", "known", "faces")
             values = "" if opaque else f" (it was {_shown(before)}, now it is {_shown(now)})"
             told.append(f"{name} changed{values}")
     return told

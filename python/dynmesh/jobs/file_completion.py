@@ -7,14 +7,15 @@ from pathlib import Path
 from typing import Any, NamedTuple, Unpack
 
 from .. import files
-from .._checks import check_path
-from .._errors import InputError, KindError
+from .._checks import check_callable, check_path
+from .._errors import InputError
 from ..files import Header, PathLike, Reader, Target, Writer
 from ..settings import Settings, all_settings, file_settings, takes_settings
 from .beginning import Start, check_beginning, open_at_beginning
 from .checkpoint import BEGINNING, Checkpoint, Progress, Source, describe_job
 from .lock import lock_folder
 from .passes import Passes
+from .rehearsal import Rehearsal, Takes, WatchTakes, check_takes
 from .report import FileReport, Tally
 from .unfinished import clearing, folder_for, settle, unfinished_folder
 
@@ -28,6 +29,7 @@ def complete_file(
     *,
     start: Start = 0,
     template: PathLike | None = None,
+    rehearsal: Takes | None = None,
     source: Source | None = None,
     output_format: str | None = None,
     fps: float | None = None,
@@ -36,6 +38,7 @@ def complete_file(
     resume: bool = False,
     overlay: bool = False,
     watch: Watch | None = None,
+    watch_rehearsal: WatchTakes | None = None,
     **settings: Unpack[Settings],
 ) -> FileReport:
     """Completes a sequence and writes the result to a file, in constant memory.
@@ -56,6 +59,10 @@ def complete_file(
         start: the number of a whole frame, counted from 0, or "whole" for the first one.
         template: a mesh file of any format, whose first frame stands before frame 0, which may then
             be incomplete. It has the vertices and faces of the sequence, or provides its faces.
+        rehearsal: one or several files, of any format, with complete frames of the same mesh, for
+            example a range-of-motion take, from which method detail learns; see
+            :class:`dynmesh.Completer`. Of several meshes in a file, it is the one at the path of
+            the sequence's mesh.
         source: how to read the input.
         output_format: one of :data:`dynmesh.files.formats`; None means the format of the suffix.
         fps: frames per second of the output; None means those of the input.
@@ -71,6 +78,8 @@ def complete_file(
             them, with the input, a USD stage, as its sublayer.
         watch: called with the frames in the order in which they are completed, their number and the
             number of frames already completed; it must pass the frames on.
+        watch_rehearsal: called with the frames of the rehearsal and their number; it must pass the
+            frames on.
         **settings: `method`, `noise` and the other settings of :class:`dynmesh.Completer`, which
             explains them. The method is detail unless another one is given.
 
@@ -79,7 +88,8 @@ def complete_file(
         BlockingIOError: another process is writing it.
         OtherJobError: `resume` finds unfinished files of another job, which are kept.
         ValueError: `resume` is set, but the format cannot be resumed; there is no frame `start`, or
-            it is not whole; the template is not whole or has another mesh.
+            it is not whole; the template or a frame of the rehearsal is not whole or has another
+            mesh.
         OSError, ImportError, TypeError, ValueError: the errors of :func:`dynmesh.open`,
             :func:`dynmesh.create` and :func:`dynmesh.complete`, with the name of the file unless a
             setting is refused.
@@ -87,16 +97,17 @@ def complete_file(
     check_path("path", path)
     check_path("output", output)
     check_beginning(start, template)
-    if watch is not None and not callable(watch):
-        raise KindError(f"must be callable, not {watch!r}", argument="watch")
+    wanted = all_settings(settings, file_settings)
+    takes = check_takes(rehearsal, wanted)
+    check_callable("watch", watch)
+    check_callable("watch_rehearsal", watch_rehearsal)
     target = files.target_of(output, output_format, overlay=overlay)
     if resume and not target.writer.resumable:
         able = [f.name for f in files.formats.values() if f.writer and f.writer.resumable]
         raise InputError(
             f"this format cannot be resumed; {files.listed(able)} can", file=target.path
         )
-    how = How(start, template, fps, provenance, overwrite, resume, watch)
-    wanted = all_settings(settings, file_settings)
+    how = How(start, template, takes, fps, provenance, overwrite, resume, watch, watch_rehearsal)
     return complete_into(Path(path), target, source or {}, how, wanted)
 
 
@@ -105,11 +116,13 @@ class How(NamedTuple):
 
     start: Start = 0
     template: PathLike | None = None
+    takes: tuple[Path, ...] = ()
     fps: float | None = None
     provenance: bool = False
     overwrite: bool = False
     resume: bool = False
     watch: Watch | None = None
+    watch_rehearsal: WatchTakes | None = None
 
 
 def complete_into(
@@ -124,13 +137,16 @@ def complete_into(
             has_known=False,
             has_provenance=how.provenance,
         )
+        rehearsal = Rehearsal(how.takes, reader, how.watch_rehearsal)
         folder = unfinished_folder(output)
-        job = describe_job(reader, header, source, beginning.described(), target.format, settings)
+        start = {**beginning.described(), **rehearsal.described()}
+        job = describe_job(reader, header, source, start, target.format, settings)
         checkpoint = Checkpoint(folder / "checkpoint.npz", job)
         settled = settle(folder, output, checkpoint)
         complete = how.resume and not how.overwrite and not checkpoint.exists()
         complete = complete and _is_complete(target, header)
-        target.check(overwrite=how.overwrite or complete, reader=reader)
+        others = [*beginning.files, *rehearsal.files]
+        target.check(overwrite=how.overwrite or complete, reader=reader, others=others)
         n_frames, number = header.n_frames, beginning.number
         if complete:
             done_before = Tally(settings["method"])
@@ -139,19 +155,16 @@ def complete_into(
             progress = (checkpoint.load() if how.resume else None) or BEGINNING
             with clearing(folder):
                 writer, progress = _begin_writer(target, reader, header, folder / "files", progress)
-                passes = Passes(reader, beginning, settings, progress)
-                with (
-                    writer,
-                    files.naming(path),
-                    contextlib.closing(passes.frames()) as frames,
-                ):
-                    watched: Iterator[Any] = frames
-                    if how.watch is not None:
-                        watched = how.watch(frames, n_frames, progress.done)
-                    for _ in passes.steps(watched, writer, folder / "before"):
-                        if writer.resumable and checkpoint.is_due():
-                            writer.flush()
-                            checkpoint.save(passes.progress())
+                with writer, files.naming(path):
+                    passes = Passes(reader, beginning, settings, rehearsal, progress)
+                    with contextlib.closing(passes.frames()) as frames:
+                        watched: Iterator[Any] = frames
+                        if how.watch is not None:
+                            watched = how.watch(frames, n_frames, progress.done)
+                        for _ in passes.steps(watched, writer, folder / "before"):
+                            if writer.resumable and checkpoint.is_due():
+                                writer.flush()
+                                checkpoint.save(passes.progress())
                     if writer.resumable:
                         writer.flush()
                         checkpoint.save(passes.progress())

@@ -17,10 +17,11 @@ def read_jobs(path: Path) -> list[Job]:
 
     Args:
         path: comma-separated values. The first line names the columns: `input`, `output` and,
-            optionally, `start`, `template`, `gaps`, `format`, `output_format`, `faces`, `prim`,
-            `mask`, `missing`, `fps`, `provenance`, `overlay` and the settings of
+            optionally, `start`, `template`, `rehearsal`, `gaps`, `format`, `output_format`,
+            `faces`, `prim`, `mask`, `missing`, `fps`, `provenance`, `overlay` and the settings of
             :class:`dynmesh.Completer`, named like the options of ``dynmesh complete``. An empty
-            value stands for the default. Paths are relative to the table.
+            value stands for the default. Paths are relative to the table; several paths in
+            `rehearsal` are separated by semicolons.
 
     Raises:
         OSError: the table cannot be read.
@@ -97,6 +98,8 @@ def _job_of(path: Path, line: int, row: Mapping[str, Any]) -> Job:
     for column in ("faces", "mask", "template"):
         if column in values:
             values[column] = path.parent / values[column]
+    if "rehearsal" in values:
+        values["rehearsal"] = tuple(path.parent / take for take in values["rehearsal"])
     if "mask" in values:
         values["known"] = values.pop("mask")
     source = {name: values.pop(name) for name in Source.__annotations__ if name in values}
@@ -137,6 +140,13 @@ def start_of(text: str) -> Start:
     return int(text)
 
 
+def _paths(text: str) -> list[str]:
+    paths = [part.strip() for part in text.split(";")]
+    if not all(paths):
+        raise ValueError(f"must be paths with semicolons between them, not '{text}'")
+    return paths
+
+
 def _flag(text: str) -> bool:
     flags = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
     if text.lower() not in flags:
@@ -162,11 +172,12 @@ def _parser_of(setting: Setting) -> Callable[[str], Any]:
     return parsers[setting.kind]
 
 
-_of_job = ("start", "template", "output_format", "fps", "provenance", "overlay")
+_of_job = ("start", "template", "rehearsal", "output_format", "fps", "provenance", "overlay")
 
 _columns: dict[str, Callable[[str], Any]] = {
     "start": start_of,
     "template": str,
+    "rehearsal": _paths,
     "gaps": _one_of("refuse", "lost"),
     "format": str,
     "output_format": str,

@@ -12,13 +12,13 @@ from pathlib import Path
 
 import numpy as np
 
-from .._core import Completer
 from .._errors import locating
 from ..files import Frame, Reader, Writer
 from ..settings import Settings
 from .before import Before
 from .beginning import Beginning
 from .checkpoint import BEGINNING, Progress
+from .rehearsal import Rehearsal
 from .report import Tally
 
 _BLOCK = 1 << 25  # bytes of frames that are read forwards, to be completed backwards
@@ -36,22 +36,28 @@ class Passes:
         reader: Reader,
         beginning: Beginning,
         settings: Settings,
+        rehearsal: Rehearsal,
         progress: Progress = BEGINNING,
     ) -> None:
-        """Completes nothing yet.
+        """Reads the rehearsal, and completes nothing yet.
 
         Args:
             reader: of the sequence.
             beginning: the whole frame.
             settings: all settings of the completer.
+            rehearsal: its takes.
             progress: what an earlier run did.
+
+        Raises:
+            OSError, ValueError: the completer cannot be created.
         """
         self._reader = reader
         self._beginning = beginning
-        self._settings = settings
-        self._done, self._written, self._state = progress
-        self._completer: Completer | None = None
-        self.tally = Tally(settings["method"])
+        self._done, self._written, state = progress
+        self._completer = rehearsal.completer(beginning.points, settings)
+        if state:
+            self._completer.restore(state)
+        self.tally = Tally(settings["method"], bool(rehearsal))
 
     def frames(self) -> Generator[Frame, None, None]:
         """Yields the frames that are left to complete, in the order of their completion."""
@@ -94,18 +100,12 @@ class Passes:
 
     def progress(self) -> Progress:
         """Returns what a later run needs to continue."""
-        state = b"" if self._completer is None else self._completer.state()
-        return Progress(self._done, self._written, state)
+        return Progress(self._done, self._written, self._completer.state())
 
     def _push(self, frame: Frame, number: int) -> Frame:
         """Completes a frame. The whole one is returned as it is."""
-        beginning = self._beginning
+        beginning, completer = self._beginning, self._completer
         with locating(frame=number):
-            if self._completer is None:
-                self._completer = Completer(self._reader.faces, beginning.points, **self._settings)
-                if self._state:
-                    self._completer.restore(self._state)
-            completer = self._completer
             if number == beginning.number:
                 points = np.array(beginning.points, completer.dtype)
             else:
@@ -116,7 +116,7 @@ class Passes:
     def _end_of_pass(self) -> None:
         """Makes the second pass begin at the whole frame again."""
         if self._done == self._beginning.n_before:
-            self._completer, self._state = None, b""
+            self._completer.reset(self._beginning.points)
 
 
 def _backwards(reader: Reader, stop: int) -> Iterator[Frame]:

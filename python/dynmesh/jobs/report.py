@@ -34,6 +34,9 @@ class FileReport:
         hidden_long: number of vertices that were hidden for 20 frames or more; 0 with method
             detail, which keeps their shape.
         start: the number of the whole frame from which completion started, or -1 for a template.
+        trust: with a rehearsal, how far its poses were used, from 0 to 1, on average over the
+            frames in which some vertices were known and others missing; None if there are none.
+        explained: the share of the residual that the poses explained, over the same frames.
     """
 
     frames: int
@@ -49,6 +52,8 @@ class FileReport:
     empty: int = 0
     hidden_long: int = 0
     start: int = 0
+    trust: float | None = None
+    explained: float | None = None
 
 
 @dataclass
@@ -56,12 +61,15 @@ class Tally:
     """Adds up the reports of the frames that a method completed."""
 
     method: str
+    rehearsed: bool = False
     seconds: list[float] = field(default_factory=list)
     known: int = 0
     filled: int = 0
     unseen: int = 0
     rejected: int = 0
     empty: int = 0
+    trust: list[float] = field(default_factory=list)
+    explained: list[float] = field(default_factory=list)
     hidden_long: Mask = field(default_factory=lambda: np.zeros(0, np.bool_))
 
     def add(self, completer: Completer) -> None:
@@ -73,6 +81,9 @@ class Tally:
         self.unseen += report.unseen
         self.rejected += report.rejected
         self.empty += report.known == 0
+        if self.rehearsed and report.known and report.filled:
+            self.trust.append(report.trust)
+            self.explained.append(report.explained)
         if self.method == "motion" and report.known < completer.n_vertices:
             long = completer.age >= LONG
             self.hidden_long = long | self.hidden_long if len(self.hidden_long) else long
@@ -94,4 +105,6 @@ class Tally:
             empty=self.empty,
             hidden_long=int(np.count_nonzero(self.hidden_long)),
             start=start,
+            trust=float(np.mean(self.trust)) if self.trust else None,
+            explained=float(np.mean(self.explained)) if self.explained else None,
         )

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Unpack
 
 from .. import files
-from .._checks import check_path
-from .._errors import DynmeshError, InputError, KindError, SettingError
+from .._checks import check_callable, check_path
+from .._errors import DynmeshError, InputError, SettingError
 from ..files import Frame, Header, PathLike, Target, Writer
 from ..files.masks import check_missing
 from ..files.scene_files import open_mesh, open_scene
@@ -21,6 +21,7 @@ from .checkpoint import Source
 from .file_completion import Watch
 from .lock import lock_folder
 from .passes import Passes
+from .rehearsal import Rehearsal, Takes, check_takes, files_in
 from .report import FileReport
 from .unfinished import unfinished_folder
 from .zeros import ZeroCount
@@ -49,6 +50,7 @@ def complete_scene(
     output: PathLike,
     *,
     start: Start = 0,
+    rehearsal: Takes | None = None,
     source: Source | None = None,
     output_format: str | None = None,
     overlay: bool = False,
@@ -70,6 +72,8 @@ def complete_scene(
         output: path of the result, USD or Alembic.
         start: the number of a frame that is whole in every mesh, counted from 0, or "whole" for the
             first whole frame of each; see :func:`complete_file`.
+        rehearsal: see :func:`complete_file`. A scene with the meshes at the same paths, or a file
+            with the only mesh that moves.
         source: how to read the input: `format` and `missing` as in :func:`dynmesh.open`.
         output_format: "usd" or "alembic"; None means the format of the suffix.
         overlay: whether to write a USD layer that holds the completed points and what follows from
@@ -90,8 +94,9 @@ def complete_scene(
     check_path("path", path)
     check_path("output", output)
     check_beginning(start, None)
-    if watch is not None and not callable(watch):
-        raise KindError(f"must be callable, not {watch!r}", argument="watch")
+    wanted = all_settings(settings, file_settings)
+    takes = check_takes(rehearsal, wanted)
+    check_callable("watch", watch)
     source = _checked(source or {})
     target = files.target_of(output, output_format, overlay=overlay)
     if not issubclass(target.writer, SceneWriter):
@@ -106,7 +111,7 @@ def complete_scene(
             "meshes in a USD stage",
             file=scene.path,
         )
-    job = _Job(scene, target, start, source, provenance, all_settings(settings, file_settings))
+    job = _Job(scene, target, start, takes, source, provenance, wanted)
     return job.run(overwrite=overwrite, watch=watch)
 
 
@@ -132,6 +137,7 @@ class _Job:
         scene: Scene,
         target: Target,
         start: Start,
+        takes: tuple[Path, ...],
         source: Source,
         provenance: bool,
         settings: Settings,
@@ -139,6 +145,7 @@ class _Job:
         self._scene = scene
         self._target = target
         self._start = start
+        self._takes = takes
         self._missing = source.get("missing")
         self._provenance = provenance
         self._settings = settings
@@ -155,7 +162,8 @@ class _Job:
         if not self._moving:
             found = f"none of {listed(list(self._still))} moves" if self._still else "has no mesh"
             raise InputError(f"{found}, so there is nothing to complete", file=self._scene.path)
-        self._target.check(overwrite=overwrite, reader=self._scene)
+        takes = files_in(self._takes)
+        self._target.check(overwrite=overwrite, reader=self._scene, others=takes)
         lengths = self._lengths()
         folder = unfinished_folder(output)
         with lock_folder(folder, output):
@@ -193,7 +201,7 @@ class _Job:
             with self._noting(mesh), open_mesh(self._scene, mesh, self._missing) as reader:
                 header = replace(reader.header, has_known=False, has_provenance=self._provenance)
                 beginning = beginning_in(reader, self._start)
-                passes = Passes(reader, beginning, self._settings)
+                passes = Passes(reader, beginning, self._settings, Rehearsal(self._takes, reader))
                 zeros = ZeroCount()
                 with spool.create(header) as waiting:
                     completing = _completing(passes, waiting, folder / "before")
@@ -227,7 +235,8 @@ class _Job:
         except SettingError:
             raise
         except DynmeshError as error:
-            place = type(error)(error.reason, argument=error.argument, frame=error.frame)
+            take = error.file if error.file in self._takes else None
+            place = type(error)(error.reason, argument=error.argument, frame=error.frame, file=take)
             self._failed[mesh] = str(place)
         except (ValueError, TypeError) as error:
             self._failed[mesh] = str(error)
