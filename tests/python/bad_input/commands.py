@@ -53,6 +53,7 @@ def prepare(world: World) -> None:
         "no_method": "input,output,method\nbody.npz,new.npz,lsm\n",
         "out_of_range": "input,output,threads\nbody.npz,new.npz,0\n",
         "no_start": "input,output,start\nbody.npz,new.npz,first\n",
+        "no_take": "input,output,rehearsal\nbody.npz,new.npz,;take.npz\n",
         "failing": "input,output\nnone.npz,new.npz\n",
         "tabs": "input\toutput\nbody.npz\tnew.npz\n",
         "nothing": "",

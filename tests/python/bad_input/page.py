@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from . import commands, completer, files, functions, losses, scenes
+from . import commands, completer, files, functions, losses, rehearsals, scenes
 from .case import Case, World, shown
 
 PATH = Path(__file__).parents[3] / "build" / "docs" / "bad_input.md"
@@ -26,6 +26,7 @@ def prepared(folder: Path) -> World:
     files.prepare(world)
     scenes.prepare(world)
     commands.prepare(world)
+    rehearsals.prepare(world)
     return world
 
 
@@ -37,6 +38,7 @@ def python_sections() -> dict[str, list[Case]]:
         "Python: losses and built-in sequences": losses.cases,
         "Python: sequences and files": files.cases,
         "Python: scenes": scenes.cases,
+        "Rehearsals": rehearsals.cases,
         "The command dynmesh": commands.shell,
     }
 
