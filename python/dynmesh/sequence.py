@@ -295,7 +295,11 @@ def check_corners(faces: NDArray[np.integer[Any]], n_vertices: int) -> None:
 def check_known(dtype: np.dtype[Any], shape: tuple[int, ...], expected: tuple[int, ...]) -> None:
     """Raises an error unless this describes known masks of (n, k) = ``expected`` vertices."""
     if dtype.kind != "b":
-        raise KindError(f"must be bool, not {dtype}", argument="known")
+        raise KindError(
+            f"must be bool, not {dtype}; if it holds a flag for each vertex, "
+            "convert it with .astype(bool)",
+            argument="known",
+        )
     if shape != expected:
         raise InputError(
             f"must have shape {expected} to match vertices, not {shape}", argument="known"
