@@ -209,8 +209,8 @@ class Sequence(Description):
                 reference, otherwise the generation or the known mask if the sequence has them,
                 otherwise nothing.
             reference: the true sequence, for errors, with the same faces and number of frames.
-            up: the up axis; None means `up_axis`, or if that is unknown, z for a flat sheet and
-                otherwise y.
+            up: the up axis; None means `up_axis`, of the sequence or the reference, or if that is
+                unknown, z for a flat sheet and otherwise y.
             azimuth: the viewing angle around the up axis, in degrees.
             off_screen: True to draw without a window; None leaves the choice to PyVista, which
                 opens none in a notebook.

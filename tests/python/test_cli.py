@@ -213,6 +213,8 @@ def test_a_guessed_up_axis_is_reported(folder: Path, tmp_path: Path) -> None:
     assert "assuming that y is up; if not, use --up z" in run("picture", wall, *image).stderr
     assert "assuming" not in run("picture", folder / "truth.npz", *image).stderr
     assert "assuming" not in run("picture", flat, *image, "--up", "z").stderr
+    reference = ("--reference", folder / "truth.npz")  # says which axis is up
+    assert "assuming" not in run("picture", flat, *image, *reference).stderr
     page = ("-o", tmp_path / "a.html")
     assert "assuming that z is up" in run("view", flat, *page).stderr
 
