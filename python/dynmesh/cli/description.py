@@ -14,7 +14,7 @@ from .. import files
 from .._core import TopologyReport
 from .._extras import require_all
 from ..diagnosis import Diagnosis, diagnose
-from ..diagnosis.finding import MOST_PLACES, SEVERITIES
+from ..diagnosis.finding import MOST_PLACES
 from ..draw.figures import load_pyvista
 from ..files import Frame, Header
 from ..jobs.checkpoint import Source
@@ -97,12 +97,9 @@ def _print(diagnosis: Diagnosis, format_name: str) -> None:
             table.add_row(*row)
     console.print(table)
     console.print()
+    console.print(diagnosis.summary, highlight=False)
     if not diagnosis.findings:
-        console.print("No problems were found.")
         return
-    counts = [(diagnosis.count(severity), severity) for severity in SEVERITIES]
-    told = [f"{n} {severity}{'s' if n > 1 else ''}" for n, severity in counts if n]
-    console.print(", ".join(told), highlight=False)
     findings = Table.grid(padding=(0, 2))
     for finding in diagnosis.findings:
         style = _STYLES[finding.severity]
