@@ -40,8 +40,8 @@ void for_each_setting(const Visit& visit) {
   visit(
       Setting{.name = "revisit",
               .method = Method::motion,
-              .help = "Whether every satellite is estimated again in each iteration (default), or "
-                      "only once, when it is reached: another reading of the paper."},
+              .help = "Estimate every satellite only once, when it is reached, and not again in "
+                      "each iteration: another reading of the paper."},
       &Settings::revisit);
   visit(Setting{.name = "extra_iterations",
                 .method = Method::motion,
