@@ -76,6 +76,7 @@ Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
   // Step 2: find the global b and c.
   Field shapes = turned_shapes(positions);
   const ResidualField unposed = find_directions(positions, shapes, anchors);
+  // With a rehearsal, a posed rest shape takes the place of m_first from here on.
   const ResidualField directions =
       pose_.exists() ? pose_first_shape(unposed, generations) : unposed;
   const ResidualSums sums = sum_products(directions, mean_edge_);

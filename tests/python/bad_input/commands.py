@@ -348,7 +348,7 @@ def compiled(programs: Path) -> list[Case]:
         case(f"{detail} body.raw --rehearsal holed.raw", "holed.raw: frame 2: vertex 4", "code 1"),
         case(f"{detail} two.raw", "two.raw:", "2", "3", "exit code 1"),
         case(f"{detail} none_in.raw --rehearsal body.raw", "none_in.raw: has no frames", "code 1"),
-        case(f"{detail} in_mm.raw", "in_mm.raw:", "1000 times", "unit", "exit code 1"),
+        case(f"{detail} in_mm.raw", "in_mm.raw:", "2836", "unit", "exit code 1"),
         case(f"{detail} - --rehearsal -", "standard input", "once", "exit code 2"),
         case(
             f"{body} --output two.raw --overwrite --method detail --rehearsal two.raw",
