@@ -7,6 +7,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <vector>
 
@@ -40,9 +41,11 @@ void stop_on(int signal) {
 void print(const dynmesh::FrameReport& report, std::size_t frame) {
   std::fprintf(stderr,
                "{\"frame\": %zu, \"known\": %zu, \"filled\": %zu, \"unseen\": %zu, "
-               "\"rejected\": %zu, \"iterations\": %zu, \"seconds\": %.9f}\n",
+               "\"rejected\": %zu, \"iterations\": %zu, \"seconds\": %.9f, \"blend\": %.9g, "
+               "\"trust\": %.9g, \"explained\": %.9g}\n",
                frame, report.known, report.filled, report.unseen, report.rejected,
-               report.iterations, report.seconds);
+               report.iterations, report.seconds, report.stages.blend, report.stages.trust,
+               report.stages.explained);
 }
 
 /// Returns what `call` returns. Adds `where` to the message of an error of the library.
@@ -55,19 +58,80 @@ auto with_context(const std::string& where, const Call& call) {
   }
 }
 
-void complete(const Options& options) {
+/// Refuses unknown formats, and an output that would overwrite what is read.
+void check_files(const Options& options) {
   (void)dynmesh::app::format_of(*options.input);
   (void)dynmesh::app::format_of(*options.output);
-  const dynmesh::TemplateMesh mesh = dynmesh::read_template(*options.template_path);
-  dynmesh::Completer<float> completer = with_context(*options.template_path, [&] {
-    return dynmesh::Completer<float>(mesh.triangles(), mesh.points(), options.settings);
-  });
-
-  std::error_code missing;
-  if (std::filesystem::equivalent(*options.input, *options.output, missing)) {
-    throw UsageError(*options.output +
-                     ": is also the input file, which would be overwritten; choose another output");
+  const auto check = [&](const std::string& path, const char* role) {
+    std::error_code missing;
+    if (!std::filesystem::equivalent(path, *options.output, missing)) return;
+    throw UsageError(*options.output + ": is also " + role +
+                     ", which would be overwritten; choose another output");
+  };
+  check(*options.input, "the input file");
+  for (const std::string& path : options.rehearsals) {
+    (void)dynmesh::app::format_of(path);
+    check(path, "a rehearsal");
   }
+}
+
+/// Reads the frames of all files. If a signal interrupts reading, frames are missing.
+dynmesh::Rehearsal<float> read_rehearsal(const std::vector<std::string>& paths,
+                                         std::size_t n_vertices) {
+  dynmesh::Rehearsal<float> rehearsal(n_vertices);
+  std::vector<float> frame(3 * n_vertices);
+  for (const std::string& path : paths) {
+    FrameReader reader(path, n_vertices);
+    std::size_t number = 0;
+    while (caught_signal == 0 && reader.read(frame)) {
+      ++number;
+      const auto counted = "rehearsal: frame " + std::to_string(rehearsal.n_added()) + ": ";
+      try {
+        rehearsal.add({frame.data(), n_vertices});
+      } catch (const std::invalid_argument& error) {
+        // The library counts the frames of all files together, from 0.
+        std::string reason = error.what();
+        if (reason.starts_with(counted)) reason.erase(0, counted.size());
+        throw DataError(reader.name() + ": frame " + std::to_string(number) + ": " + reason);
+      }
+    }
+    if (number == 0 && caught_signal == 0) throw DataError(reader.name() + ": has no frames");
+  }
+  return rehearsal;
+}
+
+/// Returns a completer that has read the rehearsal, if there is one, or nothing if a signal
+/// interrupts reading.
+std::optional<dynmesh::Completer<float>> make_completer(const Options& options) {
+  const dynmesh::TemplateMesh mesh = dynmesh::read_template(*options.template_path);
+  const auto make = [&](const auto&... rehearsal) {
+    return dynmesh::Completer<float>(mesh.triangles(), mesh.points(), options.settings,
+                                     rehearsal...);
+  };
+  if (options.rehearsals.empty()) {
+    return with_context(*options.template_path, [&] { return make(); });
+  }
+  const auto rehearsal = read_rehearsal(options.rehearsals, mesh.points().count);
+  if (caught_signal != 0) return {};
+  try {
+    return make(rehearsal);
+  } catch (const std::invalid_argument& error) {
+    constexpr std::string_view argument = "rehearsal: ";
+    const std::string reason = error.what();
+    if (!reason.starts_with(argument)) throw DataError(*options.template_path + ": " + reason);
+    std::string paths = options.rehearsals[0];
+    for (std::size_t i = 1; i < options.rehearsals.size(); ++i) {
+      paths += ", " + options.rehearsals[i];
+    }
+    throw DataError(paths + ": " + reason.substr(argument.size()));
+  }
+}
+
+void complete(const Options& options) {
+  check_files(options);
+  auto made = make_completer(options);
+  if (!made) return;
+  dynmesh::Completer<float>& completer = *made;
   FrameReader reader(*options.input, completer.n_vertices());
   FrameWriter writer(*options.output, completer.n_vertices(), reader.timing(), options.overwrite);
   std::vector<float> frame(3 * completer.n_vertices());
@@ -77,7 +141,7 @@ void complete(const Options& options) {
     dynmesh::FrameReport report;
     try {
       if (caught_signal != 0 || !reader.read(frame)) break;
-      report = with_context(*options.input + ": frame " + std::to_string(number),
+      report = with_context(reader.name() + ": frame " + std::to_string(number),
                             [&] { return completer.push(points, points); });
     } catch (const DataError& error) {
       damage = error;  // keep the frames that were completed before it

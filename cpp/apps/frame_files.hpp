@@ -55,6 +55,8 @@ class FrameReader {
   /// reading. Throws if a frame is truncated and if data follows the last frame of a PC2 file.
   bool read(std::span<float> frame);
 
+  /// The path, or "standard input".
+  [[nodiscard]] const std::string& name() const { return path_; }
   [[nodiscard]] const Timing& timing() const { return timing_; }
 
  private:

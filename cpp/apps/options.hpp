@@ -4,11 +4,13 @@
 #include <dynmesh/settings.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace dynmesh::app {
 
 struct Options {
   std::optional<std::string> template_path, input, output;
+  std::vector<std::string> rehearsals;
   Settings settings;
   bool report = false;
   bool overwrite = false;

@@ -70,7 +70,8 @@ py::array_t<float> to_single(const py::array& array) {
 
 KnownArgument::KnownArgument(const py::object& object) : array_(to_array("known", object)) {
   if (array_.dtype().kind() != 'b') {
-    throw py::type_error("known: must be bool, not " + dtype_name(array_));
+    throw py::type_error("known: must be bool, not " + dtype_name(array_) +
+                         "; if it holds a flag for each vertex, convert it with .astype(bool)");
   }
   check_shape("known", array_, 1, 0, "(k,)");
   if (is_to_be_spread(array_)) array_ = array_.attr("copy")();

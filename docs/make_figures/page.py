@@ -11,6 +11,7 @@ import io
 import os
 import shutil
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +31,7 @@ def write_page(folder: Path) -> Path:
     walker = dynmesh.synth.walker()
     n_frames, n_vertices, _ = walker.vertices.shape
     masks = dynmesh.degrade.patch_known(walker.faces, n_frames, n_vertices, 0.3)
-    partial = dynmesh.Sequence(walker.vertices, walker.faces, np.stack(list(masks)), fps=walker.fps)
+    partial = replace(walker, known=np.stack(list(masks)))
     for name, sequence in (("walker", walker), ("partial", partial)):
         dynmesh.write(folder / f"{name}.npz", sequence)
     completed = folder / "completed.npz"
@@ -40,7 +41,7 @@ def write_page(folder: Path) -> Path:
         dynmesh.open(folder / "walker.npz") as reference,
         dynmesh.open(folder / "partial.npz") as input,
     ):
-        view(reader, folder / "page.html", reference=reference, input=input, up="z")
+        view(reader, folder / "page.html", reference=reference, input=input)
     return folder / "page.html"
 
 
@@ -70,7 +71,9 @@ def main() -> None:
     out = parser.parse_args().out
     with tempfile.TemporaryDirectory() as folder:
         image = photograph(write_page(Path(folder)))
-    image.quantize(256, dither=Image.Dither.NONE).save(out, optimize=True)
+    image.quantize(256, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(
+        out, optimize=True
+    )
 
 
 if __name__ == "__main__":

@@ -209,8 +209,8 @@ class Sequence(Description):
                 reference, otherwise the generation or the known mask if the sequence has them,
                 otherwise nothing.
             reference: the true sequence, for errors, with the same faces and number of frames.
-            up: the up axis; None means `up_axis`, or if that is unknown, z for a flat sheet and
-                otherwise y.
+            up: the up axis; None means `up_axis`, of the sequence or the reference, or if that is
+                unknown, z for a flat sheet and otherwise y.
             azimuth: the viewing angle around the up axis, in degrees.
             off_screen: True to draw without a window; None leaves the choice to PyVista, which
                 opens none in a notebook.
@@ -295,7 +295,11 @@ def check_corners(faces: NDArray[np.integer[Any]], n_vertices: int) -> None:
 def check_known(dtype: np.dtype[Any], shape: tuple[int, ...], expected: tuple[int, ...]) -> None:
     """Raises an error unless this describes known masks of (n, k) = ``expected`` vertices."""
     if dtype.kind != "b":
-        raise KindError(f"must be bool, not {dtype}", argument="known")
+        raise KindError(
+            f"must be bool, not {dtype}; if it holds a flag for each vertex, "
+            "convert it with .astype(bool)",
+            argument="known",
+        )
     if shape != expected:
         raise InputError(
             f"must have shape {expected} to match vertices, not {shape}", argument="known"

@@ -217,6 +217,8 @@ def test_a_guessed_up_axis_is_reported(folder: Path, tmp_path: Path) -> None:
     assert "assuming that z is up; if not, use --up y" in run("degrade", wall, *lost).stderr
     assert "assuming" not in run("degrade", wall, *lost, "--up", "x").stderr
     assert "assuming" not in run("degrade", folder / "truth.npz", *lost).stderr
+    reference = ("--reference", folder / "truth.npz")  # says which axis is up
+    assert "assuming" not in run("picture", flat, *image, *reference).stderr
     page = ("-o", tmp_path / "a.html")
     assert "assuming that z is up" in run("view", flat, *page).stderr
 

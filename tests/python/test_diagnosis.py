@@ -48,6 +48,14 @@ def test_what_is_broken_is_found_where_it_is(code: str) -> None:
             assert getattr(finding.where, name).tolist() == places
 
 
+def test_a_printed_diagnosis_has_every_message_and_its_advice() -> None:
+    diagnosis = dynmesh.diagnose(BROKEN["outliers"]()[0])
+    (finding,) = diagnosis.findings
+    assert str(diagnosis) == f"1 warning\nwarning: {finding.message}\n  {finding.advice}"
+    assert repr(diagnosis) == "Diagnosis(outliers)"
+    assert str(dynmesh.diagnose(moving(sheet(12)))) == "No problems were found."
+
+
 @pytest.mark.parametrize(
     "sequence",
     [

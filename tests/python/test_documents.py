@@ -130,6 +130,7 @@ PAGES = (
     "docs/diagnosis.md",
     "docs/formats.md",
     "docs/gallery.md",
+    "docs/guides/rehearse.md",
     "docs/guides/research.md",
     "docs/guides/scene_caches.md",
     "docs/guides/shell.md",

@@ -10,9 +10,10 @@ from meshes import Mesh
 
 from dynmesh import Sequence, metrics, read, write
 from dynmesh import open as open_sequence
-from dynmesh.draw.heatmap import Heatmap, likely_up, whole_faces
+from dynmesh.draw.heatmap import Heatmap, likely_up, stated_up, whole_faces
 from dynmesh.draw.quantities import QUANTITIES, Colour
 from dynmesh.draw.scales import CountScale, KnownScale, MeasureScale, plain, round_up
+from dynmesh.files.memory import SequenceReader
 
 
 @pytest.fixture
@@ -324,3 +325,11 @@ def test_up_is_what_the_file_says_or_across_a_flat_sheet(tmp_path: Path, mesh: M
         write(tmp_path / f"{name}.npz", sequence)
         with open_sequence(tmp_path / f"{name}.npz") as reader:
             assert likely_up(next(iter(reader)).points, reader.header.up_axis) == expected
+
+
+def test_up_is_also_what_a_file_beside_it_says(mesh: Mesh) -> None:
+    sheet = Sequence(mesh.vertices[None], mesh.faces)
+    silent, y, z = (SequenceReader(replace(sheet, up_axis=axis)) for axis in (None, "y", "z"))
+    assert stated_up(silent, None) is None
+    assert stated_up(silent, None, z) == "z"
+    assert stated_up(y, z) == "y"

@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import get_args
 
 import pytest
 from commands import dynmesh_command as run
@@ -12,6 +13,7 @@ from commands import dynmesh_process
 
 import dynmesh
 from dynmesh import files
+from dynmesh.draw.quantities import Colour
 
 COMMANDS = (
     *("info", "synth", "degrade", "complete", "evaluate"),
@@ -69,3 +71,10 @@ def test_the_shell_completes(line: str, values: set[str]) -> None:
         check=False,
     )
     assert set(result.stdout.split()) == values, result.stderr
+
+
+@pytest.mark.parametrize("command", ["view", "picture"])
+def test_the_help_names_every_colour(command: str) -> None:
+    shown = " ".join(run(command, "-h").stdout.replace("│", " ").split())
+    (names,) = re.findall(r"--colour,--color NAME ([\w, ]+)\. \[", shown)
+    assert set(re.split(r", | or ", names)) == set(get_args(Colour))

@@ -1,10 +1,14 @@
 """The example notebook runs from top to bottom."""
 
+import base64
+import io
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from conftest import REPOSITORY
+from PIL import Image
 
 nbformat: Any = pytest.importorskip("nbformat", reason="the development group has it")
 nbclient: Any = pytest.importorskip("nbclient", reason="the development group has it")
@@ -41,6 +45,14 @@ def outputs(notebook: Any, cell: str) -> list[Any]:
     return next(list(found.outputs) for found in notebook.cells if found.id == cell)
 
 
+def assert_upright(png: str) -> None:
+    """Left of the scale, the figure is higher than wide, as its up axis is up."""
+    with Image.open(io.BytesIO(base64.b64decode(png))) as picture:
+        brightness = np.asarray(picture.convert("L"))
+    drawn = brightness[:, : brightness.shape[1] * 3 // 5] < 255
+    assert drawn.any(axis=1).sum() > 1.5 * drawn.any(axis=0).sum()
+
+
 def test_the_notebook_is_stored_with_its_pictures(notebook: Any) -> None:
     """As docs/make_figures/notebook.py stores it: who opens it sees results, but no players."""
     assert NOTEBOOK.stat().st_size < 400_000
@@ -63,6 +75,8 @@ def test_the_notebook_runs(executed: Any, tmp_path: Path) -> None:
     for cell, n_pictures in (("hide", 1), ("errors", 1), ("where", 2)):
         pictures = [output for output in outputs(executed, cell) if "image/png" in output.data]
         assert len(pictures) == n_pictures
+    for picture in outputs(executed, "where"):
+        assert_upright(picture.data["image/png"])
     assert "widgets" not in executed.metadata  # the data of players is stored once
     assert {file.name for file in (tmp_path / "work").iterdir()} == {"partial.npz", "completed.npz"}
 

@@ -158,6 +158,64 @@ def test_method_detail(
     assert (tmp_path / "a.raw").read_bytes() == expected
 
 
+class Take:
+    """Frames of the ocean, as a take from which to complete the ocean of a job."""
+
+    def __init__(self, folder: Path) -> None:
+        self.frames: Floats = dynmesh.synth.ocean(100).vertices.astype(np.float32)[20:]
+        self.raw, self.pc2 = folder / "take.raw", folder / "take.pc2"
+        self.raw.write_bytes(self.frames[:30].tobytes())
+        write_pc2(self.pc2, self.frames[30:])
+
+
+@pytest.fixture(scope="module")
+def take(tmp_path_factory: pytest.TempPathFactory) -> Take:
+    return Take(tmp_path_factory.mktemp("take"))
+
+
+def test_rehearsals_are_those_of_the_library(
+    complete: Any, job: Job, take: Take, tmp_path: Path
+) -> None:
+    completer = dynmesh.Completer(
+        job.sequence.faces, job.sequence.vertices[0], method="detail", rehearsal=take.frames
+    )
+    expected, reports = [], []
+    for points in job.partial[:6]:
+        expected.append(completer.push(points).tobytes())
+        reports.append(completer.report)
+    (tmp_path / "short.raw").write_bytes(job.partial[:6].tobytes())
+    options: list[str | Path] = ["--method", "detail", "--rehearsal", take.raw]
+    options += ["--rehearsal", take.pc2, "--report"]
+    result = complete(tmp_path / "short.raw", tmp_path / "a.raw", *options)
+    assert (tmp_path / "a.raw").read_bytes() == b"".join(expected)
+    for line, report in zip(result.stderr.decode().splitlines(), reports, strict=True):
+        shown = json.loads(line)
+        for name in ("blend", "trust", "explained"):
+            assert shown[name] == pytest.approx(getattr(report, name), rel=1e-8)
+    assert max(report.explained for report in reports) > 0
+    # The first part through a pipe.
+    options = ["--method", "detail", "--rehearsal", "-", "--rehearsal", take.pc2]
+    complete(tmp_path / "short.raw", tmp_path / "b.raw", *options, input=take.raw.read_bytes())
+    assert (tmp_path / "b.raw").read_bytes() == b"".join(expected)
+
+
+@pytest.mark.usefixtures("hearing_interrupts")
+def test_an_interrupt_while_a_rehearsal_is_read(programs: Path, job: Job, tmp_path: Path) -> None:
+    out = tmp_path / "out.raw"
+    command: list[str | Path] = [programs / "dynmesh-complete", "--template", job.template]
+    command += ["--input", job.raw, "--output", out, "--method", "detail", "--rehearsal", "-"]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdin is not None
+        assert process.stderr is not None
+        # More than a pipe holds: when this returns, the program has started to read.
+        process.stdin.write(job.sequence.vertices[:4].astype(np.float32).tobytes())
+        process.stdin.flush()
+        process.send_signal(signal.SIGINT)
+        assert b"interrupted" in process.stderr.read()
+        assert process.wait() == 130
+    assert not out.exists()
+
+
 def test_whole_frames_before_a_cut_are_written(complete: Any, job: Job, tmp_path: Path) -> None:
     size = job.partial[0].nbytes
     (tmp_path / "cut.raw").write_bytes(job.raw.read_bytes()[: 4 * size + 100])
@@ -308,6 +366,7 @@ def test_help_and_version(programs: Path) -> None:
 
     assert run("--version").strip() == f"dynmesh-complete {dynmesh.__version__}"
     assert "--template" in run("--help") == run("-h")
+    assert "--no-revisit (method motion) Estimate every" in " ".join(run("-h").split())
 
 
 def test_the_capture_loop_completes_or_drops_every_frame(

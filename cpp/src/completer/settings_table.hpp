@@ -37,12 +37,11 @@ void for_each_setting(const Visit& visit) {
               .help = "'motion' (default): the paper's method, fast. 'detail': keeps the shape of "
                       "the mesh, rotated with the motion; more accurate, but slower."},
       &Settings::method);
-  visit(
-      Setting{.name = "revisit",
-              .method = Method::motion,
-              .help = "Whether every satellite is estimated again in each iteration (default), or "
-                      "only once, when it is reached: another reading of the paper."},
-      &Settings::revisit);
+  visit(Setting{.name = "revisit",
+                .method = Method::motion,
+                .help = "Estimate every satellite only once, when it is reached, and not again in "
+                        "each iteration: another reading of the paper."},
+        &Settings::revisit);
   visit(Setting{.name = "extra_iterations",
                 .method = Method::motion,
                 .most = 1'000'000,

@@ -15,7 +15,7 @@ from .. import files
 from .._core import RehearsalSummary, TopologyReport
 from .._extras import require_all
 from ..diagnosis import Diagnosis, diagnose
-from ..diagnosis.finding import MOST_PLACES, SEVERITIES
+from ..diagnosis.finding import MOST_PLACES
 from ..draw.figures import load_pyvista
 from ..files import Frame, Header
 from ..jobs.checkpoint import Source
@@ -117,12 +117,9 @@ def _print(diagnosis: Diagnosis, format_name: str, summary: RehearsalSummary | N
             table.add_row(*row)
     console.print(table)
     console.print()
+    console.print(diagnosis.summary, highlight=False)
     if not diagnosis.findings:
-        console.print("No problems were found.")
         return
-    counts = [(diagnosis.count(severity), severity) for severity in SEVERITIES]
-    told = [f"{n} {severity}{'s' if n > 1 else ''}" for n, severity in counts if n]
-    console.print(", ".join(told), highlight=False)
     findings = Table.grid(padding=(0, 2))
     for finding in diagnosis.findings:
         style = _STYLES[finding.severity]

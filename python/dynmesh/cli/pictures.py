@@ -8,7 +8,7 @@ from typing import Annotated, cast
 import typer
 
 from .. import files
-from ..draw.heatmap import likely_up
+from ..draw.heatmap import likely_up, stated_up
 from ..draw.quantities import Colour, Range
 from ..files import Reader
 from ..jobs.checkpoint import Source
@@ -39,7 +39,7 @@ ColourOption = Annotated[
         "--colour",
         "--color",
         metavar="NAME",
-        help="error, generation, age or known. [the first of these that IN holds]",
+        help="error, generation, age, known or plain. [the first of these that IN holds]",
         rich_help_panel=_SHOWN,
     ),
 ]
@@ -142,7 +142,7 @@ def view(
             max_vertices=max_vertices,
             watch=lambda frames, n: track(zeros.watch_shown(frames), n, "reading"),
         )
-        _say_if_guessed(up, reader)
+        _say_if_guessed(up, reader, truth, partial)
     say(f"{output}: open it in a browser" + (f"; it shows {shown}" if str(shown) else ""))
     zeros.say_if_many()
 
@@ -207,7 +207,7 @@ def picture(
             size=(size, size),
             watch=lambda frames, n: track(zeros.watch_shown(frames), n, "reading"),
         )
-        _say_if_guessed(up, reader)
+        _say_if_guessed(up, reader, truth)
     say(f"{output}: drawn")
     zeros.say_if_many()
 
@@ -234,10 +234,9 @@ def _opened(
         yield stack.enter_context(files.open(path, **own)), truth, partial
 
 
-def _say_if_guessed(up: Axis | None, reader: Reader) -> None:
-    said = reader.header.up_axis
-    if up is None and said is None:
-        guess = likely_up(next(iter(reader)).points, said)
+def _say_if_guessed(up: Axis | None, reader: Reader, *beside: Reader | None) -> None:
+    if up is None and stated_up(reader, *beside) is None:
+        guess = likely_up(next(iter(reader)).points, None)
         say(f"assuming that {guess} is up; if not, use --up {'y' if guess == 'z' else 'z'}")
 
 

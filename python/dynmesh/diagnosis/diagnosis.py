@@ -50,6 +50,18 @@ class Diagnosis:
         """Lists the codes of the findings."""
         return f"Diagnosis({', '.join(f.code for f in self.findings) or 'no findings'})"
 
+    def __str__(self) -> str:
+        """Returns the summary and, for each finding, what was found and the advice."""
+        told = [f"{f.severity}: {f.message}\n  {f.advice}" for f in self.findings]
+        return "\n".join([self.summary, *told])
+
+    @property
+    def summary(self) -> str:
+        """How many problems there are, such as "2 warnings, 1 note"."""
+        counts = [(self.count(severity), severity) for severity in SEVERITIES]
+        told = [f"{n} {severity}{'s' if n > 1 else ''}" for n, severity in counts if n]
+        return ", ".join(told) or "No problems were found."
+
     @property
     def severity(self) -> Severity | None:
         """The severity of the most important finding; None if there are none."""

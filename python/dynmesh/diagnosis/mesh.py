@@ -52,10 +52,12 @@ class Mesh:
     @classmethod
     def of(cls, faces: Faces, points: Positions, observed: Mask) -> "Mesh":
         """Builds the mesh from frame 0, whose points are ignored where they were not observed."""
-        ends = ends_of(faces, len(points))
-        zeros = stray_zeros(points, observed, ends)
+        zeros = stray_zeros(points, observed, faces)
         observed = observed & ~zeros
         first = np.where(observed[:, None], points, 0).astype(points.dtype)
+        offsets, neighbours = cells(faces, len(first))
+        own = np.repeat(np.arange(len(first)), np.diff(offsets))
+        ends = np.stack([own, neighbours], axis=1)[own < neighbours].astype(np.int64)
         lengths = np.linalg.norm(np.diff(first[ends].astype(np.float64), axis=1)[:, 0], axis=1)
         lengths[~observed[ends].all(axis=1)] = np.nan
         mean_edge = float(np.nanmean(lengths)) if np.isfinite(lengths).any() else 0.0
@@ -75,13 +77,6 @@ class Mesh:
             bounding_box_diagonal(first[observed]) if observed.any() else 0.0,
             Completer(faces, first).topology if len(faces) else None,
         )
-
-
-def ends_of(faces: Faces, n_vertices: int) -> Indices:
-    """Returns the vertices of each edge, (e, 2), of which the first is the smaller one."""
-    offsets, neighbours = cells(faces, n_vertices)
-    own = np.repeat(np.arange(n_vertices), np.diff(offsets))
-    return np.stack([own, neighbours], axis=1)[own < neighbours].astype(np.int64)
 
 
 def _has_repeated_corner(faces: Faces) -> Mask:

@@ -134,8 +134,14 @@ class Heatmap:
         return QUANTITIES[colour].scale(self._sources, values, limits)
 
 
+def stated_up(*readers: Reader | None) -> str | None:
+    """Returns the up axis that the first of these files states that states one."""
+    axes = (None if reader is None else reader.header.up_axis for reader in readers)
+    return next((axis for axis in axes if axis is not None), None)
+
+
 def likely_up(first: Positions, said: str | None) -> str:
-    """Returns the up axis: as the file states it, else z for a flat sheet, else y."""
+    """Returns the up axis: as a file states it, else z for a flat sheet, else y."""
     if said is not None:
         return said
     extent = np.ptp(first[np.isfinite(first).all(axis=1)], axis=0)

@@ -9,7 +9,7 @@ from .._extras import require_all
 from ..files import Reader
 from . import figures
 from .figures import SURFACE_COLOUR, Image, View
-from .heatmap import Heatmap, ShownFrame, likely_up, whole_faces
+from .heatmap import Heatmap, ShownFrame, likely_up, stated_up, whole_faces
 from .quantities import Colour, Range
 from .scales import Scale, Values
 from .sheet import contact_sheet
@@ -75,9 +75,8 @@ def picture(
     if not len(seen):
         raise ValueError(f"{reader.path}: no vertex is known in these frames")
     scale = heatmap.scale(heatmap.colour, frames)
-    view = View.of(
-        seen, up or likely_up(next(iter(reader)).points, reader.header.up_axis), azimuth, size
-    )
+    up = up or likely_up(next(iter(reader)).points, stated_up(reader, reference))
+    view = View.of(seen, up, azimuth, size)
     images = figures.cropped(
         [_draw(reader, frame, frame.values.get(heatmap.colour), scale, view) for frame in frames]
     )

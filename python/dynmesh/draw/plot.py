@@ -10,7 +10,7 @@ from ..files.memory import SequenceReader
 from ..sequence import Sequence
 from . import figures
 from .figures import SURFACE_COLOUR, View
-from .heatmap import Heatmap, likely_up, whole_faces
+from .heatmap import Heatmap, likely_up, stated_up, whole_faces
 from .quantities import Colour
 
 _ROOM_FOR_THE_BAR = 0.2  # of the width of the picture
@@ -40,7 +40,8 @@ def plot(
     check_finite("azimuth", azimuth)
     pyvista = figures.load_pyvista()
     truth = None if reference is None else SequenceReader(reference, "reference")
-    heatmap = Heatmap(SequenceReader(sequence), reference=truth, colour=colour)
+    own = SequenceReader(sequence)
+    heatmap = Heatmap(own, reference=truth, colour=colour)
     (frame,) = heatmap.frames(range(number, number + 1))
     visible = frame.visible
     if not visible.any():
@@ -66,6 +67,6 @@ def plot(
         plotter.add_scalar_bar(title="", n_labels=0, vertical=True, color="black", **bar)
         width = round(width * (1 - _ROOM_FOR_THE_BAR))
         plotter.camera.SetWindowCenter(_ROOM_FOR_THE_BAR, 0)  # to the left
-    shown = up or likely_up(sequence.vertices[0], sequence.up_axis)
+    shown = up or likely_up(sequence.vertices[0], stated_up(own, truth))
     figures.aim(plotter, View.of(points[visible], shown, azimuth, (width, height)))
     return plotter

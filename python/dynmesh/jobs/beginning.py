@@ -11,9 +11,8 @@ import numpy as np
 from .. import files
 from .._checks import check_path
 from .._errors import InputError, KindError, locating
-from ..diagnosis.mesh import ends_of
 from ..diagnosis.presence import observed_in
-from ..diagnosis.stray_zeros import stray_zeros
+from ..diagnosis.stray_zeros import edges_of, lengths_of, stray_zeros
 from ..files import Frame, PathLike, Reader
 from ..metrics import bounding_box_diagonal
 from ..sequence import Positions
@@ -197,12 +196,9 @@ def _scale_of(points: Positions, reader: Reader) -> float:
     with contextlib.closing(reader.frames(0, 1)) as frames:
         first = next(frames)
     there = observed_in(first) & first.points.any(axis=1)
-    ends = ends_of(reader.faces, len(points))
+    ends = edges_of(reader.faces)
     ends = ends[there[ends].all(axis=1)]
-    ours, theirs = (
-        np.linalg.norm(np.diff(one[ends].astype(np.float64), axis=1)[:, 0], axis=1)
-        for one in (points, first.points)
-    )
+    ours, theirs = lengths_of(points, ends), lengths_of(first.points, ends)
     both = (ours > 0) & (theirs > 0)
     return float(np.median(ours[both] / theirs[both])) if both.sum() >= _ENOUGH else 1.0
 
@@ -211,8 +207,7 @@ def _zeros_in(points: Positions, reader: Reader) -> int:
     if points.any(axis=1).all():
         return 0
     everywhere = np.ones(len(points), np.bool_)
-    zeros = stray_zeros(points, everywhere, ends_of(reader.faces, len(points)))
-    return int(np.count_nonzero(zeros))
+    return int(np.count_nonzero(stray_zeros(points, everywhere, reader.faces)))
 
 
 def check_whole(frame: Frame, advice: str) -> None:

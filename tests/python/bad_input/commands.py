@@ -33,6 +33,12 @@ def prepare(world: World) -> None:
     (folder / "wild.raw").write_bytes(wild.tobytes())
     header = struct.pack("<12siiffi", b"POINTCACHE2\0", 1, 7, 0.0, 1.0, 2)
     (folder / "other.pc2").write_bytes(header + bytes(7 * 12 * 2))
+    holed = frames.copy()
+    holed[1, 4, 1] = np.nan
+    (folder / "holed.raw").write_bytes(holed.tobytes())
+    (folder / "two.raw").write_bytes(frames[:2].tobytes())
+    (folder / "none_in.raw").touch()
+    (folder / "in_mm.raw").write_bytes((1000 * frames).tobytes())
     (folder / "renamed.raw").write_bytes((folder / "body.pc2").read_bytes())
     (folder / "done.raw").write_bytes(b"precious")
     (folder / "done.html").write_text("precious")
@@ -309,6 +315,7 @@ def compiled(programs: Path) -> list[Case]:
 
     body = "--template body.obj --input body.raw"
     new = "--output new.raw"
+    detail = f"{body} {new} --method detail --rehearsal"
     return [
         case(f"{body}", "--output is missing", "exit code 2"),
         case(f"--template body.obj {new}", "--input is missing", "exit code 2"),
@@ -332,6 +339,22 @@ def compiled(programs: Path) -> list[Case]:
         case(f"--template body.obj --input other.pc2 {new}", "other.pc2:", "7", "49", "code 1"),
         case(f"--template body.obj --input renamed.raw {new}", "renamed.raw:", "PC2", "code 1"),
         case(f"--template body.obj --input wild.raw {new}", "wild.raw: frame 1:", "row 4", "e+30"),
+        case(f"{body} {new} --rehearsal body.raw", "--rehearsal:", "--method detail", "code 2"),
+        case(f"{detail} none.raw", "none.raw:", "exit code 1"),
+        case(f"{detail} body.npz", "body.npz:", ".pc2", "exit code 2"),
+        case(f"{detail} other.pc2", "other.pc2:", "7", "49", "exit code 1"),
+        case(f"{detail} cut.raw", "cut.raw: frame 3", "bytes", "exit code 1"),
+        case(f"{detail} holed.raw", "holed.raw: frame 2: vertex 4", "nan", "exit code 1"),
+        case(f"{detail} body.raw --rehearsal holed.raw", "holed.raw: frame 2: vertex 4", "code 1"),
+        case(f"{detail} two.raw", "two.raw:", "2", "3", "exit code 1"),
+        case(f"{detail} none_in.raw --rehearsal body.raw", "none_in.raw: has no frames", "code 1"),
+        case(f"{detail} in_mm.raw", "in_mm.raw:", "1000 times", "unit", "exit code 1"),
+        case(f"{detail} - --rehearsal -", "standard input", "once", "exit code 2"),
+        case(
+            f"{body} --output two.raw --overwrite --method detail --rehearsal two.raw",
+            "two.raw: is also a rehearsal",
+            "exit code 2",
+        ),
         case(f"{body} --output done.raw", "done.raw:", "--overwrite", "exit code 1"),
         case(f"{body} --output body.raw --overwrite", "body.raw:", "input", "exit code 2"),
         case(f"{body} --output no/new.raw", "no/new.raw:", "exit code 1"),

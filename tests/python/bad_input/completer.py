@@ -224,7 +224,7 @@ pushes = [
     _known("one too few", lambda w: w.known[:48], ValueError, "48 rows", "49"),
     _known("a column", lambda w: w.known[:, None], ValueError, "(k,)", "(49, 1)"),
     _known("one bool", lambda _: True, ValueError, "(k,)", "()"),
-    _known("integers 0 and 1", lambda w: w.known.astype(int), TypeError, "int64"),
+    _known("integers 0 and 1", lambda w: w.known.astype(int), TypeError, "int64", ".astype(bool)"),
     _known("float64", lambda w: w.known.astype(float), TypeError, "float64"),
     _known("a list of text", lambda _: ["yes"] * 49, TypeError, "<U3"),
     _known("a list of None", lambda _: [None] * 49, TypeError, "object"),

@@ -12,7 +12,7 @@ from ..._extras import require_all
 from ...files import Reader
 from ...files.times import mean_rate
 from ..figures import View
-from ..heatmap import Heatmap, ShownFrame, likely_up
+from ..heatmap import Heatmap, ShownFrame, likely_up, stated_up
 from ..quantities import Colour, Range
 from ..scales import Scale
 from .player import Playback, compose
@@ -110,7 +110,8 @@ def page(
         range: of the scale of that colour; see :class:`dynmesh.draw.heatmap.Heatmap`. With the same
             range, pages of several sequences can be compared.
         title: the heading; None means the name of the file and, in a scene, of the mesh.
-        up: "x", "y" or "z"; None means as the file states it, else z for a flat sheet, else y.
+        up: "x", "y" or "z"; None means as one of the files states it, else z for a flat sheet,
+            else y.
         azimuth: initial viewing angle around the up axis, in degrees.
         max_frames: longer sequences show every second, third, ... frame.
         max_vertices: larger meshes are simplified to about this many vertices.
@@ -148,9 +149,8 @@ def page(
         reader.n_frames,
         mean_rate(reader.header),
     )
-    camera = View.of(
-        _corners(frames), up or likely_up(first_points, reader.header.up_axis), azimuth
-    )
+    up = up or likely_up(first_points, stated_up(reader, reference, input))
+    camera = View.of(_corners(frames), up, azimuth)
     scales: dict[Colour, Scale | None] = {
         name: heatmap.scale(name, frames) for name in heatmap.colours
     }
