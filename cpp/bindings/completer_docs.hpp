@@ -1,0 +1,149 @@
+/// The docstrings of dynmesh.Completer and dynmesh.FrameReport.
+#pragma once
+
+namespace dynmesh {
+
+constexpr const char* completer_doc =
+    R"doc(Completes a dynamic mesh, one frame at a time.
+
+    completer = dynmesh.Completer(faces, first_frame)
+    for points, known in sensor:
+        frame = completer.push(points, known)
+
+Each frame is completed from the frame itself and earlier frames only. `push`, `push_sparse` and
+`skip` return the completed frame, an array (k, 3) with the dtype of `first_frame`. Known vertices
+are returned exactly as given, and all others are estimated. With `noise`, known vertices move as
+well; vertices rejected by `reject_outliers` are estimated. These methods release the GIL. Bad input
+raises ValueError, or TypeError for a wrong type, with a message that says what is wrong, where, and
+with which value. The completer is then unchanged.
+
+A completer may be used by one thread at a time. A call while another thread is using it raises
+RuntimeError.
+
+Args:
+    faces: The triangles, (m, 3) integers. Faces that a half-edge mesh cannot represent are listed
+        in `topology`; their edges still count.
+    first_frame: Frame 0, (k, 3) float32 or float64, complete and finite. Later positions are
+        converted to its dtype. When float64 is converted to float32, a finite number out of range
+        becomes the largest float32 of its sign; a known position with such a coordinate is refused
+        as too large and does not count as missing.
+    method: "motion", the default, averages motion vectors as in the paper (Arvanitis et al. 2017,
+        section 3). "detail" preserves the shape of frame 0 and of the last frame, rotated with the
+        motion. Its error is a fraction of that of "motion", but a frame takes milliseconds instead
+        of tenths of a millisecond. Both are described in docs/method.md.
+    revisit: If True, the default, every iteration estimates all satellites reached so far. If
+        False, each satellite is estimated once, and errors accumulate from frame to frame. "detail"
+        requires True.
+    extra_iterations: The number of iterations after the one that reaches the last satellite, from
+        0, the default, to 1 000 000. They have no effect without `revisit`. "detail" requires 0.
+    unseen: How vertices are completed that are not connected to any known vertex. "follow", the
+        default: their component moves rigidly, with the nearest surface. "hold": they keep their
+        previous positions.
+    noise: The standard deviation of the known positions, positive and in the unit of the
+        positions. Known vertices then move as well, according to the shape around them. With None,
+        the default, known positions are exact. Requires "detail".
+    reject_outliers: If True, known vertices whose motion contradicts that of the known vertices
+        around them are treated as unknown, estimated, and counted as `report.rejected`. The default
+        is False. Requires "detail".
+    threads: The number of threads that may work on a frame, from 1, the default, to 256. They are
+        used for meshes of 23 553 vertices or more, and with "detail" of 5 889 or more; smaller
+        meshes are completed by the calling thread alone. Without `revisit`, threads are only used
+        to read and write positions. Results are identical for any number of threads. Whether more
+        threads are faster depends on the machine and the mesh.
+    rehearsal: Complete frames of the same mesh, of this subject or one like it: an array (n, k, 3)
+        or any iterable of at least three frames, of which at most 75 are kept. From them, "detail"
+        learns how the shape of the subject varies, which makes hidden parts several times more
+        accurate. A rehearsal that does not help is noticed and not used. Requires "detail".)doc";
+
+constexpr const char* init_doc =
+    R"doc(__init__(self, faces, first_frame, *, method="motion", revisit=True, extra_iterations=0,
+         unseen="follow", noise=None, reject_outliers=False, threads=1, rehearsal=None)
+--
+
+Start at a complete frame.)doc";
+
+constexpr const char* push_doc = R"doc(push(self, points, known=None, *, out=None)
+--
+
+Complete the next frame.
+
+Args:
+    points: Positions, (k, 3) float32 or float64 with any strides. Rows that are not known are
+        ignored.
+    known: The known mask, (k,) bool: True for vertices that were observed. If None, rows of
+        `points` that are not finite are missing, and all others are known.
+    out: An array (k, 3) of the completer's dtype to which the completed frame is written. It may be
+        `points` itself, but must not overlap the input in any other way. If None, a new array is
+        allocated.
+
+Returns:
+    The completed frame, (k, 3): `out`, or the new array.)doc";
+
+constexpr const char* push_sparse_doc = R"doc(push_sparse(self, indices, points, *, out=None)
+--
+
+Complete the next frame from the observed vertices only.
+
+Args:
+    indices: The observed vertices, (n,) integers, in any order and without duplicates.
+    points: Their positions, (n, 3).
+    out: See `push`.
+
+Returns:
+    The completed frame, (k, 3).)doc";
+
+constexpr const char* skip_doc = R"doc(skip(self, *, out=None)
+--
+
+Complete a frame in which no vertex was observed.
+
+Args:
+    out: See `push`.
+
+Returns:
+    The completed frame, (k, 3).)doc";
+
+constexpr const char* reset_doc = R"doc(reset(self, frame)
+--
+
+Start again with a new frame 0.
+
+Args:
+    frame: The new frame 0, (k, 3), complete and finite.)doc";
+
+constexpr const char* state_doc = R"doc(state(self)
+--
+
+Return everything that later frames depend on, to be stored or sent.
+
+Returns:
+    Little-endian bytes for `restore`. They contain no times, so completers that received the same
+        frames have identical states.)doc";
+
+constexpr const char* restore_doc = R"doc(restore(self, state)
+--
+
+Continue from a state, with the same results.
+
+The seconds of `report` become 0.
+
+Args:
+    state: The bytes that `state` returned, from a completer with the same faces, dtype and
+        settings, on any machine.)doc";
+
+constexpr const char* frame_report_doc = R"doc(Statistics of one frame.
+
+Attributes:
+    known: The number of vertices that were observed.
+    filled: The number of vertices that the method estimated.
+    unseen: The number of vertices not connected to a known one. known + filled + unseen = k.
+    iterations: The number of iterations of the method.
+    rejected: The number of vertices that were observed but rejected as outliers.
+    seconds: The wall time of the completion.
+    blend: b of method "detail", the weight of the shape of frame 0; 0 for "motion".
+    trust: With a rehearsal, how far its poses are used, from 0 to 1; else 0.
+    explained: With a rehearsal, the share of the residual that its pose explains; else 0.
+    factor_seconds, rotation_seconds, solve_seconds: The times of the stages of "detail"; 0 for
+        "motion".)doc";
+
+}  // namespace dynmesh
