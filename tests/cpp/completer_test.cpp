@@ -200,6 +200,7 @@ TEST_CASE("a made-up state is refused if later frames could not handle it") {
       CHECK(message_of([&] { completer.restore(bytes); }).find(why) != std::string::npos);
       CHECK(completer.state() == state);
     };
+    refused(facts - 4 * sizeof(double), -0.0, "extra_iterations is -0, not 0");
     refused(facts, std::int64_t{-1}, "reports -1 iterations");
     refused(facts, std::int64_t{1} << 32, "reports 4294967296 iterations");
     refused(facts + 8, std::uint64_t{1}, "reports 1 outliers, but only 0 vertices were unknown");

@@ -2,6 +2,7 @@
 /// details of the last frame, the arrays, and a checksum. All fields are little-endian and packed.
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <dynmesh/completer.hpp>
@@ -89,7 +90,8 @@ void check_settings_of_state(Reader& reader, const Settings& settings) {
     if (!setting.is_stored) return;
     const auto found = reader.read<double>();
     const double expected = stored(settings.*member);
-    if (found == expected) return;
+    // Not as numbers: -0 equals 0, but would not be written again.
+    if (std::bit_cast<std::uint64_t>(found) == std::bit_cast<std::uint64_t>(expected)) return;
     refuse_state(std::string("of a completer with other settings: ") + setting.name + " is " +
                  text_of<Value>(found) + ", not " + text_of<Value>(expected));
   });
