@@ -52,8 +52,8 @@ Args:
         threads are faster depends on the machine and the mesh.
     rehearsal: Complete frames of the same mesh, of this subject or one like it: an array (n, k, 3)
         or any iterable of at least three frames, of which at most 75 are kept. From them, "detail"
-        learns how the shape of the subject varies, which makes hidden parts several times more
-        accurate. A rehearsal that does not help is noticed and not used. Requires "detail".)doc";
+        learns how the shape of the subject varies, which usually makes it more accurate. A rehearsal
+        that says nothing about the subject is noticed and not used. Requires "detail".)doc";
 
 constexpr const char* init_doc =
     R"doc(__init__(self, faces, first_frame, *, method="motion", revisit=True, extra_iterations=0,

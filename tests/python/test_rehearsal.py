@@ -214,25 +214,42 @@ def test_a_reset_learns_again(
     assert old.state() == new.state()
 
 
+def pose_of(completer: dynmesh.Completer) -> bytes:
+    """The end of a state, before its checksum: sigma^2, N_v, D_v, and 16 coefficients a part."""
+    return completer.state()[-8 * (1 + 3 + 16 * 13) : -8]
+
+
 def test_frames_that_say_nothing_leave_the_pose_alone(
     sheet: Mesh, clip: tuple[Array, Array], rng: np.random.Generator
 ) -> None:
     frames, masks = clip
     take = poses(sheet.vertices, 10, rng)
-    settings: Any = {"method": "detail", "rehearsal": take}
-    one = dynmesh.Completer(sheet.faces, frames[0], **settings)
-    other = dynmesh.Completer(sheet.faces, frames[0], **settings)
-    for completer in (one, other):
-        completer.push(frames[1], masks[0])
-    expected = one.push(frames[2], masks[1])
-    other.skip()
-    frame = other.push(frames[2], masks[1])
-    np.testing.assert_allclose(frame, expected, atol=0.2)
-    few = np.zeros(len(sheet.vertices), np.bool_)
-    few[5] = True
-    assert np.isfinite(other.push(frames[3], few)).all()
-    everything = other.push(frames[4], np.ones_like(few))
-    np.testing.assert_array_equal(everything, frames[4])
+    completer = dynmesh.Completer(sheet.faces, frames[0], method="detail", rehearsal=take)
+    untouched = pose_of(completer)
+    completer.push(frames[1], masks[0])
+    found = pose_of(completer)
+    assert found != untouched
+    completer.skip()
+    assert pose_of(completer) == found
+    everything = np.ones(len(sheet.vertices), np.bool_)
+    np.testing.assert_array_equal(completer.push(frames[2], everything), frames[2])
+    assert pose_of(completer) == found
+    everything[7] = False
+    completer.push(frames[3], everything)
+    assert pose_of(completer) != found
+
+
+def test_one_anchor_is_enough(
+    sheet: Mesh, clip: tuple[Array, Array], rng: np.random.Generator
+) -> None:
+    frames, _ = clip
+    take = poses(sheet.vertices, 10, rng)
+    completer = dynmesh.Completer(sheet.faces, frames[0], method="detail", rehearsal=take)
+    one = np.arange(len(sheet.vertices)) == 5
+    for points in frames[1:4]:
+        completed = completer.push(points, one)
+        assert np.isfinite(completed).all()
+        np.testing.assert_array_equal(completed[5], points[5])
 
 
 def test_parts_do_not_reach_across_components(rng: np.random.Generator) -> None:
