@@ -60,7 +60,7 @@ def main() -> None:
     (arguments.out / "tables.md").write_text(text + "\n")
     plots.draw(results, arguments.out)
     if arguments.docs:
-        page.rewrite(made)
+        page.rewrite(made, page.PAGE, page.MEASUREMENTS)
         plots.draw(results, page.PAGE.parent / "figures" / "speed")
 
 
@@ -80,7 +80,11 @@ def _arguments() -> argparse.Namespace:
         type=Path,
         help="results.json of an earlier run to show again",
     )
-    parser.add_argument("--docs", action="store_true", help="rewrite docs/speed.md and its figures")
+    parser.add_argument(
+        "--docs",
+        action="store_true",
+        help="rewrite the tables and figures in docs",
+    )
     counting = parser.add_mutually_exclusive_group()
     counting.add_argument(
         "--instructions",

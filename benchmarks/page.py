@@ -1,11 +1,14 @@
-"""Replaces the tables of docs/speed.md, which are between comments that name them."""
+"""Replaces the tables of pages in docs, which are between comments that name them."""
 
 import re
 from pathlib import Path
 
-PAGE = Path(__file__).parents[1] / "docs" / "speed.md"
+DOCS = Path(__file__).parents[1] / "docs"
+PAGE = DOCS / "speed.md"
+MEASUREMENTS = DOCS / "reference" / "measurements.md"
+"""The page of the tables that are too long for the page of their section."""
 
-# These are too long for the page, which has figures or ratios of the same measurements.
+# These are on no page, because there are figures or ratios of the same measurements.
 LONG = frozenset(
     {
         "low-resolution",
@@ -23,18 +26,22 @@ LONG = frozenset(
 )
 
 
-def rewrite(tables: dict[str, str], page: Path = PAGE) -> None:
-    """Replace the tables on a page, except those that are too long for it.
+def rewrite(tables: dict[str, str], *pages: Path) -> None:
+    """Replace the tables on pages, except those that are on none.
 
     Raises:
-        ValueError: the page does not have exactly one place for a table.
+        ValueError: the pages do not have exactly one place for a table; they are unchanged.
     """
-    text = page.read_text()
+    texts = {page: page.read_text() for page in pages}
     for name, table in tables.items():
         if name in LONG:
             continue
-        places = re.findall(rf"<!-- {name} -->\n.*?<!-- end -->", text, re.DOTALL)
+        pattern = re.compile(rf"<!-- {name} -->\n.*?<!-- end -->", re.DOTALL)
+        places = [(page, old) for page, text in texts.items() for old in pattern.findall(text)]
         if len(places) != 1:
-            raise ValueError(f"{page}: must have one place for the table {name}, not {len(places)}")
-        text = text.replace(places[0], f"<!-- {name} -->\n{table}\n<!-- end -->")
-    page.write_text(text)
+            names = " and ".join(str(page) for page in pages)
+            raise ValueError(f"{names}: must have one place for {name}, not {len(places)}")
+        page, old = places[0]
+        texts[page] = texts[page].replace(old, f"<!-- {name} -->\n{table}\n<!-- end -->")
+    for page, text in texts.items():
+        page.write_text(text)

@@ -1,9 +1,9 @@
-"""Replaces the tables and figures of docs/results.md by those of runs.
+"""Replaces the tables and figures of docs/results.md and docs/reference/measurements.md.
 
     python -m benchmarks.results_page BUILTIN RECORDED METHODS
 
 BUILTIN and RECORDED are folders that ``dynmesh reproduce`` wrote. METHODS is a file with the output
-of ``python -m benchmarks.methods_table``. The sentences of the page have to be checked by hand.
+of ``python -m benchmarks.methods_table``. The sentences of the pages have to be checked by hand.
 """
 
 import argparse
@@ -16,16 +16,16 @@ from dynmesh.study.tables import markdown
 
 from . import page
 
-PAGE = Path(__file__).parents[1] / "docs" / "results.md"
+PAGE = page.DOCS / "results.md"
 
 
 def main() -> None:
-    """Rewrite the page."""
+    """Rewrite the pages."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("builtin", type=Path)
     parser.add_argument("recorded", type=Path)
     parser.add_argument("methods", type=Path)
-    parser.add_argument("--page", type=Path, default=PAGE)
+    parser.add_argument("--pages", type=Path, nargs="+", default=[PAGE, page.MEASUREMENTS])
     arguments = parser.parse_args()
     folders = {"builtin": arguments.builtin, "recorded": arguments.recorded}
     results = [json.loads((path / "results.json").read_text()) for path in folders.values()]
@@ -37,9 +37,9 @@ def main() -> None:
     for kind in ("claims", "detail_claims"):
         made[kind] = markdown(claims_table([claim for result in results for claim in result[kind]]))
     made["methods"] = arguments.methods.read_text().split("\n\n")[0].strip()  # errors, not times
-    page.rewrite(made, arguments.page)
+    page.rewrite(made, *arguments.pages)
     for name, folder in folders.items():
-        figures = arguments.page.parent / "figures" / name
+        figures = arguments.pages[0].parent / "figures" / name
         figures.mkdir(parents=True, exist_ok=True)
         for picture in folder.glob("*.png"):
             shutil.copy(picture, figures)

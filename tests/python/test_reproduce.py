@@ -132,10 +132,14 @@ def module(name: str, *arguments: str | Path) -> str:
 def test_the_page_of_results_is_made_from_the_runs(results: Path, tmp_path: Path) -> None:
     places = {"sheet", "claims", "detail_claims", "methods"}
     page, methods = tmp_path / "page.md", tmp_path / "methods.md"
-    page.write_text("".join(f"<!-- {name} -->\nbefore\n<!-- end -->\n" for name in places))
+    other = tmp_path / "other.md"
+    page.write_text(
+        "".join(f"<!-- {name} -->\nbefore\n<!-- end -->\n" for name in places - {"methods"})
+    )
+    other.write_text("<!-- methods -->\nbefore\n<!-- end -->\n")
     methods.write_text("| a table |\n")
-    module("results_page", results, results, methods, "--page", page)
-    text = page.read_text()
+    module("results_page", results, results, methods, "--pages", page, other)
+    text = page.read_text() + other.read_text()
     assert "before" not in text
     assert "| a table |\n<!-- end -->" in text
     run = json.loads((results / "results.json").read_text())["sequences"]["sheet"]["grid"]["motion"]
@@ -144,11 +148,14 @@ def test_the_page_of_results_is_made_from_the_runs(results: Path, tmp_path: Path
     assert text.count("| Fast enough for real time (16 ms a frame). |") == 1
     assert (tmp_path / "figures" / "recorded" / "figure9.png").exists()
 
+    docs = REPOSITORY / "docs"
+    pages = [docs / "results.md", docs / "reference" / "measurements.md"]
     theirs = re.findall(
-        r"^<!-- (?!end)(.*) -->$", (REPOSITORY / "docs" / "results.md").read_text(), re.MULTILINE
+        r"^<!-- (?!end)(.*) -->$", "".join(page.read_text() for page in pages), re.MULTILINE
     )
     sequences = {"walker", "ocean", "crane", "ocean_sim_50x50"}
-    assert sorted(theirs) == sorted(places - {"sheet"} | sequences)
+    speed = {"low-resolution-detail", "subdivided-ratios"}  # tables of docs/speed.md
+    assert sorted(theirs) == sorted(places - {"sheet"} | sequences | speed)
 
 
 def test_the_table_of_methods_is_whole(results: Path) -> None:
