@@ -36,7 +36,7 @@ def parts_of(edges: reference.Edges, frame: Array) -> Array:
     weight = np.divide(
         weight, weight.sum(axis=0), out=np.zeros_like(weight), where=weight.sum(axis=0) > 0
     )
-    weight[weight < 0.02] = 0
+    weight[weight < 0.1] = 0
     weight = np.divide(
         weight, weight.sum(axis=0), out=np.zeros_like(weight), where=weight.sum(axis=0) > 0
     )
@@ -57,13 +57,16 @@ class Rehearsed(reference.Detail):
         z = np.stack([self._shape_of(frame) for frame in rehearsal])
         self.q = np.tile(np.eye(3), (self.k, 1, 1))
         modes = []
-        for w in parts_of(self.edges, first_frame):
+        caution = []
+        for part, w in enumerate(parts_of(self.edges, first_frame)):
             gram = np.einsum("i,lic,mic->lm", w, z, z)
             values, vectors = np.linalg.eigh(gram)
             for value, u in list(zip(values, vectors.T, strict=True))[::-1][:MODES]:
                 if value > 1e-6 * values[-1]:
                     modes.append(w[:, None] * np.einsum("l,lic->ic", u, z) / np.sqrt(len(z)))
+                    caution.append(1.0 if part == 0 else 4.0)
         self.modes = np.stack(modes)  # B
+        self.caution = np.array(caution)
         self.a = np.zeros(len(modes))
         self.sigma2: float | None = None
         self.n_v, self.d_v = 0.03 * len(modes), float(len(modes))
@@ -104,8 +107,8 @@ class Rehearsed(reference.Detail):
         coordinates = 3 * known.sum()
         sigma2 = ((r0 + r1 + r3) ** 2).sum() / coordinates if self.sigma2 is None else self.sigma2
         v = np.clip(self.n_v / self.d_v, 1e-4, 2)
-        penalty = 4 * sigma2 / v
-        if penalty > 0:
+        penalty = self.caution * sigma2 / v
+        if sigma2 > 0:
             h = known.astype(float)
             i, j = self.edges
             for _ in range(3):
@@ -114,7 +117,9 @@ class Rehearsed(reference.Detail):
                 )
             d = np.einsum("i,jic->j", h, self.modes**2)
             precondition = 1 / (d + penalty)
-            g = self._project(turned_back(r0 + r1 + r3)) - penalty * self.a
+            determined = d / (d + penalty)
+            expected = np.clip((1 - determined) * self.a, -9, 9)
+            g = self._project(turned_back(r0 + r1 + r3)) - penalty * (self.a - expected)
             z = precondition * g
             p = z
             first = slope = g @ z
@@ -130,11 +135,11 @@ class Rehearsed(reference.Detail):
                 z = precondition * g
                 last, slope = slope, g @ z
                 p = z + slope / last * p
-            gamma = max(0.5, (d / (d + penalty)).sum())
+            gamma = max(0.5, determined.sum())
             self.n_v = (self.n_v + float(self.a @ self.a)) / 2
             self.d_v = (self.d_v + gamma) / 2
         left = ((r0 + r1 + r3) ** 2).sum()
-        self.explained = float(1 - left / ((r0 + r1) ** 2).sum())
+        self.explained = float(np.clip(1 - left / ((r0 + r1) ** 2).sum(), 0, 1))
         self.sigma2 = left / coordinates
         v = np.clip(self.n_v / self.d_v, 1e-4, 2)
         k = self.trust = float(np.clip(v / 0.03 - 1, 0, 1))

@@ -12,7 +12,7 @@ struct RehearsalConstants {
   /// The width of the weights of a part, in typical distances between neighbouring seeds.
   double reach = 0.7;
   /// Smaller weights of a part at a vertex are dropped.
-  double least_weight = 0.02;
+  double least_weight = 0.1;
   /// Modes with a smaller eigenvalue, compared with the largest of the part, are dropped.
   double least_eigenvalue = 1e-6;
 
@@ -21,8 +21,13 @@ struct RehearsalConstants {
   double first_variance = 0.03;
   double least_variance = 1e-4;
   double largest_variance = 2;
-  /// lambda is this many times sigma^2 / v.
+  /// lambda_j is this many times sigma^2 / v for the modes of the local parts, and of the global
+  /// part, whose coefficients the whole surface determines.
   double caution = 4;
+  double caution_of_global_part = 1;
+  /// A coefficient that the anchors do not determine is kept up to this size. No frame of a
+  /// rehearsal of 75 frames has a larger one than the root of 75.
+  double largest_kept = 9;
   /// The number of steps of conjugate gradients.
   int steps = 3;
   /// They stop if the square of the preconditioned gradient falls to this fraction of the first.

@@ -22,7 +22,8 @@ Pose::Pose(const Cells& cells, Workers& workers, const RehearsalConstants& const
 void Pose::reset(Modes modes) {
   std::vector<double> coefficients(modes.n_coefficients());
   if (modes.size() > 0) {
-    for (auto* values : {&gradient_, &direction_, &product_, &preconditioned_, &squares_}) {
+    for (auto* values :
+         {&gradient_, &direction_, &product_, &preconditioned_, &squares_, &penalties_, &shares_}) {
       values->resize(modes.n_coefficients());
     }
     for (auto* values : {&seen_, &averaged_}) values->resize(cells_.size());
@@ -82,6 +83,16 @@ void Pose::weigh_seen(const Generations& generations) {
   }
 }
 
+/// lambda_j, and the share of each coefficient that the anchors determine, g_j = d_j / (d_j +
+/// lambda_j).
+void Pose::penalize(double ratio) {
+  for (std::size_t j = 0; j < penalties_.size(); ++j) {
+    const bool is_global = j < static_cast<std::size_t>(modes_of_part);
+    penalties_[j] = (is_global ? constants_.caution_of_global_part : constants_.caution) * ratio;
+    shares_[j] = squares_[j] / (squares_[j] + penalties_[j]);
+  }
+}
+
 /// Solves for the steps towards a shape, without those of noisy anchors to their positions.
 void Pose::step_towards(Field wanted, const Anchors& anchors, ShapeSystem& system,
                         std::vector<Vector3<double>>& steps,
@@ -113,27 +124,37 @@ Pose::Energies Pose::measure(const ResidualField& residuals) {
   return energies;
 }
 
-/// Minimises |r0 + r1 + r3 + F(B d)|^2 + lambda |a + d|^2 over d by preconditioned conjugate
-/// gradients, F(f) = K Y - Q f with the steps Y towards Q f, and adds d to a.
-double Pose::descend(const Anchors& anchors, ShapeSystem& system, const Rotations& rotations,
-                     double lambda) {
+/// What a coefficient is, as far as is known before the frame: 0 if the anchors determine it, so
+/// that the pose is no larger than they demand, and otherwise what it was, so that a limb that is
+/// hidden keeps its pose.
+double Pose::expected(std::size_t j) const {
+  const double largest = constants_.largest_kept;
+  return std::clamp((1 - shares_[j]) * coefficients_[j], -largest, largest);
+}
+
+/// Minimises |r0 + r1 + r3 + F(B d)|^2 + sum_j lambda_j (a_j + d_j - e_j)^2 over d, e being what is
+/// expected, by preconditioned conjugate gradients. F(f) = K Y - Q f with the steps Y towards Q f.
+/// Adds d to a.
+double Pose::descend(const Anchors& anchors, ShapeSystem& system, const Rotations& rotations) {
   std::vector<double>& a = coefficients_;
   const auto precondition = [&] {
     for (std::size_t j = 0; j < a.size(); ++j) {
-      preconditioned_[j] = gradient_[j] / (squares_[j] + lambda);
+      preconditioned_[j] = gradient_[j] / (squares_[j] + penalties_[j]);
     }
     return product(gradient_, preconditioned_);
   };
-  // The gradient, downhill: B^T Q^T r - lambda a.
+  // The gradient, downhill: B^T Q^T r - lambda (a - e).
   rotations.turn_back(residual_, mode_shape_);
   modes_.project(mode_shape_, gradient_, workers_);
-  for (std::size_t j = 0; j < a.size(); ++j) gradient_[j] -= lambda * a[j];
+  for (std::size_t j = 0; j < a.size(); ++j) {
+    gradient_[j] -= penalties_[j] * (a[j] - expected(j));
+  }
   double slope = precondition();
   const double first_slope = slope;
   std::ranges::copy(preconditioned_, direction_.begin());
   for (int n = 0; n < constants_.steps; ++n) {
     if (!(slope > constants_.settled * first_slope)) break;  // also if it is 0 or NaN
-    // S p = -B^T Q^T F(B p) + lambda p
+    // S p = -B^T Q^T F(B p) + lambda p, lambda by coefficient
     modes_.combine(direction_, mode_shape_, workers_);
     rotations.turn(mode_shape_, mode_wanted_);
     step_towards(mode_wanted_, anchors, system, mode_steps_, mode_k_steps_);
@@ -142,7 +163,7 @@ double Pose::descend(const Anchors& anchors, ShapeSystem& system, const Rotation
     }
     rotations.turn_back(residual_, mode_shape_);
     modes_.project(mode_shape_, product_, workers_);
-    for (std::size_t j = 0; j < a.size(); ++j) product_[j] += lambda * direction_[j];
+    for (std::size_t j = 0; j < a.size(); ++j) product_[j] += penalties_[j] * direction_[j];
     const double curvature = product(direction_, product_);
     if (!(curvature > 0)) break;
     const double length = slope / curvature;
@@ -175,9 +196,8 @@ void Pose::forget() {
 }
 
 /// The variance of the coefficients, v = N_v / D_v, from those that the frames determine.
-void Pose::update_evidence(double lambda) {
-  double determined = 0;
-  for (const double square : squares_) determined += square / (square + lambda);
+void Pose::update_evidence() {
+  const double determined = std::accumulate(shares_.begin(), shares_.end(), 0.0);
   const double size = product(coefficients_, coefficients_);
   size_ = (size_ + size) / 2;
   determined_ = (determined_ + std::max(constants_.least_determined, determined)) / 2;
@@ -198,16 +218,17 @@ Pose::Found Pose::find(const ResidualField& residuals, ShapeSystem& system,
   const double coordinates = 3 * static_cast<double>(anchors.number);
   const double residual_variance =
       found.is_first ? energies.with / coordinates : residual_variance_;
-  const double lambda = constants_.caution * residual_variance / variance();
-  if (lambda > 0 && std::isfinite(lambda)) {
+  const double ratio = residual_variance / variance();
+  if (ratio > 0 && std::isfinite(ratio)) {
     weigh_seen(generations);
     modes_.weigh(seen_, squares_, workers_);
-    if (descend(anchors, system, rotations, lambda) > 0) {
+    penalize(ratio);
+    if (descend(anchors, system, rotations) > 0) {
       if (!are_plausible(coefficients_)) forget();
       modes_.combine(coefficients_, shape_, workers_);
       energies.with = measure(residuals).with;
     }
-    update_evidence(lambda);
+    update_evidence();
   }
   if (std::isfinite(energies.with)) residual_variance_ = energies.with / coordinates;
   found.trust = std::clamp(variance() / constants_.first_variance - 1, 0.0, 1.0);

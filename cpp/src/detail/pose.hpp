@@ -67,11 +67,12 @@ class Pose {
 
   Energies measure(const ResidualField& residuals);
   void weigh_seen(const Generations& generations);
-  double descend(const Anchors& anchors, ShapeSystem& system, const Rotations& rotations,
-                 double lambda);
+  void penalize(double ratio);
+  [[nodiscard]] double expected(std::size_t coefficient) const;
+  double descend(const Anchors& anchors, ShapeSystem& system, const Rotations& rotations);
   [[nodiscard]] bool are_plausible(std::span<const double> coefficients) const;
   void forget();
-  void update_evidence(double lambda);
+  void update_evidence();
   void step_towards(Field wanted, const Anchors& anchors, ShapeSystem& system,
                     std::vector<Vector3<double>>& steps, std::vector<Vector3<double>>& k_steps);
 
@@ -84,6 +85,8 @@ class Pose {
   double size_ = 0;                   // N_v, the evidence: the squared coefficients,
   double determined_ = 0;             // D_v, and how many of them were determined
   std::vector<double> gradient_, direction_, product_, preconditioned_, squares_;
+  std::vector<double> penalties_;  // lambda_j
+  std::vector<double> shares_;     // g_j
   std::vector<double> seen_, averaged_;
   std::vector<Vector3<double>> shape_, wanted_, steps_, k_steps_;
   std::vector<Vector3<double>> residual_;  // r0 + r1 + r3, 0 where vertices do not count
