@@ -6,10 +6,19 @@ from typing import Any
 from .claims import Verdict, compare
 from .completion import Method
 from .losses import PAPER_SHARES, SCENARIOS
-from .methods import COMPARED, ONCE
-from .rivals import BEYOND
+from .methods import COMPARED, DETAIL, MOTION, ONCE
+from .rehearsal_study import REHEARSED
+from .rivals import BEYOND, BIHARMONIC, OFFLINE
 from .sequence_study import Study
-from .tables import ABSENT, Line, bold_below_one, nmsve_cell, number, percent
+from .tables import (
+    ABSENT,
+    Line,
+    bold_below_one,
+    nmsve_cell,
+    number,
+    percent,
+    ratio,
+)
 
 Results = dict[str, Any]
 """A part of results.json."""
@@ -66,6 +75,48 @@ def comparison_table(study: Study, ours: Method, methods: Iterable[Method]) -> l
         ]
         lines.append((setting, *cells))
     return lines
+
+
+def rehearsal_table(halves: dict[str, Results]) -> list[Line]:
+    """Tabulate errors on the second halves of sequences, by name, relative to that of detail.
+
+    Errors below that of detail are bold. The time is that of a rehearsed frame, relative to one of
+    detail. Rehearsals that are of no use have rows of their own.
+    """
+    columns = (MOTION.key, BIHARMONIC.key, REHEARSED, *(method.key for method in OFFLINE))
+    lines: list[Line] = [
+        ("NMSVE", "known", "detail, x 1e4", "motion", "biharmonic (libigl)",
+         "detail, rehearsed", "matrix completion, offline", "with the graph, offline",
+         "trust", "time, rehearsed")
+    ]  # fmt: skip
+    for name, half in halves.items():
+        for loss, runs in half["runs"].items():
+            detail = runs[DETAIL.key]
+            cells = [_relative(runs.get(key), detail) for key in columns]
+            error = nmsve_cell(detail["nmsve_mean"])
+            lines.append((name, loss, error, *cells, *_use(runs.get(REHEARSED), detail)))
+            for key in runs:
+                if key.startswith(f"{REHEARSED} by"):
+                    cells = ["", "", "", _relative(runs[key], detail), "", ""]
+                    lines.append((f"{name}, {key}", loss, *cells, *_use(runs[key], detail)))
+    return lines
+
+
+def _use(run: Results | None, detail: Results) -> tuple[str, str]:
+    """Return the trust, and the time relative to that of detail."""
+    if run is None:
+        return ABSENT, ABSENT
+    return f"{run['trust_mean']:.2f}", ratio(
+        run["milliseconds_median"], detail["milliseconds_median"]
+    )
+
+
+def _relative(run: Results | None, detail: Results) -> str:
+    """Return the error of a run relative to that of detail, in bold if it is smaller."""
+    if run is None or detail["nmsve_mean"] == 0:
+        return ABSENT
+    value = run["nmsve_mean"] / detail["nmsve_mean"]
+    return f"**{value:.2f}**" if value < 0.995 else number(value)
 
 
 def _verdict(holds: bool | None) -> str:
