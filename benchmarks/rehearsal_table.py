@@ -48,7 +48,7 @@ def main() -> None:
     parser.add_argument("--whole", action="store_true", help="complete all frames of sequences")
     parser.add_argument("--learning", action="store_true", help="measure the time of learning")
     parser.add_argument("names", nargs="*", help="the sequences; the default is all of them")
-    arguments = parser.parse_args()
+    arguments = parser.parse_intermixed_args()
     if arguments.learning:
         print(markdown(learning()))
         return

@@ -91,17 +91,20 @@ def seconds_of_work(subject: Subject, frame: float, n_losses: int) -> float:
     return n_losses * (n * frame + offline)
 
 
-def held_out(subject: Subject, loss: str, seed: int) -> Iterable[Mask]:
+def held_out(subject: Subject, loss: str, masks: list[Mask], seed: int) -> list[Mask]:
     """Return what offline methods hold out: 5 % of the vertices, in the way in which they are lost.
 
-    Where whole parts are lost, patches are held out; otherwise single vertices.
+    Where whole parts are lost, these are patches, as far as they are known; otherwise, or if
+    nothing in them is known, single vertices.
     """
     shape = (subject.n_frames, subject.n_vertices)
-    if loss in SCENARIOS:
-        kept = degrade.patch_known(subject.faces, *shape, _HELD_OUT, seed=seed + 1)
-    else:
-        kept = degrade.random_known(*shape, 1 - _HELD_OUT, seed=seed + 1)
-    return (~mask for mask in kept)
+    patches = list(degrade.patch_known(subject.faces, *shape, _HELD_OUT, seed=seed + 1))
+    rng = np.random.default_rng(seed + 1)
+    single = [rng.random(subject.n_vertices) < _HELD_OUT for _ in masks]
+    in_patches = [known & ~kept for known, kept in zip(masks, patches, strict=True)]
+    if loss in SCENARIOS and any(mask.any() for mask in in_patches[1:]):
+        return in_patches
+    return [known & apart for known, apart in zip(masks, single, strict=True)]
 
 
 def rehearsal_study(
@@ -145,7 +148,7 @@ def rehearsal_study(
             result.labels[method.key] = method.label
         advance(0.3 / len(all_masks))
         for offline in OFFLINE:
-            apart = held_out(subject, loss, seed)
+            apart = held_out(subject, loss, masks, seed)
             result.runs[loss, offline.key] = run_offline(subject, offline, masks, apart)
             result.labels[offline.key] = offline.label
             advance(0.35 / len(all_masks))

@@ -116,7 +116,8 @@ def _relative(run: Results | None, detail: Results) -> str:
     if run is None or detail["nmsve_mean"] == 0:
         return ABSENT
     value = run["nmsve_mean"] / detail["nmsve_mean"]
-    return f"**{value:.2f}**" if value < 0.995 else number(value)
+    cell = f"{value:.2f}" if value < 10 else number(value)
+    return f"**{cell}**" if float(cell) < 1 else cell
 
 
 def _verdict(holds: bool | None) -> str:
