@@ -105,19 +105,6 @@ def test_the_second_half_is_completed_after_the_first(results: Path) -> None:
     assert half["frames"] == 5
     assert set(half["runs"]) == {"10 %", "camera"}
     assert {"detail", "rehearsed", "matrix_completion", "graph_completion"} <= set(half["labels"])
-    sequence = small_sequence()
-    frames = sequence.vertices[4:]
-    masks = list(dynmesh.degrade.random_known(5, 81, 0.1, seed=0))
-    diagonal = np.linalg.norm(np.ptp(frames[0].astype(float), axis=0))
-    for key, rehearsal in (("detail", None), ("rehearsed", sequence.vertices[:4])):
-        completer = dynmesh.Completer(
-            sequence.faces, frames[0], method="detail", rehearsal=rehearsal
-        )
-        pairs = zip(frames[1:], masks[1:], strict=True)
-        completed = np.stack([completer.push(points, known) for points, known in pairs])
-        error = dynmesh.metrics.nmsve(sequence.faces, frames[1:], completed)
-        run = half["runs"]["10 %"][key]
-        assert run["nmsve_mean"] == pytest.approx(error.mean() / diagonal)
     misled = [key for key in half["runs"]["10 %"] if key.startswith("rehearsed by")]
     assert misled == ["rehearsed by noise", "rehearsed by moves of other vertices"]
     assert "<td>sheet, rehearsed by noise</td>" in (results / "report.html").read_text()

@@ -80,35 +80,37 @@ def comparison_table(study: Study, ours: Method, methods: Iterable[Method]) -> l
 def rehearsal_table(halves: dict[str, Results]) -> list[Line]:
     """Tabulate errors on the second halves of sequences, by name, relative to that of detail.
 
-    Errors below that of detail are bold. The time is that of a rehearsed frame, relative to one of
-    detail. Rehearsals that are of no use have rows of their own.
+    Errors below that of detail are bold. Times are those of a frame, relative to detail. Rehearsals
+    that are of no use have rows of their own.
     """
     columns = (MOTION.key, BIHARMONIC.key, REHEARSED, *(method.key for method in OFFLINE))
     lines: list[Line] = [
         ("NMSVE", "known", "detail, x 1e4", "motion", "biharmonic (libigl)",
          "detail, rehearsed", "matrix completion, offline", "with the graph, offline",
-         "trust", "time, rehearsed")
+         "trust", "time, rehearsed", "time, matrix completion", "time, with the graph")
     ]  # fmt: skip
     for name, half in halves.items():
         for loss, runs in half["runs"].items():
             detail = runs[DETAIL.key]
             cells = [_relative(runs.get(key), detail) for key in columns]
             error = nmsve_cell(detail["nmsve_mean"])
-            lines.append((name, loss, error, *cells, *_use(runs.get(REHEARSED), detail)))
+            times = [_slower(runs.get(key), detail) for key in columns[2:]]
+            lines.append((name, loss, error, *cells, _trust(runs.get(REHEARSED)), *times))
             for key in runs:
                 if key.startswith(f"{REHEARSED} by"):
                     cells = ["", "", "", _relative(runs[key], detail), "", ""]
-                    lines.append((f"{name}, {key}", loss, *cells, *_use(runs[key], detail)))
+                    use = _trust(runs[key]), _slower(runs[key], detail)
+                    lines.append((f"{name}, {key}", loss, *cells, *use, "", ""))
     return lines
 
 
-def _use(run: Results | None, detail: Results) -> tuple[str, str]:
-    """Return the trust, and the time relative to that of detail."""
-    if run is None:
-        return ABSENT, ABSENT
-    return f"{run['trust_mean']:.2f}", ratio(
-        run["milliseconds_median"], detail["milliseconds_median"]
-    )
+def _trust(run: Results | None) -> str:
+    return ABSENT if run is None else f"{run['trust_mean']:.2f}"
+
+
+def _slower(run: Results | None, detail: Results) -> str:
+    """Return how many times as long as one of detail a frame takes."""
+    return ABSENT if run is None else ratio(*(r["milliseconds_median"] for r in (run, detail)))
 
 
 def _relative(run: Results | None, detail: Results) -> str:
