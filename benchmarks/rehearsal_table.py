@@ -1,4 +1,4 @@
-"""Prints what a rehearsal changes in the error of method detail, beside other methods, as a table.
+"""Prints what a rehearsal changes in the error of method detail, beside other methods, as tables.
 
     python -m benchmarks.rehearsal_table FOLDER [NAME ...]
     python -m benchmarks.rehearsal_table FOLDER --whole [NAME ...]
@@ -8,7 +8,8 @@ FOLDER contains sequences in files NAME.npz; NAME:FRAMES takes the first FRAMES 
 rehearsal is the first half of each, at most 50 frames of it, evenly; vertices are lost in the
 second half, of which at most the first 50 frames are completed. Some rows show rehearsals that are
 of no use. With --whole, all frames are completed, without a rehearsal. With --learning, it prints
-instead how long completers take to learn 75 frames of an ocean.
+instead how long completers take to learn 75 frames of an ocean. The first table is a summary of the
+second.
 """
 
 import argparse
@@ -21,7 +22,7 @@ from rich.progress import Progress
 
 from dynmesh import Completer, synth
 from dynmesh.study.rehearsal_study import halves, rehearsal_study
-from dynmesh.study.result_tables import Results, rehearsal_table
+from dynmesh.study.result_tables import Results, rehearsal_summary, rehearsal_table
 from dynmesh.study.tables import Line, markdown
 
 from .methods_table import read
@@ -42,7 +43,7 @@ def learning() -> list[Line]:
 
 
 def main() -> None:
-    """Measure, and print the table."""
+    """Measure, and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("folder", type=Path, nargs="?")
     parser.add_argument("--whole", action="store_true", help="complete all frames of sequences")
@@ -67,7 +68,8 @@ def main() -> None:
         with Progress(console=Console(stderr=True)) as progress:
             advance = partial(progress.advance, progress.add_task(title, total=1.0))
             made[title] = rehearsal_study(frames, take, others=others, advance=advance).numbers()
-    print(markdown(rehearsal_table(made)))
+    tables = (rehearsal_summary(made), rehearsal_table(made))
+    print("\n\n".join(markdown(table) for table in tables))
 
 
 if __name__ == "__main__":

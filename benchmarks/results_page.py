@@ -40,8 +40,9 @@ def main() -> None:
     for kind in ("claims", "detail_claims"):
         made[kind] = markdown(claims_table([claim for result in results for claim in result[kind]]))
     made["methods"] = arguments.methods.read_text().split("\n\n")[0].strip()  # errors, not times
-    made["rehearsal"] = arguments.rehearsal.read_text().strip()
-    made["whole"] = arguments.whole.read_text().strip()
+    summary, whole_table = arguments.rehearsal.read_text().split("\n\n")
+    made |= {"rehearsal-summary": summary.strip(), "rehearsal": whole_table.strip()}
+    made["whole"] = arguments.whole.read_text().split("\n\n")[1].strip()
     page.rewrite(made, *arguments.pages)
     for name, folder in folders.items():
         figures = arguments.pages[0].parent / "figures" / name

@@ -9,7 +9,7 @@ import pytest
 import dynmesh
 from dynmesh.study.measure import Run
 from dynmesh.study.rehearsal_study import halves, held_out, rehearsal_study, useless
-from dynmesh.study.result_tables import rehearsal_table
+from dynmesh.study.result_tables import rehearsal_summary, rehearsal_table
 from dynmesh.study.subjects import Subject
 
 
@@ -73,6 +73,7 @@ def test_rehearsed_runs_are_those_of_the_library() -> None:
         > study.runs["10 %", "rehearsed by noise"].trust.mean()
     )
     assert not np.array_equal(noise, take)
+    assert np.abs(moves - take).max() > 0.1 * np.abs(take - take[0]).max()
     np.testing.assert_allclose(np.ptp(moves, axis=0).sum(), np.ptp(take, axis=0).sum())
     np.testing.assert_array_equal(other, swaying(40, 1.0).vertices[:20])
 
@@ -98,8 +99,17 @@ def test_the_table_of_a_study() -> None:
     )
     head, first, *others = rehearsal_table({"sheet": numbers})
     row = dict(zip(head, first, strict=True))
+    by_loss = ("30 %", "patches")
     assert row["motion"] == "**0.50**"
     assert float(row["detail, x 1e4"]) > 0
+    del numbers["runs"]["patches"]["graph_completion"]
+    for loss in by_loss:
+        runs = numbers["runs"][loss]
+        runs["matrix_completion"]["nmsve_mean"] = 0.25 * runs["detail"]["nmsve_mean"]
+    (_, *heads), (name, *cells) = rehearsal_summary({"sheet": numbers})
+    assert heads == [f"{kind}, {loss}" for kind in ("rehearsed", "offline") for loss in by_loss]
+    assert (name, cells[2:]) == ("sheet", ["**0.25**", "**0.25**"])
+    assert cells[0] == row["detail, rehearsed"]
     assert [line[:2] for line in others] == [
         ("sheet, rehearsed by noise", "30 %"),
         ("sheet, rehearsed by moves of other vertices", "30 %"),

@@ -140,18 +140,19 @@ def module(name: str, *arguments: str | Path) -> str:
 
 
 def test_the_page_of_results_is_made_from_the_runs(results: Path, tmp_path: Path) -> None:
-    places = {"sheet", "claims", "detail_claims", "methods", "rehearsal", "whole"}
+    places = {"sheet", "claims", "detail_claims", "methods"}
+    places |= {"rehearsal", "rehearsal-summary", "whole"}
     page, methods = tmp_path / "page.md", tmp_path / "methods.md"
     other = tmp_path / "other.md"
     page.write_text(
         "".join(f"<!-- {name} -->\nbefore\n<!-- end -->\n" for name in places - {"methods"})
     )
     other.write_text("<!-- methods -->\nbefore\n<!-- end -->\n")
-    methods.write_text("| a table |\n")
+    methods.write_text("| a table |\n\n| another |\n")
     module("results_page", results, results, *[methods] * 3, "--pages", page, other)
     text = page.read_text() + other.read_text()
     assert "before" not in text
-    assert text.count("| a table |\n<!-- end -->") == 3
+    assert text.count("| a table |\n<!-- end -->") == text.count("| another |\n<!-- end -->") == 2
     run = json.loads((results / "results.json").read_text())["sequences"]["sheet"]["grid"]["motion"]
     first = f"{1e4 * run['0.1']['nmsve_mean']:.3g}; {run['0.1']['milliseconds_median']:.3g} ms"
     assert f"| motion (dynmesh) | {first} |" in text
@@ -191,9 +192,11 @@ def test_the_table_of_rehearsals_is_whole(results: Path) -> None:
         (("--whole",), None),
     ):
         printed = module("rehearsal_table", results.parent, "sheet:8", *options)
+        summary, table = printed.strip().split("\n\n")
         head, _, *rows = [
-            [cell.strip() for cell in row.split("|")[1:-1]] for row in printed.splitlines() if row
+            [cell.strip() for cell in row.split("|")[1:-1]] for row in table.splitlines()
         ]
+        assert len(summary.splitlines()) == 3
         assert all(len(row) == len(head) for row in rows)
         assert [row[1] for row in rows] == (shown or ["10 %", "30 %", "camera", "patches"])
         by_loss = {row[1]: dict(zip(head, row, strict=True)) for row in reversed(rows)}

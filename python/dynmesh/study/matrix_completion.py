@@ -12,8 +12,8 @@ soft-impute (Mazumder, Hastie and Tibshirani 2010) for the problem of Candes and
 it, graph-regularised matrix completion as Vlachos, Lalos, Moustakas and Berberidis (2017) use it on
 animated meshes. The minimum is found by proximal gradients with momentum and restarts.
 
-The positions themselves instead of displacements, and a row for each frame instead of each
-coordinate, give larger errors. fancyimpute, which has soft-impute, is no longer developed, and has
+On a galloping horse, the positions themselves instead of displacements, and a row for each frame
+instead of each coordinate, had larger errors. fancyimpute, which has soft-impute, is no longer developed, and has
 no graph term; NumPy needs a few lines for both. This method sees the frames after a frame as well
 as those before it, so it cannot work live.
 """

@@ -104,6 +104,26 @@ def rehearsal_table(halves: dict[str, Results]) -> list[Line]:
     return lines
 
 
+def rehearsal_summary(halves: dict[str, Results]) -> list[Line]:
+    """Tabulate the errors of rehearsed detail, then those of the better matrix completion.
+
+    Both are relative to detail. Losses that were not measured on a sequence have an empty place.
+    """
+    losses = list(dict.fromkeys(loss for half in halves.values() for loss in half["runs"]))
+    heads = [f"{kind}{loss}" for kind in ("rehearsed, ", "offline, ") for loss in losses]
+    lines: list[Line] = [("", *heads)]
+    for name, half in halves.items():
+        cells = []
+        for methods in ((REHEARSED,), tuple(method.key for method in OFFLINE)):
+            for loss in losses:
+                runs = half["runs"].get(loss, {})
+                measured = [runs[key] for key in methods if key in runs]
+                best = min(measured, key=lambda run: float(run["nmsve_mean"]), default=None)
+                cells.append(_relative(best, runs.get(DETAIL.key, {"nmsve_mean": 0.0})))
+        lines.append((name, *cells))
+    return lines
+
+
 def _trust(run: Results | None) -> str:
     return ABSENT if run is None else f"{run['trust_mean']:.2f}"
 
