@@ -13,9 +13,9 @@ it, graph-regularised matrix completion as Vlachos, Lalos, Moustakas and Berberi
 animated meshes. The minimum is found by proximal gradients with momentum and restarts.
 
 On a galloping horse, the positions themselves instead of displacements, and a row for each frame
-instead of each coordinate, had larger errors. fancyimpute, which has soft-impute, is no longer developed, and has
-no graph term; NumPy needs a few lines for both. This method sees the frames after a frame as well
-as those before it, so it cannot work live.
+instead of each coordinate, had larger errors. fancyimpute, which has soft-impute, is maintained
+only barely, by its own words, and has no graph term; NumPy needs a few lines for both. This method
+sees the frames after a frame as well as those before it, so it cannot work live.
 """
 
 from collections.abc import Iterable
