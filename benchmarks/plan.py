@@ -67,7 +67,7 @@ class SpeedPlan(Plan):
     def smallest(cls) -> "SpeedPlan":
         """Return a plan that takes seconds and shows only that everything runs."""
         return cls(
-            frames=4,
+            frames=8,
             slow_frames=2,
             laps=2,
             subdivided=(2, 1, 1),

@@ -1,81 +1,31 @@
-"""Prints what a rehearsal changes in the error of method detail, as a table.
+"""Prints what a rehearsal changes in the error of method detail, beside other methods, as tables.
 
     python -m benchmarks.rehearsal_table FOLDER [NAME ...]
+    python -m benchmarks.rehearsal_table FOLDER --whole [NAME ...]
     python -m benchmarks.rehearsal_table --learning
 
-FOLDER contains sequences in files NAME.npz. The rehearsal is the first half of each, at most 50
-frames of it, evenly; vertices are lost in the second half, of which at most the first 50 frames are
-completed. The last rows show rehearsals that are of no use: noise, and moves of other vertices.
-With --learning, it prints instead how long completers take to learn 75 frames of an ocean.
+FOLDER contains sequences in files NAME.npz; NAME:FRAMES takes the first FRAMES of one. The
+rehearsal is the first half of each, at most 50 frames of it, evenly; vertices are lost in the
+second half, of which at most the first 50 frames are completed. Some rows show rehearsals that are
+of no use. With --whole, all frames are completed, without a rehearsal. With --learning, it prints
+instead how long completers take to learn 75 frames of an ocean. The first table is a summary of the
+second.
 """
 
 import argparse
 import time
-from collections.abc import Iterator
-from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
-import numpy as np
 from rich.console import Console
-from rich.progress import track
+from rich.progress import Progress
 
-from dynmesh import Completer, metrics, synth
-from dynmesh.sequence import Mask, Positions
-from dynmesh.study.losses import losses
-from dynmesh.study.measure import run
-from dynmesh.study.methods import DETAIL
-from dynmesh.study.rivals import BIHARMONIC
-from dynmesh.study.subjects import Subject, from_file
-from dynmesh.study.tables import Line, markdown, nmsve_cell, number
+from dynmesh import Completer, synth
+from dynmesh.study.rehearsal_study import halves, rehearsal_study
+from dynmesh.study.result_tables import Results, rehearsal_summary, rehearsal_table
+from dynmesh.study.tables import Line, markdown
 
-MOST_FRAMES = 50
-"""Of the rehearsal, and of the frames that are completed."""
-
-
-def halves(subject: Subject) -> tuple[Positions, Subject]:
-    """Return the rehearsal and the frames that are completed."""
-    half = subject.n_frames // 2
-    take = subject.vertices[np.unique(np.linspace(0, half - 1, MOST_FRAMES).astype(int))]
-    return take, replace(subject, vertices=subject.vertices[half : half + MOST_FRAMES])
-
-
-def useless(take: Positions, seed: int = 0) -> Iterator[tuple[str, Positions]]:
-    """Yield rehearsals that say nothing about the subject."""
-    rng = np.random.default_rng(seed)
-    still = np.broadcast_to(take[0], take.shape)
-    spread = np.abs(take - take[0]).mean()
-    yield "noise", (still + spread * rng.normal(size=take.shape)).astype(take.dtype)
-    order = rng.permutation(len(take[0]))
-    yield "moves of other vertices", still + (take - take[0])[:, order]
-
-
-def error(subject: Subject, masks: list[Mask], take: Positions) -> tuple[float, float, float]:
-    """Return the mean NMSVE in diagonals with this rehearsal, the trust and the median seconds."""
-    completer = Completer(subject.faces, subject.vertices[0], method="detail", rehearsal=take)
-    completed, trust, seconds = [], [], []
-    for points, known in zip(subject.vertices[1:], masks[1:], strict=True):
-        completed.append(completer.push(points, known))
-        trust.append(completer.report.trust)
-        seconds.append(completer.report.seconds)
-    nmsve = metrics.nmsve(subject.faces, subject.vertices[1:], np.stack(completed))
-    return float(nmsve.mean()) / subject.diagonal, float(np.mean(trust)), float(np.median(seconds))
-
-
-def line(name: str, loss: str, subject: Subject, masks: list[Mask], take: Positions) -> Line:
-    """Return a row of the table."""
-    detail, biharmonic = (run(subject, method, masks) for method in (DETAIL, BIHARMONIC))
-    plain = float(detail.nmsve.mean())
-    rehearsed, trust, seconds = error(subject, masks, take)
-    return (
-        name,
-        loss,
-        number(float(biharmonic.nmsve.mean()) / plain),
-        nmsve_cell(plain),
-        nmsve_cell(rehearsed),
-        f"{rehearsed / plain:.2f}",
-        f"{trust:.2f}",
-        f"{seconds / np.median(detail.seconds):.2f}",
-    )
+from .methods_table import read
 
 
 def learning() -> list[Line]:
@@ -93,31 +43,33 @@ def learning() -> list[Line]:
 
 
 def main() -> None:
-    """Measure, and print the table."""
+    """Measure, and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("folder", type=Path, nargs="?")
+    parser.add_argument("--whole", action="store_true", help="complete all frames of sequences")
     parser.add_argument("--learning", action="store_true", help="measure the time of learning")
     parser.add_argument("names", nargs="*", help="the sequences; the default is all of them")
-    arguments = parser.parse_args()
+    arguments = parser.parse_intermixed_args()
     if arguments.learning:
         print(markdown(learning()))
         return
     if arguments.folder is None:
         parser.error("a folder of sequences is needed")
     names = arguments.names or sorted(path.stem for path in arguments.folder.glob("*.npz"))
-    lines: list[Line] = [
-        ("sequence", "known", "libigl / detail", "detail, x 1e4", "rehearsed, x 1e4",
-         "rehearsed / detail", "trust", "time / detail"),
-    ]  # fmt: skip
-    for name in names:
-        take, subject = halves(from_file(arguments.folder / f"{name}.npz"))
-        masks_by_loss = losses(subject, shares=(0.1, 0.3))
-        for loss, masks in track(masks_by_loss.items(), name, console=Console(stderr=True)):
-            lines.append(line(name, loss, subject, masks, take))
-        for what, other in useless(take):
-            loss, masks = next(iter(masks_by_loss.items()))
-            lines.append(line(f"{name}, rehearsed by {what}", loss, subject, masks, other))
-    print(markdown(lines))
+    subjects = [read(arguments.folder, name) for name in names]
+    made: dict[str, Results] = {}
+    for subject in subjects:
+        parts = (None, subject) if arguments.whole else halves(subject)
+        if parts is None:
+            parser.error(f"{subject.name}: too few frames for a rehearsal")
+        take, frames = parts
+        title = f"{subject.name}, {frames.n_frames} frames" if arguments.whole else subject.name
+        others = [other for other in subjects if other is not subject]
+        with Progress(console=Console(stderr=True)) as progress:
+            advance = partial(progress.advance, progress.add_task(title, total=1.0))
+            made[title] = rehearsal_study(frames, take, others=others, advance=advance).numbers()
+    tables = (rehearsal_summary(made), rehearsal_table(made))
+    print("\n\n".join(markdown(table) for table in tables))
 
 
 if __name__ == "__main__":

@@ -1,9 +1,11 @@
 """Replaces the tables and figures of docs/results.md and docs/reference/measurements.md.
 
-    python -m benchmarks.results_page BUILTIN RECORDED METHODS
+    python -m benchmarks.results_page BUILTIN RECORDED METHODS REHEARSAL WHOLE
 
 BUILTIN and RECORDED are folders that ``dynmesh reproduce`` wrote. METHODS is a file with the output
-of ``python -m benchmarks.methods_table``. The sentences of the pages have to be checked by hand.
+of ``python -m benchmarks.methods_table``, REHEARSAL and WHOLE are files with that of ``python -m
+benchmarks.rehearsal_table``, without and with ``--whole``. The sentences of the pages have to be
+checked by hand.
 """
 
 import argparse
@@ -24,7 +26,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("builtin", type=Path)
     parser.add_argument("recorded", type=Path)
-    parser.add_argument("methods", type=Path)
+    for name in ("methods", "rehearsal", "whole"):
+        parser.add_argument(name, type=Path)
     parser.add_argument("--pages", type=Path, nargs="+", default=[PAGE, page.MEASUREMENTS])
     arguments = parser.parse_args()
     folders = {"builtin": arguments.builtin, "recorded": arguments.recorded}
@@ -37,6 +40,9 @@ def main() -> None:
     for kind in ("claims", "detail_claims"):
         made[kind] = markdown(claims_table([claim for result in results for claim in result[kind]]))
     made["methods"] = arguments.methods.read_text().split("\n\n")[0].strip()  # errors, not times
+    summary, whole_table = arguments.rehearsal.read_text().split("\n\n")
+    made |= {"rehearsal-summary": summary.strip(), "rehearsal": whole_table.strip()}
+    made["whole"] = arguments.whole.read_text().split("\n\n")[1].strip()
     page.rewrite(made, *arguments.pages)
     for name, folder in folders.items():
         figures = arguments.pages[0].parent / "figures" / name

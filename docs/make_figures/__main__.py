@@ -1,10 +1,11 @@
-"""Makes the pictures of docs/method.md and docs/gallery.md.
+"""Makes the pictures of docs/method.md, docs/gallery.md and docs/guides/rehearse.md.
 
     python docs/make_figures [--page PAGE] [--data FOLDER] [--out FOLDER] [--draft]
 
-writes OUT/PAGE/* for PAGE method and gallery, or for one of them, from the built-in sequences; OUT
-is docs/figures unless it is given. With --data, the gallery includes OUT/recorded/* of the
-recordings in that folder. Needs the extra `reproduce`; without libigl, its columns are left out.
+writes OUT/PAGE/* for PAGE method, gallery and rehearse, or for one of them, from the built-in
+sequences; OUT is docs/figures unless it is given. With --data, the gallery includes OUT/recorded/*
+of the recordings in that folder. Needs the extra `reproduce`; without libigl, its columns are left
+out.
 Takes about five minutes; a draft takes seconds, as it shows a small sheet instead.
 """
 
@@ -17,9 +18,10 @@ import gallery
 import method
 
 import dynmesh
+from dynmesh import Sequence
 from dynmesh.study.subjects import Subject, from_file
 
-PAGES = ("method", "gallery")
+PAGES = ("method", "gallery", "rehearse")
 
 
 def draw_method(subjects: dict[str, Subject], out: Path) -> None:
@@ -29,25 +31,28 @@ def draw_method(subjects: dict[str, Subject], out: Path) -> None:
     method.draw_drift([*subjects.values()], out)
 
 
-def pictures_of(page: str, data: Path | None) -> Iterable[gallery.Picture]:
-    """The pictures of meshes on a page."""
+def pictures_of(page: str, take: Sequence, data: Path | None) -> Iterable[gallery.Picture]:
+    """The pictures of meshes on a page; `take` is another take of the walker."""
     if page == "method":
         return [gallery.HIDDEN_SIDE]
+    if page == "rehearse":
+        return [gallery.rehearsal(take.vertices)]
     return gallery.BUILT_IN if data is None else gallery.BUILT_IN + gallery.RECORDED
 
 
 def main() -> None:
     """Makes the pictures that are asked for."""
-    parser = argparse.ArgumentParser(description="Makes the pictures of two pages in docs.")
-    parser.add_argument("--page", choices=PAGES, help="of which; without it, of both")
+    parser = argparse.ArgumentParser(description="Makes the pictures of three pages in docs.")
+    parser.add_argument("--page", choices=PAGES, help="of which; without it, of all")
     parser.add_argument("--data", type=Path, metavar="FOLDER", help="also of these recordings")
     parser.add_argument("--out", type=Path, default=Path(__file__).parents[1] / "figures")
     parser.add_argument("--draft", action="store_true", help="show a small sheet instead")
     arguments = parser.parse_args()
     if arguments.draft:
-        figure = sea = dynmesh.synth.ocean(175, grid=16)
+        figure = sea = take = dynmesh.synth.ocean(175, grid=16)
     else:
         figure, sea = dynmesh.synth.walker(), dynmesh.synth.ocean(175)
+        take = dynmesh.synth.walker(seed=1)
     subjects = {
         "walker": Subject.of("walker", figure, "z", 20, None),
         "ocean": Subject.of("ocean", sea, "z", 60, None),
@@ -57,7 +62,7 @@ def main() -> None:
             continue
         if page == "method":
             draw_method(subjects, arguments.out / page)
-        for picture in pictures_of(page, arguments.data):
+        for picture in pictures_of(page, take, arguments.data):
             subject = subjects.get(picture.of) or from_file(arguments.data / f"{picture.of}.npz")
             shown = picture.frames[::20] if arguments.draft else picture.frames
             gallery.draw(replace(picture, frames=shown), subject, arguments.out)

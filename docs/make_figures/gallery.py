@@ -12,11 +12,11 @@ from strip import Panel, draw_observed, draw_surface, save
 
 import dynmesh
 from dynmesh.draw.figures import View
-from dynmesh.sequence import Mask
+from dynmesh.sequence import Mask, Positions
 from dynmesh.study.completion import Completion, Method
 from dynmesh.study.losses import random_masks, scenario_masks
 from dynmesh.study.measure import vertex_error
-from dynmesh.study.methods import DETAIL, MOTION
+from dynmesh.study.methods import DETAIL, MOTION, rehearsed
 from dynmesh.study.rivals import ARAP_FROM_PREVIOUS, BIHARMONIC
 from dynmesh.study.subjects import Subject
 from dynmesh.study.tables import NMSVE_UNIT
@@ -69,6 +69,12 @@ RECORDED = (
     Picture("recorded/person.png", "crane", 0.1, [129], 60, BESIDE_ARAP, (460, 616)),
     Picture("recorded/flag.png", "flag_sim_50x50", 0.3, [53], 270, BESIDE_ARAP),
 )
+
+
+def rehearsal(take: Positions) -> Picture:
+    """The picture of docs/guides/rehearse.md: the same frame without and with a rehearsal."""
+    methods = (("detail", DETAIL), ("detail, rehearsed", rehearsed("rehearsed", "", take)))
+    return Picture("rehearse/walker.png", "walker", "camera", [95], 200, methods)
 
 
 def draw(picture: Picture, subject: Subject, folder: Path) -> None:

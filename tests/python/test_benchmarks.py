@@ -12,9 +12,18 @@ import pytest
 from conftest import REPOSITORY
 
 PAGE = REPOSITORY / "docs" / "speed.md"
-OTHERS = {"ocean", "crane", "ocean_sim_50x50", "methods", "claims"}
+OTHERS = {"ocean", "crane", "ocean_sim_50x50", "methods", "claims", "rehearsal", "whole"}
 """The tables of docs/reference/measurements.md that docs/results.md refers to."""
-SECTIONS = ("low-resolution", "subdivided", "largest", "sizes", "unknown", "overhead", "latency")
+SECTIONS = (
+    "low-resolution",
+    "subdivided",
+    "largest",
+    "rehearsal",
+    "sizes",
+    "unknown",
+    "overhead",
+    "latency",
+)
 
 
 def benchmarks(programs: Path, *arguments: str | Path) -> subprocess.CompletedProcess[str]:
@@ -68,6 +77,10 @@ def test_tables_are_whole(measured: Path) -> None:
             own = [r for r in rows if not re.search("threads|libigl", r[0])]
             assert len(own) == {"ratios": 5, "errors": 3, "detail": 5}[kind]
             assert all(is_number(cell) for row in own for cell in row[1:])
+    head, *rows = tables["rehearsal-speed"]
+    assert head[1:] == ["10 %", "30 %", "50 %", "70 %", "camera", "patches"]
+    assert rows[0][0] == "time of detail, rehearsed, times detail"
+    assert all(is_number(cell) for row in rows for cell in row[1:])
     assert tables["numbering"][0][-1] == "ratio"
     assert all(is_number(r[-1]) for r in tables["numbering"][1:] if "threads" not in r[2])
     assert all(is_number(cell) for row in tables["latency"][1:] for cell in row[4:])

@@ -169,7 +169,7 @@ def test_pages_do_what_they_say(name: str, tmp_path: Path) -> None:
         (answer,) = blocks("console", document)
         assert answer in "".join(f"{line.rstrip()}\n" for line in printed[0].splitlines())
     folder = f"figures/{Path(name).stem}"
-    shown = set(re.findall(rf"\]\(({folder}/.*?)\)", document))
+    shown = set(re.findall(rf"\]\((?:\.\./)?({folder}/.*?)\)", document))
     assert shown == {str(p.relative_to(tmp_path)) for p in tmp_path.glob(f"{folder}/*")}
 
 

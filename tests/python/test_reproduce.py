@@ -100,6 +100,16 @@ def test_the_numbers_are_those_of_the_library(results: Path) -> None:
     assert set(sheet["once_only"]) == {"0.1", "0.3", "0.5", "0.7"}
 
 
+def test_the_second_half_is_completed_after_the_first(results: Path) -> None:
+    half = json.loads((results / "results.json").read_text())["sequences"]["sheet"]["second_half"]
+    assert half["frames"] == 5
+    assert set(half["runs"]) == {"10 %", "camera"}
+    assert {"detail", "rehearsed", "matrix_completion", "graph_completion"} <= set(half["labels"])
+    misled = [key for key in half["runs"]["10 %"] if key.startswith("rehearsed by")]
+    assert misled == ["rehearsed by noise", "rehearsed by moves of other vertices"]
+    assert "<td>sheet, rehearsed by noise</td>" in (results / "report.html").read_text()
+
+
 def test_the_report_stands_alone_and_judges_every_claim(results: Path) -> None:
     page = (results / "report.html").read_text()
     assert not re.search(r"""(src|href)=["'](?!data:)""", page)
@@ -131,17 +141,18 @@ def module(name: str, *arguments: str | Path) -> str:
 
 def test_the_page_of_results_is_made_from_the_runs(results: Path, tmp_path: Path) -> None:
     places = {"sheet", "claims", "detail_claims", "methods"}
+    places |= {"rehearsal", "rehearsal-summary", "whole"}
     page, methods = tmp_path / "page.md", tmp_path / "methods.md"
     other = tmp_path / "other.md"
     page.write_text(
         "".join(f"<!-- {name} -->\nbefore\n<!-- end -->\n" for name in places - {"methods"})
     )
     other.write_text("<!-- methods -->\nbefore\n<!-- end -->\n")
-    methods.write_text("| a table |\n")
-    module("results_page", results, results, methods, "--pages", page, other)
+    methods.write_text("| a table |\n\n| another |\n")
+    module("results_page", results, results, *[methods] * 3, "--pages", page, other)
     text = page.read_text() + other.read_text()
     assert "before" not in text
-    assert "| a table |\n<!-- end -->" in text
+    assert text.count("| a table |\n<!-- end -->") == text.count("| another |\n<!-- end -->") == 2
     run = json.loads((results / "results.json").read_text())["sequences"]["sheet"]["grid"]["motion"]
     first = f"{1e4 * run['0.1']['nmsve_mean']:.3g}; {run['0.1']['milliseconds_median']:.3g} ms"
     assert f"| motion (dynmesh) | {first} |" in text
@@ -173,6 +184,27 @@ def test_the_table_of_methods_is_whole(results: Path) -> None:
         detail, *rivals = row[3:]
         for rival in rivals:
             assert (float(rival.strip("*")) < float(detail)) == rival.startswith("**")
+
+
+def test_the_table_of_rehearsals_is_whole(results: Path) -> None:
+    for options, shown in (
+        ((), ["10 %"] * 3 + ["30 %", "camera", "patches"]),
+        (("--whole",), None),
+    ):
+        printed = module("rehearsal_table", results.parent, "sheet:8", *options)
+        summary, table = printed.strip().split("\n\n")
+        head, _, *rows = [
+            [cell.strip() for cell in row.split("|")[1:-1]] for row in table.splitlines()
+        ]
+        assert len(summary.splitlines()) == 3
+        assert all(len(row) == len(head) for row in rows)
+        assert [row[1] for row in rows] == (shown or ["10 %", "30 %", "camera", "patches"])
+        by_loss = {row[1]: dict(zip(head, row, strict=True)) for row in reversed(rows)}
+        for loss in ("10 %", "30 %", "patches"):
+            row = by_loss[loss]
+            for name in ("motion", "matrix completion, offline", "with the graph, offline"):
+                assert float(row[name].strip("*")) > 0
+            assert (row["detail, rehearsed"] == "-") == (shown is None)
 
 
 def test_what_cannot_be_evaluated_is_refused(tmp_path: Path) -> None:

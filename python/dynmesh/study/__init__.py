@@ -86,7 +86,8 @@ def reproduce(
     progress("measuring", done, whole)
     studies = []
     for subject, tried in zip(subjects, trials, strict=True):
-        studies.append(study(subject, plan, seed, tried, advance))
+        others = [other for other in subjects if other is not subject]
+        studies.append(study(subject, plan, seed, tried, advance, others))
 
     claims = Claims(
         [verdict for s in studies for verdict in verdicts(s)],

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from .. import metrics
 from ..sequence import Mask, Positions
-from .completion import Completion, Method
+from .completion import Completion, Method, OfflineMethod
 from .subjects import Subject
 
 Floats = NDArray[np.float64]
@@ -26,6 +26,7 @@ class Run:
         seconds: the processor time of the method alone, which runs in one thread.
         iterations: the number of iterations, or 0 if the method does not iterate.
         unknown: the number of unknown vertices.
+        trust: how far a rehearsal was used, from 0 to 1.
         frames: the completed frames that were to be kept, by number.
         masks: the known masks of these frames.
         complete: whether every position of every frame is finite.
@@ -35,9 +36,16 @@ class Run:
     seconds: Floats
     iterations: NDArray[np.int64]
     unknown: NDArray[np.int64]
+    trust: Floats
     frames: dict[int, Positions]
     masks: dict[int, Mask]
     complete: bool = True
+
+    @classmethod
+    def of(cls, n: int) -> "Run":
+        """Return a run of n frames after frame 0, of which nothing has been measured."""
+        none = np.zeros(n, np.int64)
+        return cls(np.full(n, np.nan), np.zeros(n), none, none.copy(), np.zeros(n), {}, {})
 
     def summary(self) -> dict[str, float]:
         """Return what results.json contains of a run, NMSVE in bounding-box diagonals."""
@@ -54,6 +62,7 @@ class Run:
             "milliseconds_p75": float(1e3 * np.percentile(self.seconds, 75)),
             "iterations_mean": float(self.iterations.mean()),
             "unknown_mean": float(self.unknown.mean()),
+            "trust_mean": float(self.trust.mean()),
         }
 
 
@@ -80,9 +89,7 @@ def run(
         ImportError, ValueError, RuntimeError: the method cannot complete the sequence.
     """
     n = subject.n_frames - 1
-    result = Run(
-        np.full(n, np.nan), np.zeros(n), np.zeros(n, np.int64), np.zeros(n, np.int64), {}, {}
-    )
+    result = Run.of(n)
     kept = set(keep)
     completion = method.begin(subject.faces, subject.vertices[0])
     waiting: list[Positions] = []
@@ -93,6 +100,7 @@ def run(
         frame, result.seconds[number - 1] = timed(completion, points, known, time.thread_time)
         completed = frame.astype(points.dtype)  # a copy, as the method may overwrite the frame
         result.iterations[number - 1] = completion.iterations
+        result.trust[number - 1] = completion.trust
         result.unknown[number - 1] = len(known) - np.count_nonzero(known)
         if number in kept:
             result.frames[number] = completed
@@ -105,6 +113,33 @@ def run(
                 result.nmsve[first:number] = nmsve(subject, range(first + 1, number + 1), waiting)
             advance(len(waiting))
             waiting = []
+    return result
+
+
+def run_offline(
+    subject: Subject, method: OfflineMethod, masks: Iterable[Mask], held_out: Iterable[Mask]
+) -> Run:
+    """Complete all frames at once, and measure; each frame takes an equal part of the time.
+
+    Args:
+        subject: the sequence.
+        method: the method.
+        masks: (k,) bool for every frame, that of frame 0 included, in which all are known.
+        held_out: (k,) bool for every frame: what may be held out to choose parameters.
+
+    Raises:
+        ImportError, ValueError: the method cannot complete the sequence.
+    """
+    known, apart = (np.stack(list(each)) for each in (masks, held_out))
+    known[0], apart[0] = True, False
+    result = Run.of(subject.n_frames - 1)
+    start = time.thread_time()
+    completed = method.complete(subject.faces, subject.vertices, known, apart)
+    result.seconds[:] = (time.thread_time() - start) / len(result.seconds)
+    result.unknown[:] = np.count_nonzero(~known[1:], axis=1)
+    result.complete = bool(np.isfinite(completed).all())
+    whole = completed[1:].astype(subject.vertices.dtype)
+    result.nmsve[:] = nmsve(subject, range(1, subject.n_frames), list(whole))
     return result
 
 

@@ -14,14 +14,24 @@ Baseline = LaplacianInterpolation | LeastSquaresMesh
 class _Streaming(Completion):
     """A dynmesh completer that writes each frame to the same array."""
 
-    def __init__(self, faces: Faces, first_frame: Positions, settings: Settings) -> None:
+    def __init__(
+        self,
+        faces: Faces,
+        first_frame: Positions,
+        settings: Settings,
+        rehearsal: Positions | None = None,
+    ) -> None:
         self._first = first_frame
-        self._completer = Completer(faces, first_frame, **settings)
+        self._completer = Completer(faces, first_frame, rehearsal=rehearsal, **settings)
         self._completed = first_frame.copy()
 
     @property
     def iterations(self) -> int:
         return self._completer.report.iterations
+
+    @property
+    def trust(self) -> float:
+        return self._completer.report.trust
 
     def reset(self) -> None:
         self._completer.reset(self._first)
@@ -60,6 +70,14 @@ def dynmesh_method(
 ) -> Method:
     """Return a method that is a dynmesh completer with some settings."""
     return Method(key, label, colour, dash, lambda faces, first: _Streaming(faces, first, settings))
+
+
+def rehearsed(key: str, label: str, take: Positions) -> Method:
+    """Return method detail after a rehearsal, (n, k, 3) complete frames of the same mesh."""
+    settings: Settings = {"method": "detail"}
+    return Method(
+        key, label, "#882255", "-", lambda faces, first: _Streaming(faces, first, settings, take)
+    )
 
 
 def _alone(make: Callable[[Faces, int], Baseline]) -> Callable[[Faces, Positions], Completion]:

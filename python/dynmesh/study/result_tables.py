@@ -6,10 +6,19 @@ from typing import Any
 from .claims import Verdict, compare
 from .completion import Method
 from .losses import PAPER_SHARES, SCENARIOS
-from .methods import COMPARED, ONCE
-from .rivals import BEYOND
+from .methods import COMPARED, DETAIL, MOTION, ONCE
+from .rehearsal_study import REHEARSED
+from .rivals import BEYOND, BIHARMONIC, OFFLINE
 from .sequence_study import Study
-from .tables import ABSENT, Line, bold_below_one, nmsve_cell, number, percent
+from .tables import (
+    ABSENT,
+    Line,
+    bold_below_one,
+    nmsve_cell,
+    number,
+    percent,
+    ratio,
+)
 
 Results = dict[str, Any]
 """A part of results.json."""
@@ -66,6 +75,71 @@ def comparison_table(study: Study, ours: Method, methods: Iterable[Method]) -> l
         ]
         lines.append((setting, *cells))
     return lines
+
+
+def rehearsal_table(halves: dict[str, Results]) -> list[Line]:
+    """Tabulate errors on the second halves of sequences, by name, relative to that of detail.
+
+    Errors below that of detail are bold. Times are those of a frame, relative to detail. Rehearsals
+    that are of no use have rows of their own.
+    """
+    columns = (MOTION.key, BIHARMONIC.key, REHEARSED, *(method.key for method in OFFLINE))
+    lines: list[Line] = [
+        ("NMSVE", "known", "detail, x 1e4", "motion", "biharmonic (libigl)",
+         "detail, rehearsed", "matrix completion, offline", "with the graph, offline",
+         "trust", "time, rehearsed", "time, matrix completion", "time, with the graph")
+    ]  # fmt: skip
+    for name, half in halves.items():
+        for loss, runs in half["runs"].items():
+            detail = runs[DETAIL.key]
+            cells = [_relative(runs.get(key), detail) for key in columns]
+            error = nmsve_cell(detail["nmsve_mean"])
+            times = [_slower(runs.get(key), detail) for key in columns[2:]]
+            lines.append((name, loss, error, *cells, _trust(runs.get(REHEARSED)), *times))
+            for key in runs:
+                if key.startswith(f"{REHEARSED} by"):
+                    cells = ["", "", "", _relative(runs[key], detail), "", ""]
+                    use = _trust(runs[key]), _slower(runs[key], detail)
+                    lines.append((f"{name}, {key}", loss, *cells, *use, "", ""))
+    return lines
+
+
+def rehearsal_summary(halves: dict[str, Results]) -> list[Line]:
+    """Tabulate the errors of rehearsed detail, then those of the better matrix completion.
+
+    Both are relative to detail. Losses that were not measured on a sequence have an empty place.
+    """
+    losses = list(dict.fromkeys(loss for half in halves.values() for loss in half["runs"]))
+    heads = [f"{kind}{loss}" for kind in ("rehearsed, ", "offline, ") for loss in losses]
+    lines: list[Line] = [("", *heads)]
+    for name, half in halves.items():
+        cells = []
+        for methods in ((REHEARSED,), tuple(method.key for method in OFFLINE)):
+            for loss in losses:
+                runs = half["runs"].get(loss, {})
+                measured = [runs[key] for key in methods if key in runs]
+                best = min(measured, key=lambda run: float(run["nmsve_mean"]), default=None)
+                cells.append(_relative(best, runs.get(DETAIL.key, {"nmsve_mean": 0.0})))
+        lines.append((name, *cells))
+    return lines
+
+
+def _trust(run: Results | None) -> str:
+    return ABSENT if run is None else f"{run['trust_mean']:.2f}"
+
+
+def _slower(run: Results | None, detail: Results) -> str:
+    """Return how many times as long as one of detail a frame takes."""
+    return ABSENT if run is None else ratio(*(r["milliseconds_median"] for r in (run, detail)))
+
+
+def _relative(run: Results | None, detail: Results) -> str:
+    """Return the error of a run relative to that of detail, in bold if it is smaller."""
+    if run is None or detail["nmsve_mean"] == 0:
+        return ABSENT
+    value = run["nmsve_mean"] / detail["nmsve_mean"]
+    cell = f"{value:.2f}" if value < 10 else number(value)
+    return f"**{cell}**" if float(cell) < 1 else cell
 
 
 def _verdict(holds: bool | None) -> str:

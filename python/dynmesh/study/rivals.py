@@ -1,10 +1,13 @@
 """What other libraries offer in place of dynmesh, and a plain copy.
 
-All of them work online: a frame is completed from its known vertices and from the frame that the
-same method completed last. All but ARAP complete the motion since that frame, which is more
-accurate than completing positions. To add a rival, define it here and add it to `RIVALS`; it then
-appears in `dynmesh reproduce`, `script/bench` and `python -m benchmarks.methods_table`.
+All but those in `OFFLINE` work online: a frame is completed from its known vertices and from the
+frame that the same method completed last. All but ARAP complete the motion since that frame, which
+is more accurate than completing positions. To add a rival, define it here and add it to `RIVALS` or
+`OFFLINE`; it then appears in `dynmesh reproduce`, one of `RIVALS` also in `script/bench` and
+`python -m benchmarks.methods_table`.
 """
+
+from functools import partial
 
 import numpy as np
 
@@ -12,8 +15,9 @@ from .._core import cells
 from .._extras import require
 from ..matrices import laplacian
 from ..sequence import Mask, Positions
-from .completion import Completion, Faces, Method
+from .completion import Completion, Faces, Method, OfflineMethod
 from .libigl import Arap, Harmonic
+from .matrix_completion import complete_at_once
 from .methods import DETAIL
 
 
@@ -99,6 +103,18 @@ ARAP_FROM_PREVIOUS = Method(
     "--",
     lambda faces, first: Arap(faces, first, rest="previous"),
 )
+
+MATRIX_COMPLETION = OfflineMethod(
+    "matrix_completion", "matrix completion, offline", complete_at_once
+)
+GRAPH_COMPLETION = OfflineMethod(
+    "graph_completion",
+    "matrix completion with the graph, offline",
+    partial(complete_at_once, smoothness=(0.01, 0.1, 1.0)),
+)
+
+OFFLINE = (MATRIX_COMPLETION, GRAPH_COMPLETION)
+"""The rivals that see all frames at once."""
 
 RIVALS = (BIHARMONIC, ARAP)
 """The rivals that every comparison includes, in this order."""

@@ -9,9 +9,11 @@ from ..sequence import Mask
 from .completion import Method
 from .losses import PAPER_SHARES, SCENARIOS, random_masks, scenario_masks
 from .measure import Run, run
-from .methods import COMPARED, MOTION, ONCE
+from .methods import COMPARED, DETAIL, MOTION, ONCE
 from .plan import Plan
-from .rivals import BEYOND
+from .rehearsal_study import RehearsalStudy, halves, rehearsal_study
+from .rehearsal_study import seconds_of_work as seconds_of_rehearsal
+from .rivals import BEYOND, BIHARMONIC
 from .subjects import Subject
 
 
@@ -26,6 +28,7 @@ class Study:
         once: the runs with the other reading of the weights, by share.
         scenarios: the runs by scenario and method key.
         missing: why methods of `BEYOND` were left out, by key.
+        second_half: what was measured after a rehearsal, or None if there are too few frames.
     """
 
     subject: Subject
@@ -34,6 +37,7 @@ class Study:
     once: dict[float, Run]
     scenarios: dict[tuple[str, str], Run]
     missing: dict[str, str]
+    second_half: RehearsalStudy | None = None
 
     @property
     def beyond(self) -> list[Method]:
@@ -97,7 +101,16 @@ def seconds_of_work(subject: Subject, plan: Plan, tried: Trial) -> float:
     frame += len(plan.sweep) * costs[MOTION.key] + len(PAPER_SHARES) * costs[ONCE.key]
     beyond = sum(costs.get(method.key, 0.0) for method in BEYOND)
     frame += (len(PAPER_SHARES) + len(SCENARIOS)) * beyond
-    return frame * (subject.n_frames - 1)
+    return frame * (subject.n_frames - 1) + _seconds_of_second_half(subject, plan, tried)
+
+
+def _seconds_of_second_half(subject: Subject, plan: Plan, tried: Trial) -> float:
+    if (parts := halves(subject)) is None:
+        return 0.0
+    costs = tried.seconds
+    frame = costs[MOTION.key] + 5 * costs[DETAIL.key] + costs.get(BIHARMONIC.key, 0.0)
+    n_losses = len(plan.second_half) + len(plan.second_scenarios)
+    return seconds_of_rehearsal(parts[1], frame, n_losses)
 
 
 def study(
@@ -106,8 +119,13 @@ def study(
     seed: int,
     tried: Trial,
     advance: Callable[[float], object],
+    others: Iterable[Subject] = (),
 ) -> Study:
-    """Measure everything on one sequence; call `advance` with the seconds of work done."""
+    """Measure everything on one sequence; call `advance` with the seconds of work done.
+
+    `others` are other sequences; those with the same mesh are rehearsed to show that it does no
+    harm.
+    """
 
     def masks(share: float) -> Iterator[Mask]:
         return random_masks(subject, share, seed)
@@ -140,4 +158,17 @@ def study(
             measure_everywhere(method, PAPER_SHARES)
         except RuntimeError as error:  # a rival cannot solve the system of a frame
             result.missing[method.key] = str(error)
-    return result
+    if (parts := halves(subject)) is None:
+        return result
+    take, second = parts
+    seconds = _seconds_of_second_half(subject, plan, tried)
+    measured = rehearsal_study(
+        second,
+        take,
+        others=others,
+        shares=plan.second_half,
+        scenarios=plan.second_scenarios,
+        seed=seed,
+        advance=lambda part: advance(part * seconds),
+    )
+    return replace(result, second_half=measured)
