@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
 #include <vector>
 
 #include "meshes.hpp"
@@ -19,6 +20,15 @@ std::vector<Vector3<double>> rows_of(const std::vector<double>& vertices) {
     rows.push_back({vertices[i], vertices[i + 1], vertices[i + 2]});
   }
   return rows;
+}
+
+/// With narrow and with wide averages.
+void fit(Rotations& rotations, const std::vector<Vector3<double>>& frame, bool widely) {
+  if (widely) {
+    rotations.fit_widely(frame);
+  } else {
+    rotations.fit_narrowly(frame);
+  }
 }
 
 TEST_CASE("rotations of up to nearly half a turn are found for every kind of processor and scale") {
@@ -39,13 +49,15 @@ TEST_CASE("rotations of up to nearly half a turn are found for every kind of pro
             const Eigen::Vector3d moved = scale * (turn * Eigen::Vector3d(v.x, v.y, v.z));
             v = {moved.x(), moved.y(), moved.z()};
           }
-          Rotations rotations(topology.cells, workers, kernels);
-          rotations.reset(rest, 1);
-          rotations.fit(frame);
-          for (const Quaternion& q : rotations.quaternions()) {
-            const Eigen::Quaterniond found(q.w, q.x, q.y, q.z);
-            CHECK(found.norm() == doctest::Approx(1));
-            CHECK(std::abs(found.dot(expected)) == doctest::Approx(1).epsilon(1e-12));
+          for (const bool widely : {false, true}) {
+            Rotations rotations(topology.cells, workers, kernels);
+            rotations.reset(rotations.prepare(rest), rest, 1);
+            fit(rotations, frame, widely);
+            for (const Quaternion& q : rotations.quaternions()) {
+              const Eigen::Quaterniond found(q.w, q.x, q.y, q.z);
+              CHECK(found.norm() == doctest::Approx(1));
+              CHECK(std::abs(found.dot(expected)) == doctest::Approx(1).epsilon(1e-12));
+            }
           }
         }
       }
@@ -59,20 +71,61 @@ TEST_CASE("if a cell does not determine a rotation, it keeps the last one") {
   const Topology topology = build_topology(mesh.faces(), mesh.size());
   Workers workers(1);
   Rotations rotations(topology.cells, workers);
-  rotations.reset(rows_of(mesh.vertices), 1);
-  rotations.fit(rows_of(turned(mesh.vertices, 0.5)));
+  const auto rest = rows_of(mesh.vertices);
+  rotations.reset(rotations.prepare(rest), rest, 1);
+  bool widely = false;
+  SUBCASE("narrowly") {}
+  SUBCASE("widely") { widely = true; }
+  fit(rotations, rows_of(turned(mesh.vertices, 0.5)), widely);
   const std::vector<Quaternion> before(rotations.quaternions().begin(),
                                        rotations.quaternions().end());
   CHECK(before.back().w == 1);
   SUBCASE("all vertices coincide") {
-    rotations.fit(std::vector<Vector3<double>>(mesh.size(), Vector3<double>{1, 2, 3}));
+    fit(rotations, std::vector<Vector3<double>>(mesh.size(), Vector3<double>{1, 2, 3}), widely);
   }
   SUBCASE("out of range") {
-    rotations.fit(std::vector<Vector3<double>>(mesh.size(), Vector3<double>{1e308, 0, 0}));
+    fit(rotations, std::vector<Vector3<double>>(mesh.size(), Vector3<double>{1e308, 0, 0}), widely);
   }
   for (std::size_t v = 0; v < before.size(); ++v) {
     CHECK(rotations.quaternions()[v].w == doctest::Approx(before[v].w));
     CHECK(rotations.quaternions()[v].z == doctest::Approx(before[v].z));
+  }
+}
+
+TEST_CASE("clusters divide the vertices, and do not depend on their numbers") {
+  auto mesh = torus(9);
+  mesh.vertices.insert(mesh.vertices.end(), {5, 5, 5});  // isolated
+  const Topology topology = build_topology(mesh.faces(), mesh.size());
+  const auto positions = rows_of(mesh.vertices);
+  const Clusters clusters = cluster_vertices(topology.cells, positions);
+  CHECK(clusters.size() < mesh.size() / 3);
+  std::vector<int> visits(mesh.size());
+  for (Index c = 0; c < static_cast<Index>(clusters.size()); ++c) {
+    CHECK(clusters
+              .of_vertex[static_cast<std::size_t>(clusters.centres[static_cast<std::size_t>(c)])] ==
+          c);
+    for (const Index v : clusters.members[c]) {
+      ++visits[static_cast<std::size_t>(v)];
+      CHECK(clusters.of_vertex[static_cast<std::size_t>(v)] == c);
+      for (const Index j : topology.cells[v]) {
+        const Index other = clusters.of_vertex[static_cast<std::size_t>(j)];
+        if (other != c) CHECK(std::ranges::count(clusters.neighbours[c], other) == 1);
+      }
+    }
+  }
+  CHECK(std::ranges::all_of(visits, [](int n) { return n == 1; }));
+
+  std::vector<Index> renamed(mesh.size());
+  std::iota(renamed.begin(), renamed.end(), 0);
+  std::ranges::reverse(renamed);
+  std::vector<Vector3<double>> moved(mesh.size());
+  for (std::size_t v = 0; v < moved.size(); ++v) {
+    moved[static_cast<std::size_t>(renamed[v])] = positions[v];
+  }
+  for (Index& index : mesh.indices) index = renamed[static_cast<std::size_t>(index)];
+  const Clusters others = cluster_vertices(build_topology(mesh.faces(), mesh.size()).cells, moved);
+  for (std::size_t v = 0; v < moved.size(); ++v) {
+    CHECK(others.of_vertex[static_cast<std::size_t>(renamed[v])] == clusters.of_vertex[v]);
   }
 }
 

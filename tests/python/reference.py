@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 Array = NDArray[Any]
 Edges = tuple[NDArray[np.int64], NDArray[np.int64]]
@@ -189,6 +190,32 @@ def flip_to_delaunay(
     return [list(face) for face in sorted(flipped)], lengths
 
 
+def clusters_of(edges: Edges, positions: Array) -> NDArray[np.int64]:
+    """The cluster of each vertex: cells without a vertex in common, the outermost first."""
+    i, j = edges
+    distance = np.linalg.norm(positions - positions.mean(axis=0), axis=1)
+    if distance.max() > 0:
+        distance = np.round(distance / distance.max() * 2**20)
+    cluster = np.full(len(positions), -1)
+    for v in np.lexsort((*positions.T[::-1], -distance)):
+        cell = np.append(j[i == v], v)
+        if (cluster[cell] == -1).all():
+            cluster[cell] = cluster.max() + 1
+    joined = cluster.copy()
+    for v in np.flatnonzero(cluster == -1):
+        around = cluster[j[i == v]]
+        joined[v] = around[around != -1].min()
+    return joined
+
+
+def best_rotations(covariance: Array) -> Array:
+    """The rotations that fit these covariances, (n, 9), from their singular values."""
+    u, _, vt = np.linalg.svd(covariance.reshape(-1, 3, 3))
+    sign = np.ones((len(u), 3))
+    sign[:, 2] = np.sign(np.linalg.det(u @ vt))
+    return np.asarray((u * sign[:, None, :]) @ vt)
+
+
 class Detail:
     """Method detail for manifold meshes without needles."""
 
@@ -206,6 +233,13 @@ class Detail:
         self.rest_edges = (first_frame[j] - first_frame[i]) / self.h
         self.operator = self._operator(faces, first_frame / self.h)
         self.q = np.tile(np.eye(3), (self.k, 1, 1))
+        self.clusters = clusters_of(self.edges, first_frame)
+        n = self.clusters.max() + 1
+        self.beside = np.zeros((n, n), dtype=bool)  # clusters that an edge connects
+        self.beside[self.clusters[i], self.clusters[j]] = True
+        np.fill_diagonal(self.beside, False)
+        self.angle = 0.0  # between neighbouring clusters, in degrees
+        self.is_stiff: bool | None = None  # in the current frame
         self.first_memory = self.operator @ first_frame
         self.memory = self.first_memory
         self.change = np.zeros_like(self.memory)
@@ -243,22 +277,43 @@ class Detail:
         return laplacian / np.sqrt(area)[:, None]
 
     def _fit(self, frame: Array) -> None:
-        """Returns Q from the singular value decomposition of each covariance."""
+        """Sets Q. Surfaces that bend little from cluster to cluster have wide averages."""
         i, j = self.edges
         weight = 1 / np.maximum((self.rest_edges**2).sum(axis=1), SQUARED_LENGTH_FLOOR)
         outer = (frame[j] - frame[i])[:, :, None] * (weight[:, None] * self.rest_edges)[:, None, :]
         covariance = sum_to(i, outer.reshape(-1, 9), self.k)
-        around = sum_to(i, covariance[j], self.k)
-        u, _, vt = np.linalg.svd((covariance + around).reshape(-1, 3, 3))
-        sign = np.ones((self.k, 3))
-        sign[:, 2] = np.sign(np.linalg.det(u @ vt))
-        self.q = (u * sign[:, None, :]) @ vt
+        if self.is_stiff is not False:
+            wide = self._wide_rotations(covariance)
+            if self.is_stiff is None:
+                self.is_stiff = self.angle <= 10
+            if self.is_stiff:
+                self.q = wide
+                return
+        self.q = best_rotations(covariance + sum_to(i, covariance[j], self.k))
+
+    def _wide_rotations(self, covariance: Array) -> Array:
+        """Returns Q from sums over clusters, averaged twice with the clusters beside them."""
+        n = len(self.beside)
+        sums = sum_to(self.clusters, covariance, n)
+        for _ in range(2):
+            sums = sums + self.beside @ sums
+        turns = Rotation.from_matrix(best_rotations(sums)).as_quat()
+        if self.beside.any():
+            cosine = np.abs(turns @ turns.T)[self.beside]
+            self.angle = float(np.degrees(2 * np.arccos(np.minimum(cosine, 1))).mean())
+        i, j = self.edges
+        own, other = turns[self.clusters], turns[self.clusters[j]]
+        sign = np.where((own[i] * other).sum(axis=1) < 0, -1.0, 1.0)
+        return np.asarray(
+            Rotation.from_quat(own + sum_to(i, sign[:, None] * other, self.k)).as_matrix()
+        )
 
     def _turn(self, memory: Array) -> Array:
         return np.asarray(np.einsum("nij,nj->ni", self.q, memory))
 
     def complete(self, points: Array, known: NDArray[np.bool_]) -> Array:
         """Completes one frame except unseen vertices."""
+        self.is_stiff = None
         seen = np.isin(self.label, self.label[known])
         x = self.previous
         if (seen & ~known).any() or (self.noise is not None and seen.any()):

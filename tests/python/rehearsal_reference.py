@@ -54,7 +54,12 @@ class Rehearsed(reference.Detail):
         noise: float | None = None,
     ) -> None:
         super().__init__(faces, first_frame, noise)
-        z = np.stack([self._shape_of(frame) for frame in rehearsal])
+        self.is_stiff = True
+        shapes, angles = zip(*[self._shape_of(frame) for frame in rehearsal], strict=True)
+        if np.mean(angles) > 10:
+            self.is_stiff = False
+            shapes, _ = zip(*[self._shape_of(frame) for frame in rehearsal], strict=True)
+        z = np.stack(shapes)
         self.q = np.tile(np.eye(3), (self.k, 1, 1))
         modes = []
         caution = []
@@ -73,11 +78,11 @@ class Rehearsed(reference.Detail):
         self.trust = self.explained = 0.0
         self.is_first = True
 
-    def _shape_of(self, frame: Array) -> Array:
-        """The deviation of the rehearsed shape from that of frame 0."""
+    def _shape_of(self, frame: Array) -> tuple[Array, float]:
+        """The deviation of the rehearsed shape from that of frame 0, and the angle."""
         self._fit(frame)  # by singular values: wherever the pose is
         turned = np.einsum("nji,nj->ni", self.q, self.operator @ frame)
-        return np.asarray(turned - self.first_memory)
+        return np.asarray(turned - self.first_memory), self.angle
 
     def _field(self, a: Array) -> Array:
         return np.asarray(np.einsum("j,jic->ic", a, self.modes))

@@ -79,7 +79,8 @@ RehearsalSummary summarise(Faces faces, Points<const Real> first_frame,
   const auto k = build_detail_operator<Real>(triangles, topology.cells, frame, constants);
   const auto mean_edge = static_cast<double>(mean_edge_length<Real>(topology.cells, frame));
   Workers workers(1);
-  const auto shapes = rehearsed_shapes<Real>(take, k, topology.cells, first, mean_edge, workers);
+  const auto shapes = rehearsed_shapes<Real>(take, k, topology.cells, first, mean_edge,
+                                             constants.largest_stiff_angle, workers);
   const Modes modes(whole_surface(first.size()), shapes, take.size(), constants.rehearsal);
   summary.variance_held = modes.variance_held();
   return summary;

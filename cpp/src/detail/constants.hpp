@@ -51,6 +51,10 @@ struct DetailConstants {
   /// is the better estimate, by a thousandth. For a degenerate shape, a thousandth would be too
   /// much, so the increase is limited to that of a mean edge length at every vertex.
   double caution = 1.001;
+  /// Rotations are averaged widely if neighbouring clusters of the surface are turned against each
+  /// other by at most this angle on average, in degrees.
+  double largest_stiff_angle = 10;
+
   /// <r2, r2> is multiplied by this, which reduces c by a twentieth. As a result, a part that is
   /// never observed does not change indefinitely, and b is preferred to c if both explain the same
   /// residual.

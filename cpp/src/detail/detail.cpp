@@ -46,14 +46,15 @@ void Detail<Real>::reset(Frame first_frame) {
   if (!take_.empty()) {
     const RehearsalConstants& constants = constants_.rehearsal;
     const auto parts = divide_surface(topology_.cells, first, constants);
-    const auto shapes =
-        rehearsed_shapes<Real>(take_, prepared.k, topology_.cells, first, mean_edge, workers_);
+    const auto shapes = rehearsed_shapes<Real>(take_, prepared.k, topology_.cells, first, mean_edge,
+                                               constants_.largest_stiff_angle, workers_);
     pose_.reset(Modes(parts, shapes, take_.size(), constants));
   }
+  auto prepared_rotations = rotations_.prepare(first);
   // Nothing below can throw.
   system_.reset(std::move(prepared));
   mean_edge_ = mean_edge;
-  rotations_.reset(first, mean_edge_);
+  rotations_.reset(std::move(prepared_rotations), first, mean_edge_);
   system_.apply(first, 1, workspace_.kx);
   memory_.reset(workspace_.kx, mean_edge_);
   lambda_ = constants_.first_lambda;
@@ -68,6 +69,7 @@ Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
   const Anchors& anchors = hold(in_workspace(previous), points, next_generations_);  // may throw
   std::swap(generations, next_generations_);
   workspace_.is_posed = false;
+  workspace_.is_stiff.reset();
   if (!anchors.any_solved()) return 0;
 
   // Step 1: find the smoothest motion.
@@ -143,11 +145,23 @@ typename Detail<Real>::Positions Detail<Real>::move_smoothly(Field previous,
   return positions;
 }
 
+/// Fits Q to the positions, with the same averages in all fits of a frame.
+template <class Real>
+void Detail<Real>::fit_rotations(Field positions) {
+  std::optional<bool>& is_stiff = workspace_.is_stiff;
+  const bool is_first = !is_stiff.has_value();
+  if (is_first || *is_stiff) {
+    const double angle = rotations_.fit_widely(positions);
+    if (is_first) is_stiff = angle <= constants_.largest_stiff_angle;
+  }
+  if (!*is_stiff) rotations_.fit_narrowly(positions);
+}
+
 /// Fits Q to the positions and returns Q m, Q (m_first - m) and Q u: (3 k,).
 template <class Real>
 typename Detail<Real>::Field Detail<Real>::turned_shapes(const Positions& positions) {
   const Stopwatch stopwatch(report_.rotation_seconds);
-  rotations_.fit(positions.x);
+  fit_rotations(positions.x);
   return rotations_.turn(shapes_in_memory());
 }
 
@@ -275,7 +289,7 @@ template <class Real>
 void Detail<Real>::remember(Frame completed) {
   const Stopwatch stopwatch(report_.rotation_seconds);
   const Field x = in_workspace(completed);
-  rotations_.fit(x);
+  fit_rotations(x);
   memory_.learn(detail_turned_back(x));
 }
 

@@ -70,6 +70,7 @@ class Detail final : public Estimator<Real> {
   const Anchors& hold(Field previous, std::span<const Vector3<Real>> points,
                       const Generations& generations);
   Positions move_smoothly(Field previous, const Anchors& anchors);
+  void fit_rotations(Field positions);
   Field turned_shapes(const Positions& positions);
   ResidualField find_directions(const Positions& positions, Field shapes, const Anchors& anchors);
   ResidualField pose_first_shape(ResidualField directions, const Generations& generations);
@@ -112,6 +113,8 @@ class Detail final : public Estimator<Real> {
     std::vector<Vector3<double>> wanted;
     std::vector<Vector3<double>> shapes;  // the memory, with the posed shape in place of the first
     bool is_posed = false;
+    /// Whether the rotations of the frame are averaged widely; empty before the first fit.
+    std::optional<bool> is_stiff;
   };
   Workspace workspace_;
   Workers& workers_;

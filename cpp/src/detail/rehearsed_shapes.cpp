@@ -64,7 +64,8 @@ template <class Real>
 std::vector<Vector3<double>> rehearsed_shapes(const Take<Real>& take, const DetailOperator& k,
                                               const Cells& cells,
                                               std::span<const Vector3<double>> first,
-                                              double mean_edge, Workers& workers) {
+                                              double mean_edge, double largest_stiff_angle,
+                                              Workers& workers) {
   const std::size_t n_vertices = first.size();
   std::vector<Vector3<double>> shapes(n_vertices * take.size());
   std::vector<Vector3<double>> first_shape(n_vertices);
@@ -73,20 +74,35 @@ std::vector<Vector3<double>> rehearsed_shapes(const Take<Real>& take, const Deta
   std::vector<Quaternion> before(n_vertices);
   apply_operator(k, first, 1, first_shape, workers);
   Rotations rotations(cells, workers);
-  rotations.reset(first, mean_edge);
-  for (std::size_t frame = 0; frame < take.size(); ++frame) {
-    std::ranges::transform(take[frame], x.begin(), in_double<Real>);
-    std::ranges::fill(rotations.quaternions(), whole_rotation(first, x));
-    for (int n = 0; n < most_fits; ++n) {
-      std::ranges::copy(rotations.quaternions(), before.begin());
-      rotations.fit(x);
-      if (largest_change(before, rotations.quaternions()) <= settled) break;
+  rotations.reset(rotations.prepare(first), first, mean_edge);
+  // Sets all shapes. `fit(x)` returns the mean angle between clusters, and so does this function.
+  const auto find_shapes = [&](const auto& fit) {
+    double sum_of_angles = 0;
+    for (std::size_t frame = 0; frame < take.size(); ++frame) {
+      std::ranges::transform(take[frame], x.begin(), in_double<Real>);
+      std::ranges::fill(rotations.quaternions(), whole_rotation(first, x));
+      double angle = 0;
+      for (int n = 0; n < most_fits; ++n) {
+        std::ranges::copy(rotations.quaternions(), before.begin());
+        angle = fit(x);
+        if (largest_change(before, rotations.quaternions()) <= settled) break;
+      }
+      sum_of_angles += angle;
+      apply_operator(k, x, 1, kx, workers);
+      const auto shape = rotations.turn_back(kx);
+      for (std::size_t v = 0; v < n_vertices; ++v) {
+        shapes[v * take.size() + frame] = shape[v] - first_shape[v];
+      }
     }
-    apply_operator(k, x, 1, kx, workers);
-    const auto shape = rotations.turn_back(kx);
-    for (std::size_t v = 0; v < n_vertices; ++v) {
-      shapes[v * take.size() + frame] = shape[v] - first_shape[v];
-    }
+    return sum_of_angles / static_cast<double>(take.size());
+  };
+  using Field = std::span<const Vector3<double>>;
+  const double angle = find_shapes([&](Field frame) { return rotations.fit_widely(frame); });
+  if (!(angle <= largest_stiff_angle)) {
+    find_shapes([&](Field frame) {
+      rotations.fit_narrowly(frame);
+      return 0.0;
+    });
   }
   return shapes;
 }
@@ -94,10 +110,10 @@ std::vector<Vector3<double>> rehearsed_shapes(const Take<Real>& take, const Deta
 template std::vector<Vector3<double>> rehearsed_shapes(const Take<float>&, const DetailOperator&,
                                                        const Cells&,
                                                        std::span<const Vector3<double>>, double,
-                                                       Workers&);
+                                                       double, Workers&);
 template std::vector<Vector3<double>> rehearsed_shapes(const Take<double>&, const DetailOperator&,
                                                        const Cells&,
                                                        std::span<const Vector3<double>>, double,
-                                                       Workers&);
+                                                       double, Workers&);
 
 }  // namespace dynmesh

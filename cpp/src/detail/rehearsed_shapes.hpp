@@ -18,11 +18,14 @@ using Take = std::vector<std::vector<Vector3<Real>>>;
 /// Returns z = Q^T K V - m_0 of each frame V of the take: for each vertex, the deviations in all
 /// frames, (k, n_frames). Q is fitted to the frame until it no longer changes, from the rotation
 /// that fits the whole frame best, since its pose may be far from `first`. A take that was moved
-/// and turned as a whole has the same shapes.
+/// and turned as a whole has the same shapes. The rotations of all frames are averaged widely,
+/// unless neighbouring clusters are turned against each other by more than `largest_stiff_angle`
+/// degrees, on average over the take.
 template <class Real>
 std::vector<Vector3<double>> rehearsed_shapes(const Take<Real>& take, const DetailOperator& k,
                                               const Cells& cells,
                                               std::span<const Vector3<double>> first,
-                                              double mean_edge, Workers& workers);
+                                              double mean_edge, double largest_stiff_angle,
+                                              Workers& workers);
 
 }  // namespace dynmesh

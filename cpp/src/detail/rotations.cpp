@@ -1,6 +1,9 @@
 #include "detail/rotations.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
 
 #include "support/geometry.hpp"
 
@@ -15,7 +18,16 @@ Rotations::Rotations(const Cells& cells, Workers& workers, const RotationKernels
       quaternions_(cells.size()),
       turned_(3 * cells.size()) {}
 
-void Rotations::reset(std::span<const Vector3<double>> first_frame, double mean_edge) {
+Rotations::Prepared Rotations::prepare(std::span<const Vector3<double>> first_frame) const {
+  Clusters clusters = cluster_vertices(cells_, first_frame);
+  const std::size_t n = clusters.size();
+  return {std::move(clusters), std::vector<Covariance>(n), std::vector<Covariance>(n),
+          std::vector<Quaternion>(n), std::vector<Index>(n + 1)};
+}
+
+void Rotations::reset(Prepared prepared, std::span<const Vector3<double>> first_frame,
+                      double mean_edge) noexcept {
+  wide_ = std::move(prepared);
   std::size_t half_edge = 0;
   for (std::size_t i = 0; i < cells_.size(); ++i) {
     for (const Index j : cells_[static_cast<Index>(i)]) {
@@ -27,13 +39,74 @@ void Rotations::reset(std::span<const Vector3<double>> first_frame, double mean_
   std::ranges::fill(quaternions_, Quaternion{1, 0, 0, 0});
 }
 
-void Rotations::fit(std::span<const Vector3<double>> frame) {
-  const auto k = static_cast<Index>(cells_.size());
-  const RotationData data = {cells_.offsets.data(), cells_.neighbours.data(), rest_edges_.data(),
-                             frame.data(),          covariances_.data(),      quaternions_.data()};
-  for (const auto kernel : {kernels_.measure, kernels_.turn}) {
-    workers_.for_each_short_chunk(k, [&](Index first, Index last) { kernel(data, first, last); });
+RotationData Rotations::data(std::span<const Vector3<double>> frame) {
+  return {cells_.offsets.data(), cells_.neighbours.data(), rest_edges_.data(),
+          frame.data(),          covariances_.data(),      quaternions_.data()};
+}
+
+void Rotations::measure(std::span<const Vector3<double>> frame) {
+  workers_.for_each_short_chunk(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
+    kernels_.measure(data(frame), first, last);
+  });
+}
+
+void Rotations::fit_narrowly(std::span<const Vector3<double>> frame) {
+  measure(frame);
+  workers_.for_each_short_chunk(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
+    kernels_.turn(data(frame), first, last);
+  });
+}
+
+double Rotations::fit_widely(std::span<const Vector3<double>> frame) {
+  measure(frame);
+  const auto n_clusters = static_cast<Index>(wide_.clusters.size());
+  const auto add_up = [&](const std::vector<Covariance>& from, const Cells& lists,
+                          std::vector<Covariance>& sums, bool with_own) {
+    workers_.for_each_short_chunk(n_clusters, [&](Index first, Index last) {
+      for (Index c = first; c < last; ++c) {
+        Covariance sum = with_own ? from[static_cast<std::size_t>(c)] : Covariance{};
+        for (const Index j : lists[c]) {
+          for (std::size_t row = 0; row < 3; ++row) {
+            sum.rows[row] = sum.rows[row] + from[static_cast<std::size_t>(j)].rows[row];
+          }
+        }
+        sums[static_cast<std::size_t>(c)] = sum;
+      }
+    });
+  };
+  add_up(covariances_, wide_.clusters.members, wide_.covariances, false);
+  for (int n = 0; n < 2; ++n) {
+    add_up(wide_.covariances, wide_.clusters.neighbours, wide_.averaged, true);
+    std::swap(wide_.covariances, wide_.averaged);
   }
+  for (std::size_t c = 0; c < wide_.clusters.size(); ++c) {
+    wide_.quaternions[c] = quaternions_[static_cast<std::size_t>(wide_.clusters.centres[c])];
+  }
+  RotationData of_clusters = data(frame);
+  of_clusters.cell_offsets = wide_.no_cells.data();
+  of_clusters.covariances = wide_.covariances.data();
+  of_clusters.quaternions = wide_.quaternions.data();
+  workers_.for_each_short_chunk(
+      n_clusters, [&](Index first, Index last) { kernels_.turn(of_clusters, first, last); });
+  workers_.for_each_short_chunk(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
+    kernels_.blend(data(frame), wide_.clusters.of_vertex.data(), wide_.quaternions.data(), first,
+                   last);
+  });
+  return mean_angle_between_clusters();
+}
+
+double Rotations::mean_angle_between_clusters() const {
+  double sum = 0;
+  for (std::size_t c = 0; c < wide_.clusters.size(); ++c) {
+    const Quaternion& a = wide_.quaternions[c];
+    for (const Index j : wide_.clusters.neighbours[static_cast<Index>(c)]) {
+      const Quaternion& b = wide_.quaternions[static_cast<std::size_t>(j)];
+      const double cosine = std::abs(a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z);
+      sum += 2 * std::acos(std::min(cosine, 1.0));
+    }
+  }
+  const std::size_t n_pairs = wide_.clusters.neighbours.neighbours.size();
+  return n_pairs == 0 ? 0 : sum / static_cast<double>(n_pairs) * 180 / std::numbers::pi;
 }
 
 std::span<const Vector3<double>> Rotations::turn(std::span<const Vector3<double>> triples) {

@@ -6,26 +6,44 @@
 #include <span>
 #include <vector>
 
+#include "detail/clusters.hpp"
 #include "kernels/kernels.hpp"
 #include "support/workers.hpp"
 
 namespace dynmesh {
 
 /// Q_i is the rotation that best maps the cell of vertex i in frame 0 to the current cell. The
-/// edges are weighted by the inverse of their squared length in frame 0, and the covariance is
-/// averaged once with those of the neighbours. Each fit starts from the previous one, so a vertex
-/// whose cell does not determine a rotation keeps its rotation. Allocates memory only in the
-/// constructor.
+/// edges are weighted by the inverse of their squared length in frame 0, and the covariances are
+/// averaged, narrowly or widely. Where the surface bends little from vertex to vertex, wide
+/// averages are less disturbed by the errors of single positions; cloth needs narrow ones. Each fit
+/// starts from the previous one, so a vertex whose cell does not determine a rotation keeps its
+/// rotation. Allocates memory only in the constructor.
 class Rotations {
  public:
   /// `cells` and `workers` must outlive this object.
   Rotations(const Cells& cells, Workers& workers,
             const RotationKernels& kernels = best_kernels().rotations);
 
+  /// What depends on frame 0 and needs memory.
+  struct Prepared {
+    Clusters clusters;
+    std::vector<Covariance> covariances;  // of the clusters
+    std::vector<Covariance> averaged;
+    std::vector<Quaternion> quaternions;
+    std::vector<Index> no_cells;  // offsets, as if clusters had no neighbours
+  };
+  [[nodiscard]] Prepared prepare(std::span<const Vector3<double>> first_frame) const;
   /// Sets frame 0, in any unit of length, and resets all rotations to the identity.
-  void reset(std::span<const Vector3<double>> first_frame, double mean_edge);
+  void reset(Prepared prepared, std::span<const Vector3<double>> first_frame,
+             double mean_edge) noexcept;
 
-  void fit(std::span<const Vector3<double>> frame);
+  /// Averages the covariance of each vertex once with those of its neighbours.
+  void fit_narrowly(std::span<const Vector3<double>> frame);
+  /// Adds up the covariances of each cluster and averages these sums twice with the neighbouring
+  /// clusters. Each vertex then takes the mean rotation of the clusters of its cell. Returns the
+  /// mean angle, in degrees, by which neighbouring clusters are turned against each other, 0 if
+  /// there is one cluster.
+  double fit_widely(std::span<const Vector3<double>> frame);
 
   /// Multiplies each of three fields (3 k,), stored side by side, by Q, which rotates them from the
   /// axes of frame 0 to those of the fitted frame. The result is valid until the next call, and so
@@ -42,6 +60,10 @@ class Rotations {
   [[nodiscard]] std::span<const Quaternion> quaternions() const { return quaternions_; }
 
  private:
+  void measure(std::span<const Vector3<double>> frame);
+  [[nodiscard]] RotationData data(std::span<const Vector3<double>> frame);
+  [[nodiscard]] double mean_angle_between_clusters() const;
+
   const Cells& cells_;
   Workers& workers_;
   const RotationKernels& kernels_;
@@ -50,6 +72,7 @@ class Rotations {
   std::vector<Covariance> covariances_;
   std::vector<Quaternion> quaternions_;
   std::vector<Vector3<double>> turned_;
+  Prepared wide_;
 };
 
 }  // namespace dynmesh

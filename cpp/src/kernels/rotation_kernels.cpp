@@ -8,6 +8,7 @@ namespace {
 
 using Doubles = Quad<double>;
 using Integers = Bits<double>;
+using Unaligned [[gnu::vector_size(32), gnu::may_alias, gnu::aligned(8)]] = double;
 
 [[gnu::always_inline]] inline Doubles quad(const Vector3<double>& v) {
   return *reinterpret_cast<const Doubles*>(&v);
@@ -187,9 +188,28 @@ void turn(const RotationData& data, Index first, Index last) {
   }
 }
 
+[[gnu::always_inline]] inline double sum_of(Doubles v) { return (v[0] + v[1]) + (v[2] + v[3]); }
+
+void blend(const RotationData& data, const Index* cluster_of, const Quaternion* of_clusters,
+           Index first, Index last) {
+  const auto turn_of = [&](Index vertex) {
+    return Doubles(*reinterpret_cast<const Unaligned*>(&of_clusters[cluster_of[vertex]]));
+  };
+  for (Index i = first; i < last; ++i) {
+    const Doubles own = turn_of(i);
+    Doubles sum = own;
+    for (Index e = data.cell_offsets[i]; e < data.cell_offsets[i + 1]; ++e) {
+      const Doubles other = turn_of(data.neighbours[e]);
+      // q and -q are the same rotation.
+      sum += sum_of(own * other) < 0 ? -other : other;
+    }
+    *reinterpret_cast<Unaligned*>(&data.quaternions[i]) = sum / __builtin_sqrt(sum_of(sum * sum));
+  }
+}
+
 }  // namespace
 
 extern const RotationKernels rotation_kernels;
-const RotationKernels rotation_kernels = {measure, turn};
+const RotationKernels rotation_kernels = {measure, turn, blend};
 
 }  // namespace dynmesh::DYNMESH_KERNELS

@@ -32,6 +32,10 @@ struct RotationKernels {
   void (*measure)(const RotationData& data, Index first, Index last);
   /// Fits the rotations of these vertices, from the covariances of all vertices.
   void (*turn)(const RotationData& data, Index first, Index last);
+  /// Sets the rotations of these vertices to the mean of those of the clusters of their cell, the
+  /// vertex included. `cluster_of` has k numbers.
+  void (*blend)(const RotationData& data, const Index* cluster_of, const Quaternion* of_clusters,
+                Index first, Index last);
 };
 
 }  // namespace dynmesh
