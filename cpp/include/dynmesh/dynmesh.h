@@ -134,6 +134,11 @@ typedef struct dynmesh_settings {
   /// unknown, estimated, and counted as `rejected`. Requires DYNMESH_METHOD_DETAIL.
   int32_t reject_outliers;
 
+  /// Default: 0. If not zero, the completer learns from the frames that it completes how the shape
+  /// of the subject varies, as from a rehearsal, which it then cannot have. This pays where motions
+  /// recur; frames take up to twice as long. Requires DYNMESH_METHOD_DETAIL.
+  int32_t learn;
+
   /// Default: 1. The number of threads that may work on a frame, including the calling thread, up
   /// to 256. The other threads sleep between frames. They are used for meshes of 23 553 vertices or
   /// more, and with DYNMESH_METHOD_DETAIL of 5 889 or more; smaller meshes are completed by the

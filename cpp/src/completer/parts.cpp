@@ -59,7 +59,8 @@ std::unique_ptr<Estimator<Real>> estimator_of(Faces faces, const Numbering& numb
   if (settings.method == Method::detail) {
     return std::make_unique<Detail<Real>>(faces_in_internal_order(faces, numbering), topology,
                                           settings.noise, workers, DetailConstants{},
-                                          take_in_internal_order(rehearsal, numbering));
+                                          take_in_internal_order(rehearsal, numbering),
+                                          settings.learn);
   }
   const Cells& cells = topology.cells;
   if (settings.revisit && FastMotion<Real>::supports(cells.size())) {

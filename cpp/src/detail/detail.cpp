@@ -10,20 +10,20 @@
 namespace dynmesh {
 
 template <class Real>
-Detail<Real>::Workspace::Workspace(std::size_t n_vertices, bool is_noisy, bool has_rehearsal)
+Detail<Real>::Workspace::Workspace(std::size_t n_vertices, bool is_noisy, bool has_pose)
     : anchors(n_vertices, is_noisy),
       x(n_vertices),
       kx(n_vertices),
       shape(n_vertices),
       k_steps(3 * n_vertices),
-      steps(has_rehearsal ? 3 * n_vertices : 0),
+      steps(has_pose ? 3 * n_vertices : 0),
       wanted(steps.size()),
       shapes(steps.size()) {}
 
 template <class Real>
 Detail<Real>::Detail(std::vector<Triangle> faces, const Topology& topology,
                      std::optional<double> noise, Workers& workers,
-                     const DetailConstants& constants, Take<Real> take)
+                     const DetailConstants& constants, Take<Real> take, bool learns)
     : faces_(std::move(faces)),
       topology_(topology),
       constants_(constants),
@@ -33,9 +33,10 @@ Detail<Real>::Detail(std::vector<Triangle> faces, const Topology& topology,
       memory_(topology.cells.size(), constants_),
       take_(std::move(take)),
       pose_(topology.cells, workers, constants_.rehearsal),
+      learns_(learns),
       noise_(noise),
       next_generations_(topology.cells.size()),
-      workspace_(topology.cells.size(), noise.has_value(), !take_.empty()),
+      workspace_(topology.cells.size(), noise.has_value(), learns || !take_.empty()),
       workers_(workers) {}
 
 template <class Real>
@@ -49,6 +50,12 @@ void Detail<Real>::reset(Frame first_frame) {
     const auto shapes =
         rehearsed_shapes<Real>(take_, prepared.k, topology_.cells, first, mean_edge, workers_);
     pose_.reset(Modes(parts, shapes, take_.size(), constants));
+  }
+  if (learns_) {
+    const auto parts = divide_surface(topology_.cells, first, constants_.rehearsal);
+    auto learned = std::make_unique<LearnedModes>(parts, workers_, constants_.rehearsal);
+    pose_.reset(Modes(parts));
+    learned_ = std::move(learned);
   }
   // Nothing below can throw.
   system_.reset(std::move(prepared));
@@ -277,6 +284,14 @@ void Detail<Real>::remember(Frame completed) {
   const Field x = in_workspace(completed);
   rotations_.fit(x);
   memory_.learn(detail_turned_back(x));
+  if (learned_) learned_->advance(memory_.shapes(), is_evident(), pose_);
+}
+
+/// Whether enough is known of the frame to learn from it.
+template <class Real>
+bool Detail<Real>::is_evident() const {
+  static const double least = [] { const char* t = std::getenv("X_SHARE"); return t ? std::atof(t) : 0.0; }();
+  return static_cast<double>(workspace_.anchors.number) > least * static_cast<double>(topology_.cells.size());
 }
 
 template <class Real>

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "detail/anchors.hpp"
 #include "detail/blend.hpp"
 #include "detail/constants.hpp"
+#include "detail/learned_modes.hpp"
 #include "detail/memory.hpp"
 #include "detail/pose.hpp"
 #include "detail/rehearsed_shapes.hpp"
@@ -40,9 +42,11 @@ class Detail final : public Estimator<Real> {
   using typename Estimator<Real>::Memory;
 
   /// `topology` and `workers` must outlive this object. `noise` is the standard deviation of the
-  /// anchors, positive; without it, they are exact. `take` is a rehearsal, or empty.
+  /// anchors, positive; without it, they are exact. `take` is a rehearsal, or empty. `learns` is
+  /// whether modes are made of completed frames, which requires that `take` is empty.
   Detail(std::vector<Triangle> faces, const Topology& topology, std::optional<double> noise,
-         Workers& workers, const DetailConstants& constants = {}, Take<Real> take = {});
+         Workers& workers, const DetailConstants& constants = {}, Take<Real> take = {},
+         bool learns = false);
 
   void reset(Frame first_frame) override;
   Index estimate(Frame previous, std::span<Vector3<Real>> points,
@@ -81,6 +85,7 @@ class Detail final : public Estimator<Real> {
   Field blended(Field shapes, std::span<const double> b, double c);
   void weigh_anchors(const Positions& positions, Field shape, const Anchors& anchors);
   Field detail_turned_back(Field completed);
+  [[nodiscard]] bool is_evident() const;
 
   std::vector<Triangle> faces_;
   const Topology& topology_;
@@ -91,6 +96,8 @@ class Detail final : public Estimator<Real> {
   ShapeMemory memory_;
   Take<Real> take_;  // the frames of the rehearsal, since a new frame 0 has other modes
   Pose pose_;
+  bool learns_;
+  std::unique_ptr<LearnedModes> learned_;  // null if it does not learn
   std::optional<double> noise_;
   Generations next_generations_;  // of the current frame, until nothing can throw any more
   double mean_edge_ = 1;          // the mean edge length of frame 0
@@ -100,14 +107,14 @@ class Detail final : public Estimator<Real> {
 
   /// The arrays to which the steps of a frame return views. None is kept from frame to frame.
   struct Workspace {
-    Workspace(std::size_t n_vertices, bool is_noisy, bool has_rehearsal);
+    Workspace(std::size_t n_vertices, bool is_noisy, bool has_pose);
 
     Anchors anchors;
     std::vector<Vector3<double>> x;
     std::vector<Vector3<double>> kx;
     std::vector<Vector3<double>> shape;    // (k,)
     std::vector<Vector3<double>> k_steps;  // (3 k,)
-    // With a rehearsal, (3 k,):
+    // With a pose, (3 k,):
     std::vector<Vector3<double>> steps;
     std::vector<Vector3<double>> wanted;
     std::vector<Vector3<double>> shapes;  // the memory, with the posed shape in place of the first

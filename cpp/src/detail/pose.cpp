@@ -21,7 +21,7 @@ Pose::Pose(const Cells& cells, Workers& workers, const RehearsalConstants& const
 
 void Pose::reset(Modes modes) {
   std::vector<double> coefficients(modes.n_coefficients());
-  if (modes.size() > 0) {
+  if (modes.n_coefficients() > 0) {
     for (auto* values : {&gradient_, &direction_, &product_, &preconditioned_, &squares_}) {
       values->resize(modes.n_coefficients());
     }
@@ -35,9 +35,23 @@ void Pose::reset(Modes modes) {
   std::ranges::fill(shape_, Vector3<double>{});
   modes_ = std::move(modes);
   coefficients_ = std::move(coefficients);
+  begin();
+}
+
+/// Nothing is known about the coefficients yet.
+void Pose::begin() {
   residual_variance_ = -1;
   determined_ = static_cast<double>(modes_.size());
   size_ = constants_.first_variance * determined_;
+}
+
+void Pose::replace(Modes& modes, std::span<const double> coefficients) {
+  const bool is_first = !exists();
+  std::swap(modes_, modes);
+  std::ranges::copy(coefficients, coefficients_.begin());
+  if (!are_plausible(coefficients_)) std::ranges::fill(coefficients_, 0.0);
+  if (is_first) begin();
+  modes_.combine(coefficients_, shape_, workers_);
 }
 
 std::size_t Pose::memory_size() const {

@@ -30,8 +30,14 @@ class Pose {
   /// Begins a sequence with these modes.
   void reset(Modes modes);
 
+  /// Continues with other modes of the same parts, which are swapped with the present ones, and
+  /// with these coefficients of them.
+  void replace(Modes& modes, std::span<const double> coefficients);
+
   [[nodiscard]] bool exists() const { return modes_.size() > 0; }
   [[nodiscard]] const Modes& modes() const { return modes_; }
+  /// a
+  [[nodiscard]] std::span<const double> coefficients() const { return coefficients_; }
 
   /// The number of values in the memory of a pose.
   [[nodiscard]] std::size_t memory_size() const;
@@ -65,6 +71,7 @@ class Pose {
     double with = 0;     // |r0 + r1 + r3|^2
   };
 
+  void begin();
   Energies measure(const ResidualField& residuals);
   void weigh_seen(const Generations& generations);
   double descend(const Anchors& anchors, ShapeSystem& system, const Rotations& rotations,
