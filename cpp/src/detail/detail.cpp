@@ -304,7 +304,14 @@ typename Detail<Real>::Memory Detail<Real>::memory() const {
     memory.rows.push_back({q.w, q.x, q.y, q.z, u.x, u.y, u.z});
   }
   memory.anchor_weight = lambda_;
-  if (!take_.empty()) memory.pose = pose_.memory();
+  if (pose_size() > 0) {
+    memory.pose.reserve(pose_size());
+    memory.pose = pose_.memory();
+  }
+  if (learned_) {
+    learned_->append_memory(memory.pose);
+    memory.shapes.assign(learned_->rows().begin(), learned_->rows().end());
+  }
   return memory;
 }
 
@@ -318,7 +325,17 @@ bool Detail<Real>::accepts(const Memory& memory) const {
   return memory.rows.size() == memory_rows() && std::ranges::all_of(memory.rows, is_sound) &&
          memory.anchor_weight >= constants_.least_lambda &&
          memory.anchor_weight <= constants_.largest_lambda &&
-         (take_.empty() ? memory.pose.empty() : pose_.accepts(memory.pose));
+         memory.pose.size() == pose_size() && memory.shapes.size() == shape_rows() &&
+         (pose_size() == 0 || accepts_pose(memory));
+}
+
+template <class Real>
+bool Detail<Real>::accepts_pose(const Memory& memory) const {
+  const std::span<const double> values = memory.pose;
+  const std::size_t of_pose = pose_.memory_size();
+  return pose_.accepts(values.first(of_pose)) &&
+         (!learned_ || LearnedModes::accepts(values.subspan(of_pose), memory.shapes,
+                                             constants_.rehearsal));
 }
 
 template <class Real>
@@ -332,7 +349,11 @@ void Detail<Real>::recall(const Memory& memory, Frame completed) {
     return Vector3<double>{row[4], row[5], row[6]};
   });
   memory_.recall(detail, workspace_.shape);
-  if (!take_.empty()) pose_.recall(memory.pose);
+  if (pose_size() == 0) return;
+  const std::span<const double> values = memory.pose;
+  const std::size_t of_pose = pose_.memory_size();
+  if (learned_) learned_->recall(values.subspan(of_pose), memory.shapes, pose_);
+  pose_.recall(values.first(of_pose));
 }
 
 template class Detail<float>;

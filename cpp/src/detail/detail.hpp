@@ -55,7 +55,11 @@ class Detail final : public Estimator<Real> {
   [[nodiscard]] Memory memory() const override;
   [[nodiscard]] std::size_t memory_rows() const override { return topology_.cells.size(); }
   [[nodiscard]] std::size_t pose_size() const override {
+    if (learned_) return pose_.memory_size() + LearnedModes::memory_size(constants_.rehearsal);
     return take_.empty() ? 0 : pose_.memory_size();
+  }
+  [[nodiscard]] std::size_t shape_rows() const override {
+    return learned_ ? topology_.cells.size() : 0;
   }
   [[nodiscard]] bool accepts(const Memory& memory) const override;
   void recall(const Memory& memory, Frame completed) override;
@@ -86,6 +90,7 @@ class Detail final : public Estimator<Real> {
   void weigh_anchors(const Positions& positions, Field shape, const Anchors& anchors);
   Field detail_turned_back(Field completed);
   [[nodiscard]] bool is_evident() const;
+  [[nodiscard]] bool accepts_pose(const Memory& memory) const;
 
   std::vector<Triangle> faces_;
   const Topology& topology_;
@@ -97,7 +102,7 @@ class Detail final : public Estimator<Real> {
   Take<Real> take_;  // the frames of the rehearsal, since a new frame 0 has other modes
   Pose pose_;
   bool learns_;
-  std::unique_ptr<LearnedModes> learned_;  // null if it does not learn
+  std::unique_ptr<LearnedModes> learned_;  // null before `reset`, and if it does not learn
   std::optional<double> noise_;
   Generations next_generations_;  // of the current frame, until nothing can throw any more
   double mean_edge_ = 1;          // the mean edge length of frame 0

@@ -19,6 +19,19 @@ constexpr std::size_t fewest_shapes = 2;
 
 }  // namespace
 
+/// Factors of modes that there are not are 0.
+std::size_t LearnedModes::Combination::n_modes() const {
+  std::size_t n = 0;
+  for (std::size_t part = 0; at(part, 0) < factors.size(); ++part) {
+    for (std::size_t j = 0; j < modes_of_part; ++j) {
+      bool is_mode = false;
+      for (std::size_t l = 0; l < n_members; ++l) is_mode |= factors[at(part, l) + j] != 0;
+      n += is_mode ? 1 : 0;
+    }
+  }
+  return n;
+}
+
 LearnedModes::LearnedModes(const SurfaceParts& parts, Workers& workers,
                            const RehearsalConstants& constants)
     : workers_(workers),
@@ -38,6 +51,7 @@ void LearnedModes::advance(Field memory, bool is_evident, Pose& pose) {
   if (library_.n_offered() % remade_after != 0 || !has_changed_) return;
   const auto members = library_.members();
   if (members.size() < fewest_shapes) return;
+  making_.members = {};
   std::ranges::copy(members, making_.members.begin());
   making_.n_members = members.size();
   has_changed_ = false;
@@ -59,8 +73,7 @@ void LearnedModes::make_slice(Pose& pose) {
 void LearnedModes::combine() {
   workers_.for_each(static_cast<Index>(n_parts()),
                     [&](Index part) { combine_part(static_cast<std::size_t>(part)); });
-  next_.set_size(n_parts() * modes_of_part -
-                 static_cast<std::size_t>(std::ranges::count(eigenvalues_, 0.0)));
+  next_.set_size(making_.n_modes());
 }
 
 void LearnedModes::combine_part(std::size_t part) {
@@ -80,9 +93,9 @@ void LearnedModes::combine_part(std::size_t part) {
     const bool is_kept = largest > 0 && value > constants_.least_eigenvalue * largest;
     const auto mode = static_cast<std::size_t>(j);
     eigenvalues_[part * modes_of_part + mode] = is_kept ? value : 0;
-    for (Eigen::Index l = 0; l < n; ++l) {
+    for (Eigen::Index l = 0; l < most_learned_shapes; ++l) {
       making_.factors[making_.at(part, static_cast<std::size_t>(l)) + mode] =
-          is_kept ? static_cast<float>(scale * solver.eigenvectors()(l, n - 1 - j)) : 0.0F;
+          is_kept && l < n ? static_cast<float>(scale * solver.eigenvectors()(l, n - 1 - j)) : 0.0F;
     }
   }
 }
@@ -131,6 +144,67 @@ void LearnedModes::carry_over(std::span<const double> coefficients) {
           value > 0 ? static_cast<double>(making_.n_members) / value * sum : 0;
     }
   }
+}
+
+std::size_t LearnedModes::memory_size(const RehearsalConstants& constants) {
+  return ShapeLibrary::memory_size + 2 + 2 * (1 + slots) +
+         static_cast<std::size_t>(constants.local_parts + 1) * slots * modes_of_part;
+}
+
+void LearnedModes::append_memory(std::vector<double>& memory) const {
+  const std::size_t end = memory.size() + memory_size(constants_);
+  library_.append_memory(memory);
+  memory.push_back(static_cast<double>(n_slices_));
+  memory.push_back(has_changed_ ? 1 : 0);
+  for (const Combination* combination : {&used_, &making_}) {
+    memory.push_back(static_cast<double>(combination->n_members));
+    for (const Index slot : combination->members) memory.push_back(static_cast<double>(slot));
+  }
+  for (const float factor : used_.factors) memory.push_back(static_cast<double>(factor));
+  memory.resize(end);
+}
+
+bool LearnedModes::accepts(std::span<const double> memory, std::span<const Row> rows,
+                           const RehearsalConstants& constants) {
+  if (memory.size() != memory_size(constants)) return false;
+  if (!ShapeLibrary::accepts(memory.first(ShapeLibrary::memory_size), rows)) return false;
+  memory = memory.subspan(ShapeLibrary::memory_size);
+  if (!is_count(memory[0], remade_after) || !is_count(memory[1], 1)) return false;
+  const bool is_making = memory[0] > 0;
+  memory = memory.subspan(2);
+  const auto is_slot = [](double slot) { return is_count(slot, slots - 1); };
+  for (int n = 0; n < 2; ++n) {
+    if (!is_count(memory[0], slots) || !std::ranges::all_of(memory.subspan(1, slots), is_slot)) {
+      return false;
+    }
+    if (n == 1 && is_making && memory[0] < 1) return false;
+    memory = memory.subspan(1 + slots);
+  }
+  // A component of a unit vector, divided by a root.
+  return std::ranges::all_of(memory, [](double factor) { return std::abs(factor) <= 1; });
+}
+
+void LearnedModes::recall(std::span<const double> memory, std::span<const Row> rows, Pose& pose) {
+  library_.recall(memory.first(ShapeLibrary::memory_size), rows);
+  memory = memory.subspan(ShapeLibrary::memory_size);
+  n_slices_ = static_cast<Index>(memory[0]);
+  has_changed_ = memory[1] != 0;
+  memory = memory.subspan(2);
+  for (Combination* combination : {&used_, &making_}) {
+    combination->n_members = static_cast<std::size_t>(memory[0]);
+    std::ranges::transform(memory.subspan(1, slots), combination->members.begin(),
+                           [](double slot) { return static_cast<Index>(slot); });
+    memory = memory.subspan(1 + slots);
+  }
+  std::ranges::transform(memory.first(used_.factors.size()), used_.factors.begin(),
+                         [](double factor) { return static_cast<float>(factor); });
+  next_.form(library_.shapes(), used_.data(), 0, static_cast<Index>(rows.size()), workers_);
+  next_.set_size(used_.n_modes());
+  std::ranges::fill(carried_, 0.0);
+  pose.replace(next_, carried_);
+  // The slices that had been made.
+  if (n_slices_ > 1) combine();
+  for (Index slice = 2; slice < n_slices_; ++slice) form(slice - 2);
 }
 
 }  // namespace dynmesh

@@ -52,6 +52,7 @@ class LearnedModes {
     [[nodiscard]] CombinationData data() const {
       return {members.data(), static_cast<Index>(n_members), factors.data()};
     }
+    [[nodiscard]] std::size_t n_modes() const;
     [[nodiscard]] std::size_t at(std::size_t part, std::size_t member) const {
       return (part * slots + member) * modes_of_part;
     }
