@@ -32,7 +32,7 @@ Detail<Real>::Detail(std::vector<Triangle> faces, const Topology& topology,
       local_blend_(topology.cells, constants_),
       memory_(topology.cells.size(), constants_),
       take_(std::move(take)),
-      pose_(topology.cells, workers, constants_.rehearsal),
+      pose_(topology.cells, workers, constants_.rehearsal, learns),
       learns_(learns),
       noise_(noise),
       next_generations_(topology.cells.size()),
@@ -83,9 +83,8 @@ Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
   // Step 2: find the global b and c.
   Field shapes = turned_shapes(positions);
   const ResidualField unposed = find_directions(positions, shapes, anchors);
-  // With a rehearsal, a posed rest shape takes the place of m_first from here on.
-  const ResidualField directions =
-      pose_.exists() ? pose_first_shape(unposed, generations) : unposed;
+  // With modes, a posed shape takes the place of m_first or m from here on.
+  const ResidualField directions = pose_.exists() ? pose_shapes(unposed, generations) : unposed;
   const ResidualSums sums = sum_products(directions, mean_edge_);
   const Blend blend = bounded(global_blend(sums, constants_));
 
@@ -179,10 +178,10 @@ ResidualField Detail<Real>::find_directions(const Positions& positions, Field sh
   return {anchors, positions.x, positions.kx, shapes, steps, workspace_.k_steps};
 }
 
-/// Poses the rest shape by what the anchors say: p = m_first + k B a takes the place of m_first.
+/// Poses the rest shape by what the anchors say: p = m_first + k B a takes the place of m_first. If
+/// the pose is a change, m + k B a takes the place of m.
 template <class Real>
-ResidualField Detail<Real>::pose_first_shape(ResidualField directions,
-                                             const Generations& generations) {
+ResidualField Detail<Real>::pose_shapes(ResidualField directions, const Generations& generations) {
   const Stopwatch stopwatch(report_.solve_seconds);
   std::ranges::copy(directions.steps, workspace_.steps.begin());
   std::ranges::copy(directions.wanted, workspace_.wanted.begin());
@@ -191,18 +190,22 @@ ResidualField Detail<Real>::pose_first_shape(ResidualField directions,
   const Pose::Found pose = pose_.find(directions, system_, rotations_, generations);
   report_.trust = pose.trust;
   report_.explained = pose.explained;
-  blend_is_uncertain_ = pose.is_first;
+  blend_is_uncertain_ = pose.is_first && !pose_.is_change();
   if (pose.trust == 0) return directions;
-  const double k = pose.trust;
-  const Field remembered = memory_.shapes();
+  std::ranges::copy(memory_.shapes(), workspace_.shapes.begin());
+  const auto add = [&](std::size_t row, std::size_t v, double k) {
+    workspace_.steps[row] = workspace_.steps[row] + k * pose.steps[v];
+    workspace_.k_steps[row] = workspace_.k_steps[row] + k * pose.k_steps[v];
+    workspace_.wanted[row] = workspace_.wanted[row] + k * pose.wanted[v];
+    workspace_.shapes[row] = workspace_.shapes[row] + k * pose_.shape()[v];
+  };
   for (std::size_t v = 0; v < directions.size(); ++v) {
-    const std::size_t first = 3 * v + 1;
-    workspace_.steps[first] = workspace_.steps[first] + k * pose.steps[v];
-    workspace_.k_steps[first] = workspace_.k_steps[first] + k * pose.k_steps[v];
-    workspace_.wanted[first] = workspace_.wanted[first] + k * pose.wanted[v];
-    workspace_.shapes[3 * v] = remembered[3 * v];
-    workspace_.shapes[first] = remembered[first] + k * pose_.shape()[v];
-    workspace_.shapes[3 * v + 2] = remembered[3 * v + 2];
+    if (pose_.is_change()) {
+      add(3 * v, v, pose.trust);
+      add(3 * v + 1, v, -pose.trust);
+    } else {
+      add(3 * v + 1, v, pose.trust);
+    }
   }
   workspace_.is_posed = true;
   return directions;
@@ -284,14 +287,7 @@ void Detail<Real>::remember(Frame completed) {
   const Field x = in_workspace(completed);
   rotations_.fit(x);
   memory_.learn(detail_turned_back(x));
-  if (learned_) learned_->advance(memory_.shapes(), is_evident(), pose_);
-}
-
-/// Whether enough is known of the frame to learn from it.
-template <class Real>
-bool Detail<Real>::is_evident() const {
-  static const double least = [] { const char* t = std::getenv("X_SHARE"); return t ? std::atof(t) : 0.0; }();
-  return static_cast<double>(workspace_.anchors.number) > least * static_cast<double>(topology_.cells.size());
+  if (learned_) learned_->advance(memory_.shapes(), workspace_.anchors.number > 0, pose_);
 }
 
 template <class Real>

@@ -80,7 +80,7 @@ class Detail final : public Estimator<Real> {
   Positions move_smoothly(Field previous, const Anchors& anchors);
   Field turned_shapes(const Positions& positions);
   ResidualField find_directions(const Positions& positions, Field shapes, const Anchors& anchors);
-  ResidualField pose_first_shape(ResidualField directions, const Generations& generations);
+  ResidualField pose_shapes(ResidualField directions, const Generations& generations);
   [[nodiscard]] Field shapes_in_memory() const;
   [[nodiscard]] Blend bounded(Blend blend) const;
   Positions take_directions(Positions positions, const ResidualField& directions,
@@ -89,7 +89,6 @@ class Detail final : public Estimator<Real> {
   Field blended(Field shapes, std::span<const double> b, double c);
   void weigh_anchors(const Positions& positions, Field shape, const Anchors& anchors);
   Field detail_turned_back(Field completed);
-  [[nodiscard]] bool is_evident() const;
   [[nodiscard]] bool accepts_pose(const Memory& memory) const;
 
   std::vector<Triangle> faces_;
@@ -122,7 +121,7 @@ class Detail final : public Estimator<Real> {
     // With a pose, (3 k,):
     std::vector<Vector3<double>> steps;
     std::vector<Vector3<double>> wanted;
-    std::vector<Vector3<double>> shapes;  // the memory, with the posed shape in place of the first
+    std::vector<Vector3<double>> shapes;  // the memory, with m_first or m posed
     bool is_posed = false;
   };
   Workspace workspace_;

@@ -36,12 +36,11 @@ LearnedModes::LearnedModes(const SurfaceParts& parts, Workers& workers,
                            const RehearsalConstants& constants)
     : workers_(workers),
       constants_(constants),
+      n_parts_(static_cast<std::size_t>(parts.n_parts)),
       library_(parts, workers),
       next_(parts),
       used_(static_cast<std::size_t>(parts.n_parts)),
-      making_(static_cast<std::size_t>(parts.n_parts)),
-      eigenvalues_(static_cast<std::size_t>(parts.n_parts * modes_of_part)),
-      carried_(eigenvalues_.size()) {}
+      making_(static_cast<std::size_t>(parts.n_parts)) {}
 
 void LearnedModes::advance(Field memory, bool is_evident, Pose& pose) {
   if (n_slices_ > 0) make_slice(pose);
@@ -71,7 +70,7 @@ void LearnedModes::make_slice(Pose& pose) {
 
 /// Finds the leading eigenvectors of each part.
 void LearnedModes::combine() {
-  workers_.for_each(static_cast<Index>(n_parts()),
+  workers_.for_each(static_cast<Index>(n_parts_),
                     [&](Index part) { combine_part(static_cast<std::size_t>(part)); });
   next_.set_size(making_.n_modes());
 }
@@ -92,7 +91,6 @@ void LearnedModes::combine_part(std::size_t part) {
     const double value = j < n ? solver.eigenvalues()[n - 1 - j] : 0;
     const bool is_kept = largest > 0 && value > constants_.least_eigenvalue * largest;
     const auto mode = static_cast<std::size_t>(j);
-    eigenvalues_[part * modes_of_part + mode] = is_kept ? value : 0;
     for (Eigen::Index l = 0; l < most_learned_shapes; ++l) {
       making_.factors[making_.at(part, static_cast<std::size_t>(l)) + mode] =
           is_kept && l < n ? static_cast<float>(scale * solver.eigenvectors()(l, n - 1 - j)) : 0.0F;
@@ -109,41 +107,8 @@ void LearnedModes::form(Index slice) {
 }
 
 void LearnedModes::hand_over(Pose& pose) {
-  carry_over(pose.coefficients());
   std::swap(used_, making_);
-  pose.replace(next_, carried_);
-}
-
-/// The coefficients of the new modes that are closest to a shape of the present ones: for each
-/// part, with y = U a / sqrt(n) of the present modes, they minimise |Z (U' a' / sqrt(n') - y)|,
-/// where Z holds all shapes and Z^T Z are their products. U' are eigenvectors, so that a' =
-/// n' / eigenvalue (U' / sqrt(n'))^T Z^T Z y.
-void LearnedModes::carry_over(std::span<const double> coefficients) {
-  for (std::size_t part = 0; part < n_parts(); ++part) {
-    const auto a = coefficients.subspan(part * modes_of_part, modes_of_part);
-    std::array<double, slots> shares{};  // y
-    for (std::size_t l = 0; l < used_.n_members; ++l) {
-      const float* factors = &used_.factors[used_.at(part, l)];
-      for (std::size_t j = 0; j < modes_of_part; ++j) {
-        shares[l] += static_cast<double>(factors[j]) * a[j];
-      }
-    }
-    std::array<double, slots> projected{};  // Z^T Z y
-    for (std::size_t m = 0; m < making_.n_members; ++m) {
-      for (std::size_t l = 0; l < used_.n_members; ++l) {
-        projected[m] += library_.product(part, making_.members[m], used_.members[l]) * shares[l];
-      }
-    }
-    for (std::size_t j = 0; j < modes_of_part; ++j) {
-      double sum = 0;
-      for (std::size_t m = 0; m < making_.n_members; ++m) {
-        sum += static_cast<double>(making_.factors[making_.at(part, m) + j]) * projected[m];
-      }
-      const double value = eigenvalues_[part * modes_of_part + j];
-      carried_[part * modes_of_part + j] =
-          value > 0 ? static_cast<double>(making_.n_members) / value * sum : 0;
-    }
-  }
+  pose.replace(next_);
 }
 
 std::size_t LearnedModes::memory_size(const RehearsalConstants& constants) {
@@ -200,8 +165,7 @@ void LearnedModes::recall(std::span<const double> memory, std::span<const Row> r
                          [](double factor) { return static_cast<float>(factor); });
   next_.form(library_.shapes(), used_.data(), 0, static_cast<Index>(rows.size()), workers_);
   next_.set_size(used_.n_modes());
-  std::ranges::fill(carried_, 0.0);
-  pose.replace(next_, carried_);
+  pose.replace(next_);
   // The slices that had been made.
   if (n_slices_ > 1) combine();
   for (Index slice = 2; slice < n_slices_; ++slice) form(slice - 2);

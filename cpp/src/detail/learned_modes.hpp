@@ -19,8 +19,7 @@ namespace dynmesh {
 /// Makes the modes of a pose from a library of shapes that grows with the sequence. After every
 /// fourth frame that is offered, new modes are begun, in slices of one frame each: first the
 /// leading eigenvectors of all parts, then the modes of a third of the vertices at a time. When all
-/// are complete, they replace the modes of the pose, whose coefficients are carried over by least
-/// squares. Allocates memory only in the constructor.
+/// are complete, they replace the modes of the pose. Allocates memory only in the constructor.
 class LearnedModes {
  public:
   using Field = ShapeLibrary::Field;
@@ -40,7 +39,7 @@ class LearnedModes {
   /// Whether modes with these constants can have this memory.
   [[nodiscard]] static bool accepts(std::span<const double> memory, std::span<const Row> rows,
                                     const RehearsalConstants& constants);
-  /// Restores also the modes of the pose, but not its coefficients.
+  /// Restores the modes of the pose as well.
   void recall(std::span<const double> memory, std::span<const Row> rows, Pose& pose);
 
  private:
@@ -67,19 +66,16 @@ class LearnedModes {
   void combine_part(std::size_t part);
   void form(Index slice);
   void hand_over(Pose& pose);
-  void carry_over(std::span<const double> coefficients);
-  [[nodiscard]] std::size_t n_parts() const { return eigenvalues_.size() / modes_of_part; }
 
   Workers& workers_;
   const RehearsalConstants& constants_;
+  std::size_t n_parts_;
   ShapeLibrary library_;
   Modes next_;          // in the making
   Index n_slices_ = 0;  // the slice that comes next, from 1; 0 if no modes are in the making
   bool has_changed_ = false;  // whether the library has, since modes were last begun
   Combination used_;
   Combination making_;
-  std::vector<double> eigenvalues_;  // (n_parts, 16) of `making_`, 0 where there is no mode
-  std::vector<double> carried_;      // (n_parts, 16)
 };
 
 }  // namespace dynmesh

@@ -16,8 +16,9 @@ double product(std::span<const double> a, std::span<const double> b) {
 
 }  // namespace
 
-Pose::Pose(const Cells& cells, Workers& workers, const RehearsalConstants& constants)
-    : cells_(cells), workers_(workers), constants_(constants) {}
+Pose::Pose(const Cells& cells, Workers& workers, const RehearsalConstants& constants,
+           bool is_change)
+    : cells_(cells), workers_(workers), constants_(constants), is_change_(is_change) {}
 
 void Pose::reset(Modes modes) {
   std::vector<double> coefficients(modes.n_coefficients());
@@ -45,13 +46,10 @@ void Pose::begin() {
   size_ = constants_.first_variance * determined_;
 }
 
-void Pose::replace(Modes& modes, std::span<const double> coefficients) {
+void Pose::replace(Modes& modes) {
   const bool is_first = !exists();
   std::swap(modes_, modes);
-  std::ranges::copy(coefficients, coefficients_.begin());
-  if (!are_plausible(coefficients_)) std::ranges::fill(coefficients_, 0.0);
   if (is_first) begin();
-  modes_.combine(coefficients_, shape_, workers_);
 }
 
 std::size_t Pose::memory_size() const {
@@ -116,7 +114,7 @@ Pose::Energies Pose::measure(const ResidualField& residuals) {
     const Vector3<double> r3 = k_steps_[v] - wanted_[v];
     bool is_shape = true;
     residuals.visit(v, [&](const Residuals& r) {
-      const Vector3<double> without = r.r0 + r.r1;
+      const Vector3<double> without = is_change_ ? r.r0 : r.r0 + r.r1;
       const Vector3<double> with = without + (is_shape ? r3 : steps_[v]);
       if (is_shape) residual_[v] = with;
       energies.without += r.weight * squared_norm(without);
@@ -197,17 +195,26 @@ void Pose::update_evidence(double lambda) {
   determined_ = (determined_ + std::max(constants_.least_determined, determined)) / 2;
 }
 
+/// v
+double Pose::variance() const {
+  const double found = determined_ > 0 ? size_ / determined_ : constants_.first_variance;
+  const double largest =
+      is_change_ ? constants_.largest_variance_of_change : constants_.largest_variance;
+  return std::clamp(found, constants_.least_variance, largest);
+}
+
 Pose::Found Pose::find(const ResidualField& residuals, ShapeSystem& system,
                        const Rotations& rotations, const Generations& generations) {
   const Anchors& anchors = residuals.anchors;
-  const auto variance = [&] {
-    const double found = determined_ > 0 ? size_ / determined_ : constants_.first_variance;
-    return std::clamp(found, constants_.least_variance, constants_.largest_variance);
-  };
   Found found;
   found.is_first = residual_variance_ < 0;
-  rotations.turn(shape_, wanted_);
-  step_towards(wanted_, anchors, system, steps_, k_steps_);
+  if (is_change_) {
+    forget();
+    std::ranges::fill(shape_, Vector3<double>{});
+  } else {
+    rotations.turn(shape_, wanted_);
+    step_towards(wanted_, anchors, system, steps_, k_steps_);
+  }
   Energies energies = measure(residuals);
   const double coordinates = 3 * static_cast<double>(anchors.number);
   const double residual_variance =
@@ -224,7 +231,8 @@ Pose::Found Pose::find(const ResidualField& residuals, ShapeSystem& system,
     update_evidence(lambda);
   }
   if (std::isfinite(energies.with)) residual_variance_ = energies.with / coordinates;
-  found.trust = std::clamp(variance() / constants_.first_variance - 1, 0.0, 1.0);
+  found.trust =
+      is_change_ ? 1 : std::clamp(variance() / constants_.first_variance - 1, 0.0, 1.0);
   const double explained = 1 - energies.with / energies.without;
   if (std::isfinite(explained)) found.explained = std::clamp(explained, 0.0, 1.0);
   found.steps = steps_;
