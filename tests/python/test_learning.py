@@ -121,7 +121,7 @@ def test_the_size_of_a_state(sheet: Mesh) -> None:
     ]
     vertices = 144, 400
     for k, plain, learned in zip(vertices, sizes[::2], sizes[1::2], strict=True):
-        assert learned - plain == 384 * k + 8 * (3 + 16 * 13 + 35 + 2 + 66 + 13 * 32 * 16)
+        assert learned - plain == 384 * k + 8 * (3 + 35 + 2 + 2 * 33 + 13 * 32 * 16)
 
 
 def test_a_reset_forgets_everything(sheet: Mesh, clip: tuple[Array, Array]) -> None:

@@ -39,8 +39,8 @@ LearnedModes::LearnedModes(const SurfaceParts& parts, Workers& workers,
       n_parts_(static_cast<std::size_t>(parts.n_parts)),
       library_(parts, workers),
       next_(parts),
-      used_(static_cast<std::size_t>(parts.n_parts)),
-      making_(static_cast<std::size_t>(parts.n_parts)) {}
+      used_(static_cast<std::size_t>(constants.local_parts + 1)),
+      making_(static_cast<std::size_t>(constants.local_parts + 1)) {}
 
 void LearnedModes::advance(Field memory, bool is_evident, Pose& pose) {
   if (n_slices_ > 0) make_slice(pose);
@@ -117,7 +117,6 @@ std::size_t LearnedModes::memory_size(const RehearsalConstants& constants) {
 }
 
 void LearnedModes::append_memory(std::vector<double>& memory) const {
-  const std::size_t end = memory.size() + memory_size(constants_);
   library_.append_memory(memory);
   memory.push_back(static_cast<double>(n_slices_));
   memory.push_back(has_changed_ ? 1 : 0);
@@ -126,7 +125,6 @@ void LearnedModes::append_memory(std::vector<double>& memory) const {
     for (const Index slot : combination->members) memory.push_back(static_cast<double>(slot));
   }
   for (const float factor : used_.factors) memory.push_back(static_cast<double>(factor));
-  memory.resize(end);
 }
 
 bool LearnedModes::accepts(std::span<const double> memory, std::span<const Row> rows,
@@ -146,7 +144,9 @@ bool LearnedModes::accepts(std::span<const double> memory, std::span<const Row> 
     memory = memory.subspan(1 + slots);
   }
   // A component of a unit vector, divided by a root.
-  return std::ranges::all_of(memory, [](double factor) { return std::abs(factor) <= 1; });
+  return std::ranges::all_of(memory, [](double factor) {
+    return std::abs(factor) <= 1 && static_cast<double>(static_cast<float>(factor)) == factor;
+  });
 }
 
 void LearnedModes::recall(std::span<const double> memory, std::span<const Row> rows, Pose& pose) {

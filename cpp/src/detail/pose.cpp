@@ -53,12 +53,13 @@ void Pose::replace(Modes& modes) {
 }
 
 std::size_t Pose::memory_size() const {
+  if (is_change_) return 3;  // the coefficients begin at 0 in each frame
   return 3 + static_cast<std::size_t>(modes_of_part * (constants_.local_parts + 1));
 }
 
 std::vector<double> Pose::memory() const {
   std::vector<double> memory = {residual_variance_, size_, determined_};
-  memory.insert(memory.end(), coefficients_.begin(), coefficients_.end());
+  if (!is_change_) memory.insert(memory.end(), coefficients_.begin(), coefficients_.end());
   memory.resize(memory_size());
   return memory;
 }
@@ -73,6 +74,7 @@ void Pose::recall(std::span<const double> memory) {
   residual_variance_ = memory[0];
   size_ = memory[1];
   determined_ = memory[2];
+  if (is_change_) return;
   std::ranges::copy(memory.subspan(3, coefficients_.size()), coefficients_.begin());
   if (exists()) modes_.combine(coefficients_, shape_, workers_);
 }

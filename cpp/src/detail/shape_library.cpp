@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace dynmesh {
 namespace {
@@ -102,9 +103,7 @@ void ShapeLibrary::append_memory(std::vector<double>& memory) const {
   memory.push_back(static_cast<double>(n_offered_));
   memory.push_back(static_cast<double>(interval_));
   memory.push_back(static_cast<double>(n_members_));
-  for (std::size_t i = 0; i < slots; ++i) {
-    memory.push_back(i < n_members_ ? static_cast<double>(members_[i]) : 0);
-  }
+  for (const Index slot : members_) memory.push_back(static_cast<double>(slot));
 }
 
 bool ShapeLibrary::accepts(std::span<const double> memory, std::span<const Row> rows) {
@@ -114,13 +113,11 @@ bool ShapeLibrary::accepts(std::span<const double> memory, std::span<const Row> 
       !is_count(n_members, slots - 1) || memory[1] < 2) {
     return false;
   }
-  const auto members = memory.subspan(3, static_cast<std::size_t>(n_members));
   std::array<bool, slots> is_taken{};
-  for (const double slot : members) {
-    if (!is_count(slot, slots - 1)) return false;
-    bool& taken = is_taken[static_cast<std::size_t>(slot)];
-    if (taken) return false;
-    taken = true;
+  for (std::size_t i = 0; i < slots; ++i) {
+    if (!is_count(memory[3 + i], slots - 1)) return false;
+    bool& taken = is_taken[static_cast<std::size_t>(memory[3 + i])];
+    if (i < static_cast<std::size_t>(n_members) && std::exchange(taken, true)) return false;
   }
   return std::ranges::all_of(rows,
                              [](const Row& row) { return std::ranges::all_of(row, is_small<float>); });

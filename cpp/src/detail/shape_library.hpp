@@ -16,9 +16,10 @@
 
 namespace dynmesh {
 
-/// Whether a stored number is a whole one from 0 to `most`.
+/// Whether a stored number is a whole one from 0 to `most`, and not -0, which would not be stored
+/// again.
 inline bool is_count(double number, double most) {
-  return number >= 0 && number <= most && number == std::floor(number);
+  return !std::signbit(number) && number <= most && number == std::floor(number);
 }
 
 /// Holds z = Q^T K V - m_0 of up to 31 frames, evenly from all that were offered, in single
