@@ -33,7 +33,8 @@ TEST_CASE("of many shapes, those at regular intervals are in the library") {
     const auto members = library.members();
     REQUIRE(library.n_offered() == n);
     REQUIRE(members.size() == n / interval);
-    REQUIRE(has_entered == (n % (n % interval == 0 && n / interval == 16 ? interval / 2 : interval) == 0));
+    REQUIRE(has_entered ==
+            (n % (n % interval == 0 && n / interval == 16 ? interval / 2 : interval) == 0));
     for (std::size_t i = 0; i < members.size(); ++i) {
       for (std::size_t j = 0; j < members.size(); ++j) {
         const auto expected = static_cast<double>((i + 1) * (j + 1) * interval * interval);

@@ -337,9 +337,7 @@ class Detail:
         for r, target in ((r1, targets[1]), (r2, targets[2])):
             if (r * r).sum() <= 1e-18 * ((target * rows) ** 2).sum():  # rounding errors of 0
                 r[:] = 0
-        (x0, x1), (r0, r1), detail = self._posed(
-            [x0, x1], [r0, r1], detail, anchors, known, seen
-        )
+        (x0, x1), (r0, r1), detail = self._posed([x0, x1], [r0, r1], detail, anchors, known, seen)
         b, change = self._blends(r0, r1, r2, seen)
         self.blend, self.continued = b, change = self._bounded(b), change
         x = x0 + b * x1 + change * x2

@@ -162,7 +162,7 @@ def test_recorded_subjects(data: Path, name: str, most: float) -> None:
     """One recurs, the other does not."""
     sequence = dynmesh.read(data / f"{name}.npz")
     frames = sequence.vertices[:60]
-    masks = list(dynmesh.degrade.patch_known(sequence.faces, *frames.shape[:2], 0.3, seed=0))[1:]
+    masks = list(dynmesh.degrade.patch_known(sequence.faces, 60, frames.shape[1], 0.3, seed=0))[1:]
     mesh = Mesh(faces=sequence.faces.astype(np.int64), vertices=frames[0])
     errors = [
         dynmesh.metrics.nmsve(

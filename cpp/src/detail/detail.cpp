@@ -320,9 +320,8 @@ bool Detail<Real>::accepts(const Memory& memory) const {
   };
   return memory.rows.size() == memory_rows() && std::ranges::all_of(memory.rows, is_sound) &&
          memory.anchor_weight >= constants_.least_lambda &&
-         memory.anchor_weight <= constants_.largest_lambda &&
-         memory.pose.size() == pose_size() && memory.shapes.size() == shape_rows() &&
-         (pose_size() == 0 || accepts_pose(memory));
+         memory.anchor_weight <= constants_.largest_lambda && memory.pose.size() == pose_size() &&
+         memory.shapes.size() == shape_rows() && (pose_size() == 0 || accepts_pose(memory));
 }
 
 template <class Real>
@@ -330,8 +329,8 @@ bool Detail<Real>::accepts_pose(const Memory& memory) const {
   const std::span<const double> values = memory.pose;
   const std::size_t of_pose = pose_.memory_size();
   return pose_.accepts(values.first(of_pose)) &&
-         (!learned_ || LearnedModes::accepts(values.subspan(of_pose), memory.shapes,
-                                             constants_.rehearsal));
+         (!learned_ ||
+          LearnedModes::accepts(values.subspan(of_pose), memory.shapes, constants_.rehearsal));
 }
 
 template <class Real>

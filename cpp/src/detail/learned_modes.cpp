@@ -102,7 +102,9 @@ void LearnedModes::combine_part(std::size_t part) {
 void LearnedModes::form(Index slice) {
   constexpr std::size_t n = remade_after - 1;
   const std::size_t k = library_.rows().size();
-  const auto bound = [&](Index s) { return static_cast<Index>(k * static_cast<std::size_t>(s) / n); };
+  const auto bound = [&](Index s) {
+    return static_cast<Index>(k * static_cast<std::size_t>(s) / n);
+  };
   next_.form(library_.shapes(), making_.data(), bound(slice), bound(slice + 1), workers_);
 }
 

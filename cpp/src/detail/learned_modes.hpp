@@ -71,8 +71,8 @@ class LearnedModes {
   const RehearsalConstants& constants_;
   std::size_t n_parts_;
   ShapeLibrary library_;
-  Modes next_;          // in the making
-  Index n_slices_ = 0;  // the slice that comes next, from 1; 0 if no modes are in the making
+  Modes next_;                // in the making
+  Index n_slices_ = 0;        // the slice that comes next, from 1; 0 if no modes are in the making
   bool has_changed_ = false;  // whether the library has, since modes were last begun
   Combination used_;
   Combination making_;

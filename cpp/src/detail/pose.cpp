@@ -233,8 +233,7 @@ Pose::Found Pose::find(const ResidualField& residuals, ShapeSystem& system,
     update_evidence(lambda);
   }
   if (std::isfinite(energies.with)) residual_variance_ = energies.with / coordinates;
-  found.trust =
-      is_change_ ? 1 : std::clamp(variance() / constants_.first_variance - 1, 0.0, 1.0);
+  found.trust = is_change_ ? 1 : std::clamp(variance() / constants_.first_variance - 1, 0.0, 1.0);
   const double explained = 1 - energies.with / energies.without;
   if (std::isfinite(explained)) found.explained = std::clamp(explained, 0.0, 1.0);
   found.steps = steps_;

@@ -119,8 +119,8 @@ bool ShapeLibrary::accepts(std::span<const double> memory, std::span<const Row> 
     bool& taken = is_taken[static_cast<std::size_t>(memory[3 + i])];
     if (i < static_cast<std::size_t>(n_members) && std::exchange(taken, true)) return false;
   }
-  return std::ranges::all_of(rows,
-                             [](const Row& row) { return std::ranges::all_of(row, is_small<float>); });
+  return std::ranges::all_of(
+      rows, [](const Row& row) { return std::ranges::all_of(row, is_small<float>); });
 }
 
 void ShapeLibrary::recall(std::span<const double> memory, std::span<const Row> rows) {
