@@ -55,7 +55,7 @@ struct Settings {
 
   /// Whether the completer learns how the shape of the subject varies from the frames that it
   /// completes, as from a rehearsal, which a completer that learns cannot have. This pays where
-  /// motions recur. A frame takes up to twice as long, and a state has 384 bytes more per vertex.
+  /// motions recur. A frame takes about twice as long, and a state has 384 bytes more per vertex.
   /// Requires method detail.
   bool learn = false;
 

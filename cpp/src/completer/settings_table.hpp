@@ -68,7 +68,7 @@ void for_each_setting(const Visit& visit) {
   visit(Setting{.name = "learn",
                 .method = Method::detail,
                 .help = "Learn from the completed frames how the shape of the subject varies: more "
-                        "accurate if motions recur, and up to twice as slow."},
+                        "accurate if motions recur, and about twice as slow."},
         &Settings::learn);
   visit(Setting{.name = "threads",
                 .method = std::nullopt,
