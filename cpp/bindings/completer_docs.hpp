@@ -45,6 +45,9 @@ Args:
     reject_outliers: If True, known vertices whose motion contradicts that of the known vertices
         around them are treated as unknown, estimated, and counted as `report.rejected`. The default
         is False. Requires "detail".
+    learn: If True, the completer learns how the shape of the subject varies from the frames that it
+        completes, as from a rehearsal, which it then cannot have. This pays where motions recur. A
+        frame takes about twice as long. The default is False. Requires "detail".
     threads: The number of threads that may work on a frame, from 1, the default, to 256. They are
         used for meshes of 23 553 vertices or more, and with "detail" of 5 889 or more; smaller
         meshes are completed by the calling thread alone. Without `revisit`, threads are only used
@@ -57,7 +60,8 @@ Args:
 
 constexpr const char* init_doc =
     R"doc(__init__(self, faces, first_frame, *, method="motion", revisit=True, extra_iterations=0,
-         unseen="follow", noise=None, reject_outliers=False, threads=1, rehearsal=None)
+         unseen="follow", noise=None, reject_outliers=False, learn=False, threads=1,
+         rehearsal=None)
 --
 
 Start at a complete frame.)doc";
@@ -141,8 +145,9 @@ Attributes:
     rejected: The number of vertices that were observed but rejected as outliers.
     seconds: The wall time of the completion.
     blend: b of method "detail", the weight of the shape of frame 0; 0 for "motion".
-    trust: With a rehearsal, how far its poses are used, from 0 to 1; else 0.
-    explained: With a rehearsal, the share of the residual that its pose explains; else 0.
+    trust: With a rehearsal, how far its poses are used, from 0 to 1. With `learn`, 1 as soon as
+        something is learned. Else 0.
+    explained: With either, the share of the residual that the pose explains; else 0.
     factor_seconds, rotation_seconds, solve_seconds: The times of the stages of "detail"; 0 for
         "motion".)doc";
 

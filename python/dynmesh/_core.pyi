@@ -87,6 +87,7 @@ class Completer:
         unseen: Literal["follow", "hold"] = "follow",
         noise: float | None = None,
         reject_outliers: bool = False,
+        learn: bool = False,
         threads: int = 1,
         rehearsal: Iterable[_Positions] | None = None,
     ) -> None: ...

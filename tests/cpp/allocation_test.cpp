@@ -55,6 +55,10 @@ TEST_CASE("method detail allocates memory only if its factor is larger than all 
   bool is_rehearsed = false;
   SUBCASE("anchors exact") {}
   SUBCASE("with a rehearsal") { is_rehearsed = true; }
+  SUBCASE("that learns") { settings.learn = true; }
+  SUBCASE("that learns, on three threads") {
+    settings = {.method = Method::detail, .noise = 0.01, .learn = true, .threads = 3};
+  }
   SUBCASE("anchors noisy") { settings.noise = 0.01; }
   SUBCASE("outliers rejected") { settings.reject_outliers = true; }
   SUBCASE("all of these, on three threads") {

@@ -66,7 +66,7 @@ void try_c(World& world) {
   larger.size += 8;
   tried("dynmesh_default_settings", "`settings`: a null pointer", {"settings:", "null pointer"},
         dynmesh_default_settings(nullptr, sizeof settings));
-  tried("dynmesh_default_settings", "`size`: 0", {"size:", "0", "40"},
+  tried("dynmesh_default_settings", "`size`: 0", {"size:", "0", "48"},
         dynmesh_default_settings(&larger, 0));
   tried("dynmesh_create", "`completer`: a null pointer", {"completer:", "null pointer"},
         dynmesh_create(faces, n_faces, &frame, &settings, nullptr));
@@ -92,14 +92,16 @@ void try_c(World& world) {
         set([](auto& s) { s.noise = 0; }));
   tried("dynmesh_create", "`settings`: reject_outliers by method motion",
         {"reject_outliers:", "detail"}, set([](auto& s) { s.reject_outliers = 1; }));
+  tried("dynmesh_create", "`settings`: learn by method motion", {"learn:", "detail"},
+        set([](auto& s) { s.learn = 1; }));
   tried("dynmesh_create", "`first_frame`: misaligned", {"first_frame:", "8"},
         make(&misaligned, &settings));
-  tried("dynmesh_create", "`settings`: all zeros", {"settings.size:", "40"}, make(&frame, &zeros));
+  tried("dynmesh_create", "`settings`: all zeros", {"settings.size:", "48"}, make(&frame, &zeros));
   tried("dynmesh_create", "`settings`: method 7", {"method:", "not 7"},
         set([](auto& s) { s.method = 7; }));
   tried("dynmesh_create", "`settings`: unseen -1", {"unseen:", "0", "1", "-1"},
         set([](auto& s) { s.unseen = -1; }));
-  tried("dynmesh_create", "`settings`: of another size", {"settings.size:", "48", "40"},
+  tried("dynmesh_create", "`settings`: of another size", {"settings.size:", "56", "48"},
         make(&frame, &larger));
 
   dynmesh_rehearsal* rehearsal = nullptr;

@@ -152,7 +152,8 @@ TEST_CASE_TEMPLATE("equal runs have equal states of the size that state_size ret
   const std::vector<Settings> all_settings = {
       {},
       {.method = Method::detail},
-      {.method = Method::detail, .noise = 0.01, .reject_outliers = true}};
+      {.method = Method::detail, .noise = 0.01, .reject_outliers = true},
+      {.method = Method::detail, .learn = true}};
   for (const Settings& settings : all_settings) {
     std::vector<Completer<Real>> runs;
     for (int i = 0; i < 2; ++i) runs.emplace_back(mesh.faces(), mesh.points(), settings);
@@ -188,8 +189,8 @@ TEST_CASE("a made-up state is refused if later frames could not handle it") {
   for (const Method method : {Method::motion, Method::detail}) {
     Completer<float> completer(mesh.faces(), mesh.points(), {.method = method});
     const auto state = completer.state();
-    const std::size_t facts = 84;  // the offset of the details of the last frame, after the header
-    const std::size_t frames = 132;  // the offset of frame 0
+    const std::size_t facts = 92;  // the offset of the details of the last frame, after the header
+    const std::size_t frames = 140;  // the offset of frame 0
     const std::size_t ages = frames + 2 * k * 3 * sizeof(float);
     const std::size_t masks = ages + k * sizeof(Index);
     const std::size_t rows = masks + k;
@@ -200,7 +201,7 @@ TEST_CASE("a made-up state is refused if later frames could not handle it") {
       CHECK(message_of([&] { completer.restore(bytes); }).find(why) != std::string::npos);
       CHECK(completer.state() == state);
     };
-    refused(facts - 4 * sizeof(double), -0.0, "extra_iterations is -0, not 0");
+    refused(facts - 5 * sizeof(double), -0.0, "extra_iterations is -0, not 0");
     refused(facts, std::int64_t{-1}, "reports -1 iterations");
     refused(facts, std::int64_t{1} << 32, "reports 4294967296 iterations");
     refused(facts + 8, std::uint64_t{1}, "reports 1 outliers, but only 0 vertices were unknown");
@@ -253,13 +254,71 @@ TEST_CASE("a made-up state is refused if later frames could not handle it") {
       }
     }
   }
+  SUBCASE("of a completer that learns") {
+    Completer<float> completer(mesh.faces(), mesh.points(),
+                               {.method = Method::detail, .learn = true});
+    std::vector<float> out(3 * k);
+    const auto push = [&](unsigned n) {
+      const auto frame = bent(mesh.vertices, 0.3 * n);
+      const auto known = random_mask(k, 0.5, n);
+      completer.push({frame.data(), k}, {known.data(), k}, {out.data(), k});
+    };
+    for (unsigned n = 1; n < 15; ++n) push(n);
+    const auto state = completer.state();
+    // Counts of frames, the interval, the number and the slots of the shapes; the slice and a flag;
+    // twice a number and slots; the factors of modes; then the shapes.
+    constexpr std::size_t counts = 3 + 32 + 2 + 2 * 33;
+    const std::size_t shapes = state.size() - 8 - k * 96 * sizeof(float);
+    const std::size_t learned = shapes - (counts + 13 * 32 * 16) * sizeof(double);
+    const auto with = [&](std::size_t offset, const auto& value) {
+      auto bytes = state;
+      std::memcpy(&bytes[offset], &value, sizeof value);
+      seal(bytes);
+      return bytes;
+    };
+    const auto refused = [&](std::size_t offset, const auto& value) {
+      CAPTURE(offset);
+      CAPTURE(value);
+      CHECK(message_of([&] { completer.restore(with(offset, value)); }) ==
+            "state: does not contain a valid memory of this method");
+      CHECK(completer.state() == state);
+    };
+    for (std::size_t place = 0; place < counts; ++place) {
+      for (const double value : {nan, -1.0, 0.5, 1e16}) refused(learned + 8 * place, value);
+    }
+    refused(learned + 8 * 1, 0.0);   // shapes enter at no interval
+    refused(learned + 8 * 2, 32.0);  // no slot is free
+    refused(learned + 8 * 4, 0.0);   // the slot of the first shape
+    refused(learned + 8 * 35, 5.0);  // a fifth slice
+    refused(learned + 8 * 36, 2.0);
+    refused(learned + 8 * 38, 32.0);  // a slot that there is not
+    for (std::size_t place = counts; place < counts + 13 * 32 * 16; place += 97) {
+      for (const double value : {nan, 1.5}) refused(learned + 8 * place, value);
+    }
+    for (std::size_t place = 0; place < k * 96; place += 13) {
+      for (const float value : {static_cast<float>(nan), 1e7F}) refused(shapes + 4 * place, value);
+    }
+    // With every other value, later frames are finite, and so are their states.
+    for (std::size_t place = 0; place < counts; ++place) {
+      for (const double value : {0.0, 1.0, 4.0, 31.0}) {
+        try {
+          completer.restore(with(learned + 8 * place, value));
+        } catch (const std::invalid_argument&) {
+          continue;
+        }
+        for (unsigned n = 15; n < 22; ++n) push(n);
+        CHECK_NOTHROW(completer.restore(completer.state()));
+        for (const float x : out) CHECK(std::abs(x) < 100);
+      }
+    }
+  }
   SUBCASE("ages do not overflow") {
     Completer<float> completer(mesh.faces(), mesh.points());
     auto state = completer.state();
     const Index oldest = std::numeric_limits<Index>::max();
     const std::uint64_t n_frames = oldest;
-    std::memcpy(&state[124], &n_frames, sizeof n_frames);
-    std::memcpy(&state[132 + 2 * k * 3 * sizeof(float)], &oldest, sizeof oldest);
+    std::memcpy(&state[132], &n_frames, sizeof n_frames);
+    std::memcpy(&state[140 + 2 * k * 3 * sizeof(float)], &oldest, sizeof oldest);
     seal(state);
     completer.restore(state);
     std::vector<float> out(3 * k);

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "meshes.hpp"
+#include "support/large_vector.hpp"
 
 namespace dynmesh::testing {
 namespace {
@@ -232,6 +233,64 @@ TEST_CASE("the products are the same for every kind of processor, up to rounding
     kernels.add_squares(data, weights.data(), sums.data(), first, last);
     for (std::size_t c = 0; c < n; ++c) {
       CHECK(sums[c] == doctest::Approx(1 + squares[c]).epsilon(1e-4));
+    }
+  }
+}
+
+TEST_CASE("all kernels form modes and multiply shapes") {
+  constexpr std::size_t slots = most_learned_shapes;
+  const SurfaceParts parts = some_parts();
+  std::vector<Index> part_of;
+  std::vector<float> weights;
+  for (const auto& [part, weight] : parts.entries) {
+    part_of.push_back(part);
+    weights.push_back(static_cast<float>(weight));
+  }
+  const auto n_parts = static_cast<std::size_t>(parts.n_parts);
+  const auto given = random_numbers(3 * slots * k + n_parts * slots * modes_of_part, 6);
+  const auto end_of_shapes = given.begin() + 3 * slots * k;
+  LargeVector<float> shapes(given.begin(), end_of_shapes);
+  LargeVector<float> factors(end_of_shapes, given.end());
+  const std::vector<Index> chosen = {5, 0, 31, 17, 8};
+  const ModeData entries = {parts.offsets.data(), part_of.data(), nullptr};
+  const ShapeData data = {shapes.data(), weights.data()};
+  const CombinationData combination = {chosen.data(), static_cast<Index>(chosen.size()),
+                                       factors.data()};
+  const auto shape = [&](std::size_t v, std::size_t c, Index slot) {
+    return static_cast<double>(shapes[(3 * v + c) * slots + static_cast<std::size_t>(slot)]);
+  };
+  constexpr Index first = 3;
+  constexpr Index last = 250;
+  constexpr Index slot = 17;
+  for (const Kernels& level : runnable_kernels()) {
+    LargeVector<float> values(3 * modes_of_part * part_of.size(), 7);
+    level.modes.form(entries, data, combination, values.data(), first, last);
+    LargeVector<double> sums(n_parts * slots, 1);
+    level.modes.add_products(entries, data, slot, sums.data(), first, last);
+    std::vector<double> products(n_parts * slots, 1);
+    for (std::size_t v = 0; v < k; ++v) {
+      const bool is_inside = v >= first && v < last;
+      for (Index e = parts.offsets[v]; e < parts.offsets[v + 1]; ++e) {
+        const auto part = static_cast<std::size_t>(part_of[e]);
+        for (std::size_t c = 0; c < 3; ++c) {
+          for (std::size_t j = 0; j < modes_of_part; ++j) {
+            double expected = 0;
+            for (std::size_t l = 0; l < chosen.size(); ++l) {
+              expected += weights[e] * shape(v, c, chosen[l]) *
+                          factors[(part * slots + l) * modes_of_part + j];
+            }
+            if (!is_inside) expected = 7;
+            const float found = values[(3 * e + c) * modes_of_part + j];
+            REQUIRE(found == doctest::Approx(expected).epsilon(1e-5));
+          }
+          for (Index l = 0; is_inside && l < most_learned_shapes; ++l) {
+            products[part * slots + l] += weights[e] * shape(v, c, slot) * shape(v, c, l);
+          }
+        }
+      }
+    }
+    for (std::size_t i = 0; i < products.size(); ++i) {
+      CHECK(sums[i] == doctest::Approx(products[i]).epsilon(1e-12));
     }
   }
 }

@@ -64,7 +64,8 @@ struct World {
     Completer<Real> completer = make();
     const auto other_start = turned(mesh.vertices, 1.0);
     completer.reset({other_start.data(), k});
-    for (unsigned frame = 1; frame < 4; ++frame) {
+    const unsigned n_frames = settings.learn ? 14 : 4;  // modes are in use, and in the making
+    for (unsigned frame = 1; frame < n_frames; ++frame) {
       const auto points = turned(mesh.vertices, 1.0 + 0.05 * frame);
       const auto seen = random_mask(k, 0.8, frame);
       completer.push({points.data(), k}, {seen.data(), k}, out());
@@ -123,6 +124,7 @@ const std::vector<Subject>& all_subjects() {
       {{.method = Method::detail}},
       {{.method = Method::detail, .noise = 0.01, .reject_outliers = true}},
       {{.method = Method::detail}, true},
+      {{.method = Method::detail, .learn = true}},
   };
   return all;
 }

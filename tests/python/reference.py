@@ -362,10 +362,10 @@ class Detail:
         return -share(r0 + change * r2, r1), change
 
     def _posed(
-        self, x1: Array, r: list[Array], rest: Array, *_: NDArray[Any]
-    ) -> tuple[Array, Array, Array]:
-        """Replaces the rest shape by one that a rehearsal poses."""
-        return x1, r[1], rest
+        self, x: list[Array], r: list[Array], detail: list[Array], *_: NDArray[Any]
+    ) -> tuple[list[Array], list[Array], list[Array]]:
+        """Poses the rest shape or the last one by modes, if there are any."""
+        return x, r, detail
 
     def _bounded(self, b: float) -> float:
         return b
@@ -392,7 +392,7 @@ class Detail:
         for r, target in ((r1, targets[1]), (r2, targets[2])):
             if (r * r).sum() <= 1e-18 * ((target * rows) ** 2).sum():  # rounding errors of 0
                 r[:] = 0
-        x1, r1, detail[1] = self._posed(x1, [r0, r1], detail[1], anchors, known, seen)
+        (x0, x1), (r0, r1), detail = self._posed([x0, x1], [r0, r1], detail, anchors, known, seen)
         b, change = self._blends(r0, r1, r2, seen)
         self.blend, self.continued = b, change = self._bounded(b), change
         x = x0 + b * x1 + change * x2

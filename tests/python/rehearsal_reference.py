@@ -1,4 +1,4 @@
-"""A literal transcription of rehearsal, which the tests compare with; see docs/method.md."""
+"""A literal transcription of rehearsal and of learning, for the tests; see docs/method.md."""
 
 from typing import Any
 
@@ -43,46 +43,32 @@ def parts_of(edges: reference.Edges, frame: Array) -> Array:
     return np.vstack([np.ones(k), weight])
 
 
-class Rehearsed(reference.Detail):
-    """Method detail with a rehearsal, for meshes of which parts are reached by two seeds."""
+def modes_of(z: Array, parts: Array) -> tuple[Array, Array]:
+    """The modes of all parts, B, from the shapes (n, k, 3): (modes, k, 3), and the caution."""
+    modes = []
+    caution = []
+    for part, w in enumerate(parts):
+        gram = np.einsum("i,lic,mic->lm", w, z, z)
+        values, vectors = np.linalg.eigh(gram)
+        for value, u in list(zip(values, vectors.T, strict=True))[::-1][:MODES]:
+            if value > 1e-6 * values[-1]:
+                modes.append(w[:, None] * np.einsum("l,lic->ic", u, z) / np.sqrt(len(z)))
+                caution.append(1.0 if part == 0 else 4.0)
+    return np.stack(modes), np.array(caution)
 
-    def __init__(
-        self,
-        faces: NDArray[np.int64],
-        first_frame: Array,
-        rehearsal: Array,
-        noise: float | None = None,
-    ) -> None:
-        super().__init__(faces, first_frame, noise)
-        self.is_stiff = True
-        shapes, angles = zip(*[self._shape_of(frame) for frame in rehearsal], strict=True)
-        if np.mean(angles) > 10:
-            self.is_stiff = False
-            shapes, _ = zip(*[self._shape_of(frame) for frame in rehearsal], strict=True)
-        z = np.stack(shapes)
-        self.q = np.tile(np.eye(3), (self.k, 1, 1))
-        modes = []
-        caution = []
-        for part, w in enumerate(parts_of(self.edges, first_frame)):
-            gram = np.einsum("i,lic,mic->lm", w, z, z)
-            values, vectors = np.linalg.eigh(gram)
-            for value, u in list(zip(values, vectors.T, strict=True))[::-1][:MODES]:
-                if value > 1e-6 * values[-1]:
-                    modes.append(w[:, None] * np.einsum("l,lic->ic", u, z) / np.sqrt(len(z)))
-                    caution.append(1.0 if part == 0 else 4.0)
-        self.modes = np.stack(modes)  # B
-        self.caution = np.array(caution)
+
+class Posed(reference.Detail):
+    """Method detail with modes, for meshes of which parts are reached by two seeds."""
+
+    most_variance = 2.0
+
+    def _begin(self, modes: Array, caution: Array) -> None:
+        self.modes = modes  # B
+        self.caution = caution
         self.a = np.zeros(len(modes))
         self.sigma2: float | None = None
         self.n_v, self.d_v = 0.03 * len(modes), float(len(modes))
         self.trust = self.explained = 0.0
-        self.is_first = True
-
-    def _shape_of(self, frame: Array) -> tuple[Array, float]:
-        """The deviation of the rehearsed shape from that of frame 0, and the angle."""
-        self._fit(frame)  # by singular values: wherever the pose is
-        turned = np.einsum("nji,nj->ni", self.q, self.operator @ frame)
-        return np.asarray(turned - self.first_memory), self.angle
 
     def _field(self, a: Array) -> Array:
         return np.asarray(np.einsum("j,jic->ic", a, self.modes))
@@ -90,11 +76,12 @@ class Rehearsed(reference.Detail):
     def _project(self, field: Array) -> Array:
         return np.asarray(np.einsum("jic,ic->j", self.modes, field))
 
-    def _posed(
-        self, x1: Array, r: list[Array], rest: Array, *frame: NDArray[Any]
-    ) -> tuple[Array, Array, Array]:
+    def _variance(self) -> float:
+        return float(np.clip(self.n_v / self.d_v, 1e-4, self.most_variance))
+
+    def _found(self, r: Array, *frame: NDArray[Any]) -> tuple[Array, Array]:
+        """Fits a to the residual r without a pose; returns the step Y3 and r3."""
         anchors, known, seen = frame
-        r0, r1 = r
         rows = seen[:, None]
         soft = np.sqrt(self.weight) * known[:, None] * (self.noise is not None)
         fixed = np.where(rows, 0.0, self.previous)
@@ -110,9 +97,8 @@ class Rehearsed(reference.Detail):
 
         y3, r3 = towards(self._field(self.a))
         coordinates = 3 * known.sum()
-        sigma2 = ((r0 + r1 + r3) ** 2).sum() / coordinates if self.sigma2 is None else self.sigma2
-        v = np.clip(self.n_v / self.d_v, 1e-4, 2)
-        penalty = self.caution * sigma2 / v
+        sigma2 = ((r + r3) ** 2).sum() / coordinates if self.sigma2 is None else self.sigma2
+        penalty = self.caution * sigma2 / self._variance()
         if sigma2 > 0:
             h = known.astype(float)
             i, j = self.edges
@@ -124,7 +110,7 @@ class Rehearsed(reference.Detail):
             precondition = 1 / (d + penalty)
             determined = d / (d + penalty)
             expected = np.clip((1 - determined) * self.a, -9, 9)
-            g = self._project(turned_back(r0 + r1 + r3)) - penalty * (self.a - expected)
+            g = self._project(turned_back(r + r3)) - penalty * (self.a - expected)
             z = precondition * g
             p = z
             first = slope = g @ z
@@ -143,13 +129,108 @@ class Rehearsed(reference.Detail):
             gamma = max(0.5, determined.sum())
             self.n_v = (self.n_v + float(self.a @ self.a)) / 2
             self.d_v = (self.d_v + gamma) / 2
-        left = ((r0 + r1 + r3) ** 2).sum()
-        self.explained = float(np.clip(1 - left / ((r0 + r1) ** 2).sum(), 0, 1))
+        left = ((r + r3) ** 2).sum()
+        self.explained = float(np.clip(1 - left / (r**2).sum(), 0, 1))
         self.sigma2 = left / coordinates
-        v = np.clip(self.n_v / self.d_v, 1e-4, 2)
-        k = self.trust = float(np.clip(v / 0.03 - 1, 0, 1))
-        return x1 + k * y3, r1 + k * r3, rest + k * self._field(self.a)
+        return y3, r3
+
+
+class Rehearsed(Posed):
+    """Method detail with a rehearsal."""
+
+    def __init__(
+        self,
+        faces: NDArray[np.int64],
+        first_frame: Array,
+        rehearsal: Array,
+        noise: float | None = None,
+    ) -> None:
+        super().__init__(faces, first_frame, noise)
+        self.is_stiff = True
+        shapes, angles = zip(*[self._shape_of(frame) for frame in rehearsal], strict=True)
+        if np.mean(angles) > 10:
+            self.is_stiff = False
+            shapes, _ = zip(*[self._shape_of(frame) for frame in rehearsal], strict=True)
+        self.q = np.tile(np.eye(3), (self.k, 1, 1))
+        self._begin(*modes_of(np.stack(shapes), parts_of(self.edges, first_frame)))
+        self.is_first = True
+
+    def _shape_of(self, frame: Array) -> tuple[Array, float]:
+        """The deviation of the rehearsed shape from that of frame 0, and the angle."""
+        self._fit(frame)  # by singular values: wherever the pose is
+        turned = np.einsum("nji,nj->ni", self.q, self.operator @ frame)
+        return np.asarray(turned - self.first_memory), self.angle
+
+    def _posed(
+        self, x: list[Array], r: list[Array], detail: list[Array], *frame: NDArray[Any]
+    ) -> tuple[list[Array], list[Array], list[Array]]:
+        y3, r3 = self._found(r[0] + r[1], *frame)
+        k = self.trust = float(np.clip(self._variance() / 0.03 - 1, 0, 1))
+        rest = detail[1] + k * self._field(self.a)
+        return [x[0], x[1] + k * y3], [r[0], r[1] + k * r3], [detail[0], rest, detail[2]]
 
     def _bounded(self, b: float) -> float:
         is_first, self.is_first = self.is_first, False
         return float(np.clip(b, -0.5, 1.5)) if is_first and self.trust > 0 else b
+
+
+class Learned(Posed):
+    """Method detail that learns from its own frames."""
+
+    most_variance = 0.03
+
+    def __init__(
+        self, faces: NDArray[np.int64], first_frame: Array, noise: float | None = None
+    ) -> None:
+        super().__init__(faces, first_frame, noise)
+        self._begin(np.zeros((0, self.k, 3)), np.zeros(0))
+        self.parts = parts_of(self.edges, first_frame)
+        self.library: list[Array] = []
+        self.interval, self.frame, self.offered = 2, 0, 0
+        self.has_changed = False
+        self.made: dict[
+            int, tuple[Array, Array]
+        ] = {}  # modes by the frame after which they are complete
+
+    def _posed(
+        self, x: list[Array], r: list[Array], detail: list[Array], *frame: NDArray[Any]
+    ) -> tuple[list[Array], list[Array], list[Array]]:
+        if len(self.modes) == 0:
+            return x, r, detail
+        self.a = np.zeros(len(self.modes))
+        y3, r3 = self._found(r[0], *frame)
+        self.trust = 1.0
+        change = self._field(self.a)
+        return (
+            [x[0] + y3, x[1] - y3],
+            [r[0] + r3, r[1] - r3],
+            [detail[0] + change, detail[1] - change, detail[2]],
+        )
+
+    def complete(self, points: Array, known: NDArray[np.bool_]) -> Array:
+        self.trust = self.explained = 0.0
+        completed = super().complete(points, known)
+        self.frame += 1
+        if self.frame in self.made:
+            modes, n_v, d_v, sigma2 = self.made.pop(self.frame), self.n_v, self.d_v, self.sigma2
+            is_first = len(self.modes) == 0
+            trust, explained = self.trust, self.explained
+            self._begin(*modes)
+            self.trust, self.explained = trust, explained
+            if not is_first:
+                self.n_v, self.d_v, self.sigma2 = n_v, d_v, sigma2
+        if known.any():
+            self._offer(np.asarray(self.memory - self.first_memory))
+        return completed
+
+    def _offer(self, shape: Array) -> None:
+        self.offered += 1
+        if self.offered % self.interval == 0:
+            self.library.append(shape.astype(np.float32).astype(float))
+            self.has_changed = True
+            if len(self.library) == 32:
+                self.library = self.library[1::2]
+                self.interval *= 2
+        if self.offered % 4 == 0 and self.has_changed and len(self.library) > 1:
+            self.made[self.frame + 4] = modes_of(np.stack(self.library), self.parts)
+            self.has_changed = False

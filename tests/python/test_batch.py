@@ -89,10 +89,10 @@ def test_a_table_is_read(tmp_path: Path) -> None:
     table = tmp_path / "jobs.csv"
     table.write_text(
         "input,output,extra_iterations,unseen,provenance,mask,fps,revisit,method,noise,"
-        "reject_outliers,threads\n"
-        'a.npz,b.npz,3,hold,yes,"a, mask.npy",25,,,,,\n'
-        "c.npz,d.npz,,,,,,false,,,,\n"
-        "e.npz,f.npz,,,,,,,detail,0.5,true,2\n",
+        "reject_outliers,learn,threads\n"
+        'a.npz,b.npz,3,hold,yes,"a, mask.npy",25,,,,,,\n'
+        "c.npz,d.npz,,,,,,false,,,,,\n"
+        "e.npz,f.npz,,,,,,,detail,0.5,true,yes,2\n",
         encoding="utf-8",
     )
     first, second, third = read_jobs(table)
@@ -109,6 +109,7 @@ def test_a_table_is_read(tmp_path: Path) -> None:
         "method": "detail",
         "noise": 0.5,
         "reject_outliers": True,
+        "learn": True,
         "threads": 2,
     }
 

@@ -48,6 +48,7 @@ class Settings(ctypes.Structure):
         ("noise", c_double),
         ("reject_outliers", c_int32),
         ("threads", c_int32),
+        ("learn", c_int32),
     )
 
 

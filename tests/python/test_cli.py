@@ -312,10 +312,10 @@ def test_the_method_can_be_chosen(folder: Path, tmp_path: Path) -> None:
     np.testing.assert_array_equal(dynmesh.read(tmp_path / "out.npz").vertices, expected)
     run(
         "complete", folder / "partial.npz", tmp_path / "smooth.npz", "--method", "detail",
-        "--noise", "0.01", "--reject-outliers", "--threads", "2",
+        "--noise", "0.01", "--reject-outliers", "--learn", "--threads", "2",
     )  # fmt: skip
     smooth = dynmesh.complete(
         partial.faces, partial.vertices, partial.known, method="detail", noise=0.01,
-        reject_outliers=True,
+        reject_outliers=True, learn=True,
     )  # fmt: skip
     np.testing.assert_array_equal(dynmesh.read(tmp_path / "smooth.npz").vertices, list(smooth))

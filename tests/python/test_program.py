@@ -146,6 +146,7 @@ def test_settings_and_report(complete: Any, job: Job, tmp_path: Path) -> None:
         ([], {"method": "detail"}),
         (["--noise", "0.02"], {"method": "detail", "noise": 0.02}),
         (["--reject-outliers"], {"method": "detail", "reject_outliers": True}),
+        (["--learn"], {"method": "detail", "learn": True}),
     ],
 )
 def test_method_detail(

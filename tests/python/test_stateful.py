@@ -42,7 +42,9 @@ class AnyCalls(RuleBasedStateMachine):
         if data.draw(st.booleans()):
             noise = data.draw(st.sampled_from([None, 0.01]))
             rejects = data.draw(st.booleans())
+            learns = data.draw(st.booleans())
             self.settings |= {"method": "detail", "noise": noise, "reject_outliers": rejects}
+            self.settings |= {"learn": learns}
         else:
             extra = data.draw(st.sampled_from([0, 3]))
             self.settings |= {"revisit": data.draw(st.booleans()), "extra_iterations": extra}

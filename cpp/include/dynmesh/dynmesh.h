@@ -141,6 +141,11 @@ typedef struct dynmesh_settings {
   /// Results are identical for any number of threads. Whether more threads are faster depends on
   /// the machine and the mesh; script/bench measures it.
   int32_t threads;
+
+  /// Default: 0. If not zero, the completer learns from the frames that it completes how the shape
+  /// of the subject varies, as from a rehearsal, which it then cannot have. This pays where motions
+  /// recur; frames take about twice as long. Requires DYNMESH_METHOD_DETAIL.
+  int32_t learn;
 } dynmesh_settings;
 
 /// Writes the defaults, which select the paper's method, to all fields. Pass
@@ -161,8 +166,8 @@ typedef struct dynmesh_frame_report {
   int64_t iterations;  ///< iterations of the method
   double seconds;      ///< wall time of the call; 0 after dynmesh_reset and dynmesh_restore
   double blend;        ///< the weight of the shape of frame 0; 0 with DYNMESH_METHOD_MOTION
-  double trust;        ///< how far the poses of a rehearsal are used, 0 to 1; 0 without one
-  double explained;    ///< the share of the residual that the rehearsed pose explains, 0 to 1
+  double trust;        ///< how far poses of a rehearsal are used, 0 to 1; learned ones: 1
+  double explained;    ///< the share of the residual that such a pose explains, 0 to 1
 } dynmesh_frame_report;
 
 /// Creates a completer from `n_faces` packed triangles of three vertex indices each, and from frame

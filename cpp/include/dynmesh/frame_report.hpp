@@ -8,8 +8,8 @@ namespace dynmesh {
 /// Details of how an estimate was computed. All are 0 for a method that has no such stage.
 struct StageReport {
   double blend = 0;             ///< b of method detail, the weight of the shape of frame 0
-  double trust = 0;             ///< k of a rehearsal, 0 to 1: how far its poses are used
-  double explained = 0;         ///< the share of the residual that the rehearsed pose explains
+  double trust = 0;             ///< 0 to 1, how far poses of a rehearsal are used; learned ones: 1
+  double explained = 0;         ///< the share of the residual that such a pose explains
   double factor_seconds = 0;    ///< factorisation of the system of the unknown vertices
   double rotation_seconds = 0;  ///< fitting of rotations
   double solve_seconds = 0;     ///< everything else

@@ -53,6 +53,12 @@ struct Settings {
   /// detail.
   bool reject_outliers = false;
 
+  /// Whether the completer learns how the shape of the subject varies from the frames that it
+  /// completes, as from a rehearsal, which a completer that learns cannot have. This pays where
+  /// motions recur. A frame takes about twice as long, and a state has 384 bytes more per vertex.
+  /// Requires method detail.
+  bool learn = false;
+
   /// The number of threads that may work on a frame, including the calling thread, 1 to 256. The
   /// other threads sleep between frames. They are used for meshes of 23 553 vertices or more, and
   /// with method detail of 5 889 or more; smaller meshes are completed by the calling thread alone.

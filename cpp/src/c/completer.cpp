@@ -62,7 +62,8 @@ dynmesh_status dynmesh_default_settings(dynmesh_settings* settings, int64_t size
                  DYNMESH_UNSEEN_FOLLOW,
                  defaults.noise.value_or(std::numeric_limits<double>::quiet_NaN()),
                  defaults.reject_outliers ? 1 : 0,
-                 defaults.threads};
+                 defaults.threads,
+                 defaults.learn ? 1 : 0};
   });
 }
 

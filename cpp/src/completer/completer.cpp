@@ -80,6 +80,11 @@ Completer<Real>::Completer(Faces faces, Points<const Real> first_frame, const Se
   if (settings.method != Method::detail) {
     throw SettingError("rehearsal", "requires method='detail'");
   }
+  if (settings.learn) {
+    throw SettingError("learn",
+                       "a completer learns either from its own frames or from a rehearsal; "
+                       "give one of the two");
+  }
   const auto frame = first_frame_of(first_frame);
   check_rehearsal(rehearsal, frame.size());
   check_size(rehearsal, first_frame);

@@ -57,9 +57,9 @@ std::unique_ptr<Estimator<Real>> estimator_of(Faces faces, const Numbering& numb
                                               Workers& workers,
                                               std::span<const std::vector<Real>> rehearsal) {
   if (settings.method == Method::detail) {
-    return std::make_unique<Detail<Real>>(faces_in_internal_order(faces, numbering), topology,
-                                          settings.noise, workers, DetailConstants{},
-                                          take_in_internal_order(rehearsal, numbering));
+    return std::make_unique<Detail<Real>>(
+        faces_in_internal_order(faces, numbering), topology, settings.noise, workers,
+        DetailConstants{}, take_in_internal_order(rehearsal, numbering), settings.learn);
   }
   const Cells& cells = topology.cells;
   if (settings.revisit && FastMotion<Real>::supports(cells.size())) {

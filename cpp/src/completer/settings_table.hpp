@@ -65,6 +65,11 @@ void for_each_setting(const Visit& visit) {
                 .method = Method::detail,
                 .help = "Treat known vertices that move unlike those around them as missing."},
         &Settings::reject_outliers);
+  visit(Setting{.name = "learn",
+                .method = Method::detail,
+                .help = "Learn from the completed frames how the shape of the subject varies: more "
+                        "accurate if motions recur, and about twice as slow."},
+        &Settings::learn);
   visit(Setting{.name = "threads",
                 .method = std::nullopt,
                 .is_stored = false,

@@ -22,7 +22,7 @@ namespace dynmesh {
 namespace {
 
 /// The last character is the version of the format.
-constexpr std::array<char, 8> magic = {'d', 'y', 'n', 'm', 'e', 's', 'h', '6'};
+constexpr std::array<char, 8> magic = {'d', 'y', 'n', 'm', 'e', 's', 'h', '7'};
 
 /// What must agree between the completer that wrote a state and the one that reads it, beside the
 /// settings.
@@ -210,10 +210,12 @@ void check_ages(std::span<const Index> age, std::span<const std::uint8_t> known,
 template <class Real>
 std::size_t Completer<Real>::state_size() const {
   using Row = typename Estimator<Real>::Row;
+  using Shapes = typename Estimator<Real>::Shapes;
   const std::size_t of_vertex = 2 * 3 * sizeof(Real) + sizeof(Index) + sizeof(std::uint8_t);
   const std::size_t of_method = sizeof(std::uint64_t) +
                                 parts_->estimator->memory_rows() * sizeof(Row) + sizeof(double) +
-                                parts_->estimator->pose_size() * sizeof(double);
+                                parts_->estimator->pose_size() * sizeof(double) +
+                                parts_->estimator->shape_rows() * sizeof(Shapes);
   const std::size_t of_seal = sizeof(std::uint64_t);
   return sizeof magic + stored_size<Header>() + size_of_settings() + stored_size<FrameFacts>() +
          n_vertices() * of_vertex + of_method + of_seal;
@@ -249,6 +251,11 @@ std::vector<std::byte> Completer<Real>::state() const {
   }
   writer.write(memory.anchor_weight);
   writer.write(std::span<const double>(memory.pose));
+  if (!memory.shapes.empty()) {
+    for (const auto& shapes : to_caller_order(parts_->numbering, memory.shapes)) {
+      writer.write(std::span<const float>(shapes));
+    }
+  }
   return writer.take_sealed();
 }
 
@@ -277,6 +284,8 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   memory.anchor_weight = reader.read<double>();
   memory.pose.resize(parts_->estimator->pose_size());
   reader.read(std::span<double>(memory.pose));
+  memory.shapes.resize(parts_->estimator->shape_rows());
+  for (auto& shapes : memory.shapes) reader.read(std::span<float>(shapes));
   const auto seal = reader.read<std::uint64_t>();
   if (reader.rest() != 0) refuse_state(std::to_string(reader.rest()) + " bytes too long");
   if (seal != hash_of(state.first(state.size() - sizeof seal))) {
@@ -295,6 +304,9 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   age = to_internal_order(parts_->numbering, age);
   known = to_internal_order(parts_->numbering, known);
   if (!memory.rows.empty()) memory.rows = to_internal_order(parts_->numbering, memory.rows);
+  if (!memory.shapes.empty()) {
+    memory.shapes = to_internal_order(parts_->numbering, memory.shapes);
+  }
   parts_->begin(to_internal_order(parts_->numbering, first_frame));
   // Nothing below can throw.
   parts_->previous = std::move(previous);

@@ -21,6 +21,9 @@ struct RehearsalConstants {
   double first_variance = 0.03;
   double least_variance = 1e-4;
   double largest_variance = 2;
+  /// The same if the coefficients are the change since the last frame. Changes per frame are a
+  /// fraction of a standard deviation.
+  double largest_variance_of_change = 0.03;
   /// lambda_j is this many times sigma^2 / v for the modes of the local parts, and of the global
   /// part, whose coefficients the whole surface determines.
   double caution = 4;

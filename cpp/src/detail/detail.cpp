@@ -10,20 +10,20 @@
 namespace dynmesh {
 
 template <class Real>
-Detail<Real>::Workspace::Workspace(std::size_t n_vertices, bool is_noisy, bool has_rehearsal)
+Detail<Real>::Workspace::Workspace(std::size_t n_vertices, bool is_noisy, bool has_pose)
     : anchors(n_vertices, is_noisy),
       x(n_vertices),
       kx(n_vertices),
       shape(n_vertices),
       k_steps(3 * n_vertices),
-      steps(has_rehearsal ? 3 * n_vertices : 0),
+      steps(has_pose ? 3 * n_vertices : 0),
       wanted(steps.size()),
       shapes(steps.size()) {}
 
 template <class Real>
 Detail<Real>::Detail(std::vector<Triangle> faces, const Topology& topology,
                      std::optional<double> noise, Workers& workers,
-                     const DetailConstants& constants, Take<Real> take)
+                     const DetailConstants& constants, Take<Real> take, bool learns)
     : faces_(std::move(faces)),
       topology_(topology),
       constants_(constants),
@@ -32,10 +32,11 @@ Detail<Real>::Detail(std::vector<Triangle> faces, const Topology& topology,
       local_blend_(topology.cells, constants_),
       memory_(topology.cells.size(), constants_),
       take_(std::move(take)),
-      pose_(topology.cells, workers, constants_.rehearsal),
+      pose_(topology.cells, workers, constants_.rehearsal, learns),
+      learns_(learns),
       noise_(noise),
       next_generations_(topology.cells.size()),
-      workspace_(topology.cells.size(), noise.has_value(), !take_.empty()),
+      workspace_(topology.cells.size(), noise.has_value(), learns || !take_.empty()),
       workers_(workers) {}
 
 template <class Real>
@@ -51,6 +52,12 @@ void Detail<Real>::reset(Frame first_frame) {
     pose_.reset(Modes(parts, shapes, take_.size(), constants));
   }
   auto prepared_rotations = rotations_.prepare(first);
+  if (learns_) {
+    const auto parts = divide_surface(topology_.cells, first, constants_.rehearsal);
+    auto learned = std::make_unique<LearnedModes>(parts, workers_, constants_.rehearsal);
+    pose_.reset(Modes(parts));
+    learned_ = std::move(learned);
+  }
   // Nothing below can throw.
   system_.reset(std::move(prepared));
   mean_edge_ = mean_edge;
@@ -78,9 +85,8 @@ Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
   // Step 2: find the global b and c.
   Field shapes = turned_shapes(positions);
   const ResidualField unposed = find_directions(positions, shapes, anchors);
-  // With a rehearsal, a posed rest shape takes the place of m_first from here on.
-  const ResidualField directions =
-      pose_.exists() ? pose_first_shape(unposed, generations) : unposed;
+  // With modes, a posed shape takes the place of m_first or m from here on.
+  const ResidualField directions = pose_.exists() ? pose_shapes(unposed, generations) : unposed;
   const ResidualSums sums = sum_products(directions, mean_edge_);
   const Blend blend = bounded(global_blend(sums, constants_));
 
@@ -186,10 +192,10 @@ ResidualField Detail<Real>::find_directions(const Positions& positions, Field sh
   return {anchors, positions.x, positions.kx, shapes, steps, workspace_.k_steps};
 }
 
-/// Poses the rest shape by what the anchors say: p = m_first + k B a takes the place of m_first.
+/// Poses the rest shape by what the anchors say: p = m_first + k B a takes the place of m_first. If
+/// the pose is a change, m + k B a takes the place of m.
 template <class Real>
-ResidualField Detail<Real>::pose_first_shape(ResidualField directions,
-                                             const Generations& generations) {
+ResidualField Detail<Real>::pose_shapes(ResidualField directions, const Generations& generations) {
   const Stopwatch stopwatch(report_.solve_seconds);
   std::ranges::copy(directions.steps, workspace_.steps.begin());
   std::ranges::copy(directions.wanted, workspace_.wanted.begin());
@@ -198,18 +204,22 @@ ResidualField Detail<Real>::pose_first_shape(ResidualField directions,
   const Pose::Found pose = pose_.find(directions, system_, rotations_, generations);
   report_.trust = pose.trust;
   report_.explained = pose.explained;
-  blend_is_uncertain_ = pose.is_first;
+  blend_is_uncertain_ = pose.is_first && !pose_.is_change();
   if (pose.trust == 0) return directions;
-  const double k = pose.trust;
-  const Field remembered = memory_.shapes();
+  std::ranges::copy(memory_.shapes(), workspace_.shapes.begin());
+  const auto add = [&](std::size_t row, std::size_t v, double k) {
+    workspace_.steps[row] = workspace_.steps[row] + k * pose.steps[v];
+    workspace_.k_steps[row] = workspace_.k_steps[row] + k * pose.k_steps[v];
+    workspace_.wanted[row] = workspace_.wanted[row] + k * pose.wanted[v];
+    workspace_.shapes[row] = workspace_.shapes[row] + k * pose_.shape()[v];
+  };
   for (std::size_t v = 0; v < directions.size(); ++v) {
-    const std::size_t first = 3 * v + 1;
-    workspace_.steps[first] = workspace_.steps[first] + k * pose.steps[v];
-    workspace_.k_steps[first] = workspace_.k_steps[first] + k * pose.k_steps[v];
-    workspace_.wanted[first] = workspace_.wanted[first] + k * pose.wanted[v];
-    workspace_.shapes[3 * v] = remembered[3 * v];
-    workspace_.shapes[first] = remembered[first] + k * pose_.shape()[v];
-    workspace_.shapes[3 * v + 2] = remembered[3 * v + 2];
+    if (pose_.is_change()) {
+      add(3 * v, v, pose.trust);
+      add(3 * v + 1, v, -pose.trust);
+    } else {
+      add(3 * v + 1, v, pose.trust);
+    }
   }
   workspace_.is_posed = true;
   return directions;
@@ -291,6 +301,7 @@ void Detail<Real>::remember(Frame completed) {
   const Field x = in_workspace(completed);
   fit_rotations(x);
   memory_.learn(detail_turned_back(x));
+  if (learned_) learned_->advance(memory_.shapes(), workspace_.anchors.number > 0, pose_);
 }
 
 template <class Real>
@@ -303,7 +314,14 @@ typename Detail<Real>::Memory Detail<Real>::memory() const {
     memory.rows.push_back({q.w, q.x, q.y, q.z, u.x, u.y, u.z});
   }
   memory.anchor_weight = lambda_;
-  if (!take_.empty()) memory.pose = pose_.memory();
+  if (pose_size() > 0) {
+    memory.pose.reserve(pose_size());
+    memory.pose = pose_.memory();
+  }
+  if (learned_) {
+    learned_->append_memory(memory.pose);
+    memory.shapes.assign(learned_->rows().begin(), learned_->rows().end());
+  }
   return memory;
 }
 
@@ -316,8 +334,17 @@ bool Detail<Real>::accepts(const Memory& memory) const {
   };
   return memory.rows.size() == memory_rows() && std::ranges::all_of(memory.rows, is_sound) &&
          memory.anchor_weight >= constants_.least_lambda &&
-         memory.anchor_weight <= constants_.largest_lambda &&
-         (take_.empty() ? memory.pose.empty() : pose_.accepts(memory.pose));
+         memory.anchor_weight <= constants_.largest_lambda && memory.pose.size() == pose_size() &&
+         memory.shapes.size() == shape_rows() && (pose_size() == 0 || accepts_pose(memory));
+}
+
+template <class Real>
+bool Detail<Real>::accepts_pose(const Memory& memory) const {
+  const std::span<const double> values = memory.pose;
+  const std::size_t of_pose = pose_.memory_size();
+  return pose_.accepts(values.first(of_pose)) &&
+         (!learned_ ||
+          LearnedModes::accepts(values.subspan(of_pose), memory.shapes, constants_.rehearsal));
 }
 
 template <class Real>
@@ -331,7 +358,11 @@ void Detail<Real>::recall(const Memory& memory, Frame completed) {
     return Vector3<double>{row[4], row[5], row[6]};
   });
   memory_.recall(detail, workspace_.shape);
-  if (!take_.empty()) pose_.recall(memory.pose);
+  if (pose_size() == 0) return;
+  const std::span<const double> values = memory.pose;
+  const std::size_t of_pose = pose_.memory_size();
+  if (learned_) learned_->recall(values.subspan(of_pose), memory.shapes, pose_);
+  pose_.recall(values.first(of_pose));
 }
 
 template class Detail<float>;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "detail/anchors.hpp"
 #include "detail/blend.hpp"
 #include "detail/constants.hpp"
+#include "detail/learned_modes.hpp"
 #include "detail/memory.hpp"
 #include "detail/pose.hpp"
 #include "detail/rehearsed_shapes.hpp"
@@ -40,9 +42,11 @@ class Detail final : public Estimator<Real> {
   using typename Estimator<Real>::Memory;
 
   /// `topology` and `workers` must outlive this object. `noise` is the standard deviation of the
-  /// anchors, positive; without it, they are exact. `take` is a rehearsal, or empty.
+  /// anchors, positive; without it, they are exact. `take` is a rehearsal, or empty. `learns` is
+  /// whether modes are made of completed frames, which requires that `take` is empty.
   Detail(std::vector<Triangle> faces, const Topology& topology, std::optional<double> noise,
-         Workers& workers, const DetailConstants& constants = {}, Take<Real> take = {});
+         Workers& workers, const DetailConstants& constants = {}, Take<Real> take = {},
+         bool learns = false);
 
   void reset(Frame first_frame) override;
   Index estimate(Frame previous, std::span<Vector3<Real>> points,
@@ -51,7 +55,11 @@ class Detail final : public Estimator<Real> {
   [[nodiscard]] Memory memory() const override;
   [[nodiscard]] std::size_t memory_rows() const override { return topology_.cells.size(); }
   [[nodiscard]] std::size_t pose_size() const override {
+    if (learned_) return pose_.memory_size() + LearnedModes::memory_size(constants_.rehearsal);
     return take_.empty() ? 0 : pose_.memory_size();
+  }
+  [[nodiscard]] std::size_t shape_rows() const override {
+    return learned_ ? topology_.cells.size() : 0;
   }
   [[nodiscard]] bool accepts(const Memory& memory) const override;
   void recall(const Memory& memory, Frame completed) override;
@@ -73,7 +81,7 @@ class Detail final : public Estimator<Real> {
   void fit_rotations(Field positions);
   Field turned_shapes(const Positions& positions);
   ResidualField find_directions(const Positions& positions, Field shapes, const Anchors& anchors);
-  ResidualField pose_first_shape(ResidualField directions, const Generations& generations);
+  ResidualField pose_shapes(ResidualField directions, const Generations& generations);
   [[nodiscard]] Field shapes_in_memory() const;
   [[nodiscard]] Blend bounded(Blend blend) const;
   Positions take_directions(Positions positions, const ResidualField& directions,
@@ -82,6 +90,7 @@ class Detail final : public Estimator<Real> {
   Field blended(Field shapes, std::span<const double> b, double c);
   void weigh_anchors(const Positions& positions, Field shape, const Anchors& anchors);
   Field detail_turned_back(Field completed);
+  [[nodiscard]] bool accepts_pose(const Memory& memory) const;
 
   std::vector<Triangle> faces_;
   const Topology& topology_;
@@ -92,6 +101,8 @@ class Detail final : public Estimator<Real> {
   ShapeMemory memory_;
   Take<Real> take_;  // the frames of the rehearsal, since a new frame 0 has other modes
   Pose pose_;
+  bool learns_;
+  std::unique_ptr<LearnedModes> learned_;  // null before `reset`, and if it does not learn
   std::optional<double> noise_;
   Generations next_generations_;  // of the current frame, until nothing can throw any more
   double mean_edge_ = 1;          // the mean edge length of frame 0
@@ -101,17 +112,17 @@ class Detail final : public Estimator<Real> {
 
   /// The arrays to which the steps of a frame return views. None is kept from frame to frame.
   struct Workspace {
-    Workspace(std::size_t n_vertices, bool is_noisy, bool has_rehearsal);
+    Workspace(std::size_t n_vertices, bool is_noisy, bool has_pose);
 
     Anchors anchors;
     std::vector<Vector3<double>> x;
     std::vector<Vector3<double>> kx;
     std::vector<Vector3<double>> shape;    // (k,)
     std::vector<Vector3<double>> k_steps;  // (3 k,)
-    // With a rehearsal, (3 k,):
+    // With a pose, (3 k,):
     std::vector<Vector3<double>> steps;
     std::vector<Vector3<double>> wanted;
-    std::vector<Vector3<double>> shapes;  // the memory, with the posed shape in place of the first
+    std::vector<Vector3<double>> shapes;  // the memory, with m_first or m posed
     bool is_posed = false;
     /// Whether the rotations of the frame are averaged widely; empty before the first fit.
     std::optional<bool> is_stiff;

@@ -78,13 +78,20 @@ Leading leading_vectors(const Matrix& products, const RehearsalConstants& consta
 
 }  // namespace
 
-Modes::Modes(const SurfaceParts& parts, std::span<const Vector3<double>> shapes,
-             std::size_t n_frames, const RehearsalConstants& constants)
+Modes::Modes(const SurfaceParts& parts)
     : n_coefficients_(static_cast<std::size_t>(modes_of_part * parts.n_parts)),
       offsets_(parts.offsets),
-      parts_(parts.entries.size()),
       values_(3 * modes_of_part * parts.entries.size()),
       coefficients_(n_coefficients_) {
+  parts_.reserve(parts.entries.size());
+  for (const auto& entry : parts.entries) parts_.push_back(entry.part);
+  const std::size_t k = offsets_.size() - 1;
+  partial_sums_.resize((k + chunk - 1) / chunk * n_coefficients_);
+}
+
+Modes::Modes(const SurfaceParts& parts, std::span<const Vector3<double>> shapes,
+             std::size_t n_frames, const RehearsalConstants& constants)
+    : Modes(parts) {
   std::vector<Leading> leading;
   for (const Matrix& products : products_of_frames(parts, shapes, n_frames)) {
     leading.push_back(leading_vectors(products, constants));
@@ -92,14 +99,12 @@ Modes::Modes(const SurfaceParts& parts, std::span<const Vector3<double>> shapes,
   }
   variance_held_ = leading.front().share;
   const std::size_t k = offsets_.size() - 1;
-  partial_sums_.resize((k + chunk - 1) / chunk * n_coefficients_);
   const double scale = 1 / std::sqrt(static_cast<double>(n_frames));
   for (std::size_t v = 0; v < k; ++v) {
     const Deviations z = deviations(shapes, n_frames, v);
     for (Index e = offsets_[v]; e < offsets_[v + 1]; ++e) {
       const auto entry = static_cast<std::size_t>(e);
       const auto [part, weight] = parts.entries[entry];
-      parts_[entry] = part;
       // B_j(i) = w_i sum_l U_lj z_li / sqrt(n)
       const Matrix modes =
           weight * scale * (leading[static_cast<std::size_t>(part)].vectors.transpose() * z);
@@ -111,6 +116,15 @@ Modes::Modes(const SurfaceParts& parts, std::span<const Vector3<double>> shapes,
       }
     }
   }
+}
+
+void Modes::form(const ShapeData& shapes, const CombinationData& combinations, Index first,
+                 Index last, Workers& workers) {
+  workers.for_each((last - first + chunk - 1) / chunk, [&](Index i) {
+    const Index begin = first + i * chunk;
+    best_kernels().modes.form(data(), shapes, combinations, values_.data(), begin,
+                              std::min(last, begin + chunk));
+  });
 }
 
 void Modes::combine(std::span<const double> coefficients, std::span<Vector3<double>> combined,

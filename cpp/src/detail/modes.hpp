@@ -29,6 +29,14 @@ class Modes {
   Modes(const SurfaceParts& parts, std::span<const Vector3<double>> shapes, std::size_t n_frames,
         const RehearsalConstants& constants);
 
+  /// Modes of zero, to be set by `form`.
+  explicit Modes(const SurfaceParts& parts);
+
+  /// Sets the modes at vertices `first` to `last` - 1 to combinations of shapes.
+  void form(const ShapeData& shapes, const CombinationData& combinations, Index first, Index last,
+            Workers& workers);
+  void set_size(std::size_t size) { size_ = size; }
+
   /// The number of modes, all parts together.
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] std::size_t n_coefficients() const { return n_coefficients_; }

@@ -16,12 +16,13 @@ double product(std::span<const double> a, std::span<const double> b) {
 
 }  // namespace
 
-Pose::Pose(const Cells& cells, Workers& workers, const RehearsalConstants& constants)
-    : cells_(cells), workers_(workers), constants_(constants) {}
+Pose::Pose(const Cells& cells, Workers& workers, const RehearsalConstants& constants,
+           bool is_change)
+    : cells_(cells), workers_(workers), constants_(constants), is_change_(is_change) {}
 
 void Pose::reset(Modes modes) {
   std::vector<double> coefficients(modes.n_coefficients());
-  if (modes.size() > 0) {
+  if (modes.n_coefficients() > 0) {
     for (auto* values :
          {&gradient_, &direction_, &product_, &preconditioned_, &squares_, &penalties_, &shares_}) {
       values->resize(modes.n_coefficients());
@@ -36,18 +37,30 @@ void Pose::reset(Modes modes) {
   std::ranges::fill(shape_, Vector3<double>{});
   modes_ = std::move(modes);
   coefficients_ = std::move(coefficients);
+  begin();
+}
+
+/// Nothing is known about the coefficients yet.
+void Pose::begin() {
   residual_variance_ = -1;
   determined_ = static_cast<double>(modes_.size());
   size_ = constants_.first_variance * determined_;
 }
 
+void Pose::replace(Modes& modes) {
+  const bool is_first = !exists();
+  std::swap(modes_, modes);
+  if (is_first) begin();
+}
+
 std::size_t Pose::memory_size() const {
+  if (is_change_) return 3;  // the coefficients begin at 0 in each frame
   return 3 + static_cast<std::size_t>(modes_of_part * (constants_.local_parts + 1));
 }
 
 std::vector<double> Pose::memory() const {
   std::vector<double> memory = {residual_variance_, size_, determined_};
-  memory.insert(memory.end(), coefficients_.begin(), coefficients_.end());
+  if (!is_change_) memory.insert(memory.end(), coefficients_.begin(), coefficients_.end());
   memory.resize(memory_size());
   return memory;
 }
@@ -62,6 +75,7 @@ void Pose::recall(std::span<const double> memory) {
   residual_variance_ = memory[0];
   size_ = memory[1];
   determined_ = memory[2];
+  if (is_change_) return;
   std::ranges::copy(memory.subspan(3, coefficients_.size()), coefficients_.begin());
   if (exists()) modes_.combine(coefficients_, shape_, workers_);
 }
@@ -113,7 +127,7 @@ Pose::Energies Pose::measure(const ResidualField& residuals) {
     const Vector3<double> r3 = k_steps_[v] - wanted_[v];
     bool is_shape = true;
     residuals.visit(v, [&](const Residuals& r) {
-      const Vector3<double> without = r.r0 + r.r1;
+      const Vector3<double> without = is_change_ ? r.r0 : r.r0 + r.r1;
       const Vector3<double> with = without + (is_shape ? r3 : steps_[v]);
       if (is_shape) residual_[v] = with;
       energies.without += r.weight * squared_norm(without);
@@ -203,17 +217,26 @@ void Pose::update_evidence() {
   determined_ = (determined_ + std::max(constants_.least_determined, determined)) / 2;
 }
 
+/// v
+double Pose::variance() const {
+  const double found = determined_ > 0 ? size_ / determined_ : constants_.first_variance;
+  const double largest =
+      is_change_ ? constants_.largest_variance_of_change : constants_.largest_variance;
+  return std::clamp(found, constants_.least_variance, largest);
+}
+
 Pose::Found Pose::find(const ResidualField& residuals, ShapeSystem& system,
                        const Rotations& rotations, const Generations& generations) {
   const Anchors& anchors = residuals.anchors;
-  const auto variance = [&] {
-    const double found = determined_ > 0 ? size_ / determined_ : constants_.first_variance;
-    return std::clamp(found, constants_.least_variance, constants_.largest_variance);
-  };
   Found found;
   found.is_first = residual_variance_ < 0;
-  rotations.turn(shape_, wanted_);
-  step_towards(wanted_, anchors, system, steps_, k_steps_);
+  if (is_change_) {
+    forget();
+    std::ranges::fill(shape_, Vector3<double>{});
+  } else {
+    rotations.turn(shape_, wanted_);
+    step_towards(wanted_, anchors, system, steps_, k_steps_);
+  }
   Energies energies = measure(residuals);
   const double coordinates = 3 * static_cast<double>(anchors.number);
   const double residual_variance =
@@ -231,7 +254,7 @@ Pose::Found Pose::find(const ResidualField& residuals, ShapeSystem& system,
     update_evidence();
   }
   if (std::isfinite(energies.with)) residual_variance_ = energies.with / coordinates;
-  found.trust = std::clamp(variance() / constants_.first_variance - 1, 0.0, 1.0);
+  found.trust = is_change_ ? 1 : std::clamp(variance() / constants_.first_variance - 1, 0.0, 1.0);
   const double explained = 1 - energies.with / energies.without;
   if (std::isfinite(explained)) found.explained = std::clamp(explained, 0.0, 1.0);
   found.steps = steps_;

@@ -21,14 +21,23 @@ namespace dynmesh {
 /// Finds coefficients a so that m_first + B a, the posed rest shape, explains what the shapes of
 /// the last frame and of frame 0 leave unexplained; see docs/method.md. Without modes, there is no
 /// pose, and nothing is allocated.
+///
+/// With modes that are learned on the way, a is the change since the last frame, so that m + B a
+/// explains what m leaves unexplained: the frames from which they are learned contain the errors of
+/// m where nothing was known, and a shape that is posed anew would confirm these.
 class Pose {
  public:
   using Field = std::span<const Vector3<double>>;
 
-  Pose(const Cells& cells, Workers& workers, const RehearsalConstants& constants);
+  Pose(const Cells& cells, Workers& workers, const RehearsalConstants& constants,
+       bool is_change = false);
 
   /// Begins a sequence with these modes.
   void reset(Modes modes);
+
+  /// Continues a pose that is a change with other modes of the same parts, which are swapped with
+  /// the present ones.
+  void replace(Modes& modes);
 
   [[nodiscard]] bool exists() const { return modes_.size() > 0; }
   [[nodiscard]] const Modes& modes() const { return modes_; }
@@ -44,9 +53,9 @@ class Pose {
   /// What a frame says about the pose.
   struct Found {
     double trust = 0;       ///< k, 0 to 1
-    double explained = 0;   ///< the share of the residual |r0 + r1|^2 that the pose explains
+    double explained = 0;   ///< the share of |r0 + r1|^2, or of |r0|^2, that the pose explains
     bool is_first = false;  ///< whether this is the first frame
-    Field steps;            ///< (k,) Y3, the step that the posed rest shape adds
+    Field steps;            ///< (k,) Y3, the step that the pose adds
     Field k_steps;          ///< (k,) K Y3
     Field wanted;           ///< (k,) Q B a
   };
@@ -58,13 +67,17 @@ class Pose {
 
   /// B a: (k,).
   [[nodiscard]] Field shape() const { return shape_; }
+  /// Whether it is added to the shape of the last frame, and not to that of frame 0.
+  [[nodiscard]] bool is_change() const { return is_change_; }
 
  private:
   struct Energies {
-    double without = 0;  // |r0 + r1|^2
-    double with = 0;     // |r0 + r1 + r3|^2
+    double without = 0;  // |r0 + r1|^2, or |r0|^2 of a change
+    double with = 0;     // with r3 added
   };
 
+  void begin();
+  [[nodiscard]] double variance() const;
   Energies measure(const ResidualField& residuals);
   void weigh_seen(const Generations& generations);
   void penalize(double ratio);
@@ -79,6 +92,7 @@ class Pose {
   const Cells& cells_;
   Workers& workers_;
   const RehearsalConstants& constants_;
+  bool is_change_;
   Modes modes_;
   std::vector<double> coefficients_;  // a
   double residual_variance_ = -1;     // sigma^2; negative before the first frame

@@ -21,11 +21,14 @@ class Estimator {
   /// The memory of one vertex. For method detail it is the rotation, as a quaternion w x y z, and
   /// the recent change of the shape.
   using Row = std::array<double, 7>;
+  /// The shapes of up to 32 frames at one vertex: x of all, then y, then z.
+  using Shapes = std::array<float, std::size_t{3} * 32>;
   /// What a method stores in addition to frames. Only method detail stores anything.
   struct Memory {
     std::vector<Row> rows;  ///< one for each vertex, or empty
     double anchor_weight = 0;
-    std::vector<double> pose;  ///< of a rehearsed subject, `pose_size()` numbers
+    std::vector<double> pose;    ///< of a subject seen before, `pose_size()` numbers
+    std::vector<Shapes> shapes;  ///< learned on the way, `shape_rows()` of them
   };
 
   Estimator() = default;
@@ -55,9 +58,11 @@ class Estimator {
   /// The number of rows of that memory, which is constant.
   [[nodiscard]] virtual std::size_t memory_rows() const { return 0; }
   [[nodiscard]] virtual std::size_t pose_size() const { return 0; }
+  [[nodiscard]] virtual std::size_t shape_rows() const { return 0; }
   /// Whether this method can have produced this memory.
   [[nodiscard]] virtual bool accepts(const Memory& memory) const {
-    return memory.rows.size() == memory_rows() && memory.anchor_weight == 0 && memory.pose.empty();
+    return memory.rows.size() == memory_rows() && memory.anchor_weight == 0 &&
+           memory.pose.empty() && memory.shapes.empty();
   }
   /// Restores the memory after `reset`. `completed` is the last completed frame.
   virtual void recall(const Memory& /*memory*/, Frame /*completed*/) {}

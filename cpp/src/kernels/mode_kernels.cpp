@@ -79,9 +79,63 @@ void add_squares(const ModeData& modes, const double* weights, float* sums, Inde
   }
 }
 
+void form(const ModeData& modes, const ShapeData& shapes, const CombinationData& combinations,
+          float* values, Index first, Index last) {
+  constexpr std::ptrdiff_t slots = most_learned_shapes;
+  for (Index i = first; i < last; ++i) {
+    const float* shape = shapes.shapes + 3 * slots * i;
+    for (Index e = modes.offsets[i]; e < modes.offsets[i + 1]; ++e) {
+      Floats x[quads] = {};
+      Floats y[quads] = {};
+      Floats z[quads] = {};
+      const auto* factors = reinterpret_cast<const Floats*>(combinations.combinations) +
+                            quads * slots * modes.parts[e];
+      for (Index l = 0; l < combinations.n_slots; ++l, factors += quads) {
+        const Index slot = combinations.slots[l];
+        for (int q = 0; q < quads; ++q) {
+          x[q] += shape[slot] * factors[q];
+          y[q] += shape[slots + slot] * factors[q];
+          z[q] += shape[2 * slots + slot] * factors[q];
+        }
+      }
+      auto* mode = reinterpret_cast<Floats*>(values) + std::ptrdiff_t{3} * quads * e;
+      for (int q = 0; q < quads; ++q) {
+        mode[q] = shapes.weights[e] * x[q];
+        mode[quads + q] = shapes.weights[e] * y[q];
+        mode[2 * quads + q] = shapes.weights[e] * z[q];
+      }
+    }
+  }
+}
+
+/// The products with several shapes are exact sums of three products of floats, up to the rounding
+/// of doubles, and the same whichever of two shapes is in `slot`.
+void add_products(const ModeData& modes, const ShapeData& shapes, Index slot, double* sums,
+                  Index first, Index last) {
+  using Doubles = Quad<double>;
+  constexpr std::ptrdiff_t slots = most_learned_shapes;
+  constexpr std::ptrdiff_t quads_of_slots = slots / 4;
+  for (Index i = first; i < last; ++i) {
+    const float* shape = shapes.shapes + 3 * slots * i;
+    Doubles products[quads_of_slots] = {};
+    for (int c = 0; c < 3; ++c) {
+      const auto* all = reinterpret_cast<const Floats*>(shape + c * slots);
+      const auto one = static_cast<double>(shape[c * slots + slot]);
+      for (int q = 0; q < quads_of_slots; ++q) {
+        products[q] += one * __builtin_convertvector(all[q], Doubles);
+      }
+    }
+    for (Index e = modes.offsets[i]; e < modes.offsets[i + 1]; ++e) {
+      auto* sum = reinterpret_cast<Doubles*>(sums) + quads_of_slots * modes.parts[e];
+      const auto weight = static_cast<double>(shapes.weights[e]);
+      for (int q = 0; q < quads_of_slots; ++q) sum[q] += weight * products[q];
+    }
+  }
+}
+
 }  // namespace
 
 extern const ModeKernels mode_kernels;
-const ModeKernels mode_kernels = {combine, project, add_squares};
+const ModeKernels mode_kernels = {combine, project, add_squares, form, add_products};
 
 }  // namespace dynmesh::DYNMESH_KERNELS

@@ -18,6 +18,24 @@ struct ModeData {
   const float* values;
 };
 
+/// The most shapes of which modes are learned on the way.
+constexpr int most_learned_shapes = 32;
+
+/// Shapes that are stored in slots: vertex i has 3 * most_learned_shapes numbers, the x of all
+/// slots, then the y, then the z. `weights` are those of the entries of ModeData.
+struct ShapeData {
+  const float* shapes;
+  const float* weights;
+};
+
+/// Which modes to form of which slots. Mode j of part p is the sum over l of the shape in slots[l]
+/// times combinations[(p * most_learned_shapes + l) * modes_of_part + j].
+struct CombinationData {
+  const Index* slots;
+  Index n_slots;
+  const float* combinations;
+};
+
 /// `coefficients` and `sums` have modes_of_part numbers for each part.
 struct ModeKernels {
   /// Sets rows `first` to `last` - 1 of `combined` to the sum of the modes times the coefficients.
@@ -29,6 +47,13 @@ struct ModeKernels {
   /// Adds to `sums` the squared norms of the modes times `weights` in rows `first` to `last` - 1.
   void (*add_squares)(const ModeData& modes, const double* weights, float* sums, Index first,
                       Index last);
+  /// Sets the values of the modes of vertices `first` to `last` - 1, times the weights.
+  void (*form)(const ModeData& modes, const ShapeData& shapes, const CombinationData& combinations,
+               float* values, Index first, Index last);
+  /// Adds to `sums`, which have most_learned_shapes numbers for each part, the weighted products of
+  /// the shape in `slot` with all shapes at vertices `first` to `last` - 1.
+  void (*add_products)(const ModeData& modes, const ShapeData& shapes, Index slot, double* sums,
+                       Index first, Index last);
 };
 
 }  // namespace dynmesh

@@ -181,6 +181,12 @@ shell = [
         "--method detail",
         "exit code 2",
     ),
+    _shell(
+        "complete body.npz new.npz --method motion --learn",
+        "'--learn'",
+        "--method detail",
+        "exit code 2",
+    ),
     _shell("complete body.npz new.npz --speed 3", "--speed", "exit code 2"),
     _shell("complete body.npz", "OUT", "exit code 2"),
     _shell("complete long.npz new.npz", "new.npz:", "exit code 1", full=True),

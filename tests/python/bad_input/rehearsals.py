@@ -82,6 +82,7 @@ cases = [
     _completer("`rehearsal`: NaN in frame 1", _make(lambda w: [w.vertices, w.with_value(np.nan)]), ValueError, _three, "nan"),
     _completer("`rehearsal`: in another unit", _make(lambda w: 1000 * w.sequence.vertices), ValueError, "rehearsal: its size", "unit"),
     _completer("`rehearsal` with method motion", _make(lambda w: w.sequence.vertices, method="motion"), ValueError, "rehearsal:", "method='detail'"),
+    _completer("`rehearsal` and `learn=True`", _make(lambda w: w.sequence.vertices, learn=True), ValueError, "learn:", "rehearsal"),
     _complete("`rehearsal`: NaN in frame 1", lambda w: _stream(w, [w.vertices, w.with_value(np.nan)]), ValueError, _three, "nan"),
     _complete("`rehearsal`: two frames", lambda w: _stream(w, [w.vertices] * 2), ValueError, "rehearsal: has 2 frames"),
     _complete("`rehearsal` with method motion", lambda w: _stream(w, w.sequence.vertices, method="motion"), ValueError, "rehearsal:", "'detail'"),

@@ -1,0 +1,81 @@
+/// Learning on the way: the modes of the frames that were completed.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <dynmesh/types.hpp>
+#include <span>
+#include <vector>
+
+#include "detail/constants.hpp"
+#include "detail/modes.hpp"
+#include "detail/pose.hpp"
+#include "detail/shape_library.hpp"
+#include "detail/surface_parts.hpp"
+#include "support/workers.hpp"
+
+namespace dynmesh {
+
+/// Makes the modes of a pose from a library of shapes that grows with the sequence. After every
+/// fourth frame that is offered, new modes are begun, in slices of one frame each: first the
+/// leading eigenvectors of all parts, then the modes of a third of the vertices at a time. When all
+/// are complete, they replace the modes of the pose. Allocates memory only in the constructor.
+class LearnedModes {
+ public:
+  using Field = ShapeLibrary::Field;
+  using Row = ShapeLibrary::Row;
+
+  /// `workers` and `constants` must outlive this object.
+  LearnedModes(const SurfaceParts& parts, Workers& workers, const RehearsalConstants& constants);
+
+  /// Continues after a completed frame. `memory` is as for ShapeLibrary::offer; the frame is
+  /// offered only if it `is_evident`.
+  void advance(Field memory, bool is_evident, Pose& pose);
+
+  /// The number of values of a memory; with `rows`, all that later frames depend on.
+  [[nodiscard]] static std::size_t memory_size(const RehearsalConstants& constants);
+  void append_memory(std::vector<double>& memory) const;
+  [[nodiscard]] std::span<const Row> rows() const { return library_.rows(); }
+  /// Whether modes with these constants can have this memory.
+  [[nodiscard]] static bool accepts(std::span<const double> memory, std::span<const Row> rows,
+                                    const RehearsalConstants& constants);
+  /// Restores the modes of the pose as well.
+  void recall(std::span<const double> memory, std::span<const Row> rows, Pose& pose);
+
+ private:
+  static constexpr std::size_t slots = most_learned_shapes;
+
+  /// Modes as combinations of the shapes in some slots.
+  struct Combination {
+    explicit Combination(std::size_t n_parts) : factors(n_parts * slots * modes_of_part) {}
+    [[nodiscard]] CombinationData data() const {
+      return {members.data(), static_cast<Index>(n_members), factors.data()};
+    }
+    [[nodiscard]] std::size_t n_modes() const;
+    [[nodiscard]] std::size_t at(std::size_t part, std::size_t member) const {
+      return (part * slots + member) * modes_of_part;
+    }
+
+    std::array<Index, slots> members{};
+    std::size_t n_members = 0;
+    std::vector<float> factors;  // (n_parts, slots, 16), U / sqrt(n)
+  };
+
+  void make_slice(Pose& pose);
+  void combine();
+  void combine_part(std::size_t part);
+  void form(Index slice);
+  void hand_over(Pose& pose);
+
+  Workers& workers_;
+  const RehearsalConstants& constants_;
+  std::size_t n_parts_;
+  ShapeLibrary library_;
+  Modes next_;                // in the making
+  Index n_slices_ = 0;        // the slice that comes next, from 1; 0 if no modes are in the making
+  bool has_changed_ = false;  // whether the library has, since modes were last begun
+  Combination used_;
+  Combination making_;
+};
+
+}  // namespace dynmesh

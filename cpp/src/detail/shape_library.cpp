@@ -1,0 +1,135 @@
+#include "detail/shape_library.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace dynmesh {
+namespace {
+
+/// The bound of the coordinates of a shape, which are about 1 where the surface is creased. A frame
+/// beyond it does not enter: it holds positions far out of the range of the subject, and the
+/// products would be dominated by them.
+constexpr float largest_coordinate = 1e6F;
+
+/// Products are sums over chunks, which do not depend on the number of threads.
+constexpr Index chunk = 256;
+
+template <class Real>
+bool is_small(Real value) {
+  return std::abs(value) <= static_cast<Real>(largest_coordinate);
+}
+
+}  // namespace
+
+ShapeLibrary::ShapeLibrary(const SurfaceParts& parts, Workers& workers)
+    : workers_(workers),
+      n_parts_(static_cast<std::size_t>(parts.n_parts)),
+      offsets_(parts.offsets),
+      rows_(parts.offsets.size() - 1),
+      products_(n_parts_ * slots * slots) {
+  parts_.reserve(parts.entries.size());
+  weights_.reserve(parts.entries.size());
+  for (const auto& [part, weight] : parts.entries) {
+    parts_.push_back(part);
+    weights_.push_back(static_cast<float>(weight));
+  }
+  partial_products_.resize((rows_.size() + chunk - 1) / chunk * n_parts_ * slots);
+}
+
+bool ShapeLibrary::offer(Field memory) {
+  if (++n_offered_ % interval_ != 0) return false;
+  for (std::size_t v = 0; v < rows_.size(); ++v) {
+    const Vector3<double>& back = memory[3 * v + 1];
+    if (!is_small(back.x) || !is_small(back.y) || !is_small(back.z)) return false;
+  }
+  const Index slot = free_slot();
+  store(memory, slot);
+  multiply(slot);
+  members_[n_members_++] = slot;
+  if (n_members_ == slots) thin_out();
+  return true;
+}
+
+/// There always is one, since the library is thinned out as soon as it is full.
+Index ShapeLibrary::free_slot() const {
+  Index slot = 0;
+  while (std::ranges::find(members(), slot) != members().end()) ++slot;
+  return slot;
+}
+
+void ShapeLibrary::store(Field memory, Index slot) {
+  const auto s = static_cast<std::size_t>(slot);
+  for (std::size_t v = 0; v < rows_.size(); ++v) {
+    const Vector3<double>& back = memory[3 * v + 1];
+    rows_[v][s] = static_cast<float>(-back.x);
+    rows_[v][slots + s] = static_cast<float>(-back.y);
+    rows_[v][2 * slots + s] = static_cast<float>(-back.z);
+  }
+}
+
+/// Computes the products of the shape in this slot with all others.
+void ShapeLibrary::multiply(Index slot) {
+  std::ranges::fill(partial_products_, 0.0);
+  const ModeData entries = {offsets_.data(), parts_.data(), nullptr};
+  const auto k = static_cast<Index>(rows_.size());
+  workers_.for_each((k + chunk - 1) / chunk, [&](Index i) {
+    best_kernels().modes.add_products(
+        entries, shapes(), slot, &partial_products_[static_cast<std::size_t>(i) * n_parts_ * slots],
+        i * chunk, std::min(k, (i + 1) * chunk));
+  });
+  const auto s = static_cast<std::size_t>(slot);
+  for (std::size_t part = 0; part < n_parts_; ++part) {
+    for (std::size_t other = 0; other < slots; ++other) {
+      double sum = 0;
+      for (std::size_t n = part * slots + other; n < partial_products_.size();
+           n += n_parts_ * slots) {
+        sum += partial_products_[n];
+      }
+      products_[(part * slots + s) * slots + other] = sum;
+      products_[(part * slots + other) * slots + s] = sum;
+    }
+  }
+}
+
+/// Keeps every second shape, the newest among them.
+void ShapeLibrary::thin_out() {
+  for (std::size_t i = 1; i < n_members_; i += 2) members_[i / 2] = members_[i];
+  n_members_ /= 2;
+  interval_ *= 2;
+}
+
+void ShapeLibrary::append_memory(std::vector<double>& memory) const {
+  memory.push_back(static_cast<double>(n_offered_));
+  memory.push_back(static_cast<double>(interval_));
+  memory.push_back(static_cast<double>(n_members_));
+  for (const Index slot : members_) memory.push_back(static_cast<double>(slot));
+}
+
+bool ShapeLibrary::accepts(std::span<const double> memory, std::span<const Row> rows) {
+  constexpr double largest_count = 1e15;
+  const double n_members = memory[2];
+  if (!is_count(memory[0], largest_count) || !is_count(memory[1], largest_count) ||
+      !is_count(n_members, slots - 1) || memory[1] < 2) {
+    return false;
+  }
+  std::array<bool, slots> is_taken{};
+  for (std::size_t i = 0; i < slots; ++i) {
+    if (!is_count(memory[3 + i], slots - 1)) return false;
+    bool& taken = is_taken[static_cast<std::size_t>(memory[3 + i])];
+    if (i < static_cast<std::size_t>(n_members) && std::exchange(taken, true)) return false;
+  }
+  return std::ranges::all_of(
+      rows, [](const Row& row) { return std::ranges::all_of(row, is_small<float>); });
+}
+
+void ShapeLibrary::recall(std::span<const double> memory, std::span<const Row> rows) {
+  n_offered_ = static_cast<std::uint64_t>(memory[0]);
+  interval_ = static_cast<std::uint64_t>(memory[1]);
+  n_members_ = static_cast<std::size_t>(memory[2]);
+  for (std::size_t i = 0; i < slots; ++i) members_[i] = static_cast<Index>(memory[3 + i]);
+  std::ranges::copy(rows, rows_.begin());
+  for (Index slot = 0; slot < most_learned_shapes; ++slot) multiply(slot);
+}
+
+}  // namespace dynmesh

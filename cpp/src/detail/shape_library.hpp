@@ -1,0 +1,87 @@
+/// The shapes of the frames that were completed, from which modes are learned on the way.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <dynmesh/types.hpp>
+#include <span>
+#include <vector>
+
+#include "detail/surface_parts.hpp"
+#include "kernels/kernels.hpp"
+#include "support/large_vector.hpp"
+#include "support/workers.hpp"
+
+namespace dynmesh {
+
+/// Whether a stored number is a whole one from 0 to `most`, and not -0, which would not be stored
+/// again.
+inline bool is_count(double number, double most) {
+  return !std::signbit(number) && number <= most && number == std::floor(number);
+}
+
+/// Holds z = Q^T K V - m_0 of up to 31 frames, evenly from all that were offered, in single
+/// precision, and the products of these shapes over each part of the surface. Allocates memory only
+/// in the constructor.
+///
+/// A shape keeps its slot until a later one takes it, also after it has left the library. The modes
+/// in use can therefore be formed again from the slots when a state is restored: a slot that they
+/// need is free for four frames before it is taken, and by then new modes are in use.
+class ShapeLibrary {
+ public:
+  using Field = std::span<const Vector3<double>>;
+  /// The numbers of one vertex: x of all slots, then y, then z.
+  using Row = std::array<float, std::size_t{3} * most_learned_shapes>;
+
+  ShapeLibrary(const SurfaceParts& parts, Workers& workers);
+
+  /// Offers the shape of a completed frame, as the second of three fields m, m_first - m and u:
+  /// (3 k,). Every second one enters; when all slots are filled, every second one leaves, and every
+  /// fourth one enters, and so on. Returns whether this one has entered.
+  bool offer(Field memory);
+
+  /// How many shapes were offered.
+  [[nodiscard]] std::uint64_t n_offered() const { return n_offered_; }
+  /// The slots of the shapes, the oldest first.
+  [[nodiscard]] std::span<const Index> members() const { return {members_.data(), n_members_}; }
+  /// sum_i w_i z_i . z'_i of the shapes in two slots over a part.
+  [[nodiscard]] double product(std::size_t part, Index slot, Index other) const {
+    return products_[(part * slots + static_cast<std::size_t>(slot)) * slots +
+                     static_cast<std::size_t>(other)];
+  }
+  [[nodiscard]] ShapeData shapes() const { return {rows_.front().data(), weights_.data()}; }
+  [[nodiscard]] std::span<const Row> rows() const { return rows_; }
+
+  /// The number of values that `append_memory` appends; with `rows`, all that later frames depend
+  /// on.
+  static constexpr std::size_t memory_size = 3 + most_learned_shapes;
+  void append_memory(std::vector<double>& memory) const;
+  /// Whether a library can have this memory and these rows.
+  [[nodiscard]] static bool accepts(std::span<const double> memory, std::span<const Row> rows);
+  void recall(std::span<const double> memory, std::span<const Row> rows);
+
+ private:
+  static constexpr std::size_t slots = most_learned_shapes;
+
+  [[nodiscard]] Index free_slot() const;
+  void store(Field memory, Index slot);
+  void multiply(Index slot);
+  void thin_out();
+
+  Workers& workers_;
+  std::size_t n_parts_;
+  std::vector<Index> offsets_;
+  std::vector<Index> parts_;
+  std::vector<float> weights_;
+  LargeVector<Row> rows_;
+  std::vector<double> products_;          // (n_parts, slots, slots)
+  LargeVector<double> partial_products_;  // (chunks, n_parts, slots)
+  std::array<Index, slots> members_{};
+  std::size_t n_members_ = 0;
+  std::uint64_t n_offered_ = 0;
+  std::uint64_t interval_ = 2;
+};
+
+}  // namespace dynmesh

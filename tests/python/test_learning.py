@@ -1,0 +1,173 @@
+"""Method detail that learns from the frames that it completes."""
+
+from pathlib import Path
+from typing import Any
+
+import meshes
+import numpy as np
+import pytest
+from meshes import Array, Mesh
+from rehearsal_reference import Learned
+from test_rehearsal import completed, error
+
+import dynmesh
+
+
+def swinging(vertices: Array, n: int) -> Array:
+    """Frames of a sheet that bends and twists, each with its own period, again and again."""
+    x, y, z = vertices.T
+    frames = []
+    for time in range(n):
+        bend, twist = np.sin(0.7 * time), np.cos(0.45 * time) - 1
+        height = 0.05 * bend * (x - x.mean()) ** 2 + 0.08 * twist * x * np.sin(0.7 * y)
+        frames.append(np.stack([x, y + 0.1 * bend * x, z + height], axis=1))
+    return np.stack(frames)
+
+
+@pytest.fixture
+def sheet() -> Mesh:
+    return meshes.sheet(12)
+
+
+@pytest.fixture
+def clip(sheet: Mesh, rng: np.random.Generator) -> tuple[Array, Array]:
+    """Frames, and masks of those after the first in which a corner comes and goes."""
+    frames = swinging(sheet.vertices, 90)
+    masks = rng.random((89, len(sheet.vertices))) < 0.4
+    for n in range(89):
+        if n % 30 >= 15:
+            masks[n, sheet.vertices[:, 0] > 6] = False
+    return frames, masks
+
+
+@pytest.mark.parametrize("noise", [None, 0.02])
+@pytest.mark.parametrize(("shape", "n_frames"), [("sheet", 24), ("sheet", 150), ("two parts", 24)])
+def test_frames_equal_the_transcription(
+    shape: str, n_frames: int, noise: float | None, rng: np.random.Generator
+) -> None:
+    """Of the longer clip, the library is thinned out twice."""
+    mesh = {
+        "sheet": meshes.sheet(8),
+        "two parts": meshes.join(meshes.sheet(7), meshes.sheet(6, 30.0)),
+    }[shape]
+    frames = swinging(mesh.vertices, n_frames + 1)[1:]
+    completer = dynmesh.Completer(
+        mesh.faces, mesh.vertices, method="detail", unseen="hold", noise=noise, learn=True
+    )
+    expected = Learned(mesh.faces, mesh.vertices, noise)
+    for n, points in enumerate(frames):
+        known = rng.random(len(points)) < (0.0 if n == 11 else 0.3)
+        if shape == "two parts" and n % 3 == 1:
+            known[49:] = False  # unseen
+        completed = completer.push(points, known)
+        np.testing.assert_allclose(
+            completed, expected.complete(points, known), rtol=0, atol=1e-6 * expected.h
+        )
+        report = completer.report
+        assert report.trust == expected.trust
+        assert report.explained == pytest.approx(expected.explained, abs=1e-4)
+        if known.any():
+            assert report.blend == pytest.approx(expected.blend, abs=1e-4)
+    assert report.trust == 1
+
+
+def test_the_first_frames_are_those_of_detail(sheet: Mesh, clip: tuple[Array, Array]) -> None:
+    """Modes are begun after four frames and complete after eight."""
+    frames, masks = clip
+    learned, plain = (completed(sheet, frames, masks, learn=on) for on in (True, False))
+    np.testing.assert_array_equal(learned[:8], plain[:8])
+    assert not np.array_equal(learned[8], plain[8])
+
+
+def test_what_recurs_is_completed_more_accurately(sheet: Mesh, clip: tuple[Array, Array]) -> None:
+    frames, masks = clip
+    learned, plain = (completed(sheet, frames, masks, learn=on) for on in (True, False))
+    assert error(frames[31:], np.stack(learned[30:])) < 0.9 * error(
+        frames[31:], np.stack(plain[30:])
+    )
+
+
+@pytest.mark.parametrize("settings", [{}, {"noise": 0.02}, {"reject_outliers": True}])
+def test_a_state_continues(sheet: Mesh, clip: tuple[Array, Array], settings: Any) -> None:
+    """After each number of slices, and around the frame in which the library is thinned out."""
+    frames, masks = clip
+
+    def make(**more: Any) -> dynmesh.Completer:
+        return dynmesh.Completer(
+            sheet.faces, frames[0], method="detail", **{"learn": True, **settings, **more}
+        )
+
+    one, others = make(), []
+    for n, (points, known) in enumerate(zip(frames[1:], masks, strict=True)):
+        if n in (3, 4, 5, 6, 7, 8, 9, 63, 64, 65, 66, 67, 68, 69):
+            others.append(make(threads=2))
+            others[-1].restore(one.state())
+            assert others[-1].state() == one.state()
+        expected = one.push(points, known)
+        for other in others:
+            np.testing.assert_array_equal(other.push(points, known), expected)
+    for other in others:
+        assert other.state() == one.state()
+    with pytest.raises(ValueError, match="learn is True, not False"):
+        make(learn=False).restore(one.state())
+
+
+def test_the_size_of_a_state(sheet: Mesh) -> None:
+    """docs/embedding.md states it."""
+    sizes = [
+        len(dynmesh.Completer(mesh.faces, mesh.vertices, method="detail", learn=learn).state())
+        for mesh in (sheet, meshes.sheet(20))
+        for learn in (False, True)
+    ]
+    vertices = 144, 400
+    for k, plain, learned in zip(vertices, sizes[::2], sizes[1::2], strict=True):
+        assert learned - plain == 384 * k + 8 * (3 + 35 + 2 + 2 * 33 + 13 * 32 * 16)
+
+
+def test_a_reset_forgets_everything(sheet: Mesh, clip: tuple[Array, Array]) -> None:
+    frames, masks = clip
+    new = dynmesh.Completer(sheet.faces, frames[40], method="detail", learn=True)
+    old = dynmesh.Completer(sheet.faces, frames[0], method="detail", learn=True)
+    for points, known in zip(frames[1:40], masks, strict=False):
+        old.push(points, known)
+    old.reset(frames[40])
+    assert old.state() == new.state()
+    for points, known in zip(frames[41:60], masks[40:], strict=False):
+        np.testing.assert_array_equal(old.push(points, known), new.push(points, known))
+    assert old.state() == new.state()
+
+
+def test_frames_in_which_nothing_moves_teach_nothing(
+    sheet: Mesh, clip: tuple[Array, Array]
+) -> None:
+    _, masks = clip
+    frames = np.tile(sheet.vertices, (20, 1, 1))
+    learned, plain = (completed(sheet, frames, masks[:19], learn=on) for on in (True, False))
+    np.testing.assert_allclose(learned, plain, atol=1e-9)
+
+
+def test_a_completer_learns_from_frames_or_from_a_rehearsal(sheet: Mesh) -> None:
+    with pytest.raises(ValueError, match=r"learn: .*own frames or from a rehearsal"):
+        dynmesh.Completer(
+            sheet.faces,
+            sheet.vertices,
+            method="detail",
+            learn=True,
+            rehearsal=swinging(sheet.vertices, 4),
+        )
+
+
+@pytest.mark.parametrize(("name", "most"), [("ea_bone", 0.80), ("ocean_sim_50x50", 1.02)])
+def test_recorded_subjects(data: Path, name: str, most: float) -> None:
+    """One recurs, the other does not."""
+    sequence = dynmesh.read(data / f"{name}.npz")
+    frames = sequence.vertices[:60]
+    masks = list(dynmesh.degrade.patch_known(sequence.faces, 60, frames.shape[1], 0.3, seed=0))[1:]
+    mesh = Mesh(faces=sequence.faces.astype(np.int64), vertices=frames[0])
+    errors = [
+        dynmesh.metrics.nmsve(
+            sequence.faces, frames[1:], np.stack(completed(mesh, frames, masks, learn=learn))
+        ).mean()
+        for learn in (False, True)
+    ]
+    assert errors[1] <= most * errors[0]
