@@ -75,6 +75,12 @@ SETTINGS: dict[str, Setting] = {
         "Treat known positions as missing if they do not move like those around them.",
         method="detail",
     ),
+    "uncertainty": Setting(
+        bool,
+        False,
+        "Estimate how far each filled-in vertex may be off; --provenance writes it.",
+        method="detail",
+    ),
     "threads": Setting(
         int,
         1,
@@ -96,6 +102,7 @@ class Settings(TypedDict, total=False):
     unseen: Literal["follow", "hold"]
     noise: float | None
     reject_outliers: bool
+    uncertainty: bool
     threads: int
 
 

@@ -66,7 +66,7 @@ void try_c(World& world) {
   larger.size += 8;
   tried("dynmesh_default_settings", "`settings`: a null pointer", {"settings:", "null pointer"},
         dynmesh_default_settings(nullptr, sizeof settings));
-  tried("dynmesh_default_settings", "`size`: 0", {"size:", "0", "40"},
+  tried("dynmesh_default_settings", "`size`: 0", {"size:", "0", "48"},
         dynmesh_default_settings(&larger, 0));
   tried("dynmesh_create", "`completer`: a null pointer", {"completer:", "null pointer"},
         dynmesh_create(faces, n_faces, &frame, &settings, nullptr));
@@ -92,14 +92,16 @@ void try_c(World& world) {
         set([](auto& s) { s.noise = 0; }));
   tried("dynmesh_create", "`settings`: reject_outliers by method motion",
         {"reject_outliers:", "detail"}, set([](auto& s) { s.reject_outliers = 1; }));
+  tried("dynmesh_create", "`settings`: uncertainty by method motion", {"uncertainty:", "detail"},
+        set([](auto& s) { s.uncertainty = 1; }));
   tried("dynmesh_create", "`first_frame`: misaligned", {"first_frame:", "8"},
         make(&misaligned, &settings));
-  tried("dynmesh_create", "`settings`: all zeros", {"settings.size:", "40"}, make(&frame, &zeros));
+  tried("dynmesh_create", "`settings`: all zeros", {"settings.size:", "48"}, make(&frame, &zeros));
   tried("dynmesh_create", "`settings`: method 7", {"method:", "not 7"},
         set([](auto& s) { s.method = 7; }));
   tried("dynmesh_create", "`settings`: unseen -1", {"unseen:", "0", "1", "-1"},
         set([](auto& s) { s.unseen = -1; }));
-  tried("dynmesh_create", "`settings`: of another size", {"settings.size:", "48", "40"},
+  tried("dynmesh_create", "`settings`: of another size", {"settings.size:", "48", "48"},
         make(&frame, &larger));
 
   dynmesh_rehearsal* rehearsal = nullptr;
@@ -299,6 +301,13 @@ void try_c(World& world) {
   tried("dynmesh_restore", "`size`: -1", {"state:", "-1"}, dynmesh_restore(c, before.data(), -1));
   tried("dynmesh_restore", "`size`: too small", {"state:", cut},
         dynmesh_restore(c, before.data(), size - 1));
+  float bar = 0;
+  tried("dynmesh_standard_error", "`values`: a null pointer", {"values:", "null pointer"},
+        dynmesh_standard_error(c, nullptr, 49, DYNMESH_FLOAT32));
+  tried("dynmesh_standard_error", "without uncertainty", {"standard_error:", "uncertainty"},
+        dynmesh_standard_error(c, &bar, 49, DYNMESH_FLOAT32));
+  tried("dynmesh_standard_error", "`completer`: a null pointer", {"completer:", "null pointer"},
+        dynmesh_standard_error(nullptr, &bar, 49, DYNMESH_FLOAT32));
   tried("dynmesh_report", "`report`: a null pointer", {"report:", "null pointer"},
         dynmesh_report(c, nullptr));
   dynmesh_frame_report report{};

@@ -54,6 +54,8 @@ void try_cpp(World& world) {
         make(faces, {frame.data, k, 0}));
   tried("Completer", "`reject_outliers = true` by method motion", {"reject_outliers:", "detail"},
         make(faces, frame, {.reject_outliers = true}));
+  tried("Completer", "`uncertainty = true` by method motion", {"uncertainty:", "detail"},
+        make(faces, frame, {.uncertainty = true}));
   tried("Completer", "`noise = 0` by method detail", {"noise:", "not 0"},
         make(faces, frame, {.method = Method::detail, .noise = 0.0}));
   tried("Completer", "`noise = infinity` by method detail", {"noise:", "inf"},

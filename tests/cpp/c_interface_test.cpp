@@ -97,6 +97,7 @@ struct Twins {
     CHECK(ours.blend == theirs.stages.blend);
     CHECK(ours.trust == theirs.stages.trust);
     CHECK(ours.explained == theirs.stages.explained);
+    CHECK(ours.standard_error == theirs.standard_error);
     dynmesh_frame_report again{};
     CHECK(dynmesh_report(handle.get(), &again) == DYNMESH_OK);
     CHECK(std::memcmp(&again, &ours, sizeof ours) == 0);
@@ -319,9 +320,9 @@ TEST_CASE("settings of another size are refused") {
   const auto n_faces = static_cast<std::int64_t>(mesh.faces().count);
   dynmesh_settings untouched{};
   untouched.threads = 7;
-  for (const std::int64_t size : {0, 32, 39, 41, 48, -1}) {
+  for (const std::int64_t size : {0, 40, 47, 49, 56, -1}) {
     const std::string reason = "is " + std::to_string(size) +
-                               ", but this version of dynmesh expects settings of 40 bytes; "
+                               ", but this version of dynmesh expects settings of 48 bytes; "
                                "call dynmesh_default_settings first";
     dynmesh_settings settings = untouched;
     CHECK(dynmesh_default_settings(&settings, size) == DYNMESH_INVALID_ARGUMENT);

@@ -123,6 +123,7 @@ const std::vector<Subject>& all_subjects() {
       {{.method = Method::detail}},
       {{.method = Method::detail, .noise = 0.01, .reject_outliers = true}},
       {{.method = Method::detail}, true},
+      {{.method = Method::detail, .noise = 0.01, .uncertainty = true}},
   };
   return all;
 }

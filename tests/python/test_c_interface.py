@@ -48,6 +48,7 @@ class Settings(ctypes.Structure):
         ("noise", c_double),
         ("reject_outliers", c_int32),
         ("threads", c_int32),
+        ("uncertainty", c_int32),
     )
 
 
@@ -64,6 +65,7 @@ class Report(ctypes.Structure):
         ("blend", c_double),
         ("trust", c_double),
         ("explained", c_double),
+        ("standard_error", c_double),
     )
 
 

@@ -43,6 +43,7 @@ class AnyCalls(RuleBasedStateMachine):
             noise = data.draw(st.sampled_from([None, 0.01]))
             rejects = data.draw(st.booleans())
             self.settings |= {"method": "detail", "noise": noise, "reject_outliers": rejects}
+            self.settings["uncertainty"] = data.draw(st.booleans())
         else:
             extra = data.draw(st.sampled_from([0, 3]))
             self.settings |= {"revisit": data.draw(st.booleans()), "extra_iterations": extra}

@@ -113,6 +113,7 @@ inline Settings settings_of(const dynmesh_settings* chosen) {
   settings.unseen = unseen_rule_of(given.unseen);
   if (!std::isnan(given.noise)) settings.noise = given.noise;
   settings.reject_outliers = given.reject_outliers != 0;
+  settings.uncertainty = given.uncertainty != 0;
   settings.threads = given.threads;
   return settings;
 }

@@ -65,6 +65,11 @@ void for_each_setting(const Visit& visit) {
                 .method = Method::detail,
                 .help = "Treat known vertices that move unlike those around them as missing."},
         &Settings::reject_outliers);
+  visit(Setting{.name = "uncertainty",
+                .method = Method::detail,
+                .help = "Estimate how far each completed vertex may be off, in the unit of the "
+                        "positions."},
+        &Settings::uncertainty);
   visit(Setting{.name = "threads",
                 .method = std::nullopt,
                 .is_stored = false,

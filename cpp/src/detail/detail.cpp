@@ -23,7 +23,7 @@ Detail<Real>::Workspace::Workspace(std::size_t n_vertices, bool is_noisy, bool h
 template <class Real>
 Detail<Real>::Detail(std::vector<Triangle> faces, const Topology& topology,
                      std::optional<double> noise, Workers& workers,
-                     const DetailConstants& constants, Take<Real> take)
+                     const DetailConstants& constants, Take<Real> take, bool has_uncertainty)
     : faces_(std::move(faces)),
       topology_(topology),
       constants_(constants),
@@ -33,6 +33,7 @@ Detail<Real>::Detail(std::vector<Triangle> faces, const Topology& topology,
       memory_(topology.cells.size(), constants_),
       take_(std::move(take)),
       pose_(topology.cells, workers, constants_.rehearsal),
+      error_bars_(topology.cells, workers, constants_, has_uncertainty, noise.has_value()),
       noise_(noise),
       next_generations_(topology.cells.size()),
       workspace_(topology.cells.size(), noise.has_value(), !take_.empty()),
@@ -56,6 +57,7 @@ void Detail<Real>::reset(Frame first_frame) {
   rotations_.reset(first, mean_edge_);
   system_.apply(first, 1, workspace_.kx);
   memory_.reset(workspace_.kx, mean_edge_);
+  error_bars_.reset();
   lambda_ = constants_.first_lambda;
   report_ = {};
 }
@@ -68,7 +70,10 @@ Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
   const Anchors& anchors = hold(in_workspace(previous), points, next_generations_);  // may throw
   std::swap(generations, next_generations_);
   workspace_.is_posed = false;
-  if (!anchors.any_solved()) return 0;
+  if (!anchors.any_solved()) {
+    if (error_bars_.exist()) error_bars_.pass(generations);
+    return 0;
+  }
 
   // Step 1: find the smoothest motion.
   Positions positions = move_smoothly(workspace_.x, anchors);
@@ -99,6 +104,10 @@ Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
     const auto v = static_cast<std::size_t>(solved);
     const Vector3<double>& x = positions.x[v];
     points[v] = {saturated<Real>(x.x), saturated<Real>(x.y), saturated<Real>(x.z)};
+  }
+  if (error_bars_.exist()) {
+    error_bars_.update({positions.x, positions.kx, shape}, blend.c, anchors, generations, system_,
+                       rotations_);
   }
   report_.blend = blend.b;
   return constants_.rounds;
@@ -290,6 +299,7 @@ typename Detail<Real>::Memory Detail<Real>::memory() const {
   }
   memory.anchor_weight = lambda_;
   if (!take_.empty()) memory.pose = pose_.memory();
+  memory.errors = error_bars_.memory();
   return memory;
 }
 
@@ -303,7 +313,8 @@ bool Detail<Real>::accepts(const Memory& memory) const {
   return memory.rows.size() == memory_rows() && std::ranges::all_of(memory.rows, is_sound) &&
          memory.anchor_weight >= constants_.least_lambda &&
          memory.anchor_weight <= constants_.largest_lambda &&
-         (take_.empty() ? memory.pose.empty() : pose_.accepts(memory.pose));
+         (take_.empty() ? memory.pose.empty() : pose_.accepts(memory.pose)) &&
+         error_bars_.accepts(memory.errors);
 }
 
 template <class Real>
@@ -318,6 +329,7 @@ void Detail<Real>::recall(const Memory& memory, Frame completed) {
   });
   memory_.recall(detail, workspace_.shape);
   if (!take_.empty()) pose_.recall(memory.pose);
+  error_bars_.recall(memory.errors);
 }
 
 template class Detail<float>;

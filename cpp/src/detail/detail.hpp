@@ -12,6 +12,7 @@
 #include "detail/anchors.hpp"
 #include "detail/blend.hpp"
 #include "detail/constants.hpp"
+#include "detail/error_bars.hpp"
 #include "detail/memory.hpp"
 #include "detail/pose.hpp"
 #include "detail/rehearsed_shapes.hpp"
@@ -42,7 +43,8 @@ class Detail final : public Estimator<Real> {
   /// `topology` and `workers` must outlive this object. `noise` is the standard deviation of the
   /// anchors, positive; without it, they are exact. `take` is a rehearsal, or empty.
   Detail(std::vector<Triangle> faces, const Topology& topology, std::optional<double> noise,
-         Workers& workers, const DetailConstants& constants = {}, Take<Real> take = {});
+         Workers& workers, const DetailConstants& constants = {}, Take<Real> take = {},
+         bool has_uncertainty = false);
 
   void reset(Frame first_frame) override;
   Index estimate(Frame previous, std::span<Vector3<Real>> points,
@@ -55,6 +57,9 @@ class Detail final : public Estimator<Real> {
   }
   [[nodiscard]] bool accepts(const Memory& memory) const override;
   void recall(const Memory& memory, Frame completed) override;
+  [[nodiscard]] std::span<const double> standard_error() const override {
+    return error_bars_.of_vertices();
+  }
   [[nodiscard]] StageReport stages() const override { return report_; }
 
  private:
@@ -91,6 +96,7 @@ class Detail final : public Estimator<Real> {
   ShapeMemory memory_;
   Take<Real> take_;  // the frames of the rehearsal, since a new frame 0 has other modes
   Pose pose_;
+  ErrorBars error_bars_;
   std::optional<double> noise_;
   Generations next_generations_;  // of the current frame, until nothing can throw any more
   double mean_edge_ = 1;          // the mean edge length of frame 0

@@ -13,6 +13,13 @@
 
 namespace dynmesh {
 
+/// What the standard errors of later frames depend on; see error_bars.hpp.
+struct MemoryOfErrors {
+  using Row = std::array<double, 34>;
+  std::vector<Row> rows;         ///< one for each vertex, or empty
+  std::array<double, 5> sums{};  ///< over the mesh
+};
+
 /// A method of estimating the satellites of a frame. Frames have one Vector3 per vertex.
 template <class Real>
 class Estimator {
@@ -26,6 +33,7 @@ class Estimator {
     std::vector<Row> rows;  ///< one for each vertex, or empty
     double anchor_weight = 0;
     std::vector<double> pose;  ///< of a rehearsed subject, `pose_size()` numbers
+    MemoryOfErrors errors;     ///< of the standard errors, if they are computed
   };
 
   Estimator() = default;
@@ -57,10 +65,14 @@ class Estimator {
   [[nodiscard]] virtual std::size_t pose_size() const { return 0; }
   /// Whether this method can have produced this memory.
   [[nodiscard]] virtual bool accepts(const Memory& memory) const {
-    return memory.rows.size() == memory_rows() && memory.anchor_weight == 0 && memory.pose.empty();
+    return memory.rows.size() == memory_rows() && memory.anchor_weight == 0 &&
+           memory.pose.empty() && memory.errors.rows.empty();
   }
   /// Restores the memory after `reset`. `completed` is the last completed frame.
   virtual void recall(const Memory& /*memory*/, Frame /*completed*/) {}
+
+  /// (k,) the standard errors of the last estimate, or empty if they are not computed.
+  [[nodiscard]] virtual std::span<const double> standard_error() const { return {}; }
 
   /// The details of the last `estimate` and `remember`.
   [[nodiscard]] virtual StageReport stages() const { return {}; }
