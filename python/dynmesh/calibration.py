@@ -1,5 +1,6 @@
-"""Compares standard errors with true errors."""
+"""What standard errors say of distances, and how well they describe true errors."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -10,8 +11,8 @@ from numpy.typing import NDArray
 Floats = NDArray[np.floating[Any]]
 
 INTERVALS = {0.5: 1.538, 0.9: 2.5}
-"""The distances within which these shares of the errors lie, in standard errors of a coordinate: the
-roots of the quantiles of a chi-squared distribution with three degrees of freedom."""
+"""The distances within which these shares of the errors lie, in standard errors of a coordinate:
+the roots of the quantiles of a chi-squared distribution with three degrees of freedom."""
 
 FEWEST = 10
 """Frames with fewer filled-in vertices have no rank correlation."""
@@ -48,6 +49,7 @@ class Calibrating:
     """Gathers a :class:`Calibration`, one frame at a time."""
 
     def __init__(self) -> None:
+        """Begin without a frame."""
         self._vertices = 0
         self._within = dict.fromkeys(INTERVALS, 0)
         self._errors = self._expected = 0.0
@@ -128,3 +130,64 @@ def _ranks(values: NDArray[Any]) -> NDArray[np.float64]:
     _, number, counts = np.unique(values, return_inverse=True, return_counts=True)
     last = np.cumsum(counts)
     return np.asarray((last - (counts - 1) / 2)[number], np.float64)
+
+
+class Distances:
+    """How far off filled-in vertices may be, over all frames, in constant memory.
+
+    Counts standard errors in bins a twentieth wide, relative to their value.
+    """
+
+    _STEP = math.log(1.05)
+
+    def __init__(self) -> None:
+        """Begin without a frame."""
+        self._counts: dict[int, int] = {}
+        self._exact = 0
+
+    def add(self, standard_error: Floats, filled: NDArray[np.bool_]) -> None:
+        """Add a frame of (k,) standard errors; only `filled` vertices with finite ones count."""
+        values = standard_error[filled & np.isfinite(standard_error)].astype(np.float64)
+        positive = values[values > 0]
+        self._exact += len(values) - len(positive)
+        bins, counts = np.unique(np.rint(np.log(positive) / self._STEP), return_counts=True)
+        for number, count in zip(bins.astype(int).tolist(), counts.tolist(), strict=True):
+            self._counts[number] = self._counts.get(number, 0) + count
+
+    def within(self, share: float) -> float | None:
+        """Return the distance within which this share of them is expected to be; None without any.
+
+        Errors are taken to be normal, and alike in all directions.
+        """
+        whole = self._exact + sum(self._counts.values())
+        if whole == 0:
+            return None
+        if self._exact >= share * whole:
+            return 0.0
+        bins = np.array(sorted(self._counts))
+        counts = np.array([self._counts[number] for number in bins.tolist()])
+        bars = np.exp(bins * self._STEP)
+        low, high = 0.0, 10.0 * float(bars[-1])
+        for _ in range(60):
+            middle = (low + high) / 2
+            found = self._exact + float(counts @ _share_within(middle / bars))
+            low, high = (middle, high) if found < share * whole else (low, middle)
+        return high
+
+
+def _share_within(distances: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The share of normal errors in space within distances, in standard errors of a coordinate."""
+    erf = np.array([math.erf(distance / math.sqrt(2)) for distance in distances.tolist()])
+    return np.asarray(erf - math.sqrt(2 / math.pi) * distances * np.exp(-(distances**2) / 2))
+
+
+def in_words(distances: Distances, metres_per_unit: float | None) -> str | None:
+    """Say within which distance 90 % of the filled-in vertices are; None without any."""
+    distance = distances.within(0.9)
+    if distance is None:
+        return None
+    if metres_per_unit is None:
+        shown = f"{distance:.2g}, in the unit of the positions"
+    else:
+        shown = f"{1000 * metres_per_unit * distance:.2g} mm"
+    return f"90 % of the filled-in vertices are expected to be within {shown}"

@@ -11,7 +11,7 @@ PACKAGE = REPOSITORY / "python" / "dynmesh"
 
 LAYERS = (
     ("_core", "_checks", "_errors", "_extras", "settings"),
-    ("polygons", "sequence", "metrics", "matrices", "baselines"),
+    ("polygons", "sequence", "metrics", "calibration", "matrices", "baselines"),
     ("degrade", "synth", "files", "streaming"),
     ("diagnosis", "draw"),
     ("jobs",),
