@@ -184,12 +184,17 @@ def _as_vtk(array: NDArray[Any], name: str | None = None) -> Any:
     return result
 
 
-def _point_data(mesh: Any, name: str) -> NDArray[np.int32] | None:
+def _point_data(mesh: Any, name: str) -> NDArray[Any] | None:
     array = mesh.GetPointData().GetArray(name)
     if array is None:
         return None
     values = _as_numpy(array)
-    of_vertices = values.dtype.kind in "iu" and values.shape == (mesh.GetNumberOfPoints(),)
+    of_vertices = values.shape == (mesh.GetNumberOfPoints(),)
+    if PROVENANCE.get(name, np.dtype(np.int32)).kind == "f":
+        if not of_vertices or values.dtype.kind != "f":
+            raise ValueError(f"its point data '{name}' must have one float per vertex")
+        return values
+    of_vertices = of_vertices and values.dtype.kind in "iu"
     if not of_vertices or not np.array_equal(values, values.astype(np.int32)):
         raise ValueError(f"its point data '{name}' must have one integer per vertex")
     return values.astype(np.int32)
