@@ -17,10 +17,10 @@ from pathlib import Path
 
 import numpy as np
 
-from dynmesh import Completer, degrade, metrics
-from dynmesh.calibration import Calibrating, Calibration
-from dynmesh.sequence import Mask, Positions
+from dynmesh import degrade
+from dynmesh.sequence import Mask
 from dynmesh.study.losses import random_masks, scenario_masks
+from dynmesh.study.reliability import reliability
 from dynmesh.study.subjects import Subject, from_file
 from dynmesh.study.tables import Line, markdown
 
@@ -40,38 +40,6 @@ def cases(subject: Subject) -> dict[str, list[Mask]]:
         "camera": scenario_masks("camera", subject),
         "patches": list(patches),
     }
-
-
-def calibrate(
-    subject: Subject,
-    masks: list[Mask],
-    take: Positions | None = None,
-    noise: float | None = None,
-) -> Calibration:
-    """Complete the sequence, and compare."""
-    completer = Completer(
-        subject.faces,
-        subject.vertices[0],
-        method="detail",
-        uncertainty=True,
-        rehearsal=take,
-        noise=noise,
-    )
-    rng = np.random.default_rng(0)
-    found = Calibrating()
-    for points, known in zip(subject.vertices[1:], masks[1:], strict=True):
-        seen = points if noise is None else points + noise * rng.normal(size=points.shape)
-        frame = completer.push(seen.astype(points.dtype), known)
-        found.add(
-            metrics.vertex_error(points[None], frame[None])[0],
-            completer.standard_error,
-            filled=completer.generation > 0,
-            generation=completer.generation,
-            age=completer.age,
-        )
-    result = found.result()
-    assert result is not None
-    return result
 
 
 def mean_edge(subject: Subject) -> float:
@@ -101,7 +69,7 @@ def main() -> None:
         subject = replace(subject, vertices=subject.vertices[: arguments.frames])
         noise = arguments.noise and arguments.noise * mean_edge(subject)
         for case, masks in cases(subject).items():
-            found = calibrate(subject, masks, take, noise)
+            found = reliability(subject, masks, rehearsal=take, noise=noise).calibration
             values = [
                 found.coverage_50,
                 found.coverage_90,

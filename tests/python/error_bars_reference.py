@@ -82,7 +82,8 @@ class WithBars(reference.Detail):
 
     def _find(self, points: Array, known: NDArray[np.bool_], seen: NDArray[np.bool_]) -> None:
         i, j = self.edges
-        x, target, q, weight, c = self.solved_for or (None, None, None, 0.0, 0.0)
+        nothing: Any = (None, None, None, 0.0, 0.0)
+        x, target, q, weight, c = self.solved_for or nothing
         t = self.e + c * self.e_u + self.size[:, None] * self.eta
         d = np.zeros_like(t)
         if x is not None:

@@ -2,17 +2,24 @@
 
 import time
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from .. import metrics
 from ..sequence import Mask
 from .completion import Method
 from .losses import PAPER_SHARES, SCENARIOS, random_masks, scenario_masks
 from .measure import Run, run
-from .methods import COMPARED, MOTION, ONCE
+from .methods import COMPARED, DETAIL, MOTION, ONCE
 from .plan import Plan
+from .reliability import Reliability, reliability
 from .rivals import BEYOND
 from .subjects import Subject
+from .tables import percent
+
+BAR_SHARES = (0.1, 0.3)
+"""The shares of known vertices with which error bars are measured, beside the scenarios."""
+
+_COST_OF_BARS = 1.5  # of the time of detail
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,6 +33,7 @@ class Study:
         once: the runs with the other reading of the weights, by share.
         scenarios: the runs by scenario and method key.
         missing: why methods of `BEYOND` were left out, by key.
+        bars: what the error bars of detail are worth, by loss.
     """
 
     subject: Subject
@@ -34,6 +42,7 @@ class Study:
     once: dict[float, Run]
     scenarios: dict[tuple[str, str], Run]
     missing: dict[str, str]
+    bars: dict[str, Reliability] = field(default_factory=dict)
 
     @property
     def beyond(self) -> list[Method]:
@@ -97,6 +106,7 @@ def seconds_of_work(subject: Subject, plan: Plan, tried: Trial) -> float:
     frame += len(plan.sweep) * costs[MOTION.key] + len(PAPER_SHARES) * costs[ONCE.key]
     beyond = sum(costs.get(method.key, 0.0) for method in BEYOND)
     frame += (len(PAPER_SHARES) + len(SCENARIOS)) * beyond
+    frame += (len(BAR_SHARES) + len(SCENARIOS)) * _COST_OF_BARS * costs.get(DETAIL.key, 0.0)
     return frame * (subject.n_frames - 1)
 
 
@@ -140,4 +150,11 @@ def study(
             measure_everywhere(method, PAPER_SHARES)
         except RuntimeError as error:  # a rival cannot solve the system of a frame
             result.missing[method.key] = str(error)
+    losses = {percent(share): list(masks(share)) for share in BAR_SHARES} | hidden
+    for name, known in losses.items():
+        result.bars[name] = reliability(
+            subject,
+            known,
+            advance=lambda frames: advance(frames * _COST_OF_BARS * tried.seconds[DETAIL.key]),
+        )
     return result
