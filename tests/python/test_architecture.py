@@ -20,7 +20,7 @@ LAYERS = (
 )
 """What is at the top of the package, from low to high; `__init__` and `__main__` are above all."""
 
-MOST_AT_THE_TOP = 18
+MOST_AT_THE_TOP = 19
 
 SHOWING = {
     ("dynmesh.sequence", "plot"): "dynmesh.draw.plot",
