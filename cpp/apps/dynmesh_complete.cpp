@@ -42,10 +42,10 @@ void print(const dynmesh::FrameReport& report, std::size_t frame) {
   std::fprintf(stderr,
                "{\"frame\": %zu, \"known\": %zu, \"filled\": %zu, \"unseen\": %zu, "
                "\"rejected\": %zu, \"iterations\": %zu, \"seconds\": %.9f, \"blend\": %.9g, "
-               "\"trust\": %.9g, \"explained\": %.9g}\n",
+               "\"trust\": %.9g, \"explained\": %.9g, \"standard_error\": %.9g}\n",
                frame, report.known, report.filled, report.unseen, report.rejected,
                report.iterations, report.seconds, report.stages.blend, report.stages.trust,
-               report.stages.explained);
+               report.stages.explained, report.standard_error);
 }
 
 /// Returns what `call` returns. Adds `where` to the message of an error of the library.

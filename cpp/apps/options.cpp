@@ -41,7 +41,9 @@ input or output, raw.
 
 constexpr const char* help_after_settings =
     R"(  --report           print one JSON line per frame to standard error: known, filled,
-                     unseen, rejected, iterations, seconds, blend, trust, explained
+                     unseen, rejected, iterations, seconds, blend, trust, explained,
+                     standard_error (root mean square of the filled-in vertices, with
+                     --uncertainty)
   --overwrite        replace an existing output file
   -h, --help         print this text
   --version          print the version

@@ -196,6 +196,12 @@ class AnyCompleter {
     return exclusively(
         []<class Real>(Completer<Real>& completer) { return copy(completer.age()); });
   }
+  py::array standard_error() {
+    return exclusively([]<class Real>(Completer<Real>& completer) -> py::array {
+      const std::span<const Real> values = completer.standard_error();
+      return py::array_t<Real>(static_cast<py::ssize_t>(values.size()), values.data());
+    });
+  }
   FrameReport report() {
     return exclusively([]<class Real>(Completer<Real>& completer) { return completer.report(); });
   }
@@ -249,6 +255,7 @@ void bind_completer(py::module_& module) {
       .def_readonly("unseen", &FrameReport::unseen)
       .def_readonly("iterations", &FrameReport::iterations)
       .def_readonly("rejected", &FrameReport::rejected)
+      .def_readonly("standard_error", &FrameReport::standard_error)
       .def_readonly("seconds", &FrameReport::seconds)
       .def_property_readonly("blend", [](const FrameReport& r) { return r.stages.blend; })
       .def_property_readonly("trust", [](const FrameReport& r) { return r.stages.trust; })
@@ -288,6 +295,7 @@ void bind_completer(py::module_& module) {
           "g, -1 for an unseen vertex.")
       .def_property_readonly("age", &AnyCompleter::age,
                              "(k,) int32: the number of frames since the vertex was last observed.")
+      .def_property_readonly("standard_error", &AnyCompleter::standard_error, standard_error_doc)
       .def_property_readonly("report", &AnyCompleter::report, "The FrameReport of the last frame.")
       .def_property_readonly("topology", &AnyCompleter::topology, "The TopologyReport of the mesh.")
       .def_property_readonly("settings", &AnyCompleter::settings,

@@ -31,6 +31,16 @@ Mask: TypeAlias = NDArray[np.bool_]
 Provenance: TypeAlias = NDArray[np.integer[Any]]
 """The generation or the age of vertices, as :class:`dynmesh.Completer` reports them."""
 
+StandardError = NDArray[np.floating[Any]]
+"""How far a coordinate of each vertex may be off, as :class:`dynmesh.Completer` reports it."""
+
+PROVENANCE = {
+    "generation": np.dtype(np.int32),
+    "age": np.dtype(np.int32),
+    "standard_error": np.dtype(np.float32),
+}
+"""What files may hold of the origin of each position, and its dtype."""
+
 largest_start = 2**53
 """float64 cannot represent all larger whole numbers."""
 
@@ -111,6 +121,8 @@ class Sequence(Description):
         known: (n, k) bool, or None if every position was observed.
         generation: (n, k) int32, 0 for anchors, g for satellites, -1 for unseen vertices, or None.
         age: (n, k) int32, frames since the vertex was last observed; None if `generation` is.
+        standard_error: (n, k) float32, how far a coordinate may be off, in the unit of the
+            positions: see :attr:`dynmesh.Completer.standard_error`. None if it was not estimated.
 
     The attributes of :class:`dynmesh.Description`, from `fps` to `derived`, are keywords as well.
 
@@ -128,10 +140,11 @@ class Sequence(Description):
     known: Mask | None = None
     generation: Provenance | None = field(default=None, kw_only=True)
     age: Provenance | None = field(default=None, kw_only=True)
+    standard_error: StandardError | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         """Raises an error unless the arrays are consistent."""
-        for name in ("vertices", "faces", "known", "times", "generation", "age"):
+        for name in ("vertices", "faces", "known", "times", *PROVENANCE):
             value = getattr(self, name)
             optional = name not in ("vertices", "faces")
             if value is not None or not optional:
@@ -144,7 +157,9 @@ class Sequence(Description):
             check_known(self.known.dtype, self.known.shape, frames)
         if (self.generation is None) != (self.age is None):
             raise ValueError("generation, age: must be given both or neither")
-        for name in ("generation", "age"):
+        if self.standard_error is not None and self.age is None:
+            raise ValueError("standard_error: requires generation and age")
+        for name in PROVENANCE:
             if (values := getattr(self, name)) is not None:
                 check_provenance(name, values.dtype, values.shape, frames)
         self._check_description(len(self.vertices))
@@ -181,7 +196,7 @@ class Sequence(Description):
         numbers = numbers_of(self, len(self))[frames]
         cut = {
             name: values[frames]
-            for name in ("vertices", "known", "generation", "age")
+            for name in ("vertices", "known", *PROVENANCE)
             if (values := getattr(self, name)) is not None
         }
         consecutive = self.times is None and step == 1
@@ -192,7 +207,8 @@ class Sequence(Description):
         self,
         frame: int | np.integer[Any] = 0,
         *,
-        colour: Literal["error", "generation", "age", "known", "plain"] | None = None,
+        colour: Literal["error", "generation", "age", "standard_error", "known", "plain"]
+        | None = None,
         reference: "Sequence | None" = None,
         up: Literal["x", "y", "z"] | None = None,
         azimuth: float = 60.0,
@@ -309,9 +325,10 @@ def check_known(dtype: np.dtype[Any], shape: tuple[int, ...], expected: tuple[in
 def check_provenance(
     name: str, dtype: np.dtype[Any], shape: tuple[int, ...], expected: tuple[int, ...]
 ) -> None:
-    """Raises an error unless this describes generations or ages of (n, k) = ``expected``."""
-    if dtype.kind not in "iu":
-        raise KindError(f"must be integers, not {dtype}", argument=name)
+    """Raises an error unless this is provenance of that name of (n, k) = ``expected`` vertices."""
+    kinds, words = ("f", "floats") if name == "standard_error" else ("iu", "integers")
+    if dtype.kind not in kinds:
+        raise KindError(f"must be {words}, not {dtype}", argument=name)
     if shape != expected:
         raise InputError(
             f"must have shape {expected} to match vertices, not {shape}", argument=name

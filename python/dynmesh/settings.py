@@ -81,6 +81,12 @@ SETTINGS: dict[str, Setting] = {
         "Learn from the completed frames; more accurate if motions recur, and slower.",
         method="detail",
     ),
+    "uncertainty": Setting(
+        bool,
+        False,
+        "Estimate how far each filled-in vertex may be off; --provenance writes it.",
+        method="detail",
+    ),
     "threads": Setting(
         int,
         1,
@@ -103,6 +109,7 @@ class Settings(TypedDict, total=False):
     noise: float | None
     reject_outliers: bool
     learn: bool
+    uncertainty: bool
     threads: int
 
 

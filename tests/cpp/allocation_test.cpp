@@ -61,9 +61,14 @@ TEST_CASE("method detail allocates memory only if its factor is larger than all 
   }
   SUBCASE("anchors noisy") { settings.noise = 0.01; }
   SUBCASE("outliers rejected") { settings.reject_outliers = true; }
+  SUBCASE("with uncertainty") { settings.uncertainty = true; }
   SUBCASE("all of these, on three threads") {
     is_rehearsed = true;
-    settings = {.method = Method::detail, .noise = 0.01, .reject_outliers = true, .threads = 3};
+    settings = {.method = Method::detail,
+                .noise = 0.01,
+                .reject_outliers = true,
+                .uncertainty = true,
+                .threads = 3};
   }
   const auto mesh = join(sheet<float>(20), sheet<float>(5, 200));
   const std::size_t k = mesh.size();

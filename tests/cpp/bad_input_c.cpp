@@ -94,6 +94,8 @@ void try_c(World& world) {
         {"reject_outliers:", "detail"}, set([](auto& s) { s.reject_outliers = 1; }));
   tried("dynmesh_create", "`settings`: learn by method motion", {"learn:", "detail"},
         set([](auto& s) { s.learn = 1; }));
+  tried("dynmesh_create", "`settings`: uncertainty by method motion", {"uncertainty:", "detail"},
+        set([](auto& s) { s.uncertainty = 1; }));
   tried("dynmesh_create", "`first_frame`: misaligned", {"first_frame:", "8"},
         make(&misaligned, &settings));
   tried("dynmesh_create", "`settings`: all zeros", {"settings.size:", "48"}, make(&frame, &zeros));
@@ -301,6 +303,13 @@ void try_c(World& world) {
   tried("dynmesh_restore", "`size`: -1", {"state:", "-1"}, dynmesh_restore(c, before.data(), -1));
   tried("dynmesh_restore", "`size`: too small", {"state:", cut},
         dynmesh_restore(c, before.data(), size - 1));
+  float bar = 0;
+  tried("dynmesh_standard_error", "`values`: a null pointer", {"values:", "null pointer"},
+        dynmesh_standard_error(c, nullptr, 49, DYNMESH_FLOAT32));
+  tried("dynmesh_standard_error", "without uncertainty", {"standard_error:", "uncertainty"},
+        dynmesh_standard_error(c, &bar, 49, DYNMESH_FLOAT32));
+  tried("dynmesh_standard_error", "`completer`: a null pointer", {"completer:", "null pointer"},
+        dynmesh_standard_error(nullptr, &bar, 49, DYNMESH_FLOAT32));
   tried("dynmesh_report", "`report`: a null pointer", {"report:", "null pointer"},
         dynmesh_report(c, nullptr));
   dynmesh_frame_report report{};

@@ -56,6 +56,8 @@ void try_cpp(World& world) {
         make(faces, frame, {.reject_outliers = true}));
   tried("Completer", "`learn = true` by method motion", {"learn:", "detail"},
         make(faces, frame, {.learn = true}));
+  tried("Completer", "`uncertainty = true` by method motion", {"uncertainty:", "detail"},
+        make(faces, frame, {.uncertainty = true}));
   tried("Completer", "`noise = 0` by method detail", {"noise:", "not 0"},
         make(faces, frame, {.method = Method::detail, .noise = 0.0}));
   tried("Completer", "`noise = infinity` by method detail", {"noise:", "inf"},

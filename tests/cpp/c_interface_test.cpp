@@ -97,6 +97,7 @@ struct Twins {
     CHECK(ours.blend == theirs.stages.blend);
     CHECK(ours.trust == theirs.stages.trust);
     CHECK(ours.explained == theirs.stages.explained);
+    CHECK(ours.standard_error == theirs.standard_error);
     dynmesh_frame_report again{};
     CHECK(dynmesh_report(handle.get(), &again) == DYNMESH_OK);
     CHECK(std::memcmp(&again, &ours, sizeof ours) == 0);

@@ -152,7 +152,7 @@ TEST_CASE_TEMPLATE("equal runs have equal states of the size that state_size ret
   const std::vector<Settings> all_settings = {
       {},
       {.method = Method::detail},
-      {.method = Method::detail, .noise = 0.01, .reject_outliers = true},
+      {.method = Method::detail, .noise = 0.01, .reject_outliers = true, .uncertainty = true},
       {.method = Method::detail, .learn = true}};
   for (const Settings& settings : all_settings) {
     std::vector<Completer<Real>> runs;
@@ -174,6 +174,7 @@ TEST_CASE_TEMPLATE("equal runs have equal states of the size that state_size ret
       CHECK(ours.seconds == 0);
       CHECK(ours.stages.solve_seconds == 0);
       CHECK(ours.stages.blend == theirs.stages.blend);
+      CHECK(ours.standard_error == theirs.standard_error);
       CHECK(ours.known == theirs.known);
       CHECK(ours.filled == theirs.filled);
       CHECK(ours.unseen == theirs.unseen);
@@ -189,8 +190,8 @@ TEST_CASE("a made-up state is refused if later frames could not handle it") {
   for (const Method method : {Method::motion, Method::detail}) {
     Completer<float> completer(mesh.faces(), mesh.points(), {.method = method});
     const auto state = completer.state();
-    const std::size_t facts = 92;  // the offset of the details of the last frame, after the header
-    const std::size_t frames = 140;  // the offset of frame 0
+    const std::size_t facts = 100;  // the offset of the details of the last frame, after the header
+    const std::size_t frames = 148;  // the offset of frame 0
     const std::size_t ages = frames + 2 * k * 3 * sizeof(float);
     const std::size_t masks = ages + k * sizeof(Index);
     const std::size_t rows = masks + k;
@@ -201,7 +202,7 @@ TEST_CASE("a made-up state is refused if later frames could not handle it") {
       CHECK(message_of([&] { completer.restore(bytes); }).find(why) != std::string::npos);
       CHECK(completer.state() == state);
     };
-    refused(facts - 5 * sizeof(double), -0.0, "extra_iterations is -0, not 0");
+    refused(facts - 6 * sizeof(double), -0.0, "extra_iterations is -0, not 0");
     refused(facts, std::int64_t{-1}, "reports -1 iterations");
     refused(facts, std::int64_t{1} << 32, "reports 4294967296 iterations");
     refused(facts + 8, std::uint64_t{1}, "reports 1 outliers, but only 0 vertices were unknown");
@@ -317,8 +318,8 @@ TEST_CASE("a made-up state is refused if later frames could not handle it") {
     auto state = completer.state();
     const Index oldest = std::numeric_limits<Index>::max();
     const std::uint64_t n_frames = oldest;
-    std::memcpy(&state[132], &n_frames, sizeof n_frames);
-    std::memcpy(&state[140 + 2 * k * 3 * sizeof(float)], &oldest, sizeof oldest);
+    std::memcpy(&state[140], &n_frames, sizeof n_frames);
+    std::memcpy(&state[148 + 2 * k * 3 * sizeof(float)], &oldest, sizeof oldest);
     seal(state);
     completer.restore(state);
     std::vector<float> out(3 * k);

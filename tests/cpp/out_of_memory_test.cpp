@@ -125,6 +125,7 @@ const std::vector<Subject>& all_subjects() {
       {{.method = Method::detail, .noise = 0.01, .reject_outliers = true}},
       {{.method = Method::detail}, true},
       {{.method = Method::detail, .learn = true}},
+      {{.method = Method::detail, .noise = 0.01, .uncertainty = true}},
   };
   return all;
 }

@@ -71,6 +71,7 @@ inline Settings settings_of(Input& input) {
   if (settings.method == Method::detail || (bits & 0xf0) == 0xe0) {
     settings.reject_outliers = (bits & 64) != 0;
     settings.learn = (bits & 32) != 0;
+    settings.uncertainty = (bits & 4) != 0;
     if ((bits & 128) != 0) settings.noise = coordinate<double>(input, input.flip());
   }
   return settings;

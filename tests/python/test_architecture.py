@@ -11,7 +11,7 @@ PACKAGE = REPOSITORY / "python" / "dynmesh"
 
 LAYERS = (
     ("_core", "_checks", "_errors", "_extras", "settings"),
-    ("polygons", "sequence", "metrics", "matrices", "baselines"),
+    ("polygons", "sequence", "metrics", "calibration", "matrices", "baselines"),
     ("degrade", "synth", "files", "streaming"),
     ("diagnosis", "draw"),
     ("jobs",),
@@ -20,7 +20,7 @@ LAYERS = (
 )
 """What is at the top of the package, from low to high; `__init__` and `__main__` are above all."""
 
-MOST_AT_THE_TOP = 18
+MOST_AT_THE_TOP = 19
 
 SHOWING = {
     ("dynmesh.sequence", "plot"): "dynmesh.draw.plot",

@@ -49,6 +49,7 @@ class Settings(ctypes.Structure):
         ("reject_outliers", c_int32),
         ("threads", c_int32),
         ("learn", c_int32),
+        ("uncertainty", c_int32),
     )
 
 
@@ -65,6 +66,7 @@ class Report(ctypes.Structure):
         ("blend", c_double),
         ("trust", c_double),
         ("explained", c_double),
+        ("standard_error", c_double),
     )
 
 

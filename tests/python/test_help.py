@@ -58,7 +58,10 @@ def test_every_command_that_reads_has_the_same_options_of_reading() -> None:
         ("dynmesh complete --method ", {"motion", "detail"}),
         ("dynmesh info --format ", set(files.formats)),
         ("dynmesh convert --output-format h", {"hdf5"}),
-        ("dynmesh view --colour ", {"error", "generation", "age", "known", "plain"}),
+        (
+            "dynmesh view --colour ",
+            {"error", "generation", "age", "standard_error", "known", "plain"},
+        ),
     ],
 )
 def test_the_shell_completes(line: str, values: set[str]) -> None:

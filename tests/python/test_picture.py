@@ -144,7 +144,7 @@ def test_a_reference_is_only_for_errors(sequence: Sequence, tmp_path: Path) -> N
     write(tmp_path / "truth.npz", sequence)
     with (
         open_sequence(tmp_path / "truth.npz") as reference,
-        pytest.raises(ValueError, match="the colour error, not age"),
+        pytest.raises(ValueError, match="the colour error or standard_error, not age"),
     ):
         draw(sequence, tmp_path, numbers=[0], reference=reference, colour="age")
 

@@ -45,6 +45,7 @@ class AnyCalls(RuleBasedStateMachine):
             learns = data.draw(st.booleans())
             self.settings |= {"method": "detail", "noise": noise, "reject_outliers": rejects}
             self.settings |= {"learn": learns}
+            self.settings["uncertainty"] = data.draw(st.booleans())
         else:
             extra = data.draw(st.sampled_from([0, 3]))
             self.settings |= {"revisit": data.draw(st.booleans()), "extra_iterations": extra}

@@ -146,6 +146,9 @@ typedef struct dynmesh_settings {
   /// of the subject varies, as from a rehearsal, which it then cannot have. This pays where motions
   /// recur; frames take about twice as long. Requires DYNMESH_METHOD_DETAIL.
   int32_t learn;
+  /// Default: 0. If not zero, dynmesh_standard_error says how far each completed vertex may be off.
+  /// The completed positions are the same. Requires DYNMESH_METHOD_DETAIL.
+  int32_t uncertainty;
 } dynmesh_settings;
 
 /// Writes the defaults, which select the paper's method, to all fields. Pass
@@ -168,6 +171,8 @@ typedef struct dynmesh_frame_report {
   double blend;        ///< the weight of the shape of frame 0; 0 with DYNMESH_METHOD_MOTION
   double trust;        ///< how far poses of a rehearsal are used, 0 to 1; learned ones: 1
   double explained;    ///< the share of the residual that such a pose explains, 0 to 1
+  /// With `uncertainty`, the root mean square standard error of the estimated vertices; else 0.
+  double standard_error;
 } dynmesh_frame_report;
 
 /// Creates a completer from `n_faces` packed triangles of three vertex indices each, and from frame
@@ -277,6 +282,14 @@ DYNMESH_EXPORT const int32_t* dynmesh_generation(const dynmesh_completer* comple
 /// Returns an array (k,) with the number of frames since each vertex was last observed. It is valid
 /// for as long as that of dynmesh_generation.
 DYNMESH_EXPORT const int32_t* dynmesh_age(const dynmesh_completer* completer);
+
+/// Writes the standard error of a coordinate of each vertex in the last frame to `values`, which
+/// has room for `count` numbers of `type`. They must be the number of vertices and the type of the
+/// first frame. The true positions of about 90 % of the estimated vertices are within 2.5 standard
+/// errors, and of half of them within 1.54. 0 for exact known vertices, infinity for unseen
+/// vertices. Refused without the setting `uncertainty`.
+DYNMESH_EXPORT dynmesh_status dynmesh_standard_error(const dynmesh_completer* completer,
+                                                     void* values, int64_t count, int32_t type);
 
 /// Writes the report of the last frame. Before the first frame, all vertices count as known.
 DYNMESH_EXPORT dynmesh_status dynmesh_report(const dynmesh_completer* completer,

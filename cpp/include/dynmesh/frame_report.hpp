@@ -22,8 +22,11 @@ struct FrameReport {
   std::size_t unseen = 0;      ///< not connected to an anchor: held, or moved rigidly
   std::size_t iterations = 0;  ///< iterations of the method
   std::size_t rejected = 0;    ///< observed, but treated as unknown: outliers
-  double seconds = 0;          ///< wall time of the call
-  StageReport stages;          ///< the parts of that time, and the blend
+  /// With `uncertainty`, the root mean square of the standard errors of the satellites, in the unit
+  /// of the positions; else, and without satellites, 0.
+  double standard_error = 0;
+  double seconds = 0;  ///< wall time of the call
+  StageReport stages;  ///< the parts of that time, and the blend
 };
 
 }  // namespace dynmesh

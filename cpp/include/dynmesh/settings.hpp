@@ -59,6 +59,11 @@ struct Settings {
   /// Requires method detail.
   bool learn = false;
 
+  /// Whether the standard error of every position is estimated beside it: see
+  /// Completer::standard_error. The completed positions do not depend on it. Requires method
+  /// detail.
+  bool uncertainty = false;
+
   /// The number of threads that may work on a frame, including the calling thread, 1 to 256. The
   /// other threads sleep between frames. They are used for meshes of 23 553 vertices or more, and
   /// with method detail of 5 889 or more; smaller meshes are completed by the calling thread alone.

@@ -114,6 +114,7 @@ inline Settings settings_of(const dynmesh_settings* chosen) {
   if (!std::isnan(given.noise)) settings.noise = given.noise;
   settings.reject_outliers = given.reject_outliers != 0;
   settings.learn = given.learn != 0;
+  settings.uncertainty = given.uncertainty != 0;
   settings.threads = given.threads;
   return settings;
 }

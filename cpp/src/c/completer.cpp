@@ -9,6 +9,7 @@
 #include <dynmesh/settings.hpp>
 #include <dynmesh/types.hpp>
 #include <limits>
+#include <span>
 #include <string>
 
 #include "c/arguments.hpp"
@@ -27,7 +28,8 @@ dynmesh_frame_report to_c(const FrameReport& report) {
           report.seconds,
           report.stages.blend,
           report.stages.trust,
-          report.stages.explained};
+          report.stages.explained,
+          report.standard_error};
 }
 
 void store(const FrameReport& report, dynmesh_frame_report* where) {
@@ -63,7 +65,8 @@ dynmesh_status dynmesh_default_settings(dynmesh_settings* settings, int64_t size
                  defaults.noise.value_or(std::numeric_limits<double>::quiet_NaN()),
                  defaults.reject_outliers ? 1 : 0,
                  defaults.threads,
-                 defaults.learn ? 1 : 0};
+                 defaults.learn ? 1 : 0,
+                 defaults.uncertainty ? 1 : 0};
   });
 }
 
@@ -170,6 +173,24 @@ const int32_t* dynmesh_age(const dynmesh_completer* completer) {
   const int32_t* age = nullptr;
   (void)with(completer, [&](const auto& c) { age = c.age().data(); });
   return age;
+}
+
+dynmesh_status dynmesh_standard_error(const dynmesh_completer* completer, void* values,
+                                      int64_t count, int32_t type) {
+  return with(completer, [&]<class Real>(const Completer<Real>& c) {
+    check_pointer("values", values);
+    const std::span<const Real> found = c.standard_error();
+    if (count != static_cast<std::int64_t>(found.size())) {
+      refuse("count", "is " + std::to_string(count) + ", but the mesh has " +
+                          std::to_string(found.size()) + " vertices");
+    }
+    const std::int32_t expected = sizeof(Real) == 4 ? DYNMESH_FLOAT32 : DYNMESH_FLOAT64;
+    if (type != expected) {
+      refuse("type", "must be " + std::to_string(expected) + ", that of the first frame, not " +
+                         std::to_string(type));
+    }
+    std::ranges::copy(found, static_cast<Real*>(values));
+  });
 }
 
 dynmesh_status dynmesh_report(const dynmesh_completer* completer, dynmesh_frame_report* report) {

@@ -42,6 +42,7 @@ void Completer<Real>::Parts::update_ages() {
   }
   generation_for_caller_.clear();
   age_for_caller_.clear();
+  standard_error_for_caller_.clear();
 }
 
 template <class Real>
@@ -53,6 +54,7 @@ FrameReport Completer<Real>::Parts::report_of(Index iterations, std::size_t reje
   made.filled = generations.reached();
   made.unseen = generations.unseen_vertices();
   made.iterations = static_cast<std::size_t>(iterations);
+  made.standard_error = mean_standard_error();
   made.stages = estimator->stages();
   made.seconds = std::chrono::duration<double>(Clock::now() - start).count();
   return made;
@@ -194,6 +196,13 @@ std::span<const Index> Completer<Real>::generation() const {
 template <class Real>
 std::span<const Index> Completer<Real>::age() const {
   return parts_->age_of_vertices();
+}
+template <class Real>
+std::span<const Real> Completer<Real>::standard_error() const {
+  if (!settings().uncertainty) {
+    throw std::invalid_argument("standard_error: requires uncertainty=True");
+  }
+  return parts_->standard_error();
 }
 template <class Real>
 const FrameReport& Completer<Real>::report() const {

@@ -1,12 +1,15 @@
 #include "completer/parts.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <utility>
 
 #include "completer/stored_numbers.hpp"
 #include "detail/detail.hpp"
 #include "motion/fast_motion.hpp"
 #include "motion/motion.hpp"
+#include "support/geometry.hpp"
 
 namespace dynmesh {
 namespace {
@@ -57,9 +60,10 @@ std::unique_ptr<Estimator<Real>> estimator_of(Faces faces, const Numbering& numb
                                               Workers& workers,
                                               std::span<const std::vector<Real>> rehearsal) {
   if (settings.method == Method::detail) {
-    return std::make_unique<Detail<Real>>(
-        faces_in_internal_order(faces, numbering), topology, settings.noise, workers,
-        DetailConstants{}, take_in_internal_order(rehearsal, numbering), settings.learn);
+    return std::make_unique<Detail<Real>>(faces_in_internal_order(faces, numbering), topology,
+                                          settings.noise, workers, DetailConstants{},
+                                          take_in_internal_order(rehearsal, numbering),
+                                          settings.learn, settings.uncertainty);
   }
   const Cells& cells = topology.cells;
   if (settings.revisit && FastMotion<Real>::supports(cells.size())) {
@@ -91,6 +95,7 @@ Completer<Real>::Parts::Parts(Faces faces, const Frame& frame, Topology caller_t
     generation_for_caller_.reserve(frame.size());
     age_for_caller_.reserve(frame.size());
   }
+  if (chosen.uncertainty) standard_error_for_caller_.reserve(frame.size());
   begin(to_internal_order(numbering, frame));
 }
 
@@ -109,6 +114,7 @@ void Completer<Real>::Parts::begin(Frame new_first_frame) {
   std::ranges::fill(age, 0);
   generation_for_caller_.clear();
   age_for_caller_.clear();
+  standard_error_for_caller_.clear();
   n_frames = 0;
   report = {};
   report.known = n_vertices();
@@ -135,12 +141,39 @@ std::span<const Index> Completer<Real>::Parts::age_of_vertices() const {
   return in_caller_order(age, age_for_caller_);
 }
 
+template <class Real>
+std::span<const Real> Completer<Real>::Parts::standard_error() const {
+  const std::span<const double> values = estimator->standard_error();
+  std::vector<Real>& copy = standard_error_for_caller_;
+  if (copy.empty()) {
+    copy.resize(values.size());  // within its capacity
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const double value = values[numbering.internal_index(i)];
+      copy[i] = std::isinf(value) ? std::numeric_limits<Real>::infinity() : saturated<Real>(value);
+    }
+  }
+  return copy;
+}
+
+template <class Real>
+double Completer<Real>::Parts::mean_standard_error() const {
+  const std::span<const double> values = estimator->standard_error();
+  const std::span<const Index> generation = generations.of_vertices();
+  double sum = 0;
+  for (std::size_t v = 0; v < values.size(); ++v) {
+    if (generation[v] > 0) sum += values[v] * values[v];
+  }
+  return sum > 0 ? std::sqrt(sum / static_cast<double>(generations.reached())) : 0;
+}
+
 #define DYNMESH_INSTANTIATE(Real)                                                        \
   template Completer<Real>::Parts::Parts(Faces, const Frame&, Topology, const Settings&, \
                                          std::span<const std::vector<Real>>);            \
   template void Completer<Real>::Parts::begin(Frame);                                    \
   template std::span<const Index> Completer<Real>::Parts::generation() const;            \
-  template std::span<const Index> Completer<Real>::Parts::age_of_vertices() const;
+  template std::span<const Index> Completer<Real>::Parts::age_of_vertices() const;       \
+  template std::span<const Real> Completer<Real>::Parts::standard_error() const;         \
+  template double Completer<Real>::Parts::mean_standard_error() const;
 DYNMESH_INSTANTIATE(float)
 DYNMESH_INSTANTIATE(double)
 #undef DYNMESH_INSTANTIATE

@@ -48,6 +48,9 @@ struct Completer<Real>::Parts {
   [[nodiscard]] std::size_t n_vertices() const { return topology->cells.size(); }
   [[nodiscard]] std::span<const Index> generation() const;
   [[nodiscard]] std::span<const Index> age_of_vertices() const;
+  [[nodiscard]] std::span<const Real> standard_error() const;
+  /// The root mean square of the standard errors of the satellites; 0 without any.
+  [[nodiscard]] double mean_standard_error() const;
 
   Settings settings;
   Numbering numbering;
@@ -80,6 +83,7 @@ struct Completer<Real>::Parts {
   // empty until requested.
   mutable std::vector<Index> generation_for_caller_;
   mutable std::vector<Index> age_for_caller_;
+  mutable std::vector<Real> standard_error_for_caller_;
 };
 
 }  // namespace dynmesh

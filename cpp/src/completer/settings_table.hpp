@@ -70,6 +70,11 @@ void for_each_setting(const Visit& visit) {
                 .help = "Learn from the completed frames how the shape of the subject varies: more "
                         "accurate if motions recur, and about twice as slow."},
         &Settings::learn);
+  visit(Setting{.name = "uncertainty",
+                .method = Method::detail,
+                .help = "Estimate how far each completed vertex may be off, in the unit of the "
+                        "positions."},
+        &Settings::uncertainty);
   visit(Setting{.name = "threads",
                 .method = std::nullopt,
                 .is_stored = false,

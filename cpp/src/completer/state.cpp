@@ -205,6 +205,27 @@ void check_ages(std::span<const Index> age, std::span<const std::uint8_t> known,
   }
 }
 
+/// The numbers that standard errors depend on, one array after another.
+std::size_t size_of_errors(std::size_t n_vertices) {
+  const MemoryOfErrors of_mesh;
+  return n_vertices * sizeof(MemoryOfErrors::Row) + sizeof of_mesh.sums;
+}
+
+void write_errors(Writer& writer, const Numbering& numbering, const MemoryOfErrors& memory) {
+  for (const auto& row : to_caller_order(numbering, memory.rows)) {
+    writer.write(std::span<const double>(row));
+  }
+  writer.write(std::span<const double>(memory.sums));
+}
+
+MemoryOfErrors read_errors(Reader& reader, std::size_t n_vertices) {
+  MemoryOfErrors memory;
+  memory.rows.resize(n_vertices);
+  for (auto& row : memory.rows) reader.read(std::span<double>(row));
+  reader.read(std::span<double>(memory.sums));
+  return memory;
+}
+
 }  // namespace
 
 template <class Real>
@@ -216,9 +237,10 @@ std::size_t Completer<Real>::state_size() const {
                                 parts_->estimator->memory_rows() * sizeof(Row) + sizeof(double) +
                                 parts_->estimator->pose_size() * sizeof(double) +
                                 parts_->estimator->shape_rows() * sizeof(Shapes);
+  const std::size_t of_errors = parts_->settings.uncertainty ? size_of_errors(n_vertices()) : 0;
   const std::size_t of_seal = sizeof(std::uint64_t);
   return sizeof magic + stored_size<Header>() + size_of_settings() + stored_size<FrameFacts>() +
-         n_vertices() * of_vertex + of_method + of_seal;
+         n_vertices() * of_vertex + of_method + of_errors + of_seal;
 }
 
 template <class Real>
@@ -256,6 +278,7 @@ std::vector<std::byte> Completer<Real>::state() const {
       writer.write(std::span<const float>(shapes));
     }
   }
+  if (parts_->settings.uncertainty) write_errors(writer, parts_->numbering, memory.errors);
   return writer.take_sealed();
 }
 
@@ -286,6 +309,7 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   reader.read(std::span<double>(memory.pose));
   memory.shapes.resize(parts_->estimator->shape_rows());
   for (auto& shapes : memory.shapes) reader.read(std::span<float>(shapes));
+  if (parts_->settings.uncertainty) memory.errors = read_errors(reader, n_vertices());
   const auto seal = reader.read<std::uint64_t>();
   if (reader.rest() != 0) refuse_state(std::to_string(reader.rest()) + " bytes too long");
   if (seal != hash_of(state.first(state.size() - sizeof seal))) {
@@ -307,6 +331,9 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   if (!memory.shapes.empty()) {
     memory.shapes = to_internal_order(parts_->numbering, memory.shapes);
   }
+  if (parts_->settings.uncertainty) {
+    memory.errors.rows = to_internal_order(parts_->numbering, memory.errors.rows);
+  }
   parts_->begin(to_internal_order(parts_->numbering, first_frame));
   // Nothing below can throw.
   parts_->previous = std::move(previous);
@@ -323,6 +350,7 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   parts_->report.stages.blend = facts.blend;
   parts_->report.stages.trust = facts.trust;
   parts_->report.stages.explained = facts.explained;
+  parts_->report.standard_error = parts_->mean_standard_error();
 }
 
 // Only the members defined in this file; completer.cpp instantiates the others.

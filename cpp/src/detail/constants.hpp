@@ -44,6 +44,27 @@ struct RehearsalConstants {
   double least_determined = 0.5;
 };
 
+/// The constants of the error bars.
+struct UncertaintyConstants {
+  /// How often made-up changes are averaged over the mesh.
+  int smoothings = 2;
+  /// The share of a sum over earlier frames that is kept when a frame is added.
+  double kept = 0.9;
+  /// The share of a change that persists to the next frame, as long as no frame has shown it.
+  double first_persistence = 0.5;
+  double largest_persistence = 0.95;
+  /// How often energies are averaged with those of the neighbours, which determines the scale on
+  /// which quiet and busy parts are told apart.
+  int averagings = 4;
+  /// The weight of the mean energy at a vertex, in units of that mean.
+  double pull = 0.3;
+  /// The bounds of the size of changes, compared with the mean.
+  double least_size = 0.1;
+  double largest_size = 10;
+  /// How often variances are averaged over the unknown part of the cell.
+  int variance_averagings = 2;
+};
+
 /// Another value may be better on a single sequence. `python -m benchmarks.sensitivity` prints how
 /// much the error changes if a value is halved or doubled; docs/method.md shows the results.
 struct DetailConstants {
@@ -91,6 +112,7 @@ struct DetailConstants {
   double largest_lambda = 1e3;
 
   RehearsalConstants rehearsal;
+  UncertaintyConstants uncertainty;
 };
 
 }  // namespace dynmesh

@@ -23,7 +23,8 @@ Detail<Real>::Workspace::Workspace(std::size_t n_vertices, bool is_noisy, bool h
 template <class Real>
 Detail<Real>::Detail(std::vector<Triangle> faces, const Topology& topology,
                      std::optional<double> noise, Workers& workers,
-                     const DetailConstants& constants, Take<Real> take, bool learns)
+                     const DetailConstants& constants, Take<Real> take, bool learns,
+                     bool has_uncertainty)
     : faces_(std::move(faces)),
       topology_(topology),
       constants_(constants),
@@ -34,6 +35,7 @@ Detail<Real>::Detail(std::vector<Triangle> faces, const Topology& topology,
       take_(std::move(take)),
       pose_(topology.cells, workers, constants_.rehearsal, learns),
       learns_(learns),
+      error_bars_(topology.cells, workers, constants_, has_uncertainty, noise.has_value()),
       noise_(noise),
       next_generations_(topology.cells.size()),
       workspace_(topology.cells.size(), noise.has_value(), learns || !take_.empty()),
@@ -64,6 +66,7 @@ void Detail<Real>::reset(Frame first_frame) {
   rotations_.reset(std::move(prepared_rotations), first, mean_edge_);
   system_.apply(first, 1, workspace_.kx);
   memory_.reset(workspace_.kx, mean_edge_);
+  error_bars_.reset();
   lambda_ = constants_.first_lambda;
   report_ = {};
 }
@@ -77,7 +80,10 @@ Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
   std::swap(generations, next_generations_);
   workspace_.is_posed = false;
   workspace_.is_stiff.reset();
-  if (!anchors.any_solved()) return 0;
+  if (!anchors.any_solved()) {
+    if (error_bars_.exist()) error_bars_.pass(generations);
+    return 0;
+  }
 
   // Step 1: find the smoothest motion.
   Positions positions = move_smoothly(workspace_.x, anchors);
@@ -107,6 +113,10 @@ Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
     const auto v = static_cast<std::size_t>(solved);
     const Vector3<double>& x = positions.x[v];
     points[v] = {saturated<Real>(x.x), saturated<Real>(x.y), saturated<Real>(x.z)};
+  }
+  if (error_bars_.exist()) {
+    error_bars_.update({positions.x, positions.kx, shape}, blend.c, anchors, generations, system_,
+                       rotations_);
   }
   report_.blend = blend.b;
   return constants_.rounds;
@@ -322,6 +332,7 @@ typename Detail<Real>::Memory Detail<Real>::memory() const {
     learned_->append_memory(memory.pose);
     memory.shapes.assign(learned_->rows().begin(), learned_->rows().end());
   }
+  memory.errors = error_bars_.memory();
   return memory;
 }
 
@@ -335,7 +346,8 @@ bool Detail<Real>::accepts(const Memory& memory) const {
   return memory.rows.size() == memory_rows() && std::ranges::all_of(memory.rows, is_sound) &&
          memory.anchor_weight >= constants_.least_lambda &&
          memory.anchor_weight <= constants_.largest_lambda && memory.pose.size() == pose_size() &&
-         memory.shapes.size() == shape_rows() && (pose_size() == 0 || accepts_pose(memory));
+         memory.shapes.size() == shape_rows() && (pose_size() == 0 || accepts_pose(memory)) &&
+         error_bars_.accepts(memory.errors);
 }
 
 template <class Real>
@@ -358,6 +370,7 @@ void Detail<Real>::recall(const Memory& memory, Frame completed) {
     return Vector3<double>{row[4], row[5], row[6]};
   });
   memory_.recall(detail, workspace_.shape);
+  error_bars_.recall(memory.errors);
   if (pose_size() == 0) return;
   const std::span<const double> values = memory.pose;
   const std::size_t of_pose = pose_.memory_size();

@@ -13,6 +13,7 @@
 #include "detail/anchors.hpp"
 #include "detail/blend.hpp"
 #include "detail/constants.hpp"
+#include "detail/error_bars.hpp"
 #include "detail/learned_modes.hpp"
 #include "detail/memory.hpp"
 #include "detail/pose.hpp"
@@ -46,7 +47,7 @@ class Detail final : public Estimator<Real> {
   /// whether modes are made of completed frames, which requires that `take` is empty.
   Detail(std::vector<Triangle> faces, const Topology& topology, std::optional<double> noise,
          Workers& workers, const DetailConstants& constants = {}, Take<Real> take = {},
-         bool learns = false);
+         bool learns = false, bool has_uncertainty = false);
 
   void reset(Frame first_frame) override;
   Index estimate(Frame previous, std::span<Vector3<Real>> points,
@@ -63,6 +64,9 @@ class Detail final : public Estimator<Real> {
   }
   [[nodiscard]] bool accepts(const Memory& memory) const override;
   void recall(const Memory& memory, Frame completed) override;
+  [[nodiscard]] std::span<const double> standard_error() const override {
+    return error_bars_.of_vertices();
+  }
   [[nodiscard]] StageReport stages() const override { return report_; }
 
  private:
@@ -103,6 +107,7 @@ class Detail final : public Estimator<Real> {
   Pose pose_;
   bool learns_;
   std::unique_ptr<LearnedModes> learned_;  // null before `reset`, and if it does not learn
+  ErrorBars error_bars_;
   std::optional<double> noise_;
   Generations next_generations_;  // of the current frame, until nothing can throw any more
   double mean_edge_ = 1;          // the mean edge length of frame 0

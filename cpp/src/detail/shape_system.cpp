@@ -42,21 +42,20 @@ void ShapeSystem::factorize(const Anchors& anchors) {
   factor_->factorize(anchors.is_solved, anchors.weights);
 }
 
-ShapeSystem::Field ShapeSystem::solve_scaled(int fields, Field x, const Anchors& anchors) {
+/// Sets the solution to K^T of the residual at the vertices that are solved for.
+void ShapeSystem::multiply_transposed(int fields) {
   const auto rows = solved();
   const OperatorData k = data_of(operator_);
   workers_.for_each_short_chunk(static_cast<Index>(rows.size()), [&](Index first, Index last) {
     kernels_.apply_transposed(k, scaled_residual_.data(), fields, rows.data(), solution_.data(),
                               first, last);
   });
+}
+
+/// Solves for the steps, and brings them into the order of vertices.
+ShapeSystem::Field ShapeSystem::solve_and_scatter(int fields) {
+  const auto rows = solved();
   const auto width = static_cast<std::size_t>(fields);
-  if (anchors.are_noisy()) {
-    for (std::size_t r = 0; r < rows.size(); ++r) {
-      const auto v = static_cast<std::size_t>(rows[r]);
-      solution_[width * r] =
-          solution_[width * r] + anchors.weights[v] * (anchors.observed[v] - x[v]);
-    }
-  }
   factor_->solve(solution_, fields);
   std::fill_n(steps_.begin(), width * cells_.size(), Vector3<double>{});
   for (std::size_t r = 0; r < rows.size(); ++r) {

@@ -54,16 +54,36 @@ class ShapeSystem {
   /// for vertices that are not solved for. The result is valid until the next call.
   template <int fields, class Residual>
   Field solve(const Residual& residual, Field x, const Anchors& anchors) {
-    for (std::size_t v = 0; v < x.size(); ++v) {
+    const auto to_observed = [&](std::size_t v, std::size_t) { return anchors.observed[v] - x[v]; };
+    return solve<fields, 1>(residual, to_observed, anchors);
+  }
+
+  /// The same with another pull: in the first `pulled` fields, the step of noisy anchors is drawn
+  /// to `pull(v, field)`, which is not called if anchors are exact.
+  template <int fields, int pulled, class Residual, class Pull>
+  Field solve(const Residual& residual, const Pull& pull, const Anchors& anchors) {
+    for (std::size_t v = 0; v < cells_.size(); ++v) {
       for (std::size_t f = 0; f < fields; ++f) {
         scaled_residual_[fields * v + f] = operator_.scale[v] * residual(v, f);
       }
     }
-    return solve_scaled(fields, x, anchors);
+    multiply_transposed(fields);
+    if (anchors.are_noisy()) {
+      const auto rows = solved();
+      for (std::size_t r = 0; r < rows.size(); ++r) {
+        const auto v = static_cast<std::size_t>(rows[r]);
+        for (std::size_t f = 0; f < pulled; ++f) {
+          Vector3<double>& value = solution_[fields * r + f];
+          value = value + anchors.weights[v] * pull(v, f);
+        }
+      }
+    }
+    return solve_and_scatter(fields);
   }
 
  private:
-  Field solve_scaled(int fields, Field x, const Anchors& anchors);
+  void multiply_transposed(int fields);
+  Field solve_and_scatter(int fields);
 
   const Cells& cells_;
   Workers& workers_;

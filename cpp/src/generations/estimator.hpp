@@ -13,6 +13,13 @@
 
 namespace dynmesh {
 
+/// What the standard errors of later frames depend on; see error_bars.hpp.
+struct MemoryOfErrors {
+  using Row = std::array<double, 34>;
+  std::vector<Row> rows;         ///< one for each vertex, or empty
+  std::array<double, 5> sums{};  ///< over the mesh
+};
+
 /// A method of estimating the satellites of a frame. Frames have one Vector3 per vertex.
 template <class Real>
 class Estimator {
@@ -29,6 +36,7 @@ class Estimator {
     double anchor_weight = 0;
     std::vector<double> pose;    ///< of a subject seen before, `pose_size()` numbers
     std::vector<Shapes> shapes;  ///< learned on the way, `shape_rows()` of them
+    MemoryOfErrors errors;       ///< of the standard errors, if they are computed
   };
 
   Estimator() = default;
@@ -62,10 +70,13 @@ class Estimator {
   /// Whether this method can have produced this memory.
   [[nodiscard]] virtual bool accepts(const Memory& memory) const {
     return memory.rows.size() == memory_rows() && memory.anchor_weight == 0 &&
-           memory.pose.empty() && memory.shapes.empty();
+           memory.pose.empty() && memory.shapes.empty() && memory.errors.rows.empty();
   }
   /// Restores the memory after `reset`. `completed` is the last completed frame.
   virtual void recall(const Memory& /*memory*/, Frame /*completed*/) {}
+
+  /// (k,) the standard errors of the last estimate, or empty if they are not computed.
+  [[nodiscard]] virtual std::span<const double> standard_error() const { return {}; }
 
   /// The details of the last `estimate` and `remember`.
   [[nodiscard]] virtual StageReport stages() const { return {}; }

@@ -20,6 +20,7 @@ from .done import say_what_was_done
 from .options import (
     OUTPUT,
     WHAT,
+    DropAbove,
     FramesPerSecond,
     InputPath,
     OutputFormat,
@@ -68,10 +69,11 @@ def complete(
         typer.Option(
             "--provenance",
             help="Also write how far each vertex is from an observed one (generation) and the "
-            "frames since it was last observed (age).",
+            "frames since it was last observed (age); with --uncertainty, its standard error.",
             rich_help_panel=OUTPUT,
         ),
     ] = False,
+    drop_above: DropAbove = None,
     resume: Annotated[
         bool,
         typer.Option(
@@ -109,6 +111,7 @@ def complete(
             output_format=output_format,
             overlay=overlay,
             provenance=provenance,
+            drop_above=drop_above,
             overwrite=overwrite,
             for_one_mesh={
                 "--resume": resume,
@@ -139,6 +142,7 @@ def complete(
             output_format=output_format,
             fps=fps,
             provenance=provenance,
+            drop_above=drop_above,
             overwrite=overwrite,
             resume=resume,
             overlay=overlay,

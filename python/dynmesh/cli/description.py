@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -14,6 +15,7 @@ from rich.table import Table
 from .. import files
 from .._core import RehearsalSummary, TopologyReport
 from .._extras import require_all
+from ..calibration import Distances, in_words
 from ..diagnosis import Diagnosis, diagnose
 from ..diagnosis.finding import MOST_PLACES
 from ..draw.figures import load_pyvista
@@ -77,15 +79,20 @@ def info(
     with files.open(path, **source) as reader:
         takes = check_takes(rehearsal or None, file_settings)
         learnt = Rehearsal(takes, reader, watch_rehearsal)
-        diagnosis = diagnose(reader, watch=_watch)
+        distances = Distances()
+        diagnosis = diagnose(reader, watch=partial(_watch, distances))
         summary = learnt.summary() if learnt else None
     if as_json:
         told = diagnosis.as_dict(most_places=_BRIEF if brief else MOST_PLACES)
         if summary is not None:
             told["rehearsal"] = {name: getattr(summary, name) for name in _OF_REHEARSAL}
+        if reader.header.has_standard_error:
+            told["within_90"] = distances.within(0.9)
         print(json.dumps(told, indent=2, allow_nan=False))
     else:
         _print(diagnosis, format_name, summary)
+        if (words := in_words(distances, reader.header.metres_per_unit)) is not None:
+            say(f"{path}: {words}")
     if picture is not None:
         from ..diagnosis.picture import draw
 
@@ -95,8 +102,11 @@ def info(
         raise typer.Exit(1)
 
 
-def _watch(frames: Iterable[Frame], total: int) -> Iterable[Frame]:
-    return track(frames, total, "reading", patience=PATIENCE)
+def _watch(distances: Distances, frames: Iterable[Frame], total: int) -> Iterable[Frame]:
+    for frame in track(frames, total, "reading", patience=PATIENCE):
+        if frame.standard_error is not None and frame.generation is not None:
+            distances.add(frame.standard_error, frame.generation > 0)
+        yield frame
 
 
 def _print(diagnosis: Diagnosis, format_name: str, summary: RehearsalSummary | None) -> None:
@@ -151,6 +161,7 @@ def _header_rows(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
     yield "name", escape(header.name or "unknown")
     yield "known masks", "yes" if header.has_known else "no"
     yield "generation and age", "yes" if header.has_provenance else "no"
+    yield "standard errors", "yes" if header.has_standard_error else "no"
 
 
 def _topology_rows(topology: TopologyReport) -> Iterator[tuple[str, str]]:

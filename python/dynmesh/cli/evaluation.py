@@ -1,6 +1,7 @@
 """The commands that measure errors."""
 
 import json
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -48,6 +49,15 @@ def evaluate(
     table.add_row("maximum", f"{result.maximum:.4g}")
     table.add_row("frames", str(result.frames))
     table.add_row("unit", f"bounding-box diagonal of frame 0, {result.bounding_box_diagonal:g}")
+    if (found := result.calibration) is not None:
+        table.add_row("errors within the 50 % interval", f"{100 * found.coverage_50:.3g} %")
+        table.add_row("errors within the 90 % interval", f"{100 * found.coverage_90:.3g} %")
+        table.add_row("error / standard error", f"{found.rms_ratio:.3g}, root mean squares")
+        for name in ("rank", "generation", "age"):
+            value = getattr(found, f"{name}_correlation")
+            of = "standard error" if name == "rank" else name
+            shown = "none" if value is None else f"{value:.3g}"
+            table.add_row(f"rank correlation with {of}", shown)
     Console().print(table)
 
 
@@ -106,4 +116,5 @@ def _as_json(result: evaluation.Evaluation) -> dict[str, Any]:
         "summary": summary,
         "frames": result.frames,
         "bounding_box_diagonal": result.bounding_box_diagonal,
+        "standard_error": None if result.calibration is None else asdict(result.calibration),
     }

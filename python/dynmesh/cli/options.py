@@ -98,6 +98,16 @@ Seed = Annotated[int, typer.Option(metavar="N", help="Equal seeds give equal res
 Overwrite = Annotated[
     bool, typer.Option("--overwrite", help="Replace OUT if it exists.", rich_help_panel=OUTPUT)
 ]
+DropAbove = Annotated[
+    float | None,
+    typer.Option(
+        "--drop-above",
+        metavar="DISTANCE",
+        help="Leave vertices missing whose standard error exceeds this, in the unit of the "
+        "positions. Implies --uncertainty.",
+        rich_help_panel=OUTPUT,
+    ),
+]
 FramesPerSecond = Annotated[
     float | None,
     typer.Option(

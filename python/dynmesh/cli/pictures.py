@@ -39,7 +39,7 @@ ColourOption = Annotated[
         "--colour",
         "--color",
         metavar="NAME",
-        help="error, generation, age, known or plain. [the first of these that IN holds]",
+        help="error, generation, age, standard_error, known or plain. [the first that IN holds]",
         rich_help_panel=_SHOWN,
     ),
 ]

@@ -28,6 +28,7 @@ def complete_all(
     output_format: str | None,
     overlay: bool,
     provenance: bool,
+    drop_above: float | None,
     overwrite: bool,
     for_one_mesh: Mapping[str, object],
 ) -> None:
@@ -57,6 +58,7 @@ def complete_all(
             output_format=output_format,
             overlay=overlay,
             provenance=provenance,
+            drop_above=drop_above,
             overwrite=overwrite,
             watch=watch,
             **settings,

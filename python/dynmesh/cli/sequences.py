@@ -187,7 +187,9 @@ def degrade(
         if outliers is not None:
             with as_usage("--outliers"):
                 points = degradation.add_outliers(points, reader.faces, outliers, seed=seed)
-        header = replace(reader.header, has_known=True, has_provenance=False)
+        header = replace(
+            reader.header, has_known=True, has_provenance=False, has_standard_error=False
+        )
         with target.create(header, origin=target.kept_of(reader)) as writer:
             frames_known = (frame.known for frame in reader)
             rows = zip(
@@ -236,10 +238,11 @@ def convert(
             reader.header,
             fps=fps or reader.fps,
             has_provenance=reader.has_provenance and not dropped,
+            has_standard_error=reader.header.has_standard_error and not dropped,
         )
         with target.create(header, origin=target.kept_of(reader)) as writer:
             for frame in track(reader, reader.n_frames, "converting"):
-                traces = {} if dropped else {"generation": frame.generation, "age": frame.age}
+                traces = {} if dropped else frame.provenance()
                 writer.append(frame.points, frame.known, **traces)
     say_remarks(output, writer.remarks)
     if dropped:

@@ -93,7 +93,7 @@ class Heatmap:
         self._range = range
         if range is not None:
             check_range(range, self.colour)
-        if "error" in self.colours:
+        if {"error", "standard_error"} & set(self.colours):
             _ = self._sources.unit  # refuses errors without a unit before any frame is read
 
     def frames(self, numbers: range) -> Iterator[ShownFrame]:
@@ -129,7 +129,9 @@ class Heatmap:
         """Returns a scale for the values of all these frames, or None for the colour "plain"."""
         if colour == "plain":
             return None
-        values: list[NDArray[Any]] = [frame.values[colour][frame.visible] for frame in frames]
+        # Standard errors are shown on the scale of the errors, so that the two compare.
+        source = "error" if colour == "standard_error" and "error" in self.colours else colour
+        values: list[NDArray[Any]] = [frame.values[source][frame.visible] for frame in frames]
         limits = self._range if colour == self.colour else None
         return QUANTITIES[colour].scale(self._sources, values, limits)
 

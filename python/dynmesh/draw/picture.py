@@ -60,8 +60,8 @@ def picture(
     """
     require_all("PIL.Image", "matplotlib", extra="view")
     figures.load_pyvista()
-    if reference is not None and colour not in (None, "error"):
-        raise ValueError(f"reference: requires the colour error, not {colour}")
+    if reference is not None and colour not in (None, "error", "standard_error"):
+        raise ValueError(f"reference: requires the colour error or standard_error, not {colour}")
     heatmap = Heatmap(reader, reference=reference, colour=colour, range=range)
     for number in numbers:
         if not 0 <= number < reader.n_frames:

@@ -35,8 +35,10 @@ def plot(
         )
     if not isinstance(off_screen, bool | None):
         raise KindError(f"must be True, False or None, not {off_screen!r}", argument="off_screen")
-    if reference is not None and colour not in (None, "error"):
-        raise InputError(f"requires the colour error, not {colour}", argument="reference")
+    if reference is not None and colour not in (None, "error", "standard_error"):
+        raise InputError(
+            f"requires the colour error or standard_error, not {colour}", argument="reference"
+        )
     check_finite("azimuth", azimuth)
     pyvista = figures.load_pyvista()
     truth = None if reference is None else SequenceReader(reference, "reference")

@@ -16,7 +16,7 @@ from ..sequence import Mask
 from .figures import HEATMAP_RANGE
 from .scales import CountScale, KnownScale, MeasureScale, Scale, Values, round_up
 
-Colour = Literal["error", "generation", "age", "known", "plain"]
+Colour = Literal["error", "generation", "age", "standard_error", "known", "plain"]
 """What the colour of a vertex shows; plain is one colour for all."""
 
 Range = tuple[float, float]
@@ -193,6 +193,24 @@ def _age(_: Sources, moment: Moment) -> Values:
     return moment.frame.age
 
 
+def _lacks_standard_error(sources: Sources) -> str | None:
+    if sources.reader.header.has_standard_error:
+        return None
+    return (
+        f"{sources.reader.path}: holds no standard_error; "
+        "dynmesh complete --provenance --uncertainty writes it"
+    )
+
+
+def _standard_error(sources: Sources, moment: Moment) -> Values:
+    """Returns those of positions, so that they compare with errors; the largest where unseen."""
+    bars = moment.frame.standard_error
+    assert bars is not None
+    of_positions = math.sqrt(3) * bars.astype(np.float64) * sources.unit.per_unit
+    finite = np.isfinite(of_positions)
+    return np.where(finite, of_positions, of_positions.max(initial=0.0, where=finite))
+
+
 def _length_scale(name: str) -> Callable[[Sources, Sequence[Values], Range | None], Scale]:
     def scale(sources: Sources, values: Sequence[Values], range: Range | None) -> Scale:
         unit = sources.unit
@@ -232,6 +250,9 @@ QUANTITIES: dict[Colour, Quantity] = {
         "counts",
     ),
     "age": Quantity(_lacks("age"), _age, _count_scale("age: frames since last observed"), "counts"),
+    "standard_error": Quantity(
+        _lacks_standard_error, _standard_error, _length_scale("standard error"), "measures"
+    ),
     "known": Quantity(_lacks_masks, _known, _known_scale, None),
 }
 """By colour; without a choice, colours show the first that the sources have."""

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from .._checks import check_path
 from .._errors import InputError, KindError
-from ..sequence import Sequence
+from ..sequence import PROVENANCE, Sequence
 from .choice import PathLike, format_of, formats, listed
 from .format import Gaps, Template, template_of, with_gaps
 from .header import Frame, Header, frame_of, header_of
@@ -123,6 +123,7 @@ def create_like(
     *,
     with_known: bool = False,
     with_provenance: bool = False,
+    with_standard_error: bool = False,
     format: str | None = None,
 ) -> Writer:
     """Creates a file for the sequence of `reader` with changes; see :func:`create`.
@@ -130,7 +131,12 @@ def create_like(
     If both files are Alembic, the new one has the scene around the mesh, too.
     """
     check_path("path", path)
-    header = replace(reader.header, has_known=with_known, has_provenance=with_provenance)
+    header = replace(
+        reader.header,
+        has_known=with_known,
+        has_provenance=with_provenance,
+        has_standard_error=with_standard_error,
+    )
     target = target_of(path, format)
     return target.create(header, origin=target.kept_of(reader))
 
@@ -153,18 +159,16 @@ def read(
         shape = (header.n_frames, header.n_vertices)
         vertices = np.empty((*shape, 3), header.dtype)
         known = np.empty(shape, np.bool_) if header.has_known else None
-        generation = np.empty(shape, np.int32) if header.has_provenance else None
-        age = np.empty(shape, np.int32) if header.has_provenance else None
+        provenance: dict[str, Any] = {
+            name: np.empty(shape, PROVENANCE[name]) for name in header.provenance
+        }
         for i, frame in enumerate(reader):
             vertices[i] = frame.points
             if known is not None:
                 known[i] = frame.known
-            if generation is not None and age is not None:
-                generation[i] = np.asarray(frame.generation)
-                age[i] = np.asarray(frame.age)
-        return Sequence(
-            vertices, header.faces, known, generation=generation, age=age, **header.described()
-        )
+            for name, values in frame.provenance().items():
+                provenance[name][i] = values
+        return Sequence(vertices, header.faces, known, **provenance, **header.described())
 
 
 def write(path: PathLike, sequence: Sequence, *, format: str | None = None) -> None:

@@ -84,6 +84,7 @@ class AlembicReader(Reader):
             **timing_of(archive, self._positions)._asdict(),
             has_known="known" in self._parameters,
             has_provenance="age" in self._parameters,
+            has_standard_error="standard_error" in self._parameters,
         )
 
     def _frames(self, numbers: range) -> Iterator[Frame]:

@@ -13,7 +13,7 @@ from ..polygons import Polygons, check_polygons
 from .scenes import Scene, check_same_faces, choose_mesh
 from .times import Timing, broadcast, frame_number, spacing, uneven
 
-parameters = {"known": "Uchar", "generation": "Int32", "age": "Int32"}
+parameters = {"known": "Uchar", "generation": "Int32", "age": "Int32", "standard_error": "Float"}
 """The data of a vertex besides its position, and the kind of geometry parameter that holds it."""
 
 
@@ -108,6 +108,13 @@ def integer_array(values: NDArray[Any]) -> Any:
     """Returns a copy of (n,) as an array of the library."""
     array = require("imath", extra="alembic").IntArrayFromBuffer
     return array(np.ascontiguousarray(values, np.int32))
+
+
+def float_array(values: NDArray[Any]) -> Any:
+    """Returns a copy of (n,) as an array of the library."""
+    array = require("imath", extra="alembic").FloatArray(len(values))
+    np.asarray(array)[:] = values
+    return array
 
 
 def byte_array(values: NDArray[Any]) -> Any:

@@ -6,6 +6,7 @@ from ..polygons import as_polygons
 from .alembic_archive import (
     AlembicScene,
     byte_array,
+    float_array,
     integer_array,
     library,
     parameters,
@@ -22,6 +23,9 @@ from .header import Frame, Header
 from .scene_writer import SceneWriter
 from .scenes import Origin
 from .times import frame_seconds
+
+_ARRAYS = {"Uchar": byte_array, "Int32": integer_array, "Float": float_array}
+"""By the kind of geometry parameter."""
 
 
 class AlembicWriter(SceneWriter):
@@ -79,7 +83,7 @@ class AlembicWriter(SceneWriter):
             with translating(ValueError, f"{scene.path}: is damaged"):
                 mesh = ReplacedMesh(scene, header, self._copy, output)
             self.remarks += mesh.remarks
-        names = ["known"] * header.has_known + ["generation", "age"] * header.has_provenance
+        names = ["known"] * header.has_known + list(header.provenance)
         for name in names:
             self._parameters[name] = output.property(
                 f"O{parameters[name]}GeomParam",
@@ -100,7 +104,7 @@ class AlembicWriter(SceneWriter):
         for name, parameter in self._parameters.items():
             values = getattr(frame, name)
             sample = getattr(geometry, f"O{parameters[name]}GeomParamSample")
-            array = byte_array(values) if name == "known" else integer_array(values)
+            array = _ARRAYS[parameters[name]](values)
             output.set(
                 parameter,
                 sample(array, geometry.GeometryScope.kVertexScope),

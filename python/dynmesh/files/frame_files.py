@@ -3,12 +3,14 @@
 import contextlib
 from abc import abstractmethod
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from ..polygons import Polygons, as_polygons, check_polygons, split_polygons
+from ..sequence import PROVENANCE
 from .comments import Said
 from .format import Gaps, Template, refuse_mesh_name, refuse_template
 from .header import Frame, Header
@@ -68,6 +70,7 @@ class FramesReader(Reader):
             **timing._asdict(),
             has_known=frame.known is not None,
             has_provenance=frame.generation is not None,
+            has_standard_error=frame.standard_error is not None,
         )
         super().__init__(path, header)
 
@@ -95,15 +98,17 @@ class FramesReader(Reader):
                 frame, polygons, _ = self._load(file)
                 self._compare(frame, polygons)
             points = frame.points.astype(self.dtype, copy=False)
-            yield Frame(points, frame.known, frame.generation, frame.age)
+            yield replace(frame, points=points)
 
     def _lost_frame(self) -> Frame:
         """A frame in which nothing was observed."""
         k = self.n_vertices
         nothing = np.zeros(k, np.bool_) if self.has_known else None
-        unseen, age = np.full(k, -1, np.int32), np.zeros(k, np.int32)
-        points = np.full((k, 3), np.nan, self.dtype)
-        return Frame(points, nothing, *((unseen, age) if self.has_provenance else ()))
+        nowhere = {"generation": -1, "age": 0, "standard_error": np.inf}
+        provenance: dict[str, Any] = {
+            name: np.full(k, nowhere[name], PROVENANCE[name]) for name in self.header.provenance
+        }
+        return Frame(np.full((k, 3), np.nan, self.dtype), nothing, **provenance)
 
     def _compare(self, frame: Frame, polygons: Polygons) -> None:
         """Raises an error unless a frame matches the first one."""
@@ -120,6 +125,7 @@ class FramesReader(Reader):
         for name, values, wanted in (
             ("known masks", frame.known, self.has_known),
             ("generation and age", frame.generation, self.has_provenance),
+            ("standard errors", frame.standard_error, self.header.has_standard_error),
         ):
             if (values is not None) != wanted:
                 raise ValueError(f"has {'no ' if wanted else ''}{name}, unlike {first}")

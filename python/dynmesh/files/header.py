@@ -9,11 +9,13 @@ from numpy.typing import NDArray
 
 from .._checks import check_array, check_integer
 from ..sequence import (
+    PROVENANCE,
     Description,
     Mask,
     Positions,
     Provenance,
     Sequence,
+    StandardError,
     check_corners,
     check_faces,
     check_vertices,
@@ -29,12 +31,19 @@ class Frame:
         known: (k,), or None if the sequence has no masks.
         generation: (k,), or None if the sequence has no provenance.
         age: (k,), or None if `generation` is.
+        standard_error: (k,), or None if it was not estimated.
     """
 
     points: Positions
     known: Mask | None = None
     generation: Provenance | None = None
     age: Provenance | None = None
+    standard_error: StandardError | None = None
+
+    def provenance(self) -> dict[str, NDArray[Any]]:
+        """Returns the generation, the age and the standard error by name, if they are there."""
+        found = {name: getattr(self, name) for name in PROVENANCE}
+        return {name: values for name, values in found.items() if values is not None}
 
     def __iter__(self) -> Iterator[Any]:
         """Yields the points and the mask."""
@@ -53,6 +62,7 @@ class Header(Description):
         dtype: of the positions, float32 or float64.
         has_known: whether each frame has a known mask.
         has_provenance: whether each frame has the generation and the age of its vertices.
+        has_standard_error: whether each frame has their standard errors as well.
 
     The attributes of :class:`dynmesh.Description`, from `fps` to `derived`, are keywords as well.
 
@@ -66,6 +76,13 @@ class Header(Description):
     dtype: np.dtype[Any]
     has_known: bool = field(default=False, kw_only=True)
     has_provenance: bool = field(default=False, kw_only=True)
+    has_standard_error: bool = field(default=False, kw_only=True)
+
+    @property
+    def provenance(self) -> tuple[str, ...]:
+        """The names of what each frame has of :meth:`Frame.provenance`."""
+        has = {"standard_error": self.has_standard_error}
+        return tuple(name for name in PROVENANCE if has.get(name, self.has_provenance))
 
     def __post_init__(self) -> None:
         """Raises an error unless the properties are consistent."""
@@ -76,6 +93,8 @@ class Header(Description):
         check_vertices(self.dtype, (self.n_frames, self.n_vertices, 3))
         check_faces(self.faces.dtype, self.faces.shape)
         check_corners(self.faces, self.n_vertices)
+        if self.has_standard_error and not self.has_provenance:
+            raise ValueError("has_standard_error: requires has_provenance")
         self._check_description(self.n_frames)
 
 
@@ -89,11 +108,12 @@ def header_of(sequence: Sequence) -> Header:
         sequence.vertices.dtype,
         has_known=sequence.known is not None,
         has_provenance=sequence.generation is not None,
+        has_standard_error=sequence.standard_error is not None,
         **sequence.described(),
     )
 
 
 def frame_of(sequence: Sequence, number: int) -> Frame:
     """One frame of the sequence."""
-    rows = (sequence.known, sequence.generation, sequence.age)
+    rows = (sequence.known, *(getattr(sequence, name) for name in PROVENANCE))
     return Frame(sequence.vertices[number], *(row if row is None else row[number] for row in rows))

@@ -1,6 +1,7 @@
 """The arrays of a sequence by name, as in dynmesh's own archives and in HDF5 files.
 
-`vertices`, `known`, `generation` and `age` have one row per frame; all others exist once.
+`vertices`, `known`, `generation`, `age` and `standard_error` have one row per frame; all others
+exist once.
 """
 
 from collections.abc import Callable, Collection
@@ -11,10 +12,10 @@ from numpy.typing import NDArray
 
 from .._errors import InputError, KindError
 from ..polygons import Polygons
-from ..sequence import check_faces, check_known, check_provenance, check_vertices
+from ..sequence import PROVENANCE, check_faces, check_known, check_provenance, check_vertices
 from .header import Frame, Header
 
-per_frame = ("vertices", "known", "generation", "age")
+per_frame = ("vertices", "known", *PROVENANCE)
 once = (
     "faces", "fps", "polygon_sizes", "polygon_corners", "up_axis", "name", "start", "times",
     "metres_per_unit", "derived",
@@ -45,6 +46,8 @@ def header_of(
     for one, other in (("generation", "age"), ("polygon_sizes", "polygon_corners")):
         if (one in names) != (other in names):
             raise ValueError(f"{one}, {other}: must be given both or neither")
+    if "standard_error" in names and "age" not in names:
+        raise ValueError("standard_error: requires generation and age")
     shape, dtype = kind_of("vertices")
     check_vertices(dtype, shape)
     faces = array_of("faces")
@@ -52,8 +55,8 @@ def header_of(
     if "known" in names:
         known_shape, known_dtype = kind_of("known")
         check_known(known_dtype, known_shape, shape[:2])
-    if "age" in names:
-        for name in ("generation", "age"):
+    for name in PROVENANCE:
+        if name in names:
             own_shape, own_dtype = kind_of(name)
             check_provenance(name, own_dtype, own_shape, shape[:2])
 
@@ -77,6 +80,7 @@ def header_of(
         metres_per_unit=number("metres_per_unit"),
         has_known="known" in names,
         has_provenance="age" in names,
+        has_standard_error="standard_error" in names,
         derived=_derived(str(array_of("derived"))) if "derived" in names else None,
     )
 
@@ -108,9 +112,7 @@ def kinds_per_frame(header: Header) -> dict[str, tuple[tuple[int, ...], np.dtype
     kinds = {"vertices": ((*masks, 3), header.dtype)}
     if header.has_known:
         kinds["known"] = (masks, np.dtype(np.bool_))
-    if header.has_provenance:
-        kinds |= {name: (masks, np.dtype(np.int32)) for name in ("generation", "age")}
-    return kinds
+    return kinds | {name: (masks, PROVENANCE[name]) for name in header.provenance}
 
 
 def rows_of(frame: Frame) -> dict[str, NDArray[Any]]:
@@ -118,9 +120,9 @@ def rows_of(frame: Frame) -> dict[str, NDArray[Any]]:
     rows: dict[str, NDArray[Any]] = {"vertices": frame.points}
     if frame.known is not None:
         rows["known"] = frame.known
-    if frame.generation is not None and frame.age is not None:
-        rows |= {"generation": frame.generation.astype(np.int32), "age": frame.age.astype(np.int32)}
-    return rows
+    return rows | {
+        name: values.astype(PROVENANCE[name]) for name, values in frame.provenance().items()
+    }
 
 
 def arrays_once(header: Header) -> dict[str, Any]:

@@ -1,8 +1,8 @@
 """`.npy`: positions as one numpy array (n, k, 3), mapped into memory.
 
 The other arrays are in separate files: `NAME.faces.npy` and, optionally, `NAME.known.npy`,
-`NAME.generation.npy` and `NAME.age.npy`. Frames per second, polygons, the up axis, the name of the
-mesh, the unit and the number of the first frame cannot be stored.
+`NAME.generation.npy`, `NAME.age.npy` and `NAME.standard_error.npy`. Frames per second, polygons,
+the up axis, the name of the mesh, the unit and the number of the first frame cannot be stored.
 """
 
 import contextlib
@@ -74,6 +74,8 @@ class NpyReader(Reader):
                 raise ValueError(
                     "generation and age must both exist or neither, but one file is missing"
                 )
+            if "standard_error" in self._rows and "age" not in self._rows:
+                raise ValueError("standard_error requires generation and age beside it")
             n_frames, n_vertices, _ = vertices.shape
             faces_beside = {_path_of("faces", path): _load_faces}
             template = find_template(template, n_vertices, faces_beside)
@@ -88,6 +90,7 @@ class NpyReader(Reader):
                 **template.said._asdict(),
                 has_known="known" in self._rows,
                 has_provenance="age" in self._rows,
+                has_standard_error="standard_error" in self._rows,
             )
             super().__init__(path, header)
             stack.pop_all()  # the arrays stay open

@@ -1,7 +1,8 @@
 """PVD: ParaView's index of times, beside a folder with one VTP file per frame.
 
 `walk.pvd` lists `walk/walk_0000.vtp` and so on with the time of each. A VTP file has the points,
-the polygons and, if the sequence has them, the point data `known`, `generation` and `age`. The
+the polygons and, if the sequence has them, the point data `known`, `generation`, `age` and
+`standard_error`. The
 field data `dynmesh` contains lines that state the up axis and the length of a unit.
 
 Times are in seconds, or frame numbers if the frames per second are unknown. Therefore steps other
@@ -27,6 +28,7 @@ from numpy.typing import NDArray
 from .._errors import InputError
 from .._extras import require
 from ..polygons import Polygons, as_polygons
+from ..sequence import PROVENANCE
 from .comments import Said, comments_of, said_in
 from .format import Format, Gaps, Template, refuse_mesh_name
 from .frame_files import FramesReader, FramesWriter
@@ -78,18 +80,17 @@ class PvdReader(FramesReader):
         points = _as_numpy(mesh.GetPoints().GetData())
         if points.dtype.kind != "f":
             raise ValueError(f"its positions must be float, not {points.dtype}")
-        known, generation, age = (
-            _point_data(mesh, name) for name in ("known", "generation", "age")
-        )
+        known = _point_data(mesh, "known")
+        provenance: dict[str, Any] = {name: _point_data(mesh, name) for name in PROVENANCE}
         if known is not None and not np.isin(known, (0, 1)).all():
             raise ValueError("its point data 'known' must be 0 or 1")
-        if generation is None or age is None:
-            generation = age = None
+        if provenance["generation"] is None or provenance["age"] is None:
+            provenance = {}
         polygons = mesh.GetPolys()
         sizes = np.diff(_as_numpy(polygons.GetOffsetsArray()))
         corners = _as_numpy(polygons.GetConnectivityArray())
         mask = None if known is None else known.astype(np.bool_)
-        frame = Frame(points, mask, generation, age)
+        frame = Frame(points, mask, **provenance)
         return frame, Polygons(sizes, corners), said_in(_notes(mesh))
 
 
@@ -183,12 +184,17 @@ def _as_vtk(array: NDArray[Any], name: str | None = None) -> Any:
     return result
 
 
-def _point_data(mesh: Any, name: str) -> NDArray[np.int32] | None:
+def _point_data(mesh: Any, name: str) -> NDArray[Any] | None:
     array = mesh.GetPointData().GetArray(name)
     if array is None:
         return None
     values = _as_numpy(array)
-    of_vertices = values.dtype.kind in "iu" and values.shape == (mesh.GetNumberOfPoints(),)
+    of_vertices = values.shape == (mesh.GetNumberOfPoints(),)
+    if PROVENANCE.get(name, np.dtype(np.int32)).kind == "f":
+        if not of_vertices or values.dtype.kind != "f":
+            raise ValueError(f"its point data '{name}' must have one float per vertex")
+        return values
+    of_vertices = of_vertices and values.dtype.kind in "iu"
     if not of_vertices or not np.array_equal(values, values.astype(np.int32)):
         raise ValueError(f"its point data '{name}' must have one integer per vertex")
     return values.astype(np.int32)
@@ -236,9 +242,12 @@ class PvdWriter(FramesWriter):
         mesh = self._model.vtkPolyData()
         mesh.SetPoints(points)
         mesh.SetPolys(self._polygons)
-        for name, dtype in (("known", np.uint8), ("generation", np.int32), ("age", np.int32)):
-            if (values := getattr(frame, name)) is not None:
-                mesh.GetPointData().AddArray(_as_vtk(values.astype(dtype), name))
+        values = frame.provenance()
+        if frame.known is not None:
+            values["known"] = frame.known
+        for name, of_vertices in values.items():
+            stored = of_vertices.astype(PROVENANCE.get(name, np.uint8))
+            mesh.GetPointData().AddArray(_as_vtk(stored, name))
         if self._notes.GetNumberOfValues():
             mesh.GetFieldData().AddArray(self._notes)
         writer = require("vtkmodules.vtkIOXML", extra="view").vtkXMLPolyDataWriter()

@@ -1,7 +1,8 @@
 """PLY: one binary or text file per frame, as scanners and MeshLab write them.
 
-The vertices have x, y and z and, if the sequence has them, the properties `known`, `generation`
-and `age`. Other properties are ignored. Comments state the up axis and the length of a unit.
+The vertices have x, y and z and, if the sequence has them, the properties `known`, `generation`,
+`age` and `standard_error`. Other properties are ignored. Comments state the up axis and the length
+of a unit.
 """
 
 from functools import partial
@@ -12,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..polygons import Polygons, as_polygons
+from ..sequence import PROVENANCE
 from .comments import Said, comments_of, said_in
 from .format import Format
 from .frame_files import FramesWriter, NumberedReader
@@ -45,7 +47,8 @@ class PlyReader(NumberedReader):
 
 def _frame(vertices: Columns) -> Frame:
     points = np.stack([_coordinates(vertices, axis) for axis in "xyz"], axis=1)
-    known = generation = age = None
+    known = None
+    provenance: dict[str, Any] = {}
     if "known" in vertices:
         ones = _integers(vertices, "known", np.dtype(np.int64))
         if not np.isin(ones, (0, 1)).all():
@@ -53,14 +56,22 @@ def _frame(vertices: Columns) -> Frame:
         known = ones == 1
     if "generation" in vertices and "age" in vertices:
         int32 = np.dtype(np.int32)
-        generation, age = (_integers(vertices, name, int32) for name in ("generation", "age"))
-    return Frame(points, known, generation, age)
+        provenance = {name: _integers(vertices, name, int32) for name in ("generation", "age")}
+        if "standard_error" in vertices:
+            provenance["standard_error"] = _floats(vertices, "standard_error")
+    return Frame(points, known, **provenance)
 
 
 def _coordinates(vertices: Columns, axis: str) -> NDArray[np.floating[Any]]:
-    column = vertices.get(axis)
-    if not isinstance(column, np.ndarray) or column.dtype.kind != "f":
+    if axis not in vertices:
         raise ValueError(f"its vertices need a property '{axis}', float or double")
+    return _floats(vertices, axis)
+
+
+def _floats(vertices: Columns, name: str) -> NDArray[np.floating[Any]]:
+    column = vertices[name]
+    if not isinstance(column, np.ndarray) or column.dtype.kind != "f":
+        raise ValueError(f"its vertices need a property '{name}', float or double")
     return column.astype(column.dtype.newbyteorder("="))
 
 
@@ -93,8 +104,9 @@ class PlyWriter(FramesWriter):
         kinds = dict.fromkeys("xyz", "float" if header.dtype == np.float32 else "double")
         if header.has_known:
             kinds["known"] = "uchar"
-        if header.has_provenance:
-            kinds |= {"generation": "int", "age": "int"}
+        kinds |= {
+            name: "float" if PROVENANCE[name].kind == "f" else "int" for name in header.provenance
+        }
         columns = [(name, scalar_types[kind].newbyteorder("<")) for name, kind in kinds.items()]
         self._vertices = np.zeros(header.n_vertices, columns)
         # The bytes before and after the vertices are the same in every frame.

@@ -78,7 +78,7 @@ class Target:
         with self.create(header_of(sequence)) as writer:
             for number in range(len(sequence.vertices)):
                 frame = frame_of(sequence, number)
-                writer.append(frame.points, frame.known, generation=frame.generation, age=frame.age)
+                writer.append(frame.points, frame.known, **frame.provenance())
 
     def existing(self) -> list[Path]:
         """The files that writing would replace."""

@@ -76,6 +76,7 @@ class UsdReader(Reader):
             **timing(stage, self._times)._asdict(),
             has_known="known" in self._primvars,
             has_provenance="age" in self._primvars,
+            has_standard_error="standard_error" in self._primvars,
         )
         derived = derived_of(
             self._mesh, as_polygons(faces, polygons), np.array(first), self._times[0]

@@ -69,10 +69,10 @@ class UsdOverlayWriter(UsdWriter):
                 over.CreateAttribute(hint.GetName(), hint.GetTypeName(), custom=False).Block()
         mesh = geometry.Mesh(stage.OverridePrim(path))
         header = self.header
-        written = {"known": header.has_known, "generation": header.has_provenance}
+        written = ["known"] * header.has_known + list(header.provenance)
         for name in primvars:
             stale = geometry.PrimvarsAPI(original).GetPrimvar(name)
-            if stale.HasAuthoredValue() and not written.get(name, header.has_provenance):
+            if stale.HasAuthoredValue() and name not in written:
                 api = geometry.PrimvarsAPI(mesh)
                 api.CreatePrimvar(name, stale.GetTypeName()).GetAttr().Block()
         return mesh

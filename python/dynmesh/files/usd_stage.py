@@ -19,10 +19,20 @@ from ..polygons import Polygons
 from .scenes import check_same_faces
 from .times import Timing, frame_number, spacing
 
-primvars = {"known": "BoolArray", "generation": "IntArray", "age": "IntArray"}
+primvars = {
+    "known": "BoolArray",
+    "generation": "IntArray",
+    "age": "IntArray",
+    "standard_error": "FloatArray",
+}
 """The data of a vertex besides its position, and the type of the values of all vertices."""
 
-dtypes = {"Vec3fArray": np.float32, "BoolArray": np.bool_, "IntArray": np.int32}
+dtypes = {
+    "Vec3fArray": np.float32,
+    "BoolArray": np.bool_,
+    "IntArray": np.int32,
+    "FloatArray": np.float32,
+}
 """The dtypes of the library's arrays."""
 
 _numbers = itertools.count()

@@ -60,7 +60,7 @@ class UsdWriter(SceneWriter):
             self._times = times.tolist()
             mesh = self._make_mesh()
             self._points, self._extent = mesh.CreatePointsAttr(), mesh.CreateExtentAttr()
-            names = ["known"] * header.has_known + ["generation", "age"] * header.has_provenance
+            names = ["known"] * header.has_known + list(header.provenance)
             api = geometry.PrimvarsAPI(mesh)
             self._primvars = {
                 name: api.CreatePrimvar(name, getattr(sdf.ValueTypeNames, primvars[name]), "vertex")

@@ -14,7 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._errors import InputError, locating
-from ..sequence import Mask, Positions, Provenance, check_known, check_provenance
+from ..sequence import (
+    PROVENANCE,
+    Mask,
+    Positions,
+    Provenance,
+    StandardError,
+    check_known,
+    check_provenance,
+)
 from .header import Frame, Header
 from .naming import naming
 from .placing import put_in_place
@@ -126,21 +134,23 @@ class Writer(ABC):
         *,
         generation: Provenance | None = None,
         age: Provenance | None = None,
+        standard_error: StandardError | None = None,
     ) -> None:
         """Adds the next frame.
 
         Args:
             points: (k, 3) of the file's dtype.
             known: (k,) bool, if the file was created `with_known`.
-            generation: (k,) integers, if the file was created `with_provenance`.
-            age: (k,) integers, if the file was created `with_provenance`.
+            generation: (k,) integers, if the header `has_provenance`.
+            age: (k,) integers, if the header `has_provenance`.
+            standard_error: (k,) floats, if the header `has_standard_error`.
 
         Raises:
             OSError: the frame cannot be written.
             ValueError: the shape or dtype is wrong, a mask is missing or unexpected, or the file
                 has all its frames already.
         """
-        frame = Frame(points, known, generation, age)
+        frame = Frame(points, known, generation, age, standard_error)
         with naming(self.path), self._blaming():
             with locating(frame=self._frame):
                 self._check(frame)
@@ -167,10 +177,11 @@ class Writer(ABC):
             raise ValueError("give a mask with every frame or with none")
         if frame.known is not None:
             check_known(frame.known.dtype, frame.known.shape, (k,))
-        for name in ("generation", "age"):
+        for name in PROVENANCE:
             values = getattr(frame, name)
-            if (values is not None) != header.has_provenance:
-                raise ValueError("give generation and age with every frame or with none")
+            if (values is not None) != (name in header.provenance):
+                what = "standard errors" if name == "standard_error" else "generation and age"
+                raise ValueError(f"give {what} with every frame or with none")
             if values is not None:
                 check_provenance(name, values.dtype, values.shape, (k,))
 

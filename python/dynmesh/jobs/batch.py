@@ -14,7 +14,7 @@ from ..files.scenes import every_mesh
 from ..settings import Settings, all_settings, file_settings
 from .beginning import Start, check_beginning
 from .checkpoint import OtherJobError, Source
-from .file_completion import How, complete_into
+from .file_completion import How, complete_into, with_uncertainty
 from .rehearsal import Takes, check_takes
 from .report import FileReport
 from .scene_completion import SceneReport, complete_scene
@@ -31,12 +31,14 @@ class Job:
             every mesh that moves, as :func:`dynmesh.complete_scene` completes them.
         output_format: None means the format of the suffix of `output`.
         fps: frames per second of the output; None means those of the input.
-        provenance: whether to write the generation and the age of every vertex.
+        provenance: whether to write the generation and the age of every vertex, and with
+            `uncertainty` its standard error.
         settings: the settings of :class:`dynmesh.Completer`; the method is detail by default.
         overlay: whether to write a USD layer over the input.
         start: the number of a whole frame, or "whole", as :func:`dynmesh.complete_file` documents.
         template: a mesh file that stands before frame 0, or None.
         rehearsal: files with complete frames of the same mesh, or None.
+        drop_above: see :func:`dynmesh.complete_file`.
     """
 
     input: Path
@@ -50,6 +52,7 @@ class Job:
     start: Start = 0
     template: PathLike | None = None
     rehearsal: Takes | None = None
+    drop_above: float | None = None
 
 
 @dataclass(frozen=True)
@@ -158,9 +161,18 @@ def _make_folder(folder: Path) -> None:
 
 def _complete(job: Job, target: Target, overwrite: bool, *, resume: bool) -> FileReport:
     check_beginning(job.start, job.template)
-    settings = all_settings(job.settings, file_settings)
+    settings = with_uncertainty(all_settings(job.settings, file_settings), job.drop_above)
     takes = check_takes(job.rehearsal, settings)
-    how = How(job.start, job.template, takes, job.fps, job.provenance, overwrite, resume)
+    how = How(
+        job.start,
+        job.template,
+        takes,
+        job.fps,
+        job.provenance,
+        overwrite,
+        resume,
+        drop_above=job.drop_above,
+    )
     return complete_into(Path(job.input), target, job.source, how, settings)
 
 
@@ -182,6 +194,7 @@ def _complete_meshes(job: Job, overwrite: bool) -> SceneReport:
         output_format=job.output_format,
         overlay=job.overlay,
         provenance=job.provenance,
+        drop_above=job.drop_above,
         overwrite=overwrite,
         **job.settings,
     )

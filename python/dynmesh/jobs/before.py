@@ -2,10 +2,12 @@
 
 import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ..files import Frame, Header
+from ..sequence import PROVENANCE
 
 
 class Before:
@@ -23,10 +25,11 @@ class Before:
             ValueError: the file has fewer frames than are to be kept.
         """
         k = header.n_vertices
-        provenance = [("generation", np.int32, (k,)), ("age", np.int32, (k,))]
-        self._record = np.dtype(
-            [("points", header.dtype, (k, 3)), *(provenance if header.has_provenance else [])]
-        )
+        kinds: list[tuple[str, Any, tuple[int, ...]]] = [("points", header.dtype, (k, 3))]
+        if header.has_known:
+            kinds.append(("known", np.bool_, (k,)))
+        kinds += [(name, PROVENANCE[name], (k,)) for name in header.provenance]
+        self._record = np.dtype(kinds)
         self._n_frames = n_frames
         self._file = path.open("r+b" if kept else "w+b")
         size = kept * self._record.itemsize

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, Unpack
 
 from .. import files
-from .._checks import check_callable, check_path
+from .._checks import check_callable, check_path, check_positive
 from .._errors import InputError
 from ..files import Header, PathLike, Reader, Target, Writer
 from ..settings import Settings, all_settings, file_settings, takes_settings
@@ -34,6 +34,7 @@ def complete_file(
     output_format: str | None = None,
     fps: float | None = None,
     provenance: bool = False,
+    drop_above: float | None = None,
     overwrite: bool = False,
     resume: bool = False,
     overlay: bool = False,
@@ -66,8 +67,12 @@ def complete_file(
         source: how to read the input.
         output_format: one of :data:`dynmesh.files.formats`; None means the format of the suffix.
         fps: frames per second of the output; None means those of the input.
-        provenance: whether to write the generation and the age of every vertex. Before the frame
-            `start`, the age counts the frames until the vertex is next observed.
+        provenance: whether to write the generation and the age of every vertex, and with
+            `uncertainty` its standard error. Before the frame `start`, the age counts the frames
+            until the vertex is next observed.
+        drop_above: a distance in the unit of the positions. Vertices whose standard error exceeds
+            it are left missing, NaN and in the known mask, instead of being filled in. Implies
+            `uncertainty`.
         overwrite: whether to replace an existing output.
         resume: whether to continue an interrupted run of the same job; the result equals that of an
             uninterrupted run. Starts anew if there is nothing to continue. Does nothing if
@@ -97,7 +102,7 @@ def complete_file(
     check_path("path", path)
     check_path("output", output)
     check_beginning(start, template)
-    wanted = all_settings(settings, file_settings)
+    wanted = with_uncertainty(all_settings(settings, file_settings), drop_above)
     takes = check_takes(rehearsal, wanted)
     check_callable("watch", watch)
     check_callable("watch_rehearsal", watch_rehearsal)
@@ -107,7 +112,18 @@ def complete_file(
         raise InputError(
             f"this format cannot be resumed; {files.listed(able)} can", file=target.path
         )
-    how = How(start, template, takes, fps, provenance, overwrite, resume, watch, watch_rehearsal)
+    how = How(
+        start,
+        template,
+        takes,
+        fps,
+        provenance,
+        overwrite,
+        resume,
+        watch,
+        watch_rehearsal,
+        drop_above,
+    )
     return complete_into(Path(path), target, source or {}, how, wanted)
 
 
@@ -123,6 +139,31 @@ class How(NamedTuple):
     resume: bool = False
     watch: Watch | None = None
     watch_rehearsal: WatchTakes | None = None
+    drop_above: float | None = None
+
+
+def with_uncertainty(settings: Settings, drop_above: float | None) -> Settings:
+    """The settings with which vertices can be dropped.
+
+    Raises:
+        TypeError, ValueError: `drop_above` is not a positive number.
+    """
+    if drop_above is None:
+        return settings
+    check_positive("drop_above", drop_above)
+    return {**settings, "uncertainty": True}
+
+
+def output_header(
+    header: Header, settings: Settings, *, provenance: bool, drop_above: float | None
+) -> Header:
+    """The header of a completed sequence."""
+    return replace(
+        header,
+        has_known=drop_above is not None,
+        has_provenance=provenance,
+        has_standard_error=provenance and settings["uncertainty"],
+    )
 
 
 def complete_into(
@@ -132,14 +173,15 @@ def complete_into(
     output = target.path
     with open_at_beginning(path, source, how.start, how.template) as (reader, beginning):
         header = replace(
-            reader.header,
+            output_header(
+                reader.header, settings, provenance=how.provenance, drop_above=how.drop_above
+            ),
             fps=reader.fps if how.fps is None else how.fps,
-            has_known=False,
-            has_provenance=how.provenance,
         )
         rehearsal = Rehearsal(how.takes, reader, how.watch_rehearsal)
         folder = unfinished_folder(output)
         start = {**beginning.described(), **rehearsal.described()}
+        start["drop_above"] = how.drop_above
         job = describe_job(reader, header, source, start, target.format, settings)
         checkpoint = Checkpoint(folder / "checkpoint.npz", job)
         settled = settle(folder, output, checkpoint)
@@ -156,7 +198,9 @@ def complete_into(
             with clearing(folder):
                 writer, progress = _begin_writer(target, reader, header, folder / "files", progress)
                 with writer, files.naming(path):
-                    passes = Passes(reader, beginning, settings, rehearsal, progress)
+                    passes = Passes(
+                        reader, beginning, settings, rehearsal, progress, how.drop_above
+                    )
                     with contextlib.closing(passes.frames()) as frames:
                         watched: Iterator[Any] = frames
                         if how.watch is not None:
@@ -168,7 +212,8 @@ def complete_into(
                     if writer.resumable:
                         writer.flush()
                         checkpoint.save(passes.progress())
-    remarks = (*writer.remarks, *beginning.remarks(settings["noise"]))
+    told = passes.tally.remarks(header.metres_per_unit)
+    remarks = (*writer.remarks, *beginning.remarks(settings["noise"]), *told)
     return passes.tally.report(n_frames, progress.done, remarks, number)
 
 

@@ -18,10 +18,10 @@ def read_jobs(path: Path) -> list[Job]:
     Args:
         path: comma-separated values. The first line names the columns: `input`, `output` and,
             optionally, `start`, `template`, `rehearsal`, `gaps`, `format`, `output_format`,
-            `faces`, `prim`, `mask`, `missing`, `fps`, `provenance`, `overlay` and the settings of
-            :class:`dynmesh.Completer`, named like the options of ``dynmesh complete``. An empty
-            value stands for the default. Paths are relative to the table; several paths in
-            `rehearsal` are separated by semicolons.
+            `faces`, `prim`, `mask`, `missing`, `fps`, `provenance`, `overlay`, `drop_above` and the
+            settings of :class:`dynmesh.Completer`, named like the options of ``dynmesh complete``.
+            An empty value stands for the default. Paths are relative to the table; several paths
+            in `rehearsal` are separated by semicolons.
 
     Raises:
         OSError: the table cannot be read.
@@ -172,7 +172,16 @@ def _parser_of(setting: Setting) -> Callable[[str], Any]:
     return parsers[setting.kind]
 
 
-_of_job = ("start", "template", "rehearsal", "output_format", "fps", "provenance", "overlay")
+_of_job = (
+    "start",
+    "template",
+    "rehearsal",
+    "output_format",
+    "fps",
+    "provenance",
+    "overlay",
+    "drop_above",
+)
 
 _columns: dict[str, Callable[[str], Any]] = {
     "start": start_of,
@@ -188,6 +197,7 @@ _columns: dict[str, Callable[[str], Any]] = {
     "fps": _number,
     "provenance": _flag,
     "overlay": _flag,
+    "drop_above": _number,
     **{name: _parser_of(setting) for name, setting in SETTINGS.items()},
 }
 

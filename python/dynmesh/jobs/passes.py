@@ -14,6 +14,7 @@ import numpy as np
 
 from .._errors import locating
 from ..files import Frame, Reader, Writer
+from ..sequence import Positions
 from ..settings import Settings
 from .before import Before
 from .beginning import Beginning
@@ -38,6 +39,7 @@ class Passes:
         settings: Settings,
         rehearsal: Rehearsal,
         progress: Progress = BEGINNING,
+        drop_above: float | None = None,
     ) -> None:
         """Reads the rehearsal, and completes nothing yet.
 
@@ -47,12 +49,14 @@ class Passes:
             settings: all settings of the completer.
             rehearsal: its takes.
             progress: what an earlier run did.
+            drop_above: completed vertices with a larger standard error become missing.
 
         Raises:
             OSError, ValueError: the completer cannot be created.
         """
         self._reader = reader
         self._beginning = beginning
+        self._drop_above = drop_above
         self._done, self._written, state = progress
         self._completer = rehearsal.completer(beginning.points, settings)
         if state:
@@ -111,7 +115,18 @@ class Passes:
             else:
                 points = completer.push(frame.points, frame.known)
                 self.tally.add(completer)
-        return Frame(points, generation=completer.generation, age=completer.age)
+        return self._as_written(points)
+
+    def _as_written(self, points: Positions) -> Frame:
+        """Returns the completed frame with what is known of it, without what is too uncertain."""
+        completer, known = self._completer, None
+        bars = completer.standard_error if completer.settings["uncertainty"] else None
+        if self._drop_above is not None:
+            assert bars is not None  # as complete_file has set
+            known = np.asarray(bars <= self._drop_above)
+            points = np.where(known[:, None], points, points.dtype.type(np.nan))
+            self.tally.dropped += int(np.count_nonzero(~known))
+        return Frame(points, known, completer.generation, completer.age, bars)
 
     def _end_of_pass(self) -> None:
         """Makes the second pass begin at the whole frame again."""
@@ -128,7 +143,5 @@ def _backwards(reader: Reader, stop: int) -> Iterator[Frame]:
 
 
 def _append(writer: Writer, frame: Frame) -> None:
-    if writer.header.has_provenance:
-        writer.append(frame.points, generation=frame.generation, age=frame.age)
-    else:
-        writer.append(frame.points)
+    provenance = frame.provenance() if writer.header.has_provenance else {}
+    writer.append(frame.points, frame.known, **provenance)

@@ -1,10 +1,12 @@
 """What the completion of a file has done."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from .._core import Completer
+from ..calibration import Distances, in_words
 from ..sequence import Mask
 
 LONG = 20
@@ -37,6 +39,10 @@ class FileReport:
         trust: with a rehearsal, how far its poses were used, from 0 to 1, on average over the
             frames in which some vertices were known and others missing; None if there are none.
         explained: the share of the residual that the poses explained, over the same frames.
+        within_90: with `uncertainty`, the distance within which 90 % of the vertices that were
+            filled in are expected to be, in the unit of the positions; None if there are none.
+        dropped: the number of vertices that were left missing, since their standard error exceeds
+            `drop_above`.
     """
 
     frames: int
@@ -54,6 +60,8 @@ class FileReport:
     start: int = 0
     trust: float | None = None
     explained: float | None = None
+    within_90: float | None = None
+    dropped: int = 0
 
 
 @dataclass
@@ -70,6 +78,8 @@ class Tally:
     empty: int = 0
     trust: list[float] = field(default_factory=list)
     explained: list[float] = field(default_factory=list)
+    distances: Distances = field(default_factory=Distances)
+    dropped: int = 0
     hidden_long: Mask = field(default_factory=lambda: np.zeros(0, np.bool_))
 
     def add(self, completer: Completer) -> None:
@@ -84,9 +94,19 @@ class Tally:
         if self.rehearsed and report.known and report.filled:
             self.trust.append(report.trust)
             self.explained.append(report.explained)
+        if completer.settings["uncertainty"]:
+            self.distances.add(completer.standard_error, completer.generation > 0)
         if self.method == "motion" and report.known < completer.n_vertices:
             long = completer.age >= LONG
             self.hidden_long = long | self.hidden_long if len(self.hidden_long) else long
+
+    def remarks(self, metres_per_unit: float | None) -> Iterator[str]:
+        """Yields what the standard errors say, in words."""
+        words = in_words(self.distances, metres_per_unit)
+        if words is not None:
+            yield words
+        if self.dropped:
+            yield f"{self.dropped} vertices were left missing, as their standard error is too large"
 
     def report(
         self, frames: int, resumed_at: int, remarks: tuple[str, ...], start: int
@@ -107,4 +127,6 @@ class Tally:
             start=start,
             trust=float(np.mean(self.trust)) if self.trust else None,
             explained=float(np.mean(self.explained)) if self.explained else None,
+            within_90=self.distances.within(0.9),
+            dropped=self.dropped,
         )

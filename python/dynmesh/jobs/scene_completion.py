@@ -3,7 +3,7 @@
 import contextlib
 import shutil
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Unpack
 
@@ -18,7 +18,7 @@ from ..files.scenes import Origin, Scene, every_mesh, listed
 from ..settings import Settings, all_settings, file_settings, takes_settings
 from .beginning import Start, beginning_in, check_beginning
 from .checkpoint import Source
-from .file_completion import Watch
+from .file_completion import Watch, output_header, with_uncertainty
 from .lock import lock_folder
 from .passes import Passes
 from .rehearsal import Rehearsal, Takes, check_takes, files_in
@@ -55,6 +55,7 @@ def complete_scene(
     output_format: str | None = None,
     overlay: bool = False,
     provenance: bool = False,
+    drop_above: float | None = None,
     overwrite: bool = False,
     watch: Watch | None = None,
     **settings: Unpack[Settings],
@@ -78,7 +79,9 @@ def complete_scene(
         output_format: "usd" or "alembic"; None means the format of the suffix.
         overlay: whether to write a USD layer that holds the completed points and what follows from
             them, with the input as its sublayer.
-        provenance: whether to write the generation and the age of every vertex.
+        provenance: whether to write the generation and the age of every vertex, and with
+            `uncertainty` its standard error.
+        drop_above: see :func:`complete_file`.
         overwrite: whether to replace an existing output.
         watch: called with the frames of all meshes, their number and 0; it must pass the frames on.
         **settings: `method`, `noise` and the other settings of :class:`dynmesh.Completer`, which
@@ -94,7 +97,7 @@ def complete_scene(
     check_path("path", path)
     check_path("output", output)
     check_beginning(start, None)
-    wanted = all_settings(settings, file_settings)
+    wanted = with_uncertainty(all_settings(settings, file_settings), drop_above)
     takes = check_takes(rehearsal, wanted)
     check_callable("watch", watch)
     source = _checked(source or {})
@@ -111,7 +114,7 @@ def complete_scene(
             "meshes in a USD stage",
             file=scene.path,
         )
-    job = _Job(scene, target, start, takes, source, provenance, wanted)
+    job = _Job(scene, target, start, takes, source, provenance, wanted, drop_above)
     return job.run(overwrite=overwrite, watch=watch)
 
 
@@ -141,6 +144,7 @@ class _Job:
         source: Source,
         provenance: bool,
         settings: Settings,
+        drop_above: float | None,
     ) -> None:
         self._scene = scene
         self._target = target
@@ -148,6 +152,7 @@ class _Job:
         self._takes = takes
         self._missing = source.get("missing")
         self._provenance = provenance
+        self._drop_above = drop_above
         self._settings = settings
         self._moving = tuple(mesh for mesh, moves in scene.moves.items() if moves)
         self._still = tuple(mesh for mesh, moves in scene.moves.items() if not moves)
@@ -199,16 +204,25 @@ class _Job:
         spool = files.target_of(folder / "mesh.npz")
         for mesh in meshes:
             with self._noting(mesh), open_mesh(self._scene, mesh, self._missing) as reader:
-                header = replace(reader.header, has_known=False, has_provenance=self._provenance)
+                header = output_header(
+                    reader.header,
+                    self._settings,
+                    provenance=self._provenance,
+                    drop_above=self._drop_above,
+                )
                 beginning = beginning_in(reader, self._start)
-                passes = Passes(reader, beginning, self._settings, Rehearsal(self._takes, reader))
+                rehearsal = Rehearsal(self._takes, reader)
+                passes = Passes(
+                    reader, beginning, self._settings, rehearsal, drop_above=self._drop_above
+                )
                 zeros = ZeroCount()
                 with spool.create(header) as waiting:
                     completing = _completing(passes, waiting, folder / "before")
                     for number, frame in enumerate(completing):
                         zeros.add(number, frame.points, frame.known)
                         yield frame
-                remarks = (*beginning.remarks(self._settings["noise"]), *zeros.hint())
+                told = passes.tally.remarks(header.metres_per_unit)
+                remarks = (*beginning.remarks(self._settings["noise"]), *told, *zeros.hint())
                 n_frames, first = header.n_frames, beginning.number
                 self._reports[mesh] = passes.tally.report(n_frames, 0, remarks, first)
             if mesh in self._reports:
@@ -225,7 +239,7 @@ class _Job:
             self._writer.next_mesh(header)
         with files.open(spool) as reader:
             for frame in reader:
-                self._writer.append(frame.points, generation=frame.generation, age=frame.age)
+                self._writer.append(frame.points, frame.known, **frame.provenance())
 
     @contextlib.contextmanager
     def _noting(self, mesh: str) -> Iterator[None]:

@@ -15,6 +15,7 @@ from . import charts, pictures, report
 from .claims import Claims, detail_verdicts, verdicts
 from .losses import SCENARIOS
 from .plan import Plan
+from .reliability_chart import figure16
 from .sequence_study import seconds_of_work, study, trial
 from .subjects import Subject, built_in, from_file
 
@@ -75,7 +76,7 @@ def reproduce(
     trials = [trial(subject, seed) for subject in subjects]
     work = zip(subjects, trials, strict=True)
     whole = sum(seconds_of_work(subject, plan, tried) for subject, tried in work)
-    whole += _SECONDS_PER_PICTURE * (5 + (4 + len(SCENARIOS)) * len(subjects))
+    whole += _SECONDS_PER_PICTURE * (6 + (4 + len(SCENARIOS)) * len(subjects))
     done = 0.0
 
     def advance(seconds: float) -> None:
@@ -107,6 +108,7 @@ def reproduce(
         ),
         lambda: charts.figure13(studies, out),
         lambda: charts.figure14(studies, out),
+        lambda: figure16(studies, out),
         *(lambda s=s: pictures.figure15(s, out) for s in studies),
     ]
     made = []

@@ -7,9 +7,9 @@ from itertools import islice
 import numpy as np
 
 from .. import metrics
+from ..calibration import Calibrating, Calibration
 from ..files import Frame, Reader
 from ..files.reader import check_comparable
-from ..sequence import Positions
 
 _FRAMES_AT_ONCE = 32  # measured together, because each call builds the cells anew
 
@@ -26,6 +26,8 @@ class Evaluation:
         maximum: the largest distance.
         frames: the number of frames that were measured.
         bounding_box_diagonal: the diagonal, in the unit of the positions.
+        calibration: how well the standard errors of the completed sequence describe its errors;
+            None if it has none.
     """
 
     nmsve: float
@@ -35,6 +37,7 @@ class Evaluation:
     maximum: float
     frames: int
     bounding_box_diagonal: float
+    calibration: Calibration | None
 
 
 def evaluate(completed: Reader, reference: Reader, frames: Iterable[Frame]) -> Evaluation:
@@ -51,16 +54,29 @@ def evaluate(completed: Reader, reference: Reader, frames: Iterable[Frame]) -> E
     """
     check_comparable(completed, reference)
     pairs = zip(_whole(frames, completed), _whole(reference, reference), strict=True)
-    _, first = next(pairs)
+    calibrating = Calibrating()
+    first = next(pairs)[1].points
     unit = metrics.bounding_box_diagonal(first)
     if unit == 0:
         raise ValueError(f"{reference.path}: all vertices of frame 0 are at one point")
     nmsve: list[float] = []
     errors: list[metrics.ErrorSummary] = []
     while stretch := list(islice(pairs, _FRAMES_AT_ONCE)):
-        ours, truth = (np.stack(side) for side in zip(*stretch, strict=True))
+        ours, truth = (
+            np.stack([frame.points for frame in side]) for side in zip(*stretch, strict=True)
+        )
         nmsve.extend(metrics.nmsve(reference.faces, truth, ours))
-        errors.extend(metrics.summary(e) for e in metrics.vertex_error(truth, ours))
+        of_vertices = metrics.vertex_error(truth, ours)
+        errors.extend(metrics.summary(e) for e in of_vertices)
+        for (frame, _), error in zip(stretch, of_vertices, strict=True):
+            if frame.standard_error is not None and frame.generation is not None:
+                calibrating.add(
+                    error,
+                    frame.standard_error,
+                    filled=frame.generation > 0,
+                    generation=frame.generation,
+                    age=frame.age,
+                )
     return Evaluation(
         nmsve=float(np.mean(nmsve)) / unit,
         mean=float(np.mean([e.mean for e in errors])) / unit,
@@ -69,10 +85,11 @@ def evaluate(completed: Reader, reference: Reader, frames: Iterable[Frame]) -> E
         maximum=max(e.maximum for e in errors) / unit,
         frames=len(errors),
         bounding_box_diagonal=unit,
+        calibration=calibrating.result(),
     )
 
 
-def _whole(frames: Iterable[Frame], reader: Reader) -> Iterator[Positions]:
+def _whole(frames: Iterable[Frame], reader: Reader) -> Iterator[Frame]:
     for number, frame in enumerate(frames):
         missing = ~np.isfinite(frame.points).all(axis=1)
         if frame.known is not None:
@@ -82,4 +99,4 @@ def _whole(frames: Iterable[Frame], reader: Reader) -> Iterator[Positions]:
                 f"{reader.path}: frame {number} lacks vertex {np.flatnonzero(missing)[0]}; "
                 "the error is measured between complete sequences"
             )
-        yield frame.points
+        yield frame

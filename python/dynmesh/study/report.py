@@ -55,6 +55,9 @@ _TITLES = {
     "once only, errors grow from frame to frame.",
     "figure14": "Figure 14, beyond the paper: detail, motion, LIA on motion and libigl. Lines are "
     "as in figure 9; the other methods are dashed.",
+    "figure16": "Figure 16, beyond the paper: the error bars of detail, predicted against true. "
+    "On the dashed line they are exact; above it on the left, and below it on the right, they are "
+    "too wide.",
     "figure15": "Figure 15, beyond the paper: the original, motion, detail and libigl, and their "
     "errors, where few vertices are known.",
 }
@@ -150,6 +153,7 @@ def _numbers(study: Study) -> dict[str, Any]:
             name: {method.key: study.scenarios[name, method.key].summary() for method in methods}
             for name in SCENARIOS
         },
+        "error_bars": {name: asdict(found.calibration) for name, found in study.bars.items()},
         "missing": study.missing,
         "second_half": None if study.second_half is None else study.second_half.numbers(),
     }

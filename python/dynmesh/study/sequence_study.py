@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from .. import metrics
 from ..sequence import Mask
@@ -13,8 +13,15 @@ from .methods import COMPARED, DETAIL, MOTION, ONCE
 from .plan import Plan
 from .rehearsal_study import RehearsalStudy, halves, rehearsal_study
 from .rehearsal_study import seconds_of_work as seconds_of_rehearsal
+from .reliability import Reliability, reliability
 from .rivals import BEYOND, BIHARMONIC
 from .subjects import Subject
+from .tables import percent
+
+BAR_SHARES = (0.1, 0.3)
+"""The shares of known vertices with which error bars are measured, beside the scenarios."""
+
+_COST_OF_BARS = 1.5  # of the time of detail
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +36,7 @@ class Study:
         scenarios: the runs by scenario and method key.
         missing: why methods of `BEYOND` were left out, by key.
         second_half: what was measured after a rehearsal, or None if there are too few frames.
+        bars: what the error bars of detail are worth, by loss.
     """
 
     subject: Subject
@@ -38,6 +46,7 @@ class Study:
     scenarios: dict[tuple[str, str], Run]
     missing: dict[str, str]
     second_half: RehearsalStudy | None = None
+    bars: dict[str, Reliability] = field(default_factory=dict)
 
     @property
     def beyond(self) -> list[Method]:
@@ -101,6 +110,7 @@ def seconds_of_work(subject: Subject, plan: Plan, tried: Trial) -> float:
     frame += len(plan.sweep) * costs[MOTION.key] + len(PAPER_SHARES) * costs[ONCE.key]
     beyond = sum(costs.get(method.key, 0.0) for method in BEYOND)
     frame += (len(PAPER_SHARES) + len(SCENARIOS)) * beyond
+    frame += (len(BAR_SHARES) + len(SCENARIOS)) * _COST_OF_BARS * costs.get(DETAIL.key, 0.0)
     return frame * (subject.n_frames - 1) + _seconds_of_second_half(subject, plan, tried)
 
 
@@ -158,6 +168,13 @@ def study(
             measure_everywhere(method, PAPER_SHARES)
         except RuntimeError as error:  # a rival cannot solve the system of a frame
             result.missing[method.key] = str(error)
+    losses = {percent(share): list(masks(share)) for share in BAR_SHARES} | hidden
+    for name, known in losses.items():
+        result.bars[name] = reliability(
+            subject,
+            known,
+            advance=lambda frames: advance(frames * _COST_OF_BARS * tried.seconds[DETAIL.key]),
+        )
     if (parts := halves(subject)) is None:
         return result
     take, second = parts

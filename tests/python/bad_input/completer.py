@@ -154,6 +154,8 @@ construction = [
     _setting({"method": "detail", "reject_outliers": "yes"}, TypeError, "str"),
     _setting({"learn": True}, ValueError, "requires method='detail'"),
     _setting({"method": "detail", "learn": 1}, TypeError, "int"),
+    _setting({"uncertainty": True}, ValueError, "requires method='detail'"),
+    _setting({"method": "detail", "uncertainty": 1}, TypeError, "int"),
     _setting({"threads": 0}, ValueError, "not 0"),
     _setting({"threads": -1}, ValueError, "-1"),
     _setting({"threads": 10**9}, ValueError, str(10**9)),

@@ -1,0 +1,123 @@
+/// The standard errors of completed positions; see docs/method.md, "Error bars".
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <dynmesh/topology.hpp>
+#include <dynmesh/types.hpp>
+#include <span>
+#include <vector>
+
+#include "detail/anchors.hpp"
+#include "detail/constants.hpp"
+#include "detail/detail_operator.hpp"
+#include "detail/rotations.hpp"
+#include "detail/shape_system.hpp"
+#include "generations/estimator.hpp"
+#include "generations/generations.hpp"
+#include "support/workers.hpp"
+
+namespace dynmesh {
+
+/// A frame that has been completed, (k,) each.
+struct CompletedShape {
+  std::span<const Vector3<double>> x;
+  std::span<const Vector3<double>> kx;     ///< K X
+  std::span<const Vector3<double>> shape;  ///< the shape that K X was to have
+};
+
+/// Carries made-up errors through the equations that the errors of the completion obey, and scales
+/// them by the residuals of the frames. Each vertex has three of them, which are vectors, hence
+/// nine numbers that measure how far a coordinate may be off.
+///
+/// Without `are_wanted`, there are none, and nothing is allocated. Allocates memory only in the
+/// constructor. All numbers are the same for any number of threads.
+class ErrorBars {
+ public:
+  using Field = std::span<const Vector3<double>>;
+
+  /// `cells`, `workers` and `constants` must outlive this object.
+  ErrorBars(const Cells& cells, Workers& workers, const DetailConstants& constants, bool are_wanted,
+            bool are_noisy);
+
+  [[nodiscard]] bool exist() const { return !errors_.empty(); }
+
+  /// Begins a sequence: frame 0 has no error.
+  void reset();
+
+  /// Finds the errors of a frame of which some vertices were solved for. `c` is the weight of the
+  /// recent change in the shape of the frame.
+  void update(const CompletedShape& frame, double c, const Anchors& anchors,
+              const Generations& generations, ShapeSystem& system, const Rotations& rotations);
+
+  /// The same for a frame of which nothing was solved for: everything is known or unseen.
+  void pass(const Generations& generations);
+
+  /// (k,) the standard error of a coordinate in the unit of the positions: 0 for exact anchors,
+  /// infinity for unseen vertices. Empty if there are none.
+  [[nodiscard]] std::span<const double> of_vertices() const { return standard_errors_; }
+
+  /// What later frames depend on. The numbers of a vertex are its errors, those of the recent
+  /// change and the changes (nine each), the last residual (three), whether all of its cell was
+  /// seen, its energies (two), and its standard error. Those of the mesh are the energies, the
+  /// products of residuals, and the number of frames.
+  using Memory = MemoryOfErrors;
+  [[nodiscard]] Memory memory() const;
+  /// Whether `memory` can return this.
+  [[nodiscard]] bool accepts(const Memory& memory) const;
+  void recall(const Memory& memory);
+
+ private:
+  static constexpr std::size_t members = 3;
+  using Members = std::vector<Vector3<double>>;  // (3 k,), those of a vertex side by side
+
+  /// Sums over earlier frames, each weighted less than the next.
+  struct Energy {
+    double found = 0;     // of the residuals of the frames
+    double expected = 0;  // of the residuals of the members
+    void add(const Energy& newest, double kept) {
+      found = kept * found + newest.found;
+      expected = kept * expected + newest.expected;
+    }
+  };
+
+  template <class Work>
+  void for_each_vertex(const Work& work);
+  void draw_changes();
+  void set_targets(double c);
+  void set_noise(const Anchors& anchors);
+  Energy compare(const CompletedShape& frame, Field steps, const Anchors& anchors);
+  void learn_sizes();
+  void set_sizes();
+  void learn_persistence(const CompletedShape& frame, const Generations& generations,
+                         const Rotations& rotations);
+  void advance(const Generations& generations);
+  void find_standard_errors(Field steps, double scale, const Generations& generations);
+  [[nodiscard]] double persistence() const;
+
+  const Cells& cells_;
+  Workers& workers_;
+  const DetailConstants& constants_;
+  DetailOperator smoother_;  // w -> (w + W w) / 2, W the mean of the cell
+
+  // Kept from frame to frame:
+  Members errors_;                // e, of the shape in memory
+  Members errors_of_change_;      // e_u, of its recent change
+  Members changes_;               // eta, how the true shape changes, with unit size
+  std::vector<double> sizes_;     // (k,) the size of eta around a vertex, relative to the mean
+  std::vector<Energy> energies_;  // (k,) around each vertex, as if all sizes were 1
+  Energy energy_;
+  std::vector<Vector3<double>> residuals_;  // (k,) of the last frame, in the axes of frame 0
+  std::vector<std::uint8_t> are_seen_;      // (k,) whether the cell was known in the last frame
+  double product_ = 0, square_ = 0;         // of residuals of successive frames
+  std::uint64_t frame_ = 0;                 // the number of frames since `reset`
+  std::vector<double> standard_errors_;     // (k,)
+
+  // Of one frame:
+  Members targets_, next_, noise_;
+  std::vector<Vector3<double>> of_frame_, averaged_of_frame_;  // energies, found and expected
+  std::vector<Vector3<double>> residual_, turned_;
+  std::vector<double> variances_, averaged_;
+};
+
+}  // namespace dynmesh

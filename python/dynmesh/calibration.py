@@ -1,0 +1,204 @@
+"""What standard errors say of distances, and how well they describe true errors."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.floating[Any]]
+
+INTERVALS = {0.5: 1.538, 0.9: 2.5}
+"""The distances within which these shares of the errors lie, in standard errors of a coordinate:
+the roots of the quantiles of a chi-squared distribution with three degrees of freedom."""
+
+FEWEST = 10
+"""Frames with fewer filled-in vertices have no rank correlation."""
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """How well standard errors describe true errors, over the filled-in vertices of all frames.
+
+    Attributes:
+        vertices: the number of filled-in vertices with a finite standard error, over all frames.
+        coverage_50: the share of them whose error is at most 1.538 standard errors: 0.5 if the
+            standard errors are right.
+        coverage_90: the same for 2.5 standard errors: 0.9.
+        rms_ratio: the root mean square error over the root mean square standard error of a
+            position, which is that of a coordinate times the root of 3: 1, and more if the standard
+            errors are too small. NaN if all of them are 0.
+        rank_correlation: Spearman's rank correlation of error and standard error, the mean over
+            frames; None if no frame has one.
+        generation_correlation: the same for generations in place of standard errors.
+        age_correlation: the same for ages.
+    """
+
+    vertices: int
+    coverage_50: float
+    coverage_90: float
+    rms_ratio: float
+    rank_correlation: float | None
+    generation_correlation: float | None
+    age_correlation: float | None
+
+
+class Calibrating:
+    """Gathers a :class:`Calibration`, one frame at a time."""
+
+    def __init__(self) -> None:
+        """Begin without a frame."""
+        self._vertices = 0
+        self._within = dict.fromkeys(INTERVALS, 0)
+        self._errors = self._expected = 0.0
+        self._correlations: dict[str, list[float]] = {
+            name: [] for name in ("standard_error", "generation", "age")
+        }
+
+    def add(
+        self,
+        error: Floats,
+        standard_error: Floats,
+        *,
+        filled: NDArray[np.bool_],
+        generation: NDArray[Any] | None = None,
+        age: NDArray[Any] | None = None,
+    ) -> None:
+        """Add a frame.
+
+        Args:
+            error: (k,) the distances from the true positions.
+            standard_error: (k,) in the same unit.
+            filled: (k,) the vertices that were filled in; others are left out, and so are those
+                without a finite standard error.
+            generation: (k,), to compare.
+            age: (k,), to compare.
+        """
+        counted = filled & np.isfinite(standard_error)
+        off = error[counted].astype(np.float64)
+        bars = standard_error[counted].astype(np.float64)
+        self._vertices += len(off)
+        for share, factor in INTERVALS.items():
+            self._within[share] += int(np.count_nonzero(off <= factor * bars))
+        self._errors += float(off @ off)
+        self._expected += 3 * float(bars @ bars)
+        compared = {"standard_error": bars, "generation": generation, "age": age}
+        for name, values in compared.items():
+            if values is None:
+                continue
+            of_counted = bars if name == "standard_error" else values[counted]
+            found = rank_correlation(off, of_counted)
+            if found is not None:
+                self._correlations[name].append(found)
+
+    def result(self) -> Calibration | None:
+        """Return what was found, or None if no vertex was filled in."""
+        if self._vertices == 0:
+            return None
+        ratio = np.sqrt(self._errors / self._expected) if self._expected > 0 else np.nan
+        means = {
+            name: float(np.mean(found)) if found else None
+            for name, found in self._correlations.items()
+        }
+        return Calibration(
+            self._vertices,
+            self._within[0.5] / self._vertices,
+            self._within[0.9] / self._vertices,
+            float(ratio),
+            means["standard_error"],
+            means["generation"],
+            means["age"],
+        )
+
+
+def rank_correlation(a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> float | None:
+    """Return Spearman's rank correlation; equal values have their mean rank.
+
+    None if there are fewer than :data:`FEWEST` values, or if all of one side are equal.
+    """
+    ranks = [_ranks(np.asarray(values)) for values in (a, b)]
+    if len(ranks[0]) < FEWEST:
+        return None
+    first, second = (of_side - of_side.mean() for of_side in ranks)
+    size = float(np.sqrt((first @ first) * (second @ second)))
+    return float(first @ second) / size if size > 0 else None
+
+
+def _ranks(values: NDArray[Any]) -> NDArray[np.float64]:
+    _, number, counts = np.unique(values, return_inverse=True, return_counts=True)
+    last = np.cumsum(counts)
+    return np.asarray((last - (counts - 1) / 2)[number], np.float64)
+
+
+class Distances:
+    """How far off filled-in vertices may be, over all frames, in constant memory.
+
+    Counts standard errors in bins a twentieth wide, relative to their value.
+    """
+
+    _STEP = math.log(1.05)
+
+    def __init__(self) -> None:
+        """Begin without a frame."""
+        self._counts: dict[int, int] = {}
+        self._exact = 0
+
+    def add(self, standard_error: Floats, filled: NDArray[np.bool_]) -> None:
+        """Add a frame of (k,) standard errors; only `filled` vertices with finite ones count."""
+        values = standard_error[filled & np.isfinite(standard_error)].astype(np.float64)
+        positive = values[values > 0]
+        self._exact += len(values) - len(positive)
+        bins, counts = np.unique(np.rint(np.log(positive) / self._STEP), return_counts=True)
+        for number, count in zip(bins.astype(int).tolist(), counts.tolist(), strict=True):
+            self._counts[number] = self._counts.get(number, 0) + count
+
+    def within(self, share: float) -> float | None:
+        """Return the distance within which this share of them is expected to be; None without any.
+
+        Errors are taken to be normal, and alike in all directions.
+        """
+        whole = self._exact + sum(self._counts.values())
+        if whole == 0:
+            return None
+        if self._exact >= share * whole:
+            return 0.0
+        bins = np.array(sorted(self._counts))
+        counts = np.array([self._counts[number] for number in bins.tolist()])
+        bars = np.exp(bins * self._STEP)
+        low, high = 0.0, 10.0 * float(bars[-1])
+        for _ in range(60):
+            middle = (low + high) / 2
+            found = self._exact + float(counts @ share_within(middle / bars))
+            low, high = (middle, high) if found < share * whole else (low, middle)
+        return high
+
+
+def share_within(distances: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The share of normal errors in space within distances, in standard errors of a coordinate."""
+    chi = np.interp(distances, _CHI[0], _CHI[1])
+    return np.asarray(chi)
+
+
+def _share(distance: float) -> float:
+    """The distribution of chi with three degrees of freedom."""
+    density = math.sqrt(2 / math.pi) * distance * math.exp(-(distance**2) / 2)
+    return math.erf(distance / math.sqrt(2)) - density
+
+
+_PLACES = np.linspace(0, 8, 1601)
+_CHI = np.stack([_PLACES, [_share(place) for place in _PLACES.tolist()]])
+"""That distribution as a table, which is much faster for many distances."""
+
+
+def in_words(distances: Distances, metres_per_unit: float | None) -> str | None:
+    """Say within which distance 90 % of the filled-in vertices are; None without any."""
+    distance = distances.within(0.9)
+    if distance is None:
+        return None
+    if metres_per_unit is None:
+        shown = f"{distance:.2g}, in the unit of the positions"
+    else:
+        shown = f"{1000 * metres_per_unit * distance:.2g} mm"
+    return f"90 % of the filled-in vertices are expected to be within {shown}"

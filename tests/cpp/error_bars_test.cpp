@@ -1,0 +1,171 @@
+#include <doctest/doctest.h>
+#include <dynmesh/dynmesh.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <dynmesh/completer.hpp>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "meshes.hpp"
+#include "push.hpp"
+#include "seal.hpp"
+#include "shared_work.hpp"
+
+namespace dynmesh::testing {
+namespace {
+
+constexpr double infinite = std::numeric_limits<double>::infinity();
+constexpr Settings with_bars = {.method = Method::detail, .uncertainty = true};
+
+template <class Real>
+std::vector<Real> bars(const Completer<Real>& completer) {
+  const auto values = completer.standard_error();
+  return {values.begin(), values.end()};
+}
+
+TEST_CASE_TEMPLATE("standard errors leave the completion as it is", Real, float, double) {
+  const auto mesh = join(sheet<Real>(9), sheet<Real>(4, 20));
+  const std::size_t k = mesh.size();
+  Settings settings = {.method = Method::detail};
+  SUBCASE("exact") {}
+  SUBCASE("noisy") { settings.noise = 0.1; }
+  Completer<Real> without(mesh.faces(), mesh.points(), settings);
+  settings.uncertainty = true;
+  Completer<Real> with(mesh.faces(), mesh.points(), settings);
+  for (unsigned n = 1; n < 6; ++n) {
+    const auto frame = turned(mesh.vertices, 0.1 * n);
+    auto known = random_mask(k, 0.3, n);
+    if (n == 2) std::fill(known.begin() + 81, known.end(), std::uint8_t{0});
+    if (n == 3) std::ranges::fill(known, std::uint8_t{1});
+    CHECK(push(with, frame, known) == push(without, frame, known));
+    const auto found = bars(with);
+    const auto generation = with.generation();
+    for (std::size_t v = 0; v < k; ++v) {
+      CAPTURE(v);
+      if (generation[v] < 0) CHECK(static_cast<double>(found[v]) == infinite);
+      if (generation[v] == 0) CHECK((found[v] > 0) == (settings.noise.has_value()));
+      if (generation[v] > 0) CHECK((found[v] > 0 && std::isfinite(found[v])));
+    }
+    CHECK((with.report().standard_error > 0) == (n != 3));
+  }
+  CHECK(without.report().standard_error == 0);
+  CHECK(message_of([&] {
+          (void)without.standard_error();
+        }).starts_with("standard_error: requires uncertainty"));
+  std::vector<Real> out(3 * k);
+  with.skip({out.data(), k});
+  CHECK(std::ranges::all_of(bars(with), [](Real x) { return std::isinf(x); }));
+}
+
+TEST_CASE("standard errors continue from a state, and do not depend on the number of threads") {
+  const SharedWork shared;
+  const auto mesh = join(sheet<float>(24), sheet<float>(4, 60));
+  const std::size_t k = mesh.size();
+  Settings settings = with_bars;
+  SUBCASE("exact") {}
+  SUBCASE("noisy") { settings.noise = 0.1; }
+  Completer<float> one(mesh.faces(), mesh.points(), settings);
+  settings.threads = 3;
+  Completer<float> many(mesh.faces(), mesh.points(), settings);
+  Completer<float> restored(mesh.faces(), mesh.points(), settings);
+  for (unsigned n = 1; n < 9; ++n) {
+    const auto frame = turned(mesh.vertices, 0.1 * n);
+    auto known = random_mask(k, n == 4 ? 1 : 0.7, n);
+    if (n > 5) std::fill(known.begin() + 576, known.end(), std::uint8_t{0});
+    push(one, frame, known);
+    CHECK(shared_pieces([&] { push(many, frame, known); }) > 0);
+    push(restored, frame, known);
+    CHECK(bars(many) == bars(one));
+    CHECK(bars(restored) == bars(one));
+    CHECK(restored.report().standard_error == one.report().standard_error);
+    const auto state = one.state();
+    CHECK(many.state() == state);
+    restored.restore(state);
+    CHECK(restored.state() == state);
+    CHECK(bars(restored) == bars(one));
+    CHECK(restored.report().standard_error == one.report().standard_error);
+  }
+}
+
+TEST_CASE("made-up standard errors in a state are refused, or harmless") {
+  const auto mesh = sheet<double>(4);
+  const std::size_t k = mesh.size();
+  Completer<double> completer(mesh.faces(), mesh.points(), with_bars);
+  const auto frame = turned(mesh.vertices, 0.2);
+  const auto known = random_mask(k, 0.7, 1);
+  push(completer, frame, known);
+  const auto state = completer.state();
+  constexpr std::size_t row = 34;
+  const std::size_t numbers = row * k + 5;
+  const std::size_t errors = state.size() - 8 * (numbers + 1);
+  const auto with = [&](std::size_t place, double value) {
+    auto bytes = state;
+    std::memcpy(&bytes[errors + 8 * place], &value, sizeof value);
+    seal(bytes);
+    return bytes;
+  };
+  for (std::size_t place = 0; place < numbers; ++place) {
+    CAPTURE(place);
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    CHECK(message_of([&] { completer.restore(with(place, nan)); }) ==
+          "state: does not contain a valid memory of this method");
+    CHECK(completer.state() == state);
+    for (const double value : {0.0, -1.0, 1.0, 1e-300, 1e49, 1e300, infinite}) {
+      try {
+        completer.restore(with(place, value));
+      } catch (const std::invalid_argument&) {
+        continue;
+      }
+      for (int n = 0; n < 3; ++n) {
+        push(completer, frame, known);
+        for (const double bar : bars(completer)) CHECK(bar >= 0);
+        CHECK_NOTHROW(completer.restore(completer.state()));
+      }
+    }
+    completer.restore(state);
+  }
+}
+
+TEST_CASE_TEMPLATE("the C interface copies standard errors", Real, float, double) {
+  const auto mesh = sheet<Real>(5);
+  const auto k = static_cast<std::int64_t>(mesh.size());
+  const std::int32_t type = sizeof(Real) == 4 ? DYNMESH_FLOAT32 : DYNMESH_FLOAT64;
+  const dynmesh_points first = {mesh.vertices.data(), k, 3, 1, type};
+  dynmesh_settings settings;
+  REQUIRE(dynmesh_default_settings(&settings, sizeof settings) == DYNMESH_OK);
+  CHECK(settings.uncertainty == 0);
+  settings.method = DYNMESH_METHOD_DETAIL;
+  settings.uncertainty = 1;
+  dynmesh_completer* handle = nullptr;
+  const auto n_faces = static_cast<std::int64_t>(mesh.faces().count);
+  REQUIRE(dynmesh_create(mesh.indices.data(), n_faces, &first, &settings, &handle) == DYNMESH_OK);
+  Completer<Real> completer(mesh.faces(), mesh.points(), with_bars);
+  const auto frame = turned(mesh.vertices, 0.2);
+  const auto known = random_mask(mesh.size(), 0.4, 2);
+  push(completer, frame, known);
+  std::vector<Real> completed(3 * mesh.size());
+  const dynmesh_points points = {frame.data(), k, 3, 1, type};
+  const dynmesh_mask mask = {known.data(), k, 1};
+  const dynmesh_output out = {completed.data(), k, 3, 1, type};
+  dynmesh_frame_report report{};
+  CHECK(dynmesh_push(handle, &points, &mask, &out, &report) == DYNMESH_OK);
+  CHECK(report.standard_error == completer.report().standard_error);
+  std::vector<Real> found(mesh.size(), 7);
+  const auto refused = [&](void* values, std::int64_t count, std::int32_t of, const char* why) {
+    CHECK(dynmesh_standard_error(handle, values, count, of) == DYNMESH_INVALID_ARGUMENT);
+    CHECK(std::string(dynmesh_last_message()).starts_with(why));
+    CHECK(found[0] == 7);
+  };
+  refused(nullptr, k, type, "values:");
+  refused(found.data(), k - 1, type, "count:");
+  refused(found.data(), k, 96 - type, "type:");
+  CHECK(dynmesh_standard_error(handle, found.data(), k, type) == DYNMESH_OK);
+  CHECK(found == bars(completer));
+  dynmesh_destroy(handle);
+}
+
+}  // namespace
+}  // namespace dynmesh::testing

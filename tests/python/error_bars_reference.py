@@ -1,0 +1,136 @@
+"""A literal transcription of the error bars, which the tests compare with; see docs/method.md."""
+
+from typing import Any
+
+import numpy as np
+import reference
+from numpy.typing import NDArray
+from reference import Array, sum_to
+
+MEMBERS = 9
+"""Numbers of a vertex: made-up errors of a coordinate."""
+
+_64_BITS = (1 << 64) - 1
+
+
+def mixed(x: int) -> int:
+    """The function of SplitMix64."""
+    x = (x + 0x9E3779B97F4A7C15) & _64_BITS
+    x = ((x ^ (x >> 30)) * 0xBF58476D1CE4E5B9) & _64_BITS
+    x = ((x ^ (x >> 27)) * 0x94D049BB133111EB) & _64_BITS
+    return x ^ (x >> 31)
+
+
+def signs(of_frame: int, k: int) -> Array:
+    """Random signs, (k, 9): the highest bit of a number first."""
+    numbers = [mixed((of_frame + v) & _64_BITS) for v in range(k)]
+    return np.array([[1 - 2 * (n >> (63 - i) & 1) for i in range(MEMBERS)] for n in numbers], float)
+
+
+class WithBars(reference.Detail):
+    """Method detail with standard errors."""
+
+    def __init__(self, faces: NDArray[np.int64], first: Array, noise: float | None = None) -> None:
+        super().__init__(faces, first, noise)
+        self.e, self.e_u, self.eta = (np.zeros((self.k, MEMBERS)) for _ in range(3))
+        self.energies = np.zeros((self.k, 2))
+        self.energy = np.zeros(2)
+        self.size = np.ones(self.k)
+        self.residual = np.zeros((self.k, 3))
+        self.was_seen = np.zeros(self.k, bool)
+        self.product = self.square = 0.0
+        self.frames = 0
+        self.standard_error = np.zeros(self.k)
+
+    def _mean(self, values: Array) -> Array:
+        """The mean of the cell, or the value of a vertex without neighbours."""
+        i, j = self.edges
+        valence = np.bincount(i, minlength=self.k)[:, None]
+        mean = sum_to(i, values[j], self.k) / np.maximum(valence, 1)
+        return np.where(valence > 0, mean, values)
+
+    def _smooth(self, values: Array, times: int) -> Array:
+        for _ in range(times):
+            values = (values + self._mean(values)) / 2
+        return values
+
+    def complete(self, points: Array, known: NDArray[np.bool_]) -> Array:
+        """Completes a frame, and finds its standard errors."""
+        self.solved_for: Any = None
+        seen = np.isin(self.label, self.label[known])
+        x = super().complete(points, known)
+        self._draw()
+        self._find(points, known, seen)
+        return x
+
+    def _solve(self, points: Array, known: NDArray[np.bool_], seen: NDArray[np.bool_]) -> Array:
+        weight = self.weight if self.noise is not None else 0.0
+        x = super()._solve(points, known, seen)
+        self.solved_for = (x, self.target, self.q, weight, self.continued)
+        return x
+
+    def _closest(self, target: Array, *rest: Any) -> Array:
+        self.target = target
+        return super()._closest(target, *rest)
+
+    def _draw(self) -> None:
+        fresh = self._smooth(signs(mixed(self.frames), self.k), 2)
+        kept = 0.5 if self.square == 0 else np.clip(self.product / self.square, 0, 0.95)
+        kept = 0.0 if self.frames == 0 else kept
+        self.eta = kept * self.eta + np.sqrt(1 - kept**2) * fresh
+        self.frames += 1
+
+    def _find(self, points: Array, known: NDArray[np.bool_], seen: NDArray[np.bool_]) -> None:
+        i, j = self.edges
+        nothing: Any = (None, None, None, 0.0, 0.0)
+        x, target, q, weight, c = self.solved_for or nothing
+        t = self.e + c * self.e_u + self.size[:, None] * self.eta
+        d = np.zeros_like(t)
+        if x is not None:
+            solved = seen & ~known if self.noise is None else seen
+            columns = self.operator[:, solved]
+            right = columns.T @ t
+            system = columns.T @ columns
+            noise = np.zeros_like(t)
+            if self.noise is not None:
+                noise = signs(~mixed(self.frames) & _64_BITS, self.k) * known[:, None]
+                noise *= np.sqrt((t * t).mean() / weight)
+                right += weight * (noise * known[:, None])[solved]
+                system += np.diag(weight * known[solved])
+            d[solved] = np.linalg.solve(system, right)
+        after = np.where(seen[:, None], self.operator @ d, t)
+        if x is not None:
+            soft = weight * known * (self.noise is not None)
+            r = self.operator @ x - target
+            found = (r * r).sum(axis=1) + soft * ((x - points) ** 2).sum(axis=1)
+            made_up = ((after - t) ** 2).sum(axis=1) + soft * ((d - noise) ** 2).sum(axis=1)
+            energies = np.stack([found, made_up / 3], axis=1) * seen[:, None]
+            total = energies.sum(axis=0)
+            self.energy = 0.9 * self.energy + total
+            scale = max(total[0] / total[1], self.energy[0] / self.energy[1])
+            energies[:, 1] /= self.size**2
+            self.energies = 0.9 * self.energies + self._smooth(energies, 4)
+            mean = self.energies.mean(axis=0)
+            relative = self.energies / mean
+            self.size = np.clip(np.sqrt((relative[:, 0] + 0.3) / (relative[:, 1] + 0.3)), 0.1, 10)
+            known_around = known & (np.bincount(i, ~known[j], self.k) == 0)
+            residual = np.einsum("nji,nj->ni", q, r)
+            both = known_around & self.was_seen
+            squares = (residual**2 + self.residual**2)[both].sum() / 2
+            self.product = 0.9 * self.product + (residual * self.residual)[both].sum()
+            self.square = 0.9 * self.square + squares
+            self.residual, self.was_seen = residual, known_around
+            variance = (d * d).mean(axis=1)
+            filled = seen & ~known
+            for _ in range(2):
+                inner = filled[i] & filled[j]
+                sums = variance + sum_to(i[inner], variance[j[inner], None], self.k)[:, 0]
+                counts = 1 + np.bincount(i[inner], minlength=self.k)
+                variance = np.where(filled, sums / counts, variance)
+            self.standard_error = np.sqrt(scale * variance)
+        else:
+            self.was_seen[:] = False
+            self.standard_error = np.zeros(self.k)
+        self.standard_error[~seen] = np.inf
+        self.e_u = 0.7 * self.e_u + 0.3 * (after - self.e)
+        self.e = after

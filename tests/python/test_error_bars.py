@@ -1,0 +1,166 @@
+"""Standard errors compared with their literal implementation, their identities and true errors."""
+
+from typing import Any
+
+import error_bars_reference
+import meshes
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from meshes import Array
+from numpy.typing import NDArray
+
+import dynmesh
+from dynmesh.calibration import Calibrating, Distances, rank_correlation
+
+Masks = list[NDArray[np.bool_]]
+
+
+def bars_of(faces: NDArray[Any], frames: Array, masks: Masks, **settings: Any) -> Array:
+    """The standard errors of all frames after the first."""
+    completer = dynmesh.Completer(faces, frames[0], method="detail", uncertainty=True, **settings)
+    found = []
+    for points, known in zip(frames[1:], masks, strict=True):
+        completer.push(points, known)
+        found.append(completer.standard_error)
+    return np.stack(found)
+
+
+def waving(vertices: Array, n: int) -> Array:
+    """Frames of a surface that waves and turns."""
+    frames = []
+    for t in range(n):
+        moved = meshes.turned(vertices, 0.05 * t).copy()
+        moved[:, 2] += 0.3 * np.sin(vertices[:, 0] + 0.4 * t)
+        frames.append(moved)
+    return np.stack(frames)
+
+
+@pytest.mark.parametrize("noise", [None, 0.05])
+def test_they_equal_the_transcription(noise: float | None, rng: np.random.Generator) -> None:
+    mesh = meshes.join(meshes.sheet(8), meshes.sheet(4, 30.0))
+    k = len(mesh.vertices)
+    frames = waving(mesh.vertices, 12)
+    completer = dynmesh.Completer(
+        mesh.faces, mesh.vertices, method="detail", uncertainty=True, noise=noise
+    )
+    expected = error_bars_reference.WithBars(mesh.faces, mesh.vertices, noise)
+    for n, points in enumerate(frames[1:], 1):
+        known = rng.random(k) < 0.4
+        if n % 3:
+            known[20:60] = True  # so that some cells are known in two frames
+        if n > 6:
+            known[64:] = False  # unseen
+        if n == 4:
+            known[:] = True
+        if n == 5:
+            known[:] = False
+        completer.push(points, known)
+        expected.complete(points, known)
+        seen = np.isfinite(expected.standard_error)
+        np.testing.assert_array_equal(np.isfinite(completer.standard_error), seen)
+        np.testing.assert_allclose(
+            completer.standard_error[seen], expected.standard_error[seen], rtol=1e-4, atol=1e-9
+        )
+
+
+@settings(max_examples=10)
+@given(
+    seed=st.integers(0, 1000),
+    size=st.floats(0.01, 100),
+    angle=st.floats(0, 3),
+    far=st.floats(-100, 100),
+)
+def test_they_turn_move_and_scale_with_the_scene(
+    seed: int, size: float, angle: float, far: float
+) -> None:
+    mesh = meshes.sheet(7)
+    rng = np.random.default_rng(seed)
+    frames = waving(mesh.vertices, 5)
+    masks = [rng.random(len(mesh.vertices)) < 0.4 for _ in frames[1:]]
+    other = np.stack([size * (meshes.turned(frame, angle) + far) for frame in frames])
+    one, two = (bars_of(mesh.faces, of, masks) for of in (frames, other))
+    np.testing.assert_allclose(two, size * one, rtol=1e-5, atol=1e-9 * size)
+
+
+def test_hidden_vertices_have_larger_ones_the_longer_and_deeper_they_are_hidden() -> None:
+    mesh = meshes.sheet(15)
+    frames = waving(mesh.vertices, 20)
+    depth = (7 - np.abs(mesh.vertices[:, :2] - 7)).min(axis=1)
+    hidden = depth >= 4
+    bars = bars_of(mesh.faces, frames, [~hidden] * 19)
+    assert (bars[:, ~hidden] == 0).all()
+    assert bars[-1, hidden].mean() > bars[3, hidden].mean() > bars[0, hidden].mean()
+    assert bars[-1, depth == 7].mean() > 1.5 * bars[-1, depth == 4].mean()
+
+
+def test_a_walk_at_random_is_covered_as_promised(rng: np.random.Generator) -> None:
+    mesh = meshes.sheet(20)
+    k = len(mesh.vertices)
+    steps = rng.normal(size=(40, 20, 20, 3))
+    for axis in (1, 2) * 8:  # smooth over the sheet
+        steps = (np.roll(steps, 1, axis) + 2 * steps + np.roll(steps, -1, axis)) / 4
+    frames = mesh.vertices + 0.1 * steps.reshape(40, k, 3).cumsum(axis=0)
+    completer = dynmesh.Completer(mesh.faces, frames[0], method="detail", uncertainty=True)
+    calibrating = Calibrating()
+    for points in frames[1:]:
+        completed = completer.push(points, rng.random(k) < 0.3)
+        calibrating.add(
+            np.linalg.norm(completed - points, axis=1),
+            completer.standard_error,
+            filled=completer.generation > 0,
+        )
+    found = calibrating.result()
+    assert found is not None
+    assert 0.35 < found.coverage_50 < 0.7
+    assert 0.8 < found.coverage_90 < 0.98
+    assert 0.7 < found.rms_ratio < 1.4
+
+
+def test_a_rehearsed_completer_has_them_too() -> None:
+    mesh = meshes.sheet(8)
+    frames = waving(mesh.vertices, 8)
+    rng = np.random.default_rng(1)
+    masks = [rng.random(64) < 0.4 for _ in frames[1:]]
+    bars = bars_of(mesh.faces, frames, masks, rehearsal=frames)
+    assert all((bar[~mask] > 0).all() for bar, mask in zip(bars, masks, strict=True))
+
+
+def test_a_calibration_counts_what_is_filled_in() -> None:
+    calibrating = Calibrating()
+    assert calibrating.result() is None
+    error = np.array([1.0, 2.0, 3.0, 9.0, 5.0])
+    bars = np.array([1.0, 1.0, 1.0, 1.0, np.inf])
+    calibrating.add(error, bars, filled=np.array([True, True, True, False, True]))
+    found = calibrating.result()
+    assert found is not None
+    assert found.vertices == 3
+    assert found.coverage_50 == pytest.approx(1 / 3)
+    assert found.coverage_90 == pytest.approx(2 / 3)
+    assert found.rms_ratio == pytest.approx(np.sqrt((1 + 4 + 9) / 9))
+    assert found.rank_correlation is None
+
+
+@given(st.lists(st.integers(0, 5), min_size=10, max_size=30), st.integers(0, 1000))
+def test_rank_correlation_is_that_of_scipy(values: list[int], seed: int) -> None:
+    stats = pytest.importorskip("scipy.stats")
+    other = np.random.default_rng(seed).normal(size=len(values)) + values
+    found = rank_correlation(np.array(values), other)
+    if len(set(values)) == 1:
+        assert found is None
+    else:
+        assert found == pytest.approx(stats.spearmanr(values, other).statistic)
+
+
+@given(st.lists(st.floats(1e-3, 1e3), min_size=1, max_size=5))
+def test_distances_are_quantiles_of_normal_errors(bars: list[float]) -> None:
+    distances = Distances()
+    assert distances.within(0.9) is None
+    many = np.repeat(bars, 2000)
+    distances.add(many, np.ones(len(many), bool))
+    within = distances.within(0.9)
+    assert within is not None
+    rng = np.random.default_rng(0)
+    errors = np.linalg.norm(rng.normal(size=(len(many), 3)) * many[:, None], axis=1)
+    assert (errors <= within).mean() == pytest.approx(0.9, abs=0.025)
