@@ -11,7 +11,7 @@ import typer
 from .. import degrade as degradation
 from .. import files
 from .. import synth as built_in
-from ..degrade.losses import mean_edge_of
+from ..degrade.shared import mean_edge_of
 from ..jobs.checkpoint import Source
 from ..sequence import Mask, Positions
 from .options import (
