@@ -136,7 +136,7 @@ def orbit(
     return cameras
 
 
-def visible(points: Positions, faces: _Integers, camera: Camera) -> Mask:
+def visible(points: Positions, faces: _Integers, camera: Camera, among: Mask | None = None) -> Mask:
     """Returns which vertices a camera sees.
 
     It sees the finite vertices in front of it and inside its image that no triangle of other
@@ -148,12 +148,15 @@ def visible(points: Positions, faces: _Integers, camera: Camera) -> Mask:
         points: (k, 3) positions.
         faces: (m, 3) integers from 0 to k - 1.
         camera: the camera to look through.
+        among: (k,) bool; False for vertices that need not be tested, which are not seen.
 
     Returns:
         (k,) bool.
     """
     local = _to_camera(points, camera)
     seen = _inside_image(local)
+    if among is not None:
+        seen &= among
     samples = _Samples(local, np.flatnonzero(seen))
     triangles = _Triangles(local, faces)
     for triangle, vertex in samples.below(triangles):
