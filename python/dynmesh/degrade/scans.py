@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from .._checks import check_finite, check_integer
 from .._errors import InputError
+from ..files.scans.scan import DepthScan, PointScan
 from ..sequence import Mask, Positions
 from .depth_buffer import DepthBuffer, depth_buffer, intrinsics_of, pose_of
 from .losses import patch_known
@@ -45,36 +46,6 @@ _JUMP = 3.0
 _CANDIDATES = 100_000
 _ROUNDS = 20
 """At most so many points are tried at a time, and so many times, until enough of them are seen."""
-
-
-class PointScan(NamedTuple):
-    """The points of a frame, in no order.
-
-    Attributes:
-        points: (n, 3) with the dtype of the frame.
-        normals: (n, 3) unit normals of the surface, on the side of the camera that saw the point.
-        viewpoints: (c, 3) the positions of the cameras.
-    """
-
-    points: Positions
-    normals: Positions
-    viewpoints: Positions
-
-
-class DepthScan(NamedTuple):
-    """The depth images of a frame, one of each camera.
-
-    Attributes:
-        depth: (h, w) float32 each: distances along the optical axis in the unit of the positions,
-            0 where nothing was measured.
-        intrinsics: (3, 3) each: from camera coordinates to pixels; the centre of the first pixel is
-            at (0, 0).
-        poses: (4, 4) each: from camera coordinates, x right, y down, z ahead, to the world.
-    """
-
-    depth: list[NDArray[np.float32]]
-    intrinsics: list[_Floats]
-    poses: list[_Floats]
 
 
 def scan_points(
