@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ...sequence import Positions
 from ..comments import Said, said_in
 from ..naming import naming
+from ..npz import check_sizes, explaining
 from ..ply import coordinates, read_elements
 from ..rows import load_array, read_array
 from .scan import PointScan
@@ -113,19 +114,17 @@ def _read_npy(file: Path) -> PointFile:
 
 
 def _read_npz(file: Path) -> PointFile:
-    try:
-        with zipfile.ZipFile(file) as archive:
-            held = {name.removesuffix(".npy"): name for name in archive.namelist()}
-            if "points" not in held:
-                raise ValueError(f"has no array 'points'; this file holds {', '.join(held)}")
-            arrays = {}
-            for name in ("points", "normals", "viewpoints"):
-                if name in held:
-                    with archive.open(held[name]) as member:
-                        size = archive.getinfo(held[name]).file_size
-                        arrays[name] = _floats(name, read_array(member, size))
-    except zipfile.BadZipFile as error:
-        raise ValueError(f"is damaged: {error}") from error
+    arrays = {}
+    with explaining(), zipfile.ZipFile(file) as archive:
+        check_sizes(archive, file.stat().st_size)
+        held = [name.removesuffix(".npy") for name in archive.namelist()]
+        if "points" not in held:
+            raise ValueError(f"has no array 'points'; this file holds {', '.join(held)}")
+        for name in ("points", "normals", "viewpoints"):
+            if name in held:
+                with archive.open(f"{name}.npy") as member:
+                    size = archive.getinfo(f"{name}.npy").file_size
+                    arrays[name] = _floats(name, read_array(member, size))
     for name, array in arrays.items():
         if array.shape[1] != 3:
             raise ValueError(f"{name}: must have shape (n, 3), not {array.shape}")
