@@ -20,6 +20,7 @@ from .jobs import batch
 from .jobs.file_completion import complete_file
 from .jobs.report import FileReport
 from .jobs.scene_completion import SceneReport, complete_scene
+from .jobs.tracking import TrackReport, track_file
 from .matrices import adjacency, laplacian
 from .polygons import Polygons
 from .sequence import Description, Sequence
@@ -41,6 +42,7 @@ __all__ = [
     "SceneReport",
     "Sequence",
     "TopologyReport",
+    "TrackReport",
     "Writer",
     "__version__",
     "adjacency",
@@ -59,5 +61,6 @@ __all__ = [
     "open",
     "read",
     "synth",
+    "track_file",
     "write",
 ]

@@ -107,8 +107,8 @@ def _turns(template: _Floats, scan: _Floats) -> list[_Floats]:
 
 def _principal(points: _Floats) -> _Floats:
     """Returns the principal axes as rows, right-handed."""
-    axes: _Floats = np.linalg.eigh(points.T @ points)[1].T
-    return axes * np.array([1, 1, np.sign(np.linalg.det(axes))])[:, None]
+    axes = np.linalg.eigh(points.T @ points)[1].T
+    return np.asarray(axes * np.array([1, 1, np.sign(np.linalg.det(axes))])[:, None])
 
 
 def _closest(

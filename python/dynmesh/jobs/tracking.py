@@ -9,14 +9,13 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import files
+from .. import _core, files
 from .._checks import check_callable, check_integer, check_path
-from .._core import Tracker
 from .._errors import InputError, locating
 from ..degrade.shared import mean_edge_of
 from ..files import Header, PathLike, Reader, Writer
 from ..files.format import Gaps
-from ..files.scans import DepthScan, PointScan, Scan, ScanReader, open_scans, unit_of
+from ..files.scans import PointScan, Scan, ScanReader, open_scans, unit_of
 from ..sequence import Positions
 from .alignment import LIES_WITHIN, Alignment, align, distance_between
 from .beginning import check_whole
@@ -189,7 +188,7 @@ class _Tracking:
         with locating(file=self._mesh.path):
             check_whole(frame, "; a template must be whole")
         placed = self._placed(np.array(frame.points))
-        self._tracker = Tracker(self._mesh.faces, placed, threads=self._threads)
+        self._tracker = _core.Tracker(self._mesh.faces, placed, threads=self._threads)
         self._done, _, state = progress
         if state:
             self._tracker.restore(state)
@@ -256,20 +255,17 @@ class _Tracking:
         self._distance = distance_between(points, cloud, mean_edge)
         if self._distance <= LIES_WITHIN:
             return points
-        told = f"{self._distance:.3g} mean edges ({self._distance * mean_edge:.3g}) away"
+        told = (
+            f"the template does not lie in the first scan: it is {self._distance:.3g} mean edges "
+            f"({self._distance * mean_edge:.3g}) away"
+        )
+        hint = _unit_hint(points, cloud)
         if self._align == "never":
-            raise InputError(
-                f"the template does not lie in the first scan: it is {told}{_unit_hint(points, cloud)}",
-                file=self._mesh.path,
-            )
+            raise InputError(told + hint, file=self._mesh.path)
         found = align(points, cloud, mean_edge)
         if found.after > LIES_WITHIN:
-            raise InputError(
-                f"the template does not lie in the first scan: it is {told}, and {found.after:.3g} "
-                f"mean edges after the best rigid motion{_unit_hint(points, cloud)}; pose it as in "
-                "the first scan",
-                file=self._mesh.path,
-            )
+            told += f", and {found.after:.3g} mean edges after the best rigid motion"
+            raise InputError(f"{told}{hint}; pose it as in the first scan", file=self._mesh.path)
         self._alignment = found
         return found.moved(points)
 
