@@ -19,10 +19,10 @@ LIES_WITHIN = 5.0
 """A template lies in a scan if typical distances are at most this many mean edges, which a tracker
 can bridge in one frame."""
 
-_COARSE, _FINE = (300, 800), (1500, 6000)
+_COARSE, _FINE = (250, 600), (1000, 4000)
 """Numbers of points of the scan and of the template that are compared, at first and at last."""
 
-_COARSE_STEPS, _FINE_STEPS = 15, 40
+_COARSE_STEPS, _FINE_STEPS = 12, 25
 _KEPT = 0.8
 """The share of the pairs that is used."""
 

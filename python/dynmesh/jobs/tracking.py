@@ -253,14 +253,20 @@ class _Tracking:
         cloud = _points_of(first.scaled(self._factor))
         mean_edge = mean_edge_of(points, self._mesh.faces)
         self._distance = distance_between(points, cloud, mean_edge)
-        if self._distance <= LIES_WITHIN:
+        ratio = _size(cloud) / _size(points)
+        if self._distance <= LIES_WITHIN and ratio > 1 / _OTHER_UNIT:
             return points
         told = (
             f"the template does not lie in the first scan: it is {self._distance:.3g} mean edges "
             f"({self._distance * mean_edge:.3g}) away"
         )
-        hint = _unit_hint(points, cloud)
-        if self._align == "never":
+        hint = ""
+        if not 1 / _OTHER_UNIT < ratio < _OTHER_UNIT:
+            hint = (
+                f"; the scan is {ratio:.3g} times as large: --scan-unit and --template-unit (in "
+                "Python, scan_unit= and template_unit=) say the units"
+            )
+        if self._align == "never" or ratio < 1 / _OTHER_UNIT:
             raise InputError(told + hint, file=self._mesh.path)
         found = align(points, cloud, mean_edge)
         if found.after > LIES_WITHIN:
@@ -317,15 +323,6 @@ def _factor(
     return ours / theirs
 
 
-def _unit_hint(points: Positions, cloud: NDArray[Any]) -> str:
-    """Says so if the sizes differ so much that a unit is probably wrong."""
-    ours, theirs = (
-        np.linalg.norm(np.ptp(each.astype(np.float64), axis=0)) for each in (points, cloud)
-    )
-    ratio = float(theirs / ours) if ours > 0 else 1.0
-    if 1 / _OTHER_UNIT < ratio < _OTHER_UNIT:
-        return ""
-    return (
-        f"; the scan is {ratio:.3g} times as large: --scan-unit and --template-unit (in Python, "
-        "scan_unit= and template_unit=) say the units"
-    )
+def _size(points: NDArray[Any]) -> float:
+    """Returns the diagonal of the bounding box."""
+    return float(np.linalg.norm(np.ptp(points.astype(np.float64), axis=0)))
