@@ -15,9 +15,13 @@ from ..sequence import Positions
 
 _Floats = NDArray[np.float64]
 
-LIES_WITHIN = 5.0
+_WITHIN = 5.0
+_WITHIN_SHARE = 0.1
 """A template lies in a scan if typical distances are at most this many mean edges, which a tracker
-can bridge in one frame."""
+can bridge in one frame, and at most this share of its size, for coarse meshes."""
+
+_OTHER_UNIT = 20.0
+"""A scan so many times larger or smaller than a template is in another unit."""
 
 _COARSE, _FINE = (250, 600), (1000, 4000)
 """Numbers of points of the scan and of the template that are compared, at first and at last."""
@@ -57,6 +61,21 @@ class Alignment(NamedTuple):
         """Returns the points after the motion, in their precision."""
         moved = points.astype(np.float64) @ self.rotation.T + self.shift
         return moved.astype(points.dtype)
+
+
+def ratio_of_sizes(template: Positions, scan: Positions) -> float:
+    """Returns how many times as large as the template the scan is, regardless of a few points."""
+    return _size(_sample(scan, _FINE[0])) / (_size(_sample(template, _FINE[1])) or 1.0)
+
+
+def is_other_unit(ratio: float) -> bool:
+    """Whether sizes differ so much that a unit must be wrong."""
+    return not 1 / _OTHER_UNIT < ratio < _OTHER_UNIT
+
+
+def lies_within(distance: float, template: Positions, mean_edge: float) -> bool:
+    """Whether a template that is so many mean edges from a scan lies in it."""
+    return distance <= min(_WITHIN, _WITHIN_SHARE * _size(template.astype(np.float64)) / mean_edge)
 
 
 def distance_between(template: Positions, scan: Positions, mean_edge: float) -> float:
@@ -147,6 +166,11 @@ def _nearest(points: _Floats, among: _Floats) -> tuple[NDArray[np.intp], _Floats
         some = points[begin : begin + _AT_ONCE]
         nearest[begin : begin + _AT_ONCE] = (squares - 2 * some @ among.T).argmin(axis=1)
     return nearest, np.asarray(np.linalg.norm(points - among[nearest], axis=1))
+
+
+def _size(points: _Floats) -> float:
+    """Returns twice the distance from the median point within which nine of ten points are."""
+    return 2 * float(np.quantile(np.linalg.norm(points - np.median(points, axis=0), axis=1), 0.9))
 
 
 def _sample(points: NDArray[Any], n: int) -> _Floats:

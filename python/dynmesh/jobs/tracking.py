@@ -17,7 +17,14 @@ from ..files import Header, PathLike, Reader, Writer
 from ..files.format import Gaps
 from ..files.scans import PointScan, Scan, ScanReader, open_scans, unit_of
 from ..sequence import Positions
-from .alignment import LIES_WITHIN, Alignment, align, distance_between
+from .alignment import (
+    Alignment,
+    align,
+    distance_between,
+    is_other_unit,
+    lies_within,
+    ratio_of_sizes,
+)
 from .beginning import check_whole
 from .checkpoint import Progress, describe_job, identity
 from .resumable import ResumableOutput, check_resumable
@@ -27,9 +34,6 @@ Align = Literal["auto", "never"]
 
 WatchScans = Callable[[Iterator[Scan | None], int, int], Iterator[Scan | None]]
 """Is called with the scans, their number and that of those already tracked; must pass them on."""
-
-_OTHER_UNIT = 20.0
-"""A scan so many times larger or smaller than the template is probably in another unit."""
 
 
 @dataclass(frozen=True)
@@ -253,25 +257,28 @@ class _Tracking:
         cloud = _points_of(first.scaled(self._factor))
         mean_edge = mean_edge_of(points, self._mesh.faces)
         self._distance = distance_between(points, cloud, mean_edge)
-        ratio = _size(cloud) / _size(points)
-        if self._distance <= LIES_WITHIN and ratio > 1 / _OTHER_UNIT:
+        ratio = ratio_of_sizes(points, cloud)
+        other_unit = is_other_unit(ratio)
+        if lies_within(self._distance, points, mean_edge) and not other_unit:
             return points
         told = (
             f"the template does not lie in the first scan: it is {self._distance:.3g} mean edges "
             f"({self._distance * mean_edge:.3g}) away"
         )
-        hint = ""
-        if not 1 / _OTHER_UNIT < ratio < _OTHER_UNIT:
-            hint = (
+        if other_unit:
+            told += (
                 f"; the scan is {ratio:.3g} times as large: --scan-unit and --template-unit (in "
                 "Python, scan_unit= and template_unit=) say the units"
             )
-        if self._align == "never" or ratio < 1 / _OTHER_UNIT:
-            raise InputError(told + hint, file=self._mesh.path)
+        if other_unit or self._align == "never":
+            raise InputError(told, file=self._mesh.path)
         found = align(points, cloud, mean_edge)
-        if found.after > LIES_WITHIN:
-            told += f", and {found.after:.3g} mean edges after the best rigid motion"
-            raise InputError(f"{told}{hint}; pose it as in the first scan", file=self._mesh.path)
+        if not lies_within(found.after, points, mean_edge):
+            raise InputError(
+                f"{told}, and {found.after:.3g} mean edges after the best rigid motion; pose it as "
+                "in the first scan",
+                file=self._mesh.path,
+            )
         self._alignment = found
         return found.moved(points)
 
@@ -321,8 +328,3 @@ def _factor(
             file=mesh.path,
         )
     return ours / theirs
-
-
-def _size(points: NDArray[Any]) -> float:
-    """Returns the diagonal of the bounding box."""
-    return float(np.linalg.norm(np.ptp(points.astype(np.float64), axis=0)))
