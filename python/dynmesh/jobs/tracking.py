@@ -4,10 +4,9 @@ import contextlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .. import _core, files
 from .._checks import check_callable, check_integer, check_path
@@ -254,7 +253,7 @@ class _Tracking:
         first = next((s for s in self._scans.frames() if s is not None and _has_points(s)), None)
         if first is None:
             raise InputError("no frame has points", file=self._scans.path)
-        cloud = _points_of(first.scaled(self._factor))
+        cloud = first.scaled(self._factor).cloud
         mean_edge = mean_edge_of(points, self._mesh.faces)
         self._distance = distance_between(points, cloud, mean_edge)
         ratio = ratio_of_sizes(points, cloud)
@@ -287,19 +286,6 @@ def _has_points(scan: Scan) -> bool:
     if isinstance(scan, PointScan):
         return len(scan.points) > 0
     return any(bool(depth.any()) for depth in scan.depth)
-
-
-def _points_of(scan: Scan) -> NDArray[Any]:
-    """Returns the (n, 3) points of a scan in the world."""
-    if isinstance(scan, PointScan):
-        return scan.points
-    clouds = []
-    for depth, intrinsics, pose in zip(*scan, strict=True):
-        row, column = np.nonzero(depth > 0)
-        pixels = np.stack([column, row, np.ones_like(row)], axis=1)
-        local = pixels @ np.linalg.inv(intrinsics).T * depth[row, column][:, None]
-        clouds.append(local @ pose[:3, :3].T + pose[:3, 3])
-    return np.concatenate(clouds)
 
 
 def _factor(

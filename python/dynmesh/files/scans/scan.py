@@ -23,6 +23,11 @@ class PointScan(NamedTuple):
     normals: Positions | None
     viewpoints: Positions | None
 
+    @property
+    def cloud(self) -> Positions:
+        """(n, 3) all points."""
+        return self.points
+
     def scaled(self, factor: float) -> "PointScan":
         """Returns the scan in another unit of length."""
         viewpoints = None if self.viewpoints is None else _times(self.viewpoints, factor)
@@ -42,6 +47,17 @@ class DepthScan(NamedTuple):
     depth: list[NDArray[np.float32]]
     intrinsics: list[_Floats]
     poses: list[_Floats]
+
+    @property
+    def cloud(self) -> Positions:
+        """(n, 3) the points of all images in the world, float64."""
+        clouds = [np.zeros((0, 3))]
+        for depth, intrinsics, pose in zip(*self, strict=True):
+            row, column = np.nonzero(depth > 0)
+            pixels = np.stack([column, row, np.ones_like(row)], axis=1)
+            local = pixels @ np.linalg.inv(intrinsics).T * depth[row, column][:, None]
+            clouds.append(local @ pose[:3, :3].T + pose[:3, 3])
+        return np.concatenate(clouds)
 
     def scaled(self, factor: float) -> "DepthScan":
         """Returns the scan in another unit of length."""
