@@ -78,26 +78,33 @@ def lies_within(distance: float, template: Positions, mean_edge: float) -> bool:
     return distance <= min(_WITHIN, _WITHIN_SHARE * _size(template.astype(np.float64)) / mean_edge)
 
 
-def distance_between(template: Positions, scan: Positions, mean_edge: float) -> float:
+def distance_between(
+    template: Positions, faces: NDArray[np.integer[Any]], scan: Positions, mean_edge: float
+) -> float:
     """Returns how far a template is from a scan, in mean edges; small if one covers the other.
 
     It is the smaller one of two distances: that of the median point of the scan from the template,
     which is small if the scan is of one side, and that within which the scan has the nearest 40 %
     of the template, which is small if the scan has much else.
     """
-    return _distance(_sample(template, _FINE[1]), _sample(scan, _FINE[0]), mean_edge)
+    surface = _sample(_surface(template, faces), _FINE[1])
+    return _distance(surface, _sample(scan, _FINE[0]), mean_edge)
 
 
-def align(template: Positions, scan: Positions, mean_edge: float) -> Alignment:
+def align(
+    template: Positions, faces: NDArray[np.integer[Any]], scan: Positions, mean_edge: float
+) -> Alignment:
     """Finds the rigid motion that puts a template into a scan.
 
     Args:
         template: (k, 3)
+        faces: (m, 3) its triangles.
         scan: (n, 3), n at least 1.
         mean_edge: of the template.
     """
-    before = distance_between(template, scan, mean_edge)
-    some, few = _sample(template, _COARSE[1]), _sample(scan, _COARSE[0])
+    before = distance_between(template, faces, scan, mean_edge)
+    surface = _surface(template, faces)
+    some, few = _sample(surface, _COARSE[1]), _sample(scan, _COARSE[0])
     middle, aim = np.median(some, axis=0), np.median(few, axis=0)
     tried = []
     for turn in _turns(some - some.mean(axis=0), few - few.mean(axis=0)):
@@ -105,10 +112,16 @@ def align(template: Positions, scan: Positions, mean_edge: float) -> Alignment:
         tried.append((_distance(some @ rotation.T + shift, few, mean_edge), rotation, shift))
     best = min(range(len(tried)), key=lambda i: tried[i][0])
     _, rotation, shift = tried[best]
-    whole, many = _sample(template, _FINE[1]), _sample(scan, _FINE[0])
+    whole, many = _sample(surface, _FINE[1]), _sample(scan, _FINE[0])
     rotation, shift = _closest(whole, many, rotation, shift, _FINE_STEPS)
     after = _distance(whole @ rotation.T + shift, many, mean_edge)
     return Alignment(rotation, shift, before, after)
+
+
+def _surface(template: Positions, faces: NDArray[np.integer[Any]]) -> _Floats:
+    """Returns the vertices and the centres of the triangles, for coarse meshes."""
+    points = template.astype(np.float64)
+    return np.concatenate([points, points[faces].mean(axis=1)])
 
 
 def _turns(template: _Floats, scan: _Floats) -> list[_Floats]:

@@ -255,7 +255,7 @@ class _Tracking:
             raise InputError("no frame has points", file=self._scans.path)
         cloud = first.scaled(self._factor).cloud
         mean_edge = mean_edge_of(points, self._mesh.faces)
-        self._distance = distance_between(points, cloud, mean_edge)
+        self._distance = distance_between(points, self._mesh.faces, cloud, mean_edge)
         ratio = ratio_of_sizes(points, cloud)
         other_unit = is_other_unit(ratio)
         if lies_within(self._distance, points, mean_edge) and not other_unit:
@@ -271,7 +271,7 @@ class _Tracking:
             )
         if other_unit or self._align == "never":
             raise InputError(told, file=self._mesh.path)
-        found = align(points, cloud, mean_edge)
+        found = align(points, self._mesh.faces, cloud, mean_edge)
         if not lies_within(found.after, points, mean_edge):
             raise InputError(
                 f"{told}, and {found.after:.3g} mean edges after the best rigid motion; pose it as "
