@@ -7,7 +7,7 @@
 
 #include "detail/anchors.hpp"
 #include "detail/shape_system.hpp"
-#include "tracking/correspondence.hpp"
+#include "tracking/measurement.hpp"
 
 namespace dynmesh {
 
