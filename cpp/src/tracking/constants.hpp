@@ -33,9 +33,11 @@ struct TrackingConstants {
   double wide_radius = 8;
   double narrow_radius = 3;
   /// The distance at which a correspondence counts half.
+  double first_scale = 1.5;
   double scale = 1.5;
   /// The distance along the surface at which it counts half: measured points lie closer than that,
   /// so what is farther aside was not measured.
+  double first_side = 1.5;
   double side = 1.5;
   /// The least cosine between the normal of a vertex and that of its point.
   double agreement = 0.5;
@@ -44,6 +46,11 @@ struct TrackingConstants {
   /// How often the covariances of rotations are averaged with the neighbours'.
   int averagings = 4;
 
+  int reverse = 2;
+  double reverse_radius = 12;
+  double reverse_least = 1.5;
+  double reverse_scale = 6;
+  double reverse_weight = 4;
   /// The width of a pixel where the surface is drawn to find out what hides what, and how far behind
   /// the front a vertex may lie.
   double pixel = 0.5;

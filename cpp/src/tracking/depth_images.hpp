@@ -51,6 +51,9 @@ class DepthImages final : public Measurement {
   [[nodiscard]] Vector3<double> point(std::size_t i) const override {
     return points_[measured_[i]];
   }
+  [[nodiscard]] Vector3<double> normal(std::size_t i) const override {
+    return normals_[measured_[i]];
+  }
   [[nodiscard]] Correspondence nearest(const Vector3<double>& position,
                                        const Vector3<double>& normal, double radius,
                                        double agreement) const override;

@@ -30,9 +30,10 @@ class Measurement {
   /// Where the sensors are; empty if that is not known.
   [[nodiscard]] virtual Field viewpoints() const = 0;
 
-  /// The number of measured points, and the position of one of them.
+  /// The number of measured points, and the position and the normal of one of them.
   [[nodiscard]] virtual std::size_t size() const = 0;
   [[nodiscard]] virtual Vector3<double> point(std::size_t i) const = 0;
+  [[nodiscard]] virtual Vector3<double> normal(std::size_t i) const = 0;
 
   /// The measured point that is nearest to `position`, among those within `radius` whose normal
   /// agrees with `normal`: the cosine between them is at least `agreement`. The weight of the result

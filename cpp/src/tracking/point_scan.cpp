@@ -98,14 +98,20 @@ void PointScan::estimate_normals(Workers& workers) {
   });
 }
 
-Correspondence PointScan::nearest(const Vector3<double>& position, const Vector3<double>& normal,
-                                  double radius, double agreement) const {
-  if (!tree_) return {};
+std::size_t PointScan::nearest_index(const Vector3<double>& position, const Vector3<double>& normal,
+                                     double radius, double agreement) const {
+  if (!tree_) return points.size();
   NearestAgreeing result{*this, normal, agreement, radius * radius};
   const double query[3] = {position.x, position.y, position.z};
   tree_->findNeighbors(result, query, nanoflann::SearchParams());
-  if (!result.any) return {};
-  return {points[result.found], normals[result.found], 1};
+  return result.any ? result.found : points.size();
+}
+
+Correspondence PointScan::nearest(const Vector3<double>& position, const Vector3<double>& normal,
+                                  double radius, double agreement) const {
+  const std::size_t found = nearest_index(position, normal, radius, agreement);
+  if (found == points.size()) return {};
+  return {points[found], normals[found], 1};
 }
 
 }  // namespace dynmesh

@@ -34,9 +34,15 @@ class PointScan final : public Measurement {
   [[nodiscard]] Field viewpoints() const override { return sensors; }
   [[nodiscard]] std::size_t size() const override { return points.size(); }
   [[nodiscard]] Vector3<double> point(std::size_t i) const override { return points[i]; }
+  [[nodiscard]] Vector3<double> normal(std::size_t i) const override { return normals[i]; }
   [[nodiscard]] Correspondence nearest(const Vector3<double>& position,
                                        const Vector3<double>& normal, double radius,
                                        double agreement) const override;
+
+  /// The same as an index; `size()` if there is none.
+  [[nodiscard]] std::size_t nearest_index(const Vector3<double>& position,
+                                          const Vector3<double>& normal, double radius,
+                                          double agreement) const;
 
   /// Whether a normal may as well point to the other side.
   bool are_normals_undecided = false;

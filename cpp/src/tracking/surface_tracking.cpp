@@ -60,7 +60,7 @@ SurfaceTracking::Found SurfaceTracking::find(const Measurement& measurement) {
     predict();
     const bool aligned = is_first_ && measurement.size() > 0 && align(measurement);
     for (int step = 0; step < constants_.rigid_steps; ++step) {
-      move_as_a_whole(measurement, {constants_.rigid_radius, constants_.rigid_scale, 1});
+      move_as_a_whole(measurement, {constants_.rigid_radius, constants_.rigid_scale, constants_.rigid_scale, 1});
     }
     for (int pass = 0; pass < constants_.passes; ++pass) bend(pass, measurement);
     Found result = observe(measurement);
@@ -86,7 +86,7 @@ SurfaceTracking::Tally SurfaceTracking::correspond(const Measurement& measuremen
   visibility_.find(faces_, x_, normals_, measurement.viewpoints(), constants_.pixel * mean_edge_,
                    constants_.thickness * mean_edge_, seen_);
   const double scale = search.scale * mean_edge_;
-  const double side = constants_.side * mean_edge_;
+  const double side = search.side * mean_edge_;
   workers_.for_each_short_chunk(static_cast<Index>(x_.size()), [&](Index first, Index last) {
     for (auto v = static_cast<std::size_t>(first); v < static_cast<std::size_t>(last); ++v) {
       Correspondence& c = found_[v];
@@ -115,7 +115,7 @@ void SurfaceTracking::move_as_a_whole(const Measurement& measurement, const Sear
 }
 
 bool SurfaceTracking::lies_in(const Measurement& measurement, double share) {
-  const Search search = {constants_.wide_radius, constants_.scale, 1};
+  const Search search = {constants_.wide_radius, constants_.scale, constants_.side, 1};
   const Tally tally = correspond(measurement, search);
   const std::size_t most = std::min(tally.seen, measurement.size());
   return tally.found > 0 && static_cast<double>(tally.found) >= share * static_cast<double>(most);
@@ -149,7 +149,7 @@ bool SurfaceTracking::align(const Measurement& measurement) {
   for (int step = 0; step < constants_.alignment_steps; ++step) {
     const double progress = static_cast<double>(step) / constants_.alignment_steps;
     const double radius = widest * std::pow(constants_.rigid_radius / widest, progress);
-    move_as_a_whole(measurement, {radius, radius, 1});
+    move_as_a_whole(measurement, {radius, radius, radius, 1});
   }
   if (lies_in(measurement, constants_.least_aligned)) return true;
   const double distance = std::sqrt(squared_norm(shift));
@@ -161,6 +161,37 @@ bool SurfaceTracking::align(const Measurement& measurement) {
                       "pose of the scan",
                       distance, distance / mean_edge_);
   throw std::invalid_argument(text.data());
+}
+
+void SurfaceTracking::draw_towards_unexplained(const Measurement& measurement, double weight) {
+  vertices_.points.assign(x_.begin(), x_.end());
+  vertices_.normals.assign(normals_.begin(), normals_.end());
+  vertices_.index();
+  drawn_.assign(x_.size(), {});
+  const std::size_t stride = 1 + measurement.size() / 4096;
+  const double least = constants_.reverse_least * mean_edge_;
+  for (std::size_t i = 0; i < measurement.size(); i += stride) {
+    const auto p = measurement.point(i);
+    const std::size_t v = vertices_.nearest_index(p, measurement.normal(i),
+                                                  constants_.reverse_radius * mean_edge_,
+                                                  constants_.agreement);
+    if (v >= x_.size() || squared_norm(p - x_[v]) < least * least) continue;
+    drawn_[v].point = drawn_[v].point + p;
+    drawn_[v].normal = drawn_[v].normal + measurement.normal(i);
+    drawn_[v].weight += 1;
+  }
+  const double scale = constants_.reverse_scale * mean_edge_;
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    Correspondence c = drawn_[v];
+    if (c.weight == 0) continue;
+    c.point = (1 / c.weight) * c.point;
+    const double length = std::sqrt(squared_norm(c.normal));
+    if (!(length > 0)) continue;
+    c.normal = (1 / length) * c.normal;
+    c.weight = constants_.reverse_weight * weight /
+               (1 + squared_norm(c.point - x_[v]) / (scale * scale));
+    found_[v] = c;
+  }
 }
 
 /// Chooses the components with enough correspondences. Returns whether there is any.
@@ -189,7 +220,12 @@ void SurfaceTracking::bend(int pass, const Measurement& measurement) {
                         std::pow(constants_.last_weight / constants_.first_weight, progress);
   const bool is_early = 2 * pass < constants_.passes;
   const double radius = is_early ? constants_.wide_radius : constants_.narrow_radius;
-  correspond(measurement, {radius, constants_.scale, weight});
+  const double scale =
+      constants_.first_scale * std::pow(constants_.scale / constants_.first_scale, progress);
+  const double side =
+      constants_.first_side * std::pow(constants_.side / constants_.first_side, progress);
+  correspond(measurement, {radius, scale, side, weight});
+  if (pass < constants_.reverse) draw_towards_unexplained(measurement, weight);
   if (!choose_components()) return;
   rotations_.fit(x_, constants_.averagings);
   for (std::size_t v = 0; v < x_.size(); ++v) {
@@ -202,7 +238,7 @@ void SurfaceTracking::bend(int pass, const Measurement& measurement) {
 
 /// Which vertices have a measured point in the end.
 SurfaceTracking::Found SurfaceTracking::observe(const Measurement& measurement) {
-  correspond(measurement, {constants_.observed_distance, constants_.scale, 1});
+  correspond(measurement, {constants_.observed_distance, constants_.scale, constants_.side, 1});
   Found result = {x_, observed_, anchors_.is_solved, constants_.passes, 0, false};
   double sum = 0;
   double n = 0;

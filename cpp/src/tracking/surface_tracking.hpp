@@ -15,6 +15,7 @@
 #include "support/workers.hpp"
 #include "tracking/constants.hpp"
 #include "tracking/measurement.hpp"
+#include "tracking/point_scan.hpp"
 #include "tracking/surface_fit.hpp"
 #include "tracking/visibility.hpp"
 
@@ -70,6 +71,7 @@ class SurfaceTracking {
   struct Search {
     double radius = 0;
     double scale = 0;
+    double side = 0;
     double weight = 0;
   };
   struct Tally {
@@ -82,6 +84,7 @@ class SurfaceTracking {
   void move_as_a_whole(const Measurement& measurement, const Search& search);
   bool lies_in(const Measurement& measurement, double share);
   bool align(const Measurement& measurement);
+  void draw_towards_unexplained(const Measurement& measurement, double weight);
   bool choose_components();
   void bend(int pass, const Measurement& measurement);
   Found observe(const Measurement& measurement);
@@ -109,6 +112,8 @@ class SurfaceTracking {
   std::vector<std::uint8_t> seen_, observed_;
   std::vector<std::size_t> found_in_;  // the number of correspondences in each component
   std::vector<Quaternion> old_rotations_;
+  PointScan vertices_;
+  std::vector<Correspondence> drawn_;
 };
 
 }  // namespace dynmesh
