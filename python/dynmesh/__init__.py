@@ -12,7 +12,16 @@ Completion" (WSCG 2017).
 """
 
 from . import baselines, degrade, metrics, synth
-from ._core import Completer, FrameReport, RefusedFace, TopologyReport, __version__, cells
+from ._core import (
+    Completer,
+    FrameReport,
+    RefusedFace,
+    TopologyReport,
+    Tracker,
+    TrackingReport,
+    __version__,
+    cells,
+)
 from ._errors import DynmeshError
 from .diagnosis import Diagnosis, Finding, diagnose
 from .files import Frame, Header, Reader, Writer, create, create_like, open, read, write
@@ -41,6 +50,8 @@ __all__ = [
     "SceneReport",
     "Sequence",
     "TopologyReport",
+    "Tracker",
+    "TrackingReport",
     "Writer",
     "__version__",
     "adjacency",
