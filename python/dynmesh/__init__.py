@@ -12,7 +12,16 @@ Completion" (WSCG 2017).
 """
 
 from . import baselines, degrade, metrics, synth
-from ._core import Completer, FrameReport, RefusedFace, TopologyReport, __version__, cells
+from ._core import (
+    Completer,
+    FrameReport,
+    RefusedFace,
+    TopologyReport,
+    Tracker,
+    TrackingReport,
+    __version__,
+    cells,
+)
 from ._errors import DynmeshError
 from .diagnosis import Diagnosis, Finding, diagnose
 from .files import Frame, Header, Reader, Writer, create, create_like, open, read, write
@@ -20,7 +29,7 @@ from .jobs import batch
 from .jobs.file_completion import complete_file
 from .jobs.report import FileReport
 from .jobs.scene_completion import SceneReport, complete_scene
-from .jobs.tracking import TrackReport, track_file
+from .jobs.tracking import TrackFileReport, track_file
 from .matrices import adjacency, laplacian
 from .polygons import Polygons
 from .sequence import Description, Sequence
@@ -42,7 +51,9 @@ __all__ = [
     "SceneReport",
     "Sequence",
     "TopologyReport",
-    "TrackReport",
+    "TrackFileReport",
+    "Tracker",
+    "TrackingReport",
     "Writer",
     "__version__",
     "adjacency",

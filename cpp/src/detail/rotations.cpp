@@ -27,13 +27,31 @@ void Rotations::reset(std::span<const Vector3<double>> first_frame, double mean_
   std::ranges::fill(quaternions_, Quaternion{1, 0, 0, 0});
 }
 
-void Rotations::fit(std::span<const Vector3<double>> frame) {
+void Rotations::fit(std::span<const Vector3<double>> frame, int averagings) {
   const auto k = static_cast<Index>(cells_.size());
-  const RotationData data = {cells_.offsets.data(), cells_.neighbours.data(), rest_edges_.data(),
-                             frame.data(),          covariances_.data(),      quaternions_.data()};
-  for (const auto kernel : {kernels_.measure, kernels_.turn}) {
+  const auto run = [&](auto kernel) {
+    const RotationData data = {cells_.offsets.data(), cells_.neighbours.data(), rest_edges_.data(),
+                               frame.data(),          covariances_.data(),      quaternions_.data()};
     workers_.for_each_short_chunk(k, [&](Index first, Index last) { kernel(data, first, last); });
-  }
+  };
+  run(kernels_.measure);
+  for (int n = 1; n < averagings; ++n) average_covariances();
+  run(kernels_.turn);  // which averages once
+}
+
+void Rotations::average_covariances() {
+  const auto k = static_cast<Index>(cells_.size());
+  workers_.for_each_short_chunk(k, [&](Index first, Index last) {
+    for (Index i = first; i < last; ++i) {
+      Covariance sum = covariances_[static_cast<std::size_t>(i)];
+      for (const Index j : cells_[i]) {
+        const Covariance& other = covariances_[static_cast<std::size_t>(j)];
+        for (int c = 0; c < 3; ++c) sum.rows[c] = sum.rows[c] + other.rows[c];
+      }
+      averaged_[static_cast<std::size_t>(i)] = sum;
+    }
+  });
+  std::swap(covariances_, averaged_);
 }
 
 std::span<const Vector3<double>> Rotations::turn(std::span<const Vector3<double>> triples) {

@@ -25,7 +25,11 @@ class Rotations {
   /// Sets frame 0, in any unit of length, and resets all rotations to the identity.
   void reset(std::span<const Vector3<double>> first_frame, double mean_edge);
 
-  void fit(std::span<const Vector3<double>> frame);
+  /// `averagings` is how often the covariances are averaged with those of the neighbours. More than
+  /// one needs a call of `allow_averaging` before.
+  void fit(std::span<const Vector3<double>> frame, int averagings = 1);
+  /// Allocates what more than one averaging needs.
+  void allow_averaging() { averaged_.resize(cells_.size()); }
 
   /// Multiplies each of three fields (3 k,), stored side by side, by Q, which rotates them from the
   /// axes of frame 0 to those of the fitted frame. The result is valid until the next call, and so
@@ -42,12 +46,15 @@ class Rotations {
   [[nodiscard]] std::span<const Quaternion> quaternions() const { return quaternions_; }
 
  private:
+  void average_covariances();
+
   const Cells& cells_;
   Workers& workers_;
   const RotationKernels& kernels_;
   const OperatorKernels& turning_;
   std::vector<Vector3<double>> rest_edges_;  // of each half-edge, divided by its squared length
   std::vector<Covariance> covariances_;
+  std::vector<Covariance> averaged_;
   std::vector<Quaternion> quaternions_;
   std::vector<Vector3<double>> turned_;
 };

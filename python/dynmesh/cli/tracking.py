@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from ..files.scans import Scan
-from ..jobs.tracking import TrackReport, track_file
+from ..jobs.tracking import TrackFileReport, track_file
 from ..jobs.unfinished import is_unfinished
 from .options import (
     FILES,
@@ -150,7 +150,7 @@ def track(
     _say_what_was_done(output, report)
 
 
-def _say_what_was_done(output: Path, report: TrackReport) -> None:
+def _say_what_was_done(output: Path, report: TrackFileReport) -> None:
     if report.existed:
         say(f"{output}: already complete; --overwrite makes it anew")
         return

@@ -8,8 +8,9 @@ from typing import Literal
 
 import numpy as np
 
-from .. import _core, files
+from .. import files
 from .._checks import check_callable, check_integer, check_path
+from .._core import Tracker
 from .._errors import InputError, locating
 from ..degrade.shared import mean_edge_of
 from ..files import Header, PathLike, Reader, Writer
@@ -36,7 +37,7 @@ WatchScans = Callable[[Iterator[Scan | None], int, int], Iterator[Scan | None]]
 
 
 @dataclass(frozen=True)
-class TrackReport:
+class TrackFileReport:
     """What :func:`track_file` has done.
 
     Attributes:
@@ -82,7 +83,7 @@ def track_file(
     resume: bool = False,
     threads: int = 1,
     watch: WatchScans | None = None,
-) -> TrackReport:
+) -> TrackFileReport:
     """Tracks a mesh through scans and writes it to a file, in constant memory.
 
     The first frame of the template is placed in the first scan that has points. Each frame of the
@@ -191,7 +192,7 @@ class _Tracking:
         with locating(file=self._mesh.path):
             check_whole(frame, "; a template must be whole")
         placed = self._placed(np.array(frame.points))
-        self._tracker = _core.Tracker(self._mesh.faces, placed, threads=self._threads)
+        self._tracker = Tracker(self._mesh.faces, placed, threads=self._threads)
         self._done, _, state = progress
         if state:
             self._tracker.restore(state)
@@ -217,9 +218,9 @@ class _Tracking:
         """Returns what a later run needs to continue."""
         return Progress(self._done, self._done, self._tracker.state())
 
-    def report(self, header: Header, resumed_at: int) -> TrackReport:
+    def report(self, header: Header, resumed_at: int) -> TrackFileReport:
         """Returns what was done."""
-        return TrackReport(
+        return TrackFileReport(
             header.n_frames,
             resumed_at,
             float(np.median(self._seconds)) if self._seconds else None,

@@ -1,7 +1,8 @@
 """Files with the points of one frame: PLY, XYZ, and NumPy's arrays.
 
 A point whose three coordinates are all NaN was not measured, as in the organised clouds of depth
-cameras, and is left out. Other positions must be finite, and normals must have length 1.
+cameras, and is left out. Other positions must be finite, and normals must have length 1, or 0 where
+they are unknown.
 """
 
 import zipfile
@@ -173,14 +174,14 @@ def _checked(points: Positions, normals: Positions | None, name: Callable[[int],
         normals = np.ascontiguousarray(normals[measured])
         with np.errstate(over="ignore", invalid="ignore"):
             lengths = np.linalg.norm(normals, axis=1)
-        wrong = ~(np.abs(lengths - 1) <= _ROUNDED)
+        wrong = ~((np.abs(lengths - 1) <= _ROUNDED) | (lengths == 0))
         if wrong.any():
             row = int(wrong.argmax())
             raise ValueError(
                 f"{name(int(rows[row]))}: its normal {_told(normals[row])} must have length 1, not "
-                f"{lengths[row]:.3g}; leave out normals that are unknown"
+                f"{lengths[row]:.3g}, or 0 if it is unknown"
             )
-        normals = normals / lengths[:, None]
+        normals = normals / np.where(lengths > 0, lengths, 1)[:, None]
     return PointScan(points, normals, None)
 
 
