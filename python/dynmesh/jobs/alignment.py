@@ -1,8 +1,9 @@
 """Whether a template lies in a scan, and the rigid motion that puts it there.
 
-The motion is found by iterative closest points (Besl and McKay 1992), of which the farthest fifth
-is ignored (Chetverikov et al. 2002, trimmed ICP), from several rotations: scans see only one side,
-and may contain more than the subject.
+The motion is found by iterative closest points, of which the farthest fifth is ignored (Chetverikov
+et al. 2002, trimmed ICP): scans see only one side, and may contain more than the subject. From
+several rotations, points are first drawn to points (Besl and McKay 1992), and the best few results
+then to tangent planes (Chen and Medioni 1991), along which smooth surfaces slide into place.
 """
 
 from itertools import permutations, product
@@ -26,14 +27,19 @@ _OTHER_UNIT = 20.0
 _COARSE, _FINE = (250, 600), (1000, 4000)
 """Numbers of points of the scan and of the template that are compared, at first and at last."""
 
-_COARSE_STEPS, _FINE_STEPS = 12, 25
+_COARSE_STEPS, _FINE_STEPS = 12, 15
+_CANDIDATES = 4
+"""How many of the coarse results are refined."""
+
 _KEPT = 0.8
 """The share of the pairs that is used."""
 
 _SEEN = 0.4
 """The share of a template that a single camera sees at least."""
 
-_AT_ONCE = 256
+_AT_ONCE = 32
+"""Points that are compared at once: so few that the processor's cache holds the distances, and that
+matrix products wait for no other thread."""
 
 
 class Alignment(NamedTuple):
@@ -87,7 +93,7 @@ def distance_between(
     which is small if the scan is of one side, and that within which the scan has the nearest 40 %
     of the template, which is small if the scan has much else.
     """
-    surface = _sample(_surface(template, faces), _FINE[1])
+    surface = _sample(_surface(template, faces)[0], _FINE[1])
     return _distance(surface, _sample(scan, _FINE[0]), mean_edge)
 
 
@@ -103,25 +109,49 @@ def align(
         mean_edge: of the template.
     """
     before = distance_between(template, faces, scan, mean_edge)
-    surface = _surface(template, faces)
+    surface, normals = _surface(template, faces)
     some, few = _sample(surface, _COARSE[1]), _sample(scan, _COARSE[0])
     middle, aim = np.median(some, axis=0), np.median(few, axis=0)
-    tried = []
+    tried: list[tuple[float, int, _Motion]] = []
     for turn in _turns(some - some.mean(axis=0), few - few.mean(axis=0)):
-        rotation, shift = _closest(some, few, turn, aim - middle @ turn.T, _COARSE_STEPS)
-        tried.append((_distance(some @ rotation.T + shift, few, mean_edge), rotation, shift))
-    best = min(range(len(tried)), key=lambda i: tried[i][0])
-    _, rotation, shift = tried[best]
-    whole, many = _sample(surface, _FINE[1]), _sample(scan, _FINE[0])
-    rotation, shift = _closest(whole, many, rotation, shift, _FINE_STEPS)
-    after = _distance(whole @ rotation.T + shift, many, mean_edge)
-    return Alignment(rotation, shift, before, after)
+        motion = _to_points(some, few, _Motion(turn, aim - turn @ middle))
+        tried.append((_distance(motion(some), few, mean_edge), len(tried), motion))
+    whole, slopes = _sample(surface, _FINE[1]), _sample(normals, _FINE[1])
+    many = _sample(scan, _FINE[0])
+    refined = []
+    for _, number, motion in sorted(tried, key=lambda found: found[:2])[:_CANDIDATES]:
+        motion, residual = _to_planes(whole, slopes, many, motion)
+        refined.append((residual, number, motion))
+    _, _, motion = min(refined, key=lambda found: found[:2])
+    after = _distance(motion(whole), many, mean_edge)
+    return Alignment(motion.rotation, motion.shift, before, after)
 
 
-def _surface(template: Positions, faces: NDArray[np.integer[Any]]) -> _Floats:
-    """Returns the vertices and the centres of the triangles, for coarse meshes."""
+class _Motion(NamedTuple):
+    """A rigid motion, as :class:`Alignment` has it."""
+
+    rotation: _Floats
+    shift: _Floats
+
+    def __call__(self, points: _Floats) -> _Floats:
+        return np.asarray(points @ self.rotation.T + self.shift)
+
+    def then(self, rotation: _Floats, shift: _Floats) -> "_Motion":
+        """Returns this motion, followed by another."""
+        return _Motion(rotation @ self.rotation, rotation @ self.shift + shift)
+
+
+def _surface(template: Positions, faces: NDArray[np.integer[Any]]) -> tuple[_Floats, _Floats]:
+    """Returns the vertices and, for coarse meshes, the centres of triangles, with unit normals."""
     points = template.astype(np.float64)
-    return np.concatenate([points, points[faces].mean(axis=1)])
+    a, b, c = points[faces.T]
+    of_faces = np.cross(b - a, c - a)
+    of_vertices = np.zeros_like(points)
+    for corner in faces.T:
+        np.add.at(of_vertices, corner, of_faces)
+    normals = np.concatenate([of_vertices, of_faces])
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    return np.concatenate([points, (a + b + c) / 3]), normals / np.where(lengths > 0, lengths, 1)
 
 
 def _turns(template: _Floats, scan: _Floats) -> list[_Floats]:
@@ -143,19 +173,54 @@ def _principal(points: _Floats) -> _Floats:
     return np.asarray(axes * np.array([1, 1, np.sign(np.linalg.det(axes))])[:, None])
 
 
-def _closest(
-    template: _Floats, scan: _Floats, rotation: _Floats, shift: _Floats, steps: int
-) -> tuple[_Floats, _Floats]:
-    """Improves a rigid motion by iterative closest points."""
-    for _ in range(steps):
-        moved = template @ rotation.T + shift
-        nearest, distances = _nearest(scan, moved)
-        kept = np.argsort(distances, kind="stable")[: max(3, int(_KEPT * len(scan)))]
-        ours, theirs = moved[nearest[kept]], scan[kept]
+def _to_points(template: _Floats, scan: _Floats, motion: _Motion) -> _Motion:
+    """Improves a motion such that points come near points."""
+    for _ in range(_COARSE_STEPS):
+        nearest, kept = _pairs(scan, motion(template))
+        ours, theirs = motion(template)[nearest], scan[kept]
         turn = _fitted(ours, theirs)
-        rotation = turn @ rotation
-        shift = (shift - ours.mean(axis=0)) @ turn.T + theirs.mean(axis=0)
-    return rotation, shift
+        motion = motion.then(turn, theirs.mean(axis=0) - turn @ ours.mean(axis=0))
+    return motion
+
+
+def _to_planes(
+    template: _Floats, normals: _Floats, scan: _Floats, motion: _Motion
+) -> tuple[_Motion, float]:
+    """Improves a motion such that points come near planes; also returns their mean distance."""
+    for _ in range(_FINE_STEPS):
+        ours, slopes, theirs = _to_be_joined(template, normals, scan, motion)
+        centre = ours.mean(axis=0)
+        rows = np.concatenate([np.cross(ours - centre, slopes), slopes], axis=1)
+        heights = ((theirs - ours) * slopes).sum(axis=1)
+        step = np.linalg.lstsq(rows, heights, rcond=1e-6)[0]
+        turn = _rotation_by(step[:3])
+        motion = motion.then(turn, centre + step[3:] - turn @ centre)
+    ours, slopes, theirs = _to_be_joined(template, normals, scan, motion)
+    return motion, float(np.abs(((theirs - ours) * slopes).sum(axis=1)).mean())
+
+
+def _to_be_joined(
+    template: _Floats, normals: _Floats, scan: _Floats, motion: _Motion
+) -> tuple[_Floats, _Floats, _Floats]:
+    """Returns points of the template, their normals, and the points of the scan beside them."""
+    moved = motion(template)
+    nearest, kept = _pairs(scan, moved)
+    return moved[nearest], normals[nearest] @ motion.rotation.T, scan[kept]
+
+
+def _pairs(scan: _Floats, moved: _Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Returns nearest points of the template, and the points of the scan that they belong to."""
+    nearest, distances = _nearest(scan, moved)
+    kept = np.argsort(distances, kind="stable")[: max(3, int(_KEPT * len(scan)))]
+    return nearest[kept], kept
+
+
+def _rotation_by(vector: _Floats) -> _Floats:
+    """Returns the rotation about a vector by its length (Rodrigues)."""
+    angle = float(np.linalg.norm(vector))
+    x, y, z = vector / angle if angle > 0 else vector
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.asarray(np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross)
 
 
 def _fitted(ours: _Floats, theirs: _Floats) -> _Floats:
