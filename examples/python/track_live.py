@@ -43,7 +43,7 @@ def main(template: Path, cameras: Path, source: IO[bytes], sink: IO[bytes]) -> N
 def frames_in(source: IO[bytes], rig: Rig) -> Iterator[list[NDArray[np.float32]]]:
     """Yields the depth images of each frame, in the unit of the rig."""
     while True:
-        images = []
+        images: list[NDArray[np.float32]] = []
         for camera in rig.cameras:
             if camera.size is None or camera.depth_scale is None:
                 raise SystemExit(f"camera {camera.name} needs width, height and depth_scale")

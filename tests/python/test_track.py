@@ -249,7 +249,7 @@ def test_the_example_tracks_depth_frames_from_a_pipe(folder: Path) -> None:
     assert ended.stderr.decode().count(" ms, ") == N_FRAMES
     template = dynmesh.read(folder / "body.obj")
     tracker = dynmesh.Tracker(template.faces, template.vertices[0].astype(np.float32))
-    expected = [tracker.push_depth(*map(list, scan)) for scan in scans]
+    expected = [tracker.push_depth(scan.depth, scan.intrinsics, scan.poses) for scan in scans]
     found = np.frombuffer(ended.stdout, "<f4").reshape(N_FRAMES, -1, 3)
     np.testing.assert_array_equal(found, expected)
     cut = subprocess.run(command, input=raw[:-2], capture_output=True, check=False)
