@@ -64,6 +64,23 @@ def folder(truth: dynmesh.Sequence, tmp_path_factory: pytest.TempPathFactory) ->
     return made
 
 
+@pytest.mark.parametrize("kind", [["--scan", "--points", "200"], ["--depth", "40x30"]])
+def test_equal_seeds_make_equal_files(kind: list[str], folder: Path, tmp_path: Path) -> None:
+    def made(*options: str) -> dict[str, bytes]:
+        faults = ["--noise", "0.1", "--flying", "5%", "--outliers", "2%", "--known", "90%"]
+        output = tmp_path / "scans"
+        run("degrade", folder / "truth.npz", output, *kind, *faults, "--overwrite", *options)
+        return {file.name: file.read_bytes() for file in output.iterdir()}
+
+    first = made()
+    assert len(first) == 1 + N_FRAMES * (1 if "--scan" in kind else 4)
+    assert made() == first
+    other = made("--seed", "1")
+    assert [name for name in first if first[name] == other[name]] == ["cameras.json"]
+    assert len(made("--cameras", "1")) == 1 + N_FRAMES
+    assert [path.name for path in tmp_path.iterdir()] == ["scans"]
+
+
 def mean_edge(truth: dynmesh.Sequence) -> float:
     a, b, c = truth.vertices[0][truth.faces.T]
     return float(np.mean([np.linalg.norm(p - q, axis=1) for p, q in ((a, b), (b, c), (c, a))]))

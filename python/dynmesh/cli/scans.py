@@ -13,6 +13,7 @@ from .. import degrade as degradation
 from .. import files
 from ..degrade.depth_buffer import intrinsics_of, pose_of
 from ..files.scans import DepthFolder, PointFolder, Rig, ScanCamera
+from ..files.scans.depth_files import require_png
 from ..jobs.checkpoint import Source
 from ..sequence import Positions
 from .options import Axis, as_usage
@@ -62,6 +63,8 @@ def simulate(
     for option, value in refused.items():
         if value is not None:
             raise typer.BadParameter(f"{option} cannot be combined with --scan or --depth")
+    if depth is not None:
+        require_png()
     with files.open(path, **source) as reader:
         axis = axis_of(reader, up)
         box = bounding_box(reader)
