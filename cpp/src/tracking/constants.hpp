@@ -10,7 +10,7 @@ namespace dynmesh {
 /// or doubled.
 struct TrackingConstants {
   /// The share of the last motion with which the next one begins.
-  double prediction = 0.8;
+  double prediction = 0.6;
 
   /// How often the whole surface is moved rigidly before it bends.
   int rigid_steps = 2;
@@ -47,10 +47,12 @@ struct TrackingConstants {
   int averagings = 4;
 
   int reverse = 2;
-  double reverse_radius = 12;
+  double reverse_radius = 24;
   double reverse_least = 1.5;
-  double reverse_scale = 6;
+  double reverse_scale = 12;
   double reverse_weight = 4;
+  double lost_share = 0.02;
+  int most_searches = 12;
   /// The width of a pixel where the surface is drawn to find out what hides what, and how far behind
   /// the front a vertex may lie.
   double pixel = 0.5;
@@ -60,7 +62,8 @@ struct TrackingConstants {
   double observed_distance = 1;
   /// Components with fewer correspondences are not solved for: six determine a rigid motion, if all
   /// are good.
-  std::size_t fewest = 12;
+  double fewest = 12;
+  std::size_t least_rigid = 12;
 
   /// In the first frame, at least this share of the vertices that a sensor sees (or of the points,
   /// if they are fewer) must have a correspondence, or a rigid alignment of the whole template is

@@ -34,6 +34,8 @@ class Measurement {
   [[nodiscard]] virtual std::size_t size() const = 0;
   [[nodiscard]] virtual Vector3<double> point(std::size_t i) const = 0;
   [[nodiscard]] virtual Vector3<double> normal(std::size_t i) const = 0;
+  /// Whether that normal may as well be the opposite.
+  [[nodiscard]] virtual bool is_undecided(std::size_t i) const = 0;
 
   /// The measured point that is nearest to `position`, among those within `radius` whose normal
   /// agrees with `normal`: the cosine between them is at least `agreement`. The weight of the result

@@ -1,6 +1,7 @@
 #include "tracking/point_scan.hpp"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -35,7 +36,7 @@ struct NearestAgreeing {
   bool addPoint(double squared, std::uint32_t index) {
     if (!(squared < squared_distance)) return true;
     const double cosine = dot(scan.normals[index], normal);
-    if (!((scan.are_normals_undecided ? std::abs(cosine) : cosine) >= agreement)) return true;
+    if (!((scan.undecided[index] != 0 ? std::abs(cosine) : cosine) >= agreement)) return true;
     squared_distance = squared;
     found = index;
     any = true;
@@ -75,7 +76,7 @@ void PointScan::index() {
 
 void PointScan::estimate_normals(Workers& workers) {
   normals.resize(points.size());
-  are_normals_undecided = sensors.empty();
+  undecided.resize(points.size());
   if (!tree_) return;
   workers.for_each_short_chunk(static_cast<Index>(points.size()), [&](Index first, Index last) {
     for (auto i = static_cast<std::size_t>(first); i < static_cast<std::size_t>(last); ++i) {
@@ -86,14 +87,18 @@ void PointScan::estimate_normals(Workers& workers) {
       const double query[3] = {points[i].x, points[i].y, points[i].z};
       tree_->findNeighbors(result, query, nanoflann::SearchParams());
       normals[i] = plane_normal(points, std::span(nearby).first(result.size()));
-      double best = 0;  // the cosine of the sensor that the plane faces most
+      double least = 1;  // of the cosines between the normal and the sensors
+      double most = -1;
       for (const auto& sensor : sensors) {
         const auto view = sensor - points[i];
         const double length = std::sqrt(squared_norm(view));
         const double cosine = length > 0 ? dot(normals[i], view) / length : 0;
-        if (std::abs(cosine) > std::abs(best)) best = cosine;
+        least = std::min(least, cosine);
+        most = std::max(most, cosine);
       }
-      if (best < 0) normals[i] = -1.0 * normals[i];
+      undecided[i] = most <= 0 || least >= 0 ? 0 : 1;
+      if (sensors.empty()) undecided[i] = 1;
+      if (most <= 0) normals[i] = -1.0 * normals[i];
     }
   });
 }

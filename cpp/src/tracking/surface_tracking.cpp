@@ -62,7 +62,12 @@ SurfaceTracking::Found SurfaceTracking::find(const Measurement& measurement) {
     for (int step = 0; step < constants_.rigid_steps; ++step) {
       move_as_a_whole(measurement, {constants_.rigid_radius, constants_.rigid_scale, constants_.rigid_scale, 1});
     }
-    for (int pass = 0; pass < constants_.passes; ++pass) bend(pass, measurement);
+    for (int search = 0; search < constants_.most_searches; ++search) {
+      if (bend(0, measurement) <= constants_.lost_share) break;
+    }
+    for (int pass = 1; pass < constants_.passes; ++pass) {
+      bend(static_cast<double>(pass) / (constants_.passes - 1), measurement);
+    }
     Found result = observe(measurement);
     result.aligned = aligned;
     return result;
@@ -110,7 +115,7 @@ SurfaceTracking::Tally SurfaceTracking::correspond(const Measurement& measuremen
 }
 
 void SurfaceTracking::move_as_a_whole(const Measurement& measurement, const Search& search) {
-  if (correspond(measurement, search).found < constants_.fewest) return;
+  if (correspond(measurement, search).found < constants_.least_rigid) return;
   move_rigidly(fit_to_planes(x_, found_, constants_.rigid_caution), x_);
 }
 
@@ -163,21 +168,42 @@ bool SurfaceTracking::align(const Measurement& measurement) {
   throw std::invalid_argument(text.data());
 }
 
-void SurfaceTracking::draw_towards_unexplained(const Measurement& measurement, double weight) {
+double SurfaceTracking::draw_towards_unexplained(const Measurement& measurement, double weight) {
   vertices_.points.assign(x_.begin(), x_.end());
   vertices_.normals.assign(normals_.begin(), normals_.end());
+  vertices_.undecided.assign(x_.size(), 0);
   vertices_.index();
   drawn_.assign(x_.size(), {});
   const std::size_t stride = 1 + measurement.size() / 4096;
   const double least = constants_.reverse_least * mean_edge_;
+  double looked = 0;
+  double unexplained = 0;
   for (std::size_t i = 0; i < measurement.size(); i += stride) {
     const auto p = measurement.point(i);
-    const std::size_t v = vertices_.nearest_index(p, measurement.normal(i),
-                                                  constants_.reverse_radius * mean_edge_,
-                                                  constants_.agreement);
-    if (v >= x_.size() || squared_norm(p - x_[v]) < least * least) continue;
+    auto n = measurement.normal(i);
+    const auto find = [&] {
+      return vertices_.nearest_index(p, n, constants_.reverse_radius * mean_edge_,
+                                     constants_.agreement);
+    };
+    std::size_t v = find();
+    if (measurement.is_undecided(i)) {
+      const auto forward = n;
+      const std::size_t ahead = v;
+      n = -1.0 * n;
+      v = find();
+      const bool is_ahead = v >= x_.size() || (ahead < x_.size() && squared_norm(p - x_[ahead]) <
+                                                                        squared_norm(p - x_[v]));
+      if (is_ahead) {
+        n = forward;
+        v = ahead;
+      }
+    }
+    if (v >= x_.size()) continue;
+    looked += 1;
+    if (squared_norm(p - x_[v]) < least * least) continue;
+    unexplained += 1;
     drawn_[v].point = drawn_[v].point + p;
-    drawn_[v].normal = drawn_[v].normal + measurement.normal(i);
+    drawn_[v].normal = drawn_[v].normal + n;
     drawn_[v].weight += 1;
   }
   const double scale = constants_.reverse_scale * mean_edge_;
@@ -192,41 +218,41 @@ void SurfaceTracking::draw_towards_unexplained(const Measurement& measurement, d
                (1 + squared_norm(c.point - x_[v]) / (scale * scale));
     found_[v] = c;
   }
+  return looked > 0 ? unexplained / looked : 0;
 }
 
-/// Chooses the components with enough correspondences. Returns whether there is any.
-bool SurfaceTracking::choose_components() {
-  std::ranges::fill(found_in_, std::size_t{0});
+/// Chooses the components with enough correspondences, of which those that are far away count less:
+/// `weight` is that of one without any distance. Returns whether there is any.
+bool SurfaceTracking::choose_components(double weight) {
+  std::ranges::fill(found_in_, 0.0);
   for (std::size_t v = 0; v < found_.size(); ++v) {
-    if (found_[v].weight > 0) ++found_in_[static_cast<std::size_t>(topology_.component[v])];
+    found_in_[static_cast<std::size_t>(topology_.component[v])] += found_[v].weight / weight;
   }
   anchors_.n_solved = 0;
   for (std::size_t v = 0; v < found_.size(); ++v) {
     const bool is_solved =
         found_in_[static_cast<std::size_t>(topology_.component[v])] >= constants_.fewest;
     anchors_.is_solved[v] = is_solved ? 1 : 0;
-    anchors_.weights[v] = is_solved ? found_[v].weight : 0;
     if (!is_solved) found_[v].weight = 0;
+    anchors_.weights[v] = found_[v].weight;
     anchors_.n_solved += is_solved ? 1 : 0;
   }
   return anchors_.n_solved > 0;
 }
 
 /// Finds correspondences and rotations for X, and then X for these.
-void SurfaceTracking::bend(int pass, const Measurement& measurement) {
-  const double progress =
-      constants_.passes > 1 ? static_cast<double>(pass) / (constants_.passes - 1) : 1;
+double SurfaceTracking::bend(double progress, const Measurement& measurement) {
   const double weight = constants_.first_weight *
                         std::pow(constants_.last_weight / constants_.first_weight, progress);
-  const bool is_early = 2 * pass < constants_.passes;
+  const bool is_early = progress < 0.5;
   const double radius = is_early ? constants_.wide_radius : constants_.narrow_radius;
   const double scale =
       constants_.first_scale * std::pow(constants_.scale / constants_.first_scale, progress);
   const double side =
       constants_.first_side * std::pow(constants_.side / constants_.first_side, progress);
   correspond(measurement, {radius, scale, side, weight});
-  if (pass < constants_.reverse) draw_towards_unexplained(measurement, weight);
-  if (!choose_components()) return;
+  const double lost = is_early ? draw_towards_unexplained(measurement, weight) : 0;
+  if (!choose_components(weight)) return 0;
   rotations_.fit(x_, constants_.averagings);
   for (std::size_t v = 0; v < x_.size(); ++v) {
     wanted_[v] = shape_[v] + constants_.pull * (first_shape_[v] - shape_[v]);
@@ -234,6 +260,7 @@ void SurfaceTracking::bend(int pass, const Measurement& measurement) {
   rotations_.turn(wanted_, turned_);
   system_.factorize(anchors_);
   fit_.take_steps(system_, turned_, found_, constants_.steps, x_);
+  return lost;
 }
 
 /// Which vertices have a measured point in the end.

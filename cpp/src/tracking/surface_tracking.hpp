@@ -84,9 +84,9 @@ class SurfaceTracking {
   void move_as_a_whole(const Measurement& measurement, const Search& search);
   bool lies_in(const Measurement& measurement, double share);
   bool align(const Measurement& measurement);
-  void draw_towards_unexplained(const Measurement& measurement, double weight);
-  bool choose_components();
-  void bend(int pass, const Measurement& measurement);
+  double draw_towards_unexplained(const Measurement& measurement, double weight);
+  bool choose_components(double weight);
+  double bend(double progress, const Measurement& measurement);
   Found observe(const Measurement& measurement);
 
   TrackingConstants constants_;
@@ -110,7 +110,7 @@ class SurfaceTracking {
   std::vector<Vector3<double>> x_, normals_, wanted_, turned_;
   std::vector<Correspondence> found_;
   std::vector<std::uint8_t> seen_, observed_;
-  std::vector<std::size_t> found_in_;  // the number of correspondences in each component
+  std::vector<double> found_in_;  // the correspondences of each component, weighed
   std::vector<Quaternion> old_rotations_;
   PointScan vertices_;
   std::vector<Correspondence> drawn_;

@@ -102,7 +102,7 @@ TrackingReport Tracker<Real>::push(const Scan<Real>& scan, Points<Real> tracked)
   measured.index();
   if (has_normals) {
     copy_directions(scan.normals, measured.normals);
-    measured.are_normals_undecided = false;
+    measured.undecided.assign(scan.points.count, std::uint8_t{0});
   } else {
     measured.estimate_normals(parts_->workers);
   }
