@@ -166,10 +166,8 @@ inline std::vector<Image> images_of(const Mesh<double>& mesh, const std::vector<
       for (double row = std::max(0.0, least(1)); row <= std::min(side - 1.0, most(1)); ++row) {
         for (double column = std::max(0.0, least(0)); column <= std::min(side - 1.0, most(0));
              ++column) {
-          const double u =
-              ((b[0] - column) * (c[1] - row) - (b[1] - row) * (c[0] - column)) / area;
-          const double v =
-              ((c[0] - column) * (a[1] - row) - (c[1] - row) * (a[0] - column)) / area;
+          const double u = ((b[0] - column) * (c[1] - row) - (b[1] - row) * (c[0] - column)) / area;
+          const double v = ((c[0] - column) * (a[1] - row) - (c[1] - row) * (a[0] - column)) / area;
           if (u < 0 || v < 0 || u + v > 1) continue;
           const double depth = 1 / (u / a[2] + v / b[2] + (1 - u - v) / c[2]);
           float& pixel = image.pixels[static_cast<std::size_t>(row * side + column)];

@@ -1,10 +1,9 @@
-#include <dynmesh/tracker.hpp>
-
 #include <doctest/doctest.h>
 #include <dynmesh/dynmesh.h>
 
 #include <cmath>
 #include <cstring>
+#include <dynmesh/tracker.hpp>
 #include <vector>
 
 #include "meshes.hpp"
@@ -145,7 +144,9 @@ TEST_CASE("depth images of four cameras are as good as a scan") {
   CHECK(largest_difference(out, truth) < 0.5 * mean_edge(mesh));
   const auto before = tracker.state();
   views[1].intrinsics[0] = 0;
-  CHECK(message_of([&] { tracker.push_depth(views, {out.data(), mesh.size()}); }) ==
+  CHECK(message_of([&] {
+          tracker.push_depth(views, {out.data(), mesh.size()});
+        }) ==
         "intrinsics: of image 1 are singular: the focal lengths are 0 and 300 pixels, but must be "
         "positive");
   CHECK(tracker.state() == before);

@@ -306,7 +306,7 @@ typedef struct dynmesh_depth_image {
   int64_t row_stride;
   int64_t column_stride;
   double intrinsics[9];  ///< row by row: fx, s, cx, 0, fy, cy, 0, 0, 1, in pixels
-  double pose[16];  ///< row by row: from the camera, with +z ahead and y down, to the template
+  double pose[16];       ///< row by row: from the camera, with +z ahead and y down, to the template
 } dynmesh_depth_image;
 
 /// Creates a tracker from a template in the pose of the first scan. `threads` is the number of
@@ -325,12 +325,9 @@ DYNMESH_EXPORT void dynmesh_tracker_destroy(dynmesh_tracker* tracker);
 /// a row for each vertex. `report` may be null. The first scan after creation or a reset must be
 /// where the template is; a rigid alignment is tried, and if it fails, DYNMESH_INVALID_ARGUMENT is
 /// returned.
-DYNMESH_EXPORT dynmesh_status dynmesh_tracker_push(dynmesh_tracker* tracker,
-                                                   const dynmesh_points* points,
-                                                   const dynmesh_points* normals,
-                                                   const dynmesh_points* viewpoints,
-                                                   const dynmesh_output* out,
-                                                   dynmesh_tracking_report* report);
+DYNMESH_EXPORT dynmesh_status dynmesh_tracker_push(
+    dynmesh_tracker* tracker, const dynmesh_points* points, const dynmesh_points* normals,
+    const dynmesh_points* viewpoints, const dynmesh_output* out, dynmesh_tracking_report* report);
 
 /// Finds the template in the depth images of one or several cameras of the same moment.
 DYNMESH_EXPORT dynmesh_status dynmesh_tracker_push_depth(dynmesh_tracker* tracker,
@@ -356,9 +353,9 @@ DYNMESH_EXPORT dynmesh_status dynmesh_tracker_state(const dynmesh_tracker* track
 DYNMESH_EXPORT dynmesh_status dynmesh_tracker_restore(dynmesh_tracker* tracker, const void* state,
                                                       int64_t size);
 
-/// Returns an array (k,): 1 for vertices that have a measured point in the last frame, else 0. Valid
-/// until the next call that changes the tracker, as are the next two. Null if `tracker` is null or
-/// in use by another thread.
+/// Returns an array (k,): 1 for vertices that have a measured point in the last frame, else 0.
+/// Valid until the next call that changes the tracker, as are the next two. Null if `tracker` is
+/// null or in use by another thread.
 DYNMESH_EXPORT const uint8_t* dynmesh_tracker_observed(const dynmesh_tracker* tracker);
 /// Returns an array (k,): 0 for observed vertices, g for those that g edges separate from one, -1
 /// where there is none.

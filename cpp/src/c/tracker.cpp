@@ -84,9 +84,8 @@ dynmesh_status dynmesh_tracker_create(const int32_t* faces, int64_t n_faces,
 void dynmesh_tracker_destroy(dynmesh_tracker* tracker) { delete tracker; }
 
 dynmesh_status dynmesh_tracker_push(dynmesh_tracker* tracker, const dynmesh_points* points,
-                                    const dynmesh_points* normals,
-                                    const dynmesh_points* viewpoints, const dynmesh_output* out,
-                                    dynmesh_tracking_report* report) {
+                                    const dynmesh_points* normals, const dynmesh_points* viewpoints,
+                                    const dynmesh_output* out, dynmesh_tracking_report* report) {
   return with(tracker, [&]<class Real>(Tracker<Real>& t) {
     Scan<Real> scan;
     scan.points = points_of<const Real>("points", points);

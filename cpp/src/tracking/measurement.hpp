@@ -38,8 +38,8 @@ class Measurement {
   [[nodiscard]] virtual bool is_undecided(std::size_t i) const = 0;
 
   /// The measured point that is nearest to `position`, among those within `radius` whose normal
-  /// agrees with `normal`: the cosine between them is at least `agreement`. The weight of the result
-  /// is 1, or 0 if there is none. May be called by several threads at once.
+  /// agrees with `normal`: the cosine between them is at least `agreement`. The weight of the
+  /// result is 1, or 0 if there is none. May be called by several threads at once.
   [[nodiscard]] virtual Correspondence nearest(const Vector3<double>& position,
                                                const Vector3<double>& normal, double radius,
                                                double agreement) const = 0;

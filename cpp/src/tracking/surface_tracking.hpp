@@ -42,9 +42,8 @@ class SurfaceTracking {
   struct Found {
     Field x;                                 ///< (k,) the positions
     std::span<const std::uint8_t> observed;  ///< (k,) 1 for vertices that have a measured point
-    std::span<const std::uint8_t> is_solved;  ///< (k,) 0 in components that were not solved for
     int passes = 0;
-    double distance = 0;  ///< root mean square of the observed vertices from their planes
+    double distance = 0;   ///< root mean square of the observed vertices from their planes
     bool aligned = false;  ///< whether a rigid alignment of the whole template was needed
   };
 
@@ -86,7 +85,9 @@ class SurfaceTracking {
   bool align(const Measurement& measurement);
   double draw_towards_unexplained(const Measurement& measurement, double weight);
   bool choose_components(double weight);
-  double bend(double progress, const Measurement& measurement);
+  [[nodiscard]] double weight_at(double progress) const;
+  int search(const Measurement& measurement);
+  double bend(const Measurement& measurement, double weight, bool is_early);
   Found observe(const Measurement& measurement);
 
   TrackingConstants constants_;
@@ -112,7 +113,7 @@ class SurfaceTracking {
   std::vector<std::uint8_t> seen_, observed_;
   std::vector<double> found_in_;  // the correspondences of each component, weighed
   std::vector<Quaternion> old_rotations_;
-  PointScan vertices_;
+  PointScan vertices_;  // the surface itself
   std::vector<Correspondence> drawn_;
 };
 
