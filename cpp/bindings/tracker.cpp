@@ -28,8 +28,8 @@ class ImagesArgument {
     for (const auto& [name, count] :
          {std::pair{"intrinsics", cameras.size()}, std::pair{"pose", poses.size()}}) {
       if (count == images.size()) continue;
-      throw py::value_error(std::string(name) + ": there are " + std::to_string(count) +
-                            ", but " + std::to_string(images.size()) + " depth images");
+      throw py::value_error(std::string(name) + ": there are " + std::to_string(count) + ", but " +
+                            std::to_string(images.size()) + " depth images");
     }
     for (std::size_t i = 0; i < images.size(); ++i) {
       const auto array = floating("depth", images[i]);
@@ -67,8 +67,10 @@ class ImagesArgument {
   static py::array floating(const char* name, const py::object& object) {
     const auto array = to_array(name, object);
     if (array.dtype().kind() != 'f') {
-      throw py::type_error(std::string(name) + ": must be float32 or float64, in the unit of the "
-                           "template, not " + dtype_name(array));
+      throw py::type_error(std::string(name) +
+                           ": must be float32 or float64, in the unit of the "
+                           "template, not " +
+                           dtype_name(array));
     }
     return array;
   }
@@ -121,9 +123,8 @@ class AnyTracker {
   void construct(const IndicesArgument& faces, const py::array& first_frame,
                  const TrackerSettings& settings) {
     const PointsArgument<Real> frame("first_frame", first_frame, "(k, 3)");
-    released([&] {
-      tracker_ = std::make_unique<Tracker<Real>>(faces.faces(), frame.view(), settings);
-    });
+    released(
+        [&] { tracker_ = std::make_unique<Tracker<Real>>(faces.faces(), frame.view(), settings); });
   }
 
  public:
@@ -139,8 +140,8 @@ class AnyTracker {
     }
   }
 
-  py::object push(const py::object& points, const py::object& normals,
-                  const py::object& viewpoints, const py::object& out) {
+  py::object push(const py::object& points, const py::object& normals, const py::object& viewpoints,
+                  const py::object& out) {
     return exclusively([&]<class Real>(Tracker<Real>& tracker) {
       const PointsArgument<Real> given("points", points, "(n, 3)");
       Scan<Real> scan = {given.view()};
@@ -289,8 +290,7 @@ void bind_tracker(py::module_& module) {
                              "that g edges separate from it, -1 where there is none.")
       .def_property_readonly("age", &AnyTracker::age,
                              "(k,) int32: the number of frames since the vertex was last observed.")
-      .def_property_readonly("report", &AnyTracker::report,
-                             "The TrackingReport of the last frame.")
+      .def_property_readonly("report", &AnyTracker::report, "The TrackingReport of the last frame.")
       .def_property_readonly("topology", &AnyTracker::topology, "The TopologyReport of the mesh.")
       .def_property_readonly("n_frames", &AnyTracker::n_frames,
                              "The number of frames since construction or `reset`; `restore` "

@@ -37,15 +37,16 @@ struct Scan {
 
 /// A depth image of a pinhole camera, without distortion.
 struct DepthImage {
-  /// The depth of the pixel in row r and column c is data[r * row_stride + c * column_stride]. It is
-  /// measured along the axis of the camera, not along the ray, in the unit of the template. Where
-  /// nothing was measured it is 0, NaN or infinite. Strides are given in elements.
+  /// The depth of the pixel in row r and column c is data[r * row_stride + c * column_stride]. It
+  /// is measured along the axis of the camera, not along the ray, in the unit of the template.
+  /// Where nothing was measured it is 0, NaN or infinite. Strides are given in elements.
   const float* data = nullptr;
   std::size_t height = 0;
   std::size_t width = 0;
   std::ptrdiff_t row_stride = 0;
   std::ptrdiff_t column_stride = 1;
-  /// Row by row: fx, s, cx, 0, fy, cy, 0, 0, 1, in pixels. The centre of the first pixel is at 0, 0.
+  /// Row by row: fx, s, cx, 0, fy, cy, 0, 0, 1, in pixels. The centre of the first pixel is at 0,
+  /// 0.
   std::array<double, 9> intrinsics{};
   /// Row by row: the rigid motion from the axes of the camera to those of the template. The camera
   /// looks along its +z axis, with x to the right and y down, as in OpenCV.

@@ -76,12 +76,9 @@ void check_pose(std::size_t number, const std::array<double, 16>& pose) {
     refuse_image("pose", number,
                  "is not rigid: an axis has the squared length " + in_words(length) + ", not 1");
   }
-  const Vector3<double> right = {y.y * z.z - y.z * z.y, y.z * z.x - y.x * z.z,
-                                 y.x * z.y - y.y * z.x};
-  const double volume = dot(x, right);
+  const double volume = dot(x, cross(y, z));
   if (std::abs(volume - 1) <= rounding) return;
-  refuse_image("pose", number,
-               "is not rigid: its determinant is " + in_words(volume) + ", not 1");
+  refuse_image("pose", number, "is not rigid: its determinant is " + in_words(volume) + ", not 1");
 }
 
 }  // namespace
@@ -93,7 +90,8 @@ void check_depth_image(std::size_t number, const DepthImage& image) {
                      std::to_string(image.width) + " columns, which is no image");
   }
   check_pointer("depth", image.data, image.height);
-  if ((image.height > 1 && image.row_stride == 0) || (image.width > 1 && image.column_stride == 0)) {
+  if ((image.height > 1 && image.row_stride == 0) ||
+      (image.width > 1 && image.column_stride == 0)) {
     refuse_image("depth", number, "has a stride of 0, with which its pixels would be the same");
   }
   check_intrinsics(number, image.intrinsics);
@@ -114,8 +112,8 @@ void check_depth_image(std::size_t number, const DepthImage& image) {
 Camera camera_of(const DepthImage& image) {
   const auto& k = image.intrinsics;
   const auto& pose = image.pose;
-  return {k[0], k[4], k[2], k[5], k[1],
-          {axis(pose, 0), axis(pose, 1), axis(pose, 2)}, axis(pose, 3)};
+  return {k[0],         k[4], k[2], k[5], k[1], {axis(pose, 0), axis(pose, 1), axis(pose, 2)},
+          axis(pose, 3)};
 }
 
 void copy_depths(const DepthImage& image, std::span<float> depths) {

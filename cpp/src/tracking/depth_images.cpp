@@ -12,10 +12,6 @@ namespace {
 /// only every second, third ... pixel is, and then all around the best one.
 constexpr int looks = 4;
 
-Vector3<double> cross(const Vector3<double>& a, const Vector3<double>& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-
 }  // namespace
 
 Vector3<double> Camera::to_camera(const Vector3<double>& point) const {
@@ -47,7 +43,8 @@ void DepthImages::prepare(double jump, Workers& workers) {
   for (const Image& image : images_) {
     workers.for_each(static_cast<Index>(image.height), [&](Index row) {
       for (std::size_t column = 0; column < image.width; ++column) {
-        const std::size_t pixel = image.first + static_cast<std::size_t>(row) * image.width + column;
+        const std::size_t pixel =
+            image.first + static_cast<std::size_t>(row) * image.width + column;
         const auto depth = static_cast<double>(depths_[pixel]);
         if (!(depth > 0)) continue;
         const Camera& camera = image.camera;
@@ -78,8 +75,7 @@ void DepthImages::prepare_rows(const Image& image, double jump, std::size_t firs
       const float here = depths_[pixel];
       if (!(here > 0)) continue;
       const auto is_near = [&](std::size_t other) {
-        return depths_[other] > 0 &&
-               std::abs(static_cast<double>(depths_[other] - here)) <= jump;
+        return depths_[other] > 0 && std::abs(static_cast<double>(depths_[other] - here)) <= jump;
       };
       const std::size_t left = pixel - 1;
       const std::size_t right = pixel + 1;

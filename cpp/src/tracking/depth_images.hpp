@@ -54,6 +54,7 @@ class DepthImages final : public Measurement {
   [[nodiscard]] Vector3<double> normal(std::size_t i) const override {
     return normals_[measured_[i]];
   }
+  [[nodiscard]] bool is_undecided(std::size_t /*i*/) const override { return false; }
   [[nodiscard]] Correspondence nearest(const Vector3<double>& position,
                                        const Vector3<double>& normal, double radius,
                                        double agreement) const override;

@@ -34,10 +34,12 @@ class Measurement {
   [[nodiscard]] virtual std::size_t size() const = 0;
   [[nodiscard]] virtual Vector3<double> point(std::size_t i) const = 0;
   [[nodiscard]] virtual Vector3<double> normal(std::size_t i) const = 0;
+  /// Whether that normal may as well be the opposite.
+  [[nodiscard]] virtual bool is_undecided(std::size_t i) const = 0;
 
   /// The measured point that is nearest to `position`, among those within `radius` whose normal
-  /// agrees with `normal`: the cosine between them is at least `agreement`. The weight of the result
-  /// is 1, or 0 if there is none. May be called by several threads at once.
+  /// agrees with `normal`: the cosine between them is at least `agreement`. The weight of the
+  /// result is 1, or 0 if there is none. May be called by several threads at once.
   [[nodiscard]] virtual Correspondence nearest(const Vector3<double>& position,
                                                const Vector3<double>& normal, double radius,
                                                double agreement) const = 0;

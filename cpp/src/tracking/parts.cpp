@@ -60,9 +60,9 @@ TrackingReport Tracker<Real>::Parts::track(const Measurement& measurement, Point
   for (std::size_t v = 0; v < current.size(); ++v) {
     const Vector3<double>& x = found.x[v];
     const bool is_found = generation[v] != Generations::unseen;
-    current[v] = is_found ? Vector3<Real>{saturated<Real>(x.x), saturated<Real>(x.y),
-                                          saturated<Real>(x.z)}
-                          : previous[v];
+    current[v] =
+        is_found ? Vector3<Real>{saturated<Real>(x.x), saturated<Real>(x.y), saturated<Real>(x.z)}
+                 : previous[v];
   }
   unseen.place(previous, current, generations);
   // Vertices whose estimate has diverged are first reset to the previous frame.
@@ -98,11 +98,11 @@ void Tracker<Real>::Parts::update_copies() {
   }
 }
 
-#define DYNMESH_INSTANTIATE(Real)                                                           \
+#define DYNMESH_INSTANTIATE(Real)                                                              \
   template Tracker<Real>::Parts::Parts(Faces, const Frame&, Topology, const TrackerSettings&); \
-  template void Tracker<Real>::Parts::begin(Frame);                                         \
-  template TrackingReport Tracker<Real>::Parts::track(const Measurement&, Points<Real>,     \
-                                                      Clock::time_point);                   \
+  template void Tracker<Real>::Parts::begin(Frame);                                            \
+  template TrackingReport Tracker<Real>::Parts::track(const Measurement&, Points<Real>,        \
+                                                      Clock::time_point);                      \
   template void Tracker<Real>::Parts::update_copies();
 DYNMESH_INSTANTIATE(float)
 DYNMESH_INSTANTIATE(double)

@@ -1,6 +1,7 @@
 #include "tracking/point_scan.hpp"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -25,20 +26,19 @@ struct NearestAgreeing {
   const PointScan& scan;
   const Vector3<double>& normal;
   double agreement;
+  PointScan::Nearest nearest;
   double squared_distance;
-  std::uint32_t found = 0;
-  bool any = false;
 
-  [[nodiscard]] std::size_t size() const { return any ? 1 : 0; }
+  [[nodiscard]] std::size_t size() const { return nearest.any ? 1 : 0; }
   [[nodiscard]] bool full() const { return true; }
   [[nodiscard]] double worstDist() const { return squared_distance; }
   bool addPoint(double squared, std::uint32_t index) {
     if (!(squared < squared_distance)) return true;
     const double cosine = dot(scan.normals[index], normal);
-    if (!((scan.are_normals_undecided ? std::abs(cosine) : cosine) >= agreement)) return true;
+    if (!((scan.is_undecided(index) ? std::abs(cosine) : cosine) >= agreement)) return true;
     squared_distance = squared;
-    found = index;
-    any = true;
+    nearest.index = index;
+    nearest.any = true;
     return true;
   }
 };
@@ -75,7 +75,7 @@ void PointScan::index() {
 
 void PointScan::estimate_normals(Workers& workers) {
   normals.resize(points.size());
-  are_normals_undecided = sensors.empty();
+  undecided.resize(points.size());
   if (!tree_) return;
   workers.for_each_short_chunk(static_cast<Index>(points.size()), [&](Index first, Index last) {
     for (auto i = static_cast<std::size_t>(first); i < static_cast<std::size_t>(last); ++i) {
@@ -84,34 +84,39 @@ void PointScan::estimate_normals(Workers& workers) {
       nanoflann::KNNResultSet<double, std::uint32_t> result(plane_points);
       result.init(nearby.data(), distances.data());
       const double query[3] = {points[i].x, points[i].y, points[i].z};
-      tree_->findNeighbors(result, query, nanoflann::SearchParams());
+      tree_->findNeighbors(result, query, {});
       normals[i] = plane_normal(points, std::span(nearby).first(result.size()));
-      double best = 0;  // the cosine of the sensor that the plane faces most
+      double least = 1;  // of the cosines between the normal and the sensors
+      double most = -1;
       for (const auto& sensor : sensors) {
         const auto view = sensor - points[i];
         const double length = std::sqrt(squared_norm(view));
         const double cosine = length > 0 ? dot(normals[i], view) / length : 0;
-        if (std::abs(cosine) > std::abs(best)) best = cosine;
+        least = std::min(least, cosine);
+        most = std::max(most, cosine);
       }
-      if (best < 0) normals[i] = -1.0 * normals[i];
+      undecided[i] = most <= 0 || least >= 0 ? 0 : 1;
+      if (sensors.empty()) undecided[i] = 1;
+      if (most <= 0) normals[i] = -1.0 * normals[i];
     }
   });
 }
 
-std::size_t PointScan::nearest_index(const Vector3<double>& position, const Vector3<double>& normal,
-                                     double radius, double agreement) const {
-  if (!tree_) return points.size();
-  NearestAgreeing result{*this, normal, agreement, radius * radius};
+PointScan::Nearest PointScan::find(const Vector3<double>& position, const Vector3<double>& normal,
+                                   double radius, double agreement) const {
+  if (!tree_) return {};
+  NearestAgreeing result{*this, normal, agreement, {}, radius * radius};
   const double query[3] = {position.x, position.y, position.z};
-  tree_->findNeighbors(result, query, nanoflann::SearchParams());
-  return result.any ? result.found : points.size();
+  tree_->findNeighbors(result, query, {});
+  if (result.nearest.any) result.nearest.squared_distance = result.squared_distance;
+  return result.nearest;
 }
 
 Correspondence PointScan::nearest(const Vector3<double>& position, const Vector3<double>& normal,
                                   double radius, double agreement) const {
-  const std::size_t found = nearest_index(position, normal, radius, agreement);
-  if (found == points.size()) return {};
-  return {points[found], normals[found], 1};
+  const Nearest found = find(position, normal, radius, agreement);
+  if (!found.any) return {};
+  return {points[found.index], normals[found.index], 1};
 }
 
 }  // namespace dynmesh

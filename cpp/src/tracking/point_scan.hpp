@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/types.hpp>
+#include <limits>
 #include <nanoflann.hpp>
 #include <optional>
 #include <vector>
@@ -27,25 +28,32 @@ class PointScan final : public Measurement {
   void index();
 
   /// Sets each normal to that of the plane that fits the nearest points best (Hoppe et al. 1992),
-  /// turned to the sensor that it faces most. Call `index` before. Without sensors, the direction
-  /// stays undecided: normals then agree with their opposites as well.
+  /// turned to the sensors. Call `index` before. Without sensors, or if the plane lies between two
+  /// of them, the direction stays undecided: the normal then agrees with its opposite as well.
   void estimate_normals(Workers& workers);
 
   [[nodiscard]] Field viewpoints() const override { return sensors; }
   [[nodiscard]] std::size_t size() const override { return points.size(); }
   [[nodiscard]] Vector3<double> point(std::size_t i) const override { return points[i]; }
   [[nodiscard]] Vector3<double> normal(std::size_t i) const override { return normals[i]; }
+  [[nodiscard]] bool is_undecided(std::size_t i) const override {
+    return !undecided.empty() && undecided[i] != 0;
+  }
   [[nodiscard]] Correspondence nearest(const Vector3<double>& position,
                                        const Vector3<double>& normal, double radius,
                                        double agreement) const override;
 
-  /// The same as an index; `size()` if there is none.
-  [[nodiscard]] std::size_t nearest_index(const Vector3<double>& position,
-                                          const Vector3<double>& normal, double radius,
-                                          double agreement) const;
+  /// The nearest agreeing point, if there is any.
+  struct Nearest {
+    bool any = false;
+    std::uint32_t index = 0;
+    double squared_distance = std::numeric_limits<double>::infinity();
+  };
+  [[nodiscard]] Nearest find(const Vector3<double>& position, const Vector3<double>& normal,
+                             double radius, double agreement) const;
 
-  /// Whether a normal may as well point to the other side.
-  bool are_normals_undecided = false;
+  /// (n,) 1 for normals that may as well be the opposite; empty if there are none.
+  std::vector<std::uint8_t> undecided;
 
  private:
   struct Cloud {

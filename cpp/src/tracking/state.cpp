@@ -1,6 +1,6 @@
-/// The state of a tracker: what another tracker must share to restore it, details of the last frame,
-/// the arrays, and a checksum. All fields are little-endian and packed, and arrays in the caller's
-/// order.
+/// The state of a tracker: what another tracker must share to restore it, details of the last
+/// frame, the arrays, and a checksum. All fields are little-endian and packed, and arrays in the
+/// caller's order.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -87,8 +87,8 @@ void check_stored_frame(const std::vector<Vector3<Real>>& frame) {
 void check_facts(const Facts& found, const Facts& expected) {
   if (found.real_size != expected.real_size) {
     refuse_state("has " + std::to_string(8 * std::uint64_t{found.real_size}) +
-                 "-bit positions, but this tracker has " +
-                 std::to_string(8 * expected.real_size) + "-bit ones");
+                 "-bit positions, but this tracker has " + std::to_string(8 * expected.real_size) +
+                 "-bit ones");
   }
   if (found.n_vertices != expected.n_vertices) {
     refuse_state("belongs to a mesh of " + std::to_string(found.n_vertices) +
@@ -105,8 +105,8 @@ void check_facts(const Facts& found, const Facts& expected) {
 
 template <class Real>
 std::size_t Tracker<Real>::state_size() const {
-  const std::size_t of_vertex = 3 * 3 * sizeof(Real) + sizeof(Index) + sizeof(std::uint8_t) +
-                                sizeof(StoredRotation);
+  const std::size_t of_vertex =
+      3 * 3 * sizeof(Real) + sizeof(Index) + sizeof(std::uint8_t) + sizeof(StoredRotation);
   return sizeof magic + size_of_facts() + n_vertices() * of_vertex + sizeof(std::uint64_t);
 }
 
@@ -173,7 +173,8 @@ void Tracker<Real>::restore(std::span<const std::byte> state) {
     constexpr double rounding = 1e-6;
     const bool is_possible = age[i] >= 0 && static_cast<std::uint64_t>(age[i]) <= facts.n_frames &&
                              known[i] <= 1 && std::abs(norm - 1) <= rounding;
-    if (!is_possible) refuse_state("vertex " + std::to_string(i) + " has a memory that is not possible");
+    if (!is_possible)
+      refuse_state("vertex " + std::to_string(i) + " has a memory that is not possible");
   }
   const auto seal = reader.read<std::uint64_t>();
   if (reader.rest() != 0) refuse_state(std::to_string(reader.rest()) + " bytes too long");

@@ -37,7 +37,8 @@ SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& to
       seen_(topology.cells.size()),
       observed_(topology.cells.size()),
       found_in_(topology.report.components),
-      old_rotations_(topology.cells.size()) {
+      old_rotations_(topology.cells.size()),
+      drawn_(topology.cells.size()) {
   rotations_.allow_averaging();
 }
 
@@ -60,10 +61,16 @@ SurfaceTracking::Found SurfaceTracking::find(const Measurement& measurement) {
     predict();
     const bool aligned = is_first_ && measurement.size() > 0 && align(measurement);
     for (int step = 0; step < constants_.rigid_steps; ++step) {
-      move_as_a_whole(measurement, {constants_.rigid_radius, constants_.rigid_scale, constants_.rigid_scale, 1});
+      move_as_a_whole(measurement,
+                      {constants_.rigid_radius, constants_.rigid_scale, constants_.rigid_scale, 1});
     }
-    for (int pass = 0; pass < constants_.passes; ++pass) bend(pass, measurement);
+    const int searches = search(measurement);
+    for (int pass = 1; pass < constants_.passes; ++pass) {
+      const double progress = static_cast<double>(pass) / (constants_.passes - 1);
+      bend(measurement, weight_at(progress), 2 * pass < constants_.passes);
+    }
     Found result = observe(measurement);
+    result.passes = searches + constants_.passes - 1;
     result.aligned = aligned;
     return result;
   } catch (...) {
@@ -110,7 +117,8 @@ SurfaceTracking::Tally SurfaceTracking::correspond(const Measurement& measuremen
 }
 
 void SurfaceTracking::move_as_a_whole(const Measurement& measurement, const Search& search) {
-  if (correspond(measurement, search).found < constants_.fewest) return;
+  if (correspond(measurement, search).found < static_cast<std::size_t>(constants_.least_rigid))
+    return;
   move_rigidly(fit_to_planes(x_, found_, constants_.rigid_caution), x_);
 }
 
@@ -163,70 +171,96 @@ bool SurfaceTracking::align(const Measurement& measurement) {
   throw std::invalid_argument(text.data());
 }
 
-void SurfaceTracking::draw_towards_unexplained(const Measurement& measurement, double weight) {
+/// Measured points that are far from all vertices draw the nearest one: so a limb that lies on the
+/// wrong one comes back. Returns their share.
+double SurfaceTracking::draw_towards_unexplained(const Measurement& measurement, double weight) {
   vertices_.points.assign(x_.begin(), x_.end());
   vertices_.normals.assign(normals_.begin(), normals_.end());
   vertices_.index();
-  drawn_.assign(x_.size(), {});
-  const std::size_t stride = 1 + measurement.size() / 4096;
-  const double least = constants_.reverse_least * mean_edge_;
+  std::ranges::fill(drawn_, Correspondence{});
+  const double radius = constants_.drawing_radius * mean_edge_;
+  const double least = constants_.least_unexplained * mean_edge_;
+  const std::size_t stride =
+      1 + measurement.size() / static_cast<std::size_t>(constants_.looked_at);
+  double n_near = 0;
+  double n_unexplained = 0;
   for (std::size_t i = 0; i < measurement.size(); i += stride) {
-    const auto p = measurement.point(i);
-    const std::size_t v = vertices_.nearest_index(p, measurement.normal(i),
-                                                  constants_.reverse_radius * mean_edge_,
-                                                  constants_.agreement);
-    if (v >= x_.size() || squared_norm(p - x_[v]) < least * least) continue;
-    drawn_[v].point = drawn_[v].point + p;
-    drawn_[v].normal = drawn_[v].normal + measurement.normal(i);
-    drawn_[v].weight += 1;
+    const auto point = measurement.point(i);
+    auto normal = measurement.normal(i);
+    auto nearest = vertices_.find(point, normal, radius, constants_.agreement);
+    if (measurement.is_undecided(i)) {
+      const auto other = vertices_.find(point, -1.0 * normal, radius, constants_.agreement);
+      if (other.squared_distance < nearest.squared_distance) {
+        nearest = other;
+        normal = -1.0 * normal;
+      }
+    }
+    if (!nearest.any) continue;
+    n_near += 1;
+    if (nearest.squared_distance < least * least) continue;
+    n_unexplained += 1;
+    Correspondence& drawn = drawn_[nearest.index];
+    drawn.point = drawn.point + point;
+    drawn.normal = drawn.normal + normal;
+    drawn.weight += 1;
   }
-  const double scale = constants_.reverse_scale * mean_edge_;
+  const double scale = constants_.drawing_scale * mean_edge_;
   for (std::size_t v = 0; v < x_.size(); ++v) {
-    Correspondence c = drawn_[v];
-    if (c.weight == 0) continue;
-    c.point = (1 / c.weight) * c.point;
-    const double length = std::sqrt(squared_norm(c.normal));
+    const Correspondence& drawn = drawn_[v];
+    const double length = std::sqrt(squared_norm(drawn.normal));
     if (!(length > 0)) continue;
-    c.normal = (1 / length) * c.normal;
-    c.weight = constants_.reverse_weight * weight /
-               (1 + squared_norm(c.point - x_[v]) / (scale * scale));
-    found_[v] = c;
+    const auto point = (1 / drawn.weight) * drawn.point;
+    const double distance = squared_norm(point - x_[v]);
+    found_[v] = {point, (1 / length) * drawn.normal,
+                 constants_.drawing_weight * weight / (1 + distance / (scale * scale))};
   }
+  return n_near > 0 ? n_unexplained / n_near : 0;
 }
 
-/// Chooses the components with enough correspondences. Returns whether there is any.
-bool SurfaceTracking::choose_components() {
-  std::ranges::fill(found_in_, std::size_t{0});
+/// Chooses the components with enough correspondences, of which those that are far away count less:
+/// `weight` is that of one without any distance. Returns whether there is any.
+bool SurfaceTracking::choose_components(double weight) {
+  std::ranges::fill(found_in_, 0.0);
   for (std::size_t v = 0; v < found_.size(); ++v) {
-    if (found_[v].weight > 0) ++found_in_[static_cast<std::size_t>(topology_.component[v])];
+    found_in_[static_cast<std::size_t>(topology_.component[v])] += found_[v].weight / weight;
   }
   anchors_.n_solved = 0;
   for (std::size_t v = 0; v < found_.size(); ++v) {
     const bool is_solved =
         found_in_[static_cast<std::size_t>(topology_.component[v])] >= constants_.fewest;
     anchors_.is_solved[v] = is_solved ? 1 : 0;
-    anchors_.weights[v] = is_solved ? found_[v].weight : 0;
     if (!is_solved) found_[v].weight = 0;
+    anchors_.weights[v] = found_[v].weight;
     anchors_.n_solved += is_solved ? 1 : 0;
   }
   return anchors_.n_solved > 0;
 }
 
-/// Finds correspondences and rotations for X, and then X for these.
-void SurfaceTracking::bend(int pass, const Measurement& measurement) {
-  const double progress =
-      constants_.passes > 1 ? static_cast<double>(pass) / (constants_.passes - 1) : 1;
-  const double weight = constants_.first_weight *
-                        std::pow(constants_.last_weight / constants_.first_weight, progress);
-  const bool is_early = 2 * pass < constants_.passes;
+/// The weight of a correspondence, from the first pass to the last.
+double SurfaceTracking::weight_at(double progress) const {
+  return constants_.first_weight *
+         std::pow(constants_.last_weight / constants_.first_weight, progress);
+}
+
+/// Repeats the first pass until nearly all measured points are explained. Returns how often.
+int SurfaceTracking::search(const Measurement& measurement) {
+  int done = 0;
+  while (true) {
+    const bool straightens = done > 0 && 2 * done < constants_.most_searches;
+    const double weight = (straightens ? constants_.lost_weight : 1) * weight_at(0);
+    const double unexplained = bend(measurement, weight, true);
+    ++done;
+    if (unexplained <= constants_.lost_share || done >= constants_.most_searches) return done;
+  }
+}
+
+/// Finds correspondences and rotations for X, and then X for these. Returns the share of the
+/// measured points that no vertex explains, in early passes.
+double SurfaceTracking::bend(const Measurement& measurement, double weight, bool is_early) {
   const double radius = is_early ? constants_.wide_radius : constants_.narrow_radius;
-  const double scale =
-      constants_.first_scale * std::pow(constants_.scale / constants_.first_scale, progress);
-  const double side =
-      constants_.first_side * std::pow(constants_.side / constants_.first_side, progress);
-  correspond(measurement, {radius, scale, side, weight});
-  if (pass < constants_.reverse) draw_towards_unexplained(measurement, weight);
-  if (!choose_components()) return;
+  correspond(measurement, {radius, constants_.scale, constants_.side, weight});
+  const double lost = is_early ? draw_towards_unexplained(measurement, weight) : 0;
+  if (!choose_components(weight)) return 0;
   rotations_.fit(x_, constants_.averagings);
   for (std::size_t v = 0; v < x_.size(); ++v) {
     wanted_[v] = shape_[v] + constants_.pull * (first_shape_[v] - shape_[v]);
@@ -234,12 +268,13 @@ void SurfaceTracking::bend(int pass, const Measurement& measurement) {
   rotations_.turn(wanted_, turned_);
   system_.factorize(anchors_);
   fit_.take_steps(system_, turned_, found_, constants_.steps, x_);
+  return lost;
 }
 
 /// Which vertices have a measured point in the end.
 SurfaceTracking::Found SurfaceTracking::observe(const Measurement& measurement) {
   correspond(measurement, {constants_.observed_distance, constants_.scale, constants_.side, 1});
-  Found result = {x_, observed_, anchors_.is_solved, constants_.passes, 0, false};
+  Found result = {x_, observed_, 0, 0, false};
   double sum = 0;
   double n = 0;
   for (std::size_t v = 0; v < x_.size(); ++v) {

@@ -42,9 +42,8 @@ class SurfaceTracking {
   struct Found {
     Field x;                                 ///< (k,) the positions
     std::span<const std::uint8_t> observed;  ///< (k,) 1 for vertices that have a measured point
-    std::span<const std::uint8_t> is_solved;  ///< (k,) 0 in components that were not solved for
     int passes = 0;
-    double distance = 0;  ///< root mean square of the observed vertices from their planes
+    double distance = 0;   ///< root mean square of the observed vertices from their planes
     bool aligned = false;  ///< whether a rigid alignment of the whole template was needed
   };
 
@@ -84,9 +83,11 @@ class SurfaceTracking {
   void move_as_a_whole(const Measurement& measurement, const Search& search);
   bool lies_in(const Measurement& measurement, double share);
   bool align(const Measurement& measurement);
-  void draw_towards_unexplained(const Measurement& measurement, double weight);
-  bool choose_components();
-  void bend(int pass, const Measurement& measurement);
+  double draw_towards_unexplained(const Measurement& measurement, double weight);
+  bool choose_components(double weight);
+  [[nodiscard]] double weight_at(double progress) const;
+  int search(const Measurement& measurement);
+  double bend(const Measurement& measurement, double weight, bool is_early);
   Found observe(const Measurement& measurement);
 
   TrackingConstants constants_;
@@ -110,9 +111,9 @@ class SurfaceTracking {
   std::vector<Vector3<double>> x_, normals_, wanted_, turned_;
   std::vector<Correspondence> found_;
   std::vector<std::uint8_t> seen_, observed_;
-  std::vector<std::size_t> found_in_;  // the number of correspondences in each component
+  std::vector<double> found_in_;  // the correspondences of each component, weighed
   std::vector<Quaternion> old_rotations_;
-  PointScan vertices_;
+  PointScan vertices_;  // the surface itself
   std::vector<Correspondence> drawn_;
 };
 

@@ -45,8 +45,7 @@ void copy_directions(const Points<const Real>& rows, std::vector<Vector3<double>
   for (std::size_t i = 0; i < rows.count; ++i) {
     const auto normal = in_double(row(rows, i));
     // Divided by the largest coordinate first, so that squares stay in range.
-    const double largest =
-        std::max({std::abs(normal.x), std::abs(normal.y), std::abs(normal.z)});
+    const double largest = std::max({std::abs(normal.x), std::abs(normal.y), std::abs(normal.z)});
     if (!(largest > 0)) {
       copies[i] = {};
       continue;
@@ -102,7 +101,7 @@ TrackingReport Tracker<Real>::push(const Scan<Real>& scan, Points<Real> tracked)
   measured.index();
   if (has_normals) {
     copy_directions(scan.normals, measured.normals);
-    measured.are_normals_undecided = false;
+    measured.undecided.clear();
   } else {
     measured.estimate_normals(parts_->workers);
   }
@@ -110,8 +109,7 @@ TrackingReport Tracker<Real>::push(const Scan<Real>& scan, Points<Real> tracked)
 }
 
 template <class Real>
-TrackingReport Tracker<Real>::push_depth(std::span<const DepthImage> images,
-                                         Points<Real> tracked) {
+TrackingReport Tracker<Real>::push_depth(std::span<const DepthImage> images, Points<Real> tracked) {
   const auto start = Clock::now();
   check_output(tracked, n_vertices(), {});
   for (std::size_t i = 0; i < images.size(); ++i) check_depth_image(i, images[i]);
@@ -120,8 +118,7 @@ TrackingReport Tracker<Real>::push_depth(std::span<const DepthImage> images,
   for (const DepthImage& image : images) {
     copy_depths(image, measured.add(camera_of(image), image.height, image.width));
   }
-  measured.prepare(parts_->surface.constants().jump * parts_->surface.mean_edge(),
-                   parts_->workers);
+  measured.prepare(parts_->surface.constants().jump * parts_->surface.mean_edge(), parts_->workers);
   return parts_->track(measured, tracked, start);
 }
 

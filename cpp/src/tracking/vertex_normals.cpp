@@ -6,14 +6,6 @@
 #include "support/geometry.hpp"
 
 namespace dynmesh {
-namespace {
-
-Vector3<double> cross(const Vector3<double>& a, const Vector3<double>& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-
-}  // namespace
-
 void find_vertex_normals(std::span<const Triangle> faces, std::span<const Vector3<double>> frame,
                          std::span<Vector3<double>> normals) {
   std::ranges::fill(normals, Vector3<double>{});

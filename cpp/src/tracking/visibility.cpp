@@ -9,10 +9,6 @@
 namespace dynmesh {
 namespace {
 
-Vector3<double> cross(const Vector3<double>& a, const Vector3<double>& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-
 /// Unit vectors to the right, down and ahead.
 struct Axes {
   Vector3<double> right, down, ahead;
@@ -72,7 +68,8 @@ void Visibility::find(std::span<const Triangle> faces, Field frame, Field normal
       if (is_outside) {
         const int column = std::clamp(static_cast<int>(image_[v].x), 0, side - 1);
         const int row = std::clamp(static_cast<int>(image_[v].y), 0, side - 1);
-        const auto drawn = static_cast<double>(depths_[static_cast<std::size_t>(row * side + column)]);
+        const auto drawn =
+            static_cast<double>(depths_[static_cast<std::size_t>(row * side + column)]);
         if (image_[v].z > drawn + tolerance) continue;
       }
       seen[v] = 1;

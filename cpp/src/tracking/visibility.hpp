@@ -19,9 +19,10 @@ class Visibility {
   explicit Visibility(std::size_t n_vertices);
 
   /// Sets `seen` (k,) to 1 for the vertices that face one of the viewpoints and that nothing hides
-  /// from it, else to 0; without viewpoints, to 1 for all. `normals` (k,) are those of the vertices. Depths are compared with a
-  /// tolerance of `tolerance`, and a pixel is about `pixel` wide at the centre of the surface, both
-  /// lengths. A surface that surrounds a viewpoint hides nothing from it.
+  /// from it, else to 0; without viewpoints, to 1 for all. `normals` (k,) are those of the
+  /// vertices. Depths are compared with a tolerance of `tolerance`, and a pixel is about `pixel`
+  /// wide at the centre of the surface, both lengths. A surface that surrounds a viewpoint hides
+  /// nothing from it.
   void find(std::span<const Triangle> faces, Field frame, Field normals, Field viewpoints,
             double pixel, double tolerance, std::span<std::uint8_t> seen);
 
