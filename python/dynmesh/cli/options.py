@@ -98,6 +98,14 @@ Seed = Annotated[int, typer.Option(metavar="N", help="Equal seeds give equal res
 Overwrite = Annotated[
     bool, typer.Option("--overwrite", help="Replace OUT if it exists.", rich_help_panel=OUTPUT)
 ]
+Resume = Annotated[
+    bool,
+    typer.Option(
+        "--resume",
+        help="Continue an interrupted run. If OUT is already complete, do nothing.",
+        rich_help_panel=OUTPUT,
+    ),
+]
 FramesPerSecond = Annotated[
     float | None,
     typer.Option(

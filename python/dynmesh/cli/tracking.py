@@ -9,6 +9,7 @@ import typer
 from ..files.scans import Scan
 from ..jobs.tracking import TrackFileReport, track_file
 from ..jobs.unfinished import is_unfinished
+from .done import say_how_far, saying_what_is_kept
 from .options import (
     FILES,
     HOW,
@@ -18,6 +19,7 @@ from .options import (
     OutputFormat,
     OutputPath,
     Overwrite,
+    Resume,
     WithGaps,
 )
 from .terminal import say, say_remarks
@@ -93,14 +95,7 @@ def track(
             rich_help_panel=OUTPUT,
         ),
     ] = False,
-    resume: Annotated[
-        bool,
-        typer.Option(
-            "--resume",
-            help="Continue an interrupted run. If OUT is already complete, do nothing.",
-            rich_help_panel=OUTPUT,
-        ),
-    ] = False,
+    resume: Resume = False,
     output_format: OutputFormat = None,
     fps: FramesPerSecond = None,
     overwrite: Overwrite = False,
@@ -121,7 +116,7 @@ def track(
             say(f"{output}: starting again{hint}")
         return watched(found, whole, "tracking", done)
 
-    try:
+    with saying_what_is_kept(output, "tracked"):
         report = track_file(
             scans,
             output,
@@ -139,26 +134,12 @@ def track(
             threads=threads,
             watch=watch,
         )
-    except BlockingIOError:  # another process is writing the output
-        raise
-    except (OSError, KeyboardInterrupt) as error:
-        if is_unfinished(output):
-            say(f"{output}: tracked frames are kept; --resume continues from there")
-        elif isinstance(error, KeyboardInterrupt):
-            say(f"{output}: interrupted; nothing was kept")
-        raise
     _say_what_was_done(output, report)
 
 
 def _say_what_was_done(output: Path, report: TrackFileReport) -> None:
-    if report.existed:
-        say(f"{output}: already complete; --overwrite makes it anew")
+    if not say_how_far(output, "tracked", report):
         return
-    if report.resumed_at == report.frames:
-        say(f"{output}: the interrupted run had already tracked every frame")
-        return
-    if report.resumed_at:
-        say(f"{output}: continued after {report.resumed_at} frames")
     if report.alignment is not None:
         found = report.alignment
         say(
