@@ -29,7 +29,8 @@ from .jobs import batch
 from .jobs.file_completion import complete_file
 from .jobs.report import FileReport
 from .jobs.scene_completion import SceneReport, complete_scene
-from .jobs.tracking import TrackFileReport, track_file
+from .jobs.track_report import TrackFileReport
+from .jobs.tracking import track_file
 from .matrices import adjacency, laplacian
 from .polygons import Polygons
 from .sequence import Description, Sequence

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ..jobs.report import LONG, FileReport
-from ..jobs.tracking import TrackFileReport
+from ..jobs.track_report import TrackFileReport
 from ..jobs.unfinished import is_unfinished
 from .terminal import say
 

@@ -7,7 +7,8 @@ from typing import Annotated
 import typer
 
 from ..files.scans import Scan
-from ..jobs.tracking import TrackFileReport, track_file
+from ..jobs.track_report import TrackFileReport
+from ..jobs.tracking import track_file
 from ..jobs.unfinished import is_unfinished
 from .done import say_how_far, saying_what_is_kept
 from .options import (

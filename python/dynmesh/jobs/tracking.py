@@ -2,7 +2,7 @@
 
 import contextlib
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -28,42 +28,13 @@ from .alignment import (
 from .beginning import check_whole
 from .checkpoint import Progress, describe_job, identity
 from .resumable import ResumableOutput, check_resumable
+from .track_report import TrackFileReport
 
 Align = Literal["auto", "never"]
 """Whether a template that does not lie in the first scan is moved there."""
 
 WatchScans = Callable[[Iterator[Scan | None], int, int], Iterator[Scan | None]]
 """Is called with the scans, their number and that of those already tracked; must pass them on."""
-
-
-@dataclass(frozen=True)
-class TrackFileReport:
-    """What :func:`track_file` has done.
-
-    Attributes:
-        frames: number of frames in the output.
-        resumed_at: number of frames that an interrupted run had tracked.
-        seconds_per_frame: median time of the tracker, without reading and writing; None if no frame
-            was tracked.
-        observed: share of the vertices that had a correspondence in the scan, on average over the
-            frames of this call in which there was a scan; None if there are none.
-        empty: number of frames of this call without a scan, or whose scan had no points.
-        alignment: the rigid motion of the template that put it into the first scan; None if it lay
-            there already.
-        distance: of the template from the first scan, in mean edges, before an alignment.
-        remarks: remarks about the output for the user, one line each.
-        existed: whether `resume` found a complete output, so that nothing was done.
-    """
-
-    frames: int
-    resumed_at: int
-    seconds_per_frame: float | None = None
-    observed: float | None = None
-    empty: int = 0
-    alignment: Alignment | None = None
-    distance: float | None = None
-    remarks: tuple[str, ...] = ()
-    existed: bool = False
 
 
 def track_file(
