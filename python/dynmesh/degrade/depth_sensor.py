@@ -35,7 +35,7 @@ def measured(buffer: DepthBuffer, scene: Scene, camera: Camera, faces: _Integers
 
 
 def with_flying(
-    depth: _Floats, share: float, mean_edge: float, rng: np.random.Generator
+    depth: _Floats, share: float, mean_edge: float, rng: "np.random.Generator"
 ) -> _Floats:
     """Replaces some of the pixels at silhouettes by mixtures with what is behind them."""
     behind = np.full_like(depth, -np.inf)  # the farthest of the neighbours

@@ -29,7 +29,7 @@ class Purpose(IntEnum):
     DEPTH = 6
 
 
-def rng_of(purpose: Purpose, seed: int, *numbers: int) -> np.random.Generator:
+def rng_of(purpose: Purpose, seed: int, *numbers: int) -> "np.random.Generator":
     """Returns the random numbers for one purpose and, for example, one frame."""
     return np.random.default_rng([seed, *numbers, purpose])
 

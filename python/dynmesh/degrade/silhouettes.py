@@ -49,7 +49,7 @@ class Silhouettes:
         return np.asarray(self._edges[borders])
 
     def flying(
-        self, points: Positions, cameras: Sequence[Camera], wanted: int, rng: np.random.Generator
+        self, points: Positions, cameras: Sequence[Camera], wanted: int, rng: "np.random.Generator"
     ) -> Flying:
         """Returns about as many visible points of silhouettes, evenly from all cameras.
 

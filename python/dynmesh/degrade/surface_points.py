@@ -17,7 +17,7 @@ _ROUNDS = 20
 
 
 def sampled(
-    scene: Scene, faces: _Integers, wanted: int, rng: np.random.Generator
+    scene: Scene, faces: _Integers, wanted: int, rng: "np.random.Generator"
 ) -> tuple[_Floats, _Floats]:
     """Returns (n, 3) points on the surface that cameras see, and their normals."""
     corners = scene.points.astype(np.float64)[faces]
