@@ -126,4 +126,14 @@ void IndicesArgument::narrow(const char* argument, const py::array& array, py::s
   }
 }
 
+BytesArgument::BytesArgument(const char* argument, const py::object& object) {
+  if (PyObject_CheckBuffer(object.ptr()) == 0) {
+    throw py::type_error(std::string(argument) + ": must be bytes, not " + type_name(object));
+  }
+  buffer_ = py::reinterpret_borrow<py::buffer>(object).request();
+  if (buffer_.itemsize != 1 || buffer_.ndim != 1 || buffer_.strides[0] != 1) {
+    throw py::type_error(std::string(argument) + ": must be contiguous bytes");
+  }
+}
+
 }  // namespace dynmesh

@@ -119,6 +119,18 @@ class IndicesArgument {
   std::span<const Index> view_;
 };
 
+/// Bytes, or another object with a contiguous buffer of bytes.
+class BytesArgument {
+ public:
+  BytesArgument(const char* argument, const py::object& object);
+  [[nodiscard]] std::span<const std::byte> view() const {
+    return {static_cast<const std::byte*>(buffer_.ptr), static_cast<std::size_t>(buffer_.size)};
+  }
+
+ private:
+  py::buffer_info buffer_;
+};
+
 /// A (k, 3) array of positions to write: `out`, or a new array if it is None.
 template <class Real>
 class OutputArgument {

@@ -176,15 +176,7 @@ class AnyCompleter {
 
   void restore(const py::object& state) {
     exclusively([&]<class Real>(Completer<Real>& completer) {
-      if (PyObject_CheckBuffer(state.ptr()) == 0) {
-        throw py::type_error("state: must be bytes, not " + type_name(state));
-      }
-      const py::buffer_info buffer = py::reinterpret_borrow<py::buffer>(state).request();
-      if (buffer.itemsize != 1 || buffer.ndim != 1 || buffer.strides[0] != 1) {
-        throw py::type_error("state: must be contiguous bytes");
-      }
-      completer.restore(
-          {static_cast<const std::byte*>(buffer.ptr), static_cast<std::size_t>(buffer.size)});
+      completer.restore(BytesArgument("state", state).view());
     });
   }
 

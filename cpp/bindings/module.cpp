@@ -14,12 +14,14 @@ PYBIND11_MODULE(_core, module) {
   dynmesh::bind_topology(module);
   dynmesh::bind_completer(module);
   dynmesh::bind_rehearsal(module);
+  dynmesh::bind_tracker(module);
   dynmesh::bind_metrics(module);
   dynmesh::bind_baselines(module);
   dynmesh::bind_sharing(module);
   dynmesh::bind_files(module);
   // Users know these classes as dynmesh.Completer and so on.
-  for (const char* name : {"Completer", "FrameReport", "RefusedFace", "TopologyReport"}) {
+  for (const char* name :
+       {"Completer", "FrameReport", "RefusedFace", "TopologyReport", "Tracker", "TrackingReport"}) {
     module.attr(name).attr("__module__") = "dynmesh";
   }
   dynmesh::refuse_other_calls(module);

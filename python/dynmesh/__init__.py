@@ -12,7 +12,16 @@ Completion" (WSCG 2017).
 """
 
 from . import baselines, degrade, metrics, synth
-from ._core import Completer, FrameReport, RefusedFace, TopologyReport, __version__, cells
+from ._core import (
+    Completer,
+    FrameReport,
+    RefusedFace,
+    TopologyReport,
+    Tracker,
+    TrackingReport,
+    __version__,
+    cells,
+)
 from ._errors import DynmeshError
 from .diagnosis import Diagnosis, Finding, diagnose
 from .files import Frame, Header, Reader, Writer, create, create_like, open, read, write
@@ -20,6 +29,8 @@ from .jobs import batch
 from .jobs.file_completion import complete_file
 from .jobs.report import FileReport
 from .jobs.scene_completion import SceneReport, complete_scene
+from .jobs.track_report import TrackFileReport
+from .jobs.tracking import track_file
 from .matrices import adjacency, laplacian
 from .polygons import Polygons
 from .sequence import Description, Sequence
@@ -41,6 +52,9 @@ __all__ = [
     "SceneReport",
     "Sequence",
     "TopologyReport",
+    "TrackFileReport",
+    "Tracker",
+    "TrackingReport",
     "Writer",
     "__version__",
     "adjacency",
@@ -59,5 +73,6 @@ __all__ = [
     "open",
     "read",
     "synth",
+    "track_file",
     "write",
 ]

@@ -1,4 +1,5 @@
 from collections.abc import Iterable
+from collections.abc import Sequence as SequenceOf
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -10,6 +11,7 @@ __version__: str
 _Integers: TypeAlias = NDArray[np.integer[Any]]
 _Positions: TypeAlias = NDArray[np.floating[Any]]
 _Mask: TypeAlias = NDArray[np.bool_]
+_Matrix: TypeAlias = NDArray[np.floating[Any] | np.integer[Any]]
 
 def cells(faces: _Integers, n_vertices: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]: ...
 
@@ -125,6 +127,61 @@ class Completer:
     @property
     def dtype(self) -> np.dtype[Any]: ...
     def _repr_html_(self) -> str: ...
+
+class TrackingReport(FrameReport):
+    @property
+    def distance(self) -> float: ...
+    @property
+    def aligned(self) -> bool: ...
+
+class Tracker:
+    def __init__(
+        self,
+        faces: _Integers,
+        first_frame: _Positions,
+        *,
+        threads: int = 1,
+        rehearsal: None = None,
+        uncertainty: Literal[False] = False,
+    ) -> None: ...
+    def push(
+        self,
+        points: _Positions,
+        normals: _Positions | None = None,
+        *,
+        viewpoints: _Positions | None = None,
+        out: _Positions | None = None,
+    ) -> _Positions: ...
+    def push_depth(
+        self,
+        depth: _Positions | SequenceOf[_Positions],
+        intrinsics: _Matrix | SequenceOf[_Matrix],
+        pose: _Matrix | SequenceOf[_Matrix],
+        *,
+        out: _Positions | None = None,
+    ) -> _Positions: ...
+    def skip(self, *, out: _Positions | None = None) -> _Positions: ...
+    def reset(self, frame: _Positions) -> None: ...
+    def state(self) -> bytes: ...
+    def restore(self, state: Buffer) -> None: ...
+    @property
+    def observed(self) -> NDArray[np.bool_]: ...
+    @property
+    def generation(self) -> NDArray[np.int32]: ...
+    @property
+    def age(self) -> NDArray[np.int32]: ...
+    @property
+    def report(self) -> TrackingReport: ...
+    @property
+    def topology(self) -> TopologyReport: ...
+    @property
+    def n_frames(self) -> int: ...
+    @property
+    def n_vertices(self) -> int: ...
+    @property
+    def n_edges(self) -> int: ...
+    @property
+    def dtype(self) -> np.dtype[Any]: ...
 
 class ErrorSummary:
     @property

@@ -62,7 +62,8 @@ def missing_licences() -> set[str]:
         if path.as_posix().endswith(f"licenses/{name}") and path.read_text().strip()
     }
     folder = "third_party_notes/licences"
-    return {"LICENSE", *(f"{folder}/{x}.txt" for x in ("Eigen", "OpenMesh", "pybind11"))} - there
+    compiled_in = ("Eigen", "OpenMesh", "nanoflann", "pybind11")
+    return {"LICENSE", *(f"{folder}/{x}.txt" for x in compiled_in)} - there
 
 
 with tempfile.TemporaryDirectory() as scratch:

@@ -18,6 +18,7 @@ SHORTER = {
     "docs/make_figures --page": "docs/make_figures --draft --page",
     "dynmesh synth walker walker.npz\n": "dynmesh synth walker walker.npz --frames 8\n",
     "dynmesh synth walker figure.npz --frames 20\n": "dynmesh synth walker figure.npz --frames 5\n",
+    "dynmesh.synth.walker()[:60]": "dynmesh.synth.walker()[:3]",
 }
 """Commands of the pages that are run with less data here; no page quotes their output."""
 
@@ -135,6 +136,7 @@ PAGES = (
     "docs/guides/research.md",
     "docs/guides/scene_caches.md",
     "docs/guides/shell.md",
+    "docs/guides/track.md",
     "docs/method.md",
     "docs/tutorial.md",
 )

@@ -228,7 +228,8 @@ def test_a_killed_process_can_be_resumed(tmp_path: Path, partial: Path, format: 
     output = output_path(tmp_path, format)
     program = (
         "import sys, time; from dynmesh.jobs import file_completion as f\n"
-        "f.Checkpoint.least_seconds_between = 0.0\n"
+        "from dynmesh.jobs.checkpoint import Checkpoint\n"
+        "Checkpoint.least_seconds_between = 0.0\n"
         "def slowly(frames, whole, done):\n"
         "    for frame in frames: time.sleep(0.02); yield frame\n"
         "f.complete_file(sys.argv[1], sys.argv[2], watch=slowly)"

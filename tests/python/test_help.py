@@ -16,7 +16,7 @@ from dynmesh import files
 from dynmesh.draw.quantities import Colour
 
 COMMANDS = (
-    *("info", "synth", "degrade", "complete", "evaluate"),
+    *("info", "synth", "degrade", "complete", "track", "evaluate"),
     *("view", "picture", "convert", "batch", "reproduce"),
 )
 

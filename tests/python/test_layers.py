@@ -17,6 +17,15 @@ MAY_INCLUDE = {
     "detail": {"factor", "generations", "kernels", "support"},
     "unseen": {"generations", "support"},
     "completer": {"mesh", "motion", "detail", "unseen", "generations", "kernels", "support"},
+    "tracking": {
+        "completer",
+        "mesh",
+        "detail",
+        "unseen",
+        "generations",
+        "kernels",
+        "support",
+    },
     "evaluation": {"support"},
     "c": {"completer", "support"},
 }

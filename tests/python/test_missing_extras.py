@@ -54,6 +54,7 @@ def refuse_work(*_: Any, **__: Any) -> NoReturn:
         ("h5py", "hdf5", "synth ocean out.h5"),
         ("vtkmodules", "view", "synth walker out.pvd"),
         ("pxr", "usd", "degrade in.npz out.usdc --camera 1"),
+        ("PIL.Image", "scans", "degrade in.npz out --depth 64x48"),
         ("alembic3d", "alembic", "complete in.npz out.abc"),
         ("pxr", "usd", "complete in.npz out.usda --provenance"),
         ("h5py", "hdf5", "complete in.npz out.h5 --resume"),
@@ -80,7 +81,7 @@ def test_missing_libraries_are_reported_first(
     monkeypatch.setattr(dynmesh.synth, "ocean", refuse_work)
     monkeypatch.setattr(dynmesh.synth, "walker", refuse_work)
     assert run(*command.split()) == 1
-    told = f"dynmesh: this needs {module}: pip install 'dynmesh[{extra}]'\n"
+    told = f"dynmesh: this needs {module.partition('.')[0]}: pip install 'dynmesh[{extra}]'\n"
     assert capfd.readouterr() == ("", told)
     assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
 

@@ -295,6 +295,92 @@ DYNMESH_EXPORT dynmesh_status dynmesh_standard_error(const dynmesh_completer* co
 DYNMESH_EXPORT dynmesh_status dynmesh_report(const dynmesh_completer* completer,
                                              dynmesh_frame_report* report);
 
+// Tracking in raw scans --------------------------------------------------------------------------
+
+/// Tracks a template in scans without correspondences; see tracker.hpp. The rules of completers for
+/// status, arguments and threads hold for trackers as well. Frames allocate memory for the search
+/// tree of the scan, and where a scan, an image or a factor is larger than all earlier ones.
+typedef struct dynmesh_tracker dynmesh_tracker;
+
+/// What a tracker reports of a frame. known + filled + unseen is the number of vertices.
+typedef struct dynmesh_tracking_report {
+  int64_t known;    ///< the number of vertices that have a measured point
+  int64_t filled;   ///< the number of other vertices of their components
+  int64_t unseen;   ///< vertices of components without a measured point
+  int64_t passes;   ///< how often correspondences were looked for
+  int32_t aligned;  ///< 1 if the template had to be moved to the first scan, else 0
+  double distance;  ///< root mean square of the observed vertices from the planes of their points
+  double seconds;   ///< wall time of the call; 0 after a reset or restore
+} dynmesh_tracking_report;
+
+/// A depth image of a pinhole camera. The depth of a pixel is data[row * row_stride + column *
+/// column_stride], along the axis of the camera and in the unit of the template; 0, NaN or infinite
+/// where nothing was measured. Strides are given in elements; if row_stride is 0, the image is
+/// tightly packed.
+typedef struct dynmesh_depth_image {
+  const float* data;
+  int64_t height;
+  int64_t width;
+  int64_t row_stride;
+  int64_t column_stride;
+  double intrinsics[9];  ///< row by row: fx, s, cx, 0, fy, cy, 0, 0, 1, in pixels
+  double pose[16];       ///< row by row: from the camera, with +z ahead and y down, to the template
+} dynmesh_depth_image;
+
+/// Creates a tracker from a template in the pose of the first scan. `threads` is the number of
+/// threads that may work on a frame, 1 to 256. All later positions must have the type of
+/// `first_frame`. Free `*tracker` with dynmesh_tracker_destroy. It is set to null if this function
+/// fails.
+DYNMESH_EXPORT dynmesh_status dynmesh_tracker_create(const int32_t* faces, int64_t n_faces,
+                                                     const dynmesh_points* first_frame,
+                                                     int32_t threads, dynmesh_tracker** tracker);
+
+/// Null is allowed.
+DYNMESH_EXPORT void dynmesh_tracker_destroy(dynmesh_tracker* tracker);
+
+/// Finds the template in a scan of any number of points. `normals` has a row for each point, or is
+/// null, and then they are estimated. `viewpoints` has a row for each sensor, or is null. `out` has
+/// a row for each vertex. `report` may be null. The first scan after creation or a reset must be
+/// where the template is; a rigid alignment is tried, and if it fails, DYNMESH_INVALID_ARGUMENT is
+/// returned.
+DYNMESH_EXPORT dynmesh_status dynmesh_tracker_push(
+    dynmesh_tracker* tracker, const dynmesh_points* points, const dynmesh_points* normals,
+    const dynmesh_points* viewpoints, const dynmesh_output* out, dynmesh_tracking_report* report);
+
+/// Finds the template in the depth images of one or several cameras of the same moment.
+DYNMESH_EXPORT dynmesh_status dynmesh_tracker_push_depth(dynmesh_tracker* tracker,
+                                                         const dynmesh_depth_image* images,
+                                                         int64_t n_images,
+                                                         const dynmesh_output* out,
+                                                         dynmesh_tracking_report* report);
+
+/// A frame in which nothing was measured: the template stays where it is.
+DYNMESH_EXPORT dynmesh_status dynmesh_tracker_skip(dynmesh_tracker* tracker,
+                                                   const dynmesh_output* out,
+                                                   dynmesh_tracking_report* report);
+
+/// Makes this complete frame the new template, as if the tracker were newly created.
+DYNMESH_EXPORT dynmesh_status dynmesh_tracker_reset(dynmesh_tracker* tracker,
+                                                    const dynmesh_points* frame);
+
+/// As dynmesh_state_size, dynmesh_state and dynmesh_restore.
+DYNMESH_EXPORT dynmesh_status dynmesh_tracker_state_size(const dynmesh_tracker* tracker,
+                                                         int64_t* size);
+DYNMESH_EXPORT dynmesh_status dynmesh_tracker_state(const dynmesh_tracker* tracker, void* state,
+                                                    int64_t size);
+DYNMESH_EXPORT dynmesh_status dynmesh_tracker_restore(dynmesh_tracker* tracker, const void* state,
+                                                      int64_t size);
+
+/// Returns an array (k,): 1 for vertices that have a measured point in the last frame, else 0.
+/// Valid until the next call that changes the tracker, as are the next two. Null if `tracker` is
+/// null or in use by another thread.
+DYNMESH_EXPORT const uint8_t* dynmesh_tracker_observed(const dynmesh_tracker* tracker);
+/// Returns an array (k,): 0 for observed vertices, g for those that g edges separate from one, -1
+/// where there is none.
+DYNMESH_EXPORT const int32_t* dynmesh_tracker_generation(const dynmesh_tracker* tracker);
+/// Returns an array (k,): the number of frames since each vertex was last observed.
+DYNMESH_EXPORT const int32_t* dynmesh_tracker_age(const dynmesh_tracker* tracker);
+
 // The connectivity -------------------------------------------------------------------------------
 
 typedef struct dynmesh_topology_report {

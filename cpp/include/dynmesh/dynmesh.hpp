@@ -9,5 +9,6 @@
 #include <dynmesh/settings.hpp>
 #include <dynmesh/template_mesh.hpp>
 #include <dynmesh/topology.hpp>
+#include <dynmesh/tracker.hpp>
 #include <dynmesh/types.hpp>
 #include <dynmesh/version.hpp>

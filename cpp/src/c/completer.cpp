@@ -2,7 +2,6 @@
 /// a status.
 #include <dynmesh/dynmesh.h>
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/completer.hpp>
@@ -138,23 +137,11 @@ dynmesh_status dynmesh_state_size(const dynmesh_completer* completer, int64_t* s
 }
 
 dynmesh_status dynmesh_state(const dynmesh_completer* completer, void* state, int64_t size) {
-  return with(completer, [&](const auto& c) {
-    check_pointer("state", state);
-    const std::size_t needed = c.state_size();
-    if (size < static_cast<int64_t>(needed)) {
-      refuse("state", "has room for " + std::to_string(size) + " bytes, but the state has " +
-                          std::to_string(needed));
-    }
-    std::ranges::copy(c.state(), static_cast<std::byte*>(state));
-  });
+  return with(completer, [&](const auto& c) { write_state(c, state, size); });
 }
 
 dynmesh_status dynmesh_restore(dynmesh_completer* completer, const void* state, int64_t size) {
-  return with(completer, [&](auto& c) {
-    check_pointer("state", state);
-    if (size < 0) refuse("state", "cannot have " + std::to_string(size) + " bytes");
-    c.restore({static_cast<const std::byte*>(state), static_cast<std::size_t>(size)});
-  });
+  return with(completer, [&](auto& c) { read_state(c, state, size); });
 }
 
 int64_t dynmesh_n_vertices(const dynmesh_completer* completer) {

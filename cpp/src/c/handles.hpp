@@ -3,8 +3,13 @@
 
 #include <dynmesh/dynmesh.h>
 
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <dynmesh/completer.hpp>
 #include <dynmesh/rehearsal.hpp>
+#include <dynmesh/tracker.hpp>
+#include <string>
 #include <variant>
 
 #include "c/arguments.hpp"
@@ -21,6 +26,12 @@ struct dynmesh_rehearsal {
   static constexpr const char* name = "rehearsal";
   std::variant<dynmesh::Rehearsal<float>, dynmesh::Rehearsal<double>> any;
   dynmesh::OneAtATime turns{name};
+};
+
+struct dynmesh_tracker {
+  static constexpr const char* name = "tracker";
+  std::variant<dynmesh::Tracker<float>, dynmesh::Tracker<double>> any;
+  mutable dynmesh::OneAtATime turns{name};
 };
 
 namespace dynmesh {
@@ -42,6 +53,25 @@ dynmesh_status with(Handle* handle, const Call& call) noexcept {
     check_pointer(Handle::name, handle);
     handle->turns.enter([&] { std::visit(call, handle->any); });
   });
+}
+
+/// Writes the state of `object` to a buffer of `size` bytes.
+template <class Object>
+void write_state(const Object& object, void* state, std::int64_t size) {
+  check_pointer("state", state);
+  const std::size_t needed = object.state_size();
+  if (size < static_cast<std::int64_t>(needed)) {
+    refuse("state", "has room for " + std::to_string(size) + " bytes, but the state has " +
+                        std::to_string(needed));
+  }
+  std::ranges::copy(object.state(), static_cast<std::byte*>(state));
+}
+
+template <class Object>
+void read_state(Object& object, const void* state, std::int64_t size) {
+  check_pointer("state", state);
+  if (size < 0) refuse("state", "cannot have " + std::to_string(size) + " bytes");
+  object.restore({static_cast<const std::byte*>(state), static_cast<std::size_t>(size)});
 }
 
 }  // namespace dynmesh

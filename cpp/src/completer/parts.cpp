@@ -14,23 +14,6 @@
 namespace dynmesh {
 namespace {
 
-/// Chooses the internal order of the vertices and returns the topology in that order.
-std::unique_ptr<const Topology> in_internal_order(Topology topology, Numbering& numbering) {
-  numbering = choose_numbering(topology.cells);
-  return std::make_unique<const Topology>(numbering.is_natural() ? std::move(topology)
-                                                                 : renumber(topology, numbering));
-}
-
-std::vector<Triangle> faces_in_internal_order(Faces faces, const Numbering& numbering) {
-  std::vector<Triangle> renumbered(faces.count);
-  for (std::size_t f = 0; f < faces.count; ++f) {
-    std::ranges::transform(faces[f], renumbered[f].begin(), [&](Index v) {
-      return static_cast<Index>(numbering.internal_index(static_cast<std::size_t>(v)));
-    });
-  }
-  return renumbered;
-}
-
 template <class Real>
 Take<Real> take_in_internal_order(std::span<const std::vector<Real>> frames,
                                   const Numbering& numbering) {

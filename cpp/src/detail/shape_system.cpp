@@ -42,6 +42,31 @@ void ShapeSystem::factorize(const Anchors& anchors) {
   factor_->factorize(anchors.is_solved, anchors.weights);
 }
 
+void ShapeSystem::apply_transposed(Field residual, std::span<Vector3<double>> pull) {
+  for (std::size_t v = 0; v < residual.size(); ++v) {
+    scaled_residual_[v] = operator_.scale[v] * residual[v];
+  }
+  multiply_transposed(1);
+  from_order_of_elimination(pull);
+}
+
+void ShapeSystem::solve_normal(Field right_hand_side, std::span<Vector3<double>> x) {
+  const auto rows = solved();
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    solution_[r] = right_hand_side[static_cast<std::size_t>(rows[r])];
+  }
+  factor_->solve(solution_, 1);
+  from_order_of_elimination(x);
+}
+
+void ShapeSystem::from_order_of_elimination(std::span<Vector3<double>> values) const {
+  const auto rows = solved();
+  if (rows.size() < values.size()) std::ranges::fill(values, Vector3<double>{});
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    values[static_cast<std::size_t>(rows[r])] = solution_[r];
+  }
+}
+
 /// Sets the solution to K^T of the residual at the vertices that are solved for.
 void ShapeSystem::multiply_transposed(int fields) {
   const auto rows = solved();

@@ -45,6 +45,13 @@ class ShapeSystem {
   /// Factors N, plus the weights of noisy anchors, restricted to the vertices that are solved for.
   void factorize(const Anchors& anchors);
 
+  /// pull = K^T residual (k,), 0 for vertices that are not solved for.
+  void apply_transposed(Field residual, std::span<Vector3<double>> pull);
+
+  /// Solves (N + weights) x = right_hand_side, both (k,), with the last factor. x is 0 for vertices
+  /// that are not solved for.
+  void solve_normal(Field right_hand_side, std::span<Vector3<double>> x);
+
   /// The vertices that are solved for.
   [[nodiscard]] std::span<const Index> solved() const { return factor_->order(); }
 
@@ -84,6 +91,7 @@ class ShapeSystem {
  private:
   void multiply_transposed(int fields);
   Field solve_and_scatter(int fields);
+  void from_order_of_elimination(std::span<Vector3<double>> values) const;
 
   const Cells& cells_;
   Workers& workers_;

@@ -1,8 +1,10 @@
 #include "mesh/numbering.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <numeric>
+#include <utility>
 
 namespace dynmesh {
 namespace {
@@ -82,6 +84,22 @@ Topology renumber(const Topology& topology, const Numbering& numbering) {
     }
     cells.offsets.push_back(static_cast<Index>(cells.neighbours.size()));
     renumbered.component.push_back(topology.component[static_cast<std::size_t>(vertex)]);
+  }
+  return renumbered;
+}
+
+std::unique_ptr<const Topology> in_internal_order(Topology topology, Numbering& numbering) {
+  numbering = choose_numbering(topology.cells);
+  return std::make_unique<const Topology>(numbering.is_natural() ? std::move(topology)
+                                                                 : renumber(topology, numbering));
+}
+
+std::vector<std::array<Index, 3>> faces_in_internal_order(Faces faces, const Numbering& numbering) {
+  std::vector<std::array<Index, 3>> renumbered(faces.count);
+  for (std::size_t f = 0; f < faces.count; ++f) {
+    std::ranges::transform(faces[f], renumbered[f].begin(), [&](Index v) {
+      return static_cast<Index>(numbering.internal_index(static_cast<std::size_t>(v)));
+    });
   }
   return renumbered;
 }

@@ -1,8 +1,10 @@
 /// The order of the vertices in memory, which affects how fast a large mesh is processed.
 #pragma once
 
+#include <array>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
+#include <memory>
 #include <vector>
 
 namespace dynmesh {
@@ -30,6 +32,12 @@ Numbering choose_numbering(const Cells& cells);
 /// Returns the same mesh with internal vertex indices. Neighbours keep their order in each cell, so
 /// sums are the same to the last bit.
 Topology renumber(const Topology& topology, const Numbering& numbering);
+
+/// Chooses the internal order of the vertices and returns the topology in that order.
+std::unique_ptr<const Topology> in_internal_order(Topology topology, Numbering& numbering);
+
+/// The faces with internal vertex indices.
+std::vector<std::array<Index, 3>> faces_in_internal_order(Faces faces, const Numbering& numbering);
 
 /// Reorders `values` from the caller's order to the internal order.
 template <class T>

@@ -56,6 +56,11 @@ Real dot(const Vector3<Real>& a, const Vector3<Real>& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
+template <class Real>
+Vector3<Real> cross(const Vector3<Real>& a, const Vector3<Real>& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
 /// Returns h, the mean edge length of `frame`, or 1 if it is zero or there are no edges.
 template <class Real>
 Real mean_edge_length(const Cells& cells, std::span<const Vector3<Real>> frame) {

@@ -15,6 +15,7 @@ from .options import format_names
 from .pictures import picture, view
 from .sequences import convert, degrade, synth
 from .terminal import fail
+from .tracking import track
 
 
 class _Command(TyperCommand):
@@ -81,6 +82,7 @@ for command in (
     synth,
     degrade,
     complete,
+    track,
     evaluate,
     view,
     picture,

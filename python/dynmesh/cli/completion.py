@@ -16,7 +16,7 @@ from ..jobs.file_completion import complete_file
 from ..jobs.job_table import start_of
 from ..jobs.unfinished import is_unfinished
 from ..settings import Settings
-from .done import say_what_was_done
+from .done import say_how_far, say_what_was_done, saying_what_is_kept
 from .options import (
     OUTPUT,
     WHAT,
@@ -29,6 +29,7 @@ from .options import (
     Overwrite,
     PrimOrAll,
     Rehearsal,
+    Resume,
     usage_error,
     with_settings,
     with_source,
@@ -74,14 +75,7 @@ def complete(
         ),
     ] = False,
     drop_above: DropAbove = None,
-    resume: Annotated[
-        bool,
-        typer.Option(
-            "--resume",
-            help="Continue an interrupted run. If OUT is already complete, do nothing.",
-            rich_help_panel=OUTPUT,
-        ),
-    ] = False,
+    resume: Resume = False,
     output_format: OutputFormat = None,
     overlay: Overlay = False,
     fps: FramesPerSecond = None,
@@ -132,42 +126,29 @@ def complete(
         return track(zeros.watch(frames, done), whole, "completing", done)
 
     try:
-        report = complete_file(
-            path,
-            output,
-            start=begin_at,
-            template=template,
-            rehearsal=rehearsal or None,
-            source=source,
-            output_format=output_format,
-            fps=fps,
-            provenance=provenance,
-            drop_above=drop_above,
-            overwrite=overwrite,
-            resume=resume,
-            overlay=overlay,
-            watch=watch,
-            watch_rehearsal=watch_rehearsal,
-            **settings,
-        )
+        with saying_what_is_kept(output, "completed"):
+            report = complete_file(
+                path,
+                output,
+                start=begin_at,
+                template=template,
+                rehearsal=rehearsal or None,
+                source=source,
+                output_format=output_format,
+                fps=fps,
+                provenance=provenance,
+                drop_above=drop_above,
+                overwrite=overwrite,
+                resume=resume,
+                overlay=overlay,
+                watch=watch,
+                watch_rehearsal=watch_rehearsal,
+                **settings,
+            )
     except SettingError as error:
         raise usage_error(error, settings) from error
-    except BlockingIOError:  # another process is writing the output
-        raise
-    except (OSError, KeyboardInterrupt) as error:
-        if is_unfinished(output):
-            say(f"{output}: completed frames are kept; --resume continues from there")
-        elif isinstance(error, KeyboardInterrupt):
-            say(f"{output}: interrupted; nothing was kept")
-        raise
-    if report.existed:
-        say(f"{output}: already complete; --overwrite makes it anew")
+    if not say_how_far(output, "completed", report):
         return
-    if report.resumed_at == report.frames:
-        say(f"{output}: the interrupted run had already completed every frame")
-        return
-    if report.resumed_at:
-        say(f"{output}: continued after {report.resumed_at} frames")
     say_what_was_done(output, report, settings["reject_outliers"])
     say_remarks(output, report.remarks)
     zeros.say_if_many()

@@ -1,11 +1,43 @@
 """What a completion did, in lines for the terminal."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from ..jobs.report import LONG, FileReport
+from ..jobs.track_report import TrackFileReport
+from ..jobs.unfinished import is_unfinished
 from .terminal import say
 
 _MANY = 0.01  # of the vertices
+
+
+@contextmanager
+def saying_what_is_kept(output: Path, made: str) -> Iterator[None]:
+    """Prints what an interruption or a full disk leaves; frames are `made`, such as "completed"."""
+    try:
+        yield
+    except BlockingIOError:  # another process is writing the output
+        raise
+    except (OSError, KeyboardInterrupt) as error:
+        if is_unfinished(output):
+            say(f"{output}: {made} frames are kept; --resume continues from there")
+        elif isinstance(error, KeyboardInterrupt):
+            say(f"{output}: interrupted; nothing was kept")
+        raise
+
+
+def say_how_far(output: Path, made: str, report: FileReport | TrackFileReport) -> bool:
+    """Prints what an earlier run had done; returns whether there was anything left to do."""
+    if report.existed:
+        say(f"{output}: already complete; --overwrite makes it anew")
+        return False
+    if report.resumed_at == report.frames:
+        say(f"{output}: the interrupted run had already {made} every frame")
+        return False
+    if report.resumed_at:
+        say(f"{output}: continued after {report.resumed_at} frames")
+    return True
 
 
 def say_what_was_done(output: Path | str, report: FileReport, reject_outliers: bool) -> None:

@@ -108,6 +108,14 @@ DropAbove = Annotated[
         rich_help_panel=OUTPUT,
     ),
 ]
+Resume = Annotated[
+    bool,
+    typer.Option(
+        "--resume",
+        help="Continue an interrupted run. If OUT is already complete, do nothing.",
+        rich_help_panel=OUTPUT,
+    ),
+]
 FramesPerSecond = Annotated[
     float | None,
     typer.Option(

@@ -11,6 +11,7 @@ from .. import files
 from ..draw.heatmap import likely_up, stated_up
 from ..draw.quantities import Colour, Range
 from ..files import Reader
+from ..files.scans import open_scans
 from ..jobs.checkpoint import Source
 from .options import (
     OUTPUT,
@@ -91,6 +92,22 @@ def view(
             rich_help_panel=_SHOWN,
         ),
     ] = None,
+    scans: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="SCANS",
+            help="The scans that IN was tracked in, to show beside it.",
+            rich_help_panel=_SHOWN,
+        ),
+    ] = None,
+    cameras: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Where the cameras of the scans stand. [cameras.json beside SCANS]",
+            rich_help_panel=_SHOWN,
+        ),
+    ] = None,
     colour: ColourOption = None,
     range: RangeOption = None,
     title: Title = None,
@@ -121,6 +138,7 @@ def view(
     ```text
     dynmesh view completed.npz -o page.html
     dynmesh view completed.npz --input partial.npz --reference truth.npz -o errors.html
+    dynmesh view tracked.npz --scans scans --reference truth.npz -o tracked.html
     ```
     """
     from ..draw.page import view as write
@@ -133,6 +151,7 @@ def view(
             output,
             reference=truth,
             input=partial,
+            scans=None if scans is None else open_scans(scans, cameras=cameras, gaps="lost"),
             colour=colour,
             range=range,
             title=title,

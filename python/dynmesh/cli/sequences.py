@@ -11,7 +11,7 @@ import typer
 from .. import degrade as degradation
 from .. import files
 from .. import synth as built_in
-from ..degrade.losses import mean_edge_of
+from ..degrade.shared import mean_edge_of
 from ..jobs.checkpoint import Source
 from ..sequence import Mask, Positions
 from .options import (
@@ -26,6 +26,7 @@ from .options import (
     share,
     with_source,
 )
+from .scans import SCANS, axis_of, bounding_box, simulate, size_of
 from .terminal import say, say_remarks, track
 
 _LOSS = "What to lose, and noise"
@@ -124,6 +125,43 @@ def degrade(
             rich_help_panel=_LOSS,
         ),
     ] = None,
+    scan: Annotated[
+        bool,
+        typer.Option(
+            "--scan",
+            help="Write loose points with normals, as scanners deliver them, into the folder OUT.",
+            rich_help_panel=SCANS,
+        ),
+    ] = False,
+    depth: Annotated[
+        str | None,
+        typer.Option(
+            metavar="WxH",
+            help="Write depth images of this size into the folder OUT, such as 640x480.",
+            rich_help_panel=SCANS,
+        ),
+    ] = None,
+    cameras: Annotated[
+        int,
+        typer.Option(
+            metavar="N", min=1, help="How many cameras stand around.", rich_help_panel=SCANS
+        ),
+    ] = 4,
+    n_points: Annotated[
+        int,
+        typer.Option(
+            "--points", metavar="N", min=1, help="Points of a frame.", rich_help_panel=SCANS
+        ),
+    ] = 20_000,
+    flying: Annotated[
+        float | None,
+        typer.Option(
+            metavar="SHARE",
+            parser=share,
+            help="Mix this share with what is behind silhouettes.",
+            rich_help_panel=SCANS,
+        ),
+    ] = None,
     up: Annotated[
         Axis | None,
         typer.Option(
@@ -143,7 +181,7 @@ def degrade(
     output_format: OutputFormat = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Remove vertices and add noise, as real sensors do.
+    """Remove vertices and add noise, or make scans, as real sensors do.
 
     Frame 0 remains complete. Options can be combined. A share is a number between 0 and 1 or a
     percentage: 0.3 means 30%. Examples:
@@ -151,11 +189,26 @@ def degrade(
     ```text
     dynmesh degrade walker.npz partial.npz --known 0.3
     dynmesh degrade walker.npz scans/frame_%04d.ply --camera 1 --noise 0.1
+    dynmesh degrade walker.npz scans --scan --cameras 4 --points 20000 --noise 0.02
     ```
+
+    The last one writes points that belong to no vertex, for `dynmesh track`; frame 0 is scanned,
+    too. --known, --patches and --outliers then apply to the points or pixels.
     """
+    if scan or depth is not None:
+        refused = {"--camera": camera, "--dropout": dropout, "--output-format": output_format}
+        simulate(
+            path, output, source, depth=size_of(depth, scan), cameras=cameras, points=n_points,
+            noise=noise, flying=flying, known=known, patches=patches, outliers=outliers, up=up,
+            seed=seed, overwrite=overwrite, refused=refused,
+        )  # fmt: skip
+        return
+    if flying is not None:
+        raise typer.BadParameter("--flying is for --scan and --depth")
     if all(o is None for o in (known, camera, patches, dropout, noise, outliers)):
         raise typer.BadParameter(
-            "nothing to do: give --known, --camera, --patches, --dropout, --noise or --outliers"
+            "nothing to do: give --known, --camera, --patches, --dropout, --noise, --outliers, "
+            "--scan or --depth"
         )
     target = files.target_of(output, output_format)
     with files.open(path, **source) as reader:
@@ -167,13 +220,11 @@ def degrade(
             with as_usage("--known"):
                 masks.append(degradation.random_known(*shape, known, seed=seed))
         if camera is not None:
-            if up is None and reader.header.up_axis is None:
-                say("assuming that z is up; if not, use --up y")
-            axis = up or Axis(reader.header.up_axis or "z")
+            axis = axis_of(reader, up)
             with as_usage("--camera"):
-                cameras = degradation.orbit(_bounding_box(reader), camera, up=axis.vector)
+                circling = degradation.orbit(bounding_box(reader), camera, up=axis.vector)
                 frames = (frame.points for frame in reader)
-                masks.append(degradation.camera_known(frames, reader.faces, cameras))
+                masks.append(degradation.camera_known(frames, reader.faces, circling))
         if patches is not None:
             with as_usage("--patches"):
                 masks.append(degradation.patch_known(reader.faces, *shape, patches, seed=seed))
@@ -248,14 +299,3 @@ def convert(
     if dropped:
         say(f"{output}: generation and age are not written; this format cannot hold them")
     say(f"{output}: {reader.n_frames} frames of {reader.n_vertices} vertices")
-
-
-def _bounding_box(reader: files.Reader) -> Positions:
-    """Returns the two opposite corners of the bounding box of all frames."""
-    corners = np.array([[np.inf] * 3, [-np.inf] * 3])
-    for points, _ in reader:
-        finite = points[np.isfinite(points).all(axis=1)]
-        if len(finite):
-            corners[0] = np.minimum(corners[0], finite.min(axis=0))
-            corners[1] = np.maximum(corners[1], finite.max(axis=0))
-    return corners

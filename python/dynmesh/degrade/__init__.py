@@ -1,20 +1,26 @@
-"""Known masks, noise and outliers like those of real sensors, made from complete sequences.
+"""Known masks, noise, outliers and scans like those of real sensors, made from complete sequences.
 
-Frame 0 always stays complete and unchanged. Equal seeds give equal results, and the result for a
-frame depends on the seed and on the number of the frame, but not on the number of frames.
-Arguments are checked when a function is called, frames when they are reached.
+Frame 0 always stays complete and unchanged, except in scans. Equal seeds give equal results, and
+the result for a frame depends on the seed and on the number of the frame, but not on the number of
+frames. Arguments are checked when a function is called, frames when they are reached.
 """
 
+from ..files.scans.scan import DepthScan, PointScan
 from .losses import add_noise, add_outliers, camera_known, dropout, patch_known, random_known
+from .scans import depth_images, scan_points
 from .visibility import Camera, orbit
 
 __all__ = [
     "Camera",
+    "DepthScan",
+    "PointScan",
     "add_noise",
     "add_outliers",
     "camera_known",
+    "depth_images",
     "dropout",
     "orbit",
     "patch_known",
     "random_known",
+    "scan_points",
 ]

@@ -6,25 +6,17 @@ Arguments are checked when a function is called, frames when they are reached.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from enum import IntEnum
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .._checks import (
-    check_array,
-    check_between,
-    check_complete,
-    check_finite,
-    check_integer,
-    check_positions,
-    check_positive,
-)
+from .._checks import check_between, check_finite, check_integer, check_positive
 from .._core import cells
-from .._errors import InputError, KindError, locating
-from ..sequence import Mask, Positions, check_faces
+from .._errors import InputError
+from ..sequence import Mask, Positions
+from .shared import Purpose, check_cameras, check_triangles, mean_edge_of, numbered, rng_of
 from .visibility import Camera, visible
 
 _Integers = NDArray[np.integer[Any]]
@@ -82,18 +74,18 @@ def camera_known(
         ValueError: there is no camera, a face refers to a vertex that frame 0 does not have, or a
             frame has another shape than frame 0.
     """
-    _check_faces(faces)
+    check_triangles(faces)
     if not callable(cameras):
-        _check_cameras(cameras, "there are none")
+        check_cameras(cameras, "there are none")
 
     def masks() -> Iterator[Mask]:
-        for frame, points in _numbered(frames):
+        for frame, points in numbered(frames):
             if frame == 0:
                 cells(faces, len(points))  # raises an error if a face refers to no vertex
                 yield np.ones(len(points), bool)
                 continue
             present = cameras(frame) if callable(cameras) else cameras
-            _check_cameras(present, f"frame {frame} has none")
+            check_cameras(present, f"frame {frame} has none")
             views = [visible(points, faces, camera) for camera in present]
             yield np.logical_or.reduce(views)
 
@@ -144,7 +136,7 @@ def patch_known(
 
     @lru_cache(maxsize=patches)
     def grown(patch: int, life: int) -> _Integers:
-        start = _rng(_Purpose.PATCH, seed, patch, life).integers(n_vertices)
+        start = rng_of(Purpose.PATCH, seed, patch, life).integers(n_vertices)
         return _grow(int(start), size, offsets, neighbours)
 
     def mask(frame: int) -> Mask:
@@ -174,7 +166,7 @@ def dropout(n_frames: int, n_vertices: int, share: float, *, seed: int = 0) -> I
     _check_masks(n_frames, n_vertices, share, seed)
 
     def mask(frame: int) -> Mask:
-        lost = _rng(_Purpose.DROPOUT, seed, frame).random() < share
+        lost = rng_of(Purpose.DROPOUT, seed, frame).random() < share
         return np.full(n_vertices, not lost)
 
     return _whole_first(mask, n_frames, n_vertices)
@@ -202,11 +194,11 @@ def add_noise(
     check_finite("sigma", sigma)
     if sigma < 0:
         raise InputError(f"must be at least 0, not {sigma}", argument="sigma")
-    _check_faces(faces)
+    check_triangles(faces)
     check_integer("seed", seed, 0)
 
     def noise(frame: int, n_vertices: int) -> _Floats:
-        return sigma * _rng(_Purpose.NOISE, seed, frame).standard_normal((n_vertices, 3))
+        return sigma * rng_of(Purpose.NOISE, seed, frame).standard_normal((n_vertices, 3))
 
     return _displaced(frames, faces, noise)
 
@@ -237,11 +229,11 @@ def add_outliers(
     """
     check_between("share", share, 0, 1)
     check_positive("distance", distance)
-    _check_faces(faces)
+    check_triangles(faces)
     check_integer("seed", seed, 0)
 
     def outliers(frame: int, n_vertices: int) -> _Floats:
-        rng = _rng(_Purpose.OUTLIERS, seed, frame)
+        rng = rng_of(Purpose.OUTLIERS, seed, frame)
         chosen = _choose(rng, n_vertices, share)
         directions = rng.standard_normal((len(chosen), 3))
         offsets = np.zeros((n_vertices, 3))
@@ -249,21 +241,6 @@ def add_outliers(
         return offsets
 
     return _displaced(frames, faces, outliers)
-
-
-class _Purpose(IntEnum):
-    """What random numbers are for; different purposes get independent ones from the same seed."""
-
-    # Starts at 1, since NumPy treats a trailing 0 in a seed as absent: :func:`random_known` has
-    # none.
-    PATCH = 1
-    DROPOUT = 2
-    NOISE = 3
-    OUTLIERS = 4
-
-
-def _rng(purpose: _Purpose, seed: int, *numbers: int) -> "np.random.Generator":
-    return np.random.default_rng([seed, *numbers, purpose])
 
 
 def _choose(rng: "np.random.Generator", n_vertices: int, share: float) -> _Integers:
@@ -297,7 +274,7 @@ def _displaced(
 ) -> Iterator[Positions]:
     """Adds offsets(number of the frame, k), in mean edges, to all frames but the first."""
     mean_edge = 0.0
-    for frame, points in _numbered(frames):
+    for frame, points in numbered(frames):
         if frame == 0:
             mean_edge = mean_edge_of(points, faces)
             yield points
@@ -313,53 +290,6 @@ def _displaced(
                     frame=frame,
                 )
             yield displaced
-
-
-def mean_edge_of(first_frame: Positions, faces: _Integers) -> float:
-    """Returns the mean length of the edges, the unit of noise and outliers.
-
-    Raises:
-        ValueError: the frame is not finite, or has no edge longer than 0.
-    """
-    with locating(frame=0):
-        check_complete(None, first_frame)
-    offsets, neighbours = cells(faces, len(first_frame))
-    vertices = np.repeat(np.arange(len(first_frame)), np.diff(offsets))
-    edges = first_frame.astype(np.float64)[vertices] - first_frame[neighbours]
-    lengths = np.linalg.norm(edges, axis=1)
-    if not lengths.any():
-        raise InputError("frame 0 must have edges longer than 0, but has none", argument="frames")
-    return float(lengths.mean())
-
-
-def _numbered(frames: Iterable[Positions]) -> Iterator[tuple[int, Positions]]:
-    """Yields frames with their numbers; raises an error for those that do not match frame 0."""
-    expected: tuple[int, ...] = ()
-    for frame, points in enumerate(frames):
-        with locating(frame=frame):
-            check_positions(None, points)
-        expected = expected or points.shape
-        if points.shape != expected:
-            raise InputError(
-                f"must have shape {expected} as frame 0, not {points.shape}", frame=frame
-            )
-        yield frame, points
-
-
-def _check_faces(faces: _Integers) -> None:
-    check_array("faces", faces)
-    check_faces(faces.dtype, faces.shape)
-
-
-def _check_cameras(cameras: Sequence[Camera], none: str) -> None:
-    """Raises an error unless these are cameras; `none` describes an empty sequence."""
-    if not isinstance(cameras, Sequence):
-        raise KindError(f"must be a sequence of cameras, not {cameras!r}", argument="cameras")
-    if len(cameras) == 0:
-        raise InputError(f"must be at least one, but {none}", argument="cameras")
-    for number, camera in enumerate(cameras):
-        if not isinstance(camera, Camera):
-            raise KindError(f"item {number} must be a Camera, not {camera!r}", argument="cameras")
 
 
 def _check_masks(n_frames: int, n_vertices: int, share: float, seed: int) -> None:

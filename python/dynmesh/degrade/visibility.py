@@ -136,7 +136,7 @@ def orbit(
     return cameras
 
 
-def visible(points: Positions, faces: _Integers, camera: Camera) -> Mask:
+def visible(points: Positions, faces: _Integers, camera: Camera, among: Mask | None = None) -> Mask:
     """Returns which vertices a camera sees.
 
     It sees the finite vertices in front of it and inside its image that no triangle of other
@@ -148,12 +148,15 @@ def visible(points: Positions, faces: _Integers, camera: Camera) -> Mask:
         points: (k, 3) positions.
         faces: (m, 3) integers from 0 to k - 1.
         camera: the camera to look through.
+        among: (k,) bool; False for vertices that need not be tested, which are not seen.
 
     Returns:
         (k,) bool.
     """
     local = _to_camera(points, camera)
     seen = _inside_image(local)
+    if among is not None:
+        seen &= among
     samples = _Samples(local, np.flatnonzero(seen))
     triangles = _Triangles(local, faces)
     for triangle, vertex in samples.below(triangles):
@@ -174,7 +177,7 @@ class _Triangles:
         normals = np.cross(np.roll(corners, -1, axis=0), np.roll(corners, -2, axis=0))
         # a . (b x c): six times the volume between triangle and camera, 0 if it is seen edge-on.
         volumes = np.einsum("tx,tx->t", corners[0], normals[0])
-        low, high = _bounding_boxes(corners)
+        low, high = bounding_boxes(corners)
         # Comparisons are False for triangles with a corner that is not finite.
         touches = (low <= 1).all(axis=1) & (high >= -1).all(axis=1)
         kept = np.flatnonzero(touches & (volumes != 0))
@@ -220,7 +223,7 @@ class _Samples:
         limits = np.searchsorted(ends, np.arange(0, total, _PAIRS_AT_ONCE))
         for begin, end in pairwise([*limits, len(ends)]):
             run = slice(begin, end)
-            places = _ranges(first[run], lengths[run])
+            places = ranges(first[run], lengths[run])
             yield np.repeat(triangle[run], lengths[run]), self._vertices[places]
 
     def _runs(self, triangles: _Triangles) -> tuple[_Integers, _Integers, _Integers]:
@@ -229,7 +232,7 @@ class _Samples:
         high = self._cell(triangles.high + _TOLERANCE)
         rows = high[:, 1] - low[:, 1] + 1
         triangle = np.repeat(np.arange(len(low)), rows)
-        row = _ranges(low[:, 1], rows) * _GRID
+        row = ranges(low[:, 1], rows) * _GRID
         first = self._starts[row + low[triangle, 0]]
         last = self._starts[row + high[triangle, 0] + 1]
         filled = first < last
@@ -243,13 +246,17 @@ class _Samples:
 
 def _to_camera(points: Positions, camera: Camera) -> _Floats:
     """Returns axes to the right, up and ahead, scaled such that the image is |x|, |y| <= z > 0."""
-    position = np.array(camera.position, np.float64)
-    ahead = _unit(np.array(camera.target, np.float64) - position)
-    right = _unit(np.cross(ahead, np.array(camera.up, np.float64)))
     scale = 1 / math.tan(math.radians(camera.field_of_view) / 2)
-    axes = np.stack([scale * right, scale * np.cross(right, ahead), ahead], axis=1)
+    axes = axes_of(camera) * [scale, scale, 1]
     finite = np.isfinite(points).all(axis=1, keepdims=True)
-    return np.asarray((np.where(finite, points, np.nan) - position) @ axes)
+    return np.asarray((np.where(finite, points, np.nan) - np.array(camera.position)) @ axes)
+
+
+def axes_of(camera: Camera) -> _Floats:
+    """Returns the directions to the right, up and ahead, as the columns of a matrix."""
+    ahead = _unit(np.subtract(camera.target, camera.position, dtype=np.float64))
+    right = _unit(np.cross(ahead, np.array(camera.up, np.float64)))
+    return np.stack([right, np.cross(right, ahead), ahead], axis=1)
 
 
 def _inside_image(local: _Floats) -> Mask:
@@ -257,7 +264,7 @@ def _inside_image(local: _Floats) -> Mask:
     return np.asarray((z > 0) & (np.abs(x) <= z) & (np.abs(y) <= z))
 
 
-def _bounding_boxes(corners: _Floats) -> tuple[_Floats, _Floats]:
+def bounding_boxes(corners: _Floats) -> tuple[_Floats, _Floats]:
     """Returns the image bounds, (t, 2) each, of the triangles with (3, t, 3) corners."""
     depth = corners[:, :, 2]
     image = corners[:, :, :2] / np.where(depth > 0, depth, 1)[:, :, None]
@@ -270,7 +277,7 @@ def _bounding_boxes(corners: _Floats) -> tuple[_Floats, _Floats]:
     return low, high
 
 
-def _ranges(starts: _Integers, lengths: _Integers) -> _Integers:
+def ranges(starts: _Integers, lengths: _Integers) -> _Integers:
     """Returns consecutive integers from each start, as many as its length, as one array."""
     before = np.cumsum(lengths) - lengths
     return np.asarray(np.repeat(starts - before, lengths) + np.arange(lengths.sum()))

@@ -84,9 +84,9 @@ class NpzReader(Reader):
         """Opens the archive and reads everything except the frames."""
         refuse_template(template)
         refuse_mesh_name(prim)
-        with contextlib.ExitStack() as stack, _explaining():
+        with contextlib.ExitStack() as stack, explaining():
             self._archive = stack.enter_context(zipfile.ZipFile(path))
-            _check_sizes(self._archive, path.stat().st_size)
+            check_sizes(self._archive, path.stat().st_size)
             super().__init__(path, self._header())
             stack.pop_all()  # the archive stays open
 
@@ -106,7 +106,7 @@ class NpzReader(Reader):
             raise InputError(f"{error}", argument=name) from error
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
-        with contextlib.ExitStack() as stack, _explaining():
+        with contextlib.ExitStack() as stack, explaining():
             rows = {
                 name: stack.enter_context(contextlib.closing(_Rows(self._archive, name)))
                 for name in self._per_frame
@@ -146,7 +146,7 @@ class NpzWriter(RowFilesWriter):
                 rows.path.unlink()
 
 
-def _check_sizes(archive: zipfile.ZipFile, size: int) -> None:
+def check_sizes(archive: zipfile.ZipFile, size: int) -> None:
     """Refuses members that would be larger than the archive can hold."""
     for member in archive.infolist():
         known = member.compress_type in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
@@ -158,7 +158,8 @@ def _check_sizes(archive: zipfile.ZipFile, size: int) -> None:
 
 
 @contextlib.contextmanager
-def _explaining() -> Iterator[None]:
+def explaining() -> Iterator[None]:
+    """Reports what a damaged archive makes Python raise as a ValueError."""
     try:
         yield
     except OSError as error:

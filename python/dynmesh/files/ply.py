@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..polygons import Polygons, as_polygons
-from ..sequence import PROVENANCE
+from ..sequence import PROVENANCE, Positions
 from .comments import Said, comments_of, said_in
 from .format import Format
 from .frame_files import FramesWriter, NumberedReader
@@ -33,20 +33,35 @@ class PlyReader(NumberedReader):
     suffix = ".ply"
 
     def _load(self, file: Path) -> tuple[Frame, Polygons, Said]:
-        data = file.read_bytes()
-        header = read_header(data)
-        if header.is_text:
-            columns = read_text(header.elements, data[header.n_bytes :], header.n_lines + 1)
-        else:
-            columns = read_binary(header.elements, data, header.n_bytes)
-        if "vertex" not in columns:
-            raise ValueError("has no vertices")
+        columns, comments = read_elements(file)
         polygons = _polygons(columns.get("face", {}))
-        return _frame(columns["vertex"]), polygons, said_in(header.comments)
+        return _frame(columns["vertex"]), polygons, said_in(comments)
+
+
+def read_elements(file: Path) -> tuple[dict[str, Columns], list[str]]:
+    """Reads all elements of a file, of which one is "vertex", and the comments of its header.
+
+    Raises:
+        ValueError: the file is damaged, or has no vertices.
+    """
+    data = file.read_bytes()
+    header = read_header(data)
+    if header.is_text:
+        columns = read_text(header.elements, data[header.n_bytes :], header.n_lines + 1)
+    else:
+        columns = read_binary(header.elements, data, header.n_bytes)
+    if "vertex" not in columns:
+        raise ValueError("has no vertices")
+    return columns, header.comments
+
+
+def coordinates(vertices: Columns, axes: tuple[str, str, str]) -> Positions:
+    """Returns the (k, 3) values of three properties of the vertices, float or double."""
+    return np.stack([_coordinates(vertices, axis) for axis in axes], axis=1)
 
 
 def _frame(vertices: Columns) -> Frame:
-    points = np.stack([_coordinates(vertices, axis) for axis in "xyz"], axis=1)
+    points = coordinates(vertices, ("x", "y", "z"))
     known = None
     provenance: dict[str, Any] = {}
     if "known" in vertices:

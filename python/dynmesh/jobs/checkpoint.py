@@ -4,6 +4,7 @@ import json
 import time
 import zipfile
 import zlib
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, TypedDict
 
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import __version__
-from ..files import Header, PathLike, Reader
+from ..files import Header, PathLike
 from ..settings import SETTINGS, Settings
 
 
@@ -120,7 +121,7 @@ class Checkpoint:
 
 
 def describe_job(
-    reader: Reader,
+    inputs: Iterable[Path],
     header: Header,
     source: Source,
     start: dict[str, Any],
@@ -129,12 +130,12 @@ def describe_job(
 ) -> str:
     """Everything on which the output depends, as JSON. All settings must be given.
 
-    `start` describes the beginning and the rehearsal.
+    `inputs` are the files that are read; `start` describes the beginning and the rehearsal.
     """
     masks = source.get("known")
     description: dict[str, Any] = {
         "version": __version__,
-        "input": list(map(identity, reader.files)),
+        "input": list(map(identity, inputs)),
         **start,
         "known": zlib.crc32(masks.tobytes()) if isinstance(masks, np.ndarray) else None,
         "faces": zlib.crc32(header.faces.tobytes()),

@@ -8,16 +8,14 @@ from typing import Any, NamedTuple, Unpack
 
 from .. import files
 from .._checks import check_callable, check_path, check_positive
-from .._errors import InputError
-from ..files import Header, PathLike, Reader, Target, Writer
+from ..files import PathLike, Reader, Target, Writer
 from ..settings import Settings, all_settings, file_settings, takes_settings
-from .beginning import Start, check_beginning, open_at_beginning
-from .checkpoint import BEGINNING, Checkpoint, Progress, Source, describe_job
-from .lock import lock_folder
+from .beginning import Beginning, Start, check_beginning, open_at_beginning
+from .checkpoint import Progress, Source, describe_job
 from .passes import Passes
 from .rehearsal import Rehearsal, Takes, WatchTakes, check_takes
 from .report import FileReport, Tally
-from .unfinished import clearing, folder_for, settle, unfinished_folder
+from .resumable import ResumableOutput, check_resumable
 
 Watch = Callable[[Iterator[Any], int, int], Iterator[Any]]
 
@@ -107,11 +105,8 @@ def complete_file(
     check_callable("watch", watch)
     check_callable("watch_rehearsal", watch_rehearsal)
     target = files.target_of(output, output_format, overlay=overlay)
-    if resume and not target.writer.resumable:
-        able = [f.name for f in files.formats.values() if f.writer and f.writer.resumable]
-        raise InputError(
-            f"this format cannot be resumed; {files.listed(able)} can", file=target.path
-        )
+    if resume:
+        check_resumable(target)
     how = How(
         start,
         template,
@@ -170,7 +165,6 @@ def complete_into(
     path: Path, target: Target, source: Source, how: How, settings: Settings
 ) -> FileReport:
     """As :func:`complete_file`, with the output's format chosen and all settings given."""
-    output = target.path
     with open_at_beginning(path, source, how.start, how.template) as (reader, beginning):
         header = replace(
             output_header(
@@ -179,62 +173,59 @@ def complete_into(
             fps=reader.fps if how.fps is None else how.fps,
         )
         rehearsal = Rehearsal(how.takes, reader, how.watch_rehearsal)
-        folder = unfinished_folder(output)
         start = {**beginning.described(), **rehearsal.described()}
         start["drop_above"] = how.drop_above
-        job = describe_job(reader, header, source, start, target.format, settings)
-        checkpoint = Checkpoint(folder / "checkpoint.npz", job)
-        settled = settle(folder, output, checkpoint)
-        complete = how.resume and not how.overwrite and not checkpoint.exists()
-        complete = complete and _is_complete(target, header)
-        others = [*beginning.files, *rehearsal.files]
-        target.check(overwrite=how.overwrite or complete, reader=reader, others=others)
-        n_frames, number = header.n_frames, beginning.number
-        if complete:
-            done_before = Tally(settings["method"])
-            return replace(done_before.report(n_frames, n_frames, (), number), existed=not settled)
-        with folder_for(target), lock_folder(folder, output):
-            progress = (checkpoint.load() if how.resume else None) or BEGINNING
-            with clearing(folder):
-                writer, progress = _begin_writer(target, reader, header, folder / "files", progress)
-                with writer, files.naming(path):
-                    passes = Passes(
-                        reader, beginning, settings, rehearsal, progress, how.drop_above
-                    )
-                    with contextlib.closing(passes.frames()) as frames:
-                        watched: Iterator[Any] = frames
-                        if how.watch is not None:
-                            watched = how.watch(frames, n_frames, progress.done)
-                        for _ in passes.steps(watched, writer, folder / "before"):
-                            if writer.resumable and checkpoint.is_due():
-                                writer.flush()
-                                checkpoint.save(passes.progress())
-                    if writer.resumable:
-                        writer.flush()
-                        checkpoint.save(passes.progress())
-    told = passes.tally.remarks(header.metres_per_unit)
-    remarks = (*writer.remarks, *beginning.remarks(settings["noise"]), *told)
-    return passes.tally.report(n_frames, progress.done, remarks, number)
+        job = describe_job(reader.files, header, source, start, target.format, settings)
+        completion = _Completion(reader, beginning, settings, rehearsal, how.watch, how.drop_above)
+        outcome = ResumableOutput(
+            target,
+            header,
+            job,
+            path,
+            overwrite=how.overwrite,
+            resume=how.resume,
+            reader=reader,
+            others=[*beginning.files, *rehearsal.files],
+        ).write(completion.begin)
+    remarks: tuple[str, ...] = ()
+    if not outcome.was_complete:
+        remarks = (*outcome.remarks, *beginning.remarks(settings["noise"]))
+        remarks += completion.tally.remarks(header.metres_per_unit)
+    n_frames, done = header.n_frames, outcome.resumed_at
+    report = completion.tally.report(n_frames, done, remarks, beginning.number)
+    return replace(report, existed=outcome.existed)
 
 
-def _is_complete(target: Target, header: Header) -> bool:
-    """Whether the output exists and has the size of the job's result."""
-    if not target.existing():
-        return False
-    with (
-        contextlib.suppress(OSError, ValueError),
-        files.open(target.path, format=target.format) as made,
-    ):
-        return (made.n_frames, made.n_vertices) == (header.n_frames, header.n_vertices)
-    return False
+class _Completion:
+    """The passes over a sequence, as the work that writes an output."""
 
+    def __init__(
+        self,
+        reader: Reader,
+        beginning: Beginning,
+        settings: Settings,
+        rehearsal: Rehearsal,
+        watch: Watch | None,
+        drop_above: float | None,
+    ) -> None:
+        self._arguments = reader, beginning, settings, rehearsal
+        self._drop_above = drop_above
+        self._watch = watch
+        self._n_frames = reader.n_frames
+        self.tally = Tally(settings["method"])
 
-def _begin_writer(
-    target: Target, reader: Reader, header: Header, folder: Path, progress: Progress
-) -> tuple[Writer, Progress]:
-    if progress.done:
-        # A process that was killed while it finished its file may have left an incomplete one.
-        with contextlib.suppress(OSError, ValueError):
-            return target.create(header, folder=folder, resume_at=progress.written), progress
-    (folder.parent / "checkpoint.npz").unlink(missing_ok=True)
-    return target.create(header, folder=folder, origin=target.kept_of(reader)), BEGINNING
+    def begin(self, progress: Progress) -> "_Completion":
+        self._passes = Passes(*self._arguments, progress, self._drop_above)
+        self._done = progress.done
+        self.tally = self._passes.tally
+        return self
+
+    def steps(self, writer: Writer, folder: Path) -> Iterator[None]:
+        with contextlib.closing(self._passes.frames()) as frames:
+            watched: Iterator[Any] = frames
+            if self._watch is not None:
+                watched = self._watch(frames, self._n_frames, self._done)
+            yield from self._passes.steps(watched, writer, folder / "before")
+
+    def progress(self) -> Progress:
+        return self._passes.progress()

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from . import commands, completer, files, functions, losses, rehearsals, scenes
+from . import commands, completer, files, functions, losses, rehearsals, scans, scenes
 from .case import Case, World, shown
 
 PATH = Path(__file__).parents[3] / "build" / "docs" / "bad_input.md"
@@ -27,6 +27,7 @@ def prepared(folder: Path) -> World:
     scenes.prepare(world)
     commands.prepare(world)
     rehearsals.prepare(world)
+    scans.prepare(world)
     return world
 
 
@@ -39,6 +40,7 @@ def python_sections() -> dict[str, list[Case]]:
         "Python: sequences and files": files.cases,
         "Python: scenes": scenes.cases,
         "Rehearsals": rehearsals.cases,
+        "Scans and tracking": scans.cases,
         "The command dynmesh": commands.shell,
     }
 

@@ -1,6 +1,6 @@
 """A sequence as one HTML page that plays in a browser."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,13 +10,18 @@ from numpy.typing import NDArray
 
 from ..._extras import require_all
 from ...files import Reader
+from ...files.scans import ScanReader
 from ...files.times import mean_rate
+from ...sequence import Positions
 from ..figures import View
 from ..heatmap import Heatmap, ShownFrame, likely_up, stated_up
 from ..quantities import Colour, Range
 from ..scales import Scale
 from .player import Playback, compose
 from .thin import thin
+
+_MOST_POINTS = 5000
+"""Of a scan in a frame; more would make the page large and look the same."""
 
 
 @dataclass(frozen=True)
@@ -84,6 +89,7 @@ def page(
     *,
     reference: Reader | None = None,
     input: Reader | None = None,
+    scans: ScanReader | None = None,
     colour: Colour | None = None,
     range: Range | None = None,
     title: str | None = None,
@@ -105,6 +111,7 @@ def page(
         reader: of the sequence.
         reference: of the true sequence, for errors.
         input: of the sequence that was completed.
+        scans: those that the sequence was tracked in; some points of each are shown.
         colour: what the colours show at first; see :class:`dynmesh.draw.heatmap.Heatmap`. In the
             page, they can be switched to everything else that the sequence has.
         range: of the scale of that colour; see :class:`dynmesh.draw.heatmap.Heatmap`. With the same
@@ -136,6 +143,12 @@ def page(
         len(reader.faces),
     )  # fmt: skip
     captions = {"sequence": reader.path.name}
+    if scans is not None:
+        if scans.n_frames != reader.n_frames:
+            raise ValueError(
+                f"{scans.path} has {scans.n_frames} frames, but {reader.path} has {reader.n_frames}"
+            )
+        captions = {"scans": f"{scans.path.name}, the scans", **captions}
     if input is not None:
         captions = {"input": f"{input.path.name}, the input", **captions}
     if reference is not None:
@@ -154,7 +167,17 @@ def page(
     scales: dict[Colour, Scale | None] = {
         name: heatmap.scale(name, frames) for name in heatmap.colours
     }
-    return Page(compose(faces, frames, scales, heatmap.colour, camera, playback), shown)
+    clouds = None if scans is None else list(_clouds(scans, reader, step))
+    return Page(compose(faces, frames, scales, heatmap.colour, camera, playback, clouds), shown)
+
+
+def _clouds(scans: ScanReader, reader: Reader, step: int) -> Iterator[Positions]:
+    """Yields some points of the scan of each shown frame, in the unit of the sequence."""
+    ours, theirs = reader.header.metres_per_unit, scans.metres_per_unit
+    factor = 1.0 if ours is None or theirs is None else theirs / ours
+    for scan in scans.frames(step=step):
+        cloud = np.zeros((0, 3)) if scan is None else scan.scaled(factor).cloud
+        yield cloud[:: max(1, -(-len(cloud) // _MOST_POINTS))]
 
 
 def _every(step: int, n_frames: int) -> range:

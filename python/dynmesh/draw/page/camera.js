@@ -4,7 +4,8 @@ const margin = 1.06;
 
 class Camera {
   constructor(panes, stage) {
-    Object.assign(this, { panes, stage, isMoved: false, extremes: extremesOf(panes) });
+    const meshes = panes.filter((pane) => pane instanceof Pane); // scans may have points far away
+    Object.assign(this, { panes, stage, isMoved: false, extremes: extremesOf(meshes) });
     let isPassedOn = false;
     for (const { node, plot } of panes) {
       for (const event of ['pointerdown', 'wheel']) {

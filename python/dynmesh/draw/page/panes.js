@@ -1,15 +1,49 @@
-// A pane shows one mesh in a plot of k3d. K3DInstance, lib, data and _base64ToArrayBuffer belong to
+// A pane shows one mesh, or the points of scans, in a plot of k3d. K3DInstance, lib, data and _base64ToArrayBuffer belong to
 // the snapshot that this script runs in.
 
 const size = told.n_vertices;
 const faces = new Uint32Array((await unpacked(told.faces)).buffer);
 
-class Pane {
-  constructor(node, plot, positions, seen, map) {
-    Object.assign(this, { node, plot, positions, seen, map }); // without a map: that of the colours
+class Plot {
+  constructor(node, plot, map) {
+    Object.assign(this, { node, plot, map });
     const drawables = Object.values(plot.getWorld().ObjectsListJson);
     this.mesh = drawables.find((drawable) => drawable.type === 'Mesh');
     this.dots = drawables.find((drawable) => drawable.type === 'Points');
+  }
+
+  changed(drawable, changes) {
+    return this.plot.reload(Object.assign(drawable, changes), changes, true);
+  }
+}
+
+class Cloud extends Plot {
+  constructor(node, plot, map, points, counts) {
+    super(node, plot, map);
+    this.points = points;
+    this.starts = counts.reduce((starts, count) => [...starts, starts.at(-1) + count], [0]);
+    this.mesh.indices = array(new Uint32Array(0), 3);
+  }
+
+  async draw(frame) {
+    const some = this.points.subarray(3 * this.starts[frame], 3 * this.starts[frame + 1]);
+    await Promise.all([
+      this.changed(this.mesh, { indices: this.mesh.indices }),
+      this.changed(this.dots, {
+        positions: array(Float32Array.from(some, (place) => place / told.grid), 3),
+        attribute: array(new Float32Array(some.length / 3)),
+        color_map: array(Float32Array.from(this.map)),
+        point_size: told.scan_dot,
+      }),
+    ]);
+    await this.plot.render(true);
+  }
+}
+
+class Pane extends Plot {
+  constructor(node, plot, positions, seen, map) {
+    super(node, plot, map); // without a map: that of the colours
+    Object.assign(this, { positions, seen });
     this.whole = null; // the triangles without a missing vertex
     this.alone = [0, 1]; // the visible vertices in none of them; the snapshot has two dots
   }
@@ -39,10 +73,6 @@ class Pane {
     }
     await Promise.all(changed);
     await this.plot.render(true);
-  }
-
-  changed(drawable, changes) {
-    return this.plot.reload(Object.assign(drawable, changes), changes, true);
   }
 
   vertices(frame) {
@@ -79,7 +109,7 @@ function division(name) {
 }
 
 async function panesOf(descriptions, parent) {
-  const main = descriptions.find(({ map }) => !map);
+  const main = descriptions.find(({ map }) => !map); // the sequence itself
   const base = await unpackedPositions(main.positions, size);
   const panes = [];
   for (const description of descriptions) {
@@ -93,11 +123,18 @@ async function panesOf(descriptions, parent) {
     } else {
       const target = node.appendChild(division(''));
       plot = await lib.CreateK3DAndLoadBinarySnapshot(_base64ToArrayBuffer(data), target);
-      positions = await unpackedPositions(description.positions, size);
-      for (let i = 0; i < positions.length; i++) positions[i] += base[i];
+      if (!description.points) {
+        positions = await unpackedPositions(description.positions, size);
+        for (let i = 0; i < positions.length; i++) positions[i] += base[i];
+      }
     }
     if (descriptions.length > 1) {
       pane.appendChild(division('dynmesh-caption')).append(caption);
+    }
+    if (description.points) {
+      const points = new Int16Array((await unpacked(description.points)).buffer);
+      panes.push(new Cloud(node, plot, map, points, description.counts));
+      continue;
     }
     const masks = seen && await unpackedMasks(seen, size);
     panes.push(new Pane(node, plot, positions, masks, map));

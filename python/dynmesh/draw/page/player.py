@@ -19,7 +19,9 @@ from .packing import embedded, packed, packed_bytes, packed_masks, packed_positi
 _GRID_CELLS = 8192  # along the longest side; far below a pixel
 _FIELD_OF_VIEW = 30.0  # degrees
 _DOT_SIZE = 0.008  # of the longest side
-_ONE_COLOUR = {"input": KNOWN_COLOUR, "reference": SURFACE_COLOUR}
+_SCAN_DOT_SIZE = 0.004
+_SCANS_WITHIN = 1.0  # of the longest side, around the middle; the grid reaches four of them
+_ONE_COLOUR = {"scans": KNOWN_COLOUR, "input": KNOWN_COLOUR, "reference": SURFACE_COLOUR}
 _SCRIPTS = ("data.js", "panes.js", "camera.js", "player.js")
 
 
@@ -53,6 +55,7 @@ def compose(
     colour: Colour,
     camera: View,
     playback: Playback,
+    scans: Sequence[Positions] | None = None,
 ) -> str:
     """Creates the HTML document.
 
@@ -63,6 +66,7 @@ def compose(
         colour: what they show at first.
         camera: initial view; `camera.box` contains all visible vertices.
         playback: the text and the times.
+        scans: (n, 3) points for each frame, if the captions name "scans".
 
     Raises:
         ImportError: k3d is not installed.
@@ -71,7 +75,8 @@ def compose(
         "n_vertices": len(frames[0].points),
         "faces": packed(faces.astype(np.uint32)),
         "grid": _GRID_CELLS,
-        "panes": _panes(frames, _Unit.of(camera), playback.captions),
+        "panes": _panes(frames, _Unit.of(camera), playback.captions, scans or ()),
+        "scan_dot": _SCAN_DOT_SIZE,
         "colour": colour,
         "colours": [_told(name, scale, frames) for name, scale in scales.items()],
         "camera": {
@@ -137,7 +142,10 @@ def _empty_plot(camera: View, unit: _Unit) -> Any:
 
 
 def _panes(
-    frames: Sequence[ShownFrame], unit: _Unit, captions: Mapping[str, str]
+    frames: Sequence[ShownFrame],
+    unit: _Unit,
+    captions: Mapping[str, str],
+    scans: Sequence[Positions],
 ) -> list[dict[str, Any]]:
     """Returns the sequence and those beside it for the script, in the order of the captions.
 
@@ -148,8 +156,12 @@ def _panes(
         # A missing vertex keeps its position, which takes little space; no triangle shows it.
         base[i] = base[max(0, i - 1)]
         base[i, frame.visible] = unit.on_grid(frame.points[frame.visible])
-    panes = []
+    panes: list[dict[str, Any]] = []
     for name, caption in captions.items():
+        if name == "scans":
+            panes.append({"caption": caption, "map": _colour_map(_ONE_COLOUR[name])})
+            panes[-1] |= _clouds(scans, unit)
+            continue
         shown, positions = frames, base
         if name != "sequence":
             shown, positions = [frame.beside[name] for frame in frames], np.zeros_like(base)
@@ -165,6 +177,13 @@ def _panes(
             }
         )
     return panes
+
+
+def _clouds(scans: Sequence[Positions], unit: _Unit) -> dict[str, Any]:
+    """Returns the points near what the page shows, for the script."""
+    near = [points[(np.abs(unit(points)) <= _SCANS_WITHIN).all(axis=1)] for points in scans]
+    points = np.concatenate([unit.on_grid(points) for points in near])
+    return {"points": packed(points), "counts": [len(points) for points in near]}
 
 
 def _told(name: Colour, scale: Scale | None, frames: Sequence[ShownFrame]) -> dict[str, Any]:

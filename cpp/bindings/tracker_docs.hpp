@@ -1,0 +1,131 @@
+/// The docstrings of dynmesh.Tracker and dynmesh.TrackingReport.
+#pragma once
+
+namespace dynmesh {
+
+constexpr const char* tracker_doc =
+    R"doc(Tracks a template in raw scans: loose points, or depth images.
+
+    tracker = dynmesh.Tracker(faces, first_frame)
+    for points, normals in scanner:
+        frame = tracker.push(points, normals, viewpoints=cameras)
+
+No correspondences are needed. Each frame is found from what was measured in it and from earlier
+frames; the method is described in docs/reference/tracking.md. `push`, `push_depth` and `skip`
+return the tracked frame, an array (k, 3) with the dtype of `first_frame`, and release the GIL. Bad
+input raises ValueError, or TypeError for a wrong type, with a message that says what is wrong,
+where, and with which value. The tracker is then unchanged.
+
+The first scan must be where the template is. If it is not, a rigid alignment is tried and reported
+as `report.aligned`; if that fails, the scan is refused with the distance. Later scans that are far
+away, or empty, count as frames in which nothing was observed: the template stays where it is.
+
+A tracker may be used by one thread at a time. A call while another thread is using it raises
+RuntimeError.
+
+Args:
+    faces: The triangles, (m, 3) integers; see Completer.
+    first_frame: The template, (k, 3) float32 or float64, complete and finite, in the pose of the
+        first scan.
+    threads: The number of threads that may work on a frame, from 1, the default, to 256. Results
+        are identical for any number of threads.
+    rehearsal: Not available yet; must be None.
+    uncertainty: Not available yet; must be False.)doc";
+
+constexpr const char* tracker_init_doc =
+    R"doc(__init__(self, faces, first_frame, *, threads=1, rehearsal=None, uncertainty=False)
+--
+
+Start at a template.)doc";
+
+constexpr const char* tracker_push_doc =
+    R"doc(push(self, points, normals=None, *, viewpoints=None, out=None)
+--
+
+Find the template in a scan.
+
+Args:
+    points: The scan, (n, 3) float32 or float64, finite, in any order and of any number, in the axes
+        and the unit of the template.
+    normals: The outward normals of the points, (n, 3), of any length. A normal of 0 is not known,
+        and its point is not used. If None, normals are estimated from the 12 nearest points, which
+        takes longer than everything else, and turned to the viewpoints; without viewpoints they
+        agree with both sides of the surface.
+    viewpoints: The positions of the sensors, (c, 3). With them, vertices that no sensor can see are
+        not compared with the scan, so give them if they are known.
+    out: An array (k, 3) of the tracker's dtype to which the tracked frame is written. If None, a
+        new array is allocated.
+
+Returns:
+    The tracked frame, (k, 3): `out`, or the new array.)doc";
+
+constexpr const char* tracker_push_depth_doc =
+    R"doc(push_depth(self, depth, intrinsics, pose, *, out=None)
+--
+
+Find the template in depth images.
+
+Several cameras of the same moment are given as lists of the same length.
+
+Args:
+    depth: (h, w) float32 or float64: depths along the axis of the camera, in the unit of the
+        template. Where nothing was measured, they are 0, NaN or infinite.
+    intrinsics: (3, 3) in pixels: fx, s, cx; 0, fy, cy; 0, 0, 1. The centre of the first pixel is at
+        0, 0.
+    pose: (4, 4): the rigid motion from the axes of the camera to those of the template. The camera
+        looks along its +z axis, with x to the right and y down, as in OpenCV.
+    out: See `push`.
+
+Returns:
+    The tracked frame, (k, 3).)doc";
+
+constexpr const char* tracker_skip_doc = R"doc(skip(self, *, out=None)
+--
+
+Pass over a frame in which nothing was measured: the template stays where it is.
+
+Args:
+    out: See `push`.
+
+Returns:
+    The tracked frame, (k, 3).)doc";
+
+constexpr const char* tracker_reset_doc = R"doc(reset(self, frame)
+--
+
+Start again with a new template.
+
+Args:
+    frame: The new template, (k, 3), complete and finite.)doc";
+
+constexpr const char* tracker_state_doc = R"doc(state(self)
+--
+
+Return everything that later frames depend on, to be stored or sent.
+
+Returns:
+    Little-endian bytes for `restore`. They contain no times, so trackers that received the same
+        frames have identical states.)doc";
+
+constexpr const char* tracker_restore_doc = R"doc(restore(self, state)
+--
+
+Continue from a state, with the same results.
+
+The seconds of `report` become 0.
+
+Args:
+    state: The bytes that `state` returned, from a tracker with the same faces and dtype, on any
+        machine.)doc";
+
+constexpr const char* tracking_report_doc = R"doc(Statistics of one tracked frame.
+
+`known` counts the observed vertices, `filled` the others of their components, `unseen` those of
+components without any, and `iterations` the passes. See also FrameReport.
+
+Attributes:
+    distance: The root mean square distance of the observed vertices from the planes of their
+        measured points.
+    aligned: Whether the template was not where the first scan is, and was moved there rigidly.)doc";
+
+}  // namespace dynmesh

@@ -1,0 +1,133 @@
+/// Tracking of a template in raw scans, which have no correspondences: frame after frame of loose
+/// points or depth images becomes a complete mesh of fixed connectivity.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <dynmesh/export.hpp>
+#include <dynmesh/frame_report.hpp>
+#include <dynmesh/topology.hpp>
+#include <dynmesh/types.hpp>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace dynmesh {
+
+struct TrackerSettings {
+  /// The number of threads that may work on a frame, including the calling thread, 1 to 256. The
+  /// other threads sleep between frames. Results are identical for any number of threads.
+  Index threads = 1;
+};
+
+/// A scan: points of the surface in any order and of any number, in the axes and the unit of the
+/// template.
+template <class Real>
+struct Scan {
+  Points<const Real> points;  ///< (n, 3) finite
+  /// (n, 3) the outward normals of the points, of any length; a normal of 0 means that it is not
+  /// known, and such a point is not used. Null: they are estimated from the nearest points, which
+  /// takes longer than everything else, and turned to the viewpoints.
+  Points<const Real> normals = {};
+  /// (c, 3) the positions of the sensors. With them, vertices that no sensor can see are not
+  /// compared with the scan, which is the largest single gain in accuracy. Null if not known.
+  Points<const Real> viewpoints = {};
+};
+
+/// A depth image of a pinhole camera, without distortion.
+struct DepthImage {
+  /// The depth of the pixel in row r and column c is data[r * row_stride + c * column_stride]. It
+  /// is measured along the axis of the camera, not along the ray, in the unit of the template.
+  /// Where nothing was measured it is 0, NaN or infinite. Strides are given in elements.
+  const float* data = nullptr;
+  std::size_t height = 0;
+  std::size_t width = 0;
+  std::ptrdiff_t row_stride = 0;
+  std::ptrdiff_t column_stride = 1;
+  /// Row by row: fx, s, cx, 0, fy, cy, 0, 0, 1, in pixels. The centre of the first pixel is at 0,
+  /// 0.
+  std::array<double, 9> intrinsics{};
+  /// Row by row: the rigid motion from the axes of the camera to those of the template. The camera
+  /// looks along its +z axis, with x to the right and y down, as in OpenCV.
+  std::array<double, 16> pose{};
+};
+
+/// What a tracker reports of a frame. `known` counts the vertices that have a measured point,
+/// `filled` the others of their components, and `iterations` the passes.
+struct TrackingReport : FrameReport {
+  /// The root mean square distance of the observed vertices from the planes of their points.
+  double distance = 0;
+  /// Whether the template was not where the first scan is, and was moved there rigidly.
+  bool aligned = false;
+};
+
+/// Tracks one template. Each frame is found from what was measured in it and from earlier frames.
+///
+/// `push`, `push_depth` and `skip` write the tracked frame to `tracked` and return its report. They
+/// allocate memory for the search tree of the scan, where a scan or an image is larger than all
+/// earlier ones, and where a factor is.
+///
+/// They throw std::invalid_argument for bad input, with a message that says what is wrong, where,
+/// and with which value: a coordinate that is not finite or beyond 1e18 for float or 1e200 for
+/// double; a wrong number of rows; a null pointer; a stride of 0; intrinsics that are singular, a
+/// pose that is not rigid, a negative depth. The first scan after construction or `reset` must be
+/// where the template is; if it is not, a rigid alignment is tried and reported, and if that fails,
+/// the scan is refused with the distance. Later scans that are far away, or empty, count as frames
+/// in which nothing was observed. No points at all are allowed.
+///
+/// If a call throws any exception, the tracker stays as it was before the call and nothing is
+/// written to `tracked`. A tracker may be used by one thread at a time.
+template <class Real>
+class DYNMESH_EXPORT Tracker {
+ public:
+  /// `first_frame` is the template, complete and finite, in the pose of the first scan. See
+  /// Completer for `faces`.
+  Tracker(Faces faces, Points<const Real> first_frame, const TrackerSettings& settings = {});
+  ~Tracker();
+  Tracker(const Tracker&) = delete;
+  Tracker& operator=(const Tracker&) = delete;
+  Tracker(Tracker&&) noexcept;
+  Tracker& operator=(Tracker&&) noexcept;
+
+  /// Finds the template in a scan.
+  TrackingReport push(const Scan<Real>& scan, Points<Real> tracked);
+
+  /// Finds the template in the depth images of one or several cameras of the same moment.
+  TrackingReport push_depth(std::span<const DepthImage> images, Points<Real> tracked);
+
+  /// A frame in which nothing was measured: the template stays where it is.
+  TrackingReport skip(Points<Real> tracked);
+
+  /// Makes this complete frame the new template, as if the tracker were newly constructed.
+  void reset(Points<const Real> frame);
+
+  /// Everything that later frames depend on; see Completer. A state of a completer is refused.
+  [[nodiscard]] std::vector<std::byte> state() const;
+  [[nodiscard]] std::size_t state_size() const;
+  void restore(std::span<const std::byte> state);
+
+  [[nodiscard]] std::size_t n_vertices() const;
+  [[nodiscard]] std::size_t n_edges() const;
+  [[nodiscard]] const TrackerSettings& settings() const;
+  [[nodiscard]] const TopologyReport& topology() const;
+  /// The number of frames since construction or `reset`.
+  [[nodiscard]] std::size_t n_frames() const;
+  /// (k,) 1 for the vertices that have a measured point in the last frame, else 0. Valid until the
+  /// next call of any member function, like the next two.
+  [[nodiscard]] std::span<const std::uint8_t> observed() const;
+  /// (k,) 0 for observed vertices, g for those that g edges separate from the next observed one, -1
+  /// where there is none.
+  [[nodiscard]] std::span<const Index> generation() const;
+  /// (k,) the number of frames since the vertex was last observed.
+  [[nodiscard]] std::span<const Index> age() const;
+  /// The report of the last frame. Before the first frame, all vertices count as known.
+  [[nodiscard]] const TrackingReport& report() const;
+
+ private:
+  struct Parts;
+
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace dynmesh

@@ -1,0 +1,87 @@
+/// The constants of tracking that do not follow from its equations. Lengths are in mean edge
+/// lengths of frame 0.
+#pragma once
+
+namespace dynmesh {
+
+/// docs/reference/tracking.md has their reasons, and how much the error changes if a value is
+/// halved or doubled.
+struct TrackingConstants {
+  /// The share of the last motion with which the next one begins.
+  double prediction = 0.6;
+
+  /// How often the whole surface is moved rigidly before it bends.
+  int rigid_steps = 2;
+  /// How far these steps look for points, and the distance at which a point counts half.
+  double rigid_radius = 12;
+  double rigid_scale = 4;
+  /// What the planes do not determine of a rigid motion stays small: this share of the mean
+  /// diagonal is added to its system.
+  double rigid_caution = 1e-3;
+  /// Six points determine a rigid motion, if all are good; fewer than this are not used.
+  int least_rigid = 12;
+
+  /// How often correspondences are looked for and rotations fitted, at least, and the steps of
+  /// conjugate gradients for each.
+  int passes = 4;
+  int steps = 5;
+  /// The weight of a correspondence in the first pass and in the last; it grows by equal factors.
+  /// The stiff surface first comes to lie right as a whole.
+  double first_weight = 0.0025;
+  double last_weight = 0.2;
+  /// How far the first half of the passes looks for points, and the second.
+  double wide_radius = 8;
+  double narrow_radius = 3;
+  /// The distance at which a correspondence counts half.
+  double scale = 1.5;
+  /// The distance along the surface at which it counts half. Measured points lie closer than that,
+  /// so what is farther aside was not measured.
+  double side = 1.5;
+  /// The least cosine between the normal of a vertex and that of its point.
+  double agreement = 0.5;
+  /// The share of the shape of frame 0 in the shape that is wanted, beside that of the last frame.
+  double pull = 0.5;
+  /// How often the covariances of rotations are averaged with the neighbours'.
+  int averagings = 4;
+
+  /// A measured point is unexplained if the nearest vertex is at least this far, and it draws the
+  /// vertex if that is nearer than the second. The distance at which it counts half, and its weight
+  /// compared with other correspondences.
+  double least_unexplained = 1.5;
+  double drawing_radius = 24;
+  double drawing_scale = 12;
+  double drawing_weight = 4;
+  /// About so many of the points are looked at.
+  int looked_at = 4096;
+  /// The first pass is repeated while more than this share of the points is unexplained, so often
+  /// at most.
+  double lost_share = 0.02;
+  int most_searches = 12;
+  /// In the first half of the repetitions, all weights are this much smaller: parts that lie on the
+  /// wrong limb first straighten.
+  double lost_weight = 0.02;
+
+  /// The width of a pixel where the surface is drawn to find out what hides what, and how far
+  /// behind the front a vertex may lie.
+  double pixel = 0.5;
+  double thickness = 1.5;
+
+  /// A vertex counts as observed if its point is at most this far.
+  double observed_distance = 1;
+  /// Components are not solved for if the weights of their correspondences, each at most 1, have a
+  /// smaller sum.
+  double fewest = 12;
+
+  /// In the first frame, at least this share of the vertices that a sensor sees (or of the points,
+  /// if they are fewer) must have a correspondence, or a rigid alignment of the whole template is
+  /// tried.
+  double least_found = 0.1;
+  /// The number of its steps, and the share that it must reach.
+  int alignment_steps = 40;
+  double least_aligned = 0.3;
+
+  /// The jump in depth between neighbouring pixels from which on they belong to different surfaces.
+  double jump = 3;
+};
+
+}  // namespace dynmesh

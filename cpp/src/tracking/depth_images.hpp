@@ -1,0 +1,73 @@
+/// Depth images: what cameras measured along the rays of their pixels.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <dynmesh/types.hpp>
+#include <vector>
+
+#include "support/workers.hpp"
+#include "tracking/measurement.hpp"
+
+namespace dynmesh {
+
+/// A pinhole camera that looks along its +z axis, with x to the right and y down. Pixel (column,
+/// row) sees along (column - cx) / fx, (row - cy) / fy, 1, where the skew s adds to the column.
+struct Camera {
+  double fx, fy, cx, cy, skew;
+  std::array<Vector3<double>, 3> axes;  ///< right, down and ahead, in the axes of the template
+  Vector3<double> position;
+
+  [[nodiscard]] Vector3<double> to_camera(const Vector3<double>& point) const;
+  [[nodiscard]] Vector3<double> from_camera(const Vector3<double>& local) const;
+};
+
+/// Finds correspondences by projection: a vertex is drawn into each image, and the pixels around it
+/// are looked at, which takes no search tree. Allocates memory where images are larger than all
+/// earlier ones.
+class DepthImages final : public Measurement {
+ public:
+  /// The rows of an image of the frame, to be filled in by the caller with depths along `ahead`;
+  /// anything that is not positive and finite means that nothing was measured.
+  struct Image {
+    Camera camera;
+    std::size_t height = 0;
+    std::size_t width = 0;
+    std::size_t first = 0;  // of its pixels in the arrays
+  };
+
+  void clear();
+  /// Adds an image and returns its pixels, row by row.
+  std::span<float> add(const Camera& camera, std::size_t height, std::size_t width);
+
+  /// Finds the points and normals of all pixels. A normal is that of the differences to the
+  /// neighbouring pixels; across a jump in depth of more than `jump` of a length there is none, and
+  /// a pixel without a normal says nothing: at a silhouette, its depth may be a mixture.
+  void prepare(double jump, Workers& workers);
+
+  [[nodiscard]] Field viewpoints() const override { return viewpoints_; }
+  [[nodiscard]] std::size_t size() const override { return measured_.size(); }
+  [[nodiscard]] Vector3<double> point(std::size_t i) const override {
+    return points_[measured_[i]];
+  }
+  [[nodiscard]] Vector3<double> normal(std::size_t i) const override {
+    return normals_[measured_[i]];
+  }
+  [[nodiscard]] bool is_undecided(std::size_t /*i*/) const override { return false; }
+  [[nodiscard]] Correspondence nearest(const Vector3<double>& position,
+                                       const Vector3<double>& normal, double radius,
+                                       double agreement) const override;
+
+ private:
+  void prepare_rows(const Image& image, double jump, std::size_t first_row, std::size_t last_row);
+
+  std::vector<Image> images_;
+  std::vector<float> depths_;
+  std::vector<Vector3<double>> points_;   // in the axes of the template
+  std::vector<Vector3<double>> normals_;  // 0 where there is none
+  std::vector<std::uint32_t> measured_;   // the pixels with a normal
+  std::vector<Vector3<double>> viewpoints_;
+};
+
+}  // namespace dynmesh

@@ -1,0 +1,48 @@
+/// What sensors measured of a surface in one frame.
+#pragma once
+
+#include <cstddef>
+#include <dynmesh/types.hpp>
+#include <span>
+
+namespace dynmesh {
+
+/// A measured point of the surface and the unit normal there, which point to one vertex. A weight
+/// of 0 means that the vertex has none.
+struct Correspondence {
+  Vector3<double> point;
+  Vector3<double> normal;
+  double weight = 0;
+};
+
+/// The points of one frame, in the unit of the template.
+class Measurement {
+ public:
+  using Field = std::span<const Vector3<double>>;
+
+  Measurement() = default;
+  Measurement(const Measurement&) = delete;
+  Measurement& operator=(const Measurement&) = delete;
+  Measurement(Measurement&&) = delete;
+  Measurement& operator=(Measurement&&) = delete;
+  virtual ~Measurement() = default;
+
+  /// Where the sensors are; empty if that is not known.
+  [[nodiscard]] virtual Field viewpoints() const = 0;
+
+  /// The number of measured points, and the position and the normal of one of them.
+  [[nodiscard]] virtual std::size_t size() const = 0;
+  [[nodiscard]] virtual Vector3<double> point(std::size_t i) const = 0;
+  [[nodiscard]] virtual Vector3<double> normal(std::size_t i) const = 0;
+  /// Whether that normal may as well be the opposite.
+  [[nodiscard]] virtual bool is_undecided(std::size_t i) const = 0;
+
+  /// The measured point that is nearest to `position`, among those within `radius` whose normal
+  /// agrees with `normal`: the cosine between them is at least `agreement`. The weight of the
+  /// result is 1, or 0 if there is none. May be called by several threads at once.
+  [[nodiscard]] virtual Correspondence nearest(const Vector3<double>& position,
+                                               const Vector3<double>& normal, double radius,
+                                               double agreement) const = 0;
+};
+
+}  // namespace dynmesh

@@ -1,0 +1,111 @@
+#include "tracking/parts.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "support/geometry.hpp"
+
+namespace dynmesh {
+
+template <class Real>
+Tracker<Real>::Parts::Parts(Faces faces, const Frame& frame, Topology caller_topology,
+                            const TrackerSettings& chosen)
+    : settings(chosen),
+      topology(in_internal_order(std::move(caller_topology), numbering)),
+      workers(chosen.threads),
+      exchange(numbering, workers),
+      generations(frame.size()),
+      unseen(*topology, UnseenRule::follow),
+      surface(faces_in_internal_order(faces, numbering), *topology, workers),
+      previous(frame.size()),
+      current(frame.size()),
+      completed(frame.size()),
+      known(frame.size()),
+      age(frame.size()),
+      observed_for_caller(frame.size()),
+      generation_for_caller(frame.size()),
+      age_for_caller(frame.size()) {
+  begin(to_internal_order(numbering, frame));
+}
+
+template <class Real>
+void Tracker<Real>::Parts::begin(Frame new_first_frame) {
+  Unseen<Real> new_unseen = unseen;
+  new_unseen.reset(new_first_frame);
+  std::vector<Vector3<double>> positions(new_first_frame.size());
+  std::ranges::transform(new_first_frame, positions.begin(), in_double<Real>);
+  surface.reset(positions);
+  // Nothing below can throw.
+  unseen = std::move(new_unseen);
+  std::ranges::copy(new_first_frame, previous.begin());
+  first_frame = std::move(new_first_frame);
+  std::ranges::fill(known, std::uint8_t{1});
+  generations.classify(topology->cells, known);
+  std::ranges::fill(age, 0);
+  update_copies();
+  n_frames = 0;
+  report = {};
+  report.known = n_vertices();
+}
+
+/// Only `find` can fail, and nothing that is kept between calls changes before it is done.
+template <class Real>
+TrackingReport Tracker<Real>::Parts::track(const Measurement& measurement, Points<Real> tracked,
+                                           Clock::time_point start) {
+  const SurfaceTracking::Found found = surface.find(measurement);
+  std::ranges::copy(found.observed, known.begin());
+  generations.classify(topology->cells, known);
+  const auto generation = generations.of_vertices();
+  for (std::size_t v = 0; v < current.size(); ++v) {
+    const Vector3<double>& x = found.x[v];
+    const bool is_found = generation[v] != Generations::unseen;
+    current[v] =
+        is_found ? Vector3<Real>{saturated<Real>(x.x), saturated<Real>(x.y), saturated<Real>(x.z)}
+                 : previous[v];
+  }
+  unseen.place(previous, current, generations);
+  // Vertices whose estimate has diverged are first reset to the previous frame.
+  exchange.write(current, previous, tracked);
+  std::ranges::transform(current, completed.begin(), in_double<Real>);
+  surface.remember(completed, generations.anchors() > 0);
+  std::swap(previous, current);
+  for (std::size_t v = 0; v < age.size(); ++v) {
+    const Index older = age[v] + (age[v] < std::numeric_limits<Index>::max() ? 1 : 0);
+    age[v] = known[v] != 0 ? 0 : older;
+  }
+  update_copies();
+  ++n_frames;
+  report = {};
+  report.known = generations.anchors();
+  report.filled = generations.reached();
+  report.unseen = generations.unseen_vertices();
+  report.iterations = static_cast<std::size_t>(found.passes);
+  report.distance = found.distance;
+  report.aligned = found.aligned;
+  report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  return report;
+}
+
+template <class Real>
+void Tracker<Real>::Parts::update_copies() {
+  const auto generation = generations.of_vertices();
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    const std::size_t v = numbering.internal_index(i);
+    observed_for_caller[i] = known[v];
+    generation_for_caller[i] = generation[v];
+    age_for_caller[i] = age[v];
+  }
+}
+
+#define DYNMESH_INSTANTIATE(Real)                                                              \
+  template Tracker<Real>::Parts::Parts(Faces, const Frame&, Topology, const TrackerSettings&); \
+  template void Tracker<Real>::Parts::begin(Frame);                                            \
+  template TrackingReport Tracker<Real>::Parts::track(const Measurement&, Points<Real>,        \
+                                                      Clock::time_point);                      \
+  template void Tracker<Real>::Parts::update_copies();
+DYNMESH_INSTANTIATE(float)
+DYNMESH_INSTANTIATE(double)
+#undef DYNMESH_INSTANTIATE
+
+}  // namespace dynmesh

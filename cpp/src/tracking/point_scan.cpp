@@ -1,0 +1,122 @@
+#include "tracking/point_scan.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "support/geometry.hpp"
+
+namespace dynmesh {
+namespace {
+
+/// The number of points in a leaf of the tree. Between 8 and 32, building and searching together
+/// hardly change.
+constexpr std::size_t leaf_size = 16;
+
+/// The number of points of a local plane, the point itself included. Fewer follow the noise, more
+/// round off edges.
+constexpr std::size_t plane_points = 12;
+
+/// What nanoflann fills: the nearest point whose normal agrees.
+struct NearestAgreeing {
+  using DistanceType = double;
+  using CountType = std::size_t;
+
+  const PointScan& scan;
+  const Vector3<double>& normal;
+  double agreement;
+  PointScan::Nearest nearest;
+  double squared_distance;
+
+  [[nodiscard]] std::size_t size() const { return nearest.any ? 1 : 0; }
+  [[nodiscard]] bool full() const { return true; }
+  [[nodiscard]] double worstDist() const { return squared_distance; }
+  bool addPoint(double squared, std::uint32_t index) {
+    if (!(squared < squared_distance)) return true;
+    const double cosine = dot(scan.normals[index], normal);
+    if (!((scan.is_undecided(index) ? std::abs(cosine) : cosine) >= agreement)) return true;
+    squared_distance = squared;
+    nearest.index = index;
+    nearest.any = true;
+    return true;
+  }
+};
+
+/// The unit normal of the plane that fits the points best; 0 if they lie on a line.
+Vector3<double> plane_normal(const std::vector<Vector3<double>>& points,
+                             std::span<const std::uint32_t> chosen) {
+  Vector3<double> mean;
+  for (const auto i : chosen) mean = mean + points[i];
+  mean = (1 / static_cast<double>(chosen.size())) * mean;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  for (const auto i : chosen) {
+    const auto arm = points[i] - mean;
+    const Eigen::Vector3d a(arm.x, arm.y, arm.z);
+    covariance += a * a.transpose();
+  }
+  const double size = covariance.trace();
+  if (!(size > 0) || !std::isfinite(size)) return {};
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance / size);
+  constexpr double collinear = 1e-10;
+  if (!(solver.eigenvalues()[1] > collinear)) return {};
+  const Eigen::Vector3d normal = solver.eigenvectors().col(0);
+  return {normal.x(), normal.y(), normal.z()};
+}
+
+}  // namespace
+
+void PointScan::index() {
+  tree_.reset();
+  if (!points.empty()) {
+    tree_.emplace(3, cloud_, nanoflann::KDTreeSingleIndexAdaptorParams(leaf_size));
+  }
+}
+
+void PointScan::estimate_normals(Workers& workers) {
+  normals.resize(points.size());
+  undecided.resize(points.size());
+  if (!tree_) return;
+  workers.for_each_short_chunk(static_cast<Index>(points.size()), [&](Index first, Index last) {
+    for (auto i = static_cast<std::size_t>(first); i < static_cast<std::size_t>(last); ++i) {
+      std::array<std::uint32_t, plane_points> nearby{};
+      std::array<double, plane_points> distances{};
+      nanoflann::KNNResultSet<double, std::uint32_t> result(plane_points);
+      result.init(nearby.data(), distances.data());
+      const double query[3] = {points[i].x, points[i].y, points[i].z};
+      tree_->findNeighbors(result, query, {});
+      normals[i] = plane_normal(points, std::span(nearby).first(result.size()));
+      double least = 1;  // of the cosines between the normal and the sensors
+      double most = -1;
+      for (const auto& sensor : sensors) {
+        const auto view = sensor - points[i];
+        const double length = std::sqrt(squared_norm(view));
+        const double cosine = length > 0 ? dot(normals[i], view) / length : 0;
+        least = std::min(least, cosine);
+        most = std::max(most, cosine);
+      }
+      undecided[i] = most <= 0 || least >= 0 ? 0 : 1;
+      if (sensors.empty()) undecided[i] = 1;
+      if (most <= 0) normals[i] = -1.0 * normals[i];
+    }
+  });
+}
+
+PointScan::Nearest PointScan::find(const Vector3<double>& position, const Vector3<double>& normal,
+                                   double radius, double agreement) const {
+  if (!tree_) return {};
+  NearestAgreeing result{*this, normal, agreement, {}, radius * radius};
+  const double query[3] = {position.x, position.y, position.z};
+  tree_->findNeighbors(result, query, {});
+  if (result.nearest.any) result.nearest.squared_distance = result.squared_distance;
+  return result.nearest;
+}
+
+Correspondence PointScan::nearest(const Vector3<double>& position, const Vector3<double>& normal,
+                                  double radius, double agreement) const {
+  const Nearest found = find(position, normal, radius, agreement);
+  if (!found.any) return {};
+  return {points[found.index], normals[found.index], 1};
+}
+
+}  // namespace dynmesh

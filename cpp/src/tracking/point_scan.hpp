@@ -1,0 +1,79 @@
+/// A scan of loose points with normals.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <dynmesh/types.hpp>
+#include <limits>
+#include <nanoflann.hpp>
+#include <optional>
+#include <vector>
+
+#include "support/workers.hpp"
+#include "tracking/measurement.hpp"
+
+namespace dynmesh {
+
+/// Finds nearest points with a k-d tree (nanoflann). Fill `points`, `normals` and `sensors`, then
+/// call `index`. Allocates memory there, and where the arrays grow.
+class PointScan final : public Measurement {
+ public:
+  PointScan() : cloud_{&points} {}
+
+  std::vector<Vector3<double>> points;   ///< (n,) finite
+  std::vector<Vector3<double>> normals;  ///< (n,) of unit length; 0 agrees with nothing
+  std::vector<Vector3<double>> sensors;  ///< (c,) where they stand, may be empty
+
+  /// Builds the tree of `points`.
+  void index();
+
+  /// Sets each normal to that of the plane that fits the nearest points best (Hoppe et al. 1992),
+  /// turned to the sensors. Call `index` before. Without sensors, or if the plane lies between two
+  /// of them, the direction stays undecided: the normal then agrees with its opposite as well.
+  void estimate_normals(Workers& workers);
+
+  [[nodiscard]] Field viewpoints() const override { return sensors; }
+  [[nodiscard]] std::size_t size() const override { return points.size(); }
+  [[nodiscard]] Vector3<double> point(std::size_t i) const override { return points[i]; }
+  [[nodiscard]] Vector3<double> normal(std::size_t i) const override { return normals[i]; }
+  [[nodiscard]] bool is_undecided(std::size_t i) const override {
+    return !undecided.empty() && undecided[i] != 0;
+  }
+  [[nodiscard]] Correspondence nearest(const Vector3<double>& position,
+                                       const Vector3<double>& normal, double radius,
+                                       double agreement) const override;
+
+  /// The nearest agreeing point, if there is any.
+  struct Nearest {
+    bool any = false;
+    std::uint32_t index = 0;
+    double squared_distance = std::numeric_limits<double>::infinity();
+  };
+  [[nodiscard]] Nearest find(const Vector3<double>& position, const Vector3<double>& normal,
+                             double radius, double agreement) const;
+
+  /// (n,) 1 for normals that may as well be the opposite; empty if there are none.
+  std::vector<std::uint8_t> undecided;
+
+ private:
+  struct Cloud {
+    const std::vector<Vector3<double>>* points;
+
+    [[nodiscard]] std::size_t kdtree_get_point_count() const { return points->size(); }
+    [[nodiscard]] double kdtree_get_pt(std::size_t i, std::size_t c) const {
+      const Vector3<double>& p = (*points)[i];
+      return c == 0 ? p.x : c == 1 ? p.y : p.z;
+    }
+    template <class Box>
+    bool kdtree_get_bbox(Box& /*box*/) const {
+      return false;
+    }
+  };
+  using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Cloud>,
+                                                   Cloud, 3, std::uint32_t>;
+
+  Cloud cloud_;
+  std::optional<Tree> tree_;
+};
+
+}  // namespace dynmesh

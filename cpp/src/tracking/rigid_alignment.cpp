@@ -1,0 +1,61 @@
+#include "tracking/rigid_alignment.hpp"
+
+#include <Eigen/Dense>
+#include <cmath>
+
+#include "support/geometry.hpp"
+
+namespace dynmesh {
+namespace {
+
+Eigen::Vector3d to_eigen(const Vector3<double>& v) { return {v.x, v.y, v.z}; }
+Vector3<double> from_eigen(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+}  // namespace
+
+SmallMotion fit_to_planes(std::span<const Vector3<double>> frame,
+                          std::span<const Correspondence> found, double caution) {
+  SmallMotion motion;
+  double total = 0;
+  for (std::size_t v = 0; v < frame.size(); ++v) {
+    motion.centre = motion.centre + found[v].weight * frame[v];
+    total += found[v].weight;
+  }
+  if (!(total > 0)) return motion;
+  motion.centre = (1 / total) * motion.centre;
+  double square = 0;
+  for (std::size_t v = 0; v < frame.size(); ++v) {
+    square += found[v].weight * squared_norm(frame[v] - motion.centre);
+  }
+  const double reach = std::sqrt(square / total);
+  if (!(reach > 0) || !std::isfinite(reach)) return motion;
+  Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
+  Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
+  for (std::size_t v = 0; v < frame.size(); ++v) {
+    const Correspondence& c = found[v];
+    if (c.weight == 0) continue;
+    const Eigen::Vector3d n = to_eigen(c.normal);
+    Eigen::Matrix<double, 6, 1> row;
+    row << to_eigen((1 / reach) * (frame[v] - motion.centre)).cross(n), n;
+    normal += c.weight * row * row.transpose();
+    right += c.weight * dot(c.normal, c.point - frame[v]) * row;
+  }
+  normal.diagonal().array() += caution * normal.trace() / 6;
+  const Eigen::Matrix<double, 6, 1> solution = normal.ldlt().solve(right);
+  if (!solution.allFinite()) return motion;
+  motion.turn = from_eigen(solution.head<3>() / reach);
+  motion.shift = from_eigen(solution.tail<3>());
+  return motion;
+}
+
+void move_rigidly(const SmallMotion& motion, std::span<Vector3<double>> frame) {
+  const Eigen::Vector3d turn = to_eigen(motion.turn);
+  const double angle = turn.norm();
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  if (angle > 0) rotation = Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix();
+  for (auto& x : frame) {
+    x = from_eigen(rotation * to_eigen(x - motion.centre)) + motion.centre + motion.shift;
+  }
+}
+
+}  // namespace dynmesh

@@ -1,0 +1,310 @@
+#include "tracking/surface_tracking.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+#include "support/geometry.hpp"
+#include "tracking/rigid_alignment.hpp"
+#include "tracking/vertex_normals.hpp"
+
+namespace dynmesh {
+
+SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& topology,
+                                 Workers& workers, const TrackingConstants& constants)
+    : constants_(constants),
+      faces_(std::move(faces)),
+      topology_(topology),
+      workers_(workers),
+      system_(topology.cells, workers),
+      rotations_(topology.cells, workers),
+      fit_(topology.cells.size()),
+      visibility_(topology.cells.size()),
+      first_shape_(topology.cells.size()),
+      shape_(topology.cells.size()),
+      last_(topology.cells.size()),
+      before_(topology.cells.size()),
+      anchors_(topology.cells.size(), true),
+      x_(topology.cells.size()),
+      normals_(topology.cells.size()),
+      wanted_(topology.cells.size()),
+      turned_(topology.cells.size()),
+      found_(topology.cells.size()),
+      seen_(topology.cells.size()),
+      observed_(topology.cells.size()),
+      found_in_(topology.report.components),
+      old_rotations_(topology.cells.size()),
+      drawn_(topology.cells.size()) {
+  rotations_.allow_averaging();
+}
+
+void SurfaceTracking::reset(Field first_frame) {
+  auto prepared = system_.prepare<double>(faces_, first_frame, detail_constants_);
+  // Nothing below can throw.
+  system_.reset(std::move(prepared));
+  mean_edge_ = mean_edge_length(topology_.cells, first_frame);
+  rotations_.reset(first_frame, mean_edge_);
+  system_.apply(first_frame, 1, first_shape_);
+  std::ranges::copy(first_shape_, shape_.begin());
+  std::ranges::copy(first_frame, last_.begin());
+  std::ranges::copy(first_frame, before_.begin());
+  is_first_ = true;
+}
+
+SurfaceTracking::Found SurfaceTracking::find(const Measurement& measurement) {
+  std::ranges::copy(rotations_.quaternions(), old_rotations_.begin());
+  try {
+    predict();
+    const bool aligned = is_first_ && measurement.size() > 0 && align(measurement);
+    for (int step = 0; step < constants_.rigid_steps; ++step) {
+      move_as_a_whole(measurement,
+                      {constants_.rigid_radius, constants_.rigid_scale, constants_.rigid_scale, 1});
+    }
+    const int searches = search(measurement);
+    for (int pass = 1; pass < constants_.passes; ++pass) {
+      const double progress = static_cast<double>(pass) / (constants_.passes - 1);
+      bend(measurement, weight_at(progress), 2 * pass < constants_.passes);
+    }
+    Found result = observe(measurement);
+    result.passes = searches + constants_.passes - 1;
+    result.aligned = aligned;
+    return result;
+  } catch (...) {
+    std::ranges::copy(old_rotations_, rotations_.quaternions().begin());
+    throw;
+  }
+}
+
+/// X = V + prediction (V - V'), from the last two frames.
+void SurfaceTracking::predict() {
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    x_[v] = last_[v] + constants_.prediction * (last_[v] - before_[v]);
+  }
+}
+
+/// Finds the points of the vertices that the sensors can see.
+SurfaceTracking::Tally SurfaceTracking::correspond(const Measurement& measurement,
+                                                   const Search& search) {
+  find_vertex_normals(faces_, x_, normals_);
+  visibility_.find(faces_, x_, normals_, measurement.viewpoints(), constants_.pixel * mean_edge_,
+                   constants_.thickness * mean_edge_, seen_);
+  const double scale = search.scale * mean_edge_;
+  const double side = search.side * mean_edge_;
+  workers_.for_each_short_chunk(static_cast<Index>(x_.size()), [&](Index first, Index last) {
+    for (auto v = static_cast<std::size_t>(first); v < static_cast<std::size_t>(last); ++v) {
+      Correspondence& c = found_[v];
+      c = {};
+      if (seen_[v] == 0) continue;
+      c = measurement.nearest(x_[v], normals_[v], search.radius * mean_edge_, constants_.agreement);
+      if (c.weight == 0) continue;
+      const auto offset = c.point - x_[v];
+      const double distance = squared_norm(offset);
+      const double ahead = dot(offset, c.normal);
+      const double aside = distance - ahead * ahead;
+      c.weight = search.weight / ((1 + distance / (scale * scale)) * (1 + aside / (side * side)));
+    }
+  });
+  Tally tally;
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    tally.seen += seen_[v];
+    tally.found += found_[v].weight > 0 ? 1 : 0;
+  }
+  return tally;
+}
+
+void SurfaceTracking::move_as_a_whole(const Measurement& measurement, const Search& search) {
+  if (correspond(measurement, search).found < static_cast<std::size_t>(constants_.least_rigid))
+    return;
+  move_rigidly(fit_to_planes(x_, found_, constants_.rigid_caution), x_);
+}
+
+bool SurfaceTracking::lies_in(const Measurement& measurement, double share) {
+  const Search search = {constants_.wide_radius, constants_.scale, constants_.side, 1};
+  const Tally tally = correspond(measurement, search);
+  const std::size_t most = std::min(tally.seen, measurement.size());
+  return tally.found > 0 && static_cast<double>(tally.found) >= share * static_cast<double>(most);
+}
+
+/// If the template is not where the first measurement is, moves it there. Returns whether that was
+/// needed. Throws std::invalid_argument if it was not possible.
+bool SurfaceTracking::align(const Measurement& measurement) {
+  if (lies_in(measurement, constants_.least_found)) return false;
+  // The sum of few points is enough.
+  const std::size_t stride = 1 + measurement.size() / 4096;
+  Vector3<double> measured;
+  double n_measured = 0;
+  for (std::size_t i = 0; i < measurement.size(); i += stride) {
+    measured = measured + measurement.point(i);
+    n_measured += 1;
+  }
+  Vector3<double> seen;
+  double n_seen = 0;
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    if (seen_[v] == 0) continue;
+    seen = seen + x_[v];
+    n_seen += 1;
+  }
+  const auto shift = (1 / n_measured) * measured - (1 / std::max(n_seen, 1.0)) * seen;
+  double reach = 0;
+  for (const auto& x : x_) reach = std::max(reach, std::sqrt(squared_norm(x - x_[0])));
+  for (auto& x : x_) x = x + shift;
+  // From half the size of the template down to the radius of the passes.
+  const double widest = std::max(0.5 * reach / mean_edge_, constants_.rigid_radius);
+  for (int step = 0; step < constants_.alignment_steps; ++step) {
+    const double progress = static_cast<double>(step) / constants_.alignment_steps;
+    const double radius = widest * std::pow(constants_.rigid_radius / widest, progress);
+    move_as_a_whole(measurement, {radius, radius, radius, 1});
+  }
+  if (lies_in(measurement, constants_.least_aligned)) return true;
+  const double distance = std::sqrt(squared_norm(shift));
+  std::array<char, 320> text{};
+  (void)std::snprintf(text.data(), text.size(),
+                      "points: the template is far from the first scan: their centres are %.4g "
+                      "apart, %.4g mean edges of the template, and no rigid alignment was found; "
+                      "both must be in the same axes and unit of length, and the template in the "
+                      "pose of the scan",
+                      distance, distance / mean_edge_);
+  throw std::invalid_argument(text.data());
+}
+
+/// Measured points that are far from all vertices draw the nearest one: so a limb that lies on the
+/// wrong one comes back. Returns their share.
+double SurfaceTracking::draw_towards_unexplained(const Measurement& measurement, double weight) {
+  vertices_.points.assign(x_.begin(), x_.end());
+  vertices_.normals.assign(normals_.begin(), normals_.end());
+  vertices_.index();
+  std::ranges::fill(drawn_, Correspondence{});
+  const double radius = constants_.drawing_radius * mean_edge_;
+  const double least = constants_.least_unexplained * mean_edge_;
+  const std::size_t stride =
+      1 + measurement.size() / static_cast<std::size_t>(constants_.looked_at);
+  double n_near = 0;
+  double n_unexplained = 0;
+  for (std::size_t i = 0; i < measurement.size(); i += stride) {
+    const auto point = measurement.point(i);
+    auto normal = measurement.normal(i);
+    auto nearest = vertices_.find(point, normal, radius, constants_.agreement);
+    if (measurement.is_undecided(i)) {
+      const auto other = vertices_.find(point, -1.0 * normal, radius, constants_.agreement);
+      if (other.squared_distance < nearest.squared_distance) {
+        nearest = other;
+        normal = -1.0 * normal;
+      }
+    }
+    if (!nearest.any) continue;
+    n_near += 1;
+    if (nearest.squared_distance < least * least) continue;
+    n_unexplained += 1;
+    Correspondence& drawn = drawn_[nearest.index];
+    drawn.point = drawn.point + point;
+    drawn.normal = drawn.normal + normal;
+    drawn.weight += 1;
+  }
+  const double scale = constants_.drawing_scale * mean_edge_;
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    const Correspondence& drawn = drawn_[v];
+    const double length = std::sqrt(squared_norm(drawn.normal));
+    if (!(length > 0)) continue;
+    const auto point = (1 / drawn.weight) * drawn.point;
+    const double distance = squared_norm(point - x_[v]);
+    found_[v] = {point, (1 / length) * drawn.normal,
+                 constants_.drawing_weight * weight / (1 + distance / (scale * scale))};
+  }
+  return n_near > 0 ? n_unexplained / n_near : 0;
+}
+
+/// Chooses the components with enough correspondences, of which those that are far away count less:
+/// `weight` is that of one without any distance. Returns whether there is any.
+bool SurfaceTracking::choose_components(double weight) {
+  std::ranges::fill(found_in_, 0.0);
+  for (std::size_t v = 0; v < found_.size(); ++v) {
+    found_in_[static_cast<std::size_t>(topology_.component[v])] += found_[v].weight / weight;
+  }
+  anchors_.n_solved = 0;
+  for (std::size_t v = 0; v < found_.size(); ++v) {
+    const bool is_solved =
+        found_in_[static_cast<std::size_t>(topology_.component[v])] >= constants_.fewest;
+    anchors_.is_solved[v] = is_solved ? 1 : 0;
+    if (!is_solved) found_[v].weight = 0;
+    anchors_.weights[v] = found_[v].weight;
+    anchors_.n_solved += is_solved ? 1 : 0;
+  }
+  return anchors_.n_solved > 0;
+}
+
+/// The weight of a correspondence, from the first pass to the last.
+double SurfaceTracking::weight_at(double progress) const {
+  return constants_.first_weight *
+         std::pow(constants_.last_weight / constants_.first_weight, progress);
+}
+
+/// Repeats the first pass until nearly all measured points are explained. Returns how often.
+int SurfaceTracking::search(const Measurement& measurement) {
+  int done = 0;
+  while (true) {
+    const bool straightens = done > 0 && 2 * done < constants_.most_searches;
+    const double weight = (straightens ? constants_.lost_weight : 1) * weight_at(0);
+    const double unexplained = bend(measurement, weight, true);
+    ++done;
+    if (unexplained <= constants_.lost_share || done >= constants_.most_searches) return done;
+  }
+}
+
+/// Finds correspondences and rotations for X, and then X for these. Returns the share of the
+/// measured points that no vertex explains, in early passes.
+double SurfaceTracking::bend(const Measurement& measurement, double weight, bool is_early) {
+  const double radius = is_early ? constants_.wide_radius : constants_.narrow_radius;
+  correspond(measurement, {radius, constants_.scale, constants_.side, weight});
+  const double lost = is_early ? draw_towards_unexplained(measurement, weight) : 0;
+  if (!choose_components(weight)) return 0;
+  rotations_.fit(x_, constants_.averagings);
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    wanted_[v] = shape_[v] + constants_.pull * (first_shape_[v] - shape_[v]);
+  }
+  rotations_.turn(wanted_, turned_);
+  system_.factorize(anchors_);
+  fit_.take_steps(system_, turned_, found_, constants_.steps, x_);
+  return lost;
+}
+
+/// Which vertices have a measured point in the end.
+SurfaceTracking::Found SurfaceTracking::observe(const Measurement& measurement) {
+  correspond(measurement, {constants_.observed_distance, constants_.scale, constants_.side, 1});
+  Found result = {x_, observed_, 0, 0, false};
+  double sum = 0;
+  double n = 0;
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    observed_[v] = anchors_.is_solved[v] != 0 && found_[v].weight > 0 ? 1 : 0;
+    if (observed_[v] == 0) continue;
+    const double distance = dot(found_[v].normal, found_[v].point - x_[v]);
+    sum += distance * distance;
+    n += 1;
+  }
+  if (n > 0) result.distance = std::sqrt(sum / n);
+  return result;
+}
+
+void SurfaceTracking::remember(Field completed, bool moves) {
+  std::ranges::copy(moves ? Field(last_) : completed, before_.begin());
+  std::ranges::copy(completed, last_.begin());
+  if (moves) is_first_ = false;
+  rotations_.fit(last_);
+  system_.apply(last_, 1, wanted_);
+  rotations_.turn_back(wanted_, shape_);
+}
+
+void SurfaceTracking::recall(Field last, Field before, std::span<const Quaternion> rotations,
+                             bool is_first) {
+  std::ranges::copy(last, last_.begin());
+  std::ranges::copy(before, before_.begin());
+  std::ranges::copy(rotations, rotations_.quaternions().begin());
+  system_.apply(last_, 1, wanted_);
+  rotations_.turn_back(wanted_, shape_);
+  is_first_ = is_first;
+}
+
+}  // namespace dynmesh

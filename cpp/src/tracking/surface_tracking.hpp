@@ -1,0 +1,120 @@
+/// Finds a template again in what sensors measured, frame by frame; docs/reference/tracking.md has
+/// the method.
+#pragma once
+
+#include <cstdint>
+#include <dynmesh/topology.hpp>
+#include <dynmesh/types.hpp>
+#include <span>
+#include <vector>
+
+#include "detail/anchors.hpp"
+#include "detail/constants.hpp"
+#include "detail/rotations.hpp"
+#include "detail/shape_system.hpp"
+#include "support/workers.hpp"
+#include "tracking/constants.hpp"
+#include "tracking/measurement.hpp"
+#include "tracking/point_scan.hpp"
+#include "tracking/surface_fit.hpp"
+#include "tracking/visibility.hpp"
+
+namespace dynmesh {
+
+/// The positions X of a frame minimise |K X - Q m|^2 + sum_i w_i (n_i . (q_i - X_i))^2. K and Q are
+/// those of method detail, m is the mean of the shapes of frame 0 and of the last frame, and q_i,
+/// n_i is the measured point, with its normal, that is nearest to vertex i. Both Q and the
+/// correspondences depend on X, so they and X are found in turn.
+///
+/// Allocates memory in `reset`, and in `find` if the factor is larger than all earlier ones.
+class SurfaceTracking {
+ public:
+  using Field = std::span<const Vector3<double>>;
+
+  /// `topology` and `workers` must outlive this object.
+  SurfaceTracking(std::vector<Triangle> faces, const Topology& topology, Workers& workers,
+                  const TrackingConstants& constants = {});
+
+  /// Begins a sequence. If it throws, nothing has changed.
+  void reset(Field first_frame);
+
+  /// What was found in a frame, valid until the next call.
+  struct Found {
+    Field x;                                 ///< (k,) the positions
+    std::span<const std::uint8_t> observed;  ///< (k,) 1 for vertices that have a measured point
+    int passes = 0;
+    double distance = 0;   ///< root mean square of the observed vertices from their planes
+    bool aligned = false;  ///< whether a rigid alignment of the whole template was needed
+  };
+
+  /// Finds the surface in a frame, from the last frames, and does not remember it. If it throws,
+  /// nothing has changed. It throws std::invalid_argument only in the first frame, if the template
+  /// is far from the measurement even after an alignment.
+  Found find(const Measurement& measurement);
+
+  /// Makes this the last frame. Velocities are 0 if nothing was found in it.
+  void remember(Field completed, bool moves);
+
+  /// What later frames depend on, beside frame 0: the last two frames and the rotations.
+  [[nodiscard]] Field last() const { return last_; }
+  [[nodiscard]] Field before() const { return before_; }
+  [[nodiscard]] std::span<const Quaternion> rotations() const { return rotations_.quaternions(); }
+  [[nodiscard]] bool is_first() const { return is_first_; }
+  void recall(Field last, Field before, std::span<const Quaternion> rotations, bool is_first);
+
+  [[nodiscard]] double mean_edge() const { return mean_edge_; }
+  [[nodiscard]] const TrackingConstants& constants() const { return constants_; }
+
+ private:
+  /// How correspondences are looked for and weighed.
+  struct Search {
+    double radius = 0;
+    double scale = 0;
+    double side = 0;
+    double weight = 0;
+  };
+  struct Tally {
+    std::size_t seen = 0;
+    std::size_t found = 0;
+  };
+
+  void predict();
+  Tally correspond(const Measurement& measurement, const Search& search);
+  void move_as_a_whole(const Measurement& measurement, const Search& search);
+  bool lies_in(const Measurement& measurement, double share);
+  bool align(const Measurement& measurement);
+  double draw_towards_unexplained(const Measurement& measurement, double weight);
+  bool choose_components(double weight);
+  [[nodiscard]] double weight_at(double progress) const;
+  int search(const Measurement& measurement);
+  double bend(const Measurement& measurement, double weight, bool is_early);
+  Found observe(const Measurement& measurement);
+
+  TrackingConstants constants_;
+  DetailConstants detail_constants_;
+  std::vector<Triangle> faces_;
+  const Topology& topology_;
+  Workers& workers_;
+  ShapeSystem system_;
+  Rotations rotations_;
+  SurfaceFit fit_;
+  Visibility visibility_;
+  double mean_edge_ = 1;
+  bool is_first_ = true;
+  std::vector<Vector3<double>> first_shape_;  // K V_0
+  std::vector<Vector3<double>> shape_;        // Q^T K X of the last frame
+  std::vector<Vector3<double>> last_;
+  std::vector<Vector3<double>> before_;  // the frame before the last
+
+  // Of the current frame:
+  Anchors anchors_;
+  std::vector<Vector3<double>> x_, normals_, wanted_, turned_;
+  std::vector<Correspondence> found_;
+  std::vector<std::uint8_t> seen_, observed_;
+  std::vector<double> found_in_;  // the correspondences of each component, weighed
+  std::vector<Quaternion> old_rotations_;
+  PointScan vertices_;  // the surface itself
+  std::vector<Correspondence> drawn_;
+};
+
+}  // namespace dynmesh

@@ -1,0 +1,150 @@
+"""The part of `dynmesh degrade` that makes scans."""
+
+import math
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import typer
+
+from .. import degrade as degradation
+from .. import files
+from ..degrade.depth_buffer import intrinsics_of, pose_of
+from ..files.scans import DepthFolder, PointFolder, Rig, ScanCamera
+from ..files.scans.depth_files import require_png
+from ..jobs.checkpoint import Source
+from ..sequence import Positions
+from .options import Axis, as_usage
+from .terminal import say, track
+
+SCANS = "Scans without correspondences"
+
+_COUNTS = 60_000
+"""Of the 65 535 that an image can hold, so many are used for the farthest point, at most."""
+
+_NOISE = 0.02  # mean edges
+
+
+def size_of(depth: str | None, scan: bool) -> tuple[int, int] | None:
+    """Parses the size of depth images; None if points are wanted."""
+    if depth is None:
+        return None
+    if scan:
+        raise typer.BadParameter("give one of --scan and --depth")
+    size = re.fullmatch("([1-9][0-9]{0,4})x([1-9][0-9]{0,4})", depth)
+    if size is None:
+        raise typer.BadParameter(
+            f"must be width x height, such as 640x480, not {depth}", param_hint="'--depth'"
+        )
+    return int(size[1]), int(size[2])
+
+
+def simulate(
+    path: Path,
+    output: Path,
+    source: Source,
+    *,
+    depth: tuple[int, int] | None,
+    cameras: int,
+    points: int,
+    noise: float | None,
+    flying: float | None,
+    known: float | None,
+    patches: float | None,
+    outliers: float | None,
+    up: Axis | None,
+    seed: int,
+    overwrite: bool,
+    refused: Mapping[str, object],
+) -> None:
+    """Writes scans of a sequence into a folder, and where the cameras stand beside them."""
+    for option, value in refused.items():
+        if value is not None:
+            raise typer.BadParameter(f"{option} cannot be combined with --scan or --depth")
+    if depth is not None:
+        require_png()
+    with files.open(path, **source) as reader:
+        axis = axis_of(reader, up)
+        box = bounding_box(reader)
+        around = degradation.orbit(box, cameras, degrees_per_frame=0.0, up=axis.vector)(0)
+        rig = _rig_of(around, box, depth, reader.header.metres_per_unit)
+        frames = (frame.points for frame in reader)
+        options: dict[str, Any] = {
+            "noise": _NOISE if noise is None else noise,
+            "missing": 0.0 if known is None else 1 - known,
+            "holes": patches or 0.0,
+            "flying": flying or 0.0,
+            "outliers": outliers or 0.0,
+        }
+        with as_usage("--noise"):
+            if depth is None:
+                scans = degradation.scan_points(
+                    frames, reader.faces, around, points=points, seed=seed, **options
+                )
+            else:
+                width, height = depth
+                images = degradation.depth_images(
+                    frames, reader.faces, around, width=width, height=height, seed=seed, **options
+                )
+        measured = 0
+        n = reader.n_frames
+        if depth is None:
+            with PointFolder(output, rig, overwrite=overwrite) as folder:
+                for scan in track(scans, n, "scanning"):
+                    folder.append(scan)
+                    measured += len(scan.points)
+        else:
+            with DepthFolder(output, rig, overwrite=overwrite) as pictures:
+                for image in track(images, n, "scanning"):
+                    pictures.append(image)
+                    measured += sum(int(np.count_nonzero(one)) for one in image.depth)
+    what = "points" if depth is None else "measured pixels"
+    many = "1 camera" if cameras == 1 else f"{cameras} cameras"
+    say(f"{output}: {n} frames of {measured / n:.0f} {what} from {many}, on average")
+
+
+def axis_of(reader: files.Reader, up: Axis | None) -> Axis:
+    """Returns the axis that cameras stand around, and says if it is a guess."""
+    if up is None and reader.header.up_axis is None:
+        say("assuming that z is up; if not, use --up y")
+    return up or Axis(reader.header.up_axis or "z")
+
+
+def bounding_box(reader: files.Reader) -> Positions:
+    """Returns the two opposite corners of the bounding box of all frames."""
+    corners = np.array([[np.inf] * 3, [-np.inf] * 3])
+    for points, _ in reader:
+        finite = points[np.isfinite(points).all(axis=1)]
+        if len(finite):
+            corners[0] = np.minimum(corners[0], finite.min(axis=0))
+            corners[1] = np.maximum(corners[1], finite.max(axis=0))
+    return corners
+
+
+def _rig_of(
+    cameras: list[degradation.Camera],
+    box: Positions,
+    size: tuple[int, int] | None,
+    metres_per_unit: float | None,
+) -> Rig:
+    """Describes the cameras, as their file does."""
+    corners = np.stack(np.meshgrid(*box.T), axis=-1).reshape(-1, 3)
+    described = []
+    for number, camera in enumerate(cameras):
+        pose = pose_of(camera)
+        if size is None:
+            described.append(ScanCamera(str(number), pose))
+            continue
+        farthest = ((corners - pose[:3, 3]) @ pose[:3, 2]).max()
+        scale = _round_number(farthest / _COUNTS)
+        described.append(ScanCamera(str(number), pose, intrinsics_of(camera, *size), scale, size))
+    return Rig(tuple(described), metres_per_unit)
+
+
+def _round_number(least: float) -> float:
+    """Returns the smallest number of at least this that is 1, 2 or 5 times a power of ten."""
+    power = math.floor(math.log10(least))
+    numbers = (float(f"{digit}e{power}") for digit in (1, 2, 5, 10))
+    return next(number for number in numbers if number >= least)

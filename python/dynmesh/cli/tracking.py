@@ -1,0 +1,170 @@
+"""The command that tracks a mesh through scans."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..files.scans import Scan
+from ..jobs.track_report import TrackFileReport
+from ..jobs.tracking import track_file
+from ..jobs.unfinished import is_unfinished
+from .done import say_how_far, saying_what_is_kept
+from .options import (
+    FILES,
+    HOW,
+    OUTPUT,
+    FramesPerSecond,
+    GapsOption,
+    OutputFormat,
+    OutputPath,
+    Overwrite,
+    Resume,
+    WithGaps,
+)
+from .terminal import say, say_remarks
+from .terminal import track as watched
+
+_UNIT = "m, cm, mm or metres"
+
+_FEW = 0.05
+"""Below this share of vertices with a correspondence, a scan is probably not of the mesh."""
+
+
+def track(
+    scans: Annotated[
+        Path,
+        typer.Argument(
+            metavar="SCANS",
+            help="Point clouds (PLY, XYZ, NPY, NPZ) or depth images (16-bit PNG), one file per "
+            "frame: a folder, or a pattern in quotes.",
+        ),
+    ],
+    output: OutputPath,
+    *,
+    template: Annotated[
+        Path,
+        typer.Option(
+            metavar="FILE",
+            help="The mesh, in about the pose of the first scan.",
+            rich_help_panel=FILES,
+        ),
+    ],
+    cameras: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Where the cameras stand, needed for depth images. [cameras.json beside SCANS]",
+            rich_help_panel=FILES,
+        ),
+    ] = None,
+    scan_unit: Annotated[
+        str | None,
+        typer.Option(
+            metavar="UNIT",
+            help=f"Of SCANS: {_UNIT}. [as their files state, else as the template]",
+            rich_help_panel=FILES,
+        ),
+    ] = None,
+    template_unit: Annotated[
+        str | None,
+        typer.Option(
+            metavar="UNIT",
+            help=f"Of the template: {_UNIT}. [as its file states]",
+            rich_help_panel=FILES,
+        ),
+    ] = None,
+    gaps: GapsOption = WithGaps.refuse,
+    align: Annotated[
+        bool,
+        typer.Option(
+            "--align/--no-align",
+            help="Move a template that does not lie in the first scan there.",
+            rich_help_panel=HOW,
+        ),
+    ] = True,
+    threads: Annotated[
+        int, typer.Option(metavar="N", min=1, help="Number of threads.", rich_help_panel=HOW)
+    ] = 1,
+    provenance: Annotated[
+        bool,
+        typer.Option(
+            "--provenance",
+            help="Also write how far each vertex is from one that was seen (generation) and the "
+            "frames since it was last seen (age).",
+            rich_help_panel=OUTPUT,
+        ),
+    ] = False,
+    resume: Resume = False,
+    output_format: OutputFormat = None,
+    fps: FramesPerSecond = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Track a mesh through scans whose points belong to no vertex.
+
+    Examples:
+    ```text
+    dynmesh track scans tracked.npz --template body.obj
+    dynmesh track 'depth/*.png' tracked.usd --template body.obj --cameras rig.json
+    ```
+    """
+    was_unfinished = is_unfinished(output)
+
+    def watch(found: Iterator[Scan | None], whole: int, done: int) -> Iterator[Scan | None]:
+        if was_unfinished and not done:
+            hint = "" if resume else "; --resume continues an interrupted run"
+            say(f"{output}: starting again{hint}")
+        return watched(found, whole, "tracking", done)
+
+    with saying_what_is_kept(output, "tracked"):
+        report = track_file(
+            scans,
+            output,
+            template=template,
+            cameras=cameras,
+            scan_unit=_unit(scan_unit),
+            template_unit=_unit(template_unit),
+            align="auto" if align else "never",
+            gaps="lost" if gaps == WithGaps.lost else "refuse",
+            output_format=output_format,
+            fps=fps,
+            provenance=provenance,
+            overwrite=overwrite,
+            resume=resume,
+            threads=threads,
+            watch=watch,
+        )
+    _say_what_was_done(output, report)
+
+
+def _say_what_was_done(output: Path, report: TrackFileReport) -> None:
+    if not say_how_far(output, "tracked", report):
+        return
+    if report.alignment is not None:
+        found = report.alignment
+        say(
+            f"{output}: the template was {found.before:.3g} mean edges from the first scan; a "
+            f"rotation by {found.degrees:.3g} degrees and a shift put it {found.after:.3g} from it"
+        )
+    if report.seconds_per_frame is not None and report.observed is not None:
+        n = report.frames - report.resumed_at
+        say(
+            f"{output}: {n} frames tracked in {1e3 * report.seconds_per_frame:.3g} ms each "
+            f"(median); {100 * report.observed:.3g} % of the vertices were seen"
+        )
+        if report.observed < _FEW:
+            say(
+                f"{output}: so few, that the scans are probably not of this mesh or of another unit"
+            )
+    if report.empty:
+        say(f"{output}: {report.empty} of the frames had no points")
+    say_remarks(output, report.remarks)
+
+
+def _unit(text: str | None) -> str | float | None:
+    """Returns a number of metres where one is written."""
+    try:
+        return None if text is None else float(text)
+    except ValueError:
+        return text

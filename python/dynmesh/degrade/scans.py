@@ -1,0 +1,193 @@
+"""Scans as depth cameras make them: loose points, or depth images, of a sequence that is known.
+
+Nothing of a scan says which vertex it belongs to. Unlike known masks, scans have no complete
+frame 0: every frame is scanned alike. Surfaces that are nearly edge-on to a camera return nothing.
+"""
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._checks import check_finite, check_integer
+from .._errors import InputError
+from ..files.scans.scan import DepthScan, PointScan
+from ..sequence import Positions
+from .depth_buffer import depth_buffer, intrinsics_of, pose_of
+from .depth_sensor import measured, with_flying
+from .scene import FLIGHT, Cameras, scenes_of, unit
+from .shared import Purpose, check_cameras, check_triangles, rng_of
+from .silhouettes import Silhouettes
+from .surface_points import sampled
+
+_Integers = NDArray[np.integer[Any]]
+
+_OUTLIER_DISTANCE = 10.0
+"""How far outliers are from the surface, in mean edges, as in :func:`add_outliers`."""
+
+
+def scan_points(
+    frames: Iterable[Positions],
+    faces: _Integers,
+    cameras: Cameras = 4,
+    *,
+    points: int = 20_000,
+    noise: float = 0.02,
+    missing: float = 0.0,
+    holes: float = 0.0,
+    flying: float = 0.0,
+    outliers: float = 0.0,
+    up: tuple[float, float, float] = (0, 0, 1),
+    seed: int = 0,
+) -> Iterator[PointScan]:
+    """Scans the surface that cameras see, as a set of points with normals.
+
+    The points are spread evenly over the area that at least one camera sees. Occlusion is exact: no
+    triangle lies between a point, before noise is added, and the camera that sees it.
+
+    Args:
+        frames: (k, 3) positions each; only one frame is held at a time; the first must be finite.
+        faces: (m, 3) integers. Both sides of a triangle are seen, and hide what is behind them.
+        cameras: a number of cameras that stand around frame 0, as :func:`orbit` places them; the
+            same cameras for all frames; or a function that returns those of a frame.
+        points: number of points of a frame before some are lost; fewer where nothing is seen.
+        noise: standard deviation of every coordinate, in mean edges of frame 0.
+        missing: share of the points that is lost at random, at least 0 and below 1.
+        holes: about this share of the surface returns nothing, in patches that stay for 15 frames;
+            see :func:`patch_known`. Frame 0 has none.
+        flying: share of the points that are flying pixels: mixtures of a silhouette and what is
+            behind it, anywhere up to 10 mean edges behind the silhouette, with useless normals.
+        outliers: share of the points that is moved 10 mean edges in a random direction.
+        up: the axis around which a number of cameras stand.
+        seed: equal seeds give equal scans. Frame i does not depend on the number of frames.
+
+    Returns:
+        An iterator over :class:`PointScan`, one for each frame.
+
+    Raises:
+        TypeError: an argument or a frame has the wrong kind.
+        ValueError: an argument is out of range, frame 0 is not finite or has no edge longer than 0,
+            or a frame has another shape than frame 0.
+    """
+    check_integer("points", points, 1)
+    _check(faces, cameras, noise, missing, holes, flying, outliers, seed)
+
+    def scans() -> Iterator[PointScan]:
+        silhouettes = Silhouettes(faces)
+        for scene in scenes_of(frames, faces, cameras, holes, up, seed):
+            rng = rng_of(Purpose.SCAN, seed, scene.number)
+            n_flying = round(flying * points)
+            positions, normals = sampled(scene, faces, points - n_flying, rng)
+            mixed = silhouettes.flying(scene.points, scene.cameras, n_flying, rng)
+            behind = FLIGHT * scene.mean_edge * rng.random(len(mixed.points))[:, None]
+            positions = np.concatenate([positions, mixed.points + behind * mixed.rays])
+            normals = np.concatenate([normals, unit(mixed.normals - mixed.rays)])
+            positions += noise * scene.mean_edge * rng.standard_normal(positions.shape)
+            moved = rng.random(len(positions)) < outliers
+            away = unit(rng.standard_normal((int(moved.sum()), 3)))
+            positions[moved] += _OUTLIER_DISTANCE * scene.mean_edge * away
+            kept = rng.random(len(positions)) >= missing
+            viewpoints = np.array([camera.position for camera in scene.cameras])
+            dtype = scene.points.dtype
+            yield PointScan(
+                positions[kept].astype(dtype),
+                normals[kept].astype(dtype),
+                viewpoints.astype(dtype),
+            )
+
+    return scans()
+
+
+def depth_images(
+    frames: Iterable[Positions],
+    faces: _Integers,
+    cameras: Cameras = 4,
+    *,
+    width: int = 640,
+    height: int = 480,
+    noise: float = 0.02,
+    missing: float = 0.0,
+    holes: float = 0.0,
+    flying: float = 0.0,
+    outliers: float = 0.0,
+    up: tuple[float, float, float] = (0, 0, 1),
+    seed: int = 0,
+) -> Iterator[DepthScan]:
+    """Scans what cameras see as depth images, which are exact at the centres of the pixels.
+
+    The arguments that :func:`scan_points` has, too, mean the same, with these differences:
+
+    Args:
+        frames: see :func:`scan_points`.
+        faces: see :func:`scan_points`.
+        cameras: see :func:`scan_points`; their fields of view are those from the lower to the upper
+            edge of the image.
+        width: of the images, in pixels.
+        height: of the images, in pixels.
+        noise: standard deviation of the depths, in mean edges of frame 0.
+        missing: share of the pixels that is lost at random.
+        holes: see :func:`scan_points`.
+        flying: share of the pixels that are flying pixels; they are chosen from those at
+            silhouettes, and are at most all of them.
+        outliers: share of the pixels whose depth is changed by up to 10 mean edges.
+        up: see :func:`scan_points`.
+        seed: see :func:`scan_points`.
+
+    Returns:
+        An iterator over :class:`DepthScan`, one for each frame.
+
+    Raises:
+        TypeError, ValueError: see :func:`scan_points`.
+    """
+    check_integer("width", width, 1)
+    check_integer("height", height, 1)
+    _check(faces, cameras, noise, missing, holes, flying, outliers, seed)
+
+    def scans() -> Iterator[DepthScan]:
+        for scene in scenes_of(frames, faces, cameras, holes, up, seed):
+            images = []
+            for number, camera in enumerate(scene.cameras):
+                rng = rng_of(Purpose.DEPTH, seed, scene.number, number)
+                buffer = depth_buffer(scene.points, faces, camera, width, height)
+                edge = scene.mean_edge
+                depth = measured(buffer, scene, camera, faces)
+                depth = with_flying(depth, flying, edge, rng)
+                depth += noise * edge * rng.standard_normal(depth.shape)
+                moved = rng.random(depth.shape) < outliers
+                depth += moved * _OUTLIER_DISTANCE * edge * rng.uniform(-1, 1, depth.shape)
+                lost = (rng.random(depth.shape) < missing) | ~(np.isfinite(depth) & (depth > 0))
+                images.append(np.where(lost, 0, depth).astype(np.float32))
+            yield DepthScan(
+                images,
+                [intrinsics_of(camera, width, height) for camera in scene.cameras],
+                [pose_of(camera) for camera in scene.cameras],
+            )
+
+    return scans()
+
+
+def _check(
+    faces: _Integers,
+    cameras: Cameras,
+    noise: float,
+    missing: float,
+    holes: float,
+    flying: float,
+    outliers: float,
+    seed: int,
+) -> None:
+    check_triangles(faces)
+    check_integer("seed", seed, 0)
+    if isinstance(cameras, int):
+        check_integer("cameras", cameras, 1)
+    elif not callable(cameras):
+        check_cameras(cameras, "there are none")
+    check_finite("noise", noise)
+    if noise < 0:
+        raise InputError(f"must be at least 0, not {noise}", argument="noise")
+    shares = {"missing": missing, "holes": holes, "flying": flying, "outliers": outliers}
+    for name, share in shares.items():
+        check_finite(name, share)
+        if not 0 <= share < 1:
+            raise InputError(f"must be at least 0 and below 1, not {share}", argument=name)

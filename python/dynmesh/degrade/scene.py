@@ -1,0 +1,75 @@
+"""What a simulated sensor looks at: a frame, the cameras, and what returns nothing."""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import chain
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..sequence import Mask, Positions
+from .losses import patch_known
+from .shared import check_cameras, mean_edge_of, numbered
+from .visibility import Camera, orbit
+
+_Integers = NDArray[np.integer[Any]]
+_Floats = NDArray[np.float64]
+
+Cameras: TypeAlias = int | Sequence[Camera] | Callable[[int], Sequence[Camera]]
+"""A number of cameras that stand around frame 0; cameras; or those of each frame."""
+
+EDGE_ON = 0.1
+"""The cosine of the angle between normal and ray below which a sensor measures nothing, which is
+about 84 degrees."""
+
+FLIGHT = 10.0
+"""A flying pixel lies up to this many mean edges behind the silhouette that it is mixed from."""
+
+_HOLES = 6
+"""Holes at a time; each stays for 15 frames."""
+
+
+class Scene(NamedTuple):
+    """A frame, and who looks at it."""
+
+    number: int
+    points: Positions
+    cameras: Sequence[Camera]
+    present: Mask
+    """(k,) False in holes."""
+    mean_edge: float
+    """Of frame 0."""
+
+
+def scenes_of(
+    frames: Iterable[Positions],
+    faces: _Integers,
+    cameras: Cameras,
+    holes: float,
+    up: tuple[float, float, float],
+    seed: int,
+) -> Iterator[Scene]:
+    """Yields the frames with those who look at them."""
+    rest = numbered(frames)
+    first = next(rest, None)
+    if first is None:
+        return
+    mean_edge = mean_edge_of(first[1], faces)
+    k = len(first[1])
+    if isinstance(cameras, int):
+        cameras = orbit(first[1], cameras, degrees_per_frame=0.0, up=up)
+    everywhere = np.ones(k, np.bool_)
+    endless = 1 << 62  # frames; only those that exist are asked for
+    patches = (
+        patch_known(faces, endless, k, holes, patches=_HOLES, seed=seed) if holes else iter(())
+    )
+    for number, points in chain([first], rest):
+        present = cameras(number) if callable(cameras) else cameras
+        check_cameras(present, f"frame {number} has none")
+        yield Scene(number, points, present, next(patches, everywhere), mean_edge)
+
+
+def unit(vectors: NDArray[Any]) -> _Floats:
+    """Returns vectors of length 1; zero remains zero."""
+    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.asarray(vectors / np.where(lengths > 0, lengths, 1))

@@ -1,0 +1,82 @@
+"""What all simulations share: numbered frames, random numbers, and checks of arguments."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._checks import check_array, check_complete, check_positions
+from .._core import cells
+from .._errors import InputError, KindError, locating
+from ..sequence import Positions, check_faces
+from .visibility import Camera
+
+_Integers = NDArray[np.integer[Any]]
+
+
+class Purpose(IntEnum):
+    """What random numbers are for; different purposes get independent ones from the same seed."""
+
+    # Starts at 1, since NumPy treats a trailing 0 in a seed as absent: :func:`random_known` has
+    # none.
+    PATCH = 1
+    DROPOUT = 2
+    NOISE = 3
+    OUTLIERS = 4
+    SCAN = 5
+    DEPTH = 6
+
+
+def rng_of(purpose: Purpose, seed: int, *numbers: int) -> "np.random.Generator":
+    """Returns the random numbers for one purpose and, for example, one frame."""
+    return np.random.default_rng([seed, *numbers, purpose])
+
+
+def numbered(frames: Iterable[Positions]) -> Iterator[tuple[int, Positions]]:
+    """Yields frames with their numbers; raises an error for those that do not match frame 0."""
+    expected: tuple[int, ...] = ()
+    for frame, points in enumerate(frames):
+        with locating(frame=frame):
+            check_positions(None, points)
+        expected = expected or points.shape
+        if points.shape != expected:
+            raise InputError(
+                f"must have shape {expected} as frame 0, not {points.shape}", frame=frame
+            )
+        yield frame, points
+
+
+def mean_edge_of(first_frame: Positions, faces: _Integers) -> float:
+    """Returns the mean length of the edges, the unit of noise and outliers.
+
+    Raises:
+        ValueError: the frame is not finite, or has no edge longer than 0.
+    """
+    with locating(frame=0):
+        check_complete(None, first_frame)
+    offsets, neighbours = cells(faces, len(first_frame))
+    vertices = np.repeat(np.arange(len(first_frame)), np.diff(offsets))
+    edges = first_frame.astype(np.float64)[vertices] - first_frame[neighbours]
+    lengths = np.linalg.norm(edges, axis=1)
+    if not lengths.any():
+        raise InputError("frame 0 must have edges longer than 0, but has none", argument="frames")
+    return float(lengths.mean())
+
+
+def check_triangles(faces: _Integers) -> None:
+    """Raises an error unless these are triangles."""
+    check_array("faces", faces)
+    check_faces(faces.dtype, faces.shape)
+
+
+def check_cameras(cameras: Sequence[Camera], none: str) -> None:
+    """Raises an error unless these are cameras; `none` describes an empty sequence."""
+    if not isinstance(cameras, Sequence):
+        raise KindError(f"must be a sequence of cameras, not {cameras!r}", argument="cameras")
+    if len(cameras) == 0:
+        raise InputError(f"must be at least one, but {none}", argument="cameras")
+    for number, camera in enumerate(cameras):
+        if not isinstance(camera, Camera):
+            raise KindError(f"item {number} must be a Camera, not {camera!r}", argument="cameras")

@@ -1,0 +1,247 @@
+"""`cameras.json`: where the cameras of a scan stand, and how they project.
+
+The file is an object with `unit`, the length of a unit in the poses and of `depth_scale` ("m",
+"cm", "mm", a number of metres, or null if it is that of the template), and `cameras`, a list of
+objects with `name`, `camera_to_world` (4 x 4: from camera coordinates, x right, y down, z ahead, to
+the world) and, for depth images, `intrinsics` (3 x 3: from camera coordinates to pixels, the centre
+of the first pixel at (0, 0)), `depth_scale` (the depth of one count) and, optionally, `width` and
+`height` in pixels.
+"""
+
+import json
+import math
+import re
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..naming import naming
+
+_Floats = NDArray[np.float64]
+
+UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001}
+"""The names of units, in metres."""
+
+_ROUNDED = 1e-3
+"""By how much a rotation may deviate from an exact one, as it was written with a few digits."""
+
+_BY_NAME = re.compile("[A-Za-z0-9.-]+")
+_FIELDS = {"name", "camera_to_world", "intrinsics", "depth_scale", "width", "height"}
+
+
+@dataclass(frozen=True, eq=False)
+class ScanCamera:
+    """A camera of a rig.
+
+    Attributes:
+        name: letters, digits, points and hyphens; the end of the names of its images.
+        camera_to_world: (4, 4) its pose.
+        intrinsics: (3, 3), or None if the camera only tells from where points were seen.
+        depth_scale: the depth of one count of its images; None if `intrinsics` is.
+        size: width and height of its images, or None if they are not stated.
+    """
+
+    name: str
+    camera_to_world: _Floats
+    intrinsics: _Floats | None = None
+    depth_scale: float | None = None
+    size: tuple[int, int] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Rig:
+    """The cameras of a scan.
+
+    Attributes:
+        cameras: at least one, with different names.
+        metres_per_unit: of the poses and of `depth_scale`; None if it is not stated.
+    """
+
+    cameras: tuple[ScanCamera, ...]
+    metres_per_unit: float | None = None
+
+    @property
+    def viewpoints(self) -> _Floats:
+        """(c, 3) the positions of the cameras."""
+        return np.array([camera.camera_to_world[:3, 3] for camera in self.cameras])
+
+
+def read_cameras(path: Path) -> Rig:
+    """Reads `cameras.json`.
+
+    Raises:
+        OSError: the file cannot be read.
+        ValueError: it does not hold cameras; the message names the file, the camera, the field and
+            the value.
+    """
+    with naming(path):
+        try:
+            found = json.loads(path.read_bytes().decode("utf-8-sig"))
+        except json.JSONDecodeError as error:
+            raise ValueError(
+                f"line {error.lineno}, column {error.colno}: is not JSON: {error.msg}"
+            ) from error
+        except UnicodeDecodeError as error:
+            raise ValueError(f"byte {error.start}: is not text in UTF-8") from error
+        except RecursionError as error:
+            raise ValueError("is nested too deeply") from error
+        return _rig_of(found)
+
+
+def write_cameras(path: Path, rig: Rig) -> None:
+    """Writes `cameras.json`."""
+    listed = []
+    for camera in rig.cameras:
+        told = {name: value for name, value in asdict(camera).items() if value is not None}
+        size = told.pop("size", None)
+        if size is not None:
+            told |= {"width": size[0], "height": size[1]}
+        listed.append({name: _plain(value) for name, value in told.items()})
+    names = {length: name for name, length in UNITS.items()}
+    unit = rig.metres_per_unit
+    told_unit = None if unit is None else names.get(unit, unit)
+    text = json.dumps({"unit": told_unit, "cameras": listed}, indent=1)
+    path.write_text(text + "\n", encoding="utf-8")
+
+
+def unit_of(value: Any) -> float | None:
+    """Returns the metres of a unit: None, a name, or a number of metres.
+
+    Raises:
+        ValueError: it is none of these.
+    """
+    if value is None:
+        return None
+    if isinstance(value, str) and value in UNITS:
+        return UNITS[value]
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return _positive("unit", value)
+    raise ValueError(
+        f"unit: must be one of {', '.join(UNITS)}, a number of metres or null, not {value!r}"
+    )
+
+
+def _rig_of(found: Any) -> Rig:
+    if not isinstance(found, dict) or not isinstance(found.get("cameras"), list):
+        raise ValueError("must be an object with a list 'cameras'")
+    _refuse_others(found, {"unit", "cameras"})
+    if not found["cameras"]:
+        raise ValueError("cameras: there are none")
+    cameras = []
+    for number, told in enumerate(found["cameras"]):
+        try:
+            cameras.append(_camera_of(told))
+        except ValueError as error:
+            raise ValueError(f"camera {number}: {error}") from error
+    names = [camera.name for camera in cameras]
+    for number, name in enumerate(names):
+        if name in names[:number]:
+            raise ValueError(f"camera {number}: name: there is a second {name!r}")
+    return Rig(tuple(cameras), unit_of(found.get("unit")))
+
+
+def _camera_of(told: Any) -> ScanCamera:
+    if not isinstance(told, dict):
+        raise ValueError(f"must be an object, not {told!r:.60}")
+    _refuse_others(told, _FIELDS)
+    name = told.get("name")
+    if not isinstance(name, str) or not _BY_NAME.fullmatch(name):
+        raise ValueError(f"name: must be letters, digits, '.' or '-', not {name!r:.60}")
+    pose = _matrix("camera_to_world", told.get("camera_to_world"), 4)
+    _check_pose(pose)
+    size = None
+    if "width" in told or "height" in told:
+        size = _count("width", told.get("width")), _count("height", told.get("height"))
+    if "intrinsics" not in told:
+        if "depth_scale" in told:
+            raise ValueError("has a depth_scale, but no intrinsics")
+        return ScanCamera(name, pose, size=size)
+    intrinsics = _matrix("intrinsics", told["intrinsics"], 3)
+    _check_intrinsics(intrinsics)
+    if "depth_scale" not in told:
+        raise ValueError("depth_scale: is missing; it is the depth of one count of the images")
+    scale = _positive("depth_scale", told["depth_scale"])
+    return ScanCamera(name, pose, intrinsics, scale, size)
+
+
+def _refuse_others(told: dict[str, Any], fields: set[str]) -> None:
+    for name in told:
+        if name not in fields:
+            raise ValueError(
+                f"unknown field {name!r:.60}; the fields are {', '.join(sorted(fields))}"
+            )
+
+
+def _matrix(name: str, value: Any, size: int) -> _Floats:
+    rows = value if isinstance(value, list) else []
+    if len(rows) != size or any(not isinstance(row, list) or len(row) != size for row in rows):
+        what = "is missing" if value is None else f"is {value!r:.60}"
+        raise ValueError(f"{name}: must be {size} rows of {size} numbers, but {what}")
+    return np.array([[_number(f"{name}: row {i}", x) for x in row] for i, row in enumerate(rows)])
+
+
+def _check_pose(pose: _Floats) -> None:
+    if pose[3].tolist() != [0, 0, 0, 1]:
+        raise ValueError(f"camera_to_world: its last row must be 0 0 0 1, not {_row(pose[3])}")
+    turn = pose[:3, :3]
+    with np.errstate(over="ignore", invalid="ignore"):
+        error = np.abs(turn.T @ turn - np.eye(3)).max()
+        determinant = np.linalg.det(turn)
+    if not error <= _ROUNDED:
+        raise ValueError(
+            f"camera_to_world: its columns must be unit vectors at right angles, but they deviate "
+            f"by {error:.3g}"
+        )
+    if determinant < 0:
+        raise ValueError(
+            f"camera_to_world: mirrors (determinant {determinant:.3g}); the axes are x right, "
+            "y down, z ahead"
+        )
+
+
+def _check_intrinsics(matrix: _Floats) -> None:
+    if matrix[2].tolist() != [0, 0, 1]:
+        raise ValueError(f"intrinsics: the last row must be 0 0 1, not {_row(matrix[2])}")
+    if matrix[1, 0] != 0:
+        raise ValueError(f"intrinsics: row 1 must begin with 0, not {matrix[1, 0]:g}")
+    for i in (0, 1):
+        if matrix[i, i] <= 0:
+            raise ValueError(
+                f"intrinsics: the focal length in row {i} must be positive, not {matrix[i, i]:g}"
+            )
+
+
+def _number(name: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ValueError(f"{name}: must be a number, not {value!r:.60}")
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        raise ValueError(f"{name}: must be finite, not {number}")
+    return number
+
+
+def _positive(name: str, value: Any) -> float:
+    number = _number(name, value)
+    if number <= 0:
+        raise ValueError(f"{name}: must be positive, not {number:g}")
+    return number
+
+
+def _count(name: str, value: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+        raise ValueError(f"{name}: must be a whole number of pixels, not {value!r:.60}")
+    return value
+
+
+def _row(values: _Floats) -> str:
+    return " ".join(f"{value:g}" for value in values)
+
+
+def _plain(value: Any) -> Any:
+    return value.tolist() if isinstance(value, np.ndarray) else value

@@ -1,0 +1,140 @@
+"""Writing an output that an interrupted run can continue, whatever makes its frames."""
+
+import contextlib
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Protocol
+
+from .. import files
+from .._errors import InputError
+from ..files import Header, Reader, Target, Writer
+from .checkpoint import BEGINNING, Checkpoint, Progress
+from .lock import lock_folder
+from .unfinished import clearing, folder_for, settle, unfinished_folder
+
+
+class Work(Protocol):
+    """What makes the frames of an output, from where an earlier run ended."""
+
+    def steps(self, writer: Writer, folder: Path) -> Iterator[None]:
+        """Writes the frames that are left, in steps between which the work may end.
+
+        Args:
+            writer: holds the frames that were written before.
+            folder: for files that a later run needs.
+        """
+
+    def progress(self) -> Progress:
+        """Returns what a later run needs to continue."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of an output.
+
+    Attributes:
+        resumed_at: number of frames that an interrupted run had made.
+        was_complete: whether there was nothing to do, as the output was complete.
+        existed: whether it was complete before this run, and not finished by it.
+        remarks: of the writer.
+    """
+
+    resumed_at: int
+    was_complete: bool = False
+    existed: bool = False
+    remarks: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class ResumableOutput:
+    """An output, and the job that makes it.
+
+    Attributes:
+        target: where it is written, and in which format.
+        header: the properties of all frames.
+        job: everything on which the output depends, as JSON.
+        source: the input, whose name errors have.
+        overwrite: whether to replace an existing output.
+        resume: whether to continue an interrupted run of the same job.
+        reader: of a sequence whose scene the output keeps and whose files it must not replace.
+        others: further files that it must not replace.
+    """
+
+    target: Target
+    header: Header
+    job: str
+    source: Path
+    overwrite: bool = False
+    resume: bool = False
+    reader: Reader | None = None
+    others: Iterable[Path] = field(default=())
+
+    def write(self, begin: Callable[[Progress], Work]) -> Outcome:
+        """Writes the frames, unless the output is complete and `resume` is set.
+
+        Args:
+            begin: returns what makes the frames that are left.
+
+        Raises:
+            FileExistsError: the output exists, and `resume` does not find it complete.
+            BlockingIOError: another process is writing it.
+            OtherJobError: `resume` finds unfinished files of another job, which are kept.
+            OSError, TypeError, ValueError: the errors of the work and of the writer.
+        """
+        output, header = self.target.path, self.header
+        folder = unfinished_folder(output)
+        checkpoint = Checkpoint(folder / "checkpoint.npz", self.job)
+        settled = settle(folder, output, checkpoint)
+        complete = self.resume and not self.overwrite and not checkpoint.exists()
+        complete = complete and self._is_complete()
+        self.target.check(
+            overwrite=self.overwrite or complete, reader=self.reader, others=self.others
+        )
+        if complete:
+            return Outcome(header.n_frames, was_complete=True, existed=not settled)
+        with folder_for(self.target), lock_folder(folder, output):
+            progress = (checkpoint.load() if self.resume else None) or BEGINNING
+            with clearing(folder):
+                writer, progress = self._begin_writer(folder / "files", progress)
+                with writer, files.naming(self.source):
+                    work = begin(progress)
+                    for _ in work.steps(writer, folder):
+                        if writer.resumable and checkpoint.is_due():
+                            writer.flush()
+                            checkpoint.save(work.progress())
+                    if writer.resumable:
+                        writer.flush()
+                        checkpoint.save(work.progress())
+        return Outcome(progress.done, remarks=tuple(writer.remarks))
+
+    def _is_complete(self) -> bool:
+        """Whether the output exists and has the size of the job's result."""
+        if not self.target.existing():
+            return False
+        with (
+            contextlib.suppress(OSError, ValueError),
+            files.open(self.target.path, format=self.target.format) as made,
+        ):
+            wanted = (self.header.n_frames, self.header.n_vertices)
+            return (made.n_frames, made.n_vertices) == wanted
+        return False
+
+    def _begin_writer(self, folder: Path, progress: Progress) -> tuple[Writer, Progress]:
+        if progress.done:
+            # A process that was killed while it finished its file may have left an incomplete one.
+            with contextlib.suppress(OSError, ValueError):
+                writer = self.target.create(self.header, folder=folder, resume_at=progress.written)
+                return writer, progress
+        (folder.parent / "checkpoint.npz").unlink(missing_ok=True)
+        origin = None if self.reader is None else self.target.kept_of(self.reader)
+        return self.target.create(self.header, folder=folder, origin=origin), BEGINNING
+
+
+def check_resumable(target: Target) -> None:
+    """Refuses to resume an output whose format cannot be continued."""
+    if not target.writer.resumable:
+        able = [f.name for f in files.formats.values() if f.writer and f.writer.resumable]
+        raise InputError(
+            f"this format cannot be resumed; {files.listed(able)} can", file=target.path
+        )

@@ -1,0 +1,288 @@
+"""Tracking from files of scans to the file of a mesh, with support for interruptions."""
+
+import contextlib
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from .. import files
+from .._checks import check_callable, check_integer, check_path
+from .._core import Tracker
+from .._errors import InputError, locating
+from ..degrade.shared import mean_edge_of
+from ..files import Header, PathLike, Reader, Writer
+from ..files.format import Gaps
+from ..files.scans import PointScan, Scan, ScanReader, open_scans, unit_of
+from ..sequence import Positions
+from .alignment import (
+    Alignment,
+    align,
+    distance_between,
+    is_other_unit,
+    lies_within,
+    ratio_of_sizes,
+)
+from .beginning import check_whole
+from .checkpoint import Progress, describe_job, identity
+from .resumable import ResumableOutput, check_resumable
+from .track_report import TrackFileReport
+
+Align = Literal["auto", "never"]
+"""Whether a template that does not lie in the first scan is moved there."""
+
+WatchScans = Callable[[Iterator[Scan | None], int, int], Iterator[Scan | None]]
+"""Is called with the scans, their number and that of those already tracked; must pass them on."""
+
+
+def track_file(
+    scans: PathLike,
+    output: PathLike,
+    *,
+    template: PathLike,
+    cameras: PathLike | None = None,
+    scan_unit: str | float | None = None,
+    template_unit: str | float | None = None,
+    align: Align = "auto",
+    gaps: Gaps = "refuse",
+    output_format: str | None = None,
+    fps: float | None = None,
+    provenance: bool = False,
+    overwrite: bool = False,
+    resume: bool = False,
+    threads: int = 1,
+    watch: WatchScans | None = None,
+) -> TrackFileReport:
+    """Tracks a mesh through scans and writes it to a file, in constant memory.
+
+    The first frame of the template is placed in the first scan that has points. Each frame of the
+    output is the mesh as it lies in the scan with the same number. Where a scan is missing or
+    empty, the mesh is carried on. The output appears under its name when it is complete, and can be
+    continued after an interruption, as that of :func:`complete_file`.
+
+    Args:
+        scans: a folder, pattern or glob of point clouds (PLY, XYZ, NPY, NPZ) or depth images (PNG
+            with 16 bits); see :func:`dynmesh.files.scans.open_scans`.
+        output: path of the tracked sequence.
+        template: a mesh file of any format; its first frame has about the pose of the first scan.
+        cameras: a file with the cameras; None means `cameras.json` beside the scans, if it exists.
+        scan_unit: "m", "cm", "mm" or metres per unit of the scans and cameras; None means as their
+            files state it, or else the unit of the template.
+        template_unit: the same of the template; None means as its file states it.
+        align: "auto" to try a rigid motion if the template does not lie in the first scan.
+        gaps: "lost" if frames and images whose file is missing were not observed.
+        output_format: one of :data:`dynmesh.files.formats`; None means the format of the suffix.
+        fps: frames per second of the output.
+        provenance: whether to write the generation and the age of every vertex; generation 0 means
+            that the vertex had a correspondence in the scan.
+        overwrite: whether to replace an existing output.
+        resume: whether to continue an interrupted run of the same job; see :func:`complete_file`.
+        threads: of the tracker, at least 1.
+        watch: called with the scans, their number and the number of those already tracked; it must
+            pass the scans on.
+
+    Raises:
+        FileExistsError: the output exists, and `resume` does not find it complete.
+        BlockingIOError: another process is writing it.
+        OSError, ImportError, TypeError, ValueError: a file cannot be read or written; the template
+            does not lie in the first scan, the error says how far it is; a unit is stated for the
+            scans, but none for the template.
+    """
+    for name, value in (("scans", scans), ("output", output), ("template", template)):
+        check_path(name, value)
+    if align not in ("auto", "never"):
+        raise InputError(f"must be 'auto' or 'never', not {align!r}", argument="align")
+    check_integer("threads", threads, 1)
+    check_callable("watch", watch)
+    target = files.target_of(output, output_format)
+    if resume:
+        check_resumable(target)
+    with files.open(template) as mesh:
+        reader = open_scans(scans, cameras=cameras, gaps=gaps)
+        factor = _factor(reader, mesh, scan_unit, template_unit)
+        times = np.arange(reader.n_frames, dtype=np.float64) * reader.step + reader.start
+        header = replace(
+            mesh.header,
+            n_frames=reader.n_frames,
+            fps=fps,
+            start=reader.start,
+            times=None if reader.step == 1 else times,
+            has_known=False,
+            has_provenance=provenance,
+        )
+        start = {
+            "template": list(map(identity, mesh.files)),
+            "scan to template": factor,
+            "align": align,
+        }
+        job = describe_job(reader.files, header, {"gaps": gaps}, start, target.format, {})
+        tracking = _Tracking(reader, mesh, factor, align, threads, watch)
+        outcome = ResumableOutput(
+            target,
+            header,
+            job,
+            Path(scans),
+            overwrite=overwrite,
+            resume=resume,
+            others=[*mesh.files, *reader.files],
+        ).write(tracking.begin)
+    report = tracking.report(header, outcome.resumed_at)
+    return replace(report, remarks=outcome.remarks, existed=outcome.existed)
+
+
+class _Tracking:
+    """The tracker and its scans, as the work that writes an output."""
+
+    def __init__(
+        self,
+        scans: ScanReader,
+        mesh: Reader,
+        factor: float,
+        align: Align,
+        threads: int,
+        watch: WatchScans | None,
+    ) -> None:
+        self._scans = scans
+        self._mesh = mesh
+        self._factor = factor
+        self._align = align
+        self._threads = threads
+        self._watch = watch
+        self._seconds: list[float] = []
+        self._observed: list[float] = []
+        self._empty = 0
+        self._alignment: Alignment | None = None
+        self._distance: float | None = None
+
+    def begin(self, progress: Progress) -> "_Tracking":
+        """Places the template in the first scan with points, and continues an earlier run."""
+        with contextlib.closing(self._mesh.frames(0, 1)) as frames:
+            frame = next(frames)
+        with locating(file=self._mesh.path):
+            check_whole(frame, "; a template must be whole")
+        placed = self._placed(np.array(frame.points))
+        self._tracker = Tracker(self._mesh.faces, placed, threads=self._threads)
+        self._done, _, state = progress
+        if state:
+            self._tracker.restore(state)
+        return self
+
+    def steps(self, writer: Writer, folder: Path) -> Iterator[None]:  # noqa: ARG002
+        """Tracks and writes the frames that are left."""
+        scans = self._scans.frames(self._done)
+        if self._watch is not None:
+            scans = self._watch(scans, self._scans.n_frames, self._done)
+        for scan in scans:
+            with locating(frame=self._done):
+                points = self._push(scan)
+            tracker = self._tracker
+            if writer.header.has_provenance:
+                writer.append(points, generation=tracker.generation, age=tracker.age)
+            else:
+                writer.append(points)
+            self._done += 1
+            yield
+
+    def progress(self) -> Progress:
+        """Returns what a later run needs to continue."""
+        return Progress(self._done, self._done, self._tracker.state())
+
+    def report(self, header: Header, resumed_at: int) -> TrackFileReport:
+        """Returns what was done."""
+        return TrackFileReport(
+            header.n_frames,
+            resumed_at,
+            float(np.median(self._seconds)) if self._seconds else None,
+            float(np.mean(self._observed)) if self._observed else None,
+            self._empty,
+            self._alignment,
+            self._distance,
+        )
+
+    def _push(self, scan: Scan | None) -> Positions:
+        """Returns the mesh as it lies in a scan."""
+        tracker = self._tracker
+        if scan is None or not _has_points(scan):
+            self._empty += 1
+            return tracker.skip()
+        scan = scan.scaled(self._factor)
+        if isinstance(scan, PointScan):
+            points = tracker.push(scan.points, scan.normals, viewpoints=scan.viewpoints)
+        else:
+            points = tracker.push_depth(scan.depth, scan.intrinsics, scan.poses)
+        self._seconds.append(tracker.report.seconds)
+        self._observed.append(float(np.mean(tracker.observed)))
+        return points
+
+    def _placed(self, points: Positions) -> Positions:
+        """Returns the template where the first scan is.
+
+        Raises:
+            ValueError: it does not lie there, and no rigid motion puts it there.
+        """
+        first = next((s for s in self._scans.frames() if s is not None and _has_points(s)), None)
+        if first is None:
+            raise InputError("no frame has points", file=self._scans.path)
+        cloud = first.scaled(self._factor).cloud
+        mean_edge = mean_edge_of(points, self._mesh.faces)
+        self._distance = distance_between(points, self._mesh.faces, cloud, mean_edge)
+        ratio = ratio_of_sizes(points, cloud)
+        other_unit = is_other_unit(ratio)
+        if lies_within(self._distance, points, mean_edge) and not other_unit:
+            return points
+        told = (
+            f"the template does not lie in the first scan: it is {self._distance:.3g} mean edges "
+            f"({self._distance * mean_edge:.3g}) away"
+        )
+        if other_unit:
+            told += (
+                f"; the scan is {ratio:.3g} times as large: --scan-unit and --template-unit (in "
+                "Python, scan_unit= and template_unit=) say the units"
+            )
+        if other_unit or self._align == "never":
+            raise InputError(told, file=self._mesh.path)
+        found = align(points, self._mesh.faces, cloud, mean_edge)
+        if not lies_within(found.after, points, mean_edge):
+            raise InputError(
+                f"{told}, and {found.after:.3g} mean edges after the best rigid motion; pose it as "
+                "in the first scan",
+                file=self._mesh.path,
+            )
+        self._alignment = found
+        return found.moved(points)
+
+
+def _has_points(scan: Scan) -> bool:
+    if isinstance(scan, PointScan):
+        return len(scan.points) > 0
+    return any(bool(depth.any()) for depth in scan.depth)
+
+
+def _factor(
+    scans: ScanReader,
+    mesh: Reader,
+    scan_unit: str | float | None,
+    template_unit: str | float | None,
+) -> float:
+    """Returns the length of the unit of the scans in that of the template."""
+    units = []
+    for name, given, stated in (
+        ("scan_unit", scan_unit, scans.metres_per_unit),
+        ("template_unit", template_unit, mesh.header.metres_per_unit),
+    ):
+        try:
+            units.append(stated if given is None else unit_of(given))
+        except ValueError as error:
+            raise InputError(str(error).removeprefix("unit: "), argument=name) from error
+    ours, theirs = units
+    if ours is None:
+        return 1.0
+    if theirs is None:
+        raise InputError(
+            f"states no unit, but the scans are in units of {ours:g} m: --template-unit m, cm or "
+            "mm (in Python, template_unit=) says what it is",
+            file=mesh.path,
+        )
+    return ours / theirs

@@ -1,0 +1,201 @@
+#include <doctest/doctest.h>
+#include <dynmesh/dynmesh.h>
+
+#include <cmath>
+#include <cstring>
+#include <dynmesh/tracker.hpp>
+#include <vector>
+
+#include "meshes.hpp"
+#include "scans.hpp"
+#include "shared_work.hpp"
+
+namespace dynmesh::testing {
+namespace {
+
+TEST_CASE("a template that moves as a whole is found again") {
+  const auto mesh = bumpy_torus(24);
+  Tracker<double> tracker(mesh.faces(), mesh.points());
+  double worst = 0;
+  for (int n = 0; n < 5; ++n) {
+    const auto truth = translated(turned(mesh.vertices, 0.03 * n), 0.1 * n, 0.0, -0.05 * n);
+    const auto found = track(tracker, scan_of(mesh, truth));
+    worst = std::max(worst, largest_difference(found, truth));
+    CHECK(tracker.report().known == mesh.size());
+    CHECK_FALSE(tracker.report().aligned);
+  }
+  CHECK(worst < 0.1 * mean_edge(mesh));
+}
+
+TEST_CASE("the frame moves with the scan and the template, and grows with them") {
+  const auto mesh = bumpy_torus(16);
+  const auto moved = [](std::vector<double> x) {
+    for (double& c : x) c *= 8;
+    return translated(turned(x, 1.0), 5.0, -7.0, 3.0);
+  };
+  const auto truth = turned(mesh.vertices, 0.05);
+  const auto scan = scan_of(mesh, truth);
+  Tracker<double> here(mesh.faces(), mesh.points());
+  Mesh<double> other = mesh;
+  other.vertices = moved(mesh.vertices);
+  Tracker<double> there(other.faces(), other.points());
+  auto other_scan = scan;
+  other_scan.points = moved(scan.points);
+  other_scan.normals = turned(scan.normals, 1.0);
+  const auto expected = moved(track(here, scan));
+  CHECK(largest_difference(track(there, other_scan), expected) < 1e-6);
+}
+
+TEST_CASE("the result does not depend on the number of threads") {
+  const SharedWork shared;
+  const auto mesh = bumpy_torus(16);
+  Tracker<float> one(as_floats(mesh).faces(), as_floats(mesh).points());
+  Tracker<float> three(as_floats(mesh).faces(), as_floats(mesh).points(), {.threads = 3});
+  for (int n = 1; n < 4; ++n) {
+    auto scan = scan_of(mesh, turned(mesh.vertices, 0.03 * n));
+    scan.has_normals = n != 2;
+    std::vector<float> found;
+    CHECK(shared_pieces([&] { found = track(three, scan); }) > 0);
+    CHECK(found == track(one, scan));
+  }
+}
+
+TEST_CASE("a tracker continues from its state with identical results") {
+  const auto mesh = bumpy_torus(16);
+  const auto scan = [&](int n) { return scan_of(mesh, turned(mesh.vertices, 0.03 * n)); };
+  Tracker<double> tracker(mesh.faces(), mesh.points());
+  Tracker<double> other(mesh.faces(), mesh.points());
+  track(other, scan(3));
+  for (int n = 1; n < 3; ++n) track(tracker, scan(n));
+  other.restore(tracker.state());
+  CHECK(other.state() == tracker.state());
+  CHECK(other.state().size() == other.state_size());
+  CHECK(other.n_frames() == 2);
+  for (int n = 3; n < 5; ++n) CHECK(track(other, scan(n)) == track(tracker, scan(n)));
+  CHECK(other.state() == tracker.state());
+  auto damaged = tracker.state();
+  damaged[100] ^= std::byte{1};
+  CHECK(message_of([&] { other.restore(damaged); }).find("state: ") == 0);
+}
+
+TEST_CASE("where nothing was measured, the template stays") {
+  const auto mesh = bumpy_torus(16);
+  Tracker<double> tracker(mesh.faces(), mesh.points());
+  const auto first = track(tracker, scan_of(mesh, turned(mesh.vertices, 0.03)));
+  std::vector<double> out(first.size());
+  CHECK(tracker.skip({out.data(), mesh.size()}).unseen == mesh.size());
+  CHECK(out == first);
+  Samples empty;
+  empty.viewpoints = {9, 0, 0};
+  CHECK(track(tracker, empty) == first);
+  auto far = scan_of(mesh, turned(mesh.vertices, 0.03));
+  far.points = translated(far.points, 500.0, 0.0, 0.0);
+  CHECK(track(tracker, far) == first);
+  CHECK(tracker.age()[0] == 3);
+  CHECK(tracker.observed()[0] == 0);
+  CHECK(tracker.n_frames() == 4);
+  // It is found again.
+  const auto truth = turned(mesh.vertices, 0.06);
+  const auto found = track(tracker, scan_of(mesh, truth));
+  CHECK(largest_difference(found, truth) < 0.3 * mean_edge(mesh));
+  CHECK(tracker.age()[0] == 0);
+}
+
+TEST_CASE("a first scan elsewhere is aligned, or refused with the distance") {
+  const auto mesh = bumpy_torus(24);
+  const auto truth = translated(turned(mesh.vertices, 0.05), 30.0, 2.0, 1.0);
+  Tracker<double> tracker(mesh.faces(), mesh.points());
+  const auto found = track(tracker, scan_of(mesh, truth));
+  CHECK(tracker.report().aligned);
+  CHECK(largest_difference(found, truth) < 0.3 * mean_edge(mesh));
+
+  tracker.reset(mesh.points());
+  auto in_millimetres = scan_of(mesh, mesh.vertices);
+  for (double& c : in_millimetres.points) c *= 1000;
+  const auto before = tracker.state();
+  const auto message = message_of([&] { track(tracker, in_millimetres); });
+  CHECK(message.find("points: the template is far from the first scan") == 0);
+  CHECK(tracker.state() == before);
+}
+
+TEST_CASE("a component without points follows the others") {
+  const auto left = bumpy_torus(16);
+  auto right = left;
+  right.vertices = translated(left.vertices, 20.0, 0.0, 0.0);
+  const auto mesh = join(left, right);
+  Tracker<double> tracker(mesh.faces(), mesh.points());
+  const auto truth = translated(mesh.vertices, 0.1, 0.05, 0.0);
+  const auto found = track(tracker, scan_of(left, translated(left.vertices, 0.1, 0.05, 0.0)));
+  CHECK(largest_difference(found, truth) < 0.2 * mean_edge(left));
+  CHECK(tracker.report().unseen == right.size());
+  CHECK(tracker.generation()[mesh.size() - 1] == -1);
+}
+
+TEST_CASE("depth images of four cameras are as good as a scan") {
+  const auto mesh = bumpy_torus(24);
+  Tracker<double> tracker(mesh.faces(), mesh.points());
+  const auto truth = translated(turned(mesh.vertices, 0.03), 0.05, 0.0, 0.0);
+  const auto images = images_of(mesh, truth, 4, 200);
+  std::vector<DepthImage> views;
+  for (const auto& image : images) views.push_back(image.view());
+  std::vector<double> out(3 * mesh.size());
+  const auto report = tracker.push_depth(views, {out.data(), mesh.size()});
+  CHECK(report.known > mesh.size() / 2);
+  CHECK(largest_difference(out, truth) < 0.5 * mean_edge(mesh));
+  const auto before = tracker.state();
+  views[1].intrinsics[0] = 0;
+  CHECK(message_of([&] {
+          tracker.push_depth(views, {out.data(), mesh.size()});
+        }) ==
+        "intrinsics: of image 1 are singular: the focal lengths are 0 and 300 pixels, but must be "
+        "positive");
+  CHECK(tracker.state() == before);
+}
+
+TEST_CASE("the C interface tracks as the C++ interface does") {
+  const auto mesh = bumpy_torus(16);
+  const auto k = static_cast<std::int64_t>(mesh.size());
+  const auto scan = scan_of(mesh, turned(mesh.vertices, 0.03));
+  Tracker<double> expected(mesh.faces(), mesh.points());
+  const auto frame = track(expected, scan);
+  const dynmesh_points first = {mesh.vertices.data(), k, 3, 1, DYNMESH_FLOAT64};
+  const auto rows = static_cast<std::int64_t>(scan.points.size() / 3);
+  const dynmesh_points points = {scan.points.data(), rows, 3, 1, DYNMESH_FLOAT64};
+  const dynmesh_points normals = {scan.normals.data(), rows, 3, 1, DYNMESH_FLOAT64};
+  std::vector<double> found(frame.size());
+  const dynmesh_output out = {found.data(), k, 3, 1, DYNMESH_FLOAT64};
+  dynmesh_tracker* tracker = nullptr;
+  const auto n_faces = static_cast<std::int64_t>(mesh.faces().count);
+  REQUIRE(dynmesh_tracker_create(mesh.indices.data(), n_faces, &first, 1, &tracker) == DYNMESH_OK);
+  dynmesh_tracking_report report{};
+  REQUIRE(dynmesh_tracker_push(tracker, &points, &normals, nullptr, &out, &report) == DYNMESH_OK);
+  CHECK(found == frame);
+  CHECK(report.known == static_cast<std::int64_t>(expected.report().known));
+  CHECK(dynmesh_tracker_observed(tracker)[3] == 1);
+  CHECK(dynmesh_tracker_generation(tracker)[3] == 0);
+  std::int64_t size = 0;
+  REQUIRE(dynmesh_tracker_state_size(tracker, &size) == DYNMESH_OK);
+  std::vector<std::byte> state(static_cast<std::size_t>(size));
+  REQUIRE(dynmesh_tracker_state(tracker, state.data(), size) == DYNMESH_OK);
+  CHECK(state == expected.state());
+  REQUIRE(dynmesh_tracker_skip(tracker, &out, nullptr) == DYNMESH_OK);
+  CHECK(dynmesh_tracker_age(tracker)[3] == 1);
+  REQUIRE(dynmesh_tracker_restore(tracker, state.data(), size) == DYNMESH_OK);
+  CHECK(dynmesh_tracker_age(tracker)[3] == 0);
+  const auto images = images_of(mesh, mesh.vertices, 1, 60);
+  const auto view = images[0].view();
+  dynmesh_depth_image image{view.data, 60, 60, 0, 0, {}, {}};
+  std::memcpy(image.intrinsics, view.intrinsics.data(), sizeof image.intrinsics);
+  std::memcpy(image.pose, view.pose.data(), sizeof image.pose);
+  CHECK(dynmesh_tracker_push_depth(tracker, &image, 1, &out, nullptr) == DYNMESH_OK);
+  image.pose[0] = 2;
+  CHECK(dynmesh_tracker_push_depth(tracker, &image, 1, &out, nullptr) == DYNMESH_INVALID_ARGUMENT);
+  CHECK(dynmesh_tracker_reset(tracker, &first) == DYNMESH_OK);
+  dynmesh_tracker_destroy(tracker);
+  CHECK(dynmesh_tracker_create(mesh.indices.data(), n_faces, &first, 0, &tracker) ==
+        DYNMESH_INVALID_ARGUMENT);
+  CHECK(tracker == nullptr);
+}
+
+}  // namespace
+}  // namespace dynmesh::testing

@@ -1,0 +1,232 @@
+"""Cases of scans: those that are simulated, their files, and tracking from files."""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import dynmesh
+from dynmesh import degrade
+from dynmesh.files.scans import (
+    PointScan,
+    Rig,
+    ScanCamera,
+    open_scans,
+    read_cameras,
+    read_points,
+    write_cameras,
+    write_ply,
+)
+
+from .case import Case, World
+from .commands import shell_case
+from .functions import of
+
+_NAN = float("nan")
+_POSE = np.diag([1.0, -1, -1, 1])
+_CAMERA = ScanCamera("left", _POSE, np.array([[500.0, 0, 320], [0, 500, 240], [0, 0, 1]]), 0.001)
+
+_CAMERAS: dict[str, Callable[[dict[str, Any]], Any]] = {
+    "skew": lambda c: c["camera_to_world"][0].__setitem__(0, 1.1),
+    "mirrored": lambda c: c["camera_to_world"][0].__setitem__(0, -1.0),
+    "last_row": lambda c: c["camera_to_world"][3].__setitem__(0, 1),
+    "three_rows": lambda c: c["camera_to_world"].pop(),
+    "huge": lambda c: c["camera_to_world"][0].__setitem__(3, 10**400),
+    "text": lambda c: c["camera_to_world"][0].__setitem__(3, "near"),
+    "nan": lambda c: c["intrinsics"][0].__setitem__(2, _NAN),
+    "no_focus": lambda c: c["intrinsics"][1].__setitem__(1, 0),
+    "projective": lambda c: c["intrinsics"][2].__setitem__(0, 0.1),
+    "slanted": lambda c: c["intrinsics"][1].__setitem__(0, 2.0),
+    "no_scale": lambda c: c.pop("depth_scale"),
+    "zero_scale": lambda c: c.update(depth_scale=0),
+    "half_size": lambda c: c.update(width=640),
+    "distorted": lambda c: c.update(distortion=[0.1, 0]),
+    "odd_name": lambda c: c.update(name="left/1"),
+    "nameless": lambda c: c.pop("name"),
+}
+"""What is wrong with a file of cameras, by its name."""
+
+
+def prepare(world: World) -> None:
+    """Creates scans and cameras, in addition to the files of other modules."""
+    folder = world.folder
+    (folder / "cloud").mkdir()
+    points = world.vertices.astype(np.float32)
+    write_ply(folder / "cloud" / "s_0000.ply", PointScan(points, None, None))
+    far = folder / "far"
+    far.mkdir()
+    write_ply(far / "s_0000.ply", PointScan(points * 1000, None, None))
+    line = folder / "line"
+    line.mkdir()
+    write_ply(line / "s_0000.ply", PointScan(points * [9.0, 0, 0] + [90, 0, 0], None, None))
+    (folder / "blank").mkdir()
+    write_ply(folder / "blank" / "s_0000.ply", PointScan(points[:0], None, None))
+    (folder / "in_mm").mkdir()
+    write_ply(folder / "in_mm" / "s_0000.ply", PointScan(points, None, None), 0.001)
+    for name, text in {
+        "words": "1 2 3\n4 five 6\n",
+        "short": "1 2 3\n4 5\n",
+        "mixed": "1 2 3\n1 2 3 0 0 1\n",
+        "grouped": "1_0 2 3\n",
+        "infinite": "1 2 3\n\n1 inf 3\n",
+        "partly": "nan 2 3\n",
+        "colours": "# with colours\n1 2 3 255 128 0\n",
+    }.items():
+        (folder / f"{name}.xyz").write_text(text)
+    np.save(folder / "flat.npy", np.zeros((4, 2)))
+    np.save(folder / "whole.npy", np.zeros((4, 3), int))
+    np.savez(folder / "apart.npz", points=np.zeros((4, 3)), normals=np.eye(3))
+    write_cameras(folder / "rig.json", Rig((_CAMERA,)))
+    told = json.loads((folder / "rig.json").read_text())
+    for name, spoil in _CAMERAS.items():
+        spoilt = json.loads(json.dumps(told))
+        spoil(spoilt["cameras"][0])
+        (folder / f"rig_{name}.json").write_text(json.dumps(spoilt))
+    for name, changed in {
+        "unit": told | {"unit": "inch"},
+        "twice": told | {"cameras": told["cameras"] * 2},
+        "none": told | {"cameras": []},
+        "list": told["cameras"],
+        "other_field": told | {"scale": 1},
+    }.items():
+        (folder / f"rig_{name}.json").write_text(json.dumps(changed))
+    (folder / "rig_cut.json").write_text('{"unit": "m",\n "cameras": [')
+    (folder / "rig_deep.json").write_text("[" * 100_000)
+    (folder / "rig_bytes.json").write_bytes(b'{"unit": "\xff"}')
+    (folder / "image").mkdir()
+    (folder / "image" / "depth_00000_left.png").write_bytes(b"no image")
+    (folder / "unnumbered").mkdir()
+    (folder / "unnumbered" / "depth_left.png").write_bytes(b"no image")
+    (folder / "nothing").mkdir()
+    single = world.sequence[:1]
+    dynmesh.write(folder / "template.npz", single)
+    dynmesh.write(folder / "template_m.npz", replace(single, metres_per_unit=1.0))
+    holed = replace(single, vertices=single.vertices.copy())
+    holed.vertices[0, 4, 1] = _NAN
+    dynmesh.write(folder / "template_holed.npz", holed)
+
+
+def _scan(**options: Any) -> Callable[[World], Any]:
+    def run(world: World) -> Any:
+        given = {"frames": [world.vertices], "faces": world.faces, **options}
+        return list(degrade.scan_points(**given))
+
+    return run
+
+
+def _image(**options: Any) -> Callable[[World], Any]:
+    return lambda w: list(degrade.depth_images([w.vertices], w.faces, **options))
+
+
+def _track(scans: str, template: str = "template.npz", **options: Any) -> Callable[[World], Any]:
+    options = {"output": "new.npz", **options}
+    return lambda _: dynmesh.track_file(scans, template=template, **options)
+
+
+_points = of("degrade.scan_points")
+_depth = of("degrade.depth_images")
+_read = of("files.scans.read_points")
+_rig = of("files.scans.read_cameras")
+_open = of("files.scans.open_scans")
+_file = of("track_file")
+
+
+def _cloud(name: str, given: str, *names: str) -> Case:
+    return _read(given, lambda _: read_points(Path(name)), ValueError, f"{name}:", *names)
+
+
+def _cameras(name: str, given: str, *names: str) -> Case:
+    file = f"rig_{name}.json"
+    return _rig(given, lambda _: read_cameras(Path(file)), ValueError, f"{file}:", *names)
+
+
+cases = [
+    _points("`points`: 0", _scan(points=0), ValueError, "points:", "not 0"),
+    _points("`points`: 1.5", _scan(points=1.5), TypeError, "points:", "1.5"),
+    _points("`cameras`: 0", _scan(cameras=0), ValueError, "cameras:", "not 0"),
+    _points("`cameras`: none", _scan(cameras=[]), ValueError, "cameras:", "at least one"),
+    _points("`cameras`: a name", _scan(cameras=["left"]), TypeError, "cameras:", "'left'"),
+    _points("`noise`: -1", _scan(noise=-1), ValueError, "noise:", "not -1"),
+    _points("`noise`: NaN", _scan(noise=_NAN), ValueError, "noise:", "nan"),
+    _points("`missing`: 1", _scan(missing=1), ValueError, "missing:", "not 1"),
+    _points("`holes`: -0.1", _scan(holes=-0.1), ValueError, "holes:", "-0.1"),
+    _points("`flying`: text", _scan(flying="many"), TypeError, "flying:", "'many'"),
+    _points("`outliers`: 2", _scan(outliers=2), ValueError, "outliers:", "not 2"),
+    _points("`seed`: -1", _scan(seed=-1), ValueError, "seed:", "not -1"),
+    _points("`up`: zero", _scan(up=(0, 0, 0)), ValueError, "up:", "(0, 0, 0)"),
+    _points("`faces`: a list", _scan(faces=[[0, 1, 2]]), TypeError, "faces:", "list"),
+    _points("a frame is not finite", lambda w: _scan(frames=[w.with_value(_NAN)])(w), ValueError, "frame 0:", "vertex 4"),
+    _points("a frame has another shape", lambda w: _scan(frames=[w.vertices, w.points[:9]])(w), ValueError, "frame 1:", "(9, 3)"),
+    _depth("`width`: 0", _image(width=0), ValueError, "width:", "not 0"),
+    _depth("`height`: -3", _image(height=-3), ValueError, "height:", "not -3"),
+    _depth("`noise`: infinity", _image(noise=np.inf), ValueError, "noise:", "inf"),
+    _cloud("words.xyz", "a word", "line 2:", "'five'"),
+    _cloud("short.xyz", "two coordinates", "line 2:", "2 words"),
+    _cloud("mixed.xyz", "normals in some lines", "line 2:", "6 numbers", "line 1 has 3"),
+    _cloud("grouped.xyz", "digits in groups", "line 1:", "'1_0'"),
+    _cloud("infinite.xyz", "an infinite coordinate", "line 3:", "(1, inf, 3)"),
+    _cloud("partly.xyz", "one coordinate is NaN", "line 1:", "(nan, 2, 3)"),
+    _cloud("colours.xyz", "colours instead of normals", "line 2:", "(255, 128, 0)", "length 1"),
+    _cloud("flat.npy", "two columns", "(4, 2)"),
+    _cloud("whole.npy", "integers", "int64"),
+    _cloud("apart.npz", "fewer normals than points", "4 points", "3 normals"),
+    _cloud("body.npz", "a sequence", "'points'", "vertices"),
+    _cloud("body.obj", "another format", "'.obj'", ".xyz"),
+    _cameras("skew", "a pose that is no rotation", "camera 0: camera_to_world:", "0.21"),
+    _cameras("mirrored", "a pose that mirrors", "camera 0: camera_to_world:", "mirrors"),
+    _cameras("last_row", "a pose whose last row is another", "camera_to_world:", "1 0 0 1"),
+    _cameras("three_rows", "a pose of three rows", "camera_to_world:", "4 rows"),
+    _cameras("huge", "a number that is too large", "camera_to_world: row 0:", "inf"),
+    _cameras("text", "a word", "camera_to_world: row 0:", "'near'"),
+    _cameras("nan", "NaN", "intrinsics: row 0:", "nan"),
+    _cameras("no_focus", "a focal length of 0", "intrinsics:", "row 1", "not 0"),
+    _cameras("projective", "intrinsics whose last row is another", "intrinsics:", "0.1 0 1"),
+    _cameras("slanted", "intrinsics that are not triangular", "intrinsics:", "not 2"),
+    _cameras("no_scale", "no `depth_scale`", "depth_scale:", "missing"),
+    _cameras("zero_scale", "`depth_scale`: 0", "depth_scale:", "not 0"),
+    _cameras("half_size", "a width without a height", "height:", "None"),
+    _cameras("distorted", "an unknown field", "'distortion'", "intrinsics"),
+    _cameras("odd_name", "a name with a slash", "name:", "'left/1'"),
+    _cameras("nameless", "no name", "name:", "None"),
+    _cameras("unit", "an unknown unit", "unit:", "'inch'"),
+    _cameras("twice", "two cameras of one name", "camera 1: name:", "'left'"),
+    _cameras("none", "no camera", "cameras:", "none"),
+    _cameras("list", "a list", "'cameras'"),
+    _cameras("other_field", "an unknown field beside the cameras", "'scale'"),
+    _cameras("cut", "it is cut", "line 2, column 14"),
+    _cameras("deep", "a hundred thousand brackets", "deep"),
+    _cameras("bytes", "no text", "byte 10", "UTF-8"),
+    _open("an empty folder", lambda _: open_scans("nothing"), ValueError, "nothing:", ".xyz"),
+    _open("nothing there", lambda _: open_scans("none_%04d.ply"), FileNotFoundError, "none_%04d.ply"),
+    _open("another format", lambda _: open_scans("body.obj"), ValueError, "body.obj:", "'.obj'"),
+    _open("depth images without cameras", lambda _: open_scans("image"), ValueError, "image:", "cameras"),
+    _open("no number in a name", lambda _: open_scans("unnumbered", cameras="rig.json"), ValueError, "depth_left.png:", "number"),
+    _open("no image", lambda _: list(open_scans("image", cameras="rig.json")), ValueError, "depth_00000_left.png:", "PNG"),
+    _file("no scan has points", _track("blank"), ValueError, "blank:", "no frame has points"),
+    _file("the template is elsewhere", _track("far", align="never"), ValueError, "template.npz:", "mean edges", "1e+03 times as large"),
+    _file("the template has another shape", _track("line"), ValueError, "template.npz:", "rigid motion"),
+    _file("a unit of the scans alone", _track("cloud", scan_unit="mm"), ValueError, "template.npz:", "--template-unit"),
+    _file("a file states a unit, the template none", _track("in_mm"), ValueError, "template.npz:", "0.001 m"),
+    _file("`scan_unit`: km", _track("cloud", scan_unit="km"), ValueError, "scan_unit:", "'km'"),
+    _file("scans in millimetres, said to be metres", _track("cloud", "template_m.npz", scan_unit="mm"), ValueError, "template_m.npz:", "0.001 times as large"),
+    _file("`template_unit`: 0", _track("cloud", template_unit=0), ValueError, "template_unit:", "not 0"),
+    _file("`align`: maybe", _track("cloud", align="maybe"), ValueError, "align:", "'maybe'"),
+    _file("`threads`: 0", _track("cloud", threads=0), ValueError, "threads:", "not 0"),
+    _file("`watch`: a number", _track("cloud", watch=5), TypeError, "watch:", "5"),
+    _file("the template has a missing vertex", _track("cloud", "template_holed.npz"), ValueError, "template_holed.npz:", "vertex 4"),
+    _file("no template", _track("cloud", "none.npz"), FileNotFoundError, "none.npz"),
+    _file("the output is the template", _track("cloud", output="template.npz", overwrite=True), ValueError, "template.npz:", "input"),
+    _file("`resume` of a format that cannot", _track("cloud", output="new.usda", resume=True), ValueError, "new.usda:", "resumed"),
+    shell_case("track cloud new.npz", "--template", "exit code 2"),
+    shell_case("track nothing new.npz --template template.npz", "nothing:", "exit code 1"),
+    shell_case("track cloud new.npz --template template.npz --scan-unit km", "scan_unit", "'km'", "exit code 1"),
+    shell_case("degrade body.npz new --scan --depth 64x48", "--scan", "--depth", "exit code 2"),
+    shell_case("degrade body.npz new --depth 64", "--depth", "64", "exit code 2"),
+    shell_case("degrade body.npz new --scan --camera 1", "--camera", "--scan", "exit code 2"),
+    shell_case("degrade body.npz new --scan --noise -1", "--noise", "-1", "exit code 2"),
+    shell_case("degrade body.npz new.npz --known 0.5 --flying 0.1", "--flying", "--scan", "exit code 2"),
+    shell_case("degrade body.npz cloud --scan --up z", "s_0000.ply", "exists already", "exit code 1"),
+]  # fmt: skip

@@ -1,0 +1,324 @@
+"""Files of scans: point clouds, depth images and cameras, good and bad."""
+
+import json
+import re
+import struct
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import LONGER
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from dynmesh import degrade
+from dynmesh._errors import DynmeshError
+from dynmesh.degrade.depth_buffer import intrinsics_of, pose_of
+from dynmesh.files.scans import (
+    DepthFolder,
+    DepthScan,
+    PointFolder,
+    PointScan,
+    Rig,
+    ScanCamera,
+    open_scans,
+    read_cameras,
+    read_points,
+    write_cameras,
+)
+
+FINITE = st.floats(-1e6, 1e6)
+
+
+def some_points(dtype: Any = np.float64, n: int = 7) -> PointScan:
+    rng = np.random.default_rng(3)
+    points, normals = rng.normal(size=(2, n, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    return PointScan(points.astype(dtype), normals.astype(dtype), None)
+
+
+def a_rig(n: int = 2, size: tuple[int, int] = (8, 6), unit: float | None = None) -> Rig:
+    cameras = degrade.orbit(np.array([[0.0, 0, 0], [1, 1, 1]]), n)(0)
+    described = [
+        ScanCamera(f"c{i}", pose_of(camera), intrinsics_of(camera, *size), 0.001, size)
+        for i, camera in enumerate(cameras)
+    ]
+    return Rig(tuple(described), unit)
+
+
+def write_as(file: Path, scan: PointScan) -> None:
+    """Writes points by other means than dynmesh."""
+    table = scan.points if scan.normals is None else np.hstack([scan.points, scan.normals])
+    names = ["x", "y", "z", "nx", "ny", "nz"][: table.shape[1]]
+    if file.suffix == ".xyz":
+        np.savetxt(file, table, fmt="%.17g", header="made by a scanner")
+    elif file.suffix == ".npy":
+        np.save(file, table)
+    elif file.suffix == ".npz":
+        arrays = {"points": scan.points, "normals": scan.normals}
+        np.savez_compressed(file, **{n: a for n, a in arrays.items() if a is not None})  # type: ignore[arg-type]
+    else:
+        lines = ["ply", "format ascii 1.0", f"element vertex {len(table)}"]
+        kind = "double" if table.dtype == np.float64 else "float"
+        lines += [f"property {kind} {name}" for name in names] + ["end_header"]
+        lines += [" ".join(f"{value:.17g}" for value in row) for row in table]
+        file.write_text("\n".join(lines) + "\n")
+
+
+@pytest.mark.parametrize("suffix", [".ply", ".xyz", ".npy", ".npz"])
+@pytest.mark.parametrize("with_normals", [False, True])
+def test_points_of_others_are_read(tmp_path: Path, suffix: str, with_normals: bool) -> None:
+    scan = some_points()
+    scan = scan if with_normals else scan._replace(normals=None)
+    write_as(tmp_path / f"a{suffix}", scan)
+    found = read_points(tmp_path / f"a{suffix}").scan
+    np.testing.assert_array_equal(found.points, scan.points)
+    assert (found.normals is None) == (not with_normals)
+    if scan.normals is not None and found.normals is not None:
+        np.testing.assert_allclose(found.normals, scan.normals, rtol=1e-14)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_folders_of_points_come_back(tmp_path: Path, dtype: Any) -> None:
+    scans = [some_points(dtype, n) for n in (5, 0, 9)]
+    rig = a_rig(3, unit=0.001)
+    with PointFolder(tmp_path / "scans", rig) as folder:
+        for scan in scans:
+            folder.append(scan)
+    reader = open_scans(tmp_path / "scans")
+    assert (reader.n_frames, reader.metres_per_unit) == (3, 0.001)
+    for scan, found in zip(scans, reader, strict=True):
+        assert isinstance(found, PointScan)
+        assert found.points.dtype == dtype
+        np.testing.assert_array_equal(found.points, scan.points)
+        np.testing.assert_allclose(np.asarray(found.viewpoints), rig.viewpoints, rtol=1e-6)
+
+
+def test_depth_images_come_back_to_half_a_count(tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    rig = a_rig(2)
+    images = rng.uniform(0.5, 60.0, (3, 2, 6, 8)).astype(np.float32)
+    images[0, 0, 2, 3] = 0
+    images[1, 1, 0, 0] = 70.0  # more than 65535 counts
+    matrices = [np.asarray(camera.intrinsics) for camera in rig.cameras]
+    poses = [camera.camera_to_world for camera in rig.cameras]
+    with DepthFolder(tmp_path / "scans", rig) as folder:
+        for pair in images:
+            folder.append(DepthScan(list(pair), matrices, poses))
+    images[1, 1, 0, 0] = 0
+    reader = open_scans(tmp_path / "scans")
+    for pair, found in zip(images, reader, strict=True):
+        assert isinstance(found, DepthScan)
+        np.testing.assert_allclose(found.depth, pair, atol=0.0005 + 1e-5)
+        assert (np.array(found.depth) == 0).sum() == (pair == 0).sum()
+        np.testing.assert_array_equal(found.intrinsics, matrices)
+        np.testing.assert_array_equal(found.poses, poses)
+
+
+def test_scans_change_their_unit() -> None:
+    points = some_points()._replace(viewpoints=np.array([[1.0, 2, 3]]))
+    larger = points.scaled(10.0)
+    np.testing.assert_array_equal(larger.points, points.points * 10)
+    np.testing.assert_array_equal(larger.viewpoints, [[10, 20, 30]])
+    assert larger.normals is points.normals
+    pose = pose_of(degrade.Camera((1, 2, 3), (0, 0, 0), (0, 0, 1)))
+    depth = DepthScan([np.full((2, 2), 3, np.float32)], [np.eye(3)], [pose]).scaled(10.0)
+    np.testing.assert_array_equal(depth.depth[0], np.full((2, 2), 30))
+    np.testing.assert_array_equal(depth.poses[0][:3, 3], [10, 20, 30])
+    np.testing.assert_array_equal(depth.poses[0][:3, :3], pose[:3, :3])
+
+
+def test_what_was_not_measured_is_left_out(tmp_path: Path) -> None:
+    (tmp_path / "a.xyz").write_text("# a cloud\n0 0 1\nnan nan nan\n\n1, 2, 3 # the last\n")
+    np.testing.assert_array_equal(
+        read_points(tmp_path / "a.xyz").scan.points, [[0, 0, 1], [1, 2, 3]]
+    )
+
+
+def test_gaps_are_refused_or_lost(tmp_path: Path) -> None:
+    for number in (10, 12, 13):
+        np.save(tmp_path / f"scan_{number}.npy", some_points().points)
+    with pytest.raises(ValueError, match=r"scan_11\.npy is missing"):
+        open_scans(tmp_path)
+    reader = open_scans(tmp_path, gaps="lost")
+    assert [scan is None for scan in reader] == [False, True, False, False]
+    assert (reader.start, reader.step) == (10, 1)
+
+
+def test_images_of_one_camera_may_be_lost(tmp_path: Path) -> None:
+    rig = a_rig(2)
+    image = np.ones((6, 8), np.float32)
+    with DepthFolder(tmp_path / "s", rig) as folder:
+        for _ in range(3):
+            folder.append(DepthScan([image, image], [], []))
+    (tmp_path / "s" / "depth_00001_c1.png").unlink()
+    with pytest.raises(ValueError, match="no image of camera 'c1' for frame 1"):
+        open_scans(tmp_path / "s")
+    found = list(open_scans(tmp_path / "s", gaps="lost"))
+    assert [len(scan.depth) for scan in found if isinstance(scan, DepthScan)] == [2, 1, 2]
+    for path in ("depth_%05d_c0.png", "depth_*_c0.png", "depth_%05d.png"):
+        reader = open_scans(tmp_path / "s" / path, gaps="lost")
+        assert reader.n_frames == 3
+
+
+@given(st.lists(st.tuples(FINITE, FINITE, FINITE), max_size=20), st.sampled_from(" \t,"))
+@settings(max_examples=40 * LONGER)
+def test_any_numbers_in_text_are_read(
+    tmp_path_factory: pytest.TempPathFactory, rows: list[tuple[float, ...]], between: str
+) -> None:
+    file = tmp_path_factory.getbasetemp() / "numbers.xyz"
+    file.write_text("\n".join(between.join(map(repr, row)) for row in rows))
+    found = read_points(file).scan.points
+    np.testing.assert_array_equal(found, np.array(rows).reshape(-1, 3))
+
+
+def read_or_refused(file: Path) -> tuple[PointScan | None, str]:
+    """Returns the points, which are finite, or else why they were refused."""
+    try:
+        found = read_points(file).scan
+    except DynmeshError as error:
+        return None, str(error)
+    assert np.isfinite(found.points).all()
+    return found, ""
+
+
+@given(st.binary(max_size=200), st.sampled_from([".xyz", ".ply", ".npy", ".npz"]))
+@example(b"1 2 3\n1 2\n", ".xyz")
+@example(b"PK\x03\x04", ".npz")
+@settings(max_examples=150 * LONGER)
+def test_any_bytes_are_read_or_refused(
+    tmp_path_factory: pytest.TempPathFactory, content: bytes, suffix: str
+) -> None:
+    file = tmp_path_factory.getbasetemp() / f"bytes{suffix}"
+    file.write_bytes(content)
+    found, told = read_or_refused(file)
+    assert found is not None or told.startswith(str(file))
+
+
+WORDS = st.sampled_from(
+    ["1", "2.5", "-3e2", "nan", "inf", "1_0", "x", "#", ",", "0x1", "\x00", "é"]
+)
+
+
+@given(st.lists(st.lists(WORDS, max_size=7), max_size=6))
+@settings(max_examples=150 * LONGER)
+def test_lines_of_words_are_read_or_refused_with_their_number(
+    tmp_path_factory: pytest.TempPathFactory, lines: list[list[str]]
+) -> None:
+    file = tmp_path_factory.getbasetemp() / "words.xyz"
+    file.write_text("\n".join(" ".join(line) for line in lines), encoding="latin-1")
+    found, told = read_or_refused(file)
+    if found is None:
+        (number,) = re.findall(r"\.xyz: line (\d+): ", told)
+        assert lines[int(number) - 1]
+
+
+JSON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+    lambda inner: (
+        st.lists(inner, max_size=4)
+        | st.dictionaries(
+            st.sampled_from(
+                ["unit", "cameras", "name", "camera_to_world", "intrinsics", "depth_scale", "x"]
+            ),
+            inner,
+            max_size=5,
+        )
+    ),
+    max_leaves=12,
+)
+
+
+@given(JSON)
+@settings(max_examples=60 * LONGER)
+def test_any_json_is_refused_as_cameras(
+    tmp_path_factory: pytest.TempPathFactory, found: Any
+) -> None:
+    file = tmp_path_factory.getbasetemp() / "cameras.json"
+    file.write_text(json.dumps(found))
+    with pytest.raises(DynmeshError, match=r"cameras\.json: "):
+        read_cameras(file)
+
+
+@given(st.data())
+@settings(max_examples=100 * LONGER)
+def test_a_changed_field_of_a_camera_is_refused_or_kept(
+    tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
+) -> None:
+    file = tmp_path_factory.getbasetemp() / "changed.json"
+    write_cameras(file, a_rig(1))
+    told = json.loads(file.read_text())
+    camera = told["cameras"][0]
+    name = data.draw(st.sampled_from(sorted(camera)))
+    value = data.draw(JSON)
+    camera[name] = value
+    file.write_text(json.dumps(told))
+    try:
+        (read,) = read_cameras(file).cameras
+    except DynmeshError as error:
+        found = str(error)
+    else:
+        kept = {"name": read.name, "depth_scale": read.depth_scale}
+        kept |= dict(zip(("width", "height"), read.size or (), strict=False))
+        assert kept[name] == value
+        return
+    assert f"camera 0: {name}: " in found
+
+
+@given(st.binary(max_size=60))
+@settings(max_examples=60 * LONGER)
+def test_any_bytes_are_refused_as_cameras(
+    tmp_path_factory: pytest.TempPathFactory, content: bytes
+) -> None:
+    file = tmp_path_factory.getbasetemp() / "bytes.json"
+    file.write_bytes(content)
+    with pytest.raises(DynmeshError, match=r"bytes\.json: "):
+        read_cameras(file)
+
+
+@pytest.mark.parametrize("unit", [None, 1.0, 0.01, 0.001, 0.0254])
+def test_cameras_come_back(tmp_path: Path, unit: float | None) -> None:
+    rig = a_rig(3, unit=unit)
+    bare = ScanCamera("bare", rig.cameras[0].camera_to_world)
+    write_cameras(tmp_path / "c.json", Rig((*rig.cameras, bare), unit))
+    found = read_cameras(tmp_path / "c.json")
+    assert found.metres_per_unit == unit
+    for ours, theirs in zip((*rig.cameras, bare), found.cameras, strict=True):
+        assert (ours.name, ours.depth_scale, ours.size) == (
+            theirs.name, theirs.depth_scale, theirs.size
+        )  # fmt: skip
+        np.testing.assert_array_equal(ours.camera_to_world, theirs.camera_to_world)
+        if ours.intrinsics is not None:
+            np.testing.assert_array_equal(ours.intrinsics, np.asarray(theirs.intrinsics))
+
+
+def png(mode: str, size: tuple[int, int] = (8, 6)) -> bytes:
+    """An image of another kind, by Pillow."""
+    import io
+
+    from PIL import Image
+
+    held = io.BytesIO()
+    image = Image.new(mode, size)
+    image.putpixel((3, 3), 1234 if mode == "I;16" else 0)
+    image.save(held, format="PNG")
+    return held.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [
+        (png("L"), "one channel of 16 bits, but its mode is L"),
+        (png("RGB"), "one channel of 16 bits, but its mode is RGB"),
+        (png("I;16", (4, 4)), "has 4 x 4 pixels, but camera 'c0' has 8 x 6"),
+        (png("I;16")[:48], "is not a PNG image, or damaged"),
+        (b"P5 2 2 65535\n" + struct.pack(">4H", 1, 2, 3, 4), "is not a PNG image"),
+        (b"", "is not a PNG image"),
+    ],
+)
+def test_other_images_are_refused(tmp_path: Path, content: bytes, told: str) -> None:
+    write_cameras(tmp_path / "cameras.json", a_rig(1))
+    (tmp_path / "depth_00000_c0.png").write_bytes(content)
+    with pytest.raises(ValueError, match=f"depth_00000_c0.png: .*{told}"):
+        list(open_scans(tmp_path))

@@ -1,0 +1,264 @@
+"""Simulated scans: what cameras see of a surface, as points and as depth images."""
+
+from typing import Any
+
+import meshes
+import numpy as np
+import pytest
+from meshes import Mesh
+from test_degrade_cameras import NEAR_X, hidden_by_rays, potato, square
+
+from dynmesh import degrade
+from dynmesh.degrade import Camera
+from dynmesh.degrade.depth_buffer import depth_buffer, intrinsics_of, pose_of
+from dynmesh.degrade.shared import mean_edge_of
+from dynmesh.files.scans import DepthScan, PointScan
+
+Array = meshes.Array
+
+
+def scan(mesh: Mesh, *cameras: Camera, **options: Any) -> PointScan:
+    options = {"noise": 0.0, **options}
+    (found,) = degrade.scan_points([mesh.vertices], mesh.faces, cameras, points=400, **options)
+    return found
+
+
+def images(mesh: Mesh, *cameras: Camera, **options: Any) -> DepthScan:
+    options = {"noise": 0.0, **options}
+    (found,) = degrade.depth_images(
+        [mesh.vertices], mesh.faces, cameras, width=64, height=48, **options
+    )
+    return found
+
+
+def two_bodies(seed: int) -> Mesh:
+    rng = np.random.default_rng(seed)
+    one, other = potato(rng), potato(rng)
+    return meshes.join(one, Mesh(other.faces, other.vertices * 0.6 + rng.normal(size=3)))
+
+
+def world(depth: Array, intrinsics: Array, pose: Array) -> Array:
+    """The points of an image, by the definitions of both matrices."""
+    found = []
+    for row, column in np.argwhere(depth > 0):
+        z = float(depth[row, column])
+        x = (column - intrinsics[0, 2]) / intrinsics[0, 0] * z
+        y = (row - intrinsics[1, 2]) / intrinsics[1, 1] * z
+        found.append(pose @ [x, y, z, 1])
+    return np.array(found)[:, :3]
+
+
+def distances(points: Array, mesh: Mesh) -> Array:
+    """From each point to the plane of the nearest triangle whose prism contains it."""
+    a, b, c = mesh.vertices[mesh.faces.T]
+    normals = np.cross(b - a, c - a)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    best = np.full(len(points), np.inf)
+    for i, point in enumerate(points):
+        height = ((point - a) * normals).sum(axis=1)
+        foot = point - height[:, None] * normals
+        inside = np.ones(len(a), bool)
+        for p, q in ((a, b), (b, c), (c, a)):
+            inside &= (np.cross(q - p, foot - p) * normals).sum(axis=1) >= -1e-9
+        best[i] = np.abs(height[inside]).min(initial=np.inf)
+    return best
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_point_lies_behind_another_surface(seed: int) -> None:
+    mesh = two_bodies(seed)
+    other = Camera((0.0, 5.0, 1.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 50.0)
+    found = scan(mesh, NEAR_X, other)
+    assert len(found.points) == 400
+    np.testing.assert_allclose(distances(found.points, mesh), 0, atol=1e-9)
+    hidden = [rays_hidden(mesh, camera, found.points) for camera in (NEAR_X, other)]
+    assert not np.logical_and.reduce(hidden).any()
+    assert any(each.any() for each in hidden)  # one camera does not see what the other sees
+
+
+def rays_hidden(mesh: Mesh, camera: Camera, points: Array) -> Array:
+    """By exact rays, to points that belong to no triangle."""
+    whole = Mesh(mesh.faces, np.concatenate([mesh.vertices, points]))
+    return hidden_by_rays(whole, camera, np.arange(len(mesh.vertices), len(whole.vertices)))
+
+
+def test_the_front_sheet_hides_the_back_one() -> None:
+    mesh = meshes.join(square(0.0), square(-0.01, 0.99))
+    np.testing.assert_allclose(scan(mesh, NEAR_X).points[:, 0], 0, atol=1e-12)
+    whole = world(*(parts[0] for parts in images(mesh, NEAR_X)))
+    np.testing.assert_allclose(whole[:, 0], 0, atol=1e-6)
+
+
+def test_points_cover_the_seen_area_evenly() -> None:
+    near, far = square(0.0), square(-3.0)
+    beside = Mesh(far.faces, far.vertices + np.array([0, 2.0, 0]))
+    found = scan(meshes.join(near, beside), NEAR_X)
+    share = (found.points[:, 0] > -1).mean()
+    assert abs(share - 0.5) < 4 * np.sqrt(0.25 / 400)  # as large, though farther away
+
+
+def test_points_cover_a_triangle_evenly() -> None:
+    corners = np.array([[0.0, -1, -1], [0, 1, -1], [0, -1, 1]])
+    found = scan(Mesh(np.array([[0, 1, 2]]), corners), NEAR_X).points
+    deviation = np.sqrt(1 / 18 / 400) * 2  # of the mean of a coordinate along a side of length 2
+    np.testing.assert_allclose(found[:, 1:].mean(axis=0), -1 / 3, atol=4 * deviation)
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_normals_point_to_the_camera(turned: bool) -> None:
+    sheet = square(0.0)
+    faces = sheet.faces[:, ::-1] if turned else sheet.faces
+    found = scan(Mesh(faces, sheet.vertices), NEAR_X)
+    assert found.normals is not None
+    np.testing.assert_allclose(found.normals, [[1, 0, 0]] * 400, atol=1e-12)
+
+
+def test_viewpoints_are_where_the_cameras_are() -> None:
+    mesh = potato(np.random.default_rng(0))
+    (found,) = degrade.scan_points([mesh.vertices], mesh.faces, 3, points=50)
+    expected = [camera.position for camera in degrade.orbit(mesh.vertices, 3)(0)]
+    np.testing.assert_allclose(np.asarray(found.viewpoints), np.array(expected))
+
+
+def test_noise_has_its_size() -> None:
+    flat = square(0.0, 2.5, 30)
+    edge = mean_edge_of(flat.vertices, flat.faces)
+    heights = scan(flat, NEAR_X, noise=0.5).points[:, 0]
+    assert 0.85 < heights.std() / (0.5 * edge) < 1.15
+    (depth,), _, _ = images(flat, NEAR_X, noise=0.5)
+    measured = depth[depth > 0]
+    assert len(measured) > 400
+    assert 0.85 < measured.std() / (0.5 * edge) < 1.15
+    assert abs(measured.mean() - 4.0) < 0.1 * edge
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_depths_are_those_of_exact_rays(seed: int) -> None:
+    mesh = two_bodies(seed)
+    (depth,), (intrinsics,), (pose,) = images(mesh, NEAR_X)
+    seen = np.argwhere(depth > 0)
+    assert len(seen) > 200
+    points = world(depth, intrinsics, pose)
+    assert not rays_hidden(mesh, NEAR_X, points + 1e-4 * (NEAR_X.position - points)).any()
+    np.testing.assert_allclose(distances(points, mesh), 0, atol=1e-5)
+
+
+def test_the_depth_buffer_is_that_of_a_ray_for_each_pixel() -> None:
+    mesh = two_bodies(7)
+    width, height = 24, 18
+    buffer = depth_buffer(mesh.vertices, mesh.faces, NEAR_X, width, height)
+    a, b, c = mesh.vertices[mesh.faces.T]
+    pose, inverse = pose_of(NEAR_X), np.linalg.inv(intrinsics_of(NEAR_X, width, height))
+    for row in range(height):
+        for column in range(width):
+            ray = pose[:3, :3] @ inverse @ [column, row, 1.0]
+            matrix = np.stack([a - b, a - c, np.broadcast_to(ray, a.shape)], axis=2)
+            u, v, t = np.linalg.solve(matrix, (a - pose[:3, 3])[:, :, None])[:, :, 0].T
+            inside = (u >= 0) & (v >= 0) & (u + v <= 1) & (t > 0)
+            nearest = t[inside].min(initial=np.inf)
+            assert buffer.depth[row, column] == pytest.approx(nearest, rel=1e-9)
+
+
+def test_a_triangle_through_the_plane_of_the_camera_is_seen_in_part() -> None:
+    floor = Mesh(np.array([[0, 1, 2]]), np.array([[9.0, -9, -0.5], [9, 9, -0.5], [-40, 0, -0.5]]))
+    buffer = depth_buffer(floor.vertices, floor.faces, NEAR_X, 40, 40)
+    intrinsics = intrinsics_of(NEAR_X, 40, 40)
+    rows = np.arange(40)
+    down = (rows - intrinsics[1, 2]) / intrinsics[1, 1]
+    middle = buffer.depth[:, 20]
+    hit = down > 0.02
+    np.testing.assert_allclose(middle[hit], 0.5 / down[hit], rtol=1e-9)
+    assert np.isinf(middle[down < 0]).all()
+
+
+def test_equal_seeds_give_equal_scans() -> None:
+    mesh = two_bodies(1)
+    frames = [mesh.vertices, mesh.vertices * 1.1, mesh.vertices * 1.2]
+    options: dict[str, Any] = {
+        "noise": 0.1, "missing": 0.2, "holes": 0.2, "flying": 0.1, "outliers": 0.1, "points": 300
+    }  # fmt: skip
+
+    def scans(n: int, seed: int) -> list[PointScan]:
+        return list(degrade.scan_points(frames[:n], mesh.faces, 2, seed=seed, **options))
+
+    whole, again, shorter, other = scans(3, 5), scans(3, 5), scans(2, 5), scans(3, 6)
+    for one, same in zip(whole, again, strict=True):
+        np.testing.assert_array_equal(one.points, same.points)
+        np.testing.assert_array_equal(one.normals, same.normals)
+    np.testing.assert_array_equal(whole[1].points, shorter[1].points)
+    assert (
+        whole[1].points.shape != other[1].points.shape or (whole[1].points != other[1].points).any()
+    )
+    del options["points"]
+    first, second = (
+        list(degrade.depth_images(frames, mesh.faces, 2, width=60, height=40, seed=5, **options))
+        for _ in range(2)
+    )
+    for scan_1, scan_2 in zip(first, second, strict=True):
+        np.testing.assert_array_equal(scan_1.depth, scan_2.depth)
+    assert (first[0].depth[0] != first[1].depth[0]).any()
+
+
+def test_shares_are_lost_moved_and_mixed() -> None:
+    flat = square(0.0)
+    edge = mean_edge_of(flat.vertices, flat.faces)
+    assert 200 < len(scan(flat, NEAR_X, missing=0.4).points) < 280
+    away = scan(flat, NEAR_X, outliers=0.2).points
+    distant = np.abs(away[:, 0]) > 1e-9
+    assert 40 < distant.sum() < 120
+    assert np.abs(away[:, 0]).max() <= 10 * edge + 1e-9
+    mixed = scan(flat, NEAR_X, flying=0.1).points
+    behind = mixed[mixed[:, 0] < -1e-9]
+    assert 25 <= len(behind) <= 40
+    # They are on rays past the border of the sheet.
+    start = np.array(NEAR_X.position)
+    ray = behind - start
+    crossing = start + ray * (-start[0] / ray[:, :1])
+    np.testing.assert_allclose(np.abs(crossing[:, 1:]).max(axis=1), 0.5, atol=1e-9)
+
+
+def test_holes_are_patches_that_stay() -> None:
+    mesh = meshes.sheet(30)
+    camera = Camera((15.0, 15.0, 60.0), (15.0, 15.0, 0.0), (1.0, 0.0, 0.0), 60.0)
+
+    def seen(frame: int) -> Array:
+        found = list(
+            degrade.scan_points(
+                [mesh.vertices] * 6, mesh.faces, [camera], points=4000, noise=0.0, holes=0.5
+            )
+        )
+        cells = np.floor(found[frame].points[:, :2]).astype(int)
+        filled = np.zeros((30, 30), bool)
+        filled[cells[:, 0], cells[:, 1]] = True
+        return filled[:29, :29]
+
+    assert seen(0).mean() > 0.95
+    assert 0.3 < seen(1).mean() < 0.75
+    assert (seen(1) == seen(2)).mean() > 0.8
+
+
+def test_flying_pixels_lie_between_a_silhouette_and_what_is_behind() -> None:
+    front, back = square(0.0, 0.6), square(-0.5, 8.0, 80)
+    mesh = meshes.join(front, back)
+    (clean,), _, _ = images(mesh, NEAR_X)
+    (mixed,), _, _ = images(mesh, NEAR_X, flying=0.02)
+    changed = clean != mixed
+    assert 10 <= changed.sum() <= 0.02 * (clean > 0).sum() + 1
+    np.testing.assert_allclose(clean[changed], 4.0, atol=1e-5)
+    assert (mixed[changed] > 4.0).all()
+    assert (mixed[changed] < 4.5 + 1e-5).all()
+
+
+def test_surfaces_edge_on_return_nothing() -> None:
+    flat = square(0.0, 1.0)
+    vertices = meshes.turned(flat.vertices, np.radians(88.0))
+    assert len(scan(Mesh(flat.faces, vertices), NEAR_X).points) < 40
+
+
+def test_frames_without_a_surface_are_empty() -> None:
+    mesh = potato(np.random.default_rng(2))
+    gone = np.full_like(mesh.vertices, np.nan)
+    first, second = degrade.scan_points([mesh.vertices, gone], mesh.faces, 1, points=50)
+    assert (len(first.points), len(second.points)) == (50, 0)
+    _, empty = degrade.depth_images([mesh.vertices, gone], mesh.faces, 1, width=20, height=10)
+    assert not empty.depth[0].any()

@@ -1,0 +1,274 @@
+"""Tracking from files of scans: the command, interruptions, units, alignment, and the examples."""
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+from browser import Page, in_colour
+from commands import dynmesh_command as run
+from conftest import REPOSITORY
+from meshes import Array, Mesh, turned
+from sequences import assert_same
+
+import dynmesh
+from dynmesh import degrade
+from dynmesh.draw.page import page
+from dynmesh.files.scans import (
+    DepthScan,
+    PointScan,
+    Scan,
+    ScanReader,
+    open_scans,
+    read_cameras,
+    write_ply,
+)
+from dynmesh.jobs.alignment import align, distance_between
+from dynmesh.jobs.checkpoint import Checkpoint
+from dynmesh.jobs.tracking import track_file
+from dynmesh.jobs.unfinished import unfinished_folder
+
+N_FRAMES = 6
+
+
+@pytest.fixture(scope="module")
+def truth() -> dynmesh.Sequence:
+    """A body with bumps that moves and turns."""
+    mesh = bumpy()
+    frames = [turned(mesh.vertices, 0.02 * i) + 0.01 * i for i in range(N_FRAMES)]
+    return dynmesh.Sequence(np.stack(frames), mesh.faces, up_axis="z")
+
+
+def bumpy(turn: float = 0.0) -> Mesh:
+    """A smooth closed body without symmetries."""
+    sphere = trimesh.creation.icosphere(subdivisions=3)
+    x, y, z = np.asarray(sphere.vertices, np.float64).T
+    radii = 1 + 0.25 * np.sin(3 * x + 1 + turn) * np.cos(2 * y) + 0.2 * np.sin(2.5 * z + x)
+    vertices = np.stack([1.3 * x, y, 0.7 * z], axis=1) * radii[:, None]
+    return Mesh(np.asarray(sphere.faces, np.int64), vertices)
+
+
+@pytest.fixture(scope="module")
+def folder(truth: dynmesh.Sequence, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The truth, its first frame, and scans of both kinds."""
+    made = tmp_path_factory.mktemp("scans")
+    dynmesh.write(made / "truth.npz", truth)
+    dynmesh.write(made / "body.obj", truth[:1])
+    run("degrade", made / "truth.npz", made / "points", "--scan", "--points", "1500")
+    run("degrade", made / "truth.npz", made / "depth", "--depth", "120x90")
+    return made
+
+
+@pytest.mark.parametrize("kind", [["--scan", "--points", "200"], ["--depth", "40x30"]])
+def test_equal_seeds_make_equal_files(kind: list[str], folder: Path, tmp_path: Path) -> None:
+    def made(*options: str) -> dict[str, bytes]:
+        faults = ["--noise", "0.1", "--flying", "5%", "--outliers", "2%", "--known", "90%"]
+        output = tmp_path / "scans"
+        run("degrade", folder / "truth.npz", output, *kind, *faults, "--overwrite", *options)
+        return {file.name: file.read_bytes() for file in output.iterdir()}
+
+    first = made()
+    assert len(first) == 1 + N_FRAMES * (1 if "--scan" in kind else 4)
+    assert made() == first
+    other = made("--seed", "1")
+    assert [name for name in first if first[name] == other[name]] == ["cameras.json"]
+    assert len(made("--cameras", "1")) == 1 + N_FRAMES
+    assert [path.name for path in tmp_path.iterdir()] == ["scans"]
+
+
+def mean_edge(truth: dynmesh.Sequence) -> float:
+    a, b, c = truth.vertices[0][truth.faces.T]
+    return float(np.mean([np.linalg.norm(p - q, axis=1) for p, q in ((a, b), (b, c), (c, a))]))
+
+
+def error(tracked: dynmesh.Sequence, truth: dynmesh.Sequence) -> Array:
+    """The mean distance from the true vertex in each frame, in mean edges."""
+    distances = np.linalg.norm(tracked.vertices - truth.vertices, axis=2)
+    return np.asarray(distances.mean(axis=1) / mean_edge(truth))
+
+
+@pytest.mark.parametrize("scans", ["points", "depth"])
+def test_the_command_tracks_what_was_scanned(
+    scans: str, folder: Path, truth: dynmesh.Sequence, tmp_path: Path
+) -> None:
+    output = tmp_path / "tracked.npz"
+    told = run("track", folder / scans, output, "--template", folder / "body.obj", "--provenance")
+    assert f"{N_FRAMES} frames tracked" in told.stderr
+    tracked = dynmesh.read(output)
+    assert error(tracked, truth).max() < 0.5
+    assert tracked.generation is not None
+    assert 0.5 < (tracked.generation == 0).mean() <= 1
+    np.testing.assert_array_equal(tracked.faces, truth.faces)
+    assert tracked.up_axis == "z"
+
+
+def test_a_file_is_tracked_as_the_tracker_tracks(folder: Path, tmp_path: Path) -> None:
+    track_file(folder / "points", tmp_path / "out.npz", template=folder / "body.obj")
+    tracked = dynmesh.read(tmp_path / "out.npz").vertices
+    template = dynmesh.read(folder / "body.obj")
+    tracker = dynmesh.Tracker(template.faces, template.vertices[0])
+    for scan, frame in zip(open_scans(folder / "points"), tracked, strict=True):
+        assert isinstance(scan, PointScan)
+        expected = tracker.push(scan.points, scan.normals, viewpoints=scan.viewpoints)
+        np.testing.assert_array_equal(frame, expected)
+
+
+@pytest.mark.parametrize("format", ["npz", "ply", "pc2"])
+def test_an_interrupted_run_is_continued(
+    format: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Checkpoint, "least_seconds_between", 0.0)
+    monkeypatch.setattr(Checkpoint, "most_of_the_time", 1e9)
+    template = folder / "body.obj"
+    whole, output = (
+        tmp_path / (f"{name}_%04d.ply" if format == "ply" else f"{name}.{format}")
+        for name in ("whole", "out")
+    )
+    track_file(folder / "points", whole, template=template)
+
+    def stopping(scans: Iterator[Scan | None], n: int, done: int) -> Iterator[Scan | None]:
+        assert (n, done) == (N_FRAMES, 0)
+        for number, scan in enumerate(scans):
+            if number == 3:
+                raise KeyboardInterrupt
+            yield scan
+
+    with pytest.raises(KeyboardInterrupt):
+        track_file(folder / "points", output, template=template, watch=stopping)
+    assert (unfinished_folder(output) / "checkpoint.npz").exists()
+    report = track_file(folder / "points", output, template=template, resume=True)
+    assert report.resumed_at == 3
+    assert_same(dynmesh.read(output), dynmesh.read(whole))
+    again = track_file(folder / "points", output, template=template, resume=True)
+    assert again.existed
+
+
+def test_another_template_is_another_job(
+    folder: Path, truth: dynmesh.Sequence, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Checkpoint, "least_seconds_between", 0.0)
+    monkeypatch.setattr(Checkpoint, "most_of_the_time", 1e9)
+    output, other = tmp_path / "out.npz", tmp_path / "other.npz"
+    dynmesh.write(other, truth[1:2])
+
+    def stopping(scans: Iterator[Scan | None], *_: int) -> Iterator[Scan | None]:
+        yield next(scans)
+        yield next(scans)
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        track_file(folder / "points", output, template=folder / "body.obj", watch=stopping)
+    with pytest.raises(ValueError, match="of another job: template changed"):
+        track_file(folder / "points", output, template=other, resume=True)
+
+
+def test_lost_and_empty_scans_are_carried_on(folder: Path, tmp_path: Path) -> None:
+    scans = tmp_path / "some"
+    scans.mkdir()
+    for number, scan in enumerate(open_scans(folder / "points")):
+        assert isinstance(scan, PointScan)
+        if number == 4:
+            scan = PointScan(scan.points[:0], scan.points[:0], None)
+        if number != 2:
+            write_ply(scans / f"s_{number}.ply", scan)
+    with pytest.raises(ValueError, match=r"s_2\.ply is missing"):
+        track_file(scans, tmp_path / "out.npz", template=folder / "body.obj")
+    report = track_file(scans, tmp_path / "out.npz", template=folder / "body.obj", gaps="lost")
+    assert (report.frames, report.empty) == (N_FRAMES, 2)
+    assert np.isfinite(dynmesh.read(tmp_path / "out.npz").vertices).all()
+
+
+def test_units_are_converted(folder: Path, truth: dynmesh.Sequence, tmp_path: Path) -> None:
+    template = tmp_path / "body_mm.npz"
+    still = replace(truth[:1], vertices=truth.vertices[:1] * 1000, metres_per_unit=0.001)
+    dynmesh.write(template, still)
+    output = tmp_path / "out.npz"
+    run("track", folder / "depth", output, "--template", template, "--scan-unit", "m")
+    tracked = dynmesh.read(output)
+    assert tracked.metres_per_unit == 0.001
+    smaller = replace(tracked, vertices=tracked.vertices / 1000)
+    assert error(smaller, truth).max() < 0.5
+
+
+def test_a_template_elsewhere_is_moved_into_the_scan(
+    folder: Path, truth: dynmesh.Sequence, tmp_path: Path
+) -> None:
+    template = tmp_path / "moved.npz"
+    moved = turned(truth.vertices[0], 0.7) + np.array([9.0, 2, 4])
+    dynmesh.write(template, replace(truth[:1], vertices=moved[None]))
+    output = tmp_path / "out.npz"
+    with pytest.raises(ValueError, match=r"does not lie in the first scan: it is \S+ mean edges"):
+        track_file(folder / "points", output, template=template, align="never")
+    told = run("track", folder / "points", output, "--template", template).stderr
+    assert "a rotation by 40" in told, told
+    assert error(dynmesh.read(output), truth).max() < 0.5
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_rigid_motion_is_found_from_one_side(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    mesh = bumpy(seed)
+    turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    turn *= np.sign(np.linalg.det(turn))
+    shift = 20 * rng.normal(size=3)
+    placed = mesh.vertices @ turn.T + shift
+    (scan,) = degrade.scan_points([placed], mesh.faces, 2, points=1500)
+    edge = mean_edge(dynmesh.Sequence(mesh.vertices[None], mesh.faces))
+    found = align(mesh.vertices, mesh.faces, scan.points, edge)
+    assert found.before > 5
+    assert found.after < 0.7
+    np.testing.assert_allclose(found.rotation @ found.rotation.T, np.eye(3), atol=1e-9)
+    off = np.linalg.norm(found.moved(mesh.vertices) - placed, axis=1) / edge
+    assert off.mean() < 1.0
+    again = distance_between(found.moved(mesh.vertices), mesh.faces, scan.points, edge)
+    assert again == pytest.approx(found.after, rel=1e-6)
+
+
+def test_the_page_shows_the_scans(folder: Path, browser: Any) -> None:
+    with dynmesh.open(folder / "truth.npz") as reader:
+        made = page(reader, scans=open_scans(folder / "points"), colour="plain")
+        file = folder / "page.html"
+        file.write_text(made.html)
+        fewer = open_scans(folder / "points" / "frame_0000[0-3].ply")
+        with pytest.raises(ValueError, match="has 4 frames, but"):
+            page(reader, scans=fewer)
+    shown = Page(browser, file)
+    assert shown.captions() == ["points, the scans", "truth.npz"]
+    shown.scrub(0)
+    dots, surface = shown.picture(0), shown.picture(1)
+    blue = dots[..., 2] - dots[..., 0] > 60
+    assert 200 < blue.sum() < in_colour(surface).sum()
+    assert (in_colour(dots) & ~in_colour(surface)).sum() < 0.05 * in_colour(surface).sum()
+    assert shown.complaints == []
+
+
+def test_the_example_tracks_depth_frames_from_a_pipe(folder: Path) -> None:
+    rig = read_cameras(folder / "depth" / "cameras.json")
+    reader: ScanReader = open_scans(folder / "depth")
+    scans = [scan for scan in reader if isinstance(scan, DepthScan)]
+    assert len(scans) == N_FRAMES
+    raw = b"".join(
+        np.rint(depth / np.float64(camera.depth_scale or 1)).astype("<u2").tobytes()
+        for scan in scans
+        for depth, camera in zip(scan.depth, rig.cameras, strict=True)
+    )
+    command = [
+        sys.executable, str(REPOSITORY / "examples" / "python" / "track_live.py"),
+        str(folder / "body.obj"), str(folder / "depth" / "cameras.json"),
+    ]  # fmt: skip
+    ended = subprocess.run(command, input=raw, capture_output=True, check=False)
+    assert ended.returncode == 0, ended.stderr.decode()
+    assert ended.stderr.decode().count(" ms, ") == N_FRAMES
+    template = dynmesh.read(folder / "body.obj")
+    tracker = dynmesh.Tracker(template.faces, template.vertices[0].astype(np.float32))
+    expected = [tracker.push_depth(scan.depth, scan.intrinsics, scan.poses) for scan in scans]
+    found = np.frombuffer(ended.stdout, "<f4").reshape(N_FRAMES, -1, 3)
+    np.testing.assert_array_equal(found, expected)
+    cut = subprocess.run(command, input=raw[:-2], capture_output=True, check=False)
+    assert cut.returncode == 1
+    assert b"the pipe ends in an image of camera 3" in cut.stderr

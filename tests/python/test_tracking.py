@@ -1,0 +1,212 @@
+"""Tracking of a template in raw scans."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from meshes import Array, Mesh, join
+from tracking_reference import Tracked, vertex_normals
+
+import dynmesh
+from dynmesh import Tracker
+
+
+def bumpy_torus(n: int) -> Mesh:
+    """A closed surface on which every place differs from all others."""
+    i, j = (a.ravel() for a in np.indices((n, n)))
+    u, v = 2 * np.pi * i / n, 2 * np.pi * j / n
+    bump = 0.25 * np.sin(2 * u + v) + 0.2 * np.sin(3 * u)
+    r = (3 + np.cos(v)) * (1 + 0.3 * bump)
+    vertices = np.stack([r * np.cos(u), r * np.sin(u), np.sin(v) * (1 + bump)], axis=1)
+    a, b = i * n + j, i * n + (j + 1) % n
+    c, d = (i + 1) % n * n + j, (i + 1) % n * n + (j + 1) % n
+    faces = np.concatenate([np.stack([a, c, b], axis=1), np.stack([b, c, d], axis=1)])
+    return Mesh(faces, vertices)
+
+
+def bent(vertices: Array, amount: float) -> Array:
+    """Bends the surface about y, more the farther out."""
+    x, y, z = vertices.T
+    angle = amount * x / 4
+    return np.stack([x * np.cos(angle), y, z + x * np.sin(angle)], axis=1)
+
+
+def scan_of(
+    mesh: Mesh, vertices: Array, n: int, rng: np.random.Generator, noise: float = 0.0
+) -> tuple[Array, Array]:
+    """Random points of the surface, with normals interpolated between the vertices."""
+    face = mesh.faces[rng.integers(len(mesh.faces), size=n)]
+    share = rng.dirichlet([1, 1, 1], size=n)
+    points = np.einsum("ni,nij->nj", share, vertices[face])
+    normals = np.einsum("ni,nij->nj", share, vertex_normals(mesh.faces, vertices)[face])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    return points + noise * rng.normal(size=points.shape), normals
+
+
+def edge(mesh: Mesh) -> float:
+    a, b = mesh.vertices[mesh.faces[:, 0]], mesh.vertices[mesh.faces[:, 1]]
+    return float(np.linalg.norm(a - b, axis=1).mean())
+
+
+def error(mesh: Mesh, truth: Array, tracked: Array) -> float:
+    """The mean distance from the true vertices, in mean edges."""
+    return float(np.linalg.norm(truth - tracked, axis=1).mean() / edge(mesh))
+
+
+@pytest.mark.parametrize("speed", [0.1, 0.8])
+def test_frames_equal_the_transcription(speed: float, rng: np.random.Generator) -> None:
+    mesh = bumpy_torus(14)
+    tracker = Tracker(mesh.faces, mesh.vertices)
+    expected = Tracked(mesh.faces, mesh.vertices)
+    for n in range(1, 4):
+        truth = bent(mesh.vertices, speed * n) + 0.1 * n
+        points, normals = scan_of(mesh, truth, 900, rng, noise=0.01)
+        kept = points[:, 1] > (-1.0 if n == 2 else -9.0)
+        points, normals = points[kept], normals[kept]
+        found, observed = expected.track(points, normals)
+        assert np.abs(tracker.push(points, normals) - found).max() < 1e-6
+        assert (tracker.observed == observed).all()
+        assert tracker.report.known == observed.sum()
+        assert expected.searches > 1 or speed < 0.5
+        assert error(mesh, truth, found) < 0.5
+
+
+def test_depth_images_are_as_good_as_points() -> None:
+    """The surface is tracked to a fraction of a pixel of 640 by 480, as an image shows it."""
+    mesh = bumpy_torus(40)
+    truth = bent(mesh.vertices, 0.1)
+    tracker = Tracker(mesh.faces, mesh.vertices)
+    depth, intrinsics, pose = zip(*(view(mesh, truth, n) for n in range(4)), strict=True)
+    tracked = tracker.push_depth(list(depth), list(intrinsics), list(pose))
+    assert error(mesh, truth, tracked) < 0.3
+    assert tracker.report.known > 1000
+    single = Tracker(mesh.faces, mesh.vertices)
+    one = single.push_depth(depth[0].astype(np.float64), intrinsics[0], pose[0])
+    stacked = Tracker(mesh.faces, mesh.vertices)
+    assert (one == stacked.push_depth(np.stack(depth[:1]), intrinsics[:1], pose[:1])).all()
+
+
+def view(mesh: Mesh, vertices: Array, n: int) -> tuple[Array, Array, Array]:
+    """A depth image, by drawing points of the surface densely."""
+    angle, tilt = 0.4 + n * np.pi / 2, 0.7
+    back = np.array([np.cos(tilt) * np.cos(angle), np.cos(tilt) * np.sin(angle), np.sin(tilt)])
+    right = np.array([-np.sin(angle), np.cos(angle), 0])
+    pose = np.eye(4)
+    pose[:3, :3] = np.stack([right, np.cross(-back, right), -back], axis=1)
+    pose[:3, 3] = 15 * back
+    intrinsics = np.array([[700.0, 0, 320], [0, 700, 240], [0, 0, 1]])
+    steps = np.linspace(0, 1, 25)
+    u, v = (a.ravel() for a in np.meshgrid(steps, steps))
+    inside = u + v <= 1
+    share = np.stack([1 - u - v, u, v], axis=1)[inside]
+    points = np.einsum("sc,fcd->fsd", share, vertices[mesh.faces]).reshape(-1, 3)
+    local = (points - pose[:3, 3]) @ pose[:3, :3]
+    column, row, _ = np.rint((local @ intrinsics.T / local[:, 2:]).T).astype(int)
+    depth = np.full((480, 640), np.inf)
+    np.minimum.at(depth, (row, column), local[:, 2])
+    return depth.astype(np.float32), intrinsics, pose
+
+
+def test_normals_are_estimated(rng: np.random.Generator) -> None:
+    mesh = bumpy_torus(24)
+    sensors = np.array([[9.0, 0, 4], [-9.0, 0, 4]])
+    given, seen, unseen = (Tracker(mesh.faces, mesh.vertices) for _ in range(3))
+    for n in range(1, 4):
+        truth = bent(mesh.vertices, 0.1 * n)
+        points, normals = scan_of(mesh, truth, 6000, rng)
+        limit = error(mesh, truth, given.push(points, normals)) + 0.1
+        assert error(mesh, truth, seen.push(points, viewpoints=sensors)) < limit
+        assert error(mesh, truth, unseen.push(points)) < limit
+
+
+def test_what_a_sensor_cannot_see_is_not_observed(rng: np.random.Generator) -> None:
+    mesh = bumpy_torus(30)
+    tracker = Tracker(mesh.faces, mesh.vertices)
+    points, normals = scan_of(mesh, mesh.vertices, 9000, rng)
+    sensor = (20.0, 0.0, 0.0)
+    tracker.push(points, normals, viewpoints=np.array([sensor]))
+    camera = dynmesh.degrade.Camera(sensor, (0, 0, 0), (0, 0, 1))
+    seen = dynmesh.degrade.visible(mesh.vertices, mesh.faces, camera)
+    assert (tracker.observed == seen).mean() > 0.9
+    assert not tracker.observed[mesh.vertices[:, 0] < -2].any()
+
+
+def test_parts_that_are_missing_keep_their_shape(rng: np.random.Generator) -> None:
+    mesh = bumpy_torus(24)
+    tracker = Tracker(mesh.faces, mesh.vertices)
+    for n in range(1, 13):
+        truth = bent(mesh.vertices, 0.04 * n)
+        points, normals = scan_of(mesh, truth, 6000, rng, noise=0.01)
+        missing = (points[:, 1] > 0) & (3 <= n < 8)
+        tracked = tracker.push(points[~missing], normals[~missing])
+        assert error(mesh, truth, tracked) < 0.4
+        assert (tracker.age[mesh.vertices[:, 1] > 1] > 0).all() == (3 <= n < 8)
+    assert error(mesh, truth, tracked) < 0.1
+
+
+def test_points_of_other_things_are_ignored(rng: np.random.Generator) -> None:
+    mesh = bumpy_torus(24)
+    tracker = Tracker(mesh.faces, mesh.vertices)
+    wall = np.concatenate([rng.uniform(-8, 8, (4000, 2)), np.full((4000, 1), -2.5)], axis=1)
+    upwards = np.broadcast_to([0.0, 0, 1], wall.shape)
+    for n in range(1, 6):
+        truth = bent(mesh.vertices, 0.04 * n)
+        points, normals = scan_of(mesh, truth, 6000, rng)
+        points[::100] += rng.normal(size=points[::100].shape)
+        tracked = tracker.push(np.concatenate([points, wall]), np.concatenate([normals, upwards]))
+        assert error(mesh, truth, tracked) < 0.3
+
+
+def test_a_mesh_in_any_order_gives_the_same_frame(rng: np.random.Generator) -> None:
+    """Vertices of large meshes are reordered internally."""
+    mesh = join(bumpy_torus(12))
+    order = rng.permutation(len(mesh.vertices))
+    place = np.argsort(order)
+    points, normals = scan_of(mesh, bent(mesh.vertices, 0.2), 1500, rng)
+    plain = Tracker(mesh.faces, mesh.vertices).push(points, normals)
+    shuffled = Tracker(place[mesh.faces], mesh.vertices[order]).push(points, normals)
+    assert np.abs(shuffled - plain[order]).max() < 1e-6
+
+
+def test_a_state_of_another_kind_is_refused() -> None:
+    mesh = bumpy_torus(12)
+    tracker = Tracker(mesh.faces, mesh.vertices)
+    completer = dynmesh.Completer(mesh.faces, mesh.vertices)
+    for one, other in [(tracker, completer), (completer, tracker)]:
+        with pytest.raises(ValueError, match="state: not a"):
+            one.restore(other.state())
+    with pytest.raises(ValueError, match="32-bit positions"):
+        tracker.restore(Tracker(mesh.faces, mesh.vertices.astype(np.float32)).state())
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1e9])
+def test_the_unit_does_not_matter(scale: float, rng: np.random.Generator) -> None:
+    mesh = bumpy_torus(14)
+    points, normals = scan_of(mesh, bent(mesh.vertices, 0.2), 1500, rng)
+    plain = Tracker(mesh.faces, mesh.vertices).push(points, normals)
+    scaled = Tracker(mesh.faces, scale * mesh.vertices).push(scale * points, 1e-30 * normals)
+    assert np.abs(scaled / scale - plain).max() < 1e-6
+
+
+def extremes() -> dict[str, Any]:
+    """Scans that say little or nothing, all valid."""
+    one = np.array([[3.0, 0, 0]])
+    return {
+        "none": (one[:0], one[:0]),
+        "one": (one, one),
+        "the same a thousand times": (one.repeat(1000, axis=0), one.repeat(1000, axis=0)),
+        "on a line": (np.linspace([-5.0, 0, 0], [5, 0, 0], 500), None),
+        "without normals": (one.repeat(3, axis=0), None),
+        "with normals of 0": (one, 0 * one),
+        "very far": (1e100 * one, one),
+    }
+
+
+@pytest.mark.parametrize("kind", extremes())
+def test_scans_that_say_nothing_leave_the_template(kind: str, rng: np.random.Generator) -> None:
+    mesh = bumpy_torus(14)
+    tracker = Tracker(mesh.faces, mesh.vertices)
+    first = tracker.push(*scan_of(mesh, mesh.vertices, 1500, rng))
+    tracked = tracker.push(*extremes()[kind])
+    assert np.isfinite(tracked).all()
+    assert np.abs(tracked - first).max() < 0.5 * edge(mesh)

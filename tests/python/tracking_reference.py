@@ -1,0 +1,146 @@
+"""A literal transcription of tracking without viewpoints; see docs/reference/tracking.md."""
+
+from typing import Any
+
+import numpy as np
+import reference
+from numpy.typing import NDArray
+from reference import Array, sum_to
+
+Integers = NDArray[np.int64]
+
+NOT_FOUND = -1
+
+
+def vertex_normals(faces: Integers, x: Array) -> Array:
+    a, b, c = (x[faces[:, n]] for n in range(3))
+    normals = np.zeros_like(x)
+    for corner in range(3):
+        np.add.at(normals, faces[:, corner], np.cross(b - a, c - a))
+    return np.asarray(normals / np.linalg.norm(normals, axis=1, keepdims=True))
+
+
+def nearest(
+    to: Array, normals: Array, points: Array, of_points: Array, radius: float
+) -> NDArray[np.int64]:
+    """The nearest agreeing point of each position, or NOT_FOUND."""
+    distance = np.linalg.norm(to[:, None] - points[None], axis=2)
+    distance[normals @ of_points.T < 0.5] = np.inf
+    found = distance.argmin(axis=1)
+    found[distance.min(axis=1) >= radius] = NOT_FOUND
+    return np.asarray(found)
+
+
+class Tracked(reference.Detail):
+    """Tracks closed meshes, frame by frame."""
+
+    def __init__(self, faces: Integers, first_frame: Array) -> None:
+        super().__init__(faces, first_frame)
+        self.faces = faces
+        self.before = first_frame
+        self.searches = 0
+
+    def _fit_widely(self, frame: Array, averagings: int) -> None:
+        i, j = self.edges
+        weight = 1 / np.maximum((self.rest_edges**2).sum(axis=1), 1e-12)
+        outer = (frame[j] - frame[i])[:, :, None] * (weight[:, None] * self.rest_edges)[:, None, :]
+        covariance = sum_to(i, outer.reshape(-1, 9), self.k)
+        for _ in range(averagings):
+            covariance = covariance + sum_to(i, covariance[j], self.k)
+        u, _, vt = np.linalg.svd(covariance.reshape(-1, 3, 3))
+        sign = np.ones((self.k, 3))
+        sign[:, 2] = np.sign(np.linalg.det(u @ vt))
+        self.q = (u * sign[:, None, :]) @ vt
+
+    def track(self, points: Array, normals: Array) -> tuple[Array, NDArray[np.bool_]]:
+        """Returns the tracked frame and which vertices were observed."""
+        self.points, self.normals = points, normals
+        x = self.previous + 0.6 * (self.previous - self.before)
+        for _ in range(2):
+            x = self._moved_rigidly(x)
+        self.searches = 0
+        for search in range(12):
+            x, lost = self._bent(x, 0.0, 0.02 if 0 < search < 6 else 1.0)
+            self.searches += 1
+            if lost <= 0.02:
+                break
+        for progress in (1 / 3, 2 / 3, 1.0):
+            x, _ = self._bent(x, progress)
+        _, _, weight = self._correspond(x, 1.0, 1.5)
+        self.before, self.previous = self.previous, x
+        self._fit(x)
+        self.memory = np.einsum("nji,nj->ni", self.q, self.operator @ x)
+        return x, weight > 0
+
+    def _correspond(self, x: Array, radius: float, scale: float) -> tuple[Array, Array, Array]:
+        own = vertex_normals(self.faces, x)
+        found = nearest(x, own, self.points, self.normals, radius * self.h)
+        q, n = self.points[found], self.normals[found]
+        offset = (q - x) / self.h
+        distance = (offset**2).sum(axis=1)
+        aside = distance - (offset * n).sum(axis=1) ** 2
+        weight = 1 / ((1 + distance / scale**2) * (1 + aside / scale**2))
+        return q, n, np.where(found == NOT_FOUND, 0.0, weight)
+
+    def _moved_rigidly(self, x: Array) -> Array:
+        q, n, w = self._correspond(x, 12, 4)
+        centre = (w[:, None] * x).sum(axis=0) / w.sum()
+        arm = x - centre
+        reach = np.sqrt((w * (arm**2).sum(axis=1)).sum() / w.sum())
+        rows = np.concatenate([np.cross(arm / reach, n), n], axis=1)
+        normal = (w[:, None] * rows).T @ rows
+        normal += 1e-3 * np.trace(normal) / 6 * np.eye(6)
+        solution = np.linalg.solve(normal, rows.T @ (w * ((q - x) * n).sum(axis=1)))
+        turn = solution[:3] / reach
+        angle = np.linalg.norm(turn)
+        a, b, c = turn / angle
+        cross = np.array([[0, -c, b], [c, 0, -a], [-b, a, 0]])
+        rotation = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+        return np.asarray(arm @ rotation.T + centre + solution[3:])
+
+    def _drawn(self, x: Array, q: Array, n: Array, w: Array) -> tuple[Array, Array, Array, float]:
+        """Draws vertices towards the measured points that no vertex explains."""
+        stride = 1 + len(self.points) // 4096
+        points, normals = self.points[::stride], self.normals[::stride]
+        vertex = nearest(points, normals, x, vertex_normals(self.faces, x), 24 * self.h)
+        near = vertex != NOT_FOUND
+        far = near & (np.linalg.norm(points - x[vertex], axis=1) >= 1.5 * self.h)
+        q, n, w = q.copy(), n.copy(), w.copy()
+        for v in np.unique(vertex[far]):
+            mine = far & (vertex == v)
+            q[v] = points[mine].mean(axis=0)
+            total = normals[mine].sum(axis=0)
+            n[v] = total / np.linalg.norm(total)
+            w[v] = 4 / (1 + ((q[v] - x[v]) ** 2).sum() / (12 * self.h) ** 2)
+        return q, n, w, far.sum() / near.sum()
+
+    def _bent(self, x: Array, progress: float, factor: float = 1.0) -> tuple[Array, float]:
+        early = progress < 0.5
+        q, n, w = self._correspond(x, 8 if early else 3, 1.5)
+        lost = 0.0
+        if early:
+            q, n, w, lost = self._drawn(x, q, n, w)
+        assert w.sum() >= 12
+        w = w * factor * 0.0025 * (0.2 / 0.0025) ** progress
+        self._fit_widely(x, 4)
+        target = self._turn((self.memory + self.first_memory) / 2)
+
+        def product(y: Array) -> Array:
+            along = (y * n).sum(axis=1, keepdims=True) * n
+            return np.asarray(self.operator.T @ (self.operator @ y) + w[:, None] * along)
+
+        preconditioner: Any = self.operator.T @ self.operator + np.diag(w)
+        data = (w * (q * n).sum(axis=1))[:, None] * n
+        residual = self.operator.T @ target + data - product(x)
+        direction = np.zeros_like(x)
+        size = 1.0
+        for step in range(5):
+            z = np.linalg.solve(preconditioner, residual)
+            next_size = (residual * z).sum()
+            direction = z + (next_size / size if step else 0.0) * direction
+            size = next_size
+            curved = product(direction)
+            length = size / (direction * curved).sum()
+            x = x + length * direction
+            residual = residual - length * curved
+        return x, lost
