@@ -123,7 +123,7 @@ class Tracked(reference.Detail):
         assert w.sum() >= 12
         w = w * factor * 0.0025 * (0.2 / 0.0025) ** progress
         self._fit_widely(x, 4)
-        target = self._turn((self.memory + self.first_memory) / 2)
+        target = self._turn(0.8 * self.memory + 0.2 * self.first_memory)
 
         def product(y: Array) -> Array:
             along = (y * n).sum(axis=1, keepdims=True) * n

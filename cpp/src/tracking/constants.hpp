@@ -20,6 +20,8 @@ struct TrackingConstants {
   double rigid_caution = 1e-3;
   /// Six points determine a rigid motion, if all are good; fewer than this are not used.
   int least_rigid = 12;
+  /// About so many vertices are looked at for a rigid motion.
+  int rigid_vertices = 4096;
 
   /// How often correspondences are looked for and rotations fitted, at least, and the steps of
   /// conjugate gradients for each.
@@ -40,7 +42,7 @@ struct TrackingConstants {
   /// The least cosine between the normal of a vertex and that of its point.
   double agreement = 0.5;
   /// The share of the shape of frame 0 in the shape that is wanted, beside that of the last frame.
-  double pull = 0.5;
+  double pull = 0.2;
   /// How often the covariances of rotations are averaged with the neighbours'.
   int averagings = 4;
 

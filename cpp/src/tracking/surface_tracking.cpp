@@ -60,9 +60,10 @@ SurfaceTracking::Found SurfaceTracking::find(const Measurement& measurement) {
   try {
     predict();
     const bool aligned = is_first_ && measurement.size() > 0 && align(measurement);
+    look(measurement);
+    const double scale = constants_.rigid_scale;
     for (int step = 0; step < constants_.rigid_steps; ++step) {
-      move_as_a_whole(measurement,
-                      {constants_.rigid_radius, constants_.rigid_scale, constants_.rigid_scale, 1});
+      move_as_a_whole(measurement, {constants_.rigid_radius, scale, scale, 1, rigid_stride()});
     }
     const int searches = search(measurement);
     for (int pass = 1; pass < constants_.passes; ++pass) {
@@ -86,19 +87,25 @@ void SurfaceTracking::predict() {
   }
 }
 
-/// Finds the points of the vertices that the sensors can see.
-SurfaceTracking::Tally SurfaceTracking::correspond(const Measurement& measurement,
-                                                   const Search& search) {
+/// Which vertices the sensors can see. It changes little while X moves by few edges, so it is found
+/// only where X has just been predicted, or moved as a whole.
+void SurfaceTracking::look(const Measurement& measurement) {
   find_vertex_normals(faces_, x_, normals_);
   visibility_.find(faces_, x_, normals_, measurement.viewpoints(), constants_.pixel * mean_edge_,
                    constants_.thickness * mean_edge_, seen_);
+}
+
+/// Finds the points of every `stride`th of the vertices that the sensors can see.
+SurfaceTracking::Tally SurfaceTracking::correspond(const Measurement& measurement,
+                                                   const Search& search) {
+  find_vertex_normals(faces_, x_, normals_);
   const double scale = search.scale * mean_edge_;
   const double side = search.side * mean_edge_;
   workers_.for_each_short_chunk(static_cast<Index>(x_.size()), [&](Index first, Index last) {
     for (auto v = static_cast<std::size_t>(first); v < static_cast<std::size_t>(last); ++v) {
       Correspondence& c = found_[v];
       c = {};
-      if (seen_[v] == 0) continue;
+      if (seen_[v] == 0 || v % search.stride != 0) continue;
       c = measurement.nearest(x_[v], normals_[v], search.radius * mean_edge_, constants_.agreement);
       if (c.weight == 0) continue;
       const auto offset = c.point - x_[v];
@@ -116,6 +123,11 @@ SurfaceTracking::Tally SurfaceTracking::correspond(const Measurement& measuremen
   return tally;
 }
 
+/// A rigid motion has six unknowns, so some of the vertices are enough.
+std::size_t SurfaceTracking::rigid_stride() const {
+  return 1 + x_.size() / static_cast<std::size_t>(constants_.rigid_vertices);
+}
+
 void SurfaceTracking::move_as_a_whole(const Measurement& measurement, const Search& search) {
   if (correspond(measurement, search).found < static_cast<std::size_t>(constants_.least_rigid))
     return;
@@ -124,6 +136,7 @@ void SurfaceTracking::move_as_a_whole(const Measurement& measurement, const Sear
 
 bool SurfaceTracking::lies_in(const Measurement& measurement, double share) {
   const Search search = {constants_.wide_radius, constants_.scale, constants_.side, 1};
+  look(measurement);
   const Tally tally = correspond(measurement, search);
   const std::size_t most = std::min(tally.seen, measurement.size());
   return tally.found > 0 && static_cast<double>(tally.found) >= share * static_cast<double>(most);
@@ -157,7 +170,8 @@ bool SurfaceTracking::align(const Measurement& measurement) {
   for (int step = 0; step < constants_.alignment_steps; ++step) {
     const double progress = static_cast<double>(step) / constants_.alignment_steps;
     const double radius = widest * std::pow(constants_.rigid_radius / widest, progress);
-    move_as_a_whole(measurement, {radius, radius, radius, 1});
+    look(measurement);
+    move_as_a_whole(measurement, {radius, radius, radius, 1, rigid_stride()});
   }
   if (lies_in(measurement, constants_.least_aligned)) return true;
   const double distance = std::sqrt(squared_norm(shift));
@@ -248,6 +262,7 @@ int SurfaceTracking::search(const Measurement& measurement) {
   while (true) {
     const bool straightens = done > 0 && 2 * done < constants_.most_searches;
     const double weight = (straightens ? constants_.lost_weight : 1) * weight_at(0);
+    look(measurement);
     const double unexplained = bend(measurement, weight, true);
     ++done;
     if (unexplained <= constants_.lost_share || done >= constants_.most_searches) return done;
