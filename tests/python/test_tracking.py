@@ -112,7 +112,9 @@ def view(mesh: Mesh, vertices: Array, n: int) -> tuple[Array, Array, Array]:
 
 def test_normals_are_estimated(rng: np.random.Generator) -> None:
     mesh = bumpy_torus(24)
-    sensors = 9 * np.array([[1.0, 0, 1], [-1, 0, 1], [1, 0, -1], [-1, 0, -1], [0, 1, 0], [0, -1, 0]])
+    sensors = 9 * np.array(
+        [[1.0, 0, 1], [-1, 0, 1], [1, 0, -1], [-1, 0, -1], [0, 1, 0], [0, -1, 0]]
+    )
     given, seen, unseen = (Tracker(mesh.faces, mesh.vertices) for _ in range(3))
     for n in range(1, 4):
         truth = bent(mesh.vertices, 0.1 * n)

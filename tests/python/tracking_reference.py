@@ -39,6 +39,7 @@ class Tracked(reference.Detail):
         self.faces = faces
         self.before = first_frame
         self.searches = 0
+        self.usual = 0.0
 
     def _fit_widely(self, frame: Array, averagings: int) -> None:
         i, j = self.edges
@@ -58,12 +59,7 @@ class Tracked(reference.Detail):
         x = self.previous + 0.6 * (self.previous - self.before)
         for _ in range(2):
             x = self._moved_rigidly(x)
-        self.searches = 0
-        for search in range(12):
-            x, lost = self._bent(x, 0.0, 0.02 if 0 < search < 6 else 1.0)
-            self.searches += 1
-            if lost <= 0.02:
-                break
+        x = self._searched(x)
         for progress in (1 / 3, 2 / 3, 1.0):
             x, _ = self._bent(x, progress)
         _, _, weight = self._correspond(x, 1.0, 1.5)
@@ -71,6 +67,20 @@ class Tracked(reference.Detail):
         self._fit(x)
         self.memory = np.einsum("nji,nj->ni", self.q, self.operator @ x)
         return x, weight > 0
+
+    def _searched(self, x: Array) -> Array:
+        limit = 1.2 * self.usual + 0.02
+        self.usual *= 0.98
+        self.searches = 1
+        kept, first = self._bent(x, 0.0)
+        x, lost = kept, first
+        while lost > limit and self.searches < 12:
+            x, lost = self._bent(x, 0.0, 0.02 if self.searches < 6 else 1.0)
+            self.searches += 1
+        if lost > limit and lost > 0.7 * first:
+            self.usual = first
+            return kept
+        return x
 
     def _correspond(self, x: Array, radius: float, scale: float) -> tuple[Array, Array, Array]:
         own = vertex_normals(self.faces, x)

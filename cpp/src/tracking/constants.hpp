@@ -59,6 +59,12 @@ struct TrackingConstants {
   /// at most.
   double lost_share = 0.02;
   int most_searches = 12;
+  /// If the share does not fall to this part of itself, the repetitions are undone, since the
+  /// points are of other things. The search is then left out up to this many times that share,
+  /// which is forgotten by this factor a frame.
+  double least_progress = 0.7;
+  double usual_factor = 1.2;
+  double forgetting = 0.98;
   /// In the first half of the repetitions, all weights are this much smaller: parts that lie on the
   /// wrong limb first straighten.
   double lost_weight = 0.02;

@@ -38,7 +38,8 @@ SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& to
       observed_(topology.cells.size()),
       found_in_(topology.report.components),
       old_rotations_(topology.cells.size()),
-      drawn_(topology.cells.size()) {
+      drawn_(topology.cells.size()),
+      kept_(topology.cells.size()) {
   rotations_.allow_averaging();
 }
 
@@ -53,6 +54,7 @@ void SurfaceTracking::reset(Field first_frame) {
   std::ranges::copy(first_frame, last_.begin());
   std::ranges::copy(first_frame, before_.begin());
   is_first_ = true;
+  usual_unexplained_ = 0;
 }
 
 SurfaceTracking::Found SurfaceTracking::find(const Measurement& measurement) {
@@ -256,17 +258,28 @@ double SurfaceTracking::weight_at(double progress) const {
          std::pow(constants_.last_weight / constants_.first_weight, progress);
 }
 
-/// Repeats the first pass until nearly all measured points are explained. Returns how often.
+/// Repeats the first pass until nearly all measured points are explained. If that does not help,
+/// since they are points of other things, all but the first pass are undone, and so many may stay
+/// unexplained in the next frames. Returns the number of passes.
 int SurfaceTracking::search(const Measurement& measurement) {
-  int done = 0;
-  while (true) {
-    const bool straightens = done > 0 && 2 * done < constants_.most_searches;
-    const double weight = (straightens ? constants_.lost_weight : 1) * weight_at(0);
+  const double limit = constants_.usual_factor * usual_unexplained_ + constants_.lost_share;
+  look(measurement);
+  const double at_first = bend(measurement, weight_at(0), true);
+  next_usual_ = constants_.forgetting * usual_unexplained_;
+  if (at_first <= limit) return 1;
+  std::ranges::copy(x_, kept_.begin());
+  for (int done = 1; done < constants_.most_searches; ++done) {
+    const bool straightens = 2 * done < constants_.most_searches;
     look(measurement);
+    const double weight = (straightens ? constants_.lost_weight : 1) * weight_at(0);
     const double unexplained = bend(measurement, weight, true);
-    ++done;
-    if (unexplained <= constants_.lost_share || done >= constants_.most_searches) return done;
+    if (unexplained <= limit) return done + 1;
+    const bool is_last = done + 1 == constants_.most_searches;
+    if (is_last && unexplained <= constants_.least_progress * at_first) return done + 1;
   }
+  std::ranges::copy(kept_, x_.begin());
+  next_usual_ = at_first;
+  return constants_.most_searches;
 }
 
 /// Finds correspondences and rotations for X, and then X for these. Returns the share of the
@@ -307,19 +320,21 @@ void SurfaceTracking::remember(Field completed, bool moves) {
   std::ranges::copy(moves ? Field(last_) : completed, before_.begin());
   std::ranges::copy(completed, last_.begin());
   if (moves) is_first_ = false;
+  usual_unexplained_ = next_usual_;
   rotations_.fit(last_);
   system_.apply(last_, 1, wanted_);
   rotations_.turn_back(wanted_, shape_);
 }
 
 void SurfaceTracking::recall(Field last, Field before, std::span<const Quaternion> rotations,
-                             bool is_first) {
+                             bool is_first, double usual_unexplained) {
   std::ranges::copy(last, last_.begin());
   std::ranges::copy(before, before_.begin());
   std::ranges::copy(rotations, rotations_.quaternions().begin());
   system_.apply(last_, 1, wanted_);
   rotations_.turn_back(wanted_, shape_);
   is_first_ = is_first;
+  usual_unexplained_ = usual_unexplained;
 }
 
 }  // namespace dynmesh
