@@ -178,7 +178,8 @@ def test_a_state_of_another_kind_is_refused() -> None:
     mesh = bumpy_torus(12)
     tracker = Tracker(mesh.faces, mesh.vertices)
     completer = dynmesh.Completer(mesh.faces, mesh.vertices)
-    for one, other in [(tracker, completer), (completer, tracker)]:
+    pairs: list[tuple[Any, Any]] = [(tracker, completer), (completer, tracker)]
+    for one, other in pairs:
         with pytest.raises(ValueError, match="state: not a"):
             one.restore(other.state())
     with pytest.raises(ValueError, match="32-bit positions"):

@@ -39,7 +39,6 @@ class Tracked(reference.Detail):
         self.faces = faces
         self.before = first_frame
         self.searches = 0
-        self.usual = 0.0
 
     def _fit_widely(self, frame: Array, averagings: int) -> None:
         i, j = self.edges
@@ -69,17 +68,11 @@ class Tracked(reference.Detail):
         return x, weight > 0
 
     def _searched(self, x: Array) -> Array:
-        limit = 1.2 * self.usual + 0.02
-        self.usual *= 0.98
-        self.searches = 1
-        kept, first = self._bent(x, 0.0)
-        x, lost = kept, first
-        while lost > limit and self.searches < 12:
-            x, lost = self._bent(x, 0.0, 0.02 if self.searches < 6 else 1.0)
-            self.searches += 1
-        if lost > limit and lost > 0.7 * first:
-            self.usual = first
-            return kept
+        for done in range(12):
+            x, lost = self._bent(x, 0.0, 0.02 if 0 < done < 6 else 1.0)
+            self.searches = done + 1
+            if lost <= 0.02:
+                break
         return x
 
     def _correspond(self, x: Array, radius: float, scale: float) -> tuple[Array, Array, Array]:
@@ -115,13 +108,17 @@ class Tracked(reference.Detail):
         vertex = nearest(points, normals, x, vertex_normals(self.faces, x), 24 * self.h)
         near = vertex != NOT_FOUND
         far = near & (np.linalg.norm(points - x[vertex], axis=1) >= 1.5 * self.h)
+        free = (w == 0) | (np.linalg.norm(q - x, axis=1) >= 1.5 * self.h)
+        far &= free[vertex]
+        if far.sum() > 0.25 * near.sum():
+            return q, n, w, 0.0
         q, n, w = q.copy(), n.copy(), w.copy()
         for v in np.unique(vertex[far]):
             mine = far & (vertex == v)
             q[v] = points[mine].mean(axis=0)
             total = normals[mine].sum(axis=0)
             n[v] = total / np.linalg.norm(total)
-            w[v] = 4 / (1 + ((q[v] - x[v]) ** 2).sum() / (12 * self.h) ** 2)
+            w[v] = 1 / (1 + ((q[v] - x[v]) ** 2).sum() / (12 * self.h) ** 2)
         return q, n, w, far.sum() / near.sum()
 
     def _bent(self, x: Array, progress: float, factor: float = 1.0) -> tuple[Array, float]:
@@ -131,9 +128,9 @@ class Tracked(reference.Detail):
         if early:
             q, n, w, lost = self._drawn(x, q, n, w)
         assert w.sum() >= 12
-        w = w * factor * 0.0025 * (0.2 / 0.0025) ** progress
+        w = w * factor * 0.0025 * (0.4 / 0.0025) ** progress
         self._fit_widely(x, 4)
-        target = self._turn(0.8 * self.memory + 0.2 * self.first_memory)
+        target = self._turn(0.7 * self.memory + 0.3 * self.first_memory)
 
         def product(y: Array) -> Array:
             along = (y * n).sum(axis=1, keepdims=True) * n

@@ -30,7 +30,7 @@ struct TrackingConstants {
   /// The weight of a correspondence in the first pass and in the last; it grows by equal factors.
   /// The stiff surface first comes to lie right as a whole.
   double first_weight = 0.0025;
-  double last_weight = 0.2;
+  double last_weight = 0.4;
   /// How far the first half of the passes looks for points, and the second.
   double wide_radius = 8;
   double narrow_radius = 3;
@@ -42,7 +42,7 @@ struct TrackingConstants {
   /// The least cosine between the normal of a vertex and that of its point.
   double agreement = 0.5;
   /// The share of the shape of frame 0 in the shape that is wanted, beside that of the last frame.
-  double pull = 0.2;
+  double pull = 0.3;
   /// How often the covariances of rotations are averaged with the neighbours'.
   int averagings = 4;
 
@@ -52,19 +52,16 @@ struct TrackingConstants {
   double least_unexplained = 1.5;
   double drawing_radius = 24;
   double drawing_scale = 12;
-  double drawing_weight = 4;
+  double drawing_weight = 1;
+  /// If more than this share of the points is unexplained, it is no limb that was lost, and nothing
+  /// is drawn.
+  double largest_limb = 0.25;
   /// About so many of the points are looked at.
   int looked_at = 4096;
   /// The first pass is repeated while more than this share of the points is unexplained, so often
   /// at most.
   double lost_share = 0.02;
   int most_searches = 12;
-  /// If the share does not fall to this part of itself, the repetitions are undone, since the
-  /// points are of other things. The search is then left out up to this many times that share,
-  /// which is forgotten by this factor a frame.
-  double least_progress = 0.7;
-  double usual_factor = 1.2;
-  double forgetting = 0.98;
   /// In the first half of the repetitions, all weights are this much smaller: parts that lie on the
   /// wrong limb first straighten.
   double lost_weight = 0.02;

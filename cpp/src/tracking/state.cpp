@@ -32,7 +32,6 @@ struct Facts {
   std::uint64_t cells = 0;  // a hash
   std::uint64_t n_frames = 0;
   double distance = 0;
-  double usual_unexplained = 0;
 
   template <class Self, class Visit>
   static void for_each_field(Self& self, const Visit& visit) {
@@ -44,7 +43,6 @@ struct Facts {
     visit(self.cells);
     visit(self.n_frames);
     visit(self.distance);
-    visit(self.usual_unexplained);
   }
 };
 
@@ -98,8 +96,7 @@ void check_facts(const Facts& found, const Facts& expected) {
   }
   if (found.cells != expected.cells) refuse_state("of a mesh with other faces");
   if (found.is_first > 1 || found.aligned > 1 || !(found.distance >= 0) ||
-      !std::isfinite(found.distance) ||
-      !(found.usual_unexplained >= 0 && found.usual_unexplained <= 1)) {
+      !std::isfinite(found.distance)) {
     refuse_state("reports what no tracker can report");
   }
 }
@@ -123,8 +120,7 @@ std::vector<std::byte> Tracker<Real>::state() const {
                        n_vertices(),
                        hash_of_connectivity(parts_->topology->cells),
                        parts_->n_frames,
-                       parts_->report.distance,
-                       surface.usual_unexplained()};
+                       parts_->report.distance};
   Writer writer(state_size());
   writer.write(std::span<const char>(magic));
   Facts::for_each_field(facts, [&](auto field) { writer.write(field); });
@@ -193,7 +189,7 @@ void Tracker<Real>::restore(std::span<const std::byte> state) {
   const auto before = widened(frames[2]);
   parts_->begin(std::move(frames[0]));
   // Nothing below can throw.
-  parts_->surface.recall(last, before, rotations, facts.is_first != 0, facts.usual_unexplained);
+  parts_->surface.recall(last, before, rotations, facts.is_first != 0);
   parts_->previous = std::move(frames[1]);
   parts_->age = std::move(age);
   parts_->known = std::move(known);

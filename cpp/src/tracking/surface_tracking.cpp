@@ -38,8 +38,7 @@ SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& to
       observed_(topology.cells.size()),
       found_in_(topology.report.components),
       old_rotations_(topology.cells.size()),
-      drawn_(topology.cells.size()),
-      kept_(topology.cells.size()) {
+      drawn_(topology.cells.size()) {
   rotations_.allow_averaging();
 }
 
@@ -54,7 +53,6 @@ void SurfaceTracking::reset(Field first_frame) {
   std::ranges::copy(first_frame, last_.begin());
   std::ranges::copy(first_frame, before_.begin());
   is_first_ = true;
-  usual_unexplained_ = 0;
 }
 
 SurfaceTracking::Found SurfaceTracking::find(const Measurement& measurement) {
@@ -214,12 +212,18 @@ double SurfaceTracking::draw_towards_unexplained(const Measurement& measurement,
     if (!nearest.any) continue;
     n_near += 1;
     if (nearest.squared_distance < least * least) continue;
+    // A vertex that lies on the measured surface stays there: the point is of something else.
+    const Correspondence& own = found_[nearest.index];
+    if (seen_[nearest.index] == 0) continue;
+    if (own.weight > 0 && squared_norm(own.point - x_[nearest.index]) < least * least) continue;
     n_unexplained += 1;
     Correspondence& drawn = drawn_[nearest.index];
     drawn.point = drawn.point + point;
     drawn.normal = drawn.normal + normal;
     drawn.weight += 1;
   }
+  const double unexplained = n_near > 0 ? n_unexplained / n_near : 0;
+  if (unexplained > constants_.largest_limb) return 0;
   const double scale = constants_.drawing_scale * mean_edge_;
   for (std::size_t v = 0; v < x_.size(); ++v) {
     const Correspondence& drawn = drawn_[v];
@@ -230,7 +234,7 @@ double SurfaceTracking::draw_towards_unexplained(const Measurement& measurement,
     found_[v] = {point, (1 / length) * drawn.normal,
                  constants_.drawing_weight * weight / (1 + distance / (scale * scale))};
   }
-  return n_near > 0 ? n_unexplained / n_near : 0;
+  return unexplained;
 }
 
 /// Chooses the components with enough correspondences, of which those that are far away count less:
@@ -258,28 +262,17 @@ double SurfaceTracking::weight_at(double progress) const {
          std::pow(constants_.last_weight / constants_.first_weight, progress);
 }
 
-/// Repeats the first pass until nearly all measured points are explained. If that does not help,
-/// since they are points of other things, all but the first pass are undone, and so many may stay
-/// unexplained in the next frames. Returns the number of passes.
+/// Repeats the first pass until nearly all measured points are explained. Returns how often.
 int SurfaceTracking::search(const Measurement& measurement) {
-  const double limit = constants_.usual_factor * usual_unexplained_ + constants_.lost_share;
-  look(measurement);
-  const double at_first = bend(measurement, weight_at(0), true);
-  next_usual_ = constants_.forgetting * usual_unexplained_;
-  if (at_first <= limit) return 1;
-  std::ranges::copy(x_, kept_.begin());
-  for (int done = 1; done < constants_.most_searches; ++done) {
-    const bool straightens = 2 * done < constants_.most_searches;
+  for (int done = 0;; ++done) {
+    const bool straightens = done > 0 && 2 * done < constants_.most_searches;
     look(measurement);
     const double weight = (straightens ? constants_.lost_weight : 1) * weight_at(0);
     const double unexplained = bend(measurement, weight, true);
-    if (unexplained <= limit) return done + 1;
-    const bool is_last = done + 1 == constants_.most_searches;
-    if (is_last && unexplained <= constants_.least_progress * at_first) return done + 1;
+    if (unexplained <= constants_.lost_share || done + 1 >= constants_.most_searches) {
+      return done + 1;
+    }
   }
-  std::ranges::copy(kept_, x_.begin());
-  next_usual_ = at_first;
-  return constants_.most_searches;
 }
 
 /// Finds correspondences and rotations for X, and then X for these. Returns the share of the
@@ -320,21 +313,19 @@ void SurfaceTracking::remember(Field completed, bool moves) {
   std::ranges::copy(moves ? Field(last_) : completed, before_.begin());
   std::ranges::copy(completed, last_.begin());
   if (moves) is_first_ = false;
-  usual_unexplained_ = next_usual_;
   rotations_.fit(last_);
   system_.apply(last_, 1, wanted_);
   rotations_.turn_back(wanted_, shape_);
 }
 
 void SurfaceTracking::recall(Field last, Field before, std::span<const Quaternion> rotations,
-                             bool is_first, double usual_unexplained) {
+                             bool is_first) {
   std::ranges::copy(last, last_.begin());
   std::ranges::copy(before, before_.begin());
   std::ranges::copy(rotations, rotations_.quaternions().begin());
   system_.apply(last_, 1, wanted_);
   rotations_.turn_back(wanted_, shape_);
   is_first_ = is_first;
-  usual_unexplained_ = usual_unexplained;
 }
 
 }  // namespace dynmesh

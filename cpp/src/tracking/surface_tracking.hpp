@@ -60,9 +60,7 @@ class SurfaceTracking {
   [[nodiscard]] Field before() const { return before_; }
   [[nodiscard]] std::span<const Quaternion> rotations() const { return rotations_.quaternions(); }
   [[nodiscard]] bool is_first() const { return is_first_; }
-  [[nodiscard]] double usual_unexplained() const { return usual_unexplained_; }
-  void recall(Field last, Field before, std::span<const Quaternion> rotations, bool is_first,
-              double usual_unexplained);
+  void recall(Field last, Field before, std::span<const Quaternion> rotations, bool is_first);
 
   [[nodiscard]] double mean_edge() const { return mean_edge_; }
   [[nodiscard]] const TrackingConstants& constants() const { return constants_; }
@@ -106,7 +104,6 @@ class SurfaceTracking {
   Visibility visibility_;
   double mean_edge_ = 1;
   bool is_first_ = true;
-  double usual_unexplained_ = 0;              // a share of the measured points
   std::vector<Vector3<double>> first_shape_;  // K V_0
   std::vector<Vector3<double>> shape_;        // Q^T K X of the last frame
   std::vector<Vector3<double>> last_;
@@ -121,8 +118,6 @@ class SurfaceTracking {
   std::vector<Quaternion> old_rotations_;
   PointScan vertices_;  // the surface itself
   std::vector<Correspondence> drawn_;
-  std::vector<Vector3<double>> kept_;
-  double next_usual_ = 0;
 };
 
 }  // namespace dynmesh
