@@ -54,7 +54,7 @@ def error(mesh: Mesh, truth: Array, tracked: Array) -> float:
     return float(np.linalg.norm(truth - tracked, axis=1).mean() / edge(mesh))
 
 
-@pytest.mark.parametrize("speed", [0.1, 0.4])
+@pytest.mark.parametrize("speed", [0.1, 1.2])
 def test_frames_equal_the_transcription(speed: float, rng: np.random.Generator) -> None:
     mesh = bumpy_torus(14)
     tracker = Tracker(mesh.faces, mesh.vertices)
@@ -70,8 +70,8 @@ def test_frames_equal_the_transcription(speed: float, rng: np.random.Generator) 
         assert (tracker.observed == observed).all()
         assert tracker.report.known == observed.sum()
         searches.append(expected.searches)
-        assert error(mesh, truth, found) < 1
-    assert (max(searches) > 1) == (speed > 0.2)
+        assert error(mesh, truth, found) < (1 if speed < 0.5 else 10)
+    assert (max(searches) > 1) == (speed > 0.5)
 
 
 def test_depth_images_are_as_good_as_points() -> None:

@@ -68,7 +68,7 @@ struct TrackingConstants {
 
   /// The width of a pixel where the surface is drawn to find out what hides what, and how far
   /// behind the front a vertex may lie.
-  double pixel = 0.5;
+  double pixel = 1;
   double thickness = 1.5;
 
   /// A vertex counts as observed if its point is at most this far.

@@ -173,7 +173,8 @@ bool SurfaceTracking::align(const Measurement& measurement) {
     look(measurement);
     move_as_a_whole(measurement, {radius, radius, radius, 1, rigid_stride()});
   }
-  if (lies_in(measurement, constants_.least_aligned)) return true;
+  const bool is_enough = measurement.size() >= static_cast<std::size_t>(constants_.least_rigid);
+  if (is_enough && lies_in(measurement, constants_.least_aligned)) return true;
   const double distance = std::sqrt(squared_norm(shift));
   std::array<char, 320> text{};
   (void)std::snprintf(text.data(), text.size(),
@@ -266,7 +267,7 @@ double SurfaceTracking::weight_at(double progress) const {
 int SurfaceTracking::search(const Measurement& measurement) {
   for (int done = 0;; ++done) {
     const bool straightens = done > 0 && 2 * done < constants_.most_searches;
-    look(measurement);
+    if (done > 0) look(measurement);
     const double weight = (straightens ? constants_.lost_weight : 1) * weight_at(0);
     const double unexplained = bend(measurement, weight, true);
     if (unexplained <= constants_.lost_share || done + 1 >= constants_.most_searches) {
