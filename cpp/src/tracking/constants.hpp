@@ -21,7 +21,7 @@ struct TrackingConstants {
   /// Six points determine a rigid motion, if all are good; fewer than this are not used.
   int least_rigid = 12;
   /// About so many vertices are looked at for a rigid motion.
-  int rigid_vertices = 4096;
+  int rigid_vertices = 2048;
 
   /// How often correspondences are looked for and rotations fitted, at least, and the steps of
   /// conjugate gradients for each.
