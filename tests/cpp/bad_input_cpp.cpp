@@ -244,6 +244,53 @@ void try_cpp(World& world) {
     vertex_error<double>(points, points, {world.written.data(), k - 1});
   });
   tried("summary", "no error", {"errors:", "is empty"}, [] { summary({}); });
+
+  Tracker<double> tracker(faces, frame);
+  const auto tracked = [&](const char* call, const char* given, Names names,
+                           const std::function<void()>& run) {
+    const auto before = tracker.state();
+    tried(call, given, names, run);
+    if (tracker.state() != before) fault(call, given, "changed the tracker");
+  };
+  const auto scan = [&](const Scan<double>& measured, Points<double> to) {
+    return [=, &tracker] { tracker.push(measured, to); };
+  };
+  const std::vector<double> far(30, 1e6);
+  tracked("Tracker::push", "`points`: a null pointer", {"points:", "null pointer"},
+          scan({{none, k}}, out));
+  tracked("Tracker::push", "`points`: a row stride of 0", {"points:", "row stride of 0"},
+          scan({{points.data, k, 0}}, out));
+  tracked("Tracker::push", "`normals`: one row too few", {"normals:", "48", "49"},
+          scan({points, {points.data, k - 1}}, out));
+  tracked("Tracker::push", "`points`: far from the template", {"points:", "far", "mean edges"},
+          scan({{far.data(), 10}, {far.data(), 10}}, out));
+  tracked("Tracker::push", "`out`: overlaps the points", {"out:", "overlaps points"},
+          scan({{world.written.data() + 3, k - 1}}, out));
+  tracked("Tracker::skip", "`out`: a null pointer", {"out:", "null pointer"}, [&] {
+    tracker.skip({nullptr, k});
+  });
+  const std::vector<float> pixels(20, 1.0F);
+  DepthImage image = {pixels.data(), 4, 5, 5, 1, {4, 0, 2, 0, 4, 2, 0, 0, 1}, {}};
+  for (const std::size_t e : {0, 5, 10, 15}) image.pose[e] = 1;
+  const auto seen = [&](DepthImage view) {
+    return [=, &tracker] { tracker.push_depth({&view, 1}, out); };
+  };
+  auto bad = image;
+  bad.data = nullptr;
+  tracked("Tracker::push_depth", "`data`: a null pointer", {"depth:", "null pointer"}, seen(bad));
+  bad = image;
+  bad.row_stride = 0;
+  tracked("Tracker::push_depth", "`row_stride = 0`", {"depth:", "stride of 0"}, seen(bad));
+  bad = image;
+  bad.width = std::size_t{1} << 62;
+  tracked("Tracker::push_depth", "`width`: 2^62", {"depth:", "4611686018427387904"}, seen(bad));
+  bad = image;
+  bad.intrinsics[4] = 0;
+  tracked("Tracker::push_depth", "`intrinsics`: a focal length of 0", {"intrinsics:", "singular"},
+          seen(bad));
+  bad = image;
+  bad.pose[0] = -1;
+  tracked("Tracker::push_depth", "`pose`: mirrored", {"pose:", "not rigid"}, seen(bad));
 }
 
 }  // namespace dynmesh::testing

@@ -73,7 +73,7 @@ def test_the_compiled_part_has_the_signatures_of_its_stub(
 
 
 def test_the_stub_was_found() -> None:
-    assert len(IN_THE_STUB) == 20
+    assert len(IN_THE_STUB) == 27
 
 
 def test_bound_methods_have_signatures(mesh: Mesh) -> None:

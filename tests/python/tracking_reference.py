@@ -39,18 +39,7 @@ class Tracked(reference.Detail):
         self.faces = faces
         self.before = first_frame
         self.searches = 0
-
-    def _fit_widely(self, frame: Array, averagings: int) -> None:
-        i, j = self.edges
-        weight = 1 / np.maximum((self.rest_edges**2).sum(axis=1), 1e-12)
-        outer = (frame[j] - frame[i])[:, :, None] * (weight[:, None] * self.rest_edges)[:, None, :]
-        covariance = sum_to(i, outer.reshape(-1, 9), self.k)
-        for _ in range(averagings):
-            covariance = covariance + sum_to(i, covariance[j], self.k)
-        u, _, vt = np.linalg.svd(covariance.reshape(-1, 3, 3))
-        sign = np.ones((self.k, 3))
-        sign[:, 2] = np.sign(np.linalg.det(u @ vt))
-        self.q = (u * sign[:, None, :]) @ vt
+        self.is_stiff = True
 
     def track(self, points: Array, normals: Array) -> tuple[Array, NDArray[np.bool_]]:
         """Returns the tracked frame and which vertices were observed."""
@@ -58,12 +47,7 @@ class Tracked(reference.Detail):
         x = self.previous + 0.6 * (self.previous - self.before)
         for _ in range(2):
             x = self._moved_rigidly(x)
-        self.searches = 0
-        for search in range(12):
-            x, lost = self._bent(x, 0.0, 0.02 if 0 < search < 6 else 1.0)
-            self.searches += 1
-            if lost <= 0.02:
-                break
+        x = self._searched(x)
         for progress in (1 / 3, 2 / 3, 1.0):
             x, _ = self._bent(x, progress)
         _, _, weight = self._correspond(x, 1.0, 1.5)
@@ -71,6 +55,14 @@ class Tracked(reference.Detail):
         self._fit(x)
         self.memory = np.einsum("nji,nj->ni", self.q, self.operator @ x)
         return x, weight > 0
+
+    def _searched(self, x: Array) -> Array:
+        for done in range(12):
+            x, lost = self._bent(x, 0.0, 0.02 if 0 < done < 6 else 1.0)
+            self.searches = done + 1
+            if lost <= 0.02:
+                break
+        return x
 
     def _correspond(self, x: Array, radius: float, scale: float) -> tuple[Array, Array, Array]:
         own = vertex_normals(self.faces, x)
@@ -105,13 +97,17 @@ class Tracked(reference.Detail):
         vertex = nearest(points, normals, x, vertex_normals(self.faces, x), 24 * self.h)
         near = vertex != NOT_FOUND
         far = near & (np.linalg.norm(points - x[vertex], axis=1) >= 1.5 * self.h)
+        free = (w == 0) | (np.linalg.norm(q - x, axis=1) >= 1.5 * self.h)
+        far &= free[vertex]
+        if far.sum() > 0.25 * near.sum():
+            return q, n, w, 0.0
         q, n, w = q.copy(), n.copy(), w.copy()
         for v in np.unique(vertex[far]):
             mine = far & (vertex == v)
             q[v] = points[mine].mean(axis=0)
             total = normals[mine].sum(axis=0)
             n[v] = total / np.linalg.norm(total)
-            w[v] = 4 / (1 + ((q[v] - x[v]) ** 2).sum() / (12 * self.h) ** 2)
+            w[v] = 1 / (1 + ((q[v] - x[v]) ** 2).sum() / (12 * self.h) ** 2)
         return q, n, w, far.sum() / near.sum()
 
     def _bent(self, x: Array, progress: float, factor: float = 1.0) -> tuple[Array, float]:
@@ -121,9 +117,9 @@ class Tracked(reference.Detail):
         if early:
             q, n, w, lost = self._drawn(x, q, n, w)
         assert w.sum() >= 12
-        w = w * factor * 0.0025 * (0.2 / 0.0025) ** progress
-        self._fit_widely(x, 4)
-        target = self._turn((self.memory + self.first_memory) / 2)
+        w = w * factor * 0.0025 * (0.4 / 0.0025) ** progress
+        self._fit(x)
+        target = self._turn(0.7 * self.memory + 0.3 * self.first_memory)
 
         def product(y: Array) -> Array:
             along = (y * n).sum(axis=1, keepdims=True) * n

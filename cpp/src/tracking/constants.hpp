@@ -20,6 +20,8 @@ struct TrackingConstants {
   double rigid_caution = 1e-3;
   /// Six points determine a rigid motion, if all are good; fewer than this are not used.
   int least_rigid = 12;
+  /// About so many vertices are looked at for a rigid motion.
+  int rigid_vertices = 2048;
 
   /// How often correspondences are looked for and rotations fitted, at least, and the steps of
   /// conjugate gradients for each.
@@ -28,7 +30,7 @@ struct TrackingConstants {
   /// The weight of a correspondence in the first pass and in the last; it grows by equal factors.
   /// The stiff surface first comes to lie right as a whole.
   double first_weight = 0.0025;
-  double last_weight = 0.2;
+  double last_weight = 0.4;
   /// How far the first half of the passes looks for points, and the second.
   double wide_radius = 8;
   double narrow_radius = 3;
@@ -40,9 +42,7 @@ struct TrackingConstants {
   /// The least cosine between the normal of a vertex and that of its point.
   double agreement = 0.5;
   /// The share of the shape of frame 0 in the shape that is wanted, beside that of the last frame.
-  double pull = 0.5;
-  /// How often the covariances of rotations are averaged with the neighbours'.
-  int averagings = 4;
+  double pull = 0.3;
 
   /// A measured point is unexplained if the nearest vertex is at least this far, and it draws the
   /// vertex if that is nearer than the second. The distance at which it counts half, and its weight
@@ -50,7 +50,10 @@ struct TrackingConstants {
   double least_unexplained = 1.5;
   double drawing_radius = 24;
   double drawing_scale = 12;
-  double drawing_weight = 4;
+  double drawing_weight = 1;
+  /// If more than this share of the points is unexplained, it is no limb that was lost, and nothing
+  /// is drawn.
+  double largest_limb = 0.25;
   /// About so many of the points are looked at.
   int looked_at = 4096;
   /// The first pass is repeated while more than this share of the points is unexplained, so often
@@ -63,7 +66,7 @@ struct TrackingConstants {
 
   /// The width of a pixel where the surface is drawn to find out what hides what, and how far
   /// behind the front a vertex may lie.
-  double pixel = 0.5;
+  double pixel = 1;
   double thickness = 1.5;
 
   /// A vertex counts as observed if its point is at most this far.

@@ -9,8 +9,8 @@ namespace dynmesh {
 namespace {
 
 /// How many pixels to each side of a vertex are looked at. Where the radius of the search is wider,
-/// only every second, third ... pixel is, and then all around the best one.
-constexpr int looks = 4;
+/// only every second, third ... pixel is, and then those around the best one, ever closer.
+constexpr Index looks = 4;
 
 }  // namespace
 
@@ -92,6 +92,67 @@ void DepthImages::prepare_rows(const Image& image, double jump, std::size_t firs
   }
 }
 
+/// The search in one image, in the axes of its camera, since these need no memory but the depths.
+class DepthImages::Search {
+ public:
+  Search(const DepthImages& images, const Image& image, const Vector3<double>& local,
+         const Vector3<double>& normal, double agreement, double squared_distance)
+      : images_(images),
+        image_(image),
+        local_(local),
+        normal_(normal),
+        agreement_(agreement),
+        best(squared_distance) {}
+
+  /// Looks at the pixels up to `steps` strides around one. Returns whether a nearer point was
+  /// found.
+  bool look_around(Index row, Index column, Index steps, Index stride) {
+    const Camera& camera = image_.camera;
+    const auto height = static_cast<Index>(image_.height);
+    const auto width = static_cast<Index>(image_.width);
+    bool any = false;
+    for (Index i = -steps; i <= steps; ++i) {
+      const Index r = row + i * stride;
+      if (r < 0 || r >= height) continue;
+      const double y = (r - camera.cy) / camera.fy;
+      const std::size_t first = image_.first + static_cast<std::size_t>(r) * image_.width;
+      for (Index j = -steps; j <= steps; ++j) {
+        const Index c = column + j * stride;
+        if (c < 0 || c >= width) continue;
+        const std::size_t pixel = first + static_cast<std::size_t>(c);
+        const auto depth = static_cast<double>(images_.depths_[pixel]);
+        const double ahead = depth - local_.z;
+        if (depth == 0 || !(ahead * ahead < best)) continue;
+        const double right = depth * (c - camera.cx - camera.skew * y) / camera.fx - local_.x;
+        const double down = depth * y - local_.y;
+        const double squared = right * right + down * down + ahead * ahead;
+        if (!(squared < best)) continue;
+        const auto& normal = images_.normals_[pixel];
+        if (!(dot(normal, normal_) >= agreement_) || squared_norm(normal) == 0) continue;
+        best = squared;
+        found = pixel;
+        found_row = r;
+        found_column = c;
+        any = true;
+      }
+    }
+    return any;
+  }
+
+ private:
+  const DepthImages& images_;
+  const Image& image_;
+  const Vector3<double>& local_;
+  const Vector3<double>& normal_;
+  double agreement_;
+
+ public:
+  double best;  // squared distance
+  std::size_t found = 0;
+  Index found_row = 0;
+  Index found_column = 0;
+};
+
 Correspondence DepthImages::nearest(const Vector3<double>& position, const Vector3<double>& normal,
                                     double radius, double agreement) const {
   double best = radius * radius;
@@ -99,49 +160,28 @@ Correspondence DepthImages::nearest(const Vector3<double>& position, const Vecto
   for (const Image& image : images_) {
     const Camera& camera = image.camera;
     const auto local = camera.to_camera(position);
-    if (!(local.z > 0)) continue;
+    if (!(local.z > 0) || !(dot(normal, camera.position - position) > 0)) continue;
     const double y = local.y / local.z;
     const double row = std::round(camera.fy * y + camera.cy);
     const double column = std::round(camera.fx * local.x / local.z + camera.skew * y + camera.cx);
-    const double reach = std::ceil(radius * std::max(std::abs(camera.fx), std::abs(camera.fy)) /
-                                   std::max(local.z - radius, 0.5 * local.z));
-    const auto height = static_cast<double>(image.height);
-    const auto width = static_cast<double>(image.width);
-    if (!(row + reach >= 0 && row - reach < height && column + reach >= 0 &&
-          column - reach < width)) {
+    const double size = static_cast<double>(std::max(image.height, image.width));
+    const double reach = std::min(size, std::ceil(radius * std::max(camera.fx, camera.fy) /
+                                                  std::max(local.z - radius, 0.5 * local.z)));
+    if (!(row + reach >= 0 && row - reach < size && column + reach >= 0 && column - reach < size)) {
       continue;
     }
-    const double stride = std::max(1.0, std::ceil(reach / looks));
-    const auto look = [&](double at_row, double at_column) {
-      if (!(at_row >= 0 && at_row < height && at_column >= 0 && at_column < width)) return false;
-      const std::size_t pixel = image.first + static_cast<std::size_t>(at_row) * image.width +
-                                static_cast<std::size_t>(at_column);
-      if (!(depths_[pixel] > 0)) return false;
-      const double squared = squared_norm(points_[pixel] - position);
-      if (!(squared < best) || !(dot(normals_[pixel], normal) >= agreement)) return false;
-      if (squared_norm(normals_[pixel]) == 0) return false;
-      best = squared;
-      found = pixel;
-      return true;
-    };
-    double best_row = row;
-    double best_column = column;
-    bool any = false;
-    for (int i = -looks; i <= looks; ++i) {
-      for (int j = -looks; j <= looks; ++j) {
-        const double at_row = row + i * stride;
-        const double at_column = column + j * stride;
-        if (std::abs(i * stride) > reach || std::abs(j * stride) > reach) continue;
-        if (!look(at_row, at_column)) continue;
-        best_row = at_row;
-        best_column = at_column;
-        any = true;
-      }
+    const auto width = static_cast<Index>(reach);
+    const Index stride = std::max(Index{1}, (width + looks - 1) / looks);
+    Search search(*this, image, local, normal, agreement, best);
+    if (!search.look_around(static_cast<Index>(row), static_cast<Index>(column),
+                            std::min(looks, width), stride)) {
+      continue;
     }
-    if (!any || stride == 1) continue;
-    for (double i = 1 - stride; i < stride; ++i) {
-      for (double j = 1 - stride; j < stride; ++j) look(best_row + i, best_column + j);
+    for (Index finer = stride / 2; finer > 0; finer /= 2) {
+      search.look_around(search.found_row, search.found_column, 1, finer);
     }
+    best = search.best;
+    found = search.found;
   }
   if (found == depths_.size()) return {};
   return {points_[found], normals_[found], 1};

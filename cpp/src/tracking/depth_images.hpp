@@ -60,6 +60,8 @@ class DepthImages final : public Measurement {
                                        double agreement) const override;
 
  private:
+  class Search;
+
   void prepare_rows(const Image& image, double jump, std::size_t first_row, std::size_t last_row);
 
   std::vector<Image> images_;

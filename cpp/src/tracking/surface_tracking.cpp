@@ -38,16 +38,15 @@ SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& to
       observed_(topology.cells.size()),
       found_in_(topology.report.components),
       old_rotations_(topology.cells.size()),
-      drawn_(topology.cells.size()) {
-  rotations_.allow_averaging();
-}
+      drawn_(topology.cells.size()) {}
 
 void SurfaceTracking::reset(Field first_frame) {
   auto prepared = system_.prepare<double>(faces_, first_frame, detail_constants_);
+  auto prepared_rotations = rotations_.prepare(first_frame);
   // Nothing below can throw.
   system_.reset(std::move(prepared));
   mean_edge_ = mean_edge_length(topology_.cells, first_frame);
-  rotations_.reset(first_frame, mean_edge_);
+  rotations_.reset(std::move(prepared_rotations), first_frame, mean_edge_);
   system_.apply(first_frame, 1, first_shape_);
   std::ranges::copy(first_shape_, shape_.begin());
   std::ranges::copy(first_frame, last_.begin());
@@ -60,9 +59,10 @@ SurfaceTracking::Found SurfaceTracking::find(const Measurement& measurement) {
   try {
     predict();
     const bool aligned = is_first_ && measurement.size() > 0 && align(measurement);
+    look(measurement);
+    const double scale = constants_.rigid_scale;
     for (int step = 0; step < constants_.rigid_steps; ++step) {
-      move_as_a_whole(measurement,
-                      {constants_.rigid_radius, constants_.rigid_scale, constants_.rigid_scale, 1});
+      move_as_a_whole(measurement, {constants_.rigid_radius, scale, scale, 1, rigid_stride()});
     }
     const int searches = search(measurement);
     for (int pass = 1; pass < constants_.passes; ++pass) {
@@ -86,19 +86,25 @@ void SurfaceTracking::predict() {
   }
 }
 
-/// Finds the points of the vertices that the sensors can see.
-SurfaceTracking::Tally SurfaceTracking::correspond(const Measurement& measurement,
-                                                   const Search& search) {
+/// Which vertices the sensors can see. It changes little while X moves by few edges, so it is found
+/// only where X has just been predicted, or moved as a whole.
+void SurfaceTracking::look(const Measurement& measurement) {
   find_vertex_normals(faces_, x_, normals_);
   visibility_.find(faces_, x_, normals_, measurement.viewpoints(), constants_.pixel * mean_edge_,
                    constants_.thickness * mean_edge_, seen_);
+}
+
+/// Finds the points of every `stride`th of the vertices that the sensors can see.
+SurfaceTracking::Tally SurfaceTracking::correspond(const Measurement& measurement,
+                                                   const Search& search) {
+  find_vertex_normals(faces_, x_, normals_);
   const double scale = search.scale * mean_edge_;
   const double side = search.side * mean_edge_;
   workers_.for_each_short_chunk(static_cast<Index>(x_.size()), [&](Index first, Index last) {
     for (auto v = static_cast<std::size_t>(first); v < static_cast<std::size_t>(last); ++v) {
       Correspondence& c = found_[v];
       c = {};
-      if (seen_[v] == 0) continue;
+      if (seen_[v] == 0 || v % search.stride != 0) continue;
       c = measurement.nearest(x_[v], normals_[v], search.radius * mean_edge_, constants_.agreement);
       if (c.weight == 0) continue;
       const auto offset = c.point - x_[v];
@@ -116,6 +122,11 @@ SurfaceTracking::Tally SurfaceTracking::correspond(const Measurement& measuremen
   return tally;
 }
 
+/// A rigid motion has six unknowns, so some of the vertices are enough.
+std::size_t SurfaceTracking::rigid_stride() const {
+  return 1 + x_.size() / static_cast<std::size_t>(constants_.rigid_vertices);
+}
+
 void SurfaceTracking::move_as_a_whole(const Measurement& measurement, const Search& search) {
   if (correspond(measurement, search).found < static_cast<std::size_t>(constants_.least_rigid))
     return;
@@ -124,6 +135,7 @@ void SurfaceTracking::move_as_a_whole(const Measurement& measurement, const Sear
 
 bool SurfaceTracking::lies_in(const Measurement& measurement, double share) {
   const Search search = {constants_.wide_radius, constants_.scale, constants_.side, 1};
+  look(measurement);
   const Tally tally = correspond(measurement, search);
   const std::size_t most = std::min(tally.seen, measurement.size());
   return tally.found > 0 && static_cast<double>(tally.found) >= share * static_cast<double>(most);
@@ -157,9 +169,11 @@ bool SurfaceTracking::align(const Measurement& measurement) {
   for (int step = 0; step < constants_.alignment_steps; ++step) {
     const double progress = static_cast<double>(step) / constants_.alignment_steps;
     const double radius = widest * std::pow(constants_.rigid_radius / widest, progress);
-    move_as_a_whole(measurement, {radius, radius, radius, 1});
+    look(measurement);
+    move_as_a_whole(measurement, {radius, radius, radius, 1, rigid_stride()});
   }
-  if (lies_in(measurement, constants_.least_aligned)) return true;
+  const bool is_enough = measurement.size() >= static_cast<std::size_t>(constants_.least_rigid);
+  if (is_enough && lies_in(measurement, constants_.least_aligned)) return true;
   const double distance = std::sqrt(squared_norm(shift));
   std::array<char, 320> text{};
   (void)std::snprintf(text.data(), text.size(),
@@ -198,12 +212,18 @@ double SurfaceTracking::draw_towards_unexplained(const Measurement& measurement,
     if (!nearest.any) continue;
     n_near += 1;
     if (nearest.squared_distance < least * least) continue;
+    // A vertex that lies on the measured surface stays there: the point is of something else.
+    const Correspondence& own = found_[nearest.index];
+    if (seen_[nearest.index] == 0) continue;
+    if (own.weight > 0 && squared_norm(own.point - x_[nearest.index]) < least * least) continue;
     n_unexplained += 1;
     Correspondence& drawn = drawn_[nearest.index];
     drawn.point = drawn.point + point;
     drawn.normal = drawn.normal + normal;
     drawn.weight += 1;
   }
+  const double unexplained = n_near > 0 ? n_unexplained / n_near : 0;
+  if (unexplained > constants_.largest_limb) return 0;
   const double scale = constants_.drawing_scale * mean_edge_;
   for (std::size_t v = 0; v < x_.size(); ++v) {
     const Correspondence& drawn = drawn_[v];
@@ -214,7 +234,7 @@ double SurfaceTracking::draw_towards_unexplained(const Measurement& measurement,
     found_[v] = {point, (1 / length) * drawn.normal,
                  constants_.drawing_weight * weight / (1 + distance / (scale * scale))};
   }
-  return n_near > 0 ? n_unexplained / n_near : 0;
+  return unexplained;
 }
 
 /// Chooses the components with enough correspondences, of which those that are far away count less:
@@ -244,13 +264,14 @@ double SurfaceTracking::weight_at(double progress) const {
 
 /// Repeats the first pass until nearly all measured points are explained. Returns how often.
 int SurfaceTracking::search(const Measurement& measurement) {
-  int done = 0;
-  while (true) {
+  for (int done = 0;; ++done) {
     const bool straightens = done > 0 && 2 * done < constants_.most_searches;
+    if (done > 0) look(measurement);
     const double weight = (straightens ? constants_.lost_weight : 1) * weight_at(0);
     const double unexplained = bend(measurement, weight, true);
-    ++done;
-    if (unexplained <= constants_.lost_share || done >= constants_.most_searches) return done;
+    if (unexplained <= constants_.lost_share || done + 1 >= constants_.most_searches) {
+      return done + 1;
+    }
   }
 }
 
@@ -261,7 +282,7 @@ double SurfaceTracking::bend(const Measurement& measurement, double weight, bool
   correspond(measurement, {radius, constants_.scale, constants_.side, weight});
   const double lost = is_early ? draw_towards_unexplained(measurement, weight) : 0;
   if (!choose_components(weight)) return 0;
-  rotations_.fit(x_, constants_.averagings);
+  rotations_.fit_widely(x_);
   for (std::size_t v = 0; v < x_.size(); ++v) {
     wanted_[v] = shape_[v] + constants_.pull * (first_shape_[v] - shape_[v]);
   }
@@ -292,7 +313,7 @@ void SurfaceTracking::remember(Field completed, bool moves) {
   std::ranges::copy(moves ? Field(last_) : completed, before_.begin());
   std::ranges::copy(completed, last_.begin());
   if (moves) is_first_ = false;
-  rotations_.fit(last_);
+  rotations_.fit_widely(last_);
   system_.apply(last_, 1, wanted_);
   rotations_.turn_back(wanted_, shape_);
 }

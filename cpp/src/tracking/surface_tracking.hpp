@@ -22,7 +22,7 @@
 namespace dynmesh {
 
 /// The positions X of a frame minimise |K X - Q m|^2 + sum_i w_i (n_i . (q_i - X_i))^2. K and Q are
-/// those of method detail, m is the mean of the shapes of frame 0 and of the last frame, and q_i,
+/// those of method detail, m is between the shapes of the last frame and of frame 0, and q_i,
 /// n_i is the measured point, with its normal, that is nearest to vertex i. Both Q and the
 /// correspondences depend on X, so they and X are found in turn.
 ///
@@ -72,6 +72,7 @@ class SurfaceTracking {
     double scale = 0;
     double side = 0;
     double weight = 0;
+    std::size_t stride = 1;
   };
   struct Tally {
     std::size_t seen = 0;
@@ -79,7 +80,9 @@ class SurfaceTracking {
   };
 
   void predict();
+  void look(const Measurement& measurement);
   Tally correspond(const Measurement& measurement, const Search& search);
+  [[nodiscard]] std::size_t rigid_stride() const;
   void move_as_a_whole(const Measurement& measurement, const Search& search);
   bool lies_in(const Measurement& measurement, double share);
   bool align(const Measurement& measurement);

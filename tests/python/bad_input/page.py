@@ -6,7 +6,17 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from . import commands, completer, files, functions, losses, rehearsals, scans, scenes
+from . import (
+    commands,
+    completer,
+    files,
+    functions,
+    losses,
+    rehearsals,
+    scans,
+    scenes,
+    tracking,
+)
 from .case import Case, World, shown
 
 PATH = Path(__file__).parents[3] / "build" / "docs" / "bad_input.md"
@@ -35,6 +45,7 @@ def python_sections() -> dict[str, list[Case]]:
     """The cases that need only the Python package, by the title of their table."""
     return {
         "Python: the completer": completer.cases,
+        "Python: the tracker": tracking.cases,
         "Python: streams, topology, measures, baselines": functions.cases,
         "Python: losses and built-in sequences": losses.cases,
         "Python: sequences and files": files.cases,

@@ -1,0 +1,93 @@
+/// What frames of tracking allocate, and that a frame that runs out of memory changes nothing.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <dynmesh/tracker.hpp>
+#include <new>
+#include <vector>
+
+#include "counted_memory.hpp"
+#include "meshes.hpp"
+#include "scans.hpp"
+
+namespace dynmesh::testing {
+namespace {
+
+/// A tracker in the middle of a sequence, and the next frame as a scan and as images.
+struct Sequence {
+  Mesh<double> mesh = bumpy_torus(10);
+  Samples first = scan_of(mesh, turned(mesh.vertices, 0.03));
+  Samples second = scan_of(mesh, turned(mesh.vertices, 0.06));
+  std::vector<Image> images = images_of(mesh, turned(mesh.vertices, 0.06), 2, 60);
+  std::vector<double> out = std::vector<double>(3 * mesh.size());
+
+  [[nodiscard]] Tracker<double> begun() const {
+    Tracker<double> tracker(mesh.faces(), mesh.points());
+    track(tracker, first);
+    return tracker;
+  }
+  void push(Tracker<double>& tracker) {
+    Scan<double> scan;
+    scan.points = {second.points.data(), second.points.size() / 3};
+    if (second.has_normals) scan.normals = {second.normals.data(), second.normals.size() / 3};
+    tracker.push(scan, {out.data(), mesh.size()});
+  }
+  void push_depth(Tracker<double>& tracker) {
+    const std::array<DepthImage, 2> views = {images[0].view(), images[1].view()};
+    tracker.push_depth(views, {out.data(), mesh.size()});
+  }
+};
+
+TEST_CASE("a frame of tracking that runs out of memory changes nothing") {
+  Sequence sequence;
+  sequence.second.has_normals = false;
+  for (const auto call : {&Sequence::push, &Sequence::push_depth}) {
+    auto expected = sequence.begun();
+    const auto before = expected.state();
+    (sequence.*call)(expected);
+    const auto frame = sequence.out;
+    int failures = 0;
+    for (std::size_t n = 0;; ++n) {
+      auto tracker = sequence.begun();
+      std::ranges::fill(sequence.out, 7);
+      bool is_out_of_memory = false;
+      {
+        const FailingAllocation failing(n);
+        try {
+          (sequence.*call)(tracker);
+        } catch (const std::bad_alloc&) {
+          is_out_of_memory = true;
+        }
+        if (!failing.has_failed()) break;
+      }
+      if (!is_out_of_memory) continue;
+      ++failures;
+      CHECK(std::ranges::count(sequence.out, 7) == std::ssize(sequence.out));
+      CHECK(tracker.state() == before);
+      (sequence.*call)(tracker);
+      CHECK(sequence.out == frame);
+    }
+    CHECK(failures > 2);
+  }
+}
+
+TEST_CASE("frames of tracking allocate for their search trees only") {
+  Sequence sequence;
+  auto tracker = sequence.begun();
+  sequence.push(tracker);
+  sequence.push_depth(tracker);
+  std::vector<std::size_t> made;
+  for (int n = 0; n < 3; ++n) {
+    const std::size_t before = allocations();
+    tracker.skip({sequence.out.data(), sequence.mesh.size()});
+    CHECK(allocations() <= before + 40);  // of the tree of the vertices
+    sequence.push(tracker);
+    made.push_back(allocations() - before);
+  }
+  CHECK(made[0] == made[1]);
+  CHECK(made[1] == made[2]);
+}
+
+}  // namespace
+}  // namespace dynmesh::testing
