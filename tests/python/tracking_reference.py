@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import reference
 from numpy.typing import NDArray
-from reference import Array, sum_to
+from reference import Array
 
 Integers = NDArray[np.int64]
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, Unpack
 
 from .. import files
 from .._checks import check_callable, check_path, check_positive
-from ..files import PathLike, Reader, Target, Writer
+from ..files import Header, PathLike, Reader, Target, Writer
 from ..settings import Settings, all_settings, file_settings, takes_settings
 from .beginning import Beginning, Start, check_beginning, open_at_beginning
 from .checkpoint import Progress, Source, describe_job
@@ -189,8 +189,8 @@ def complete_into(
         ).write(completion.begin)
     remarks: tuple[str, ...] = ()
     if not outcome.was_complete:
-        remarks = (*outcome.remarks, *beginning.remarks(settings["noise"]))
-        remarks += completion.tally.remarks(header.metres_per_unit)
+        told = completion.tally.remarks(header.metres_per_unit)
+        remarks = (*outcome.remarks, *beginning.remarks(settings["noise"]), *told)
     n_frames, done = header.n_frames, outcome.resumed_at
     report = completion.tally.report(n_frames, done, remarks, beginning.number)
     return replace(report, existed=outcome.existed)
