@@ -70,7 +70,10 @@ def main() -> None:
         subject = replace(subject, vertices=subject.vertices[: arguments.frames])
         noise = arguments.noise and arguments.noise * mean_edge(subject)
         for case, masks in cases(subject).items():
-            found = reliability(subject, masks, rehearsal=take, noise=noise).calibration
+            measured = reliability(subject, masks, rehearsal=take, noise=noise)
+            if measured is None:
+                continue
+            found = measured.calibration
             values = [
                 found.coverage_50,
                 found.coverage_90,

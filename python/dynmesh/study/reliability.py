@@ -45,8 +45,8 @@ def reliability(
     rehearsal: Positions | None = None,
     noise: float | None = None,
     advance: Callable[[int], object] = lambda _: None,
-) -> Reliability:
-    """Complete the frames after frame 0, and compare.
+) -> Reliability | None:
+    """Complete the frames after frame 0, and compare; None if nothing was filled in.
 
     Args:
         subject: the sequence.
@@ -55,9 +55,6 @@ def reliability(
         noise: the standard deviation of the noise that is added to the known positions, of which
             the completer is told; None adds none.
         advance: called with the number of frames that were completed since the last call.
-
-    Raises:
-        ValueError: nothing was filled in.
     """
     completer = Completer(
         subject.faces,
@@ -89,7 +86,7 @@ def reliability(
         advance(1)
     calibration = calibrating.result()
     if calibration is None:
-        raise ValueError(f"{subject.name}: nothing was filled in")
+        return None
     held = np.concatenate([[0], np.cumsum(shares)]) / max(1.0, shares.sum())
     rows = np.array([row for _, row in sorted(sums.items()) if row[0] >= _FEWEST]).reshape(-1, 3)
     predicted, observed = np.sqrt(rows[:, 1:] / rows[:, :1]).T

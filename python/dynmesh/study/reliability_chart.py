@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-import numpy as np
-
 from .losses import SCENARIOS
 from .sequence_study import Study
 from .style import new_figure, save
@@ -18,14 +16,17 @@ def figure16(studies: list[Study], folder: Path) -> Path:
         axes = figure.subplots(len(studies), 2, squeeze=False)
         for (intervals, sizes), study in zip(axes, studies, strict=True):
             intervals.plot([0, 100], [0, 100], **_ALIKE)
+            ends: list[float] = []
             for colour, (name, found) in zip(_COLOURS, study.bars.items(), strict=False):
                 words = SCENARIOS.get(name, f"{name} known")
                 intervals.plot(
                     100 * found.nominal, 100 * found.held, color=colour, label=words, linewidth=1.6
                 )
-                sizes.plot(
-                    100 * found.predicted, 100 * found.observed, "o-", color=colour, markersize=4
-                )
+                shown = found.observed > 0  # nothing else can be shown on a logarithmic axis
+                predicted = 100 * found.predicted[shown]
+                observed = 100 * found.observed[shown]
+                sizes.plot(predicted, observed, "o-", color=colour, markersize=4)
+                ends += list(predicted)
             subject = study.subject
             intervals.set(
                 xlabel="errors that an interval should hold / %",
@@ -35,18 +36,13 @@ def figure16(studies: list[Study], folder: Path) -> Path:
                 ylim=(0, 100),
             )
             sizes.set(
-                xscale="log",
-                yscale="log",
                 xlabel="predicted error / % of the diagonal",
                 ylabel="true error / % of the diagonal",
                 title="root mean squares",
             )
-            predicted = [found.predicted for found in study.bars.values() if len(found.predicted)]
-            if predicted:
-                ends = 100 * np.array(
-                    [np.concatenate(predicted).min(), np.concatenate(predicted).max()]
-                )
-                sizes.plot(ends, ends, **_ALIKE)
+            if ends:
+                sizes.set(xscale="log", yscale="log")
+                sizes.plot([min(ends), max(ends)], [min(ends), max(ends)], **_ALIKE)
         handles, labels = axes[0, 0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=4)
         return save(figure, folder, "figure16_error_bars", is_chart=True)

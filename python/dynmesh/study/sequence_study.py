@@ -170,11 +170,13 @@ def study(
             result.missing[method.key] = str(error)
     losses = {percent(share): list(masks(share)) for share in BAR_SHARES} | hidden
     for name, known in losses.items():
-        result.bars[name] = reliability(
+        found = reliability(
             subject,
             known,
             advance=lambda frames: advance(frames * _COST_OF_BARS * tried.seconds[DETAIL.key]),
         )
+        if found is not None:
+            result.bars[name] = found
     if (parts := halves(subject)) is None:
         return result
     take, second = parts
