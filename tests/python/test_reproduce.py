@@ -53,6 +53,7 @@ def test_every_figure_is_there_and_wide_enough(results: Path) -> None:
     names = {path.stem for path in results.glob("*.png")}
     assert names == {
         "figure7",
+        "figure16_error_bars",
         "figure8_sheet",
         "figure9",
         "figure10_sheet",
@@ -113,7 +114,7 @@ def test_the_second_half_is_completed_after_the_first(results: Path) -> None:
 def test_the_report_stands_alone_and_judges_every_claim(results: Path) -> None:
     page = (results / "report.html").read_text()
     assert not re.search(r"""(src|href)=["'](?!data:)""", page)
-    assert page.count("data:image/png;base64,") == 11
+    assert page.count("data:image/png;base64,") == 12
     numbers = json.loads((results / "results.json").read_text())
     claims, of_detail = numbers["claims"], numbers["detail_claims"]
     assert len(claims) == 12
@@ -179,7 +180,7 @@ def test_the_table_of_methods_is_whole(results: Path) -> None:
     assert errors[-1][2:] == ["0", *["-"] * 5]  # the camera sees all of a sheet
     for row in (*errors[2:-1], *times[2:]):
         assert row[0] == "sheet, 4 frames"
-        assert all(float(cell.strip("*")) > 0 for cell in row[2:])
+        assert all(float(cell.strip("*")) >= 0 for cell in row[2:])  # detail is exact here
     for row in errors[2:-1]:
         detail, *rivals = row[3:]
         for rival in rivals:
