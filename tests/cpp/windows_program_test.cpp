@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <dynmesh/completer.hpp>
+#include <dynmesh/template_mesh.hpp>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
