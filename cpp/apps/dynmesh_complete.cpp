@@ -1,5 +1,4 @@
 /// dynmesh-complete: fills in the missing vertices of a stream of frames.
-#include <csignal>
 #include <cstdio>
 #include <dynmesh/dynmesh.hpp>
 #include <exception>
@@ -13,30 +12,17 @@
 
 #include "frame_files.hpp"
 #include "options.hpp"
+#include "support/paths.hpp"
+#include "system.hpp"
 
 namespace {
 
+using dynmesh::app::caught_signal;
 using dynmesh::app::DataError;
 using dynmesh::app::FrameReader;
 using dynmesh::app::FrameWriter;
 using dynmesh::app::Options;
 using dynmesh::app::UsageError;
-
-// A signal handler can access nothing else.
-// NOLINTNEXTLINE(cppcoreguidelines-avoid-non-const-global-variables)
-volatile std::sig_atomic_t caught_signal = 0;
-
-/// Makes a signal stop the program after the current frame, so that the completed frames are not
-/// lost. A signal that was ignored when the program was started stays ignored, as background jobs
-/// of a shell script expect.
-void stop_on(int signal) {
-  struct sigaction action {};
-  sigaction(signal, nullptr, &action);
-  if (action.sa_handler == SIG_IGN) return;
-  action = {};
-  action.sa_handler = [](int number) { caught_signal = number; };
-  sigaction(signal, &action, nullptr);  // without SA_RESTART, a blocking read returns
-}
 
 void print(const dynmesh::FrameReport& report, std::size_t frame) {
   std::fprintf(stderr,
@@ -64,7 +50,8 @@ void check_files(const Options& options) {
   (void)dynmesh::app::format_of(*options.output);
   const auto check = [&](const std::string& path, const char* role) {
     std::error_code missing;
-    if (!std::filesystem::equivalent(path, *options.output, missing)) return;
+    const auto output = dynmesh::path_of(*options.output);
+    if (!std::filesystem::equivalent(dynmesh::path_of(path), output, missing)) return;
     throw UsageError(*options.output + ": is also " + role +
                      ", which would be overwritten; choose another output");
   };
@@ -83,7 +70,7 @@ dynmesh::Rehearsal<float> read_rehearsal(const std::vector<std::string>& paths,
   for (const std::string& path : paths) {
     FrameReader reader(path, n_vertices);
     std::size_t number = 0;
-    while (caught_signal == 0 && reader.read(frame)) {
+    while (caught_signal() == 0 && reader.read(frame)) {
       ++number;
       const auto counted = "rehearsal: frame " + std::to_string(rehearsal.n_added()) + ": ";
       try {
@@ -95,7 +82,7 @@ dynmesh::Rehearsal<float> read_rehearsal(const std::vector<std::string>& paths,
         throw DataError(reader.name() + ": frame " + std::to_string(number) + ": " + reason);
       }
     }
-    if (number == 0 && caught_signal == 0) throw DataError(reader.name() + ": has no frames");
+    if (number == 0 && caught_signal() == 0) throw DataError(reader.name() + ": has no frames");
   }
   return rehearsal;
 }
@@ -112,7 +99,7 @@ std::optional<dynmesh::Completer<float>> make_completer(const Options& options) 
     return with_context(*options.template_path, [&] { return make(); });
   }
   const auto rehearsal = read_rehearsal(options.rehearsals, mesh.points().count);
-  if (caught_signal != 0) return {};
+  if (caught_signal() != 0) return {};
   try {
     return make(rehearsal);
   } catch (const std::invalid_argument& error) {
@@ -140,7 +127,7 @@ void complete(const Options& options) {
   for (std::size_t number = 1;; ++number) {
     dynmesh::FrameReport report;
     try {
-      if (caught_signal != 0 || !reader.read(frame)) break;
+      if (caught_signal() != 0 || !reader.read(frame)) break;
       report = with_context(reader.name() + ": frame " + std::to_string(number),
                             [&] { return completer.push(points, points); });
     } catch (const DataError& error) {
@@ -159,16 +146,16 @@ void complete(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // If the reader of a pipe exits, writing fails, which is reported.
-  std::signal(SIGPIPE, SIG_IGN);
-  stop_on(SIGINT);
-  stop_on(SIGTERM);
+  dynmesh::app::stop_on_signals();
   try {
-    if (const auto options = dynmesh::app::parse_options(argc, argv)) complete(*options);
-    if (caught_signal != 0) {
+    dynmesh::app::Arguments arguments(argc, argv);
+    if (const auto options = dynmesh::app::parse_options(arguments.count(), arguments.values())) {
+      complete(*options);
+    }
+    if (caught_signal() != 0) {
       std::fprintf(
           stderr, "dynmesh-complete: interrupted; all frames completed so far have been written\n");
-      return 128 + caught_signal;
+      return 128 + caught_signal();
     }
     return 0;
   } catch (const UsageError& error) {

@@ -1,13 +1,15 @@
 #include "frame_files.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cerrno>
 #include <cstring>
 #include <system_error>
+#include <utility>
+
+#include "support/paths.hpp"
+#include "system.hpp"
 
 namespace dynmesh::app {
 namespace {
@@ -33,9 +35,16 @@ static_assert(sizeof(Pc2Header) == 32);
 std::string system_message() { return std::generic_category().message(errno); }
 
 File open_file(const std::string& path, const char* mode) {
-  File file(std::fopen(path.c_str(), mode));
+  std::error_code ignored;
+  if (fs::is_directory(path_of(path), ignored)) throw DataError(path + ": is a folder");
+  File file(open_binary(path, mode));
   if (!file) throw DataError(path + ": " + system_message());
   return file;
+}
+
+File standard_stream(std::FILE* stream) {
+  make_binary(stream);
+  return File(stream);
 }
 
 std::string frames(std::uint64_t count) {
@@ -46,8 +55,7 @@ std::string frames(std::uint64_t count) {
 
 FrameFormat format_of(const std::string& path) {
   if (path == "-") return FrameFormat::raw;
-  std::string suffix = fs::path(path).extension().string();
-  std::ranges::transform(suffix, suffix.begin(), [](unsigned char c) { return std::tolower(c); });
+  const std::string suffix = lowercase_suffix(path);
   if (suffix == ".pc2") return FrameFormat::pc2;
   constexpr std::array raw = {"", ".raw", ".f32", ".float32", ".bin", ".dat"};
   if (std::ranges::find(raw, suffix) != raw.end()) return FrameFormat::raw;
@@ -59,8 +67,7 @@ FrameFormat format_of(const std::string& path) {
 FrameReader::FrameReader(const std::string& path, std::size_t n_vertices)
     : path_(path == "-" ? "standard input" : path),
       format_(format_of(path)),
-      file_(path == "-" ? File(stdin) : open_file(path, "rb")) {
-  if (path != "-" && fs::is_directory(path)) throw DataError(path + ": is a folder");
+      file_(path == "-" ? standard_stream(stdin) : open_file(path, "rb")) {
   if (format_ == FrameFormat::pc2) read_header(n_vertices);
 }
 
@@ -83,8 +90,9 @@ void FrameReader::read_header(std::size_t n_vertices) {
 
 /// Reads up to one frame and returns the number of bytes read.
 std::size_t FrameReader::fill(std::span<float> frame) {
-  const std::size_t got = std::fread(frame.data(), 1, frame.size_bytes(), file_.get());
-  if (std::ferror(file_.get()) != 0 && errno != EINTR) {
+  bool interrupted = false;
+  const std::size_t got = read_bytes(file_.get(), frame.data(), frame.size_bytes(), interrupted);
+  if (std::ferror(file_.get()) != 0 && !interrupted) {
     throw DataError(path_ + ": " + system_message());
   }
   return got;
@@ -123,11 +131,11 @@ FrameWriter::FrameWriter(const std::string& path, std::size_t n_vertices, Timing
       n_vertices_(static_cast<std::uint32_t>(n_vertices)),
       timing_(timing) {
   if (path == "-") {
-    file_.reset(stdout);
+    file_ = standard_stream(stdout);
     return;
   }
-  const bool exists = fs::exists(path);
-  if (exists && !fs::is_regular_file(path)) {
+  const bool exists = fs::exists(path_of(path));
+  if (exists && !fs::is_regular_file(path_of(path))) {
     if (format_ == FrameFormat::pc2) {
       throw UsageError(path +
                        ": PC2 can only be written to a regular file, since its header contains the "
@@ -137,11 +145,8 @@ FrameWriter::FrameWriter(const std::string& path, std::size_t n_vertices, Timing
     return;
   }
   if (exists && !overwrite) throw DataError(path + ": exists already; --overwrite replaces it");
-  partial_ = path;
-  partial_ += ".";
-  partial_ += std::to_string(getpid());
-  partial_ += ".part";
-  file_.reset(std::fopen(partial_.c_str(), "wb"));
+  partial_ = path + "." + std::to_string(process_number()) + ".part";
+  file_.reset(open_binary(partial_, "wb"));
   if (!file_) throw DataError(path + ": " + system_message());
   if (format_ == FrameFormat::pc2) write_header();
 }
@@ -150,7 +155,7 @@ FrameWriter::~FrameWriter() {
   if (partial_.empty()) return;
   file_.reset();
   std::error_code ignored;
-  fs::remove(partial_, ignored);
+  fs::remove(path_of(partial_), ignored);
 }
 
 void FrameWriter::write_header() {
@@ -187,8 +192,14 @@ void FrameWriter::finish() {
   }
   if (partial_.empty()) return;
   file_.reset();
-  fs::rename(partial_, path_);
-  partial_.clear();
+  // Windows replaces no file that another program has open.
+  const std::string written = std::exchange(partial_, {});
+  std::error_code error;
+  fs::rename(path_of(written), path_of(path_), error);
+  if (error) {
+    throw DataError(path_ + ": cannot be replaced: " + error.message() + "; all frames are in " +
+                    written);
+  }
 }
 
 }  // namespace dynmesh::app

@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <span>
@@ -86,7 +85,8 @@ class FrameWriter {
   /// Writes a frame. A pipe is flushed, so that its reader receives the frame immediately.
   void write(std::span<const float> frame);
 
-  /// Completes the header and renames the file to its final name.
+  /// Completes the header and renames the file to its final name. If it cannot be renamed, the
+  /// temporary file is kept and named in the error.
   void finish();
 
   [[nodiscard]] std::size_t n_frames() const { return n_frames_; }
@@ -97,7 +97,7 @@ class FrameWriter {
 
   std::string path_;
   FrameFormat format_;
-  std::filesystem::path partial_;  // empty unless the output is a regular file
+  std::string partial_;  // empty unless the output is a regular file
   File file_;
   std::uint32_t n_vertices_;
   Timing timing_;

@@ -9,6 +9,10 @@
 #include <dynmesh/dynmesh.h>
 #include <stdio.h>
 #include <stdlib.h>
+#ifdef _WIN32
+#include <fcntl.h>
+#include <io.h>
+#endif
 
 static int fail(const char* what) {
   fprintf(stderr, "complete_stream: %s\n", what);
@@ -45,6 +49,10 @@ int main(int argc, char** argv) {
     fputs("Usage: complete_stream TEMPLATE < PARTIAL.raw > COMPLETED.raw\n", stderr);
     return 2;
   }
+#ifdef _WIN32  // which would change line ends in the frames
+  _setmode(_fileno(stdin), _O_BINARY);
+  _setmode(_fileno(stdout), _O_BINARY);
+#endif
   const dynmesh_template* mesh = NULL;
   if (dynmesh_read_template(argv[1], &mesh) != DYNMESH_OK) return fail(dynmesh_last_message());
 

@@ -262,6 +262,27 @@ def test_a_reader_that_goes_away_ends_the_program(programs: Path, job: Job) -> N
     assert "standard output: frame 1 cannot be written: Broken pipe" in error
 
 
+def test_frames_are_kept_if_the_output_cannot_be_replaced(
+    programs: Path, job: Job, tmp_path: Path
+) -> None:
+    out = tmp_path / "out.raw"
+    command: list[str | Path] = [programs / "dynmesh-complete", "--template", job.template]
+    command += ["--input", "-", "--output", out, "--report"]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdin is not None
+        assert process.stderr is not None
+        process.stdin.write(job.partial[0].tobytes())
+        process.stdin.flush()
+        process.stderr.readline()  # the output is open
+        out.mkdir()
+        process.stdin.close()
+        error = process.stderr.read().decode()
+        assert process.wait() == 1
+    (kept,) = tmp_path.glob("*.part")
+    assert f"out.raw: cannot be replaced: Is a directory; all frames are in {kept}" in error
+    assert kept.read_bytes() == job.completed[: job.partial[0].nbytes]
+
+
 @pytest.mark.usefixtures("hearing_interrupts")
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_an_interrupt_keeps_the_frames_so_far(

@@ -1,10 +1,17 @@
 #include "kernels/processor.hpp"
 
+#include <bit>
 #include <initializer_list>
 
 #if defined(__x86_64__)
 #include <cpuid.h>
 #endif
+
+// Nobody has run dynmesh on others: frames in files have the byte order of memory, and the memory
+// of 32-bit processors is too small for the sizes that are allowed.
+static_assert(std::endian::native == std::endian::little,
+              "dynmesh requires a little-endian processor");
+static_assert(sizeof(void*) == 8, "dynmesh requires a 64-bit processor");
 
 namespace dynmesh {
 namespace {

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <cstddef>
 #include <dynmesh/template_mesh.hpp>
@@ -9,14 +8,17 @@
 #include <string>
 
 #include "mesh/template_files.hpp"
+#include "support/paths.hpp"
 
 namespace dynmesh {
 namespace {
 
-std::string lowercase_suffix(const std::string& path) {
-  std::string suffix = std::filesystem::path(path).extension().string();
-  std::ranges::transform(suffix, suffix.begin(), [](unsigned char c) { return std::tolower(c); });
-  return suffix;
+std::filesystem::path checked_path(const std::string& path) {
+  try {
+    return path_of(path);
+  } catch (const std::filesystem::filesystem_error&) {
+    refuse_file(path, "is not a name in UTF-8");
+  }
 }
 
 /// Checks what the readers do not: finite coordinates and valid indices.
@@ -39,12 +41,13 @@ void check(const std::string& path, const TemplateMesh& mesh) {
 }  // namespace
 
 TemplateMesh read_template(const std::string& path) {
+  const std::filesystem::path place = checked_path(path);
   const std::string suffix = lowercase_suffix(path);
   if (suffix != ".obj" && suffix != ".ply" && suffix != ".off") {
     refuse_file(path, "a template must be an .obj, .ply or .off file");
   }
-  std::ifstream file(path, std::ios::binary);
-  if (!file || std::filesystem::is_directory(path)) refuse_file(path, "cannot be opened");
+  std::ifstream file(place, std::ios::binary);
+  if (!file || std::filesystem::is_directory(place)) refuse_file(path, "cannot be opened");
   TemplateMesh mesh = suffix == ".obj"   ? read_obj(path, file)
                       : suffix == ".ply" ? read_ply(path, file)
                                          : read_off(path, file);

@@ -8,14 +8,12 @@
 #include <limits>
 #include <optional>
 #include <sstream>
+#include <type_traits>
 
 #include "mesh/template_files.hpp"
 
 namespace dynmesh {
 namespace {
-
-static_assert(std::endian::native == std::endian::little,
-              "numbers are read in the byte order of memory");
 
 /// A numeric type: 'i' or 'u' for integers, 'f' for floating point, and its size in bytes.
 struct Kind {
@@ -125,11 +123,12 @@ class Body {
 
   /// Returns a coordinate. The caller checks whether it is finite.
   float coordinate(Kind kind) {
-    if (is_text_) return checked_number(path_, line_, next(kind));
+    const auto bytes = next(kind);  // before line_ is passed on, which it may increment
+    if (is_text_) return checked_number(path_, line_, bytes);
     if (kind.letter != 'f')
       refuse_file(path_, "the coordinates of its vertices must be float or double");
-    if (kind.size == sizeof(float)) return number<float>(next(kind));
-    const double value = number<double>(next(kind));
+    if (kind.size == sizeof(float)) return number<float>(bytes);
+    const double value = number<double>(bytes);
     check_range(value);
     return static_cast<float>(value);
   }
@@ -153,12 +152,13 @@ class Body {
   /// zero.
   template <class Number>
   [[nodiscard]] Number number(std::string_view bytes) const {
-    std::array<char, sizeof(Number)> little{};
-    std::ranges::copy(bytes, little.begin());
-    if (is_big_endian_) {
-      std::reverse(little.begin(), little.begin() + static_cast<std::ptrdiff_t>(bytes.size()));
+    std::conditional_t<sizeof(Number) == 8, std::uint64_t, std::uint32_t> bits = 0;
+    for (std::size_t i = 0; i < bytes.size(); ++i) {
+      const auto byte =
+          static_cast<unsigned char>(bytes[is_big_endian_ ? i : bytes.size() - 1 - i]);
+      bits = bits << 8U | byte;
     }
-    return std::bit_cast<Number>(little);
+    return std::bit_cast<Number>(bits);
   }
 
   void check_range(double coordinate) const {
