@@ -127,7 +127,7 @@ class Posed(reference.Detail):
                 last, slope = slope, g @ z
                 p = z + slope / last * p
             gamma = max(0.5, determined.sum())
-            self.n_v = (self.n_v + float(self.a @ self.a)) / 2
+            self.n_v = (self.n_v + float(determined @ self.a**2)) / 2
             self.d_v = (self.d_v + gamma) / 2
         left = ((r + r3) ** 2).sum()
         self.explained = float(np.clip(1 - left / (r**2).sum(), 0, 1))

@@ -209,10 +209,15 @@ void Pose::forget() {
   for (auto* fields : {&steps_, &k_steps_, &wanted_}) std::ranges::fill(*fields, Vector3<double>{});
 }
 
-/// The variance of the coefficients, v = N_v / D_v, from those that the frames determine.
+/// The variance of the coefficients, v = N_v / D_v, from those that the frames determine. What is
+/// kept without being determined says nothing about the rehearsal.
 void Pose::update_evidence() {
-  const double determined = std::accumulate(shares_.begin(), shares_.end(), 0.0);
-  const double size = product(coefficients_, coefficients_);
+  double determined = 0;
+  double size = 0;
+  for (std::size_t j = 0; j < shares_.size(); ++j) {
+    determined += shares_[j];
+    size += shares_[j] * coefficients_[j] * coefficients_[j];
+  }
   size_ = (size_ + size) / 2;
   determined_ = (determined_ + std::max(constants_.least_determined, determined)) / 2;
 }
