@@ -60,7 +60,8 @@ int main(int argc, char** argv) {
       std::vector<fs::path> inputs(begin(files), end(files));
       std::ranges::sort(inputs);
       for (const fs::path& input : inputs) {
-        std::fprintf(stderr, "%s\n", input.string().c_str());  // the last line is the input that failed
+        std::fprintf(stderr, "%s\n",
+                     input.string().c_str());  // the last line is the input that failed
         const Bytes bytes = dynmesh::fuzz::read_scratch(input.string());
         harness(bytes.data(), bytes.size());
         std::mt19937 random(1);
