@@ -46,6 +46,7 @@ void Detail<Real>::reset(Frame first_frame) {
   auto prepared = system_.template prepare<Real>(faces_, first_frame, constants_);
   const auto mean_edge = static_cast<double>(mean_edge_length(topology_.cells, first_frame));
   const Field first = in_workspace(first_frame);
+  auto prepared_rotations = rotations_.prepare(first);
   if (!take_.empty()) {
     const RehearsalConstants& constants = constants_.rehearsal;
     const auto parts = divide_surface(topology_.cells, first, constants);
@@ -53,7 +54,6 @@ void Detail<Real>::reset(Frame first_frame) {
                                                constants_.largest_stiff_angle, workers_);
     pose_.reset(Modes(parts, shapes, take_.size(), constants));
   }
-  auto prepared_rotations = rotations_.prepare(first);
   if (learns_) {
     const auto parts = divide_surface(topology_.cells, first, constants_.rehearsal);
     auto learned = std::make_unique<LearnedModes>(parts, workers_, constants_.rehearsal);

@@ -103,7 +103,8 @@ void Pose::penalize(double ratio) {
   for (std::size_t j = 0; j < penalties_.size(); ++j) {
     const bool is_global = j < static_cast<std::size_t>(modes_of_part);
     penalties_[j] = (is_global ? constants_.caution_of_global_part : constants_.caution) * ratio;
-    shares_[j] = squares_[j] / (squares_[j] + penalties_[j]);
+    const double share = squares_[j] / (squares_[j] + penalties_[j]);
+    shares_[j] = std::isfinite(share) ? share : 0;  // in single precision, squares can overflow
   }
 }
 
