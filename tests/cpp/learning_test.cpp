@@ -1,7 +1,9 @@
 /// Method detail that learns from the frames that it completes.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <deque>
 #include <dynmesh/completer.hpp>
 #include <limits>
 #include <utility>
@@ -17,30 +19,85 @@
 namespace dynmesh::testing {
 namespace {
 
-TEST_CASE("of many shapes, those at regular intervals are in the library") {
-  SurfaceParts parts;
-  parts.offsets = {0, 1, 2};
-  parts.entries = {{0, 1.0}, {0, 1.0}};
-  Workers workers(1);
-  ShapeLibrary library(parts, workers);
-  for (std::uint64_t n = 1; n <= 2000; ++n) {
-    // Shapes of one coordinate, n, at the second vertex.
+/// A library of shapes of one coordinate at the second of two vertices.
+struct Heights {
+  static SurfaceParts parts() {
+    SurfaceParts parts;
+    parts.offsets = {0, 1, 2};
+    parts.entries = {{0, 1.0}, {0, 1.0}};
+    return parts;
+  }
+
+  bool offer(double height) {
     std::vector<Vector3<double>> memory(6);
-    memory[4].y = -static_cast<double>(n);
-    std::uint64_t interval = 2;
-    while (n / interval > 31) interval *= 2;
-    const bool has_entered = library.offer(memory);
-    const auto members = library.members();
-    REQUIRE(library.n_offered() == n);
-    REQUIRE(members.size() == n / interval);
-    REQUIRE(has_entered ==
-            (n % (n % interval == 0 && n / interval == 16 ? interval / 2 : interval) == 0));
-    for (std::size_t i = 0; i < members.size(); ++i) {
-      for (std::size_t j = 0; j < members.size(); ++j) {
-        const auto expected = static_cast<double>((i + 1) * (j + 1) * interval * interval);
-        REQUIRE(library.product(0, members[i], members[j]) == expected);
+    memory[4].y = -height;
+    return library.offer(memory);
+  }
+  /// The heights of the shapes, the oldest first.
+  [[nodiscard]] std::vector<double> members() const {
+    std::vector<double> heights;
+    for (const Index slot : library.members()) heights.push_back(in_slot(slot));
+    return heights;
+  }
+  [[nodiscard]] double in_slot(Index slot) const {
+    return static_cast<double>(
+        library.rows()[1][static_cast<std::size_t>(most_learned_shapes + slot)]);
+  }
+
+  Workers workers = Workers(1);
+  ShapeLibrary library = ShapeLibrary(parts(), workers);
+};
+
+TEST_CASE("of many shapes, the older one of the closest two leaves the library") {
+  Heights heights;
+  std::vector<double> expected;
+  for (int n = 1; n <= 400; ++n) {
+    const double height = (n * n) % 97 + 0.25 * (n % 5);
+    CHECK(heights.offer(height) == (n % 2 == 0));
+    if (n % 2 == 0) expected.push_back(height);
+    if (expected.size() > 28) {
+      std::size_t older = 0;
+      double least = 1e9;
+      for (std::size_t i = 0; i < expected.size(); ++i) {
+        for (std::size_t j = i + 1; j < expected.size(); ++j) {
+          const double distance = std::abs(expected[i] - expected[j]);
+          if (distance < least) older = i;
+          least = std::min(least, distance);
+        }
+      }
+      expected.erase(expected.begin() + static_cast<std::ptrdiff_t>(older));
+    }
+    REQUIRE(heights.members() == expected);
+    const auto slots = heights.library.members();
+    for (std::size_t i = 0; i < slots.size(); ++i) {
+      for (std::size_t j = 0; j < slots.size(); ++j) {
+        REQUIRE(heights.library.product(0, slots[i], slots[j]) == expected[i] * expected[j]);
       }
     }
+  }
+}
+
+TEST_CASE("a motion that repeats does not push out a rare shape") {
+  Heights heights;
+  for (int n = 1; n <= 10; ++n) heights.offer(n == 2 ? 1000 : n);
+  for (int n = 1; n <= 2000; ++n) heights.offer(n % 100);
+  CHECK(std::ranges::count(heights.members(), 1000) == 1);
+}
+
+TEST_CASE("a shape keeps its slot for eight frames after it has left the library") {
+  Heights heights;
+  // The slots and heights of the members after each of the last frames.
+  std::deque<std::vector<std::pair<Index, double>>> last;
+  for (int n = 1; n <= 400; ++n) {
+    heights.offer((n * n) % 97 + 0.25 * (n % 5));
+    for (const auto& members : last) {
+      for (const auto& [slot, height] : members) REQUIRE(heights.in_slot(slot) == height);
+    }
+    auto& members = last.emplace_back();
+    for (const Index slot : heights.library.members()) {
+      members.emplace_back(slot, heights.in_slot(slot));
+    }
+    if (last.size() > 8) last.pop_front();
   }
 }
 

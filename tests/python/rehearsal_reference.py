@@ -1,5 +1,6 @@
 """A literal transcription of rehearsal and of learning, for the tests; see docs/method.md."""
 
+import itertools
 from typing import Any
 
 import numpy as np
@@ -186,7 +187,7 @@ class Learned(Posed):
         self._begin(np.zeros((0, self.k, 3)), np.zeros(0))
         self.parts = parts_of(self.edges, first_frame)
         self.library: list[Array] = []
-        self.interval, self.frame, self.offered = 2, 0, 0
+        self.frame, self.offered = 0, 0
         self.has_changed = False
         self.made: dict[
             int, tuple[Array, Array]
@@ -225,12 +226,15 @@ class Learned(Posed):
 
     def _offer(self, shape: Array) -> None:
         self.offered += 1
-        if self.offered % self.interval == 0:
+        if self.offered % 2 == 0:
             self.library.append(shape.astype(np.float32).astype(float))
             self.has_changed = True
-            if len(self.library) == 32:
-                self.library = self.library[1::2]
-                self.interval *= 2
+            if len(self.library) > 28:
+                pairs = itertools.combinations(range(len(self.library)), 2)
+                older, _ = min(
+                    pairs, key=lambda pair: np.linalg.norm(self.library[pair[0]] - self.library[pair[1]])
+                )
+                del self.library[older]
         if self.offered % 4 == 0 and self.has_changed and len(self.library) > 1:
             self.made[self.frame + 4] = modes_of(np.stack(self.library), self.parts)
             self.has_changed = False

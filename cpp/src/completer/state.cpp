@@ -22,7 +22,7 @@ namespace dynmesh {
 namespace {
 
 /// The last character is the version of the format.
-constexpr std::array<char, 8> magic = {'d', 'y', 'n', 'm', 'e', 's', 'h', '7'};
+constexpr std::array<char, 8> magic = {'d', 'y', 'n', 'm', 'e', 's', 'h', '8'};
 
 /// What must agree between the completer that wrote a state and the one that reads it, beside the
 /// settings.

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numeric>
 #include <utility>
 
 namespace dynmesh {
@@ -14,6 +16,9 @@ constexpr float largest_coordinate = 1e6F;
 
 /// Products are sums over chunks, which do not depend on the number of threads.
 constexpr Index chunk = 256;
+
+/// One shape enters per this many frames.
+constexpr std::uint64_t interval = 2;
 
 template <class Real>
 bool is_small(Real value) {
@@ -34,28 +39,21 @@ ShapeLibrary::ShapeLibrary(const SurfaceParts& parts, Workers& workers)
     parts_.push_back(part);
     weights_.push_back(static_cast<float>(weight));
   }
+  std::iota(order_.begin(), order_.end(), 0);
   partial_products_.resize((rows_.size() + chunk - 1) / chunk * n_parts_ * slots);
 }
 
 bool ShapeLibrary::offer(Field memory) {
-  if (++n_offered_ % interval_ != 0) return false;
+  if (++n_offered_ % interval != 0) return false;
   for (std::size_t v = 0; v < rows_.size(); ++v) {
     const Vector3<double>& back = memory[3 * v + 1];
     if (!is_small(back.x) || !is_small(back.y) || !is_small(back.z)) return false;
   }
-  const Index slot = free_slot();
+  const Index slot = order_[n_members_++];
   store(memory, slot);
   multiply(slot);
-  members_[n_members_++] = slot;
-  if (n_members_ == slots) thin_out();
+  if (n_members_ > most_members) release(least_needed());
   return true;
-}
-
-/// There always is one, since the library is thinned out as soon as it is full.
-Index ShapeLibrary::free_slot() const {
-  Index slot = 0;
-  while (std::ranges::find(members(), slot) != members().end()) ++slot;
-  return slot;
 }
 
 void ShapeLibrary::store(Field memory, Index slot) {
@@ -92,32 +90,46 @@ void ShapeLibrary::multiply(Index slot) {
   }
 }
 
-/// Keeps every second shape, the newest among them.
-void ShapeLibrary::thin_out() {
-  for (std::size_t i = 1; i < n_members_; i += 2) members_[i / 2] = members_[i];
-  n_members_ /= 2;
-  interval_ *= 2;
+/// The older one of the two shapes that are closest over the whole surface.
+std::size_t ShapeLibrary::least_needed() const {
+  constexpr std::size_t whole = 0;
+  const auto squared_norm_of = [&](Index slot) { return product(whole, slot, slot); };
+  std::size_t found = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < n_members_; ++i) {
+    for (std::size_t j = i + 1; j < n_members_; ++j) {
+      const Index a = order_[i];
+      const Index b = order_[j];
+      const double distance = squared_norm_of(a) - 2 * product(whole, a, b) + squared_norm_of(b);
+      if (distance < least) {
+        least = distance;
+        found = i;
+      }
+    }
+  }
+  return found;
+}
+
+/// Its slot becomes the one that is free most recently.
+void ShapeLibrary::release(std::size_t member) {
+  const auto slot = order_.begin() + static_cast<std::ptrdiff_t>(member);
+  std::rotate(slot, slot + 1, order_.end());
+  --n_members_;
 }
 
 void ShapeLibrary::append_memory(std::vector<double>& memory) const {
   memory.push_back(static_cast<double>(n_offered_));
-  memory.push_back(static_cast<double>(interval_));
   memory.push_back(static_cast<double>(n_members_));
-  for (const Index slot : members_) memory.push_back(static_cast<double>(slot));
+  for (const Index slot : order_) memory.push_back(static_cast<double>(slot));
 }
 
 bool ShapeLibrary::accepts(std::span<const double> memory, std::span<const Row> rows) {
   constexpr double largest_count = 1e15;
-  const double n_members = memory[2];
-  if (!is_count(memory[0], largest_count) || !is_count(memory[1], largest_count) ||
-      !is_count(n_members, slots - 1) || memory[1] < 2) {
-    return false;
-  }
-  std::array<bool, slots> is_taken{};
-  for (std::size_t i = 0; i < slots; ++i) {
-    if (!is_count(memory[3 + i], slots - 1)) return false;
-    bool& taken = is_taken[static_cast<std::size_t>(memory[3 + i])];
-    if (i < static_cast<std::size_t>(n_members) && std::exchange(taken, true)) return false;
+  if (!is_count(memory[0], largest_count) || !is_count(memory[1], most_members)) return false;
+  std::array<bool, slots> is_found{};
+  for (const double slot : memory.subspan(2)) {
+    if (!is_count(slot, slots - 1)) return false;
+    if (std::exchange(is_found[static_cast<std::size_t>(slot)], true)) return false;
   }
   return std::ranges::all_of(
       rows, [](const Row& row) { return std::ranges::all_of(row, is_small<float>); });
@@ -125,9 +137,9 @@ bool ShapeLibrary::accepts(std::span<const double> memory, std::span<const Row> 
 
 void ShapeLibrary::recall(std::span<const double> memory, std::span<const Row> rows) {
   n_offered_ = static_cast<std::uint64_t>(memory[0]);
-  interval_ = static_cast<std::uint64_t>(memory[1]);
-  n_members_ = static_cast<std::size_t>(memory[2]);
-  for (std::size_t i = 0; i < slots; ++i) members_[i] = static_cast<Index>(memory[3 + i]);
+  n_members_ = static_cast<std::size_t>(memory[1]);
+  std::ranges::transform(memory.subspan(2), order_.begin(),
+                         [](double slot) { return static_cast<Index>(slot); });
   std::ranges::copy(rows, rows_.begin());
   for (Index slot = 0; slot < most_learned_shapes; ++slot) multiply(slot);
 }

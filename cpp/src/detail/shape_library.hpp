@@ -22,13 +22,15 @@ inline bool is_count(double number, double most) {
   return !std::signbit(number) && number <= most && number == std::floor(number);
 }
 
-/// Holds z = Q^T K V - m_0 of up to 31 frames, evenly from all that were offered, in single
-/// precision, and the products of these shapes over each part of the surface. Allocates memory only
-/// in the constructor.
+/// Holds z = Q^T K V - m_0 of up to 28 frames, in single precision, and the products of these
+/// shapes over each part of the surface. Allocates memory only in the constructor.
+///
+/// The shapes are as different as possible: when there are too many, the older one of the two that
+/// are closest leaves. A motion that repeats therefore does not push out the poses that are rare.
 ///
 /// A shape keeps its slot until a later one takes it, also after it has left the library. The modes
 /// in use can therefore be formed again from the slots when a state is restored: a slot that they
-/// need is free for four frames before it is taken, and by then new modes are in use.
+/// need is free for eight frames before it is taken, and by then modes made without it are in use.
 class ShapeLibrary {
  public:
   using Field = std::span<const Vector3<double>>;
@@ -38,14 +40,13 @@ class ShapeLibrary {
   ShapeLibrary(const SurfaceParts& parts, Workers& workers);
 
   /// Offers the shape of a completed frame, as the second of three fields m, m_first - m and u:
-  /// (3 k,). Every second one enters; when all slots are filled, every second one leaves, and every
-  /// fourth one enters, and so on. Returns whether this one has entered.
+  /// (3 k,). Every second one enters. Returns whether this one has entered.
   bool offer(Field memory);
 
   /// How many shapes were offered.
   [[nodiscard]] std::uint64_t n_offered() const { return n_offered_; }
   /// The slots of the shapes, the oldest first.
-  [[nodiscard]] std::span<const Index> members() const { return {members_.data(), n_members_}; }
+  [[nodiscard]] std::span<const Index> members() const { return {order_.data(), n_members_}; }
   /// sum_i w_i z_i . z'_i of the shapes in two slots over a part.
   [[nodiscard]] double product(std::size_t part, Index slot, Index other) const {
     return products_[(part * slots + static_cast<std::size_t>(slot)) * slots +
@@ -56,7 +57,7 @@ class ShapeLibrary {
 
   /// The number of values that `append_memory` appends; with `rows`, all that later frames depend
   /// on.
-  static constexpr std::size_t memory_size = 3 + most_learned_shapes;
+  static constexpr std::size_t memory_size = 2 + most_learned_shapes;
   void append_memory(std::vector<double>& memory) const;
   /// Whether a library can have this memory and these rows.
   [[nodiscard]] static bool accepts(std::span<const double> memory, std::span<const Row> rows);
@@ -64,11 +65,12 @@ class ShapeLibrary {
 
  private:
   static constexpr std::size_t slots = most_learned_shapes;
+  static constexpr std::size_t most_members = 28;
 
-  [[nodiscard]] Index free_slot() const;
   void store(Field memory, Index slot);
   void multiply(Index slot);
-  void thin_out();
+  [[nodiscard]] std::size_t least_needed() const;
+  void release(std::size_t member);
 
   Workers& workers_;
   std::size_t n_parts_;
@@ -78,10 +80,10 @@ class ShapeLibrary {
   LargeVector<Row> rows_;
   std::vector<double> products_;          // (n_parts, slots, slots)
   LargeVector<double> partial_products_;  // (chunks, n_parts, slots)
-  std::array<Index, slots> members_{};
+  /// The slots of the members, the oldest first, and then the free ones, the longest free first.
+  std::array<Index, slots> order_{};
   std::size_t n_members_ = 0;
   std::uint64_t n_offered_ = 0;
-  std::uint64_t interval_ = 2;
 };
 
 }  // namespace dynmesh
