@@ -144,9 +144,13 @@ TEST_CASE("products with the modes agree with those in double precision") {
     weights[v] = static_cast<double>(v % 7) / 7;
     of_rows.segment<3>(3 * v).setConstant(weights[v]);
   }
-  modes.weigh(weights, projected, workers);
+  std::vector<double> squares(n);
+  std::ranges::fill(projected, 7.0);
+  modes.project_and_weigh(combined, weights, projected, squares, workers);
+  CHECK(near(as_vector, b.transpose() * stacked(combined)));
   // The square of a mode, part by part: a vertex may be in several.
-  CHECK(near(as_vector, b.cwiseAbs2().transpose() * of_rows));
+  CHECK(near(Eigen::Map<const Eigen::VectorXd>(squares.data(), n),
+             b.cwiseAbs2().transpose() * of_rows));
 }
 
 TEST_CASE("a take in which nothing moves, or a part, has no modes there") {
@@ -230,9 +234,12 @@ TEST_CASE("the products are the same for every kind of processor, up to rounding
       CHECK(sums[c] == doctest::Approx(1 + projected[c]).epsilon(1e-4));
     }
     std::ranges::fill(sums, 1.0F);
-    kernels.add_squares(data, weights.data(), sums.data(), first, last);
+    std::vector<float> sums_of_squares(n, 1);
+    kernels.project_and_weigh(data, field.data(), weights.data(), sums.data(),
+                              sums_of_squares.data(), first, last);
     for (std::size_t c = 0; c < n; ++c) {
-      CHECK(sums[c] == doctest::Approx(1 + squares[c]).epsilon(1e-4));
+      CHECK(sums[c] == doctest::Approx(1 + projected[c]).epsilon(1e-4));
+      CHECK(sums_of_squares[c] == doctest::Approx(1 + squares[c]).epsilon(1e-4));
     }
   }
 }

@@ -37,7 +37,7 @@ def parts_of(edges: reference.Edges, frame: Array) -> Array:
     weight = np.divide(
         weight, weight.sum(axis=0), out=np.zeros_like(weight), where=weight.sum(axis=0) > 0
     )
-    weight[weight < 0.1] = 0
+    weight[weight < 0.15] = 0
     weight = np.divide(
         weight, weight.sum(axis=0), out=np.zeros_like(weight), where=weight.sum(axis=0) > 0
     )

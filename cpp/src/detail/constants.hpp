@@ -12,7 +12,7 @@ struct RehearsalConstants {
   /// The width of the weights of a part, in typical distances between neighbouring seeds.
   double reach = 0.7;
   /// Smaller weights of a part at a vertex are dropped.
-  double least_weight = 0.1;
+  double least_weight = 0.15;
   /// Modes with a smaller eigenvalue, compared with the largest of the part, are dropped.
   double least_eigenvalue = 1e-6;
 

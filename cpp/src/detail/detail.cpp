@@ -207,7 +207,7 @@ ResidualField Detail<Real>::find_directions(const Positions& positions, Field sh
 template <class Real>
 ResidualField Detail<Real>::pose_shapes(ResidualField directions, const Generations& generations) {
   const Stopwatch stopwatch(report_.solve_seconds);
-  std::ranges::copy(directions.steps, workspace_.steps.begin());
+  system_.keep_steps(workspace_.steps);  // the next solutions overwrite them
   std::ranges::copy(directions.wanted, workspace_.wanted.begin());
   directions.steps = workspace_.steps;
   directions.wanted = workspace_.wanted;

@@ -86,7 +86,7 @@ Modes::Modes(const SurfaceParts& parts)
   parts_.reserve(parts.entries.size());
   for (const auto& entry : parts.entries) parts_.push_back(entry.part);
   const std::size_t k = offsets_.size() - 1;
-  partial_sums_.resize((k + chunk - 1) / chunk * n_coefficients_);
+  partial_sums_.resize((k + chunk - 1) / chunk * 2 * n_coefficients_);
 }
 
 Modes::Modes(const SurfaceParts& parts, std::span<const Vector3<double>> shapes,
@@ -138,30 +138,46 @@ void Modes::combine(std::span<const double> coefficients, std::span<Vector3<doub
   });
 }
 
+/// Computes `n_sums` partial sums of each chunk of vertices.
 template <class Kernel>
-void Modes::reduce(std::span<double> sums, Workers& workers, const Kernel& kernel) {
-  std::ranges::fill(partial_sums_, 0.0F);
+void Modes::add_up(std::size_t n_sums, Workers& workers, const Kernel& kernel) {
   const auto k = static_cast<Index>(offsets_.size() - 1);
   workers.for_each((k + chunk - 1) / chunk, [&](Index i) {
-    kernel(&partial_sums_[static_cast<std::size_t>(i) * n_coefficients_], i * chunk,
-           std::min(k, (i + 1) * chunk));
+    float* sums = &partial_sums_[static_cast<std::size_t>(i) * n_sums];
+    std::fill_n(sums, n_sums, 0.0F);
+    kernel(sums, i * chunk, std::min(k, (i + 1) * chunk));
   });
+}
+
+/// Adds up the partial sums from the `first` of `n_sums` on.
+void Modes::reduce(std::size_t first, std::size_t n_sums, std::span<double> sums) const {
   std::ranges::fill(sums, 0.0);
-  for (std::size_t i = 0; i < partial_sums_.size(); ++i) {
-    sums[i % n_coefficients_] += static_cast<double>(partial_sums_[i]);
+  const std::size_t n_chunks = (offsets_.size() - 1 + chunk - 1) / chunk;
+  for (std::size_t i = 0; i < n_chunks; ++i) {
+    for (std::size_t j = 0; j < sums.size(); ++j) {
+      sums[j] += static_cast<double>(partial_sums_[i * n_sums + first + j]);
+    }
   }
 }
 
 void Modes::project(Field field, std::span<double> projected, Workers& workers) {
-  reduce(projected, workers, [&](float* sums, Index first, Index last) {
+  const std::size_t n = n_coefficients_;
+  add_up(n, workers, [&](float* sums, Index first, Index last) {
     best_kernels().modes.project(data(), field.data(), sums, first, last);
   });
+  reduce(0, n, projected);
 }
 
-void Modes::weigh(std::span<const double> weights, std::span<double> squares, Workers& workers) {
-  reduce(squares, workers, [&](float* sums, Index first, Index last) {
-    best_kernels().modes.add_squares(data(), weights.data(), sums, first, last);
+void Modes::project_and_weigh(Field field, std::span<const double> weights,
+                              std::span<double> projected, std::span<double> squares,
+                              Workers& workers) {
+  const std::size_t n = n_coefficients_;
+  add_up(2 * n, workers, [&](float* sums, Index first, Index last) {
+    best_kernels().modes.project_and_weigh(data(), field.data(), weights.data(), sums, sums + n,
+                                           first, last);
   });
+  reduce(0, 2 * n, projected);
+  reduce(n, 2 * n, squares);
 }
 
 }  // namespace dynmesh

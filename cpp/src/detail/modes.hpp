@@ -48,13 +48,15 @@ class Modes {
                Workers& workers);
   /// projected = B^T field.
   void project(Field field, std::span<double> projected, Workers& workers);
-  /// squares_j = sum of weights_i |B_j(i)|^2.
-  void weigh(std::span<const double> weights, std::span<double> squares, Workers& workers);
+  /// The same, and squares_j = sum of weights_i |B_j(i)|^2.
+  void project_and_weigh(Field field, std::span<const double> weights, std::span<double> projected,
+                         std::span<double> squares, Workers& workers);
 
  private:
   [[nodiscard]] ModeData data() const { return {offsets_.data(), parts_.data(), values_.data()}; }
   template <class Kernel>
-  void reduce(std::span<double> sums, Workers& workers, const Kernel& kernel);
+  void add_up(std::size_t n_sums, Workers& workers, const Kernel& kernel);
+  void reduce(std::size_t first, std::size_t n_sums, std::span<double> sums) const;
 
   std::size_t size_ = 0;
   std::size_t n_coefficients_ = 0;
@@ -63,7 +65,7 @@ class Modes {
   std::vector<Index> parts_;
   std::vector<float> values_;
   std::vector<float> coefficients_;  // as float
-  std::vector<float> partial_sums_;  // of each chunk of vertices
+  std::vector<float> partial_sums_;  // of each chunk of vertices, one or two for each coefficient
 };
 
 }  // namespace dynmesh

@@ -158,9 +158,7 @@ double Pose::descend(const Anchors& anchors, ShapeSystem& system, const Rotation
     }
     return product(gradient_, preconditioned_);
   };
-  // The gradient, downhill: B^T Q^T r - lambda (a - e).
-  rotations.turn_back(residual_, mode_shape_);
-  modes_.project(mode_shape_, gradient_, workers_);
+  // The gradient, downhill: B^T Q^T r, which it is before, - lambda (a - e).
   for (std::size_t j = 0; j < a.size(); ++j) {
     gradient_[j] -= penalties_[j] * (a[j] - expected(j));
   }
@@ -250,7 +248,8 @@ Pose::Found Pose::find(const ResidualField& residuals, ShapeSystem& system,
   const double ratio = residual_variance / variance();
   if (ratio > 0 && std::isfinite(ratio)) {
     weigh_seen(generations);
-    modes_.weigh(seen_, squares_, workers_);
+    rotations.turn_back(residual_, mode_shape_);
+    modes_.project_and_weigh(mode_shape_, seen_, gradient_, squares_, workers_);
     penalize(ratio);
     if (descend(anchors, system, rotations) > 0) {
       if (!are_plausible(coefficients_)) forget();

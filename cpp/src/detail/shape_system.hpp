@@ -65,6 +65,9 @@ class ShapeSystem {
     return solve<fields, 1>(residual, to_observed, anchors);
   }
 
+  /// Exchanges the array of the last result of `solve` with `kept`, (3 k,), where it stays valid.
+  void keep_steps(std::vector<Vector3<double>>& kept) noexcept { std::swap(steps_, kept); }
+
   /// The same with another pull: in the first `pulled` fields, the step of noisy anchors is drawn
   /// to `pull(v, field)`, which is not called if anchors are exact.
   template <int fields, int pulled, class Residual, class Pull>

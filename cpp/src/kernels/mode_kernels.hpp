@@ -44,9 +44,11 @@ struct ModeKernels {
   /// Adds to `sums` the products of the modes with `field` in rows `first` to `last` - 1.
   void (*project)(const ModeData& modes, const Vector3<double>* field, float* sums, Index first,
                   Index last);
-  /// Adds to `sums` the squared norms of the modes times `weights` in rows `first` to `last` - 1.
-  void (*add_squares)(const ModeData& modes, const double* weights, float* sums, Index first,
-                      Index last);
+  /// The same, and adds to `squares` the squared norms of the modes times `weights`. The modes are
+  /// read once for both.
+  void (*project_and_weigh)(const ModeData& modes, const Vector3<double>* field,
+                            const double* weights, float* sums, float* squares, Index first,
+                            Index last);
   /// Sets the values of the modes of vertices `first` to `last` - 1, times the weights.
   void (*form)(const ModeData& modes, const ShapeData& shapes, const CombinationData& combinations,
                float* values, Index first, Index last);
