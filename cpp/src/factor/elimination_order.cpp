@@ -15,7 +15,7 @@ namespace dynmesh {
 namespace {
 
 /// From this number of columns on, nested dissection takes less time in each frame.
-constexpr std::size_t nested_dissection_from = 30'000;
+constexpr std::size_t nested_dissection_from = 20'000;
 
 std::vector<Index> minimum_degree(const SymmetricMatrix& matrix) {
   using Sparse = Eigen::SparseMatrix<double, Eigen::ColMajor, Index>;

@@ -39,11 +39,13 @@ bool MaskedFactor::factorize(std::span<const std::uint8_t> mask, std::span<const
     }
   }
   workspaces_.lend([&](Workspace& workspace) {
+    const double worth_it = workers_.sharing().factor_step_from;
     for (const Index p : above_) {
-      if (borders_.empty()) {
-        factor_alone(p, nullptr, workspace);
-      } else {
+      const bool has_parts = !borders_.empty() && panels_[at(p)].rows() > rows_of_product;
+      if (has_parts && operations_before(p) >= worth_it) {
         factor_together(p, workspace);
+      } else {
+        factor_alone(p, nullptr, workspace);
       }
     }
   });
@@ -68,23 +70,27 @@ void MaskedFactor::factor_alone(Index p, Border* border, Workspace& workspace) {
   queue(p, 0, border);
 }
 
-/// Computes a panel of the factor above all subtrees, in several threads: each of them a few rows
-/// at a time, in which it subtracts the contributions of all earlier panels.
-void MaskedFactor::factor_together(Index p, Workspace& workspace) {
-  const double worth_it = workers_.sharing().factor_step_from;
-  const Panel& panel = panels_[at(p)];
-  fill(panel, workspace.local);
+/// The number of multiplications for the contributions of all earlier panels.
+double MaskedFactor::operations_before(Index p) const {
   double operations = 0;
   for (Index d = head_[at(p)]; d != none; d = next_[at(d)]) {
     operations += static_cast<double>(panels_[at(d)].n_below - reached_[at(d)]) *
-                  n_common(d, panel) * panels_[at(d)].columns;
+                  n_common(d, panels_[at(p)]) * panels_[at(d)].columns;
   }
+  return operations;
+}
+
+/// Computes a panel of the factor above all subtrees, in several threads: each of them a few rows
+/// at a time, in which it subtracts the contributions of all earlier panels.
+void MaskedFactor::factor_together(Index p, Workspace& workspace) {
+  const Panel& panel = panels_[at(p)];
+  fill(panel, workspace.local);
   const auto in_pieces = [&](Index n_rows, bool is_worth_it, const auto& work) {
     workers_.share((n_rows + rows_of_product - 1) / rows_of_product, is_worth_it, [&](Index i) {
       work(i * rows_of_product, std::min(n_rows, (i + 1) * rows_of_product));
     });
   };
-  in_pieces(panel.rows(), operations >= worth_it, [&](Index begin, Index end) {
+  in_pieces(panel.rows(), true, [&](Index begin, Index end) {
     workspaces_.lend([&](Workspace& own) {
       for (Index d = head_[at(p)]; d != none; d = next_[at(d)]) {
         const Index* rows = &rows_[at(panels_[at(d)].below + reached_[at(d)])];
@@ -107,10 +113,11 @@ void MaskedFactor::factor_together(Index p, Workspace& workspace) {
   factor_triangle(panel, workspace);
   double* below = &factor_[panel.data] + panel.columns * panel.columns;
   const double products = 0.5 * panel.n_below * panel.columns * panel.columns;
-  in_pieces(panel.n_below, products >= worth_it, [&](Index begin, Index end) {
-    kernels_.factor_below(below + begin * panel.columns, end - begin, panel.columns,
-                          &inverse_[at(panel.first)], workspace.packed.data());
-  });
+  in_pieces(panel.n_below, products >= workers_.sharing().factor_step_from,
+            [&](Index begin, Index end) {
+              kernels_.factor_below(below + begin * panel.columns, end - begin, panel.columns,
+                                    &inverse_[at(panel.first)], workspace.packed.data());
+            });
   queue(p, 0, nullptr);
 }
 

@@ -74,6 +74,7 @@ class MaskedFactor {
 
   // factorization.cpp
   void factor_alone(Index panel, Border* border, Workspace& workspace);
+  [[nodiscard]] double operations_before(Index panel) const;
   void factor_together(Index panel, Workspace& workspace);
   void fill(const Panel& panel, std::vector<Index>& local);
   [[nodiscard]] Index n_common(Index descendant, const Panel& panel) const;
