@@ -42,7 +42,7 @@ bool MaskedFactor::factorize(std::span<const std::uint8_t> mask, std::span<const
     const double worth_it = workers_.sharing().factor_step_from;
     for (const Index p : above_) {
       const bool has_parts = !borders_.empty() && panels_[at(p)].rows() > rows_of_product;
-      if (has_parts && operations_before(p) >= worth_it) {
+      if (has_parts && multiplications_before(p) >= worth_it) {
         factor_together(p, workspace);
       } else {
         factor_alone(p, nullptr, workspace);
@@ -71,13 +71,13 @@ void MaskedFactor::factor_alone(Index p, Border* border, Workspace& workspace) {
 }
 
 /// The number of multiplications for the contributions of all earlier panels.
-double MaskedFactor::operations_before(Index p) const {
-  double operations = 0;
+double MaskedFactor::multiplications_before(Index p) const {
+  double sum = 0;
   for (Index d = head_[at(p)]; d != none; d = next_[at(d)]) {
-    operations += static_cast<double>(panels_[at(d)].n_below - reached_[at(d)]) *
-                  n_common(d, panels_[at(p)]) * panels_[at(d)].columns;
+    sum += static_cast<double>(panels_[at(d)].n_below - reached_[at(d)]) *
+           n_common(d, panels_[at(p)]) * panels_[at(d)].columns;
   }
-  return operations;
+  return sum;
 }
 
 /// Computes a panel of the factor above all subtrees, in several threads: each of them a few rows

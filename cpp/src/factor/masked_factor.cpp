@@ -78,7 +78,7 @@ MaskedFactor::MaskedFactor(const SymmetricMatrix& matrix, Workers& workers, Orde
   seen_.resize(n);
   first_child_.resize(supernodes);
   sibling_.resize(supernodes);
-  operations_.resize(supernodes);
+  multiplications_.resize(supernodes);
   next_.resize(supernodes);
   head_.resize(supernodes);
   reached_.resize(supernodes);
@@ -105,7 +105,7 @@ void MaskedFactor::thin_out(std::span<const std::uint8_t> mask) {
   for (Index s = 0; s < plan_.supernodes(); ++s) {
     const Index end_position = plan_.firsts[at(s) + 1];
     const Index begin = first;
-    operations_[at(s)] = 0;
+    multiplications_[at(s)] = 0;
     panels_before_.push_back(static_cast<Index>(panels_.size()));
     while (first < static_cast<Index>(position_at_.size()) &&
            position_at_[at(first)] < end_position) {
@@ -118,21 +118,21 @@ void MaskedFactor::thin_out(std::span<const std::uint8_t> mask) {
     panel.n_below = static_cast<Index>(rows_.size()) - panel.below;
     panels_.back() = panel;
     size += at(panel.columns) * at(panel.rows());
-    operations_[at(s)] = static_cast<double>(panel.columns) * panel.rows() * panel.rows();
+    multiplications_[at(s)] = 0.5 * panel.columns * panel.rows() * panel.rows();
   }
   panels_before_.push_back(static_cast<Index>(panels_.size()));
   if (factor_.size() < size) factor_.resize(size);
-  n_entries_ = static_cast<double>(size);
+  cost_.entries = static_cast<double>(size);
   divide();
 }
 
 /// Divides the panels among subtrees.
 void MaskedFactor::divide() {
-  const double operations = std::accumulate(operations_.begin(), operations_.end(), 0.0);
-  if (operations < workers_.sharing().factor_from) {
+  cost_.multiplications = std::accumulate(multiplications_.begin(), multiplications_.end(), 0.0);
+  if (cost_.multiplications < workers_.sharing().factor_from) {
     subtrees_.clear();
   } else {
-    subtrees_.divide(operations_);
+    subtrees_.divide(multiplications_);
   }
   above_.clear();
   borders_.clear();

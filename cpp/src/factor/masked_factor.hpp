@@ -38,6 +38,14 @@ class MaskedFactor {
   /// common with the panels above them, is larger than ever before.
   bool factorize(std::span<const std::uint8_t> mask, std::span<const double> added = {});
 
+  /// What the last factor cost: how many multiplications it took, about, and how many numbers it
+  /// has.
+  struct Cost {
+    double multiplications = 0;
+    double entries = 0;
+  };
+  [[nodiscard]] const Cost& cost() const { return cost_; }
+
   /// The factored rows and columns, in elimination order.
   [[nodiscard]] std::span<const Index> order() const { return order_; }
 
@@ -74,7 +82,7 @@ class MaskedFactor {
 
   // factorization.cpp
   void factor_alone(Index panel, Border* border, Workspace& workspace);
-  [[nodiscard]] double operations_before(Index panel) const;
+  [[nodiscard]] double multiplications_before(Index panel) const;
   void factor_together(Index panel, Workspace& workspace);
   void fill(const Panel& panel, std::vector<Index>& local);
   [[nodiscard]] Index n_common(Index descendant, const Panel& panel) const;
@@ -120,7 +128,7 @@ class MaskedFactor {
   std::vector<Index> rows_;
   std::vector<double> factor_;
   std::vector<double> inverse_;  // the inverse of the diagonal of the factor
-  double n_entries_ = 0;         // of the factor
+  Cost cost_;
 
   std::vector<Index> above_;                  // the panels that are in no subtree
   std::vector<Border> borders_;               // (subtrees,)
@@ -133,7 +141,7 @@ class MaskedFactor {
   std::vector<Index> first_child_;  // (supernodes,) the first panel whose first row below the
                                     // triangle is in the supernode
   std::vector<Index> sibling_;
-  std::vector<double> operations_;  // (supernodes,)
+  std::vector<double> multiplications_;  // (supernodes,)
   std::vector<Index> next_;  // (panels,) linked lists of the panels that contribute to a later one
   std::vector<Index> head_;
   std::vector<Index> reached_;  // (panels,) how many rows below the triangle have been processed

@@ -27,7 +27,7 @@ struct Sharing {
   Index patience = 0;
   /// The factorisation of method detail is divided into parts, which threads share, if it takes at
   /// least this many multiplications, and single steps of it from the second number on.
-  double factor_from = 5e7;
+  double factor_from = 2.5e7;
   double factor_step_from = 5e5;
   /// Solving with a factor that is divided is shared if it takes this many multiplications.
   double solve_from = 1e6;
