@@ -15,6 +15,7 @@ constexpr Sharing in_small_pieces(Index vertices = 16) {
           .short_chunk = vertices,
           .fewest_pieces = 2,
           .patience = 100'000,
+          .backwards = false,
           .factor_from = 0,
           .factor_step_from = 0,
           .solve_from = 0};

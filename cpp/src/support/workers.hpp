@@ -25,6 +25,9 @@ struct Sharing {
   /// For tests, in which every call must be shared: the calling thread yields up to this many times
   /// until another thread has taken a piece, and every thread yields after each piece.
   Index patience = 0;
+  /// For tests: a thread that is alone executes the pieces from the last to the first, which must
+  /// not change any result.
+  bool backwards = false;
   /// The factorisation of method detail is divided into parts, which threads share, if it takes at
   /// least this many multiplications, and single steps of it from the second number on.
   double factor_from = 2.5e7;
@@ -70,7 +73,7 @@ class Workers {
   template <class Work>
   void share(Index count, bool is_worth_it, Work&& work) {
     if (threads_.empty() || count < 2 || !is_worth_it) {
-      for (Index i = 0; i < count; ++i) work(i);
+      for (Index i = 0; i < count; ++i) work(sharing_.backwards ? count - 1 - i : i);
       return;
     }
     run(
