@@ -3,8 +3,12 @@
 #include <doctest/doctest.h>
 
 #include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <cstdlib>
 
+#include "detail/detail_operator.hpp"
 #include "meshes.hpp"
+#include "shared_work.hpp"
 
 namespace dynmesh::testing {
 namespace {
@@ -35,6 +39,28 @@ SymmetricMatrix converted(const Matrix& matrix) {
   result.rows.assign(matrix.innerIndexPtr(), matrix.innerIndexPtr() + matrix.nonZeros());
   result.values.assign(matrix.valuePtr(), matrix.valuePtr() + matrix.nonZeros());
   return result;
+}
+
+/// The system of method detail, plus a small diagonal.
+Matrix smooth_matrix(const Mesh<double>& mesh) {
+  const Topology topology = build_topology(mesh.faces(), mesh.size());
+  std::vector<Vector3<double>> frame(mesh.size());
+  for (std::size_t v = 0; v < frame.size(); ++v) {
+    frame[v] = {mesh.vertices[3 * v], mesh.vertices[3 * v + 1], mesh.vertices[3 * v + 2]};
+  }
+  std::vector<Triangle> faces;
+  for (std::size_t f = 0; f < mesh.faces().count; ++f) faces.push_back(mesh.faces()[f]);
+  const SymmetricMatrix normal =
+      normal_matrix(build_detail_operator<double>(faces, topology.cells, frame));
+  const auto n = static_cast<Eigen::Index>(normal.size());
+  Matrix matrix = Eigen::Map<const Matrix>(n, n, std::ssize(normal.rows), normal.offsets.data(),
+                                           normal.rows.data(), normal.values.data());
+  for (Eigen::Index i = 0; i < n; ++i) matrix.coeffRef(i, i) += 0.1;
+  return matrix;
+}
+
+bool are_same(const Vector3<double>& a, const Vector3<double>& b) {
+  return a.x == b.x && a.y == b.y && a.z == b.z;
 }
 
 std::vector<Vector3<double>> random_vectors(std::size_t n, unsigned seed) {
@@ -75,7 +101,7 @@ std::vector<Vector3<double>> expected_solution(const Matrix& matrix,
 }
 
 /// Solves for 1 or 3 frames at once; entries outside the mask keep their values.
-void solve(const MaskedFactor& factor, std::vector<std::vector<Vector3<double>>*> frames) {
+void solve(MaskedFactor& factor, std::vector<std::vector<Vector3<double>>*> frames) {
   const auto order = factor.order();
   std::vector<Vector3<double>> values;
   for (const Index row : order) {
@@ -98,33 +124,109 @@ double largest_difference(const std::vector<Vector3<double>>& a,
   return largest;
 }
 
+/// Blocks that are not coupled with each other.
+Matrix in_blocks(const std::vector<Matrix>& blocks) {
+  std::vector<Eigen::Triplet<double>> entries;
+  int first = 0;
+  for (const Matrix& block : blocks) {
+    for (int j = 0; j < block.cols(); ++j) {
+      for (Matrix::InnerIterator entry(block, j); entry; ++entry) {
+        entries.emplace_back(first + static_cast<int>(entry.row()), first + j, entry.value());
+      }
+    }
+    first += static_cast<int>(block.cols());
+  }
+  Matrix whole(first, first);
+  whole.setFromTriplets(entries.begin(), entries.end());
+  return whole;
+}
+
+void check_against_eigen(const Matrix& matrix, MaskedFactor& factor) {
+  unsigned seed = 0;
+  for (const double share : {0.0, 0.3, 0.9, 0.6, 1.0, 0.02}) {
+    const auto mask = random_mask(static_cast<std::size_t>(matrix.cols()), share, ++seed);
+    CAPTURE(share);
+    factor.factorize(mask);
+    auto one = random_vectors(mask.size(), ++seed);
+    auto two = random_vectors(mask.size(), ++seed);
+    const auto expected_one = expected_solution(matrix, mask, one);
+    auto three = random_vectors(mask.size(), ++seed);
+    const auto expected_two = expected_solution(matrix, mask, two);
+    const auto expected_three = expected_solution(matrix, mask, three);
+    auto alone = one;
+    solve(factor, {&alone});
+    solve(factor, {&one, &two, &three});
+    CHECK(largest_difference(alone, expected_one) < 1e-6);
+    CHECK(largest_difference(one, expected_one) < 1e-6);
+    CHECK(largest_difference(two, expected_two) < 1e-6);
+    CHECK(largest_difference(three, expected_three) < 1e-6);
+    CHECK(!factor.factorize(mask));
+    auto again = alone = random_vectors(mask.size(), ++seed);
+    solve(factor, {&again});
+    CHECK(largest_difference(again, expected_solution(matrix, mask, alone)) < 1e-6);
+  }
+}
+
 TEST_CASE("a masked factor agrees with Eigen for every mask and kind of processor") {
+  Workers alone(1);
+  Workers divided(1, in_small_pieces());
   for (const int n : {1, 2, 5, 40, 400}) {
     const Matrix matrix = random_matrix(n, 3);
     for (const Kernels& level : runnable_kernels()) {
-      const DenseKernels& kernels = level.dense;
-      MaskedFactor factor(converted(matrix), kernels);
-      unsigned seed = 0;
-      for (const double share : {0.0, 0.3, 0.9, 0.6, 1.0, 0.02}) {
-        const auto mask = random_mask(static_cast<std::size_t>(n), share, ++seed);
-        factor.factorize(mask);
-        auto one = random_vectors(mask.size(), ++seed);
-        auto two = random_vectors(mask.size(), ++seed);
-        const auto expected_one = expected_solution(matrix, mask, one);
-        auto three = random_vectors(mask.size(), ++seed);
-        const auto expected_two = expected_solution(matrix, mask, two);
-        const auto expected_three = expected_solution(matrix, mask, three);
+      for (Workers* workers : {&alone, &divided}) {
+        CAPTURE(n);
+        CAPTURE(workers == &divided);
+        MaskedFactor factor(converted(matrix), *workers, level.dense);
+        check_against_eigen(matrix, factor);
+      }
+    }
+  }
+}
+
+TEST_CASE("the same with every order, and with threads") {
+  Workers workers(2, in_small_pieces());
+  for (const Ordering ordering : {Ordering::minimum_degree, Ordering::nested_dissection}) {
+    for (const Matrix& matrix :
+         {random_matrix(1, 3), random_matrix(300, 4), smooth_matrix(torus(24)),
+          in_blocks({random_matrix(50, 1), smooth_matrix(torus(9)), random_matrix(1, 2),
+                     random_matrix(20, 3), random_matrix(60, 4), random_matrix(2, 5)})}) {
+      MaskedFactor factor(converted(matrix), workers, ordering);
+      check_against_eigen(matrix, factor);
+    }
+  }
+}
+
+TEST_CASE("the solution is the same with any number of threads, to the last bit") {
+  // Large enough that threads share the subtrees, the steps above them, and the solves.
+  const Matrix matrix = smooth_matrix(torus(64));
+  for (const Ordering ordering : {Ordering::minimum_degree, Ordering::nested_dissection}) {
+    std::vector<std::vector<Vector3<double>>> expected;
+    for (const Index threads : {1, 2, 3, 4, -1}) {
+      Sharing sharing = in_small_pieces();
+      sharing.backwards = threads < 0;  // one thread that does everything in another order
+      Workers workers(std::abs(threads), sharing);
+      MaskedFactor factor(converted(matrix), workers, ordering);
+      std::size_t n = 0;
+      for (const double share : {0.9, 0.5}) {
+        const auto mask = random_mask(static_cast<std::size_t>(matrix.cols()), share, 1);
+        const auto by_factor = shared_pieces([&] { factor.factorize(mask); });
+        auto one = random_vectors(mask.size(), 2);
+        auto two = random_vectors(mask.size(), 3);
+        auto three = random_vectors(mask.size(), 4);
         auto alone = one;
-        solve(factor, {&alone});
-        solve(factor, {&one, &two, &three});
-        CHECK(largest_difference(alone, expected_one) < 1e-6);
-        CHECK(largest_difference(one, expected_one) < 1e-6);
-        CHECK(largest_difference(two, expected_two) < 1e-6);
-        CHECK(largest_difference(three, expected_three) < 1e-6);
-        CHECK(!factor.factorize(mask));
-        auto again = alone = random_vectors(mask.size(), ++seed);
-        solve(factor, {&again});
-        CHECK(largest_difference(again, expected_solution(matrix, mask, alone)) < 1e-6);
+        const auto by_solve = shared_pieces([&] {
+          solve(factor, {&alone});
+          solve(factor, {&one, &two, &three});
+        });
+        CHECK((by_factor > 0) == (threads > 1));
+        CHECK((by_solve > 0) == (threads > 1));
+        for (const auto& solution : {one, two, three, alone}) {
+          if (threads == 1) {
+            expected.push_back(solution);
+          } else {
+            CHECK(std::ranges::equal(solution, expected[n++], are_same));
+          }
+        }
       }
     }
   }
@@ -141,7 +243,8 @@ TEST_CASE("singular directions have no part in the solution") {
   }
   matrix.coeffRef(0, 0) += 1;
   matrix.makeCompressed();
-  MaskedFactor factor(converted(matrix));
+  Workers workers(1);
+  MaskedFactor factor(converted(matrix), workers);
   const std::vector<std::uint8_t> all(6, 1);
   factor.factorize(all);
   std::vector<Vector3<double>> values(6);

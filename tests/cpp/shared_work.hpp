@@ -8,9 +8,17 @@
 
 namespace dynmesh::testing {
 
-/// Pieces of a few vertices, with a caller that waits for other threads to take some.
+/// Pieces of a few vertices and small steps, with a caller that waits for other threads to take
+/// some.
 constexpr Sharing in_small_pieces(Index vertices = 16) {
-  return {.chunk = vertices, .short_chunk = vertices, .fewest_pieces = 2, .patience = 100'000};
+  return {.chunk = vertices,
+          .short_chunk = vertices,
+          .fewest_pieces = 2,
+          .patience = 100'000,
+          .backwards = false,
+          .factor_from = 0,
+          .factor_step_from = 0,
+          .solve_from = 0};
 }
 
 /// Completers that are constructed during its lifetime share their work in such pieces.

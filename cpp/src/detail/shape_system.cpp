@@ -18,7 +18,7 @@ ShapeSystem::Prepared ShapeSystem::prepare(std::span<const Triangle> faces,
                                            std::span<const Vector3<Real>> first_frame,
                                            const DetailConstants& constants) const {
   auto k = build_detail_operator<Real>(faces, cells_, first_frame, constants);
-  auto factor = std::make_unique<MaskedFactor>(normal_matrix(k));
+  auto factor = std::make_unique<MaskedFactor>(normal_matrix(k), workers_);
   return {std::move(k), std::move(factor)};
 }
 

@@ -1,7 +1,5 @@
 #include "factor/elimination.hpp"
 
-#include <Eigen/OrderingMethods>
-#include <Eigen/SparseCore>
 #include <algorithm>
 #include <numeric>
 
@@ -11,18 +9,6 @@ namespace dynmesh {
 namespace {
 
 constexpr Index none = -1;
-
-std::vector<Index> minimum_degree_order(const SymmetricMatrix& matrix) {
-  using Sparse = Eigen::SparseMatrix<double, Eigen::ColMajor, Index>;
-  const auto n = static_cast<Eigen::Index>(matrix.size());
-  const Eigen::Map<const Sparse> whole(n, n, static_cast<Eigen::Index>(matrix.rows.size()),
-                                       matrix.offsets.data(), matrix.rows.data(),
-                                       matrix.values.data());
-  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, Index> order;
-  Sparse copy = whole;
-  Eigen::AMDOrdering<Index>()(copy, order);
-  return {order.indices().data(), order.indices().data() + n};
-}
 
 std::vector<Index> inverse(const std::vector<Index>& order) {
   std::vector<Index> positions(order.size());
@@ -157,10 +143,10 @@ std::vector<Block> find_blocks(const std::vector<Index>& parent, const std::vect
 
 }  // namespace
 
-Elimination plan_elimination(const SymmetricMatrix& matrix) {
+Elimination plan_elimination(const SymmetricMatrix& matrix, Ordering ordering) {
   const std::size_t n = matrix.size();
   Elimination plan;
-  plan.column_at = minimum_degree_order(matrix);
+  plan.column_at = elimination_order(matrix, ordering);
   plan.position_of = inverse(plan.column_at);
   const auto order = postorder(elimination_tree(matrix, plan));
   std::vector<Index> column_at(n);
@@ -184,6 +170,7 @@ Elimination plan_elimination(const SymmetricMatrix& matrix) {
   // The rows of a supernode are those of its columns and of its children.
   std::vector<Index> first_child(at(plan.supernodes()), none);
   std::vector<Index> sibling(at(plan.supernodes()), none);
+  plan.parents.assign(at(plan.supernodes()), none);
   std::vector<Index> seen(n, none);
   plan.row_offsets.push_back(0);
   for (Index s = 0; s < plan.supernodes(); ++s) {
@@ -209,6 +196,7 @@ Elimination plan_elimination(const SymmetricMatrix& matrix) {
     plan.row_offsets.push_back(static_cast<Index>(plan.rows.size()));
     if (static_cast<std::ptrdiff_t>(plan.rows.size()) > begin) {
       const Index up = supernode_of[at(plan.rows[static_cast<std::size_t>(begin)])];
+      plan.parents[at(s)] = up;
       sibling[at(s)] = first_child[at(up)];
       first_child[at(up)] = s;
     }

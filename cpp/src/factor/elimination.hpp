@@ -3,19 +3,12 @@
 #pragma once
 
 #include <dynmesh/types.hpp>
-#include <span>
 #include <vector>
 
+#include "factor/elimination_order.hpp"
+#include "factor/symmetric_matrix.hpp"
+
 namespace dynmesh {
-
-/// A sparse symmetric matrix. Both triangles are stored, with ascending rows in each column.
-struct SymmetricMatrix {
-  std::vector<Index> offsets;
-  std::vector<Index> rows;
-  std::vector<double> values;
-
-  [[nodiscard]] std::size_t size() const { return offsets.size() - 1; }
-};
 
 /// A position is an index in the elimination order. Supernode s consists of the columns at
 /// positions firsts[s] to firsts[s + 1] - 1. Below them, the factor can have entries only in the
@@ -28,12 +21,15 @@ struct Elimination {
   std::vector<Index> firsts;
   std::vector<Index> row_offsets;
   std::vector<Index> rows;
+  /// The supernode of the first row below each supernode, -1 for the last one of a component: the
+  /// elimination forest. Children precede their parents.
+  std::vector<Index> parents;
 
   [[nodiscard]] Index supernodes() const { return static_cast<Index>(firsts.size()) - 1; }
 };
 
-/// Computes an approximate minimum degree order. Columns with nearly the same rows form a supernode
-/// of at most `widest_supernode` columns (dense_kernels.hpp).
-Elimination plan_elimination(const SymmetricMatrix& matrix);
+/// Orders the columns. Those with nearly the same rows form a supernode of at most
+/// `widest_supernode` columns (dense_kernels.hpp).
+Elimination plan_elimination(const SymmetricMatrix& matrix, Ordering ordering);
 
 }  // namespace dynmesh

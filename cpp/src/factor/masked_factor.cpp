@@ -1,7 +1,7 @@
 #include "factor/masked_factor.hpp"
 
 #include <algorithm>
-#include <array>
+#include <numeric>
 #include <utility>
 
 namespace dynmesh {
@@ -35,8 +35,13 @@ SymmetricMatrix permuted(const SymmetricMatrix& matrix, const Elimination& plan)
 
 }  // namespace
 
-MaskedFactor::MaskedFactor(SymmetricMatrix matrix, const DenseKernels& kernels)
-    : plan_(plan_elimination(matrix)), kernels_(kernels) {
+MaskedFactor::MaskedFactor(const SymmetricMatrix& matrix, Workers& workers, Ordering ordering,
+                           const DenseKernels& kernels)
+    : plan_(plan_elimination(matrix, ordering)),
+      kernels_(kernels),
+      workers_(workers),
+      subtrees_(plan_),
+      workspaces_(workers.threads() + 1, matrix.size()) {
   matrix_ = permuted(matrix, plan_);
   const std::size_t n = matrix_.size();
   // Only the lower triangle is needed from here on.
@@ -56,10 +61,6 @@ MaskedFactor::MaskedFactor(SymmetricMatrix matrix, const DenseKernels& kernels)
   }
   matrix_ = std::move(lower);
 
-  Index most_below = 0;
-  for (Index s = 0; s < plan_.supernodes(); ++s) {
-    most_below = std::max(most_below, plan_.row_offsets[at(s) + 1] - plan_.row_offsets[at(s)]);
-  }
   const auto supernodes = at(plan_.supernodes());
   mask_.reserve(n);
   added_.reserve(n);
@@ -67,44 +68,20 @@ MaskedFactor::MaskedFactor(SymmetricMatrix matrix, const DenseKernels& kernels)
   position_at_.reserve(n);
   order_.reserve(n);
   panel_of_.resize(n);
+  panels_before_.reserve(supernodes + 1);
   panels_.reserve(supernodes);
   rows_.reserve(plan_.rows.size());
   inverse_.resize(n);
+  above_.reserve(supernodes);
+  borders_.reserve(supernodes);
+  in_border_.resize(plan_.rows.size());
   seen_.resize(n);
   first_child_.resize(supernodes);
   sibling_.resize(supernodes);
-  local_.resize(n);
+  multiplications_.resize(supernodes);
   next_.resize(supernodes);
   head_.resize(supernodes);
   reached_.resize(supernodes);
-  products_.resize(at(most_below) * widest_supernode);
-  work_.resize(at(most_work));
-}
-
-bool MaskedFactor::factorize(std::span<const std::uint8_t> mask, std::span<const double> added) {
-  const bool is_same_mask = std::ranges::equal(mask, mask_);
-  if (is_same_mask && std::ranges::equal(added, added_)) return false;
-  added_.assign(added.begin(), added.end());
-  if (!is_same_mask) {
-    mask_.clear();  // if memory is exhausted below, the factor matches no mask
-    thin_out(mask);
-    mask_.assign(mask.begin(), mask.end());
-  }
-  std::fill_n(head_.begin(), panels_.size(), none);
-  for (Index p = 0; p < static_cast<Index>(panels_.size()); ++p) {
-    const Panel& panel = panels_[at(p)];
-    fill(panel);
-    subtract_descendants(p);
-    std::array<double, widest_supernode> least{};
-    for (Index j = 0; j < panel.columns; ++j) {
-      least[at(j)] = least_pivots_[at(position_at_[at(panel.first + j)])];
-    }
-    kernels_.factor(&factor_[panel.data], panel.columns + panel.n_below, panel.columns,
-                    least.data(), &inverse_[at(panel.first)], work_.data());
-    reached_[at(p)] = 0;
-    queue(p, 0);
-  }
-  return true;
 }
 
 /// Determines the panels of the submatrix and their rows.
@@ -119,6 +96,7 @@ void MaskedFactor::thin_out(std::span<const std::uint8_t> mask) {
     order_.push_back(plan_.column_at[position]);
   }
   panels_.clear();
+  panels_before_.clear();
   rows_.clear();
   std::ranges::fill(seen_, none);
   std::ranges::fill(first_child_, none);
@@ -127,19 +105,62 @@ void MaskedFactor::thin_out(std::span<const std::uint8_t> mask) {
   for (Index s = 0; s < plan_.supernodes(); ++s) {
     const Index end_position = plan_.firsts[at(s) + 1];
     const Index begin = first;
+    multiplications_[at(s)] = 0;
+    panels_before_.push_back(static_cast<Index>(panels_.size()));
     while (first < static_cast<Index>(position_at_.size()) &&
            position_at_[at(first)] < end_position) {
       panel_of_[at(first++)] = static_cast<Index>(panels_.size());
     }
     if (first == begin) continue;
-    Panel panel = {begin, first - begin, static_cast<Index>(rows_.size()), 0, size};
+    Panel panel = {begin, first - begin, static_cast<Index>(rows_.size()), 0, 0, size};
     panels_.push_back(panel);
     find_rows(s);
     panel.n_below = static_cast<Index>(rows_.size()) - panel.below;
     panels_.back() = panel;
-    size += at(panel.columns) * at(panel.columns + panel.n_below);
+    size += at(panel.columns) * at(panel.rows());
+    multiplications_[at(s)] = 0.5 * panel.columns * panel.rows() * panel.rows();
   }
+  panels_before_.push_back(static_cast<Index>(panels_.size()));
   if (factor_.size() < size) factor_.resize(size);
+  cost_.entries = static_cast<double>(size);
+  divide();
+}
+
+/// Divides the panels among subtrees.
+void MaskedFactor::divide() {
+  cost_.multiplications = std::accumulate(multiplications_.begin(), multiplications_.end(), 0.0);
+  if (cost_.multiplications < workers_.sharing().factor_from) {
+    subtrees_.clear();
+  } else {
+    subtrees_.divide(multiplications_);
+  }
+  above_.clear();
+  borders_.clear();
+  border_rows_.clear();
+  const auto n_panels = static_cast<Index>(panels_.size());
+  Index next = 0;
+  for (const Subtree& subtree : subtrees_.all()) {
+    const auto root = at(subtree.root);
+    Border border = {panels_before_[at(subtree.first)],
+                     panels_before_[root + 1],
+                     0,
+                     static_cast<Index>(border_rows_.size()),
+                     0,
+                     none};
+    const bool is_empty = border.first_panel == border.end_panel;
+    for (Index r = plan_.row_offsets[root]; r < plan_.row_offsets[root + 1] && !is_empty; ++r) {
+      const Index row = row_of_[at(plan_.rows[at(r)])];
+      if (row != none) border_rows_.push_back(row);
+    }
+    border.end = static_cast<Index>(border_rows_.size());
+    border.end_row = border.end_panel < n_panels ? panels_[at(border.end_panel)].first
+                                                 : static_cast<Index>(order_.size());
+    borders_.push_back(border);
+    for (; next < border.first_panel; ++next) above_.push_back(next);
+    next = border.end_panel;
+  }
+  for (; next < n_panels; ++next) above_.push_back(next);
+  if (border_sums_.size() < 3 * border_rows_.size()) border_sums_.resize(3 * border_rows_.size());
 }
 
 /// Selects the rows of the current panel: those of its columns and of its children that the mask
@@ -170,83 +191,6 @@ void MaskedFactor::find_rows(Index supernode) {
                   plan_.firsts.begin() - 1;
   sibling_[at(mine)] = first_child_[static_cast<std::size_t>(up)];
   first_child_[static_cast<std::size_t>(up)] = mine;
-}
-
-/// Copies the entries of the matrix to the panel.
-void MaskedFactor::fill(const Panel& panel) {
-  double* data = &factor_[panel.data];
-  std::fill_n(data, at(panel.columns) * at(panel.columns + panel.n_below), 0.0);
-  for (Index j = 0; j < panel.columns; ++j) local_[at(panel.first + j)] = j;
-  for (Index r = 0; r < panel.n_below; ++r) {
-    local_[at(rows_[at(panel.below + r)])] = panel.columns + r;
-  }
-  for (Index j = 0; j < panel.columns; ++j) {
-    const auto position = at(position_at_[at(panel.first + j)]);
-    for (Index e = matrix_.offsets[position]; e < matrix_.offsets[position + 1]; ++e) {
-      const Index row = row_of_[at(matrix_.rows[at(e)])];
-      if (row == none) continue;
-      data[at(local_[at(row)]) * at(panel.columns) + at(j)] = matrix_.values[at(e)];
-    }
-    if (!added_.empty()) data[at(j * panel.columns + j)] += added_[at(plan_.column_at[position])];
-  }
-}
-
-/// Subtracts the contributions of all earlier panels that have rows in this one.
-void MaskedFactor::subtract_descendants(Index p) {
-  const Panel& panel = panels_[at(p)];
-  double* data = &factor_[panel.data];
-  for (Index d = head_[at(p)]; d != none;) {
-    const Panel& descendant = panels_[at(d)];
-    const Index following = next_[at(d)];
-    const Index begin = reached_[at(d)];
-    const Index* rows = &rows_[at(descendant.below + begin)];
-    const Index m = descendant.n_below - begin;
-    Index n = 0;
-    while (n < m && rows[n] < panel.first + panel.columns) ++n;
-    const Index c = descendant.columns;
-    const double* a = &factor_[descendant.data + at(c + begin) * at(c)];
-    kernels_.multiply(a, m, a, n, c, products_.data(), work_.data());
-    const Index stride = (n + 3) / 4 * 4;
-    const bool in_a_row = rows[n - 1] - rows[0] == n - 1;
-    for (Index i = 0; i < m; ++i) {
-      double* row = data + at(local_[at(rows[i])]) * at(panel.columns);
-      const double* product = &products_[at(i * stride)];
-      const Index columns = std::min(n, i + 1);
-      if (in_a_row) {
-        double* target = row + (rows[0] - panel.first);
-        for (Index j = 0; j < columns; ++j) target[j] -= product[j];
-      } else {
-        for (Index j = 0; j < columns; ++j) row[rows[j] - panel.first] -= product[j];
-      }
-    }
-    reached_[at(d)] = begin + n;
-    queue(d, begin + n);
-    d = following;
-  }
-}
-
-/// Adds a panel to the list of the later panel that contains its row number `row` below the
-/// triangle.
-void MaskedFactor::queue(Index p, Index row) {
-  const Panel& panel = panels_[at(p)];
-  if (row == panel.n_below) return;
-  const auto target = at(panel_of_[at(rows_[at(panel.below + row)])]);
-  next_[at(p)] = head_[target];
-  head_[target] = p;
-}
-
-void MaskedFactor::solve(std::span<Vector3<double>> values, int fields) const {
-  double* numbers = &values[0].x;
-  for (const Panel& panel : panels_) {
-    kernels_.solve_forward(&factor_[panel.data], panel.columns + panel.n_below, panel.columns,
-                           &inverse_[at(panel.first)], panel.first, rows_.data() + panel.below,
-                           numbers, fields);
-  }
-  for (auto panel = panels_.rbegin(); panel != panels_.rend(); ++panel) {
-    kernels_.solve_backward(&factor_[panel->data], panel->columns + panel->n_below, panel->columns,
-                            &inverse_[at(panel->first)], panel->first, rows_.data() + panel->below,
-                            numbers, fields);
-  }
 }
 
 }  // namespace dynmesh

@@ -8,23 +8,43 @@
 #include <vector>
 
 #include "factor/elimination.hpp"
+#include "factor/subtrees.hpp"
+#include "factor/workspaces.hpp"
 #include "kernels/kernels.hpp"
+#include "support/workers.hpp"
 
 namespace dynmesh {
 
 /// A supernodal Cholesky factorisation (left-looking, as in Chen, Davis, Hager and Rajamanickam
 /// 2008). Its order and supernodes are computed for the whole matrix, and each mask selects a part
 /// of them.
+///
+/// If the factorisation takes long (Sharing::factor_from), subtrees of the elimination forest are
+/// factored by different threads, and then the panels above them one after another, each of them by
+/// all threads together. The results do not depend on the number of threads.
 class MaskedFactor {
  public:
-  /// `matrix` must be positive semidefinite.
-  explicit MaskedFactor(SymmetricMatrix matrix, const DenseKernels& kernels = best_kernels().dense);
+  /// `matrix` must be positive semidefinite. `workers` must outlive this object.
+  MaskedFactor(const SymmetricMatrix& matrix, Workers& workers, Ordering ordering,
+               const DenseKernels& kernels = best_kernels().dense);
+  /// In the order that is best for its size.
+  MaskedFactor(const SymmetricMatrix& matrix, Workers& workers,
+               const DenseKernels& kernels = best_kernels().dense)
+      : MaskedFactor(matrix, workers, best_ordering(matrix.size()), kernels) {}
 
   /// Factors the rows and columns with `mask[i] != 0`, after adding `added` (n,) to the diagonal
   /// unless it is empty. If both are the same as in the last call, keeps the factor and returns
-  /// false; otherwise returns true. Allocates memory only if the factor is larger than all earlier
-  /// ones.
+  /// false; otherwise returns true. Allocates memory only if the factor, or what subtrees have in
+  /// common with the panels above them, is larger than ever before.
   bool factorize(std::span<const std::uint8_t> mask, std::span<const double> added = {});
+
+  /// What the last factor cost: how many multiplications it took, about, and how many numbers it
+  /// has.
+  struct Cost {
+    double multiplications = 0;
+    double entries = 0;
+  };
+  [[nodiscard]] const Cost& cost() const { return cost_; }
 
   /// The factored rows and columns, in elimination order.
   [[nodiscard]] std::span<const Index> order() const { return order_; }
@@ -32,7 +52,7 @@ class MaskedFactor {
   /// Replaces right-hand sides by the solutions. There are one or three `fields` for each row of
   /// `order()`. Directions in which the submatrix is singular in double precision have no part in
   /// the solution.
-  void solve(std::span<Vector3<double>> values, int fields) const;
+  void solve(std::span<Vector3<double>> values, int fields);
 
  private:
   struct Panel {
@@ -40,18 +60,60 @@ class MaskedFactor {
     Index columns;
     Index below;  // the rows below its triangle are rows_[below] to rows_[below + n_below - 1]
     Index n_below;
+    Index n_inside;    // those of them that are not above the panel's subtree
     std::size_t data;  // the index of its first entry in factor_
+
+    [[nodiscard]] Index rows() const { return columns + n_below; }
+  };
+  /// The panels of a subtree, and the rows above it in which they have entries.
+  struct Border {
+    Index first_panel;
+    Index end_panel;
+    Index end_row;  // the first row of the submatrix that is not in the subtree
+    Index first;    // the rows are border_rows_[first] to border_rows_[end - 1]
+    Index end;
+    Index unfinished;  // the first of a list of panels with such rows, linked by next_
   };
 
+  // masked_factor.cpp
   void thin_out(std::span<const std::uint8_t> mask);
   void find_rows(Index supernode);
-  void fill(const Panel& panel);
-  void subtract_descendants(Index panel);
-  void queue(Index panel, Index row);
+  void divide();
+
+  // factorization.cpp
+  void factor_alone(Index panel, Border* border, Workspace& workspace);
+  [[nodiscard]] double multiplications_before(Index panel) const;
+  void factor_together(Index panel, Workspace& workspace);
+  void fill(const Panel& panel, std::vector<Index>& local);
+  [[nodiscard]] Index n_common(Index descendant, const Panel& panel) const;
+  void subtract_rows(const Panel& panel, Index descendant, Index n, Index first, Index last,
+                     const std::vector<Index>& local, Workspace& workspace);
+  void factor_triangle(const Panel& panel, Workspace& workspace);
+  void queue(Index panel, Index row, Border* border);
+  void number_border(const Border& border, std::vector<Index>& local);
+
+  // triangular_solves.cpp
+  void solve_forward(const Border& border, double* values, int fields);
+  void solve_forward(const Panel& panel, Index n_below, double* values, int fields) const;
+  void solve_backward(const Panel& panel, double* values, int fields) const;
+
+  /// Calls `work(border)` for each subtree, sharing groups of them if it is worth it.
+  template <class Work>
+  void for_each_subtree(bool is_worth_it, const Work& work) {
+    workers_.share(subtrees_.n_groups(), is_worth_it, [&](Index group) {
+      const auto g = static_cast<std::size_t>(group);
+      for (Index i = subtrees_.groups()[g]; i < subtrees_.groups()[g + 1]; ++i) {
+        work(borders_[static_cast<std::size_t>(i)]);
+      }
+    });
+  }
 
   SymmetricMatrix matrix_;  // rows and columns by positions
   Elimination plan_;
   const DenseKernels& kernels_;
+  Workers& workers_;
+  Subtrees subtrees_;
+  Workspaces workspaces_;
   std::vector<double> least_pivots_;  // (n,) by positions
 
   std::vector<std::uint8_t> mask_;
@@ -60,22 +122,29 @@ class MaskedFactor {
   std::vector<Index> order_;
   std::vector<Index> position_at_;  // the position of each row of the submatrix
   std::vector<Index> panel_of_;     // the panel of each row of the submatrix
+  std::vector<Index>
+      panels_before_;  // (supernodes + 1,) the number of panels before each supernode
   std::vector<Panel> panels_;
   std::vector<Index> rows_;
   std::vector<double> factor_;
   std::vector<double> inverse_;  // the inverse of the diagonal of the factor
+  Cost cost_;
+
+  std::vector<Index> above_;                  // the panels that are in no subtree
+  std::vector<Border> borders_;               // (subtrees,)
+  std::vector<Index> border_rows_;            // ascending in each border
+  std::vector<Index> in_border_;              // by rows_: the index in the border of its subtree
+  std::vector<Vector3<double>> border_sums_;  // of solve_forward, three for each row of a border
 
   // For the construction of panels:
   std::vector<Index> seen_;  // (n,) by positions: the last supernode with an entry in that row
   std::vector<Index> first_child_;  // (supernodes,) the first panel whose first row below the
                                     // triangle is in the supernode
   std::vector<Index> sibling_;
-  std::vector<Index> local_;  // the row of the panel for each row of the submatrix
-  std::vector<Index> next_;   // (panels,) linked lists of the panels that contribute to a later one
+  std::vector<double> multiplications_;  // (supernodes,)
+  std::vector<Index> next_;  // (panels,) linked lists of the panels that contribute to a later one
   std::vector<Index> head_;
   std::vector<Index> reached_;  // (panels,) how many rows below the triangle have been processed
-  std::vector<double> products_;
-  std::vector<double> work_;
 };
 
 }  // namespace dynmesh

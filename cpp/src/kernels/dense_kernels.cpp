@@ -47,22 +47,25 @@ void multiply_columns(const double* a, Index m, const double* b, Index n, Index 
   for (; i < m; ++i) multiply_tile<1, width>(a + i * c, c, packed, products + i * stride, stride);
 }
 
-void multiply(const double* a, Index m, const double* b, Index n, Index c, double* products,
-              double* work) {
+void multiply(const double* a, Index m, Index first, const double* b, Index n, Index c,
+              double* products, double* work) {
   const Index stride = (n + 3) / 4 * 4;
   Index j = 0;
-  // Rows before j of these columns are in the upper triangle, which is not used.
+  // Rows before `above` of these columns are in the upper triangle, which is not used.
   for (; j + 4 < n; j += 8) {
-    multiply_columns<2>(a + j * c, m - j, b + j * c, n - j, c, products + j * stride + j, stride,
-                        work);
+    const Index above = j > first ? j - first : 0;
+    if (above >= m) return;
+    multiply_columns<2>(a + above * c, m - above, b + j * c, n - j, c,
+                        products + above * stride + j, stride, work);
   }
-  if (j < n) {
-    multiply_columns<1>(a + j * c, m - j, b + j * c, n - j, c, products + j * stride + j, stride,
-                        work);
+  const Index above = j > first ? j - first : 0;
+  if (j < n && above < m) {
+    multiply_columns<1>(a + above * c, m - above, b + j * c, n - j, c,
+                        products + above * stride + j, stride, work);
   }
 }
 
-/// Factors the triangle and writes its transpose to `upper` (columns, widest_supernode).
+/// The transpose is `upper` (columns, widest_supernode).
 void factor_triangle(double* panel, Index columns, const double* least, double* inverse,
                      double* upper) {
   for (Index i = 0; i < columns; ++i) {
@@ -118,13 +121,35 @@ void factor_row(double* row, Index columns, const double* inverse, const double*
   }
 }
 
-void factor(double* panel, Index rows, Index columns, const double* least, double* inverse,
-            double* work) {
-  factor_triangle(panel, columns, least, inverse, work);
-  Index r = columns;
-  for (; r + 8 <= rows; r += 8) factor_rows<2>(panel + r * columns, columns, inverse, work);
-  for (; r + 4 <= rows; r += 4) factor_rows<1>(panel + r * columns, columns, inverse, work);
-  for (; r < rows; ++r) factor_row(panel + r * columns, columns, inverse, work);
+void factor_below(double* rows, Index n, Index columns, const double* inverse,
+                  const double* upper) {
+  Index r = 0;
+  for (; r + 8 <= n; r += 8) factor_rows<2>(rows + r * columns, columns, inverse, upper);
+  for (; r + 4 <= n; r += 4) factor_rows<1>(rows + r * columns, columns, inverse, upper);
+  for (; r < n; ++r) factor_row(rows + r * columns, columns, inverse, upper);
+}
+
+template <int fields>
+void subtract_from(const double* rows, Index n, Index columns, const double* own,
+                   const Index* targets, double* values) {
+  constexpr int step = 4 * fields;
+  const auto subtract = [&]<int height>(Index r) {
+    Doubles sums[height][fields] = {};
+    const double* l = rows + r * columns;
+    for (Index j = 0; j < columns; ++j) {
+      for (int f = 0; f < fields; ++f) {
+        const Doubles x = load(own + j * step + 4 * f);
+        for (int h = 0; h < height; ++h) sums[h][f] += l[h * columns + j] * x;
+      }
+    }
+    for (int h = 0; h < height; ++h) {
+      double* y = values + static_cast<std::ptrdiff_t>(targets[r + h]) * step;
+      for (int f = 0; f < fields; ++f) store(y + 4 * f, load(y + 4 * f) - sums[h][f]);
+    }
+  };
+  Index r = 0;
+  for (; r + 4 <= n; r += 4) subtract.template operator()<4>(r);
+  for (; r < n; ++r) subtract.template operator()<1>(r);
 }
 
 template <int fields>
@@ -146,23 +171,7 @@ void forward(const double* panel, Index rows, Index columns, const double* inver
       }
     }
   }
-  const auto subtract = [&]<int height>(Index r) {
-    Doubles sums[height][fields] = {};
-    const double* l = panel + r * columns;
-    for (Index j = 0; j < columns; ++j) {
-      for (int f = 0; f < fields; ++f) {
-        const Doubles x = load(own + j * step + 4 * f);
-        for (int h = 0; h < height; ++h) sums[h][f] += l[h * columns + j] * x;
-      }
-    }
-    for (int h = 0; h < height; ++h) {
-      double* y = values + static_cast<std::ptrdiff_t>(below[r - columns + h]) * step;
-      for (int f = 0; f < fields; ++f) store(y + 4 * f, load(y + 4 * f) - sums[h][f]);
-    }
-  };
-  Index r = columns;
-  for (; r + 4 <= rows; r += 4) subtract.template operator()<4>(r);
-  for (; r < rows; ++r) subtract.template operator()<1>(r);
+  subtract_from<fields>(panel + columns * columns, rows - columns, columns, own, below, values);
 }
 
 template <int fields>
@@ -211,6 +220,12 @@ void solve_forward(const double* panel, Index rows, Index columns, const double*
               : forward<3>(panel, rows, columns, inverse, first, below, values);
 }
 
+void subtract_products(const double* rows, Index n, Index columns, const double* own,
+                       const Index* targets, double* values, int fields) {
+  fields == 1 ? subtract_from<1>(rows, n, columns, own, targets, values)
+              : subtract_from<3>(rows, n, columns, own, targets, values);
+}
+
 void solve_backward(const double* panel, Index rows, Index columns, const double* inverse,
                     Index first, const Index* below, double* values, int fields) {
   fields == 1 ? backward<1>(panel, rows, columns, inverse, first, below, values)
@@ -220,6 +235,7 @@ void solve_backward(const double* panel, Index rows, Index columns, const double
 }  // namespace
 
 extern const DenseKernels dense_kernels;
-const DenseKernels dense_kernels = {multiply, factor, solve_forward, solve_backward};
+const DenseKernels dense_kernels = {multiply,      factor_triangle,   factor_below,
+                                    solve_forward, subtract_products, solve_backward};
 
 }  // namespace dynmesh::DYNMESH_KERNELS

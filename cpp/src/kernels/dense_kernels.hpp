@@ -14,31 +14,39 @@ namespace dynmesh {
 constexpr Index widest_supernode = 32;
 static_assert(widest_supernode % 4 == 0, "products of full panels take no more columns than that");
 
-/// The number of elements that the functions below need in `work`, where `factor` stores a
-/// transposed triangle.
+/// The number of elements that the functions below need in `work`, where `factor_triangle`
+/// stores a transposed triangle.
 constexpr Index most_work = widest_supernode * widest_supernode;
 static_assert(most_work >= 8 * widest_supernode, "the rows that `multiply` packs");
 
 struct DenseKernels {
-  /// Computes products (m, stride) = a (m, c) times the transpose of b (n, c). The stride is n
-  /// rounded up to a multiple of 4; the columns from n on are undefined. c is at most
+  /// Computes products (m, stride) = a (m, c) times the transpose of b (n, c), where row i of a is
+  /// row `first` + i of a symmetric product: columns after that of its diagonal are undefined. The
+  /// stride is n rounded up to a multiple of 4; the columns from n on are undefined. c is at most
   /// `widest_supernode`.
-  void (*multiply)(const double* a, Index m, const double* b, Index n, Index c, double* products,
-                   double* work);
+  void (*multiply)(const double* a, Index m, Index first, const double* b, Index n, Index c,
+                   double* products, double* work);
 
-  /// Replaces a panel of the matrix by that of its Cholesky factor and stores the inverse of the
-  /// diagonal in `inverse` (columns,). A pivot that is not above its `least` is left out: its
-  /// inverse is 0, and so are the entries below it. The upper half of the triangle is not read.
-  /// `columns` is at most `widest_supernode`.
-  void (*factor)(double* panel, Index rows, Index columns, const double* least, double* inverse,
-                 double* work);
+  /// Replaces the triangle of a panel of the matrix by that of its Cholesky factor, stores the
+  /// inverse of the diagonal in `inverse` (columns,) and the transpose in `work`. A pivot that is
+  /// not above its `least` is left out: its inverse is 0, and so are the entries below it. The
+  /// upper half of the triangle is not read. `columns` is at most `widest_supernode`.
+  void (*factor_triangle)(double* panel, Index columns, const double* least, double* inverse,
+                          double* work);
+  /// The same for `n` rows below the triangle, with the `inverse` and the `work` of the triangle.
+  void (*factor_below)(double* rows, Index n, Index columns, const double* inverse,
+                       const double* work);
 
   /// Executes one step of solving with the factor. `values` has (n, fields) quads, row by row, each
   /// a right-hand side. The rows of the panel begin at row `first`, and `below` lists the rows
   /// below it.
   void (*solve_forward)(const double* panel, Index rows, Index columns, const double* inverse,
                         Index first, const Index* below, double* values, int fields);
-  /// The same with the transposed factor.
+  /// The part of `solve_forward` that concerns `n` rows below the triangle: subtracts the products
+  /// of these `rows` with the solution `own` (columns, fields) from the `values` in rows `targets`.
+  void (*subtract_products)(const double* rows, Index n, Index columns, const double* own,
+                            const Index* targets, double* values, int fields);
+  /// The same as `solve_forward` with the transposed factor.
   void (*solve_backward)(const double* panel, Index rows, Index columns, const double* inverse,
                          Index first, const Index* below, double* values, int fields);
 };

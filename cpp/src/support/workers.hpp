@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <dynmesh/types.hpp>
 #include <thread>
+#include <type_traits>
 #include <vector>
 
 namespace dynmesh {
@@ -24,6 +25,15 @@ struct Sharing {
   /// For tests, in which every call must be shared: the calling thread yields up to this many times
   /// until another thread has taken a piece, and every thread yields after each piece.
   Index patience = 0;
+  /// For tests: a thread that is alone executes the pieces from the last to the first, which must
+  /// not change any result.
+  bool backwards = false;
+  /// The factorisation of method detail is divided into parts, which threads share, if it takes at
+  /// least this many multiplications, and single steps of it from the second number on.
+  double factor_from = 2.5e7;
+  double factor_step_from = 5e5;
+  /// Solving with a factor that is divided is shared if it takes this many multiplications.
+  double solve_from = 1e6;
 };
 
 /// The default of Workers. Only tests change it, before they construct completers, so that the work
@@ -49,16 +59,27 @@ class Workers {
 
   [[nodiscard]] const Sharing& sharing() const { return sharing_; }
 
+  /// The number of threads, the calling one included.
+  [[nodiscard]] Index threads() const { return static_cast<Index>(threads_.size()) + 1; }
+
   /// Calls `work(i)` for i = 0 ... count - 1 in any order, on any of the threads, and returns when
   /// all calls are done. `count` is at most a million. `work` must not throw. Allocates no memory.
   template <class Work>
   void for_each(Index count, Work&& work) {
-    if (threads_.empty() || count < sharing_.fewest_pieces) {
-      for (Index i = 0; i < count; ++i) work(i);
+    share(count, count >= sharing_.fewest_pieces, work);
+  }
+
+  /// The same, but the caller decides whether other threads take part.
+  template <class Work>
+  void share(Index count, bool is_worth_it, Work&& work) {
+    if (threads_.empty() || count < 2 || !is_worth_it) {
+      for (Index i = 0; i < count; ++i) work(sharing_.backwards ? count - 1 - i : i);
       return;
     }
     run(
-        count, [](void* context, Index i) { (*static_cast<Work*>(context))(i); }, &work);
+        count,
+        [](void* context, Index i) { (*static_cast<std::remove_reference_t<Work>*>(context))(i); },
+        &work);
   }
 
   /// Divides the numbers from 0 to `count` - 1 into chunks and calls `work(first, last)` for each

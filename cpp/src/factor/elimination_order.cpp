@@ -1,0 +1,100 @@
+#include "factor/elimination_order.hpp"
+
+#include <Eigen/OrderingMethods>
+#include <Eigen/SparseCore>
+#include <csignal>
+#include <mutex>
+#include <new>
+#include <optional>
+
+#ifdef DYNMESH_METIS
+#include <metis.h>
+#endif
+
+namespace dynmesh {
+namespace {
+
+/// From this number of columns on, nested dissection takes fewer instructions in each frame,
+/// counted by callgrind on sheets and tori: 1.11 times as many at 10 000 columns, 0.89 to 1.02
+/// times at 20 000 and 30 000, and fewer above, as the number of multiplications falls to 0.8 times
+/// at 160 000.
+constexpr std::size_t nested_dissection_from = 30'000;
+
+std::vector<Index> minimum_degree(const SymmetricMatrix& matrix) {
+  using Sparse = Eigen::SparseMatrix<double, Eigen::ColMajor, Index>;
+  const auto n = static_cast<Eigen::Index>(matrix.size());
+  const Eigen::Map<const Sparse> whole(n, n, static_cast<Eigen::Index>(matrix.rows.size()),
+                                       matrix.offsets.data(), matrix.rows.data(),
+                                       matrix.values.data());
+  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, Index> order;
+  Sparse copy = whole;
+  Eigen::AMDOrdering<Index>()(copy, order);
+  return {order.indices().data(), order.indices().data() + n};
+}
+
+#ifdef DYNMESH_METIS
+/// Returns nothing if METIS was interrupted.
+std::optional<std::vector<Index>> nested_dissection(const SymmetricMatrix& matrix) {
+  auto n = static_cast<idx_t>(matrix.size());
+  if (n == 0) return std::vector<Index>{};
+  // The graph of the matrix, without edges from a column to itself.
+  std::vector<idx_t> offsets = {0};
+  std::vector<idx_t> neighbours;
+  offsets.reserve(matrix.size() + 1);
+  neighbours.reserve(matrix.rows.size());
+  for (std::size_t j = 0; j < matrix.size(); ++j) {
+    for (Index e = matrix.offsets[j]; e < matrix.offsets[j + 1]; ++e) {
+      const Index i = matrix.rows[static_cast<std::size_t>(e)];
+      if (i != static_cast<Index>(j)) neighbours.push_back(static_cast<idx_t>(i));
+    }
+    offsets.push_back(static_cast<idx_t>(neighbours.size()));
+  }
+  std::vector<idx_t> columns(matrix.size());
+  std::vector<idx_t> positions(matrix.size());
+  idx_t options[METIS_NOPTIONS];
+  METIS_SetDefaultOptions(options);
+  options[METIS_OPTION_NUMBERING] = 0;
+  options[METIS_OPTION_SEED] = 0;
+  int status = METIS_OK;
+  {
+    // METIS calls srand and rand, and replaces the handlers of two signals while it runs.
+    static std::mutex one_at_a_time;
+    const std::lock_guard lock(one_at_a_time);
+    status = METIS_NodeND(&n, offsets.data(), neighbours.data(), nullptr, options, columns.data(),
+                          positions.data());
+  }
+  if (status == METIS_ERROR_MEMORY) throw std::bad_alloc();
+  if (status != METIS_OK) {
+    // It ends early if the process is asked to terminate, and the request would be lost.
+    if (status == METIS_ERROR) std::raise(SIGTERM);
+    return std::nullopt;
+  }
+  return std::vector<Index>(columns.begin(), columns.end());
+}
+#endif
+
+}  // namespace
+
+#ifdef DYNMESH_METIS
+bool has_nested_dissection() { return true; }
+#else
+bool has_nested_dissection() { return false; }
+#endif
+
+Ordering best_ordering(std::size_t size) {
+  return has_nested_dissection() && size >= nested_dissection_from ? Ordering::nested_dissection
+                                                                   : Ordering::minimum_degree;
+}
+
+std::vector<Index> elimination_order(const SymmetricMatrix& matrix, Ordering ordering) {
+#ifdef DYNMESH_METIS
+  if (ordering == Ordering::nested_dissection) {
+    if (auto order = nested_dissection(matrix)) return *std::move(order);
+  }
+#else
+  (void)ordering;
+#endif
+  return minimum_degree(matrix);
+}
+
+}  // namespace dynmesh

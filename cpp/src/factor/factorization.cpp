@@ -1,0 +1,221 @@
+#include <algorithm>
+#include <array>
+
+#include "factor/masked_factor.hpp"
+
+namespace dynmesh {
+namespace {
+
+constexpr Index none = -1;
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+bool MaskedFactor::factorize(std::span<const std::uint8_t> mask, std::span<const double> added) {
+  const bool is_same_mask = std::ranges::equal(mask, mask_);
+  if (is_same_mask && std::ranges::equal(added, added_)) return false;
+  added_.assign(added.begin(), added.end());
+  if (!is_same_mask) {
+    mask_.clear();  // if memory is exhausted below, the factor matches no mask
+    thin_out(mask);
+    mask_.assign(mask.begin(), mask.end());
+  }
+  std::fill_n(head_.begin(), panels_.size(), none);
+  for_each_subtree(true, [&](Border& border) {
+    workspaces_.lend([&](Workspace& workspace) {
+      border.unfinished = none;
+      for (Index p = border.first_panel; p < border.end_panel; ++p) {
+        factor_alone(p, &border, workspace);
+      }
+      number_border(border, workspace.local);
+    });
+  });
+  for (const Border& border : borders_) {
+    for (Index d = border.unfinished; d != none;) {
+      const Index following = next_[at(d)];
+      queue(d, reached_[at(d)], nullptr);
+      d = following;
+    }
+  }
+  workspaces_.lend([&](Workspace& workspace) {
+    const double worth_it = workers_.sharing().factor_step_from;
+    for (const Index p : above_) {
+      const bool has_parts = !borders_.empty() && panels_[at(p)].rows() > rows_of_product;
+      if (has_parts && multiplications_before(p) >= worth_it) {
+        factor_together(p, workspace);
+      } else {
+        factor_alone(p, nullptr, workspace);
+      }
+    }
+  });
+  return true;
+}
+
+/// Computes a panel of the factor, in one thread.
+void MaskedFactor::factor_alone(Index p, Border* border, Workspace& workspace) {
+  const Panel& panel = panels_[at(p)];
+  fill(panel, workspace.local);
+  for (Index d = head_[at(p)]; d != none;) {
+    const Index following = next_[at(d)];
+    const Index n = n_common(d, panel);
+    subtract_rows(panel, d, n, 0, panels_[at(d)].n_below - reached_[at(d)], workspace.local,
+                  workspace);
+    queue(d, reached_[at(d)] + n, border);
+    d = following;
+  }
+  factor_triangle(panel, workspace);
+  kernels_.factor_below(&factor_[panel.data] + panel.columns * panel.columns, panel.n_below,
+                        panel.columns, &inverse_[at(panel.first)], workspace.packed.data());
+  queue(p, 0, border);
+}
+
+/// The number of multiplications for the contributions of all earlier panels.
+double MaskedFactor::multiplications_before(Index p) const {
+  double sum = 0;
+  for (Index d = head_[at(p)]; d != none; d = next_[at(d)]) {
+    sum += static_cast<double>(panels_[at(d)].n_below - reached_[at(d)]) *
+           n_common(d, panels_[at(p)]) * panels_[at(d)].columns;
+  }
+  return sum;
+}
+
+/// Computes a panel of the factor above all subtrees, in several threads: each of them a few rows
+/// at a time, in which it subtracts the contributions of all earlier panels.
+void MaskedFactor::factor_together(Index p, Workspace& workspace) {
+  const Panel& panel = panels_[at(p)];
+  fill(panel, workspace.local);
+  const auto in_pieces = [&](Index n_rows, bool is_worth_it, const auto& work) {
+    workers_.share((n_rows + rows_of_product - 1) / rows_of_product, is_worth_it, [&](Index i) {
+      work(i * rows_of_product, std::min(n_rows, (i + 1) * rows_of_product));
+    });
+  };
+  in_pieces(panel.rows(), true, [&](Index begin, Index end) {
+    workspaces_.lend([&](Workspace& own) {
+      for (Index d = head_[at(p)]; d != none; d = next_[at(d)]) {
+        const Index* rows = &rows_[at(panels_[at(d)].below + reached_[at(d)])];
+        const Index m = panels_[at(d)].n_below - reached_[at(d)];
+        const auto is_before = [&](Index row, Index limit) {
+          return workspace.local[at(row)] < limit;
+        };
+        const auto first = std::lower_bound(rows, rows + m, begin, is_before) - rows;
+        const auto last = std::lower_bound(rows + first, rows + m, end, is_before) - rows;
+        subtract_rows(panel, d, n_common(d, panel), static_cast<Index>(first),
+                      static_cast<Index>(last), workspace.local, own);
+      }
+    });
+  });
+  for (Index d = head_[at(p)]; d != none;) {
+    const Index following = next_[at(d)];
+    queue(d, reached_[at(d)] + n_common(d, panel), nullptr);
+    d = following;
+  }
+  factor_triangle(panel, workspace);
+  double* below = &factor_[panel.data] + panel.columns * panel.columns;
+  const double products = 0.5 * panel.n_below * panel.columns * panel.columns;
+  in_pieces(panel.n_below, products >= workers_.sharing().factor_step_from,
+            [&](Index begin, Index end) {
+              kernels_.factor_below(below + begin * panel.columns, end - begin, panel.columns,
+                                    &inverse_[at(panel.first)], workspace.packed.data());
+            });
+  queue(p, 0, nullptr);
+}
+
+/// Copies the entries of the matrix to the panel, and numbers its rows.
+void MaskedFactor::fill(const Panel& panel, std::vector<Index>& local) {
+  double* data = &factor_[panel.data];
+  std::fill_n(data, at(panel.columns) * at(panel.rows()), 0.0);
+  for (Index j = 0; j < panel.columns; ++j) local[at(panel.first + j)] = j;
+  for (Index r = 0; r < panel.n_below; ++r) {
+    local[at(rows_[at(panel.below + r)])] = panel.columns + r;
+  }
+  for (Index j = 0; j < panel.columns; ++j) {
+    const auto position = at(position_at_[at(panel.first + j)]);
+    for (Index e = matrix_.offsets[position]; e < matrix_.offsets[position + 1]; ++e) {
+      const Index row = row_of_[at(matrix_.rows[at(e)])];
+      if (row == none) continue;
+      data[at(local[at(row)]) * at(panel.columns) + at(j)] = matrix_.values[at(e)];
+    }
+    if (!added_.empty()) data[at(j * panel.columns + j)] += added_[at(plan_.column_at[position])];
+  }
+}
+
+/// The number of unprocessed rows of an earlier panel that are columns of this one.
+Index MaskedFactor::n_common(Index d, const Panel& panel) const {
+  const Panel& descendant = panels_[at(d)];
+  const Index* rows = &rows_[at(descendant.below + reached_[at(d)])];
+  const Index m = descendant.n_below - reached_[at(d)];
+  Index n = 0;
+  while (n < m && rows[n] < panel.first + panel.columns) ++n;
+  return n;
+}
+
+/// Subtracts the contributions of the unprocessed rows `first` to `last` - 1 of an earlier panel,
+/// of which the first `n` are columns of this one.
+void MaskedFactor::subtract_rows(const Panel& panel, Index d, Index n, Index first, Index last,
+                                 const std::vector<Index>& local, Workspace& workspace) {
+  double* data = &factor_[panel.data];
+  const Panel& descendant = panels_[at(d)];
+  const Index begin = reached_[at(d)];
+  const Index* rows = &rows_[at(descendant.below + begin)];
+  const Index c = descendant.columns;
+  const double* a = &factor_[descendant.data + at(c + begin) * at(c)];
+  const Index stride = (n + 3) / 4 * 4;
+  const bool in_a_row = rows[n - 1] - rows[0] == n - 1;
+  for (; first < last; first += rows_of_product) {
+    const Index m = std::min(rows_of_product, last - first);
+    kernels_.multiply(a + first * c, m, first, a, n, c, workspace.products.data(),
+                      workspace.packed.data());
+    for (Index i = 0; i < m; ++i) {
+      double* row = data + at(local[at(rows[first + i])]) * at(panel.columns);
+      const double* product = &workspace.products[at(i * stride)];
+      const Index columns = std::min(n, first + i + 1);
+      if (in_a_row) {
+        double* target = row + (rows[0] - panel.first);
+        for (Index j = 0; j < columns; ++j) target[j] -= product[j];
+      } else {
+        for (Index j = 0; j < columns; ++j) row[rows[j] - panel.first] -= product[j];
+      }
+    }
+  }
+}
+
+void MaskedFactor::factor_triangle(const Panel& panel, Workspace& workspace) {
+  std::array<double, widest_supernode> least{};
+  for (Index j = 0; j < panel.columns; ++j) {
+    least[at(j)] = least_pivots_[at(position_at_[at(panel.first + j)])];
+  }
+  kernels_.factor_triangle(&factor_[panel.data], panel.columns, least.data(),
+                           &inverse_[at(panel.first)], workspace.packed.data());
+}
+
+/// Adds a panel to the list of the later panel that contains its row number `row` below the
+/// triangle, or to that of the `border` if that panel is above it.
+void MaskedFactor::queue(Index p, Index row, Border* border) {
+  const Panel& panel = panels_[at(p)];
+  reached_[at(p)] = row;
+  if (row == panel.n_below) return;
+  const Index target = panel_of_[at(rows_[at(panel.below + row)])];
+  Index& head =
+      border != nullptr && target >= border->end_panel ? border->unfinished : head_[at(target)];
+  next_[at(p)] = head;
+  head = p;
+}
+
+/// Finds the rows of all panels of a subtree in its border.
+void MaskedFactor::number_border(const Border& border, std::vector<Index>& local) {
+  for (Index i = border.first; i < border.end; ++i) {
+    local[at(border_rows_[at(i)])] = i - border.first;
+  }
+  for (Index p = border.first_panel; p < border.end_panel; ++p) {
+    Panel& panel = panels_[at(p)];
+    const auto begin = rows_.begin() + panel.below;
+    const auto end = begin + panel.n_below;
+    panel.n_inside = static_cast<Index>(std::lower_bound(begin, end, border.end_row) - begin);
+    for (Index r = panel.below + panel.n_inside; r < panel.below + panel.n_below; ++r) {
+      in_border_[at(r)] = local[at(rows_[at(r)])];
+    }
+  }
+}
+
+}  // namespace dynmesh
