@@ -44,6 +44,7 @@ def _library() -> ctypes.CDLL:
     varied.argtypes = [pointer, size, pointer, size, ctypes.c_char_p, ctypes.c_double]
     varied.restype = pointer
     library.subject_destroy.argtypes = [pointer]
+    library.subject_error_bars.argtypes = [pointer] * 3
     library.subject_reset.argtypes = [pointer, pointer, size]
     library.subject_push.argtypes = [pointer] * 3 + [size, pointer, size, pointer, pointer]
     library.subject_push_sparse.argtypes = [pointer, pointer, pointer, size, pointer, size]
@@ -131,6 +132,16 @@ class CppSubject:
             _address(nanoseconds),
         )
         return np.asarray(1e-9 * nanoseconds, np.float64)
+
+    def error_bars(self) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+        """Return the standard errors and the generations of the last frame, (k,) each.
+
+        Only for a subject with a varied constant of the error bars, "uncertainty.NAME".
+        """
+        bars = np.empty(len(self.completed))
+        generation = np.empty(len(self.completed), np.int32)
+        self._library.subject_error_bars(self._subject, _address(bars), _address(generation))
+        return bars, generation
 
     def push_sparse(self, indices: NDArray[np.int32], points: Frames) -> float:
         """Complete a frame from the known vertices alone, and return the seconds."""

@@ -38,6 +38,10 @@ class Subject {
   virtual ~Subject() = default;
   virtual void reset(Points<const float> frame) = 0;
   virtual void push(Points<const float> points, KnownMask known, Points<float> completed) = 0;
+  /// The estimator, or null if there is a completer around it.
+  [[nodiscard]] virtual const Estimator<float>* estimator() const { return nullptr; }
+  /// (k,) of the last frame, or empty.
+  [[nodiscard]] virtual std::span<const Index> generation() const { return {}; }
 };
 
 /// The completer that users of the library have.
@@ -102,6 +106,10 @@ class Bare final : public Subject {
     }
     std::swap(previous_, current_);
   }
+  [[nodiscard]] const Estimator<float>* estimator() const override { return estimator_.get(); }
+  [[nodiscard]] std::span<const Index> generation() const override {
+    return generations_.of_vertices();
+  }
 
  private:
   Topology topology_;
@@ -126,6 +134,46 @@ std::unique_ptr<Estimator<float>> detail(Faces faces, const Topology& topology, 
   for (std::size_t f = 0; f < faces.count; ++f) triangles[f] = faces[f];
   return std::make_unique<Detail<float>>(std::move(triangles), topology, std::nullopt, workers,
                                          constants);
+}
+
+/// Method detail with standard errors.
+std::unique_ptr<Estimator<float>> detail_with_errors(Faces faces, const Topology& topology,
+                                                     Workers& workers,
+                                                     const DetailConstants& constants) {
+  std::vector<Triangle> triangles(faces.count);
+  for (std::size_t f = 0; f < faces.count; ++f) triangles[f] = faces[f];
+  return std::make_unique<Detail<float>>(std::move(triangles), topology, std::nullopt, workers,
+                                         constants, Take<float>{}, false, true);
+}
+
+/// Does the same as the other `scale` for the constants of error bars; shares that are kept are
+/// scaled in 1 - share.
+bool scale(UncertaintyConstants& constants, std::string_view name, double factor) {
+  const std::pair<std::string_view, int UncertaintyConstants::*> counts[] = {
+      {"smoothings", &UncertaintyConstants::smoothings},
+      {"averagings", &UncertaintyConstants::averagings},
+      {"variance_averagings", &UncertaintyConstants::variance_averagings}};
+  for (const auto& [known, member] : counts) {
+    if (name != known) continue;
+    constants.*member = std::max(1, static_cast<int>(std::lround(constants.*member * factor)));
+    return true;
+  }
+  const std::pair<std::string_view, double UncertaintyConstants::*> numbers[] = {
+      {"shared_change", &UncertaintyConstants::shared_change},
+      {"1 - kept", &UncertaintyConstants::kept},
+      {"1 - kept_in_the_long_run", &UncertaintyConstants::kept_in_the_long_run},
+      {"first_persistence", &UncertaintyConstants::first_persistence},
+      {"1 - largest_persistence", &UncertaintyConstants::largest_persistence},
+      {"pull", &UncertaintyConstants::pull},
+      {"least_size", &UncertaintyConstants::least_size},
+      {"largest_size", &UncertaintyConstants::largest_size}};
+  for (const auto& [known, member] : numbers) {
+    if (name != known) continue;
+    double& value = constants.*member;
+    value = known.starts_with("1 - ") ? 1 - factor * (1 - value) : factor * value;
+    return true;
+  }
+  return false;
 }
 
 /// Multiplies the constant `name` by `factor`; numbers of steps are rounded, and at least 1.
@@ -189,7 +237,8 @@ DYNMESH_FOR_PYTHON void* subject_create(const std::int32_t* faces, std::size_t n
   }
 }
 
-/// Builds method detail with one constant changed. Returns null if the library refuses the
+/// Builds method detail with one constant changed, with standard errors if its name begins with
+/// "uncertainty.". Returns null if the library refuses the
 /// arguments.
 DYNMESH_FOR_PYTHON void* subject_create_varied(const std::int32_t* faces, std::size_t n_faces,
                                                const float* first_frame, std::size_t n_vertices,
@@ -197,9 +246,17 @@ DYNMESH_FOR_PYTHON void* subject_create_varied(const std::int32_t* faces, std::s
   using namespace dynmesh;
   try {
     DetailConstants constants;
-    if (!scale(constants, constant, factor)) return nullptr;
+    constexpr std::string_view of_errors = "uncertainty.";
+    const std::string_view name = constant;
+    const bool has_errors = name.starts_with(of_errors);
+    if (!(has_errors ? scale(constants.uncertainty, name.substr(of_errors.size()), factor)
+                     : scale(constants, name, factor))) {
+      return nullptr;
+    }
     const Points<const float> frame(first_frame, n_vertices);
-    return std::make_unique<Bare>(Faces{faces, n_faces}, frame, detail, constants).release();
+    return std::make_unique<Bare>(Faces{faces, n_faces}, frame,
+                                  has_errors ? detail_with_errors : detail, constants)
+        .release();
   } catch (const std::exception&) {
     return nullptr;
   }
@@ -207,6 +264,15 @@ DYNMESH_FOR_PYTHON void* subject_create_varied(const std::int32_t* faces, std::s
 
 DYNMESH_FOR_PYTHON void subject_destroy(void* subject) {
   delete static_cast<dynmesh::Subject*>(subject);
+}
+
+/// Copies the standard errors and the generations of the last frame, (k,) each, of a subject that
+/// has standard errors.
+DYNMESH_FOR_PYTHON void subject_error_bars(const void* subject, double* standard_errors,
+                                           std::int32_t* generation) {
+  const auto& asked = *static_cast<const dynmesh::Subject*>(subject);
+  std::ranges::copy(asked.estimator()->standard_error(), standard_errors);
+  std::ranges::copy(asked.generation(), generation);
 }
 
 DYNMESH_FOR_PYTHON void subject_reset(void* subject, const float* frame, std::size_t n_vertices) {

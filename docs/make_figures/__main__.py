@@ -14,6 +14,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
+import error_bars
 import gallery
 import method
 
@@ -66,6 +67,10 @@ def main() -> None:
             subject = subjects.get(picture.of) or from_file(arguments.data / f"{picture.of}.npz")
             shown = picture.frames[::20] if arguments.draft else picture.frames
             gallery.draw(replace(picture, frames=shown), subject, arguments.out)
+        if page == "gallery" and arguments.data is not None:
+            for picture in error_bars.RECORDED:
+                subject = from_file(arguments.data / f"{picture.of}.npz")
+                error_bars.draw(picture, subject, arguments.out)
 
 
 if __name__ == "__main__":

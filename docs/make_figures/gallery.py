@@ -82,7 +82,7 @@ def draw(picture: Picture, subject: Subject, folder: Path) -> None:
 
     Methods of libraries that are not installed are left out, with a message.
     """
-    masks = _masks(picture.loss, subject)
+    masks = losses_of(picture.loss, subject)
     completions: dict[str, Completion] = {}
     for title, method in picture.methods:
         try:
@@ -93,7 +93,7 @@ def draw(picture: Picture, subject: Subject, folder: Path) -> None:
     observed, true = Panel("observed", f"{known:.0f} % of the vertices"), Panel("true")
     completed = {title: Panel(title) for title in completions}
     errors: dict[str, list[float]] = {title: [] for title in completions}
-    widest = _view(picture, subject)
+    widest = view_of(picture, subject)
     numbers = range(1, subject.n_frames)
     for n in track(numbers, picture.file, console=Console(stderr=True)):
         truth, view = subject.vertices[n], widest.around(subject.vertices[n])
@@ -114,13 +114,14 @@ def draw(picture: Picture, subject: Subject, folder: Path) -> None:
     save(panels, folder / picture.file)
 
 
-def _masks(loss: float | str, subject: Subject) -> list[Mask]:
+def losses_of(loss: float | str, subject: Subject) -> list[Mask]:
+    """The known masks of all frames."""
     if isinstance(loss, str):
         return scenario_masks(loss, subject)
     return list(random_masks(subject, loss))
 
 
-def _view(picture: Picture, subject: Subject) -> View:
+def view_of(picture: Picture, subject: Subject) -> View:
     """A view at a scale in which every frame fits, with room for wrong completions."""
     frames = subject.vertices[list(picture.frames)]
     half = 1.1 * np.max([np.ptp(points, axis=0) / 2 for points in frames], axis=0)

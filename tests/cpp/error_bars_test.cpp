@@ -99,7 +99,7 @@ TEST_CASE("made-up standard errors in a state are refused, or harmless") {
   push(completer, frame, known);
   const auto state = completer.state();
   constexpr std::size_t row = 34;
-  const std::size_t numbers = row * k + 5;
+  const std::size_t numbers = row * k + 7;
   const std::size_t errors = state.size() - 8 * (numbers + 1);
   const auto with = [&](std::size_t place, double value) {
     auto bytes = state;

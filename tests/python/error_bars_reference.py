@@ -34,7 +34,7 @@ class WithBars(reference.Detail):
         super().__init__(faces, first, noise)
         self.e, self.e_u, self.eta = (np.zeros((self.k, MEMBERS)) for _ in range(3))
         self.energies = np.zeros((self.k, 2))
-        self.energy = np.zeros(2)
+        self.recent, self.long_run = np.zeros(2), np.zeros(2)
         self.size = np.ones(self.k)
         self.residual = np.zeros((self.k, 3))
         self.was_seen = np.zeros(self.k, bool)
@@ -74,7 +74,9 @@ class WithBars(reference.Detail):
         return super()._closest(target, *rest)
 
     def _draw(self) -> None:
-        fresh = self._smooth(signs(mixed(self.frames), self.k), 2)
+        own = signs(mixed(self.frames), self.k)
+        shared = signs(mixed(mixed(self.frames)), self.clusters.max() + 1)[self.clusters]
+        fresh = self._smooth(own + 0.5 * shared, 2)
         kept = 0.5 if self.square == 0 else np.clip(self.product / self.square, 0, 0.95)
         kept = 0.0 if self.frames == 0 else kept
         self.eta = kept * self.eta + np.sqrt(1 - kept**2) * fresh
@@ -106,8 +108,9 @@ class WithBars(reference.Detail):
             made_up = ((after - t) ** 2).sum(axis=1) + soft * ((d - noise) ** 2).sum(axis=1)
             energies = np.stack([found, made_up / 3], axis=1) * seen[:, None]
             total = energies.sum(axis=0)
-            self.energy = 0.9 * self.energy + total
-            scale = max(total[0] / total[1], self.energy[0] / self.energy[1])
+            self.recent = 0.9 * self.recent + total
+            self.long_run = 0.98 * self.long_run + total
+            scale = max(of[0] / of[1] for of in (total, self.recent, self.long_run))
             energies[:, 1] /= self.size**2
             self.energies = 0.9 * self.energies + self._smooth(energies, 4)
             mean = self.energies.mean(axis=0)

@@ -48,8 +48,13 @@ struct RehearsalConstants {
 struct UncertaintyConstants {
   /// How often made-up changes are averaged over the mesh.
   int smoothings = 2;
-  /// The share of a sum over earlier frames that is kept when a frame is added.
+  /// The part of a change, before that, that is the same in all of a cluster, compared with the
+  /// part that is each vertex's own.
+  double shared_change = 0.5;
+  /// The share of a sum over earlier frames that is kept when a frame is added: over the recent
+  /// ones, and in the long run.
   double kept = 0.9;
+  double kept_in_the_long_run = 0.98;
   /// The share of a change that persists to the next frame, as long as no frame has shown it.
   double first_persistence = 0.5;
   double largest_persistence = 0.95;

@@ -81,7 +81,7 @@ Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
   workspace_.is_posed = false;
   workspace_.is_stiff.reset();
   if (!anchors.any_solved()) {
-    if (error_bars_.exist()) error_bars_.pass(generations);
+    if (error_bars_.exist()) error_bars_.pass(generations, rotations_);
     return 0;
   }
 

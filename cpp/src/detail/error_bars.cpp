@@ -1,51 +1,19 @@
 #include "detail/error_bars.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include "detail/random_signs.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {
 namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
-/// Members are numbers around 1 that grow slowly; only a made-up state has larger ones.
-constexpr double largest_member = 1e50;
-/// The numbers of frames are stored as double.
-constexpr double largest_frame = 9e15;
 
-/// The output function of SplitMix64 (Steele, Lea and Flood 2014): a different, seemingly random
-/// number for every x.
-std::uint64_t mixed(std::uint64_t x) {
-  x += 0x9e3779b97f4a7c15ULL;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ULL;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebULL;
-  return x ^ (x >> 31);
-}
-
-/// Random signs, which have variance 1 as normal numbers have, and cost a bit each.
-class Signs {
- public:
-  explicit Signs(std::uint64_t bits) : bits_(bits) {}
-  Vector3<double> next() {
-    const double x = one(), y = one(), z = one();
-    return {x, y, z};
-  }
-
- private:
-  /// Sets the sign bit of 1, since a branch would be taken at random.
-  double one() {
-    constexpr std::uint64_t sign_bit = std::uint64_t{1} << 63;
-    const std::uint64_t sign = bits_ & sign_bit;
-    bits_ <<= 1;
-    return std::bit_cast<double>(std::bit_cast<std::uint64_t>(1.0) | sign);
-  }
-  std::uint64_t bits_;
-};
-
+/// Half of a vertex and half of the mean of its cell.
 DetailOperator smoother_of(const Cells& cells) {
   DetailOperator smoother;
   const std::size_t n_values = cells.size() + cells.neighbours.size();
@@ -71,7 +39,11 @@ DetailOperator smoother_of(const Cells& cells) {
 
 ErrorBars::ErrorBars(const Cells& cells, Workers& workers, const DetailConstants& constants,
                      bool are_wanted, bool are_noisy)
-    : cells_(cells), workers_(workers), constants_(constants) {
+    : cells_(cells),
+      workers_(workers),
+      constants_(constants),
+      sizes_(constants.uncertainty),
+      persistence_(constants.uncertainty) {
   if (!are_wanted) return;
   const std::size_t k = cells.size();
   smoother_ = smoother_of(cells);
@@ -79,12 +51,10 @@ ErrorBars::ErrorBars(const Cells& cells, Workers& workers, const DetailConstants
     of->resize(members * k);
   }
   noise_.resize(are_noisy ? members * k : 0);
-  for (auto* of : {&residuals_, &residual_, &turned_, &of_frame_, &averaged_of_frame_}) {
-    of->resize(k);
-  }
+  sizes_.allocate(k);
+  persistence_.allocate(k);
   energies_.resize(k);
-  for (auto* of : {&sizes_, &standard_errors_, &variances_, &averaged_}) of->resize(k);
-  are_seen_.resize(k);
+  for (auto* of : {&standard_errors_, &variances_, &averaged_}) of->resize(k);
 }
 
 void ErrorBars::reset() {
@@ -92,14 +62,11 @@ void ErrorBars::reset() {
   for (Members* of : {&errors_, &errors_of_change_, &changes_}) {
     std::ranges::fill(*of, Vector3<double>{});
   }
-  std::ranges::fill(residuals_, Vector3<double>{});
-  std::ranges::fill(are_seen_, std::uint8_t{0});
-  std::ranges::fill(energies_, Energy{});
-  std::ranges::fill(sizes_, 1.0);
-  std::ranges::fill(standard_errors_, 0.0);
-  energy_ = {};
-  product_ = square_ = 0;
+  sizes_.reset();
+  persistence_.reset();
+  recent_ = long_run_ = {};
   frame_ = 0;
+  std::ranges::fill(standard_errors_, 0.0);
 }
 
 template <class Work>
@@ -109,25 +76,24 @@ void ErrorBars::for_each_vertex(const Work& work) {
   });
 }
 
-/// Without any evidence, changes are taken to persist for a while, since motion does.
-double ErrorBars::persistence() const {
+/// Continues the changes: smooth over the mesh, with a part in common with the cluster, and partly
+/// those of the frame before.
+void ErrorBars::draw_changes(const Clusters& clusters) {
   const UncertaintyConstants& constants = constants_.uncertainty;
-  if (!(square_ > 0)) return constants.first_persistence;
-  return std::clamp(product_ / square_, 0.0, constants.largest_persistence);
-}
-
-/// Continues the changes: smooth over the mesh, and partly those of the frame before.
-void ErrorBars::draw_changes() {
-  const std::uint64_t of_frame = mixed(frame_);
+  const std::uint64_t of_vertices = mixed(frame_);
+  const std::uint64_t of_clusters = mixed(of_vertices);
   for_each_vertex([&](std::size_t v) {
-    Signs signs(mixed(of_frame + v));
-    for (std::size_t i = members * v; i < members * (v + 1); ++i) targets_[i] = signs.next();
+    Signs own(mixed(of_vertices + v));
+    Signs shared(mixed(of_clusters + static_cast<std::uint64_t>(clusters.of_vertex[v])));
+    for (std::size_t i = members * v; i < members * (v + 1); ++i) {
+      targets_[i] = own.next() + constants.shared_change * shared.next();
+    }
   });
-  for (int n = 0; n < constants_.uncertainty.smoothings; ++n) {
+  for (int n = 0; n < constants.smoothings; ++n) {
     apply_operator(smoother_, targets_, static_cast<int>(members), next_, workers_);
     std::swap(targets_, next_);
   }
-  const double kept = frame_ == 0 ? 0 : persistence();
+  const double kept = frame_ == 0 ? 0 : persistence_.value();
   const double fresh = std::sqrt(1 - kept * kept);
   for_each_vertex([&](std::size_t v) {
     for (std::size_t i = members * v; i < members * (v + 1); ++i) {
@@ -141,7 +107,7 @@ void ErrorBars::draw_changes() {
 void ErrorBars::set_targets(double c) {
   for_each_vertex([&](std::size_t v) {
     for (std::size_t i = members * v; i < members * (v + 1); ++i) {
-      targets_[i] = errors_[i] + c * errors_of_change_[i] + sizes_[v] * changes_[i];
+      targets_[i] = errors_[i] + c * errors_of_change_[i] + sizes_.of_vertex(v) * changes_[i];
     }
   });
 }
@@ -164,8 +130,7 @@ void ErrorBars::set_noise(const Anchors& anchors) {
 }
 
 /// Compares the residuals of the frame with those of the members, at each vertex and in sum.
-ErrorBars::Energy ErrorBars::compare(const CompletedShape& frame, Field steps,
-                                     const Anchors& anchors) {
+Energy ErrorBars::compare(const CompletedShape& frame, Field steps, const Anchors& anchors) {
   for_each_vertex([&](std::size_t v) {
     Energy energy;
     if (anchors.counts[v] != 0) {
@@ -180,69 +145,20 @@ ErrorBars::Energy ErrorBars::compare(const CompletedShape& frame, Field steps,
         }
       }
     }
-    of_frame_[v] = {energy.found, energy.expected, 0};
+    energies_[v] = {energy.found, energy.expected, 0};
   });
   Energy sum;
-  for (const Vector3<double>& energy : of_frame_) sum.add({energy.x, energy.y}, 1);
+  for (const Vector3<double>& energy : energies_) sum.add({energy.x, energy.y}, 1);
   return sum;
 }
 
-/// Finds out where the shape changes more than elsewhere: the energies around each vertex.
-void ErrorBars::learn_sizes() {
-  const UncertaintyConstants& constants = constants_.uncertainty;
-  for_each_vertex([&](std::size_t v) { of_frame_[v].y /= sizes_[v] * sizes_[v]; });
-  for (int n = 0; n < constants.averagings; ++n) {
-    apply_operator(smoother_, of_frame_, 1, averaged_of_frame_, workers_);
-    std::swap(of_frame_, averaged_of_frame_);
-  }
-  for_each_vertex([&](std::size_t v) {
-    energies_[v].add({of_frame_[v].x, of_frame_[v].y}, constants.kept);
-  });
-  set_sizes();
-}
-
-/// Sets the sizes to the ratio of the energies around each vertex to that of all, and closer to 1
-/// where there is little energy to tell.
-void ErrorBars::set_sizes() {
-  const UncertaintyConstants& constants = constants_.uncertainty;
-  Energy mean;
-  for (const Energy& energy : energies_) mean.add(energy, 1);
-  const auto n = static_cast<double>(energies_.size());
-  const double ratio = mean.found / mean.expected;
-  const double prior = constants.pull * mean.found / n;
-  for_each_vertex([&](std::size_t v) {
-    const double size =
-        std::sqrt((energies_[v].found + prior) / (ratio * energies_[v].expected + prior));
-    sizes_[v] =
-        std::isfinite(size) ? std::clamp(size, constants.least_size, constants.largest_size) : 1;
-  });
-}
-
-/// Finds out how much of a change persists, where both this frame and the last one show it: all of
-/// the cell is known, and the residual is the change.
-void ErrorBars::learn_persistence(const CompletedShape& frame, const Generations& generations,
-                                  const Rotations& rotations) {
-  const auto generation = generations.of_vertices();
-  for_each_vertex([&](std::size_t v) { residual_[v] = frame.kx[v] - frame.shape[v]; });
-  rotations.turn_back(residual_, turned_);
-  double product = 0;
-  double square = 0;
-  for (std::size_t v = 0; v < turned_.size(); ++v) {
-    const bool is_seen = generation[v] == Generations::anchor &&
-                         std::ranges::all_of(cells_[static_cast<Index>(v)], [&](Index n) {
-                           return generation[static_cast<std::size_t>(n)] == Generations::anchor;
-                         });
-    if (is_seen && are_seen_[v] != 0) {
-      product += dot(turned_[v], residuals_[v]);
-      square += (squared_norm(turned_[v]) + squared_norm(residuals_[v])) / 2;
-    }
-    are_seen_[v] = is_seen ? 1 : 0;
-  }
-  std::swap(residuals_, turned_);
-  const double kept = constants_.uncertainty.kept;
-  if (!std::isfinite(product) || !std::isfinite(square)) return;
-  product_ = kept * product_ + product;
-  square_ = kept * square_ + square;
+/// Takes the energy of a frame into account, and returns the square of the size of the changes. A
+/// motion that has just begun shows in this frame alone, one that has just ended has left its
+/// errors behind, and a side that is quiet for a while does not vouch for a hidden one.
+double ErrorBars::learn_scale(const Energy& energy) {
+  recent_.add(energy, constants_.uncertainty.kept);
+  long_run_.add(energy, constants_.uncertainty.kept_in_the_long_run);
+  return std::max({energy.ratio(), recent_.ratio(), long_run_.ratio()});
 }
 
 /// The next memory is what the members look like after the frame: K D where an anchor ties them, T
@@ -295,8 +211,7 @@ void ErrorBars::find_standard_errors(Field steps, double scale, const Generation
 void ErrorBars::update(const CompletedShape& frame, double c, const Anchors& anchors,
                        const Generations& generations, ShapeSystem& system,
                        const Rotations& rotations) {
-  const UncertaintyConstants& constants = constants_.uncertainty;
-  draw_changes();
+  draw_changes(rotations.clusters());
   set_targets(c);
   if (anchors.are_noisy()) set_noise(anchors);
   const Field steps = system.solve<members, members>(
@@ -307,96 +222,27 @@ void ErrorBars::update(const CompletedShape& frame, double c, const Anchors& anc
   const Energy energy = compare(frame, steps, anchors);
   if (!(energy.expected < largest_member)) {  // nothing that was made up makes sense any more
     reset();
-    return pass(generations);
+    return pass(generations, rotations);
   }
-  double scale = 0;
+  double scale = infinite;
   if (std::isfinite(energy.found)) {
-    energy_.add(energy, constants.kept);
-    // A motion that has just begun shows in this frame alone; one that has just ended has left its
-    // errors behind.
-    for (const Energy& seen : {energy, energy_}) {
-      if (seen.expected > 0) scale = std::max(scale, seen.found / seen.expected);
-    }
-    learn_sizes();
-  } else {
-    scale = infinite;
+    scale = learn_scale(energy);
+    sizes_.learn(energies_, smoother_, workers_);
   }
-  learn_persistence(frame, generations, rotations);
+  persistence_.learn(frame.kx, frame.shape, cells_, generations, rotations);
   find_standard_errors(steps, scale, generations);
   advance(generations);
 }
 
-void ErrorBars::pass(const Generations& generations) {
+void ErrorBars::pass(const Generations& generations, const Rotations& rotations) {
   const auto generation = generations.of_vertices();
-  draw_changes();
+  draw_changes(rotations.clusters());
   set_targets(0);
   std::ranges::fill(next_, Vector3<double>{});
   advance(generations);
-  std::ranges::fill(are_seen_, std::uint8_t{0});
+  persistence_.pass();
   std::ranges::transform(generation, standard_errors_.begin(),
                          [](Index g) { return g == Generations::anchor ? 0 : infinite; });
-}
-
-ErrorBars::Memory ErrorBars::memory() const {
-  Memory memory;
-  memory.rows.resize(standard_errors_.size());
-  for (std::size_t v = 0; v < memory.rows.size(); ++v) {
-    auto number = memory.rows[v].begin();
-    const auto append = [&](const Vector3<double>& x) {
-      for (const double coordinate : {x.x, x.y, x.z}) *number++ = coordinate;
-    };
-    for (const Members* of : {&errors_, &errors_of_change_, &changes_}) {
-      for (std::size_t i = members * v; i < members * (v + 1); ++i) append((*of)[i]);
-    }
-    append(residuals_[v]);
-    *number++ = are_seen_[v];
-    *number++ = energies_[v].found;
-    *number++ = energies_[v].expected;
-    *number++ = standard_errors_[v];
-  }
-  memory.sums = {energy_.found, energy_.expected, product_, square_, static_cast<double>(frame_)};
-  return memory;
-}
-
-bool ErrorBars::accepts(const Memory& memory) const {
-  if (memory.rows.size() != standard_errors_.size()) return false;
-  const auto is_sum = [](double x) { return x >= 0 && std::isfinite(x); };
-  const auto is_sound = [&](const Memory::Row& row) {
-    const auto end_of_members = row.begin() + 9 * members;
-    return std::all_of(row.begin(), end_of_members,
-                       [](double x) { return std::abs(x) < largest_member; }) &&
-           is_in_range(Vector3<double>{row[27], row[28], row[29]}) &&
-           (row[30] == 0 || row[30] == 1) && is_sum(row[31]) && is_sum(row[32]) && row[33] >= 0;
-  };
-  const auto& [found, expected, product, square, frame] = memory.sums;
-  return std::ranges::all_of(memory.rows, is_sound) && is_sum(found) && is_sum(expected) &&
-         std::isfinite(product) && is_sum(square) && is_sum(frame) && frame == std::floor(frame) &&
-         frame < largest_frame && (exist() || memory.sums == Memory{}.sums);
-}
-
-void ErrorBars::recall(const Memory& memory) {
-  if (!exist()) return;
-  for (std::size_t v = 0; v < memory.rows.size(); ++v) {
-    auto number = memory.rows[v].begin();
-    const auto next = [&] {
-      const Vector3<double> x = {number[0], number[1], number[2]};
-      number += 3;
-      return x;
-    };
-    for (Members* of : {&errors_, &errors_of_change_, &changes_}) {
-      for (std::size_t i = members * v; i < members * (v + 1); ++i) (*of)[i] = next();
-    }
-    residuals_[v] = next();
-    are_seen_[v] = *number++ != 0 ? 1 : 0;
-    energies_[v].found = *number++;
-    energies_[v].expected = *number++;
-    standard_errors_[v] = *number++;
-  }
-  energy_ = {memory.sums[0], memory.sums[1]};
-  product_ = memory.sums[2];
-  square_ = memory.sums[3];
-  frame_ = static_cast<std::uint64_t>(memory.sums[4]);
-  set_sizes();
 }
 
 }  // namespace dynmesh

@@ -9,8 +9,10 @@
 #include <vector>
 
 #include "detail/anchors.hpp"
+#include "detail/change_sizes.hpp"
 #include "detail/constants.hpp"
 #include "detail/detail_operator.hpp"
+#include "detail/persistence.hpp"
 #include "detail/rotations.hpp"
 #include "detail/shape_system.hpp"
 #include "generations/estimator.hpp"
@@ -51,7 +53,7 @@ class ErrorBars {
               const Generations& generations, ShapeSystem& system, const Rotations& rotations);
 
   /// The same for a frame of which nothing was solved for: everything is known or unseen.
-  void pass(const Generations& generations);
+  void pass(const Generations& generations, const Rotations& rotations);
 
   /// (k,) the standard error of a coordinate in the unit of the positions: 0 for exact anchors,
   /// infinity for unseen vertices. Empty if there are none.
@@ -59,8 +61,8 @@ class ErrorBars {
 
   /// What later frames depend on. The numbers of a vertex are its errors, those of the recent
   /// change and the changes (nine each), the last residual (three), whether all of its cell was
-  /// seen, its energies (two), and its standard error. Those of the mesh are the energies, the
-  /// products of residuals, and the number of frames.
+  /// seen, its energies (two), and its standard error. Those of the mesh are the energies of recent
+  /// frames and in the long run, the products of residuals, and the number of frames.
   using Memory = MemoryOfErrors;
   [[nodiscard]] Memory memory() const;
   /// Whether `memory` can return this.
@@ -69,31 +71,19 @@ class ErrorBars {
 
  private:
   static constexpr std::size_t members = 3;
+  /// Members are numbers around 1 that grow slowly; only a made-up state has larger ones.
+  static constexpr double largest_member = 1e50;
   using Members = std::vector<Vector3<double>>;  // (3 k,), those of a vertex side by side
-
-  /// Sums over earlier frames, each weighted less than the next.
-  struct Energy {
-    double found = 0;     // of the residuals of the frames
-    double expected = 0;  // of the residuals of the members
-    void add(const Energy& newest, double kept) {
-      found = kept * found + newest.found;
-      expected = kept * expected + newest.expected;
-    }
-  };
 
   template <class Work>
   void for_each_vertex(const Work& work);
-  void draw_changes();
+  void draw_changes(const Clusters& clusters);
   void set_targets(double c);
   void set_noise(const Anchors& anchors);
   Energy compare(const CompletedShape& frame, Field steps, const Anchors& anchors);
-  void learn_sizes();
-  void set_sizes();
-  void learn_persistence(const CompletedShape& frame, const Generations& generations,
-                         const Rotations& rotations);
+  [[nodiscard]] double learn_scale(const Energy& energy);
   void advance(const Generations& generations);
   void find_standard_errors(Field steps, double scale, const Generations& generations);
-  [[nodiscard]] double persistence() const;
 
   const Cells& cells_;
   Workers& workers_;
@@ -101,22 +91,18 @@ class ErrorBars {
   DetailOperator smoother_;  // w -> (w + W w) / 2, W the mean of the cell
 
   // Kept from frame to frame:
-  Members errors_;                // e, of the shape in memory
-  Members errors_of_change_;      // e_u, of its recent change
-  Members changes_;               // eta, how the true shape changes, with unit size
-  std::vector<double> sizes_;     // (k,) the size of eta around a vertex, relative to the mean
-  std::vector<Energy> energies_;  // (k,) around each vertex, as if all sizes were 1
-  Energy energy_;
-  std::vector<Vector3<double>> residuals_;  // (k,) of the last frame, in the axes of frame 0
-  std::vector<std::uint8_t> are_seen_;      // (k,) whether the cell was known in the last frame
-  double product_ = 0, square_ = 0;         // of residuals of successive frames
-  std::uint64_t frame_ = 0;                 // the number of frames since `reset`
-  std::vector<double> standard_errors_;     // (k,)
+  Members errors_;            // e, of the shape in memory
+  Members errors_of_change_;  // e_u, of its recent change
+  Members changes_;           // eta, how the true shape changes, with unit size
+  ChangeSizes sizes_;
+  Persistence persistence_;
+  Energy recent_, long_run_;             // over the mesh
+  std::uint64_t frame_ = 0;              // the number of frames since `reset`
+  std::vector<double> standard_errors_;  // (k,)
 
   // Of one frame:
   Members targets_, next_, noise_;
-  std::vector<Vector3<double>> of_frame_, averaged_of_frame_;  // energies, found and expected
-  std::vector<Vector3<double>> residual_, turned_;
+  std::vector<Vector3<double>> energies_;  // (k,) found in x, and expected in y
   std::vector<double> variances_, averaged_;
 };
 

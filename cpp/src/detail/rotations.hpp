@@ -59,6 +59,9 @@ class Rotations {
   [[nodiscard]] std::span<Quaternion> quaternions() { return quaternions_; }
   [[nodiscard]] std::span<const Quaternion> quaternions() const { return quaternions_; }
 
+  /// The clusters of frame 0.
+  [[nodiscard]] const Clusters& clusters() const { return wide_.clusters; }
+
  private:
   void measure(std::span<const Vector3<double>> frame);
   [[nodiscard]] RotationData data(std::span<const Vector3<double>> frame);

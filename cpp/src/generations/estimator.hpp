@@ -17,7 +17,7 @@ namespace dynmesh {
 struct MemoryOfErrors {
   using Row = std::array<double, 34>;
   std::vector<Row> rows;         ///< one for each vertex, or empty
-  std::array<double, 5> sums{};  ///< over the mesh
+  std::array<double, 7> sums{};  ///< over the mesh
 };
 
 /// A method of estimating the satellites of a frame. Frames have one Vector3 per vertex.

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple, Unpack
 
 from .. import files
 from .._checks import check_callable, check_path, check_positive
+from .._errors import InputError, SettingError
 from ..files import Header, PathLike, Reader, Target, Writer
 from ..settings import Settings, all_settings, file_settings, takes_settings
 from .beginning import Beginning, Start, check_beginning, open_at_beginning
@@ -141,11 +142,16 @@ def with_uncertainty(settings: Settings, drop_above: float | None) -> Settings:
     """The settings with which vertices can be dropped.
 
     Raises:
-        TypeError, ValueError: `drop_above` is not a positive number.
+        TypeError, ValueError: `drop_above` is not a positive number, or the method is not detail.
     """
     if drop_above is None:
         return settings
-    check_positive("drop_above", drop_above)
+    try:
+        check_positive("drop_above", drop_above)
+    except InputError as error:
+        raise SettingError(error.reason, argument=error.argument) from None
+    if settings["method"] != "detail":
+        raise SettingError("requires method='detail'", argument="drop_above")
     return {**settings, "uncertainty": True}
 
 

@@ -164,6 +164,24 @@ shell = [
         "exit code 2",
     ),
     shell_case("complete body.npz new.npz --noise -1", "'--noise'", "not -1", "exit code 2"),
+    *(
+        shell_case(
+            f"complete body.npz new.npz --drop-above {value}",
+            "'--drop-above'",
+            f"must be positive and finite, not {value}",
+            "exit code 2",
+        )
+        for value in ("0.0", "-1.0", "nan", "inf")
+    ),
+    *(
+        shell_case(
+            f"complete body.npz new.npz --drop-above 1 --method motion{more}",
+            "'--drop-above'",
+            "requires --method detail",
+            "exit code 2",
+        )
+        for more in ("", " --prim all")
+    ),
     shell_case("complete body.npz new.npz --start 3", "start: must be less", "3", "exit code 1"),
     shell_case("complete body.npz new.npz --start -1", "'--start'", "'-1'", "exit code 2"),
     shell_case("complete body.npz new.npz --start half", "'--start'", "'half'", "exit code 2"),

@@ -231,6 +231,10 @@ completing = [
     _complete("`gaps` of a single file", lambda w: _to_new(w, source={"gaps": "lost"}), ValueError, "body.npz: gaps"),
     _complete("`gaps='some'`", lambda w: _to_new(w, source={"gaps": "some"}), ValueError, "gaps:", "'some'"),
     _complete("`fps`: 0", lambda w: _to_new(w, fps=0), ValueError, "fps:", "not 0"),
+    _complete("`drop_above`: 0", lambda w: _to_new(w, drop_above=0), ValueError, "drop_above:", "not 0"),
+    _complete("`drop_above`: NaN", lambda w: _to_new(w, drop_above=float("nan")), ValueError, "drop_above:", "not nan"),
+    _complete("`drop_above`: a string", lambda w: _to_new(w, drop_above="1 mm"), TypeError, "drop_above:", "1 mm"),
+    _complete("`drop_above` by method motion", lambda w: _to_new(w, drop_above=1, method="motion"), ValueError, "drop_above:", "requires method='detail'"),
     _complete("`threads`: 0", lambda w: _to_new(w, threads=0), ValueError, "threads:", "not 0"),
     _complete("`speed=1`", lambda w: _to_new(w, speed=1), TypeError, "speed:", "threads"),
     _complete("`output_format='fbx'`", lambda w: _to_new(w, output_format="fbx"), ValueError, "new.npz:", "'fbx'"),
@@ -244,6 +248,7 @@ completing = [
     _batch("one output twice", lambda _: complete_files([Job(Path("a.npz"), Path("new.npz"))] * 2), ValueError, "new.npz:", "more than one job"),
     _batch("a file that is not there (the job's reason)", lambda w: _job(w, "none.npz"), Told, "none.npz:"),
     _batch("half a file (the job's reason)", lambda w: _job(w, "cut.npz"), Told, "cut.npz:", "damaged"),
+    _batch("`drop_above=-1` (the job's reason)", lambda w: _job(w, "body.npz", drop_above=-1.0), Told, "body.npz: drop_above:", "not -1"),
     _batch("`extra_iterations=-1` (the job's reason)", lambda w: _job(w, "body.npz", settings={"method": "motion", "extra_iterations": -1}), Told, "body.npz: extra_iterations:", "-1"),
 ]  # fmt: skip
 

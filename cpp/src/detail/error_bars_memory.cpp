@@ -1,0 +1,84 @@
+/// What a state keeps of the error bars.
+#include <algorithm>
+#include <cmath>
+
+#include "detail/error_bars.hpp"
+#include "support/geometry.hpp"
+
+namespace dynmesh {
+namespace {
+
+/// The numbers of frames are stored as double.
+constexpr double largest_frame = 9e15;
+
+}  // namespace
+
+ErrorBars::Memory ErrorBars::memory() const {
+  Memory memory;
+  memory.rows.resize(standard_errors_.size());
+  for (std::size_t v = 0; v < memory.rows.size(); ++v) {
+    auto number = memory.rows[v].begin();
+    const auto append = [&](const Vector3<double>& x) {
+      for (const double coordinate : {x.x, x.y, x.z}) *number++ = coordinate;
+    };
+    for (const Members* of : {&errors_, &errors_of_change_, &changes_}) {
+      for (std::size_t i = members * v; i < members * (v + 1); ++i) append((*of)[i]);
+    }
+    const auto [residual, was_seen] = persistence_.of_vertex(v);
+    append(residual);
+    *number++ = was_seen ? 1 : 0;
+    *number++ = sizes_.energy(v).found;
+    *number++ = sizes_.energy(v).expected;
+    *number++ = standard_errors_[v];
+  }
+  const auto& [product, square] = persistence_.sums();
+  memory.sums = {
+      recent_.found, recent_.expected,           long_run_.found, long_run_.expected, product,
+      square,        static_cast<double>(frame_)};
+  return memory;
+}
+
+bool ErrorBars::accepts(const Memory& memory) const {
+  if (memory.rows.size() != standard_errors_.size()) return false;
+  const auto is_sum = [](double x) { return x >= 0 && std::isfinite(x); };
+  const auto is_sound = [&](const Memory::Row& row) {
+    const auto end_of_members = row.begin() + 9 * members;
+    return std::all_of(row.begin(), end_of_members,
+                       [](double x) { return std::abs(x) < largest_member; }) &&
+           is_in_range(Vector3<double>{row[27], row[28], row[29]}) &&
+           (row[30] == 0 || row[30] == 1) && is_sum(row[31]) && is_sum(row[32]) && row[33] >= 0;
+  };
+  const auto& [found, expected, found_long, expected_long, product, square, frame] = memory.sums;
+  return std::ranges::all_of(memory.rows, is_sound) && is_sum(found) && is_sum(expected) &&
+         is_sum(found_long) && is_sum(expected_long) && std::isfinite(product) && is_sum(square) &&
+         is_sum(frame) && frame == std::floor(frame) && frame < largest_frame &&
+         (exist() || memory.sums == Memory{}.sums);
+}
+
+void ErrorBars::recall(const Memory& memory) {
+  if (!exist()) return;
+  for (std::size_t v = 0; v < memory.rows.size(); ++v) {
+    auto number = memory.rows[v].begin();
+    const auto next = [&] {
+      const Vector3<double> x = {number[0], number[1], number[2]};
+      number += 3;
+      return x;
+    };
+    for (Members* of : {&errors_, &errors_of_change_, &changes_}) {
+      for (std::size_t i = members * v; i < members * (v + 1); ++i) (*of)[i] = next();
+    }
+    const Vector3<double> residual = next();
+    const bool was_seen = *number++ != 0;
+    persistence_.recall(v, {residual, was_seen});
+    const double found = *number++;
+    sizes_.recall(v, {found, *number++});
+    standard_errors_[v] = *number++;
+  }
+  recent_ = {memory.sums[0], memory.sums[1]};
+  long_run_ = {memory.sums[2], memory.sums[3]};
+  persistence_.recall({memory.sums[4], memory.sums[5]});
+  frame_ = static_cast<std::uint64_t>(memory.sums[6]);
+  sizes_.find(workers_);
+}
+
+}  // namespace dynmesh

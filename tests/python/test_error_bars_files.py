@@ -1,0 +1,179 @@
+"""Standard errors in files: what is written, dropped, said and measured."""
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import meshes
+import numpy as np
+import pytest
+from commands import dynmesh_command as run
+
+import dynmesh
+from dynmesh import files
+
+N_FRAMES = 6
+KEEPING = ["npz", "npy", "hdf5", "ply", "usd", "alembic", "pvd"]
+
+
+@pytest.fixture(scope="module")
+def truth() -> dynmesh.Sequence:
+    """A waving sheet, and a small one far away, which is lost after frame 0."""
+    mesh = meshes.join(meshes.sheet(12), meshes.sheet(3, 40.0))
+    frames = []
+    for t in range(N_FRAMES):
+        moved = mesh.vertices.copy()
+        moved[:, 2] += np.sin(0.6 * moved[:, 0] + 0.5 * t) * np.cos(0.3 * moved[:, 1])
+        frames.append(moved)
+    return dynmesh.Sequence(np.stack(frames).astype(np.float32), mesh.faces, fps=25.0)
+
+
+@pytest.fixture(scope="module")
+def partial(truth: dynmesh.Sequence) -> dynmesh.Sequence:
+    """The same with a third of the first sheet."""
+    known = np.random.default_rng(3).random(truth.vertices.shape[:2]) < 0.35
+    known[:, 144:] = False
+    known[0] = True
+    vertices = np.where(known[..., None], truth.vertices, np.float32(np.nan))
+    return replace(truth, vertices=vertices, known=known)
+
+
+@pytest.fixture(scope="module")
+def completed(
+    partial: dynmesh.Sequence, tmp_path_factory: pytest.TempPathFactory
+) -> dynmesh.Sequence:
+    """Completed with standard errors."""
+    folder = tmp_path_factory.mktemp("completed")
+    dynmesh.write(folder / "in.npz", partial)
+    dynmesh.complete_file(folder / "in.npz", folder / "out.npz", provenance=True, uncertainty=True)
+    return dynmesh.read(folder / "out.npz")
+
+
+@pytest.mark.parametrize("format", KEEPING)
+def test_formats_that_keep_generation_and_age_keep_standard_errors(
+    tmp_path: Path, partial: dynmesh.Sequence, format: str
+) -> None:
+    suffix = files.formats[format].suffixes[0]
+    target = tmp_path / (f"out_%04d{suffix}" if format == "ply" else f"out{suffix}")
+    dynmesh.write(tmp_path / "in.npz", partial)
+    dynmesh.complete_file(tmp_path / "in.npz", target, provenance=True, uncertainty=True)
+    again = dynmesh.read(target)
+    assert again.standard_error is not None
+    assert again.standard_error.dtype == np.float32
+    completer = dynmesh.Completer(
+        partial.faces, partial.vertices[0], method="detail", uncertainty=True
+    )
+    assert partial.known is not None
+    for number in range(1, N_FRAMES):
+        completer.push(partial.vertices[number], partial.known[number])
+        np.testing.assert_array_equal(again.standard_error[number], completer.standard_error)
+    assert not again.standard_error[0].any()
+    assert np.isinf(again.standard_error[1:, 144:]).all()
+    # From one format to another.
+    if format != "npz":
+        dynmesh.write(tmp_path / "again.npz", again)
+        copy = dynmesh.read(tmp_path / "again.npz").standard_error
+        np.testing.assert_array_equal(copy, again.standard_error)
+
+
+def test_uncertain_vertices_are_left_missing(
+    tmp_path: Path, partial: dynmesh.Sequence, completed: dynmesh.Sequence
+) -> None:
+    bars = completed.standard_error
+    assert bars is not None
+    source, target = tmp_path / "in.npz", tmp_path / "out.npz"
+    dynmesh.write(source, partial)
+    limit = np.sort(bars[np.isfinite(bars) & (bars > 0)])[300]
+    for drop_above in (limit, np.nextafter(limit, np.float32(0))):
+        expected = bars <= drop_above
+        report = dynmesh.complete_file(source, target, drop_above=float(drop_above), overwrite=True)
+        found = dynmesh.read(target)
+        np.testing.assert_array_equal(found.known, expected)
+        np.testing.assert_array_equal(found.vertices[expected], completed.vertices[expected])
+        assert np.isnan(found.vertices[~expected]).all()
+        assert report.dropped == np.count_nonzero(~expected)
+        assert any(f"{report.dropped} vertices were left" in line for line in report.remarks)
+        assert found.standard_error is None
+        assert (bars[~expected] > drop_above).all()
+    assert (bars == limit).any()
+
+
+def test_the_command_drops_them_too(tmp_path: Path, completed: dynmesh.Sequence) -> None:
+    dynmesh.write(tmp_path / "in.npz", replace(completed, standard_error=None))
+    run("degrade", tmp_path / "in.npz", tmp_path / "part.npz", "--patches", "0.3", "--seed", "1")
+    told = run("complete", tmp_path / "part.npz", tmp_path / "out.npz", "--drop-above", "0.05")
+    found = dynmesh.read(tmp_path / "out.npz")
+    assert found.known is not None
+    lost = np.count_nonzero(~found.known)
+    assert 0 < lost < found.known.size
+    assert f"{lost} vertices were left missing" in told.stderr
+    assert "90 % of the filled-in vertices" in told.stderr
+    (tmp_path / "jobs.csv").write_text("input,output,drop_above\npart.npz,listed.npz,0.05\n")
+    run("batch", tmp_path / "jobs.csv")
+    np.testing.assert_array_equal(dynmesh.read(tmp_path / "listed.npz").known, found.known)
+
+
+@pytest.mark.parametrize("metres", [None, 0.01])
+def test_how_far_90_percent_are_is_a_quantile(
+    tmp_path: Path, partial: dynmesh.Sequence, completed: dynmesh.Sequence, metres: float | None
+) -> None:
+    stats, optimize = pytest.importorskip("scipy.stats"), pytest.importorskip("scipy.optimize")
+    assert completed.standard_error is not None
+    assert completed.generation is not None
+    filled = completed.generation > 0
+    bars = completed.standard_error[filled & np.isfinite(completed.standard_error)].astype(float)
+    expected = optimize.brentq(
+        lambda distance: stats.chi(3).cdf(distance / bars).mean() - 0.9, 1e-6, 100 * bars.max()
+    )
+    dynmesh.write(tmp_path / "in.npz", replace(partial, metres_per_unit=metres))
+    told = run(
+        "complete", tmp_path / "in.npz", tmp_path / "out.npz", "--uncertainty", "--provenance"
+    )
+    described = run("info", tmp_path / "out.npz")
+    as_json = json.loads(run("info", tmp_path / "out.npz", "--json").stdout)
+    assert as_json["within_90"] == pytest.approx(expected, rel=0.02)
+    unit, factor = ("in the unit", 1.0) if metres is None else ("mm", 1000 * metres)
+    for text in (told.stderr, described.stderr + described.stdout):
+        said = re.search(r"90 % of the filled-in vertices are expected to be within (\S+)", text)
+        assert said is not None
+        assert float(said[1].rstrip(",")) == pytest.approx(factor * expected, rel=0.08)
+        assert unit in text[said.end() :]
+
+
+def test_evaluate_compares_them_with_the_truth(
+    tmp_path: Path, truth: dynmesh.Sequence, completed: dynmesh.Sequence
+) -> None:
+    stats = pytest.importorskip("scipy.stats")
+    dynmesh.write(tmp_path / "truth.npz", truth)
+    dynmesh.write(tmp_path / "out.npz", completed)
+    told = run("evaluate", tmp_path / "out.npz", tmp_path / "truth.npz", "--json")
+    found = json.loads(told.stdout)["standard_error"]
+    bars, generation, age = completed.standard_error, completed.generation, completed.age
+    assert bars is not None
+    assert generation is not None
+    assert age is not None
+    error = np.linalg.norm(completed.vertices.astype(float) - truth.vertices, axis=2)
+    filled = (generation > 0) & np.isfinite(bars)
+    ratio = error[filled] / bars[filled]
+    assert found["vertices"] == filled.sum()
+    assert found["coverage_50"] == pytest.approx((ratio <= 1.538).mean())
+    assert found["coverage_90"] == pytest.approx((ratio <= 2.5).mean())
+    mean_squares = (error[filled] ** 2).mean() / (3 * (bars[filled].astype(float) ** 2).mean())
+    assert found["rms_ratio"] == pytest.approx(np.sqrt(mean_squares), rel=1e-5)
+    for name, values in {"rank": bars, "generation": generation, "age": age}.items():
+        of_frames = [
+            stats.spearmanr(error[n][filled[n]], values[n][filled[n]]).statistic
+            for n in range(1, N_FRAMES)
+            if np.ptp(values[n][filled[n]]) > 0  # in frame 1, all have the age 1
+        ]
+        assert found[f"{name}_correlation"] == pytest.approx(np.mean(of_frames), abs=1e-6)
+
+
+def test_evaluate_says_nothing_of_them_without_them(
+    tmp_path: Path, truth: dynmesh.Sequence, completed: dynmesh.Sequence
+) -> None:
+    dynmesh.write(tmp_path / "truth.npz", truth)
+    dynmesh.write(tmp_path / "out.npz", replace(completed, standard_error=None))
+    told = run("evaluate", tmp_path / "out.npz", tmp_path / "truth.npz", "--json")
+    assert json.loads(told.stdout)["standard_error"] is None
