@@ -16,6 +16,9 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/dynmesh-config.cmake
 # that a C compiler does not link by default.
 set(runtime ${CMAKE_CXX_IMPLICIT_LINK_LIBRARIES})
 list(FILTER runtime INCLUDE REGEX "^((std)?c[+][+]|m)$")
+if(WIN32)
+  list(APPEND runtime synchronization)
+endif()
 list(TRANSFORM runtime PREPEND "-l")
 list(JOIN runtime " " runtime)
 set(static_define "")
