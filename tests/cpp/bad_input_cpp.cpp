@@ -271,7 +271,7 @@ void try_cpp(World& world) {
   });
   const std::vector<float> pixels(20, 1.0F);
   DepthImage image = {pixels.data(), 4, 5, 5, 1, {4, 0, 2, 0, 4, 2, 0, 0, 1}, {}};
-  for (const std::size_t e : {0, 5, 10, 15}) image.pose[e] = 1;
+  for (const std::size_t e : {0U, 5U, 10U, 15U}) image.pose[e] = 1;
   const auto seen = [&](DepthImage view) {
     return [=, &tracker] { tracker.push_depth({&view, 1}, out); };
   };

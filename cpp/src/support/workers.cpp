@@ -4,6 +4,8 @@
 #include <string>
 #include <system_error>
 
+#include "support/waiting.hpp"
+
 namespace dynmesh {
 namespace {
 
@@ -40,7 +42,7 @@ Workers::~Workers() { end(); }
 void Workers::end() {
   ending_ = true;
   ++call_;
-  call_.notify_all();
+  wake_all(call_);
   for (std::thread& thread : threads_) thread.join();
 }
 
@@ -52,7 +54,7 @@ void Workers::run(Index count, Piece piece, void* context) {
   const auto pieces = static_cast<std::uint64_t>(count);
   ticket_.store((++calls_ << (2 * bits)) | (pieces << bits), std::memory_order_release);
   ++call_;
-  call_.notify_all();
+  wake_all(call_);
   for (Index i = 0; i < sharing_.patience && (ticket_.load() & mask) == 0; ++i) {
     std::this_thread::yield();
   }
@@ -60,7 +62,7 @@ void Workers::run(Index count, Piece piece, void* context) {
   // Other threads may still be executing their last piece. Waiting sleeps instead of spinning.
   for (std::uint32_t done = done_.load(std::memory_order_acquire); done < pieces;
        done = done_.load(std::memory_order_acquire)) {
-    done_.wait(done, std::memory_order_acquire);
+    wait_while(done_, done);
   }
 }
 
@@ -72,7 +74,7 @@ void Workers::take_pieces(bool as_caller) {
     if (i >= pieces) return;
     piece_(context_, static_cast<Index>(i));
     if (!as_caller) done_by_others.fetch_add(1, std::memory_order_relaxed);
-    if (done_.fetch_add(1, std::memory_order_acq_rel) + 1 == pieces) done_.notify_one();
+    if (done_.fetch_add(1, std::memory_order_acq_rel) + 1 == pieces) wake_one(done_);
     if (sharing_.patience > 0) std::this_thread::yield();
   }
 }
@@ -80,7 +82,7 @@ void Workers::take_pieces(bool as_caller) {
 void Workers::serve() {
   std::uint32_t seen = 0;
   while (true) {
-    call_.wait(seen, std::memory_order_acquire);
+    wait_while(call_, seen);
     seen = call_.load(std::memory_order_acquire);
     if (ending_) return;
     take_pieces(false);
