@@ -266,9 +266,9 @@ TEST_CASE("a made-up state is refused if later frames could not handle it") {
     };
     for (unsigned n = 1; n < 15; ++n) push(n);
     const auto state = completer.state();
-    // Counts of frames, the interval, the number and the slots of the shapes; the slice and a flag;
-    // twice a number and slots; the factors of modes; then the shapes.
-    constexpr std::size_t counts = 3 + 32 + 2 + 2 * 33;
+    // The number of frames, that of shapes in the library and the order of all slots; the slice and
+    // a flag; twice a number and slots; the factors of modes; then the shapes.
+    constexpr std::size_t counts = 2 + 32 + 2 + 2 * 33;
     const std::size_t shapes = state.size() - 8 - k * 96 * sizeof(float);
     const std::size_t learned = shapes - (counts + 13 * 32 * 16) * sizeof(double);
     const auto with = [&](std::size_t offset, const auto& value) {
@@ -287,12 +287,12 @@ TEST_CASE("a made-up state is refused if later frames could not handle it") {
     for (std::size_t place = 0; place < counts; ++place) {
       for (const double value : {nan, -1.0, 0.5, 1e16}) refused(learned + 8 * place, value);
     }
-    refused(learned + 8 * 1, 0.0);   // shapes enter at no interval
-    refused(learned + 8 * 2, 32.0);  // no slot is free
-    refused(learned + 8 * 4, 0.0);   // the slot of the first shape
-    refused(learned + 8 * 35, 5.0);  // a fifth slice
-    refused(learned + 8 * 36, 2.0);
-    refused(learned + 8 * 38, 32.0);  // a slot that there is not
+    refused(learned + 8 * 1, 29.0);  // more shapes than the library keeps
+    refused(learned + 8 * 3, 0.0);   // the slot of the first shape
+    refused(learned + 8 * 33, 8.0);  // a slot that is free, twice
+    refused(learned + 8 * 34, 5.0);  // a fifth slice
+    refused(learned + 8 * 35, 2.0);
+    refused(learned + 8 * 37, 32.0);  // a slot that there is not
     for (std::size_t place = counts; place < counts + 13 * 32 * 16; place += 97) {
       for (const double value : {nan, 1.5}) refused(learned + 8 * place, value);
     }
