@@ -118,6 +118,9 @@ Args:
     state: The bytes that `state` returned, from a tracker with the same faces and dtype, on any
         machine.)doc";
 
+constexpr const char* tracker_standard_error_doc =
+    R"doc((k,): how far a coordinate of each vertex of the last frame may be off.)doc";
+
 constexpr const char* tracking_report_doc = R"doc(Statistics of one tracked frame.
 
 `known` counts the observed vertices, `filled` the others of their components, `unseen` those of
