@@ -336,12 +336,14 @@ DYNMESH_EXPORT dynmesh_status dynmesh_tracker_create(const int32_t* faces, int64
                                                      int32_t threads, dynmesh_tracker** tracker);
 
 /// Null is allowed.
-/// The same with more choices. If `uncertainty` is not zero, dynmesh_tracker_standard_error says how
-/// far each vertex may be off. `rehearsal` is null, or a rehearsal of three frames or more of the
-/// type of `first_frame`, as for dynmesh_create_rehearsed; its frames are copied.
-DYNMESH_EXPORT dynmesh_status dynmesh_tracker_create_with(
-    const int32_t* faces, int64_t n_faces, const dynmesh_points* first_frame, int32_t threads,
-    int32_t uncertainty, dynmesh_rehearsal* rehearsal, dynmesh_tracker** tracker);
+/// The same with more choices. If `uncertainty` is not zero, dynmesh_tracker_standard_error says
+/// how far each vertex may be off. `rehearsal` is null, or a rehearsal of three frames or more of
+/// the type of `first_frame`, as for dynmesh_create_rehearsed; its frames are copied.
+DYNMESH_EXPORT dynmesh_status dynmesh_tracker_create_with(const int32_t* faces, int64_t n_faces,
+                                                          const dynmesh_points* first_frame,
+                                                          int32_t threads, int32_t uncertainty,
+                                                          dynmesh_rehearsal* rehearsal,
+                                                          dynmesh_tracker** tracker);
 
 DYNMESH_EXPORT void dynmesh_tracker_destroy(dynmesh_tracker* tracker);
 

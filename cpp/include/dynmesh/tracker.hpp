@@ -90,7 +90,8 @@ class DYNMESH_EXPORT Tracker {
   /// Completer for `faces`.
   Tracker(Faces faces, Points<const Real> first_frame, const TrackerSettings& settings = {});
   /// The same with a rehearsal, which it copies: the tracker learns how the shape of the subject
-  /// varies. A rehearsal that is of no use is not trusted. It throws SettingError as Completer does.
+  /// varies. A rehearsal that is of no use is not trusted. It throws SettingError as Completer
+  /// does.
   Tracker(Faces faces, Points<const Real> first_frame, const TrackerSettings& settings,
           const Rehearsal<Real>& rehearsal);
   ~Tracker();

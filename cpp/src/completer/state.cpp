@@ -217,7 +217,8 @@ std::size_t Completer<Real>::state_size() const {
                                 parts_->estimator->memory_rows() * sizeof(Row) + sizeof(double) +
                                 parts_->estimator->pose_size() * sizeof(double) +
                                 parts_->estimator->shape_rows() * sizeof(Shapes);
-  const std::size_t of_errors = parts_->settings.uncertainty ? stored_size_of_errors(n_vertices()) : 0;
+  const std::size_t of_errors =
+      parts_->settings.uncertainty ? stored_size_of_errors(n_vertices()) : 0;
   const std::size_t of_seal = sizeof(std::uint64_t);
   return sizeof magic + stored_size<Header>() + size_of_settings() + stored_size<FrameFacts>() +
          n_vertices() * of_vertex + of_method + of_errors + of_seal;

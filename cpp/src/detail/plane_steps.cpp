@@ -1,6 +1,6 @@
 /// The steps of a shape system whose anchors are planes. These tie the three coordinates together,
-/// so that the system has 3 k unknowns and is not factored. N + weights, which has k, bounds it from
-/// above and is a good preconditioner of conjugate gradients.
+/// so that the system has 3 k unknowns and is not factored. N + weights, which has k, bounds it
+/// from above and is a good preconditioner of conjugate gradients.
 #include <algorithm>
 #include <array>
 #include <cmath>

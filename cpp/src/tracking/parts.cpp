@@ -125,13 +125,13 @@ void Tracker<Real>::Parts::update_copies() {
   }
 }
 
-#define DYNMESH_INSTANTIATE(Real)                                                              \
+#define DYNMESH_INSTANTIATE(Real)                                                             \
   template Tracker<Real>::Parts::Parts(Faces, const Frame&, Topology, const TrackerSettings&, \
-                                       std::span<const std::vector<Real>>); \
-  template void Tracker<Real>::Parts::begin(Frame);                                            \
-  template TrackingReport Tracker<Real>::Parts::track(const Measurement&, Points<Real>,        \
-                                                      Clock::time_point);                      \
-  template double Tracker<Real>::Parts::mean_standard_error() const; \
+                                       std::span<const std::vector<Real>>);                   \
+  template void Tracker<Real>::Parts::begin(Frame);                                           \
+  template TrackingReport Tracker<Real>::Parts::track(const Measurement&, Points<Real>,       \
+                                                      Clock::time_point);                     \
+  template double Tracker<Real>::Parts::mean_standard_error() const;                          \
   template void Tracker<Real>::Parts::update_copies();
 DYNMESH_INSTANTIATE(float)
 DYNMESH_INSTANTIATE(double)

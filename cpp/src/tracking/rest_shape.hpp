@@ -91,7 +91,7 @@ class RestShape {
   // With a rehearsal:
   Generations generations_;
   std::vector<std::uint8_t> known_;
-  std::vector<Vector3<double>> kx_;                         // (k,)
+  std::vector<Vector3<double>> kx_;                        // (k,)
   std::vector<Vector3<double>> wanted_, steps_, k_steps_;  // (3 k,)
 };
 

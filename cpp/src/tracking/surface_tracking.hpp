@@ -120,7 +120,7 @@ class SurfaceTracking {
   bool is_first_ = true;
   RestShape rest_;
   ErrorBars error_bars_;
-  std::vector<Vector3<double>> shape_;        // Q^T K X of the last frame
+  std::vector<Vector3<double>> shape_;  // Q^T K X of the last frame
   std::vector<Vector3<double>> last_;
   std::vector<Vector3<double>> before_;  // the frame before the last
 
@@ -134,7 +134,7 @@ class SurfaceTracking {
   PointScan vertices_;  // the surface itself
   std::vector<Correspondence> drawn_;
   // With standard errors:
-  std::vector<Vector3<double>> kx_;       // K X
+  std::vector<Vector3<double>> kx_;      // K X
   std::vector<Vector3<double>> planes_;  // the normals of the correspondences
 };
 
