@@ -11,7 +11,7 @@ import numpy as np
 from .. import files
 from .._checks import check_callable, check_integer, check_path
 from .._core import Tracker
-from .._errors import InputError, locating
+from .._errors import InputError, KindError, locating
 from ..degrade.shared import mean_edge_of
 from ..files import Header, PathLike, Reader, Writer
 from ..files.format import Gaps
@@ -102,6 +102,8 @@ def track_file(
     if align not in ("auto", "never"):
         raise InputError(f"must be 'auto' or 'never', not {align!r}", argument="align")
     check_integer("threads", threads, 1)
+    if not isinstance(uncertainty, bool):
+        raise KindError(f"must be True or False, not {uncertainty!r}", argument="uncertainty")
     takes = paths_of(rehearsal)
     check_callable("watch", watch)
     target = files.target_of(output, output_format)

@@ -97,7 +97,9 @@ cases = [
     _case(
         "Tracker",
         "`rehearsal`: NaN in frame 1",
-        lambda w: dynmesh.Tracker(w.faces, w.vertices, rehearsal=[w.vertices, w.with_value(np.nan)]),
+        lambda w: dynmesh.Tracker(
+            w.faces, w.vertices, rehearsal=[w.vertices, w.with_value(np.nan)]
+        ),
         ValueError,
         "rehearsal: frame 1: vertex 4",
         "nan",
@@ -136,13 +138,6 @@ cases = [
         lambda t: t.standard_error,
         ValueError,
         "standard_error: requires uncertainty",
-    ),
-    _case(
-        "restore",
-        "`state`: of a tracker with a rehearsal",
-        lambda t: t.restore(_rehearsed(t)),
-        ValueError,
-        "state: of a tracker with a rehearsal",
     ),
     _case(
         "Tracker",
