@@ -113,7 +113,7 @@ class Tracked(reference.Detail):
 
     def _rest_shape(self, x: Array, q: Array, n: Array, w: Array, progress: float) -> Array:  # noqa: ARG002
         """The shape to which the surface returns, in the axes of frame 0."""
-        return self.first_memory
+        return np.asarray(self.first_memory)
 
     def _bent(self, x: Array, progress: float, factor: float = 1.0) -> tuple[Array, float]:
         early = progress < 0.5
@@ -171,7 +171,7 @@ class TrackedRehearsed(Tracked, rehearsal_reference.Rehearsed):
             self._found(residual, observed, known, seen)
             self.trust = float(np.clip(self._variance() / 0.03 - 1, 0, 1))
             self.posed = self.first_memory + self.trust * self._field(self.a)
-        return self.posed
+        return np.asarray(self.posed)
 
     def _closest(
         self, target: Array, anchors: Array, known: NDArray[np.bool_], seen: NDArray[np.bool_]
