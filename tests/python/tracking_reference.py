@@ -151,6 +151,8 @@ class Tracked(reference.Detail):
 class TrackedRehearsed(Tracked, rehearsal_reference.Rehearsed):
     """Tracks closed meshes after a rehearsal."""
 
+    largest_kept = 0.0
+
     def __init__(self, faces: Integers, first_frame: Array, rehearsal: Array) -> None:
         rehearsal_reference.Rehearsed.__init__(self, faces, first_frame, rehearsal)
         self.faces = faces

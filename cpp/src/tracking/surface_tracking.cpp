@@ -13,11 +13,21 @@
 #include "tracking/vertex_normals.hpp"
 
 namespace dynmesh {
+namespace {
+
+DetailConstants constants_for(const TrackingConstants& tracking) {
+  DetailConstants constants;
+  constants.rehearsal.largest_kept = tracking.largest_kept;
+  return constants;
+}
+
+}  // namespace
 
 SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& topology,
                                  Workers& workers, const TrackingConstants& constants,
                                  Take<double> take, bool has_uncertainty)
     : constants_(constants),
+      detail_constants_(constants_for(constants)),
       faces_(std::move(faces)),
       topology_(topology),
       workers_(workers),
