@@ -98,5 +98,19 @@ TEST_CASE("frames of tracking allocate for their search trees only") {
   CHECK(made[1] == made[2]);
 }
 
+TEST_CASE("rehearsals and errors allocate nothing in a frame") {
+  std::array<std::size_t, 2> made{};
+  for (const bool is_rehearsed : {false, true}) {
+    Sequence sequence;
+    sequence.is_rehearsed = is_rehearsed;
+    auto tracker = sequence.begun();
+    for (int n = 0; n < 2; ++n) sequence.push(tracker);
+    const std::size_t before = allocations();
+    sequence.push(tracker);
+    made[is_rehearsed ? 1 : 0] = allocations() - before;
+  }
+  CHECK(made[0] == made[1]);
+}
+
 }  // namespace
 }  // namespace dynmesh::testing
