@@ -12,11 +12,16 @@ the time over that of method detail where 30 % of the vertices are known.
 With --rivals N, the first N frames are also registered with other libraries, each frame from the
 result for the last one; a frame takes them up to a minute, so N is small. The rows of the tracker
 beside them are over the same frames.
+
+With --rehearsal, the scans are of the second half of each sequence, and further rows show the
+tracker after rehearsals: of the first half, and of the first half with its vertices in another
+order, which is of no use.
 """
 
 import argparse
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -88,9 +93,9 @@ def around(subject: Subject, frames: Positions, n: int) -> list[Camera]:
     return degrade.orbit(box, n, degrees_per_frame=0.0, up=up)(0)
 
 
-def ours(subject: Subject, first: Positions) -> Register:
+def ours(subject: Subject, first: Positions, rehearsal: Positions | None = None) -> Register:
     """Return the tracker of dynmesh."""
-    tracker = Tracker(subject.faces, first)
+    tracker = Tracker(subject.faces, first, rehearsal=rehearsal)
 
     def register(_: Positions, scan: Scan) -> Positions:
         if isinstance(scan, PointScan):
@@ -157,6 +162,18 @@ def seconds_of_detail(subject: Subject, frames: int) -> float:
     return float(np.median(seconds))
 
 
+def taken(path: Path, arguments: argparse.Namespace) -> tuple[Subject, dict[str, Positions]]:
+    """Return the frames to scan, and the rehearsals by the name of their row."""
+    if not arguments.rehearsal:
+        return from_file(path, arguments.frames), {}
+    both = from_file(path)
+    half = both.n_frames // 2
+    first, second = both.vertices[:half], both.vertices[half : half + arguments.frames]
+    order = np.random.default_rng(0).permutation(both.n_vertices)
+    rehearsals = {"rehearsed": first, "rehearsed, of no use": first[:, order]}
+    return replace(both, vertices=second), rehearsals
+
+
 def main() -> None:
     """Measure, and print the table."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
@@ -166,6 +183,7 @@ def main() -> None:
     parser.add_argument("--frames", type=int, default=MOST_FRAMES)
     parser.add_argument("--depth", action="store_true", help="depth images instead of points")
     parser.add_argument("--rivals", type=int, default=0, metavar="N", help="frames for the rivals")
+    parser.add_argument("--rehearsal", action="store_true", help="rehearse the first half")
     arguments = parser.parse_args()
     names = arguments.names or sorted(path.stem for path in arguments.folder.glob("*.npz"))
     lines: list[Line] = [
@@ -182,7 +200,7 @@ def main() -> None:
         )
     ]
     for name in names:
-        subject = from_file(arguments.folder / f"{name}.npz", arguments.frames)
+        subject, rehearsals = taken(arguments.folder / f"{name}.npz", arguments)
         truth = subject.vertices
         for n in arguments.cameras:
             cameras = around(subject, truth, n)
@@ -195,6 +213,10 @@ def main() -> None:
             run = measure(subject, truth, iter(scans), ours(subject, truth[0]))
             detail = seconds_of_detail(subject, min(10, len(truth) - 1))
             lines.append(run.line(name, str(n), "dynmesh", detail=detail))
+            for label, rehearsal in rehearsals.items():
+                scans = scans_of(subject, truth, cameras, depth=arguments.depth)
+                run = measure(subject, truth, scans, ours(subject, truth[0], rehearsal))
+                lines.append(run.line(name, str(n), label, detail=detail))
             if not arguments.rivals:
                 continue
             # After frame 0, where the template is; frame 0 itself comes first for its mean edge.

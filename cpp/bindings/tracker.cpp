@@ -12,6 +12,7 @@
 #include "arrays.hpp"
 #include "bindings.hpp"
 #include "completer/one_at_a_time.hpp"
+#include "rehearsal.hpp"
 #include "scalars.hpp"
 #include "tracker_docs.hpp"
 
@@ -96,15 +97,6 @@ class ImagesArgument {
   std::vector<DepthImage> views_;
 };
 
-void refuse_what_is_not_there(const py::object& rehearsal, const py::object& uncertainty) {
-  if (!rehearsal.is_none()) {
-    throw ValueRefused("rehearsal", "is not available for Tracker; it must be None");
-  }
-  if (truth_argument("uncertainty", uncertainty)) {
-    throw ValueRefused("uncertainty", "is not available for Tracker; it must be False");
-  }
-}
-
 /// A Python class for both precisions; see AnyCompleter.
 class AnyTracker {
   template <class Call>
@@ -121,22 +113,33 @@ class AnyTracker {
 
   template <class Real>
   void construct(const IndicesArgument& faces, const py::array& first_frame,
-                 const TrackerSettings& settings) {
+                 const TrackerSettings& settings, const py::object& rehearsal) {
     const PointsArgument<Real> frame("first_frame", first_frame, "(k, 3)");
-    released(
-        [&] { tracker_ = std::make_unique<Tracker<Real>>(faces.faces(), frame.view(), settings); });
+    if (rehearsal.is_none()) {
+      released([&] {
+        tracker_ = std::make_unique<Tracker<Real>>(faces.faces(), frame.view(), settings);
+      });
+    } else {
+      const auto rehearsed = rehearsal_of<Real>(rehearsal, frame.view().count);
+      released([&] {
+        tracker_ =
+            std::make_unique<Tracker<Real>>(faces.faces(), frame.view(), settings, rehearsed);
+      });
+    }
   }
 
  public:
-  AnyTracker(const py::object& faces, const py::object& first_frame, const py::object& threads) {
+  AnyTracker(const py::object& faces, const py::object& first_frame, const py::object& threads,
+             const py::object& rehearsal, const py::object& uncertainty) {
     const IndicesArgument indices("faces", faces, 3, "(m, 3)");
     const py::array frame = to_array("first_frame", first_frame);
     check_floating("first_frame", frame);
-    const TrackerSettings settings = {.threads = integer_argument("threads", threads)};
+    const TrackerSettings settings = {.threads = integer_argument("threads", threads),
+                                      .uncertainty = truth_argument("uncertainty", uncertainty)};
     if (frame.itemsize() == sizeof(float)) {
-      construct<float>(indices, frame, settings);
+      construct<float>(indices, frame, settings, rehearsal);
     } else {
-      construct<double>(indices, frame, settings);
+      construct<double>(indices, frame, settings, rehearsal);
     }
   }
 
@@ -222,6 +225,12 @@ class AnyTracker {
       return mask;
     });
   }
+  py::array standard_error() {
+    return exclusively([]<class Real>(Tracker<Real>& tracker) -> py::array {
+      const std::span<const Real> values = tracker.standard_error();
+      return py::array_t<Real>(static_cast<py::ssize_t>(values.size()), values.data());
+    });
+  }
   TrackingReport report() {
     return exclusively([]<class Real>(Tracker<Real>& tracker) { return tracker.report(); });
   }
@@ -268,8 +277,8 @@ void bind_tracker(py::module_& module) {
       .def(py::init([](const py::object& faces, const py::object& first_frame,
                        const py::object& threads, const py::object& rehearsal,
                        const py::object& uncertainty) {
-             refuse_what_is_not_there(rehearsal, uncertainty);
-             return std::make_unique<AnyTracker>(faces, first_frame, threads);
+             return std::make_unique<AnyTracker>(faces, first_frame, threads, rehearsal,
+                                                 uncertainty);
            }),
            py::arg("faces"), py::arg("first_frame"), py::kw_only(), py::arg("threads") = 1,
            py::arg("rehearsal") = py::none(), py::arg("uncertainty") = false, tracker_init_doc)
@@ -290,6 +299,8 @@ void bind_tracker(py::module_& module) {
                              "that g edges separate from it, -1 where there is none.")
       .def_property_readonly("age", &AnyTracker::age,
                              "(k,) int32: the number of frames since the vertex was last observed.")
+      .def_property_readonly("standard_error", &AnyTracker::standard_error,
+                             tracker_standard_error_doc)
       .def_property_readonly("report", &AnyTracker::report, "The TrackingReport of the last frame.")
       .def_property_readonly("topology", &AnyTracker::topology, "The TopologyReport of the mesh.")
       .def_property_readonly("n_frames", &AnyTracker::n_frames,

@@ -29,8 +29,9 @@ Args:
         first scan.
     threads: The number of threads that may work on a frame, from 1, the default, to 256. Results
         are identical for any number of threads.
-    rehearsal: Not available yet; must be None.
-    uncertainty: Not available yet; must be False.)doc";
+    rehearsal: None, or complete frames of the same mesh, as Completer takes them, from which the
+        tracker learns how the shape of the subject varies. One that is of no use is not trusted.
+    uncertainty: Whether to compute `standard_error`. The tracked frames are the same.)doc";
 
 constexpr const char* tracker_init_doc =
     R"doc(__init__(self, faces, first_frame, *, threads=1, rehearsal=None, uncertainty=False)
@@ -118,10 +119,21 @@ Args:
     state: The bytes that `state` returned, from a tracker with the same faces and dtype, on any
         machine.)doc";
 
+constexpr const char* tracker_standard_error_doc =
+    R"doc((k,), with `uncertainty=True`: how far each vertex may be from the true surface.
+
+The standard error of the distance of each vertex of the last frame from the surface, along its
+normal, in the unit of the positions: about 90 % of the vertices are within 1.645 of it. It does not
+say how far a vertex is off along the surface, which may be several times as much. It is infinite
+where no measured point is connected, and 0 before the first frame. Without uncertainty, ValueError
+is raised.)doc";
+
 constexpr const char* tracking_report_doc = R"doc(Statistics of one tracked frame.
 
 `known` counts the observed vertices, `filled` the others of their components, `unseen` those of
-components without any, and `iterations` the passes. See also FrameReport.
+components without any, and `iterations` the passes. With a rehearsal, `trust` and `explained` say
+how far its poses are used, and with uncertainty, `standard_error` is the root mean square of those
+of all vertices where it is finite. See also FrameReport.
 
 Attributes:
     distance: The root mean square distance of the observed vertices from the planes of their

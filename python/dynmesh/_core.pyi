@@ -141,8 +141,8 @@ class Tracker:
         first_frame: _Positions,
         *,
         threads: int = 1,
-        rehearsal: None = None,
-        uncertainty: Literal[False] = False,
+        rehearsal: Iterable[_Positions] | None = None,
+        uncertainty: bool = False,
     ) -> None: ...
     def push(
         self,
@@ -170,6 +170,8 @@ class Tracker:
     def generation(self) -> NDArray[np.int32]: ...
     @property
     def age(self) -> NDArray[np.int32]: ...
+    @property
+    def standard_error(self) -> _Positions: ...
     @property
     def report(self) -> TrackingReport: ...
     @property

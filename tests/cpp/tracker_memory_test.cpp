@@ -9,6 +9,7 @@
 
 #include "counted_memory.hpp"
 #include "meshes.hpp"
+#include "rehearsed.hpp"
 #include "scans.hpp"
 
 namespace dynmesh::testing {
@@ -16,6 +17,7 @@ namespace {
 
 /// A tracker in the middle of a sequence, and the next frame as a scan and as images.
 struct Sequence {
+  bool is_rehearsed = false;
   Mesh<double> mesh = bumpy_torus(10);
   Samples first = scan_of(mesh, turned(mesh.vertices, 0.03));
   Samples second = scan_of(mesh, turned(mesh.vertices, 0.06));
@@ -23,7 +25,10 @@ struct Sequence {
   std::vector<double> out = std::vector<double>(3 * mesh.size());
 
   [[nodiscard]] Tracker<double> begun() const {
-    Tracker<double> tracker(mesh.faces(), mesh.points());
+    Tracker<double> tracker =
+        is_rehearsed ? Tracker<double>(mesh.faces(), mesh.points(), {.uncertainty = true},
+                                       rehearsal_of(take_of(mesh.vertices, 3)))
+                     : Tracker<double>(mesh.faces(), mesh.points());
     track(tracker, first);
     return tracker;
   }
@@ -42,6 +47,8 @@ struct Sequence {
 TEST_CASE("a frame of tracking that runs out of memory changes nothing") {
   Sequence sequence;
   sequence.second.has_normals = false;
+  SUBCASE("alone") {}
+  SUBCASE("with a rehearsal and errors") { sequence.is_rehearsed = true; }
   for (const auto call : {&Sequence::push, &Sequence::push_depth}) {
     auto expected = sequence.begun();
     const auto before = expected.state();
@@ -74,6 +81,8 @@ TEST_CASE("a frame of tracking that runs out of memory changes nothing") {
 
 TEST_CASE("frames of tracking allocate for their search trees only") {
   Sequence sequence;
+  SUBCASE("alone") {}
+  SUBCASE("with a rehearsal and errors") { sequence.is_rehearsed = true; }
   auto tracker = sequence.begun();
   sequence.push(tracker);
   sequence.push_depth(tracker);
@@ -87,6 +96,20 @@ TEST_CASE("frames of tracking allocate for their search trees only") {
   }
   CHECK(made[0] == made[1]);
   CHECK(made[1] == made[2]);
+}
+
+TEST_CASE("rehearsals and errors allocate nothing in a frame") {
+  std::array<std::size_t, 2> made{};
+  for (const bool is_rehearsed : {false, true}) {
+    Sequence sequence;
+    sequence.is_rehearsed = is_rehearsed;
+    auto tracker = sequence.begun();
+    for (int n = 0; n < 2; ++n) sequence.push(tracker);
+    const std::size_t before = allocations();
+    sequence.push(tracker);
+    made[is_rehearsed ? 1 : 0] = allocations() - before;
+  }
+  CHECK(made[0] == made[1]);
 }
 
 }  // namespace

@@ -118,6 +118,29 @@ def test_a_file_is_tracked_as_the_tracker_tracks(folder: Path, tmp_path: Path) -
         np.testing.assert_array_equal(frame, expected)
 
 
+def test_a_rehearsal_and_standard_errors_of_a_file(
+    folder: Path, truth: dynmesh.Sequence, tmp_path: Path
+) -> None:
+    take, output = tmp_path / "take.npz", tmp_path / "out.npz"
+    dynmesh.write(take, truth)
+    words = ("track", folder / "points", output, "--template", folder / "body.obj")
+    told = run(*words, "--rehearsal", take, "--uncertainty", "--provenance")
+    assert "the rehearsal" in told.stderr
+    tracked = dynmesh.read(output)
+    template = dynmesh.read(folder / "body.obj")
+    tracker = dynmesh.Tracker(
+        template.faces, template.vertices[0], rehearsal=truth.vertices, uncertainty=True
+    )
+    assert tracked.standard_error is not None
+    for n, scan in enumerate(open_scans(folder / "points")):
+        assert isinstance(scan, PointScan)
+        expected = tracker.push(scan.points, scan.normals, viewpoints=scan.viewpoints)
+        np.testing.assert_array_equal(tracked.vertices[n], expected)
+        np.testing.assert_allclose(tracked.standard_error[n], tracker.standard_error, rtol=1e-6)
+    again = run(*words, "--rehearsal", take, "--provenance", "--resume", "--overwrite")
+    assert dynmesh.read(output).standard_error is None, again.stderr
+
+
 @pytest.mark.parametrize("format", ["npz", "ply", "pc2"])
 def test_an_interrupted_run_is_continued(
     format: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

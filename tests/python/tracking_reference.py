@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import reference
+import rehearsal_reference
 from numpy.typing import NDArray
 from reference import Array
 
@@ -110,6 +111,10 @@ class Tracked(reference.Detail):
             w[v] = 1 / (1 + ((q[v] - x[v]) ** 2).sum() / (12 * self.h) ** 2)
         return q, n, w, far.sum() / near.sum()
 
+    def _rest_shape(self, x: Array, q: Array, n: Array, w: Array, progress: float) -> Array:  # noqa: ARG002
+        """The shape to which the surface returns, in the axes of frame 0."""
+        return np.asarray(self.first_memory)
+
     def _bent(self, x: Array, progress: float, factor: float = 1.0) -> tuple[Array, float]:
         early = progress < 0.5
         q, n, w = self._correspond(x, 8 if early else 3, 1.5)
@@ -119,7 +124,8 @@ class Tracked(reference.Detail):
         assert w.sum() >= 12
         w = w * factor * 0.0025 * (0.4 / 0.0025) ** progress
         self._fit(x)
-        target = self._turn(0.7 * self.memory + 0.3 * self.first_memory)
+        rest = self._rest_shape(x, q, n, w, progress)
+        target = self._turn(0.7 * self.memory + 0.3 * rest)
 
         def product(y: Array) -> Array:
             along = (y * n).sum(axis=1, keepdims=True) * n
@@ -140,3 +146,39 @@ class Tracked(reference.Detail):
             x = x + length * direction
             residual = residual - length * curved
         return x, lost
+
+
+class TrackedRehearsed(Tracked, rehearsal_reference.Rehearsed):
+    """Tracks closed meshes after a rehearsal."""
+
+    largest_kept = 0.0
+
+    def __init__(self, faces: Integers, first_frame: Array, rehearsal: Array) -> None:
+        rehearsal_reference.Rehearsed.__init__(self, faces, first_frame, rehearsal)
+        self.faces = faces
+        self.before = first_frame
+        self.is_stiff = True
+        self.noise = 1.0  # anchors are weighted
+        self.posed = self.first_memory
+
+    def _rest_shape(self, x: Array, q: Array, n: Array, w: Array, progress: float) -> Array:
+        if progress == 1 / 3:
+            known, seen = w > 0, np.full(self.k, True)
+            self.weights = w[:, None]
+            self.weight = self.weights  # type: ignore[assignment]
+            observed = x + ((q - x) * n).sum(axis=1, keepdims=True) * n
+            closest = self._closest(self._turn(self.first_memory), observed, known, seen)
+            left = self.operator @ closest - self._turn(self.first_memory)
+            residual = np.hstack([left, np.sqrt(self.weights) * (closest - observed)])
+            self._found(residual, observed, known, seen)
+            self.trust = float(np.clip(self._variance() / 0.03 - 1, 0, 1))
+            self.posed = self.first_memory + self.trust * self._field(self.a)
+        return np.asarray(self.posed)
+
+    def _closest(
+        self, target: Array, anchors: Array, known: NDArray[np.bool_], seen: NDArray[np.bool_]
+    ) -> Array:
+        assert seen.all()
+        normal = self.operator.T @ self.operator + np.diag(self.weights[:, 0])
+        right_side = self.operator.T @ target + self.weights * np.where(known[:, None], anchors, 0)
+        return np.asarray(np.linalg.solve(normal, right_side))

@@ -336,6 +336,15 @@ DYNMESH_EXPORT dynmesh_status dynmesh_tracker_create(const int32_t* faces, int64
                                                      int32_t threads, dynmesh_tracker** tracker);
 
 /// Null is allowed.
+/// The same with more choices. If `uncertainty` is not zero, dynmesh_tracker_standard_error says
+/// how far each vertex may be off. `rehearsal` is null, or a rehearsal of three frames or more of
+/// the type of `first_frame`, as for dynmesh_create_rehearsed; its frames are copied.
+DYNMESH_EXPORT dynmesh_status dynmesh_tracker_create_with(const int32_t* faces, int64_t n_faces,
+                                                          const dynmesh_points* first_frame,
+                                                          int32_t threads, int32_t uncertainty,
+                                                          dynmesh_rehearsal* rehearsal,
+                                                          dynmesh_tracker** tracker);
+
 DYNMESH_EXPORT void dynmesh_tracker_destroy(dynmesh_tracker* tracker);
 
 /// Finds the template in a scan of any number of points. `normals` has a row for each point, or is
@@ -380,6 +389,13 @@ DYNMESH_EXPORT const uint8_t* dynmesh_tracker_observed(const dynmesh_tracker* tr
 DYNMESH_EXPORT const int32_t* dynmesh_tracker_generation(const dynmesh_tracker* tracker);
 /// Returns an array (k,): the number of frames since each vertex was last observed.
 DYNMESH_EXPORT const int32_t* dynmesh_tracker_age(const dynmesh_tracker* tracker);
+
+/// Writes the standard error of the distance of each vertex from the true surface to `values`, as
+/// dynmesh_standard_error does: about 90 % of the vertices are within 1.645 of it. How far they are
+/// off along the surface is not known. Refused without `uncertainty`.
+DYNMESH_EXPORT dynmesh_status dynmesh_tracker_standard_error(const dynmesh_tracker* tracker,
+                                                             void* values, int64_t count,
+                                                             int32_t type);
 
 // The connectivity -------------------------------------------------------------------------------
 

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <dynmesh/export.hpp>
 #include <dynmesh/frame_report.hpp>
+#include <dynmesh/rehearsal.hpp>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <memory>
@@ -19,6 +20,8 @@ struct TrackerSettings {
   /// The number of threads that may work on a frame, including the calling thread, 1 to 256. The
   /// other threads sleep between frames. Results are identical for any number of threads.
   Index threads = 1;
+  /// Whether to estimate how far vertices may be off. The tracked frames are the same.
+  bool uncertainty = false;
 };
 
 /// A scan: points of the surface in any order and of any number, in the axes and the unit of the
@@ -54,7 +57,9 @@ struct DepthImage {
 };
 
 /// What a tracker reports of a frame. `known` counts the vertices that have a measured point,
-/// `filled` the others of their components, and `iterations` the passes.
+/// `filled` the others of their components, and `iterations` the passes. `standard_error` is the
+/// root mean square over both, and `stages.trust` and `stages.explained` say how far a rehearsal is
+/// used.
 struct TrackingReport : FrameReport {
   /// The root mean square distance of the observed vertices from the planes of their points.
   double distance = 0;
@@ -84,6 +89,11 @@ class DYNMESH_EXPORT Tracker {
   /// `first_frame` is the template, complete and finite, in the pose of the first scan. See
   /// Completer for `faces`.
   Tracker(Faces faces, Points<const Real> first_frame, const TrackerSettings& settings = {});
+  /// The same with a rehearsal, which it copies: the tracker learns how the shape of the subject
+  /// varies. A rehearsal that is of no use is not trusted. It throws SettingError as Completer
+  /// does.
+  Tracker(Faces faces, Points<const Real> first_frame, const TrackerSettings& settings,
+          const Rehearsal<Real>& rehearsal);
   ~Tracker();
   Tracker(const Tracker&) = delete;
   Tracker& operator=(const Tracker&) = delete;
@@ -121,6 +131,11 @@ class DYNMESH_EXPORT Tracker {
   [[nodiscard]] std::span<const Index> generation() const;
   /// (k,) the number of frames since the vertex was last observed.
   [[nodiscard]] std::span<const Index> age() const;
+  /// (k,) the standard error of the distance of each vertex of the last frame from the true
+  /// surface, in the unit of the positions: about 90 % are within 1.645 of it. Infinite where no
+  /// measured point is connected. How far a vertex is off along the surface, where nothing measured
+  /// tells, is not known. Throws std::invalid_argument without `uncertainty`.
+  [[nodiscard]] std::span<const Real> standard_error() const;
   /// The report of the last frame. Before the first frame, all vertices count as known.
   [[nodiscard]] const TrackingReport& report() const;
 

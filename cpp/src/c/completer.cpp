@@ -164,20 +164,7 @@ const int32_t* dynmesh_age(const dynmesh_completer* completer) {
 
 dynmesh_status dynmesh_standard_error(const dynmesh_completer* completer, void* values,
                                       int64_t count, int32_t type) {
-  return with(completer, [&]<class Real>(const Completer<Real>& c) {
-    check_pointer("values", values);
-    const std::span<const Real> found = c.standard_error();
-    if (count != static_cast<std::int64_t>(found.size())) {
-      refuse("count", "is " + std::to_string(count) + ", but the mesh has " +
-                          std::to_string(found.size()) + " vertices");
-    }
-    const std::int32_t expected = sizeof(Real) == 4 ? DYNMESH_FLOAT32 : DYNMESH_FLOAT64;
-    if (type != expected) {
-      refuse("type", "must be " + std::to_string(expected) + ", that of the first frame, not " +
-                         std::to_string(type));
-    }
-    std::ranges::copy(found, static_cast<Real*>(values));
-  });
+  return with(completer, [&](const auto& c) { write_standard_error(c, values, count, type); });
 }
 
 dynmesh_status dynmesh_report(const dynmesh_completer* completer, dynmesh_frame_report* report) {

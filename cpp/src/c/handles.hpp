@@ -9,6 +9,7 @@
 #include <dynmesh/completer.hpp>
 #include <dynmesh/rehearsal.hpp>
 #include <dynmesh/tracker.hpp>
+#include <span>
 #include <string>
 #include <variant>
 
@@ -72,6 +73,24 @@ void read_state(Object& object, const void* state, std::int64_t size) {
   check_pointer("state", state);
   if (size < 0) refuse("state", "cannot have " + std::to_string(size) + " bytes");
   object.restore({static_cast<const std::byte*>(state), static_cast<std::size_t>(size)});
+}
+
+/// Writes the standard errors of the last frame to an array of `count` numbers of `type`.
+template <template <class> class Object, class Real>
+void write_standard_error(const Object<Real>& object, void* values, std::int64_t count,
+                          std::int32_t type) {
+  check_pointer("values", values);
+  const std::span<const Real> found = object.standard_error();
+  if (count != static_cast<std::int64_t>(found.size())) {
+    refuse("count", "is " + std::to_string(count) + ", but the mesh has " +
+                        std::to_string(found.size()) + " vertices");
+  }
+  const std::int32_t expected = sizeof(Real) == 4 ? DYNMESH_FLOAT32 : DYNMESH_FLOAT64;
+  if (type != expected) {
+    refuse("type", "must be " + std::to_string(expected) + ", that of the first frame, not " +
+                       std::to_string(type));
+  }
+  std::ranges::copy(found, static_cast<Real*>(values));
 }
 
 }  // namespace dynmesh

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <dynmesh/rehearsal.hpp>
 #include <dynmesh/tracker.hpp>
 #include <dynmesh/types.hpp>
 #include <string>
@@ -32,6 +33,14 @@ dynmesh_tracker* create_tracker(Faces faces, const dynmesh_points* first_frame,
                                 const TrackerSettings& settings) {
   const auto frame = points_of<const Real>("first_frame", first_frame);
   return new dynmesh_tracker{Tracker<Real>(faces, frame, settings)};
+}
+
+template <class Real>
+dynmesh_tracker* create_rehearsed_tracker(Faces faces, const dynmesh_points* first_frame,
+                                          const TrackerSettings& settings,
+                                          const Rehearsal<Real>& rehearsal) {
+  const auto frame = points_of<const Real>("first_frame", first_frame, "the rehearsal");
+  return new dynmesh_tracker{Tracker<Real>(faces, frame, settings, rehearsal)};
 }
 
 std::size_t side_of(std::size_t number, const char* side, std::int64_t value) {
@@ -64,12 +73,20 @@ using namespace dynmesh;
 dynmesh_status dynmesh_tracker_create(const int32_t* faces, int64_t n_faces,
                                       const dynmesh_points* first_frame, int32_t threads,
                                       dynmesh_tracker** tracker) {
-  return guarded([&] {
+  return dynmesh_tracker_create_with(faces, n_faces, first_frame, threads, 0, nullptr, tracker);
+}
+
+dynmesh_status dynmesh_tracker_create_with(const int32_t* faces, int64_t n_faces,
+                                           const dynmesh_points* first_frame, int32_t threads,
+                                           int32_t uncertainty, dynmesh_rehearsal* rehearsal,
+                                           dynmesh_tracker** tracker) {
+  const TrackerSettings settings = {.threads = threads, .uncertainty = uncertainty != 0};
+  const dynmesh_status status = guarded([&] {
     check_pointer("tracker", tracker);
     *tracker = nullptr;
     check_pointer("first_frame", first_frame);
+    if (rehearsal != nullptr) return;
     const Faces triangles = faces_of(faces, n_faces);
-    const TrackerSettings settings = {.threads = threads};
     if (first_frame->type == DYNMESH_FLOAT32) {
       *tracker = create_tracker<float>(triangles, first_frame, settings);
     } else if (first_frame->type == DYNMESH_FLOAT64) {
@@ -78,6 +95,10 @@ dynmesh_status dynmesh_tracker_create(const int32_t* faces, int64_t n_faces,
       refuse("first_frame", std::string("type must be ") + known_types + ", not " +
                                 std::to_string(first_frame->type));
     }
+  });
+  if (status != DYNMESH_OK || rehearsal == nullptr) return status;
+  return with(rehearsal, [&](const auto& frames) {
+    *tracker = create_rehearsed_tracker(faces_of(faces, n_faces), first_frame, settings, frames);
   });
 }
 
@@ -152,4 +173,9 @@ const int32_t* dynmesh_tracker_age(const dynmesh_tracker* tracker) {
   const int32_t* age = nullptr;
   (void)with(tracker, [&](const auto& t) { age = t.age().data(); });
   return age;
+}
+
+dynmesh_status dynmesh_tracker_standard_error(const dynmesh_tracker* tracker, void* values,
+                                              int64_t count, int32_t type) {
+  return with(tracker, [&](const auto& t) { write_standard_error(t, values, count, type); });
 }

@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "completer/stored_numbers.hpp"
+#include "completer/take.hpp"
 #include "detail/detail.hpp"
 #include "motion/fast_motion.hpp"
 #include "motion/motion.hpp"
@@ -15,29 +15,6 @@ namespace dynmesh {
 namespace {
 
 template <class Real>
-Take<Real> take_in_internal_order(std::span<const std::vector<Real>> frames,
-                                  const Numbering& numbering) {
-  Take<Real> take;
-  for (const auto& positions : frames) {
-    auto& frame = take.emplace_back(positions.size() / 3);
-    for (std::size_t v = 0; v < frame.size(); ++v) {
-      frame[numbering.internal_index(v)] = {positions[3 * v], positions[3 * v + 1],
-                                            positions[3 * v + 2]};
-    }
-  }
-  return take;
-}
-
-template <class Real>
-std::uint64_t hash_of_frames(std::span<const std::vector<Real>> frames) {
-  std::uint64_t hash = 0;
-  for (const auto& positions : frames) {
-    hash = hash * 31 + (hash_of(std::as_bytes(std::span(positions))) | 1);
-  }
-  return hash;
-}
-
-template <class Real>
 std::unique_ptr<Estimator<Real>> estimator_of(Faces faces, const Numbering& numbering,
                                               const Topology& topology, const Settings& settings,
                                               Workers& workers,
@@ -45,7 +22,7 @@ std::unique_ptr<Estimator<Real>> estimator_of(Faces faces, const Numbering& numb
   if (settings.method == Method::detail) {
     return std::make_unique<Detail<Real>>(faces_in_internal_order(faces, numbering), topology,
                                           settings.noise, workers, DetailConstants{},
-                                          take_in_internal_order(rehearsal, numbering),
+                                          take_in_internal_order<Real>(rehearsal, numbering),
                                           settings.learn, settings.uncertainty);
   }
   const Cells& cells = topology.cells;

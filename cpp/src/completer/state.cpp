@@ -15,6 +15,7 @@
 
 #include "completer/parts.hpp"
 #include "completer/settings_table.hpp"
+#include "completer/stored_errors.hpp"
 #include "completer/stored_numbers.hpp"
 #include "support/geometry.hpp"
 
@@ -205,27 +206,6 @@ void check_ages(std::span<const Index> age, std::span<const std::uint8_t> known,
   }
 }
 
-/// The numbers that standard errors depend on, one array after another.
-std::size_t size_of_errors(std::size_t n_vertices) {
-  const MemoryOfErrors of_mesh;
-  return n_vertices * sizeof(MemoryOfErrors::Row) + sizeof of_mesh.sums;
-}
-
-void write_errors(Writer& writer, const Numbering& numbering, const MemoryOfErrors& memory) {
-  for (const auto& row : to_caller_order(numbering, memory.rows)) {
-    writer.write(std::span<const double>(row));
-  }
-  writer.write(std::span<const double>(memory.sums));
-}
-
-MemoryOfErrors read_errors(Reader& reader, std::size_t n_vertices) {
-  MemoryOfErrors memory;
-  memory.rows.resize(n_vertices);
-  for (auto& row : memory.rows) reader.read(std::span<double>(row));
-  reader.read(std::span<double>(memory.sums));
-  return memory;
-}
-
 }  // namespace
 
 template <class Real>
@@ -237,7 +217,8 @@ std::size_t Completer<Real>::state_size() const {
                                 parts_->estimator->memory_rows() * sizeof(Row) + sizeof(double) +
                                 parts_->estimator->pose_size() * sizeof(double) +
                                 parts_->estimator->shape_rows() * sizeof(Shapes);
-  const std::size_t of_errors = parts_->settings.uncertainty ? size_of_errors(n_vertices()) : 0;
+  const std::size_t of_errors =
+      parts_->settings.uncertainty ? stored_size_of_errors(n_vertices()) : 0;
   const std::size_t of_seal = sizeof(std::uint64_t);
   return sizeof magic + stored_size<Header>() + size_of_settings() + stored_size<FrameFacts>() +
          n_vertices() * of_vertex + of_method + of_errors + of_seal;

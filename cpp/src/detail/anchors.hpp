@@ -25,6 +25,9 @@ struct Anchors {
   std::vector<double> counts;  ///< (k,) 1 in components that contain an anchor, else 0
   std::size_t number = 0;      ///< the number of anchors
   std::size_t n_solved = 0;    ///< the number of vertices that are solved for
+  /// (k,) unit normals of the planes that noisy anchors observe instead of positions: `observed` is
+  /// a point of the plane. Empty if they observe positions.
+  std::span<const Vector3<double>> normals;
 
   Anchors(std::size_t n_vertices, bool are_noisy)
       : observed(n_vertices),
@@ -33,6 +36,11 @@ struct Anchors {
         counts(n_vertices) {}
 
   [[nodiscard]] bool are_noisy() const { return !weights.empty(); }
+  [[nodiscard]] bool are_planes() const { return !normals.empty(); }
+  /// The part of a displacement of vertex v that a noisy anchor can tell.
+  [[nodiscard]] Vector3<double> observable(std::size_t v, const Vector3<double>& x) const {
+    return are_planes() ? dot(normals[v], x) * normals[v] : x;
+  }
   [[nodiscard]] bool any_solved() const { return n_solved > 0; }
 
   /// Sets the anchors of a frame. `lambda` is the weight of noisy anchors.

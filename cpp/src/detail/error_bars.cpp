@@ -136,12 +136,14 @@ Energy ErrorBars::compare(const CompletedShape& frame, Field steps, const Anchor
     if (anchors.counts[v] != 0) {
       energy.found = squared_norm(frame.kx[v] - frame.shape[v]);
       if (anchors.are_noisy()) {
-        energy.found += anchors.weights[v] * squared_norm(frame.x[v] - anchors.observed[v]);
+        const auto off = anchors.observable(v, frame.x[v] - anchors.observed[v]);
+        energy.found += anchors.weights[v] * squared_norm(off);
       }
       for (std::size_t i = members * v; i < members * (v + 1); ++i) {
         energy.expected += squared_norm(next_[i] - targets_[i]) / members;
         if (anchors.are_noisy()) {
-          energy.expected += anchors.weights[v] * squared_norm(steps[i] - noise_[i]) / members;
+          const auto off = anchors.observable(v, steps[i] - noise_[i]);
+          energy.expected += anchors.weights[v] * squared_norm(off) / members;
         }
       }
     }

@@ -59,10 +59,16 @@ std::size_t Pose::memory_size() const {
 }
 
 std::vector<double> Pose::memory() const {
-  std::vector<double> memory = {residual_variance_, size_, determined_};
-  if (!is_change_) memory.insert(memory.end(), coefficients_.begin(), coefficients_.end());
-  memory.resize(memory_size());
+  std::vector<double> memory(memory_size());
+  store(memory);
   return memory;
+}
+
+void Pose::store(std::span<double> memory) const {
+  memory[0] = residual_variance_;
+  memory[1] = size_;
+  memory[2] = determined_;
+  if (!is_change_) std::ranges::copy(coefficients_, memory.begin() + 3);
 }
 
 bool Pose::accepts(std::span<const double> memory) const {

@@ -46,6 +46,8 @@ class Pose {
   [[nodiscard]] std::size_t memory_size() const;
   /// What later frames depend on.
   [[nodiscard]] std::vector<double> memory() const;
+  /// The same into an array of that size, without allocating memory.
+  void store(std::span<double> memory) const;
   /// Whether a pose can have this memory.
   [[nodiscard]] bool accepts(std::span<const double> memory) const;
   void recall(std::span<const double> memory);

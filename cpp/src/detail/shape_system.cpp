@@ -79,15 +79,19 @@ void ShapeSystem::multiply_transposed(int fields) {
 
 /// Solves for the steps, and brings them into the order of vertices.
 ShapeSystem::Field ShapeSystem::solve_and_scatter(int fields) {
-  const auto rows = solved();
-  const auto width = static_cast<std::size_t>(fields);
   factor_->solve(solution_, fields);
-  std::fill_n(steps_.begin(), width * cells_.size(), Vector3<double>{});
-  for (std::size_t r = 0; r < rows.size(); ++r) {
-    const auto v = static_cast<std::size_t>(rows[r]);
-    for (std::size_t f = 0; f < width; ++f) steps_[width * v + f] = solution_[width * r + f];
+  return scatter(solution_, static_cast<std::size_t>(fields));
+}
+
+ShapeSystem::Field ShapeSystem::scatter(std::span<const Vector3<double>> rows, std::size_t width) {
+  const auto order = solved();
+  const Field steps = {steps_.data(), width * cells_.size()};
+  if (order.size() < cells_.size()) std::fill_n(steps_.begin(), steps.size(), Vector3<double>{});
+  for (std::size_t r = 0; r < order.size(); ++r) {
+    const auto v = static_cast<std::size_t>(order[r]);
+    for (std::size_t f = 0; f < width; ++f) steps_[width * v + f] = rows[width * r + f];
   }
-  return {steps_.data(), width * cells_.size()};
+  return steps;
 }
 
 }  // namespace dynmesh

@@ -84,16 +84,23 @@ class ShapeSystem {
         const auto v = static_cast<std::size_t>(rows[r]);
         for (std::size_t f = 0; f < pulled; ++f) {
           Vector3<double>& value = solution_[fields * r + f];
-          value = value + anchors.weights[v] * pull(v, f);
+          value = value + anchors.weights[v] * anchors.observable(v, pull(v, f));
         }
       }
     }
-    return solve_and_scatter(fields);
+    return anchors.are_planes() ? descend_to_planes(fields, anchors) : solve_and_scatter(fields);
   }
+
+  /// Lets `solve` take anchors that are planes: it then takes this many steps of conjugate
+  /// gradients, from 0.
+  void take_planes(int steps);
 
  private:
   void multiply_transposed(int fields);
   Field solve_and_scatter(int fields);
+  Field scatter(std::span<const Vector3<double>> rows, std::size_t width);
+  Field descend_to_planes(int fields, const Anchors& anchors);
+  void multiply_with_planes(std::size_t width, const Anchors& anchors);
   void from_order_of_elimination(std::span<Vector3<double>> values) const;
 
   const Cells& cells_;
@@ -105,6 +112,9 @@ class ShapeSystem {
       scaled_residual_;                    // M^-1/2 times the vector that is multiplied by K^T
   std::vector<Vector3<double>> solution_;  // in the order of elimination
   std::vector<Vector3<double>> steps_;     // in the order of vertices
+  // For planes, in the order of elimination:
+  int plane_steps_ = 0;
+  std::vector<Vector3<double>> residual_, direction_, found_;
 };
 
 }  // namespace dynmesh

@@ -43,6 +43,13 @@ struct TrackingConstants {
   double agreement = 0.5;
   /// The share of the shape of frame 0 in the shape that is wanted, beside that of the last frame.
   double pull = 0.3;
+  /// The pass in which a rehearsal is posed, counted from 0. Its weight is small, so that the noise
+  /// of the points and what is between them say little.
+  int posing_pass = 1;
+  /// The size up to which coefficients of the pose are kept that the points do not determine. The
+  /// shape of the last frame keeps hidden parts as they were; a pose that keeps them as well would
+  /// confirm what was found at a wrong place.
+  double largest_kept = 0;
 
   /// A measured point is unexplained if the nearest vertex is at least this far, and it draws the
   /// vertex if that is nearer than the second. The distance at which it counts half, and its weight

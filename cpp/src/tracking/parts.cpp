@@ -1,31 +1,37 @@
 #include "tracking/parts.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
+#include "completer/take.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {
 
 template <class Real>
 Tracker<Real>::Parts::Parts(Faces faces, const Frame& frame, Topology caller_topology,
-                            const TrackerSettings& chosen)
+                            const TrackerSettings& chosen,
+                            std::span<const std::vector<Real>> rehearsal)
     : settings(chosen),
       topology(in_internal_order(std::move(caller_topology), numbering)),
       workers(chosen.threads),
       exchange(numbering, workers),
       generations(frame.size()),
       unseen(*topology, UnseenRule::follow),
-      surface(faces_in_internal_order(faces, numbering), *topology, workers),
+      surface(faces_in_internal_order(faces, numbering), *topology, workers, {},
+              take_in_internal_order<double>(rehearsal, numbering), chosen.uncertainty),
       previous(frame.size()),
       current(frame.size()),
       completed(frame.size()),
       known(frame.size()),
       age(frame.size()),
+      rehearsal_hash(hash_of_frames(rehearsal)),
       observed_for_caller(frame.size()),
       generation_for_caller(frame.size()),
-      age_for_caller(frame.size()) {
+      age_for_caller(frame.size()),
+      standard_error_for_caller(chosen.uncertainty ? frame.size() : 0) {
   begin(to_internal_order(numbering, frame));
 }
 
@@ -67,6 +73,7 @@ TrackingReport Tracker<Real>::Parts::track(const Measurement& measurement, Point
   unseen.place(previous, current, generations);
   // Vertices whose estimate has diverged are first reset to the previous frame.
   exchange.write(current, previous, tracked);
+  surface.measure_errors(generations);
   std::ranges::transform(current, completed.begin(), in_double<Real>);
   surface.remember(completed, generations.anchors() > 0);
   std::swap(previous, current);
@@ -83,8 +90,24 @@ TrackingReport Tracker<Real>::Parts::track(const Measurement& measurement, Point
   report.iterations = static_cast<std::size_t>(found.passes);
   report.distance = found.distance;
   report.aligned = found.aligned;
+  report.stages.trust = surface.rest().trust();
+  report.stages.explained = surface.rest().explained();
+  report.standard_error = mean_standard_error();
   report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
   return report;
+}
+
+template <class Real>
+double Tracker<Real>::Parts::mean_standard_error() const {
+  const auto values = surface.error_bars().of_vertices();
+  double sum = 0;
+  std::size_t n = 0;
+  for (const double value : values) {
+    if (!std::isfinite(value)) continue;
+    sum += value * value;
+    ++n;
+  }
+  return n > 0 ? std::sqrt(sum / static_cast<double>(n)) : 0;
 }
 
 template <class Real>
@@ -95,14 +118,20 @@ void Tracker<Real>::Parts::update_copies() {
     observed_for_caller[i] = known[v];
     generation_for_caller[i] = generation[v];
     age_for_caller[i] = age[v];
+    if (standard_error_for_caller.empty()) continue;
+    const double error = surface.error_bars().of_vertices()[v];
+    standard_error_for_caller[i] =
+        std::isinf(error) ? std::numeric_limits<Real>::infinity() : saturated<Real>(error);
   }
 }
 
-#define DYNMESH_INSTANTIATE(Real)                                                              \
-  template Tracker<Real>::Parts::Parts(Faces, const Frame&, Topology, const TrackerSettings&); \
-  template void Tracker<Real>::Parts::begin(Frame);                                            \
-  template TrackingReport Tracker<Real>::Parts::track(const Measurement&, Points<Real>,        \
-                                                      Clock::time_point);                      \
+#define DYNMESH_INSTANTIATE(Real)                                                             \
+  template Tracker<Real>::Parts::Parts(Faces, const Frame&, Topology, const TrackerSettings&, \
+                                       std::span<const std::vector<Real>>);                   \
+  template void Tracker<Real>::Parts::begin(Frame);                                           \
+  template TrackingReport Tracker<Real>::Parts::track(const Measurement&, Points<Real>,       \
+                                                      Clock::time_point);                     \
+  template double Tracker<Real>::Parts::mean_standard_error() const;                          \
   template void Tracker<Real>::Parts::update_copies();
 DYNMESH_INSTANTIATE(float)
 DYNMESH_INSTANTIATE(double)

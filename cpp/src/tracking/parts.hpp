@@ -30,8 +30,10 @@ struct Tracker<Real>::Parts {
   using Clock = std::chrono::steady_clock;
   using Frame = std::vector<Vector3<Real>>;
 
+  /// `first_frame` and the frames of the rehearsal, x y z of each vertex, are in the caller's
+  /// order.
   Parts(Faces faces, const Frame& first_frame, Topology caller_topology,
-        const TrackerSettings& chosen);
+        const TrackerSettings& chosen, std::span<const std::vector<Real>> rehearsal = {});
 
   /// Begins a sequence. If memory is exhausted, nothing has changed.
   void begin(Frame new_first_frame);
@@ -42,6 +44,9 @@ struct Tracker<Real>::Parts {
 
   /// Sets what callers read, from `known` and `age`.
   void update_copies();
+
+  /// The root mean square of the standard errors that are finite; 0 without any.
+  [[nodiscard]] double mean_standard_error() const;
 
   [[nodiscard]] std::size_t n_vertices() const { return topology->cells.size(); }
 
@@ -65,11 +70,13 @@ struct Tracker<Real>::Parts {
   std::vector<Index> age;
   std::size_t n_frames = 0;
   TrackingReport report;
+  std::uint64_t rehearsal_hash = 0;  // of its frames; 0 without a rehearsal
 
   // In the caller's order:
   std::vector<std::uint8_t> observed_for_caller;
   std::vector<Index> generation_for_caller;
   std::vector<Index> age_for_caller;
+  std::vector<Real> standard_error_for_caller;  // empty without `uncertainty`
 };
 
 }  // namespace dynmesh

@@ -10,6 +10,7 @@
 #include <string>
 #include <utility>
 
+#include "completer/stored_errors.hpp"
 #include "completer/stored_numbers.hpp"
 #include "support/geometry.hpp"
 #include "tracking/parts.hpp"
@@ -18,7 +19,7 @@ namespace dynmesh {
 namespace {
 
 /// The last character is the version of the format.
-constexpr std::array<char, 8> magic = {'d', 'y', 'n', 't', 'r', 'a', 'c', '1'};
+constexpr std::array<char, 8> magic = {'d', 'y', 'n', 't', 'r', 'a', 'c', '2'};
 
 using StoredRotation = std::array<double, 4>;
 
@@ -28,10 +29,14 @@ struct Facts {
   std::uint32_t is_first = 0;
   std::uint32_t aligned = 0;
   std::uint32_t iterations = 0;
+  std::uint32_t uncertainty = 0;
   std::uint64_t n_vertices = 0;
-  std::uint64_t cells = 0;  // a hash
+  std::uint64_t cells = 0;      // a hash
+  std::uint64_t rehearsal = 0;  // a hash of its frames, 0 without one
   std::uint64_t n_frames = 0;
   double distance = 0;
+  double trust = 0;
+  double explained = 0;
 
   template <class Self, class Visit>
   static void for_each_field(Self& self, const Visit& visit) {
@@ -39,10 +44,14 @@ struct Facts {
     visit(self.is_first);
     visit(self.aligned);
     visit(self.iterations);
+    visit(self.uncertainty);
     visit(self.n_vertices);
     visit(self.cells);
+    visit(self.rehearsal);
     visit(self.n_frames);
     visit(self.distance);
+    visit(self.trust);
+    visit(self.explained);
   }
 };
 
@@ -95,6 +104,15 @@ void check_facts(const Facts& found, const Facts& expected) {
                  " vertices, but this mesh has " + std::to_string(expected.n_vertices));
   }
   if (found.cells != expected.cells) refuse_state("of a mesh with other faces");
+  if (found.rehearsal != expected.rehearsal) {
+    refuse_state(found.rehearsal == 0      ? "of a tracker without a rehearsal"
+                 : expected.rehearsal == 0 ? "of a tracker with a rehearsal"
+                                           : "of a tracker with another rehearsal");
+  }
+  if (found.uncertainty != expected.uncertainty) {
+    refuse_state(expected.uncertainty != 0 ? "of a tracker with uncertainty=False, not True"
+                                           : "of a tracker with uncertainty=True, not False");
+  }
   if (found.is_first > 1 || found.aligned > 1 || !(found.distance >= 0) ||
       !std::isfinite(found.distance)) {
     refuse_state("reports what no tracker can report");
@@ -107,20 +125,28 @@ template <class Real>
 std::size_t Tracker<Real>::state_size() const {
   const std::size_t of_vertex =
       3 * 3 * sizeof(Real) + sizeof(Index) + sizeof(std::uint8_t) + sizeof(StoredRotation);
-  return sizeof magic + size_of_facts() + n_vertices() * of_vertex + sizeof(std::uint64_t);
+  const std::size_t of_pose = parts_->surface.rest().pose_size() * sizeof(double);
+  const std::size_t of_errors = settings().uncertainty ? stored_size_of_errors(n_vertices()) : 0;
+  return sizeof magic + size_of_facts() + n_vertices() * of_vertex + of_pose + of_errors +
+         sizeof(std::uint64_t);
 }
 
 template <class Real>
 std::vector<std::byte> Tracker<Real>::state() const {
   const SurfaceTracking& surface = parts_->surface;
+  const RestShape::Memory pose = surface.rest().memory();
   const Facts facts = {sizeof(Real),
                        surface.is_first() ? 1U : 0U,
                        parts_->report.aligned ? 1U : 0U,
                        static_cast<std::uint32_t>(parts_->report.iterations),
+                       settings().uncertainty ? 1U : 0U,
                        n_vertices(),
                        hash_of_connectivity(parts_->topology->cells),
+                       parts_->rehearsal_hash,
                        parts_->n_frames,
-                       parts_->report.distance};
+                       parts_->report.distance,
+                       pose.trust,
+                       pose.explained};
   Writer writer(state_size());
   writer.write(std::span<const char>(magic));
   Facts::for_each_field(facts, [&](auto field) { writer.write(field); });
@@ -135,6 +161,10 @@ std::vector<std::byte> Tracker<Real>::state() const {
     const Quaternion& q = rotations[parts_->numbering.internal_index(i)];
     const StoredRotation stored = {q.w, q.x, q.y, q.z};
     writer.write(std::span<const double>(stored));
+  }
+  writer.write(std::span<const double>(pose.pose));
+  if (settings().uncertainty) {
+    write_errors(writer, parts_->numbering, surface.error_bars().memory());
   }
   return writer.take_sealed();
 }
@@ -151,6 +181,8 @@ void Tracker<Real>::restore(std::span<const std::byte> state) {
   expected.real_size = sizeof(Real);
   expected.n_vertices = n_vertices();
   expected.cells = hash_of_connectivity(parts_->topology->cells);
+  expected.rehearsal = parts_->rehearsal_hash;
+  expected.uncertainty = settings().uncertainty ? 1 : 0;
   check_facts(facts, expected);
   const std::size_t k = n_vertices();
   std::array<std::vector<Vector3<Real>>, 3> frames;
@@ -176,20 +208,31 @@ void Tracker<Real>::restore(std::span<const std::byte> state) {
     if (!is_possible)
       refuse_state("vertex " + std::to_string(i) + " has a memory that is not possible");
   }
+  RestShape::Memory pose = {facts.trust, facts.explained, {}};
+  pose.pose.resize(parts_->surface.rest().pose_size());
+  reader.read(std::span<double>(pose.pose));
+  MemoryOfErrors errors;
+  if (settings().uncertainty) errors = read_errors(reader, k);
   const auto seal = reader.read<std::uint64_t>();
   if (reader.rest() != 0) refuse_state(std::to_string(reader.rest()) + " bytes too long");
   if (seal != hash_of(state.first(state.size() - sizeof seal))) {
     refuse_state("damaged: its " + std::to_string(state.size()) +
                  " bytes do not match their checksum");
   }
+  if (!parts_->surface.rest().accepts(pose) || !parts_->surface.error_bars().accepts(errors)) {
+    refuse_state("does not contain a valid pose and valid errors");
+  }
   age = to_internal_order(parts_->numbering, age);
   known = to_internal_order(parts_->numbering, known);
   rotations = to_internal_order(parts_->numbering, rotations);
   const auto last = widened(frames[1]);
   const auto before = widened(frames[2]);
+  if (settings().uncertainty) errors.rows = to_internal_order(parts_->numbering, errors.rows);
   parts_->begin(std::move(frames[0]));
   // Nothing below can throw.
   parts_->surface.recall(last, before, rotations, facts.is_first != 0);
+  parts_->surface.recall_pose(pose);
+  parts_->surface.recall_errors(errors);
   parts_->previous = std::move(frames[1]);
   parts_->age = std::move(age);
   parts_->known = std::move(known);
@@ -202,6 +245,9 @@ void Tracker<Real>::restore(std::span<const std::byte> state) {
   parts_->report.iterations = facts.iterations;
   parts_->report.distance = facts.distance;
   parts_->report.aligned = facts.aligned != 0;
+  parts_->report.stages.trust = facts.trust;
+  parts_->report.stages.explained = facts.explained;
+  parts_->report.standard_error = parts_->mean_standard_error();
 }
 
 // Only the members defined in this file; tracker.cpp instantiates the others.

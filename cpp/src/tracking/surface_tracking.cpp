@@ -13,10 +13,21 @@
 #include "tracking/vertex_normals.hpp"
 
 namespace dynmesh {
+namespace {
+
+DetailConstants constants_for(const TrackingConstants& tracking) {
+  DetailConstants constants;
+  constants.rehearsal.largest_kept = tracking.largest_kept;
+  return constants;
+}
+
+}  // namespace
 
 SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& topology,
-                                 Workers& workers, const TrackingConstants& constants)
+                                 Workers& workers, const TrackingConstants& constants,
+                                 Take<double> take, bool has_uncertainty)
     : constants_(constants),
+      detail_constants_(constants_for(constants)),
       faces_(std::move(faces)),
       topology_(topology),
       workers_(workers),
@@ -24,7 +35,8 @@ SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& to
       rotations_(topology.cells, workers),
       fit_(topology.cells.size()),
       visibility_(topology.cells.size()),
-      first_shape_(topology.cells.size()),
+      rest_(topology.cells, workers, detail_constants_, std::move(take)),
+      error_bars_(topology.cells, workers, detail_constants_, has_uncertainty, true),
       shape_(topology.cells.size()),
       last_(topology.cells.size()),
       before_(topology.cells.size()),
@@ -38,17 +50,24 @@ SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& to
       observed_(topology.cells.size()),
       found_in_(topology.report.components),
       old_rotations_(topology.cells.size()),
-      drawn_(topology.cells.size()) {}
+      drawn_(topology.cells.size()),
+      kx_(has_uncertainty ? topology.cells.size() : 0),
+      planes_(kx_.size()) {
+  if (has_uncertainty) system_.take_planes(constants.steps);
+}
 
 void SurfaceTracking::reset(Field first_frame) {
   auto prepared = system_.prepare<double>(faces_, first_frame, detail_constants_);
   auto prepared_rotations = rotations_.prepare(first_frame);
+  const double mean_edge = mean_edge_length(topology_.cells, first_frame);
+  rest_.reset(rest_.learn(prepared.k, first_frame, mean_edge));
   // Nothing below can throw.
   system_.reset(std::move(prepared));
-  mean_edge_ = mean_edge_length(topology_.cells, first_frame);
+  mean_edge_ = mean_edge;
   rotations_.reset(std::move(prepared_rotations), first_frame, mean_edge_);
-  system_.apply(first_frame, 1, first_shape_);
-  std::ranges::copy(first_shape_, shape_.begin());
+  system_.apply(first_frame, 1, shape_);
+  rest_.set_first(shape_);
+  error_bars_.reset();
   std::ranges::copy(first_frame, last_.begin());
   std::ranges::copy(first_frame, before_.begin());
   is_first_ = true;
@@ -56,6 +75,7 @@ void SurfaceTracking::reset(Field first_frame) {
 
 SurfaceTracking::Found SurfaceTracking::find(const Measurement& measurement) {
   std::ranges::copy(rotations_.quaternions(), old_rotations_.begin());
+  rest_.begin_frame();
   try {
     predict();
     const bool aligned = is_first_ && measurement.size() > 0 && align(measurement);
@@ -67,7 +87,8 @@ SurfaceTracking::Found SurfaceTracking::find(const Measurement& measurement) {
     const int searches = search(measurement);
     for (int pass = 1; pass < constants_.passes; ++pass) {
       const double progress = static_cast<double>(pass) / (constants_.passes - 1);
-      bend(measurement, weight_at(progress), 2 * pass < constants_.passes);
+      bend(measurement, weight_at(progress), 2 * pass < constants_.passes,
+           pass == constants_.posing_pass);
     }
     Found result = observe(measurement);
     result.passes = searches + constants_.passes - 1;
@@ -75,6 +96,7 @@ SurfaceTracking::Found SurfaceTracking::find(const Measurement& measurement) {
     return result;
   } catch (...) {
     std::ranges::copy(old_rotations_, rotations_.quaternions().begin());
+    rest_.undo_frame();
     throw;
   }
 }
@@ -277,23 +299,47 @@ int SurfaceTracking::search(const Measurement& measurement) {
 
 /// Finds correspondences and rotations for X, and then X for these. Returns the share of the
 /// measured points that no vertex explains, in early passes.
-double SurfaceTracking::bend(const Measurement& measurement, double weight, bool is_early) {
+double SurfaceTracking::bend(const Measurement& measurement, double weight, bool is_early,
+                             bool poses) {
   const double radius = is_early ? constants_.wide_radius : constants_.narrow_radius;
   correspond(measurement, {radius, constants_.scale, constants_.side, weight});
   const double lost = is_early ? draw_towards_unexplained(measurement, weight) : 0;
   if (!choose_components(weight)) return 0;
   rotations_.fit_widely(x_);
+  system_.factorize(anchors_);
+  if (poses && rest_.is_rehearsed()) pose();
   for (std::size_t v = 0; v < x_.size(); ++v) {
-    wanted_[v] = shape_[v] + constants_.pull * (first_shape_[v] - shape_[v]);
+    wanted_[v] = shape_[v] + constants_.pull * (rest_.shape()[v] - shape_[v]);
   }
   rotations_.turn(wanted_, turned_);
-  system_.factorize(anchors_);
   fit_.take_steps(system_, turned_, found_, constants_.steps, x_);
   return lost;
 }
 
+/// The correspondences as anchors: each says how far a vertex is from a plane.
+void SurfaceTracking::observe_planes() {
+  anchors_.number = 0;
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    const Correspondence& c = found_[v];
+    anchors_.counts[v] = anchors_.is_solved[v];
+    anchors_.observed[v] = x_[v] + dot(c.normal, c.point - x_[v]) * c.normal;
+    anchors_.number += c.weight > 0 ? 1 : 0;
+  }
+}
+
+/// Poses the rest shape by the correspondences. Each anchor is the point of its plane that is
+/// nearest to the vertex.
+void SurfaceTracking::pose() {
+  observe_planes();
+  rest_.pose({x_, shape_, anchors_}, system_, rotations_);
+}
+
 /// Which vertices have a measured point in the end.
 SurfaceTracking::Found SurfaceTracking::observe(const Measurement& measurement) {
+  if (error_bars_.exist()) {
+    observe_planes();
+    std::ranges::transform(found_, planes_.begin(), &Correspondence::normal);
+  }
   correspond(measurement, {constants_.observed_distance, constants_.scale, constants_.side, 1});
   Found result = {x_, observed_, 0, 0, false};
   double sum = 0;
@@ -307,6 +353,18 @@ SurfaceTracking::Found SurfaceTracking::observe(const Measurement& measurement) 
   }
   if (n > 0) result.distance = std::sqrt(sum / n);
   return result;
+}
+
+void SurfaceTracking::measure_errors(const Generations& generations) {
+  if (!error_bars_.exist()) return;
+  if (!anchors_.any_solved()) {
+    error_bars_.pass(generations, rotations_);
+    return;
+  }
+  system_.apply(x_, 1, kx_);
+  anchors_.normals = planes_;
+  error_bars_.update({x_, kx_, turned_}, 0, anchors_, generations, system_, rotations_);
+  anchors_.normals = {};
 }
 
 void SurfaceTracking::remember(Field completed, bool moves) {

@@ -10,12 +10,14 @@
 
 #include "detail/anchors.hpp"
 #include "detail/constants.hpp"
+#include "detail/error_bars.hpp"
 #include "detail/rotations.hpp"
 #include "detail/shape_system.hpp"
 #include "support/workers.hpp"
 #include "tracking/constants.hpp"
 #include "tracking/measurement.hpp"
 #include "tracking/point_scan.hpp"
+#include "tracking/rest_shape.hpp"
 #include "tracking/surface_fit.hpp"
 #include "tracking/visibility.hpp"
 
@@ -31,9 +33,10 @@ class SurfaceTracking {
  public:
   using Field = std::span<const Vector3<double>>;
 
-  /// `topology` and `workers` must outlive this object.
+  /// `topology` and `workers` must outlive this object. `take` is a rehearsal, or empty.
   SurfaceTracking(std::vector<Triangle> faces, const Topology& topology, Workers& workers,
-                  const TrackingConstants& constants = {});
+                  const TrackingConstants& constants = {}, Take<double> take = {},
+                  bool has_uncertainty = false);
 
   /// Begins a sequence. If it throws, nothing has changed.
   void reset(Field first_frame);
@@ -52,15 +55,24 @@ class SurfaceTracking {
   /// is far from the measurement even after an alignment.
   Found find(const Measurement& measurement);
 
+  /// Finds the standard errors of the frame that `find` has just found. `generations` are those of
+  /// its vertices.
+  void measure_errors(const Generations& generations);
+  [[nodiscard]] const ErrorBars& error_bars() const { return error_bars_; }
+  [[nodiscard]] const RestShape& rest() const { return rest_; }
+
   /// Makes this the last frame. Velocities are 0 if nothing was found in it.
   void remember(Field completed, bool moves);
 
-  /// What later frames depend on, beside frame 0: the last two frames and the rotations.
+  /// What later frames depend on, beside frame 0: the last two frames, the rotations, the pose and
+  /// the errors.
   [[nodiscard]] Field last() const { return last_; }
   [[nodiscard]] Field before() const { return before_; }
   [[nodiscard]] std::span<const Quaternion> rotations() const { return rotations_.quaternions(); }
   [[nodiscard]] bool is_first() const { return is_first_; }
   void recall(Field last, Field before, std::span<const Quaternion> rotations, bool is_first);
+  void recall_pose(const RestShape::Memory& memory) { rest_.recall(memory); }
+  void recall_errors(const ErrorBars::Memory& memory) { error_bars_.recall(memory); }
 
   [[nodiscard]] double mean_edge() const { return mean_edge_; }
   [[nodiscard]] const TrackingConstants& constants() const { return constants_; }
@@ -90,7 +102,9 @@ class SurfaceTracking {
   bool choose_components(double weight);
   [[nodiscard]] double weight_at(double progress) const;
   int search(const Measurement& measurement);
-  double bend(const Measurement& measurement, double weight, bool is_early);
+  double bend(const Measurement& measurement, double weight, bool is_early, bool poses = false);
+  void pose();
+  void observe_planes();
   Found observe(const Measurement& measurement);
 
   TrackingConstants constants_;
@@ -104,8 +118,9 @@ class SurfaceTracking {
   Visibility visibility_;
   double mean_edge_ = 1;
   bool is_first_ = true;
-  std::vector<Vector3<double>> first_shape_;  // K V_0
-  std::vector<Vector3<double>> shape_;        // Q^T K X of the last frame
+  RestShape rest_;
+  ErrorBars error_bars_;
+  std::vector<Vector3<double>> shape_;  // Q^T K X of the last frame
   std::vector<Vector3<double>> last_;
   std::vector<Vector3<double>> before_;  // the frame before the last
 
@@ -118,6 +133,9 @@ class SurfaceTracking {
   std::vector<Quaternion> old_rotations_;
   PointScan vertices_;  // the surface itself
   std::vector<Correspondence> drawn_;
+  // With standard errors:
+  std::vector<Vector3<double>> kx_;      // K X
+  std::vector<Vector3<double>> planes_;  // the normals of the correspondences
 };
 
 }  // namespace dynmesh

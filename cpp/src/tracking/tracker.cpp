@@ -66,6 +66,17 @@ Tracker<Real>::Tracker(Faces faces, Points<const Real> first_frame,
 }
 
 template <class Real>
+Tracker<Real>::Tracker(Faces faces, Points<const Real> first_frame, const TrackerSettings& settings,
+                       const Rehearsal<Real>& rehearsal) {
+  check_settings({.threads = settings.threads});
+  const auto frame = first_frame_of(first_frame);
+  check_rehearsal(rehearsal, frame.size());
+  check_size(rehearsal, first_frame);
+  parts_ = std::make_unique<Parts>(faces, frame, topology_of(faces, frame.size()), settings,
+                                   rehearsal.frames());
+}
+
+template <class Real>
 Tracker<Real>::~Tracker() = default;
 template <class Real>
 Tracker<Real>::Tracker(Tracker&&) noexcept = default;
@@ -161,6 +172,13 @@ std::span<const Index> Tracker<Real>::generation() const {
 template <class Real>
 std::span<const Index> Tracker<Real>::age() const {
   return parts_->age_for_caller;
+}
+template <class Real>
+std::span<const Real> Tracker<Real>::standard_error() const {
+  if (!settings().uncertainty) {
+    throw std::invalid_argument("standard_error: requires uncertainty=True");
+  }
+  return parts_->standard_error_for_caller;
 }
 template <class Real>
 const TrackingReport& Tracker<Real>::report() const {

@@ -20,6 +20,7 @@ from .options import (
     OutputFormat,
     OutputPath,
     Overwrite,
+    Rehearsal,
     Resume,
     WithGaps,
 )
@@ -84,6 +85,16 @@ def track(
             rich_help_panel=HOW,
         ),
     ] = True,
+    rehearsal: Rehearsal = None,
+    uncertainty: Annotated[
+        bool,
+        typer.Option(
+            "--uncertainty",
+            help="Estimate how far each vertex may be from the true surface; --provenance writes "
+            "it.",
+            rich_help_panel=HOW,
+        ),
+    ] = False,
     threads: Annotated[
         int, typer.Option(metavar="N", min=1, help="Number of threads.", rich_help_panel=HOW)
     ] = 1,
@@ -92,7 +103,7 @@ def track(
         typer.Option(
             "--provenance",
             help="Also write how far each vertex is from one that was seen (generation) and the "
-            "frames since it was last seen (age).",
+            "frames since it was last seen (age); with --uncertainty, its standard error.",
             rich_help_panel=OUTPUT,
         ),
     ] = False,
@@ -107,6 +118,7 @@ def track(
     ```text
     dynmesh track scans tracked.npz --template body.obj
     dynmesh track 'depth/*.png' tracked.usd --template body.obj --cameras rig.json
+    dynmesh track scans tracked.npz --template body.obj --rehearsal range_of_motion.npz
     ```
     """
     was_unfinished = is_unfinished(output)
@@ -132,10 +144,14 @@ def track(
             provenance=provenance,
             overwrite=overwrite,
             resume=resume,
+            rehearsal=rehearsal or None,
+            uncertainty=uncertainty,
             threads=threads,
             watch=watch,
         )
     _say_what_was_done(output, report)
+    if rehearsal and report.trust is not None:
+        say(f"{output}: the rehearsal was trusted by {100 * report.trust:.3g} %")
 
 
 def _say_what_was_done(output: Path, report: TrackFileReport) -> None:

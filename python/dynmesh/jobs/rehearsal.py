@@ -1,4 +1,4 @@
-"""Takes: files with complete frames of the same mesh, from which method detail learns."""
+"""Takes: files with complete frames of the same mesh, from which it is learned how it varies."""
 
 import contextlib
 import os
@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 from .. import files
 from .._checks import check_path
-from .._core import Completer, RehearsalSummary, rehearsal_summary
+from .._core import Completer, RehearsalSummary, Tracker, rehearsal_summary
 from .._errors import InputError, KindError, SettingError, locating
 from ..files import PathLike, Reader
 from ..files.scene_files import open_scene
@@ -33,6 +33,18 @@ def check_takes(rehearsal: Takes | None, settings: Settings) -> tuple[Path, ...]
     Raises:
         TypeError, ValueError: they are not paths, there are none, or the method has no rehearsal.
     """
+    takes = paths_of(rehearsal)
+    if takes and settings["method"] != "detail":
+        raise SettingError("requires method='detail'", argument="rehearsal")
+    return takes
+
+
+def paths_of(rehearsal: Takes | None) -> tuple[Path, ...]:
+    """Returns the paths of the takes; none for None.
+
+    Raises:
+        TypeError, ValueError: they are not paths, or there are none.
+    """
     if rehearsal is None:
         return ()
     if isinstance(rehearsal, str | os.PathLike):
@@ -44,8 +56,6 @@ def check_takes(rehearsal: Takes | None, settings: Settings) -> tuple[Path, ...]
         check_path("rehearsal", take, _EXPECTED)
     if not takes:
         raise InputError("names no file; leave it out if there is none", argument="rehearsal")
-    if settings["method"] != "detail":
-        raise SettingError("requires method='detail'", argument="rehearsal")
     return tuple(map(Path, takes))
 
 
@@ -102,6 +112,18 @@ class Rehearsal:
             if not self._takes:
                 return Completer(faces, first_frame, **settings)
             return Completer(faces, first_frame, rehearsal=self._frames(), **settings)
+
+    def tracker(self, template: Positions, *, threads: int, uncertainty: bool) -> Tracker:
+        """Creates a tracker of the mesh, which reads the takes."""
+        frames = self._frames() if self._takes else None
+        with self._naming():
+            return Tracker(
+                self._reader.faces,
+                template,
+                threads=threads,
+                rehearsal=frames,
+                uncertainty=uncertainty,
+            )
 
     def summary(self) -> RehearsalSummary:
         """Reads the takes and says what the completer of the sequence would learn.

@@ -11,7 +11,7 @@ import numpy as np
 from .. import files
 from .._checks import check_callable, check_integer, check_path
 from .._core import Tracker
-from .._errors import InputError, locating
+from .._errors import InputError, KindError, locating
 from ..degrade.shared import mean_edge_of
 from ..files import Header, PathLike, Reader, Writer
 from ..files.format import Gaps
@@ -27,6 +27,7 @@ from .alignment import (
 )
 from .beginning import check_whole
 from .checkpoint import Progress, describe_job, identity
+from .rehearsal import Rehearsal, Takes, paths_of
 from .resumable import ResumableOutput, check_resumable
 from .track_report import TrackFileReport
 
@@ -52,6 +53,8 @@ def track_file(
     provenance: bool = False,
     overwrite: bool = False,
     resume: bool = False,
+    rehearsal: Takes | None = None,
+    uncertainty: bool = False,
     threads: int = 1,
     watch: WatchScans | None = None,
 ) -> TrackFileReport:
@@ -76,9 +79,13 @@ def track_file(
         output_format: one of :data:`dynmesh.files.formats`; None means the format of the suffix.
         fps: frames per second of the output.
         provenance: whether to write the generation and the age of every vertex; generation 0 means
-            that the vertex had a correspondence in the scan.
+            that the vertex had a correspondence in the scan; with `uncertainty`, also its standard
+            error.
         overwrite: whether to replace an existing output.
         resume: whether to continue an interrupted run of the same job; see :func:`complete_file`.
+        rehearsal: files with complete frames of the template's mesh, from which the tracker learns
+            how it varies.
+        uncertainty: whether to estimate how far each vertex may be from the true surface.
         threads: of the tracker, at least 1.
         watch: called with the scans, their number and the number of those already tracked; it must
             pass the scans on.
@@ -95,6 +102,9 @@ def track_file(
     if align not in ("auto", "never"):
         raise InputError(f"must be 'auto' or 'never', not {align!r}", argument="align")
     check_integer("threads", threads, 1)
+    if not isinstance(uncertainty, bool):
+        raise KindError(f"must be True or False, not {uncertainty!r}", argument="uncertainty")
+    takes = paths_of(rehearsal)
     check_callable("watch", watch)
     target = files.target_of(output, output_format)
     if resume:
@@ -111,14 +121,22 @@ def track_file(
             times=None if reader.step == 1 else times,
             has_known=False,
             has_provenance=provenance,
+            has_standard_error=provenance and uncertainty,
         )
+        rehearsed = Rehearsal(takes, mesh)
         start = {
             "template": list(map(identity, mesh.files)),
             "scan to template": factor,
             "align": align,
+            "uncertainty": uncertainty,
+            **rehearsed.described(),
         }
         job = describe_job(reader.files, header, {"gaps": gaps}, start, target.format, {})
-        tracking = _Tracking(reader, mesh, factor, align, threads, watch)
+
+        def tracker_at(placed: Positions) -> Tracker:
+            return rehearsed.tracker(placed, threads=threads, uncertainty=uncertainty)
+
+        tracking = _Tracking(reader, mesh, factor, align, tracker_at, watch)
         outcome = ResumableOutput(
             target,
             header,
@@ -126,7 +144,7 @@ def track_file(
             Path(scans),
             overwrite=overwrite,
             resume=resume,
-            others=[*mesh.files, *reader.files],
+            others=[*mesh.files, *reader.files, *rehearsed.files],
         ).write(tracking.begin)
     report = tracking.report(header, outcome.resumed_at)
     return replace(report, remarks=outcome.remarks, existed=outcome.existed)
@@ -141,17 +159,18 @@ class _Tracking:
         mesh: Reader,
         factor: float,
         align: Align,
-        threads: int,
+        tracker_at: Callable[[Positions], Tracker],
         watch: WatchScans | None,
     ) -> None:
         self._scans = scans
         self._mesh = mesh
         self._factor = factor
         self._align = align
-        self._threads = threads
+        self._tracker_at = tracker_at
         self._watch = watch
         self._seconds: list[float] = []
         self._observed: list[float] = []
+        self._trust: list[float] = []
         self._empty = 0
         self._alignment: Alignment | None = None
         self._distance: float | None = None
@@ -163,7 +182,7 @@ class _Tracking:
         with locating(file=self._mesh.path):
             check_whole(frame, "; a template must be whole")
         placed = self._placed(np.array(frame.points))
-        self._tracker = Tracker(self._mesh.faces, placed, threads=self._threads)
+        self._tracker = self._tracker_at(placed)
         self._done, _, state = progress
         if state:
             self._tracker.restore(state)
@@ -179,7 +198,10 @@ class _Tracking:
                 points = self._push(scan)
             tracker = self._tracker
             if writer.header.has_provenance:
-                writer.append(points, generation=tracker.generation, age=tracker.age)
+                bars = tracker.standard_error if writer.header.has_standard_error else None
+                writer.append(
+                    points, generation=tracker.generation, age=tracker.age, standard_error=bars
+                )
             else:
                 writer.append(points)
             self._done += 1
@@ -199,6 +221,7 @@ class _Tracking:
             self._empty,
             self._alignment,
             self._distance,
+            trust=float(np.mean(self._trust)) if self._trust else None,
         )
 
     def _push(self, scan: Scan | None) -> Positions:
@@ -214,6 +237,7 @@ class _Tracking:
             points = tracker.push_depth(scan.depth, scan.intrinsics, scan.poses)
         self._seconds.append(tracker.report.seconds)
         self._observed.append(float(np.mean(tracker.observed)))
+        self._trust.append(tracker.report.trust)
         return points
 
     def _placed(self, points: Positions) -> Positions:

@@ -78,19 +78,66 @@ cases = [
     ),
     _case(
         "Tracker",
-        "`rehearsal`: frames",
-        lambda w: dynmesh.Tracker(w.faces, w.vertices, rehearsal=w.sequence.vertices),
+        "`rehearsal`: two frames",
+        lambda w: dynmesh.Tracker(w.faces, w.vertices, rehearsal=[w.vertices] * 2),
         ValueError,
-        "rehearsal:",
+        "rehearsal: has 2 frames",
+        "3",
         start=False,
     ),
     _case(
         "Tracker",
-        "`uncertainty=True`",
-        lambda w: dynmesh.Tracker(w.faces, w.vertices, uncertainty=True),  # type: ignore[arg-type]
-        ValueError,
-        "uncertainty:",
+        "`rehearsal`: a number",
+        lambda w: dynmesh.Tracker(w.faces, w.vertices, rehearsal=3),  # type: ignore[arg-type]
+        TypeError,
+        "rehearsal:",
+        "int",
         start=False,
+    ),
+    _case(
+        "Tracker",
+        "`rehearsal`: NaN in frame 1",
+        lambda w: dynmesh.Tracker(
+            w.faces, w.vertices, rehearsal=[w.vertices, w.with_value(np.nan)]
+        ),
+        ValueError,
+        "rehearsal: frame 1: vertex 4",
+        "nan",
+        start=False,
+    ),
+    _case(
+        "Tracker",
+        "`rehearsal`: a row too few in frame 1",
+        lambda w: dynmesh.Tracker(w.faces, w.vertices, rehearsal=[w.vertices, w.vertices[:48]]),
+        ValueError,
+        "rehearsal: frame 1:",
+        "48 rows",
+        start=False,
+    ),
+    _case(
+        "Tracker",
+        "`rehearsal`: in another unit",
+        lambda w: dynmesh.Tracker(w.faces, w.vertices, rehearsal=1000 * w.sequence.vertices),
+        ValueError,
+        "rehearsal: its size",
+        "unit",
+        start=False,
+    ),
+    _case(
+        "Tracker",
+        "`uncertainty`: a word",
+        lambda w: dynmesh.Tracker(w.faces, w.vertices, uncertainty="yes"),  # type: ignore[arg-type]
+        TypeError,
+        "uncertainty:",
+        "str",
+        start=False,
+    ),
+    _case(
+        "standard_error",
+        "without `uncertainty`",
+        lambda t: t.standard_error,
+        ValueError,
+        "standard_error: requires uncertainty",
     ),
     _case(
         "Tracker",

@@ -1,0 +1,98 @@
+/// The shape to which a tracked surface returns: that of frame 0, or the one in which a rehearsal
+/// poses it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <dynmesh/topology.hpp>
+#include <dynmesh/types.hpp>
+#include <span>
+#include <vector>
+
+#include "detail/anchors.hpp"
+#include "detail/constants.hpp"
+#include "detail/detail_operator.hpp"
+#include "detail/modes.hpp"
+#include "detail/pose.hpp"
+#include "detail/rehearsed_shapes.hpp"
+#include "detail/rotations.hpp"
+#include "detail/shape_system.hpp"
+#include "generations/generations.hpp"
+#include "support/workers.hpp"
+
+namespace dynmesh {
+
+/// The rest shape p = m_first + k B a, in the axes of frame 0: m_first is the detail of frame 0, B
+/// are the modes of a rehearsal, a is the pose that the last frame supports and k, 0 to 1, how far
+/// the rehearsal is trusted. See docs/method.md, "Rehearsal". Without a rehearsal, p is m_first,
+/// and nothing is allocated for poses.
+class RestShape {
+ public:
+  using Field = std::span<const Vector3<double>>;
+
+  /// `cells`, `workers` and `constants` must outlive this object. `take` is a rehearsal, or empty.
+  RestShape(const Cells& cells, Workers& workers, const DetailConstants& constants,
+            Take<double> take);
+
+  /// Whether there is a rehearsal.
+  [[nodiscard]] bool is_rehearsed() const { return !take_.empty(); }
+
+  /// Learns the modes of the rehearsal for a frame 0 with the operator `k`; none without one.
+  [[nodiscard]] Modes learn(const DetailOperator& k, Field first_frame, double mean_edge) const;
+  /// Begins a sequence. If it throws, nothing has changed.
+  void reset(Modes modes);
+  void set_first(Field first_shape);
+
+  /// p: (k,).
+  [[nodiscard]] Field shape() const { return shape_; }
+  [[nodiscard]] double trust() const { return trust_; }
+  /// The share of the residual that the pose explains.
+  [[nodiscard]] double explained() const { return explained_; }
+
+  /// The positions X of a frame, its anchors, for which `system` is factored, and what is known of
+  /// its shape.
+  struct Surface {
+    Field x;      ///< (k,)
+    Field shape;  ///< (k,) m, of the last frame
+    const Anchors& anchors;
+  };
+  /// Poses the rest shape by what the anchors say. `rotations` are those of X.
+  void pose(const Surface& surface, ShapeSystem& system, Rotations& rotations);
+
+  /// What later frames depend on.
+  struct Memory {
+    double trust = 0;
+    double explained = 0;
+    std::vector<double> pose;  ///< `pose_size()` numbers
+  };
+  [[nodiscard]] std::size_t pose_size() const { return is_rehearsed() ? pose_.memory_size() : 0; }
+  [[nodiscard]] Memory memory() const;
+  /// Whether `memory` can return this.
+  [[nodiscard]] bool accepts(const Memory& memory) const;
+  void recall(const Memory& memory);
+
+  /// Keeps what is known before a frame, and returns to it. Neither throws.
+  void begin_frame();
+  void undo_frame();
+
+ private:
+  void set_shape();
+
+  const Cells& cells_;
+  Workers& workers_;
+  const DetailConstants& constants_;
+  Take<double> take_;  // the frames of the rehearsal, since a new frame 0 has other modes
+  Pose pose_;
+  double trust_ = 0;
+  double explained_ = 0;
+  Memory before_;                       // of the last frame
+  std::vector<Vector3<double>> first_;  // m_first
+  std::vector<Vector3<double>> shape_;
+  // With a rehearsal:
+  Generations generations_;
+  std::vector<std::uint8_t> known_;
+  std::vector<Vector3<double>> kx_;                        // (k,)
+  std::vector<Vector3<double>> wanted_, steps_, k_steps_;  // (3 k,)
+};
+
+}  // namespace dynmesh
