@@ -5,11 +5,10 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
-#include <dynmesh/topology.hpp>
 #include <memory>
 #include <vector>
 
-#include "detail/detail_operator.hpp"
+#include "detail_system.hpp"
 #include "factor/masked_factor.hpp"
 #include "meshes.hpp"
 #include "support/workers.hpp"
@@ -23,17 +22,6 @@ double milliseconds_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-SymmetricMatrix system_of(const testing::Mesh<double>& mesh) {
-  const Topology topology = build_topology(mesh.faces(), mesh.size());
-  std::vector<Vector3<double>> frame(mesh.size());
-  for (std::size_t v = 0; v < frame.size(); ++v) {
-    frame[v] = {mesh.vertices[3 * v], mesh.vertices[3 * v + 1], mesh.vertices[3 * v + 2]};
-  }
-  std::vector<Triangle> faces;
-  for (std::size_t f = 0; f < mesh.faces().count; ++f) faces.push_back(mesh.faces()[f]);
-  return normal_matrix(build_detail_operator<double>(faces, topology.cells, frame));
-}
-
 struct Subject {
   std::unique_ptr<Workers> workers;
   std::unique_ptr<MaskedFactor> factor;
@@ -43,7 +31,7 @@ struct Subject {
 };
 
 void measure(const char* name, const testing::Mesh<double>& mesh) {
-  const SymmetricMatrix matrix = system_of(mesh);
+  const SymmetricMatrix matrix = testing::system_of(mesh);
   std::vector<Subject> subjects;
   for (const Ordering ordering : {Ordering::minimum_degree, Ordering::nested_dissection}) {
     for (const Index threads : {1, 2}) {

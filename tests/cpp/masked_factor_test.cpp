@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "detail/detail_operator.hpp"
+#include "detail_system.hpp"
 #include "meshes.hpp"
 #include "shared_work.hpp"
 
@@ -43,15 +43,7 @@ SymmetricMatrix converted(const Matrix& matrix) {
 
 /// The system of method detail, plus a small diagonal.
 Matrix smooth_matrix(const Mesh<double>& mesh) {
-  const Topology topology = build_topology(mesh.faces(), mesh.size());
-  std::vector<Vector3<double>> frame(mesh.size());
-  for (std::size_t v = 0; v < frame.size(); ++v) {
-    frame[v] = {mesh.vertices[3 * v], mesh.vertices[3 * v + 1], mesh.vertices[3 * v + 2]};
-  }
-  std::vector<Triangle> faces;
-  for (std::size_t f = 0; f < mesh.faces().count; ++f) faces.push_back(mesh.faces()[f]);
-  const SymmetricMatrix normal =
-      normal_matrix(build_detail_operator<double>(faces, topology.cells, frame));
+  const SymmetricMatrix normal = system_of(mesh);
   const auto n = static_cast<Eigen::Index>(normal.size());
   Matrix matrix = Eigen::Map<const Matrix>(n, n, std::ssize(normal.rows), normal.offsets.data(),
                                            normal.rows.data(), normal.values.data());
