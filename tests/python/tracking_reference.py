@@ -40,10 +40,12 @@ class Tracked(reference.Detail):
         self.before = first_frame
         self.searches = 0
         self.is_stiff = True
+        self.preconditioner: Any = None
 
     def track(self, points: Array, normals: Array) -> tuple[Array, NDArray[np.bool_]]:
         """Returns the tracked frame and which vertices were observed."""
         self.points, self.normals = points, normals
+        self.preconditioner = None
         x = self.previous + 0.6 * (self.previous - self.before)
         for _ in range(2):
             x = self._moved_rigidly(x)
@@ -125,13 +127,14 @@ class Tracked(reference.Detail):
             along = (y * n).sum(axis=1, keepdims=True) * n
             return np.asarray(self.operator.T @ (self.operator @ y) + w[:, None] * along)
 
-        preconditioner: Any = self.operator.T @ self.operator + np.diag(w)
+        if self.preconditioner is None:
+            self.preconditioner = self.operator.T @ self.operator + np.diag(w)
         data = (w * (q * n).sum(axis=1))[:, None] * n
         residual = self.operator.T @ target + data - product(x)
         direction = np.zeros_like(x)
         size = 1.0
-        for step in range(5):
-            z = np.linalg.solve(preconditioner, residual)
+        for step in range(7):
+            z = np.linalg.solve(self.preconditioner, residual)
             next_size = (residual * z).sum()
             direction = z + (next_size / size if step else 0.0) * direction
             size = next_size

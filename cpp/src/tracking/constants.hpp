@@ -26,7 +26,7 @@ struct TrackingConstants {
   /// How often correspondences are looked for and rotations fitted, at least, and the steps of
   /// conjugate gradients for each.
   int passes = 4;
-  int steps = 5;
+  int steps = 7;
   /// The weight of a correspondence in the first pass and in the last; it grows by equal factors.
   /// The stiff surface first comes to lie right as a whole.
   double first_weight = 0.0025;

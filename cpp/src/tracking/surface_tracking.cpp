@@ -38,6 +38,7 @@ SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& to
       observed_(topology.cells.size()),
       found_in_(topology.report.components),
       old_rotations_(topology.cells.size()),
+      guesses_(topology.cells.size()),
       drawn_(topology.cells.size()) {}
 
 void SurfaceTracking::reset(Field first_frame) {
@@ -57,6 +58,9 @@ void SurfaceTracking::reset(Field first_frame) {
 SurfaceTracking::Found SurfaceTracking::find(const Measurement& measurement) {
   std::ranges::copy(rotations_.quaternions(), old_rotations_.begin());
   try {
+    std::ranges::fill(guesses_, Measurement::no_guess);
+    vertices_near_.assign(measurement.size(), Measurement::no_guess);
+    is_factored_ = false;
     predict();
     const bool aligned = is_first_ && measurement.size() > 0 && align(measurement);
     look(measurement);
@@ -101,12 +105,20 @@ SurfaceTracking::Tally SurfaceTracking::correspond(const Measurement& measuremen
   const double scale = search.scale * mean_edge_;
   const double side = search.side * mean_edge_;
   workers_.for_each_short_chunk(static_cast<Index>(x_.size()), [&](Index first, Index last) {
+    std::uint32_t near_by = Measurement::no_guess;  // the point of an earlier vertex
     for (auto v = static_cast<std::size_t>(first); v < static_cast<std::size_t>(last); ++v) {
       Correspondence& c = found_[v];
       c = {};
       if (seen_[v] == 0 || v % search.stride != 0) continue;
-      c = measurement.nearest(x_[v], normals_[v], search.radius * mean_edge_, constants_.agreement);
+      const std::uint32_t guess = guesses_[v] == Measurement::no_guess ? near_by : guesses_[v];
+      if (search.takes_any && is_near(measurement, guess, v, search.radius)) {
+        c = {measurement.point(guess), measurement.normal(guess), 1, guess};
+        continue;
+      }
+      c = measurement.nearest(x_[v], normals_[v], search.radius * mean_edge_, constants_.agreement,
+                              guess);
       if (c.weight == 0) continue;
+      near_by = guesses_[v] = c.number;
       const auto offset = c.point - x_[v];
       const double distance = squared_norm(offset);
       const double ahead = dot(offset, c.normal);
@@ -117,9 +129,21 @@ SurfaceTracking::Tally SurfaceTracking::correspond(const Measurement& measuremen
   Tally tally;
   for (std::size_t v = 0; v < x_.size(); ++v) {
     tally.seen += seen_[v];
-    tally.found += found_[v].weight > 0 ? 1 : 0;
+    if (!(found_[v].weight > 0)) continue;
+    ++tally.found;
+    vertices_near_[found_[v].number] = static_cast<std::uint32_t>(v);
   }
   return tally;
+}
+
+/// Whether a measured point is within some mean edges of a vertex, and their normals agree.
+bool SurfaceTracking::is_near(const Measurement& measurement, std::uint32_t point, std::size_t v,
+                              double radius) const {
+  if (point == Measurement::no_guess || v >= x_.size()) return false;
+  const double reach = radius * mean_edge_;
+  if (!(squared_norm(measurement.point(point) - x_[v]) < reach * reach)) return false;
+  const double cosine = dot(measurement.normal(point), normals_[v]);
+  return (measurement.is_undecided(point) ? std::abs(cosine) : cosine) >= constants_.agreement;
 }
 
 /// A rigid motion has six unknowns, so some of the vertices are enough.
@@ -199,6 +223,11 @@ double SurfaceTracking::draw_towards_unexplained(const Measurement& measurement,
   double n_near = 0;
   double n_unexplained = 0;
   for (std::size_t i = 0; i < measurement.size(); i += stride) {
+    if (is_near(measurement, static_cast<std::uint32_t>(i), vertices_near_[i],
+                constants_.least_unexplained)) {
+      n_near += 1;
+      continue;
+    }
     const auto point = measurement.point(i);
     auto normal = measurement.normal(i);
     auto nearest = vertices_.find(point, normal, radius, constants_.agreement);
@@ -210,6 +239,7 @@ double SurfaceTracking::draw_towards_unexplained(const Measurement& measurement,
       }
     }
     if (!nearest.any) continue;
+    vertices_near_[i] = nearest.index;
     n_near += 1;
     if (nearest.squared_distance < least * least) continue;
     // A vertex that lies on the measured surface stays there: the point is of something else.
@@ -232,7 +262,7 @@ double SurfaceTracking::draw_towards_unexplained(const Measurement& measurement,
     const auto point = (1 / drawn.weight) * drawn.point;
     const double distance = squared_norm(point - x_[v]);
     found_[v] = {point, (1 / length) * drawn.normal,
-                 constants_.drawing_weight * weight / (1 + distance / (scale * scale))};
+                 constants_.drawing_weight * weight / (1 + distance / (scale * scale)), 0};
   }
   return unexplained;
 }
@@ -245,15 +275,22 @@ bool SurfaceTracking::choose_components(double weight) {
     found_in_[static_cast<std::size_t>(topology_.component[v])] += found_[v].weight / weight;
   }
   anchors_.n_solved = 0;
+  bool is_the_same = is_factored_;
   for (std::size_t v = 0; v < found_.size(); ++v) {
     const bool is_solved =
         found_in_[static_cast<std::size_t>(topology_.component[v])] >= constants_.fewest;
+    is_the_same = is_the_same && (anchors_.is_solved[v] != 0) == is_solved;
     anchors_.is_solved[v] = is_solved ? 1 : 0;
     if (!is_solved) found_[v].weight = 0;
-    anchors_.weights[v] = found_[v].weight;
     anchors_.n_solved += is_solved ? 1 : 0;
   }
-  return anchors_.n_solved > 0;
+  if (anchors_.n_solved == 0) return false;
+  if (!is_the_same) {
+    for (std::size_t v = 0; v < found_.size(); ++v) anchors_.weights[v] = found_[v].weight;
+    system_.factorize(anchors_);
+    is_factored_ = true;
+  }
+  return true;
 }
 
 /// The weight of a correspondence, from the first pass to the last.
@@ -287,14 +324,14 @@ double SurfaceTracking::bend(const Measurement& measurement, double weight, bool
     wanted_[v] = shape_[v] + constants_.pull * (first_shape_[v] - shape_[v]);
   }
   rotations_.turn(wanted_, turned_);
-  system_.factorize(anchors_);
   fit_.take_steps(system_, turned_, found_, constants_.steps, x_);
   return lost;
 }
 
 /// Which vertices have a measured point in the end.
 SurfaceTracking::Found SurfaceTracking::observe(const Measurement& measurement) {
-  correspond(measurement, {constants_.observed_distance, constants_.scale, constants_.side, 1});
+  correspond(measurement,
+             {constants_.observed_distance, constants_.scale, constants_.side, 1, 1, true});
   Found result = {x_, observed_, 0, 0, false};
   double sum = 0;
   double n = 0;

@@ -73,6 +73,7 @@ class SurfaceTracking {
     double side = 0;
     double weight = 0;
     std::size_t stride = 1;
+    bool takes_any = false;  ///< a point within the radius is enough, though not the nearest
   };
   struct Tally {
     std::size_t seen = 0;
@@ -82,6 +83,8 @@ class SurfaceTracking {
   void predict();
   void look(const Measurement& measurement);
   Tally correspond(const Measurement& measurement, const Search& search);
+  [[nodiscard]] bool is_near(const Measurement& measurement, std::uint32_t point, std::size_t v,
+                             double radius) const;
   [[nodiscard]] std::size_t rigid_stride() const;
   void move_as_a_whole(const Measurement& measurement, const Search& search);
   bool lies_in(const Measurement& measurement, double share);
@@ -116,7 +119,10 @@ class SurfaceTracking {
   std::vector<std::uint8_t> seen_, observed_;
   std::vector<double> found_in_;  // the correspondences of each component, weighed
   std::vector<Quaternion> old_rotations_;
-  PointScan vertices_;  // the surface itself
+  bool is_factored_ = false;
+  std::vector<std::uint32_t> vertices_near_;  // a vertex near each measured point, if any is known
+  std::vector<std::uint32_t> guesses_;        // the last measured point of each vertex
+  PointScan vertices_;                        // the surface itself
   std::vector<Correspondence> drawn_;
 };
 
