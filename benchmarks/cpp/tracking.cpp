@@ -46,7 +46,6 @@ constexpr std::pair<std::string_view, Number> numbers[] = {
     {"drawing_weight", &TrackingConstants::drawing_weight},
     {"largest_limb", &TrackingConstants::largest_limb},
     {"lost_share", &TrackingConstants::lost_share},
-    {"lost_weight", &TrackingConstants::lost_weight},
     {"pixel", &TrackingConstants::pixel},
     {"thickness", &TrackingConstants::thickness},
     {"jump", &TrackingConstants::jump},

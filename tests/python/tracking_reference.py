@@ -60,7 +60,7 @@ class Tracked(reference.Detail):
 
     def _searched(self, x: Array) -> Array:
         for done in range(12):
-            x, lost = self._bent(x, 0.0, 0.02 if 0 < done < 6 else 1.0)
+            x, lost = self._bent(x, 0.0)
             self.searches = done + 1
             if lost <= 0.02:
                 break
@@ -101,7 +101,7 @@ class Tracked(reference.Detail):
         far = near & (np.linalg.norm(points - x[vertex], axis=1) >= 1.5 * self.h)
         free = (w == 0) | (np.linalg.norm(q - x, axis=1) >= 1.5 * self.h)
         far &= free[vertex]
-        if far.sum() > 0.25 * near.sum():
+        if far.sum() / near.sum() > 0.25 + free.mean():
             return q, n, w, 0.0
         q, n, w = q.copy(), n.copy(), w.copy()
         for v in np.unique(vertex[far]):
@@ -112,14 +112,14 @@ class Tracked(reference.Detail):
             w[v] = 1 / (1 + ((q[v] - x[v]) ** 2).sum() / (12 * self.h) ** 2)
         return q, n, w, far.sum() / near.sum()
 
-    def _bent(self, x: Array, progress: float, factor: float = 1.0) -> tuple[Array, float]:
+    def _bent(self, x: Array, progress: float) -> tuple[Array, float]:
         early = progress < 0.5
         q, n, w = self._correspond(x, 8 if early else 3, 1.5)
         lost = 0.0
         if early:
             q, n, w, lost = self._drawn(x, q, n, w)
         assert w.sum() >= 12
-        w = w * factor * 0.0025 * (0.4 / 0.0025) ** progress
+        w = w * 0.0025 * (0.4 / 0.0025) ** progress
         self._fit(x)
         target = self._turn(0.7 * self.memory + 0.3 * self.first_memory)
 

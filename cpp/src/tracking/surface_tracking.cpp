@@ -209,6 +209,22 @@ bool SurfaceTracking::align(const Measurement& measurement) {
   throw std::invalid_argument(text.data());
 }
 
+/// The share of the vertices that a sensor should see and that have no point within some mean
+/// edges.
+double SurfaceTracking::share_without_point(double distance) const {
+  const double reach = distance * mean_edge_;
+  double n_seen = 0;
+  double n_without = 0;
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    if (seen_[v] == 0) continue;
+    n_seen += 1;
+    const Correspondence& c = found_[v];
+    const bool is_near = c.weight > 0 && squared_norm(c.point - x_[v]) < reach * reach;
+    n_without += is_near ? 0 : 1;
+  }
+  return n_seen > 0 ? n_without / n_seen : 0;
+}
+
 /// Measured points that are far from all vertices draw the nearest one: so a limb that lies on the
 /// wrong one comes back. Returns their share.
 double SurfaceTracking::draw_towards_unexplained(const Measurement& measurement, double weight) {
@@ -253,7 +269,9 @@ double SurfaceTracking::draw_towards_unexplained(const Measurement& measurement,
     drawn.weight += 1;
   }
   const double unexplained = n_near > 0 ? n_unexplained / n_near : 0;
-  if (unexplained > constants_.largest_limb) return 0;
+  if (unexplained > constants_.largest_limb + share_without_point(constants_.least_unexplained)) {
+    return 0;
+  }
   const double scale = constants_.drawing_scale * mean_edge_;
   for (std::size_t v = 0; v < x_.size(); ++v) {
     const Correspondence& drawn = drawn_[v];
@@ -302,10 +320,8 @@ double SurfaceTracking::weight_at(double progress) const {
 /// Repeats the first pass until nearly all measured points are explained. Returns how often.
 int SurfaceTracking::search(const Measurement& measurement) {
   for (int done = 0;; ++done) {
-    const bool straightens = done > 0 && 2 * done < constants_.most_searches;
     if (done > 0) look(measurement);
-    const double weight = (straightens ? constants_.lost_weight : 1) * weight_at(0);
-    const double unexplained = bend(measurement, weight, true);
+    const double unexplained = bend(measurement, weight_at(0), true);
     if (unexplained <= constants_.lost_share || done + 1 >= constants_.most_searches) {
       return done + 1;
     }

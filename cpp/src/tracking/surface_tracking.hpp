@@ -89,6 +89,7 @@ class SurfaceTracking {
   void move_as_a_whole(const Measurement& measurement, const Search& search);
   bool lies_in(const Measurement& measurement, double share);
   bool align(const Measurement& measurement);
+  [[nodiscard]] double share_without_point(double distance) const;
   double draw_towards_unexplained(const Measurement& measurement, double weight);
   bool choose_components(double weight);
   [[nodiscard]] double weight_at(double progress) const;
