@@ -5,12 +5,12 @@
 #include <cstdint>
 #include <dynmesh/types.hpp>
 #include <limits>
-#include <nanoflann.hpp>
 #include <optional>
 #include <vector>
 
 #include "support/workers.hpp"
 #include "tracking/measurement.hpp"
+#include "tracking/quiet_nanoflann.hpp"
 
 namespace dynmesh {
 
