@@ -1,13 +1,14 @@
 """Prints how well a mesh is tracked in scans of it, as a table.
 
-    python -m benchmarks.tracking_table FOLDER [NAME ...] [--depth] [--rivals 2]
+    python -m benchmarks.tracking_table FOLDER [NAME ...] [--depth] [--turn 90] [--rivals 2]
 
 FOLDER contains sequences in files NAME.npz. At most 80 frames of each are scanned by simulated
 cameras around it: 20 000 points a frame, or with --depth images of 640 x 480 pixels, with noise of
 0.02 mean edges. The template is frame 0. Errors are mean distances, in mean edges of frame 0: from
 the true place of a vertex, and from the nearest true vertex, which does not count sliding.
 "Drift" is the error in the last quarter of the frames over that in the second, and "times detail"
-the time over that of method detail where 30 % of the vertices are known.
+the time over that of method detail where 30 % of the vertices are known. With --turn, the cameras
+stand elsewhere on their circle, by so many degrees counterclockwise.
 
 With --rivals N, the first N frames are also registered with other libraries, each frame from the
 result for the last one; a frame takes them up to a minute, so N is small. The rows of the tracker
@@ -86,11 +87,11 @@ def scans_of(
         yield from degrade.scan_points(frames, subject.faces, cameras, points=POINTS, noise=NOISE)
 
 
-def around(subject: Subject, frames: Positions, n: int) -> list[Camera]:
-    """Return cameras around everywhere that the subject goes."""
+def around(subject: Subject, frames: Positions, n: int, turn: float = 0.0) -> list[Camera]:
+    """Return cameras around everywhere that the subject goes, turned by some degrees."""
     box = np.stack([frames.min(axis=(0, 1)), frames.max(axis=(0, 1))])
     up = (float(subject.up == "x"), float(subject.up == "y"), float(subject.up == "z"))
-    return degrade.orbit(box, n, degrees_per_frame=0.0, up=up)(0)
+    return degrade.orbit(box, n, degrees_per_frame=turn, up=up)(1)
 
 
 def ours(subject: Subject, first: Positions, rehearsal: Positions | None = None) -> Register:
@@ -181,6 +182,7 @@ def main() -> None:
     parser.add_argument("names", nargs="*", help="the sequences; the default is all of them")
     parser.add_argument("--cameras", type=int, nargs="+", default=[4, 1])
     parser.add_argument("--frames", type=int, default=MOST_FRAMES)
+    parser.add_argument("--turn", type=float, default=0.0, help="turns the cameras, in degrees")
     parser.add_argument("--depth", action="store_true", help="depth images instead of points")
     parser.add_argument("--rivals", type=int, default=0, metavar="N", help="frames for the rivals")
     parser.add_argument("--rehearsal", action="store_true", help="rehearse the first half")
@@ -203,7 +205,7 @@ def main() -> None:
         subject, rehearsals = taken(arguments.folder / f"{name}.npz", arguments)
         truth = subject.vertices
         for n in arguments.cameras:
-            cameras = around(subject, truth, n)
+            cameras = around(subject, truth, n, arguments.turn)
             scans = track(
                 scans_of(subject, truth, cameras, depth=arguments.depth),
                 f"{name}, {n}",

@@ -71,7 +71,10 @@ class ImagesArgument {
       throw py::type_error(std::string(name) +
                            ": must be float32 or float64, in the unit of the "
                            "template, not " +
-                           dtype_name(array));
+                           dtype_name(array) +
+                           (array.dtype().kind() == 'u' || array.dtype().kind() == 'i'
+                                ? "; multiply the counts of a sensor by the depth of one count"
+                                : ""));
     }
     return array;
   }

@@ -26,12 +26,14 @@ SECTIONS = (
 )
 
 
-def benchmarks(programs: Path, *arguments: str | Path) -> subprocess.CompletedProcess[str]:
+def benchmarks(
+    programs: Path, *arguments: str | Path, module: str = "benchmarks"
+) -> subprocess.CompletedProcess[str]:
     """Runs them as script/bench does."""
     parts = programs / "benchmarks" / "cpp"
     if not (parts / "dynmesh-subjects.so").exists():
         pytest.skip("the C++ part is not built: cmake --preset develop; cmake --build ...")
-    command = [sys.executable, "-m", "benchmarks", *map(str, arguments)]
+    command = [sys.executable, "-m", module, *map(str, arguments)]
     environment = os.environ | {"DYNMESH_BENCHMARKS": str(parts)}
     return subprocess.run(
         command, cwd=REPOSITORY, env=environment, capture_output=True, text=True, check=False
@@ -138,3 +140,15 @@ def test_a_frame_takes_no_more_instructions_than_recorded(programs: Path) -> Non
     if result.returncode == 2:  # no valgrind, or another compiler or processor
         pytest.skip(result.stderr.strip())
     assert result.returncode == 0, result.stderr + "script/bench --record-instructions accepts it"
+
+
+def test_the_constants_of_tracking_have_an_effect(programs: Path) -> None:
+    few = ("--frames", "2", "--cameras", "1", "--constants")
+    result = benchmarks(programs, *few, "pull", "steps", module="benchmarks.tracking_constants")
+    assert result.returncode == 0, result.stderr
+    rows = [line.split("|")[1:-1] for line in result.stdout.splitlines()[2:]]
+    assert [row[0].strip() for row in rows] == ["`pull`", "`steps`"]
+    assert all(float(cell) > 0 for row in rows for cell in row[1:])
+    assert any(float(cell) != 1 for row in rows for cell in row[2:])
+    unknown = benchmarks(programs, *few, "nothing", module="benchmarks.tracking_constants")
+    assert "there is no constant nothing" in unknown.stderr

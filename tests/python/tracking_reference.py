@@ -41,10 +41,12 @@ class Tracked(reference.Detail):
         self.before = first_frame
         self.searches = 0
         self.is_stiff = True
+        self.preconditioner: Any = None
 
     def track(self, points: Array, normals: Array) -> tuple[Array, NDArray[np.bool_]]:
         """Returns the tracked frame and which vertices were observed."""
         self.points, self.normals = points, normals
+        self.preconditioner = None
         x = self.previous + 0.6 * (self.previous - self.before)
         for _ in range(2):
             x = self._moved_rigidly(x)
@@ -59,7 +61,7 @@ class Tracked(reference.Detail):
 
     def _searched(self, x: Array) -> Array:
         for done in range(12):
-            x, lost = self._bent(x, 0.0, 0.02 if 0 < done < 6 else 1.0)
+            x, lost = self._bent(x, 0.0)
             self.searches = done + 1
             if lost <= 0.02:
                 break
@@ -100,7 +102,7 @@ class Tracked(reference.Detail):
         far = near & (np.linalg.norm(points - x[vertex], axis=1) >= 1.5 * self.h)
         free = (w == 0) | (np.linalg.norm(q - x, axis=1) >= 1.5 * self.h)
         far &= free[vertex]
-        if far.sum() > 0.25 * near.sum():
+        if far.sum() / near.sum() > 0.25 + free.mean():
             return q, n, w, 0.0
         q, n, w = q.copy(), n.copy(), w.copy()
         for v in np.unique(vertex[far]):
@@ -115,14 +117,14 @@ class Tracked(reference.Detail):
         """The shape to which the surface returns, in the axes of frame 0."""
         return np.asarray(self.first_memory)
 
-    def _bent(self, x: Array, progress: float, factor: float = 1.0) -> tuple[Array, float]:
+    def _bent(self, x: Array, progress: float) -> tuple[Array, float]:
         early = progress < 0.5
         q, n, w = self._correspond(x, 8 if early else 3, 1.5)
         lost = 0.0
         if early:
             q, n, w, lost = self._drawn(x, q, n, w)
         assert w.sum() >= 12
-        w = w * factor * 0.0025 * (0.4 / 0.0025) ** progress
+        w = w * 0.0025 * (0.4 / 0.0025) ** progress
         self._fit(x)
         rest = self._rest_shape(x, q, n, w, progress)
         target = self._turn(0.7 * self.memory + 0.3 * rest)
@@ -131,13 +133,14 @@ class Tracked(reference.Detail):
             along = (y * n).sum(axis=1, keepdims=True) * n
             return np.asarray(self.operator.T @ (self.operator @ y) + w[:, None] * along)
 
-        preconditioner: Any = self.operator.T @ self.operator + np.diag(w)
+        if self.preconditioner is None:
+            self.preconditioner = self.operator.T @ self.operator + np.diag(w)
         data = (w * (q * n).sum(axis=1))[:, None] * n
         residual = self.operator.T @ target + data - product(x)
         direction = np.zeros_like(x)
         size = 1.0
-        for step in range(5):
-            z = np.linalg.solve(preconditioner, residual)
+        for step in range(7):
+            z = np.linalg.solve(self.preconditioner, residual)
             next_size = (residual * z).sum()
             direction = z + (next_size / size if step else 0.0) * direction
             size = next_size

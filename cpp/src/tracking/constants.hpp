@@ -26,7 +26,7 @@ struct TrackingConstants {
   /// How often correspondences are looked for and rotations fitted, at least, and the steps of
   /// conjugate gradients for each.
   int passes = 4;
-  int steps = 5;
+  int steps = 7;
   /// The weight of a correspondence in the first pass and in the last; it grows by equal factors.
   /// The stiff surface first comes to lie right as a whole.
   double first_weight = 0.0025;
@@ -58,8 +58,8 @@ struct TrackingConstants {
   double drawing_radius = 24;
   double drawing_scale = 12;
   double drawing_weight = 1;
-  /// If more than this share of the points is unexplained, it is no limb that was lost, and nothing
-  /// is drawn.
+  /// If the share of the points that is unexplained exceeds that of the visible vertices without a
+  /// point by more than this, they are of other things, and nothing is drawn.
   double largest_limb = 0.25;
   /// About so many of the points are looked at.
   int looked_at = 4096;
@@ -67,9 +67,6 @@ struct TrackingConstants {
   /// at most.
   double lost_share = 0.02;
   int most_searches = 12;
-  /// In the first half of the repetitions, all weights are this much smaller: parts that lie on the
-  /// wrong limb first straighten.
-  double lost_weight = 0.02;
 
   /// The width of a pixel where the surface is drawn to find out what hides what, and how far
   /// behind the front a vertex may lie.

@@ -23,11 +23,18 @@ Vector3<double> Camera::from_camera(const Vector3<double>& local) const {
   return position + local.x * axes[0] + local.y * axes[1] + local.z * axes[2];
 }
 
+Vector3<double> Camera::at(std::size_t row, std::size_t column, double depth) const {
+  const double y = (static_cast<double>(row) - cy) / fy;
+  const double x = (static_cast<double>(column) - cx - skew * y) / fx;
+  return from_camera({depth * x, depth * y, depth});
+}
+
 void DepthImages::clear() {
   images_.clear();
   depths_.clear();
   viewpoints_.clear();
-  measured_.clear();
+  points_.clear();
+  normals_.clear();
 }
 
 std::span<float> DepthImages::add(const Camera& camera, std::size_t height, std::size_t width) {
@@ -37,58 +44,73 @@ std::span<float> DepthImages::add(const Camera& camera, std::size_t height, std:
   return std::span(depths_).last(height * width);
 }
 
+/// The points are stored without gaps, since most pixels measure nothing.
 void DepthImages::prepare(double jump, Workers& workers) {
-  points_.resize(depths_.size());
-  normals_.resize(depths_.size());
+  numbers_.resize(depths_.size());
+  std::size_t n_rows = 0;
+  for (const Image& image : images_) n_rows += image.height;
+  first_of_row_.assign(n_rows + 1, 0);
+  std::size_t first_row = 0;
   for (const Image& image : images_) {
-    workers.for_each(static_cast<Index>(image.height), [&](Index row) {
+    workers.for_each(static_cast<Index>(image.height), [&](Index r) {
+      const auto row = static_cast<std::size_t>(r);
+      std::uint32_t n = 0;
       for (std::size_t column = 0; column < image.width; ++column) {
-        const std::size_t pixel =
-            image.first + static_cast<std::size_t>(row) * image.width + column;
-        const auto depth = static_cast<double>(depths_[pixel]);
-        if (!(depth > 0)) continue;
-        const Camera& camera = image.camera;
-        const double y = (static_cast<double>(row) - camera.cy) / camera.fy;
-        const double x = (static_cast<double>(column) - camera.cx - camera.skew * y) / camera.fx;
-        points_[pixel] = camera.from_camera({depth * x, depth * y, depth});
+        const std::size_t pixel = image.first + row * image.width + column;
+        const bool counts =
+            depths_[pixel] > 0 && neighbours(image, row, column, jump).have_a_plane();
+        numbers_[pixel] = counts ? n++ : no_guess;
       }
+      first_of_row_[first_row + row + 1] = n;
     });
-    workers.for_each(static_cast<Index>(image.height), [&](Index row) {
-      const auto r = static_cast<std::size_t>(row);
-      prepare_rows(image, jump, r, r + 1);
-    });
+    first_row += image.height;
   }
-  measured_.clear();
-  for (std::size_t pixel = 0; pixel < depths_.size(); ++pixel) {
-    if (squared_norm(normals_[pixel]) > 0) measured_.push_back(static_cast<std::uint32_t>(pixel));
+  for (std::size_t row = 0; row < n_rows; ++row) first_of_row_[row + 1] += first_of_row_[row];
+  points_.resize(first_of_row_[n_rows]);
+  normals_.resize(first_of_row_[n_rows]);
+  first_row = 0;
+  for (const Image& image : images_) {
+    workers.for_each(static_cast<Index>(image.height), [&](Index r) {
+      const auto row = static_cast<std::size_t>(r);
+      prepare_row(image, row, jump, first_of_row_[first_row + row]);
+    });
+    first_row += image.height;
   }
 }
 
-/// Finds the normals of some rows.
-void DepthImages::prepare_rows(const Image& image, double jump, std::size_t first_row,
-                               std::size_t last_row) {
-  for (std::size_t row = first_row; row < last_row; ++row) {
-    for (std::size_t column = 0; column < image.width; ++column) {
-      const std::size_t pixel = image.first + row * image.width + column;
-      normals_[pixel] = {};
-      if (row == 0 || row + 1 == image.height || column == 0 || column + 1 == image.width) continue;
-      const float here = depths_[pixel];
-      if (!(here > 0)) continue;
-      const auto is_near = [&](std::size_t other) {
-        return depths_[other] > 0 && std::abs(static_cast<double>(depths_[other] - here)) <= jump;
-      };
-      const std::size_t left = pixel - 1;
-      const std::size_t right = pixel + 1;
-      const std::size_t above = pixel - image.width;
-      const std::size_t below = pixel + image.width;
-      if (!is_near(left) || !is_near(right) || !is_near(above) || !is_near(below)) continue;
-      auto normal = cross(points_[below] - points_[above], points_[right] - points_[left]);
-      const double length = std::sqrt(squared_norm(normal));
-      if (!(length > 0) || !std::isfinite(length)) continue;
-      normal = (1 / length) * normal;
-      const auto view = image.camera.position - points_[pixel];
-      normals_[pixel] = dot(normal, view) < 0 ? -1.0 * normal : normal;
-    }
+DepthImages::Neighbours DepthImages::neighbours(const Image& image, std::size_t row,
+                                                std::size_t column, double jump) const {
+  const std::size_t pixel = image.first + row * image.width + column;
+  const float here = depths_[pixel];
+  const auto near = [&](bool is_inside, std::size_t other) {
+    const bool is_near = is_inside && depths_[other] > 0 &&
+                         std::abs(static_cast<double>(depths_[other] - here)) <= jump;
+    return is_near ? other : pixel;
+  };
+  return {near(column > 0, pixel - 1), near(column + 1 < image.width, pixel + 1),
+          near(row > 0, pixel - image.width), near(row + 1 < image.height, pixel + image.width)};
+}
+
+/// Finds the points and normals of a row, the first of which is number `first`.
+void DepthImages::prepare_row(const Image& image, std::size_t row, double jump,
+                              std::uint32_t first) {
+  const Camera& camera = image.camera;
+  const auto at = [&](std::size_t pixel) {
+    const std::size_t place = pixel - image.first;
+    return camera.at(place / image.width, place % image.width, static_cast<double>(depths_[pixel]));
+  };
+  for (std::size_t column = 0; column < image.width; ++column) {
+    const std::size_t pixel = image.first + row * image.width + column;
+    if (numbers_[pixel] == no_guess) continue;
+    const std::uint32_t number = numbers_[pixel] += first;
+    const auto around = neighbours(image, row, column, jump);
+    points_[number] = at(pixel);
+    const auto normal =
+        cross(at(around.below) - at(around.above), at(around.right) - at(around.left));
+    const double length = std::sqrt(squared_norm(normal));
+    const bool is_plane = length > 0 && std::isfinite(length);
+    const bool is_away = dot(normal, camera.position - points_[number]) < 0;
+    normals_[number] = is_plane ? ((is_away ? -1 : 1) / length) * normal : Vector3<double>{};
   }
 }
 
@@ -127,10 +149,11 @@ class DepthImages::Search {
         const double down = depth * y - local_.y;
         const double squared = right * right + down * down + ahead * ahead;
         if (!(squared < best)) continue;
-        const auto& normal = images_.normals_[pixel];
-        if (!(dot(normal, normal_) >= agreement_) || squared_norm(normal) == 0) continue;
+        const std::uint32_t number = images_.numbers_[pixel];
+        if (number == no_guess || !(dot(images_.normals_[number], normal_) >= agreement_)) continue;
+        if (squared_norm(images_.normals_[number]) == 0) continue;
         best = squared;
-        found = pixel;
+        found = number;
         found_row = r;
         found_column = c;
         any = true;
@@ -148,43 +171,54 @@ class DepthImages::Search {
 
  public:
   double best;  // squared distance
-  std::size_t found = 0;
+  std::uint32_t found = 0;
   Index found_row = 0;
   Index found_column = 0;
 };
 
 Correspondence DepthImages::nearest(const Vector3<double>& position, const Vector3<double>& normal,
-                                    double radius, double agreement) const {
+                                    double radius, double agreement, std::uint32_t guess) const {
   double best = radius * radius;
-  std::size_t found = depths_.size();
+  std::uint32_t found = no_guess;
+  if (guess < points_.size() && dot(normals_[guess], normal) >= agreement) {
+    const double squared = squared_norm(points_[guess] - position);
+    if (squared < best) {
+      best = squared;
+      found = guess;
+    }
+  }
   for (const Image& image : images_) {
     const Camera& camera = image.camera;
+    if (!(dot(normal, camera.position - position) > 0)) continue;
     const auto local = camera.to_camera(position);
-    if (!(local.z > 0) || !(dot(normal, camera.position - position) > 0)) continue;
+    if (!(local.z > 0)) continue;
     const double y = local.y / local.z;
     const double row = std::round(camera.fy * y + camera.cy);
     const double column = std::round(camera.fx * local.x / local.z + camera.skew * y + camera.cx);
     const double size = static_cast<double>(std::max(image.height, image.width));
-    const double reach = std::min(size, std::ceil(radius * std::max(camera.fx, camera.fy) /
-                                                  std::max(local.z - radius, 0.5 * local.z)));
+    const auto reach_of = [&](double distance) {
+      return std::min(size, std::ceil(distance * std::max(camera.fx, camera.fy) /
+                                      std::max(local.z - distance, 0.5 * local.z)));
+    };
+    const double reach = reach_of(std::sqrt(best));
     if (!(row + reach >= 0 && row - reach < size && column + reach >= 0 && column - reach < size)) {
       continue;
     }
-    const auto width = static_cast<Index>(reach);
-    const Index stride = std::max(Index{1}, (width + looks - 1) / looks);
     Search search(*this, image, local, normal, agreement, best);
-    if (!search.look_around(static_cast<Index>(row), static_cast<Index>(column),
-                            std::min(looks, width), stride)) {
-      continue;
-    }
+    const auto r = static_cast<Index>(row);
+    const auto c = static_cast<Index>(column);
+    const bool is_centre = search.look_around(r, c, 0, 1);
+    const auto width = static_cast<Index>(is_centre ? reach_of(std::sqrt(search.best)) : reach);
+    const Index stride = std::max(Index{1}, (width + looks - 1) / looks);
+    if (!search.look_around(r, c, std::min(looks, width), stride) && !is_centre) continue;
     for (Index finer = stride / 2; finer > 0; finer /= 2) {
       search.look_around(search.found_row, search.found_column, 1, finer);
     }
     best = search.best;
     found = search.found;
   }
-  if (found == depths_.size()) return {};
-  return {points_[found], normals_[found], 1};
+  if (found == no_guess) return {};
+  return {points_[found], normals_[found], 1, found};
 }
 
 }  // namespace dynmesh

@@ -21,11 +21,13 @@ struct Camera {
 
   [[nodiscard]] Vector3<double> to_camera(const Vector3<double>& point) const;
   [[nodiscard]] Vector3<double> from_camera(const Vector3<double>& local) const;
+  /// The point at a depth in a pixel.
+  [[nodiscard]] Vector3<double> at(std::size_t row, std::size_t column, double depth) const;
 };
 
 /// Finds correspondences by projection: a vertex is drawn into each image, and the pixels around it
-/// are looked at, which takes no search tree. Allocates memory where images are larger than all
-/// earlier ones.
+/// are looked at, which takes no search tree. Allocates memory where images, or their measured
+/// parts, are larger than all earlier ones.
 class DepthImages final : public Measurement {
  public:
   /// The rows of an image of the frame, to be filled in by the caller with depths along `ahead`;
@@ -42,33 +44,38 @@ class DepthImages final : public Measurement {
   std::span<float> add(const Camera& camera, std::size_t height, std::size_t width);
 
   /// Finds the points and normals of all pixels. A normal is that of the differences to the
-  /// neighbouring pixels; across a jump in depth of more than `jump` of a length there is none, and
-  /// a pixel without a normal says nothing: at a silhouette, its depth may be a mixture.
+  /// neighbouring pixels of the same surface, which are at most `jump` nearer or farther. A pixel
+  /// without such a neighbour in its row or in its column says nothing.
   void prepare(double jump, Workers& workers);
 
   [[nodiscard]] Field viewpoints() const override { return viewpoints_; }
-  [[nodiscard]] std::size_t size() const override { return measured_.size(); }
-  [[nodiscard]] Vector3<double> point(std::size_t i) const override {
-    return points_[measured_[i]];
-  }
-  [[nodiscard]] Vector3<double> normal(std::size_t i) const override {
-    return normals_[measured_[i]];
-  }
+  [[nodiscard]] std::size_t size() const override { return points_.size(); }
+  [[nodiscard]] Vector3<double> point(std::size_t i) const override { return points_[i]; }
+  [[nodiscard]] Vector3<double> normal(std::size_t i) const override { return normals_[i]; }
   [[nodiscard]] bool is_undecided(std::size_t /*i*/) const override { return false; }
   [[nodiscard]] Correspondence nearest(const Vector3<double>& position,
                                        const Vector3<double>& normal, double radius,
-                                       double agreement) const override;
+                                       double agreement, std::uint32_t guess) const override;
 
  private:
   class Search;
 
-  void prepare_rows(const Image& image, double jump, std::size_t first_row, std::size_t last_row);
+  /// The pixels of the same surface around one: itself where there is none on that side.
+  struct Neighbours {
+    std::size_t left, right, above, below;
+
+    [[nodiscard]] bool have_a_plane() const { return left != right && above != below; }
+  };
+  [[nodiscard]] Neighbours neighbours(const Image& image, std::size_t row, std::size_t column,
+                                      double jump) const;
+  void prepare_row(const Image& image, std::size_t row, double jump, std::uint32_t number);
 
   std::vector<Image> images_;
   std::vector<float> depths_;
+  std::vector<std::uint32_t> numbers_;  // of the point of each pixel, or no_guess
+  std::vector<std::uint32_t> first_of_row_;
   std::vector<Vector3<double>> points_;   // in the axes of the template
-  std::vector<Vector3<double>> normals_;  // 0 where there is none
-  std::vector<std::uint32_t> measured_;   // the pixels with a normal
+  std::vector<Vector3<double>> normals_;  // 0 where the neighbours lie on a line
   std::vector<Vector3<double>> viewpoints_;
 };
 

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <dynmesh/types.hpp>
+#include <limits>
 #include <span>
 
 namespace dynmesh {
@@ -13,6 +15,7 @@ struct Correspondence {
   Vector3<double> point;
   Vector3<double> normal;
   double weight = 0;
+  std::uint32_t number = 0;  ///< which of the measured points it is
 };
 
 /// The points of one frame, in the unit of the template.
@@ -39,10 +42,12 @@ class Measurement {
 
   /// The measured point that is nearest to `position`, among those within `radius` whose normal
   /// agrees with `normal`: the cosine between them is at least `agreement`. The weight of the
-  /// result is 1, or 0 if there is none. May be called by several threads at once.
+  /// result is 1, or 0 if there is none. `guess` is the number of a point that may be near, or
+  /// `no_guess`; a good one saves time. May be called by several threads at once.
   [[nodiscard]] virtual Correspondence nearest(const Vector3<double>& position,
                                                const Vector3<double>& normal, double radius,
-                                               double agreement) const = 0;
+                                               double agreement, std::uint32_t guess) const = 0;
+  static constexpr std::uint32_t no_guess = std::numeric_limits<std::uint32_t>::max();
 };
 
 }  // namespace dynmesh

@@ -103,9 +103,10 @@ void PointScan::estimate_normals(Workers& workers) {
 }
 
 PointScan::Nearest PointScan::find(const Vector3<double>& position, const Vector3<double>& normal,
-                                   double radius, double agreement) const {
+                                   double radius, double agreement, std::uint32_t guess) const {
   if (!tree_) return {};
   NearestAgreeing result{*this, normal, agreement, {}, radius * radius};
+  if (guess < points.size()) result.addPoint(squared_norm(points[guess] - position), guess);
   const double query[3] = {position.x, position.y, position.z};
   tree_->findNeighbors(result, query, {});
   if (result.nearest.any) result.nearest.squared_distance = result.squared_distance;
@@ -113,10 +114,10 @@ PointScan::Nearest PointScan::find(const Vector3<double>& position, const Vector
 }
 
 Correspondence PointScan::nearest(const Vector3<double>& position, const Vector3<double>& normal,
-                                  double radius, double agreement) const {
-  const Nearest found = find(position, normal, radius, agreement);
+                                  double radius, double agreement, std::uint32_t guess) const {
+  const Nearest found = find(position, normal, radius, agreement, guess);
   if (!found.any) return {};
-  return {points[found.index], normals[found.index], 1};
+  return {points[found.index], normals[found.index], 1, found.index};
 }
 
 }  // namespace dynmesh

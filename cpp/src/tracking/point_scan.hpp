@@ -5,12 +5,12 @@
 #include <cstdint>
 #include <dynmesh/types.hpp>
 #include <limits>
-#include <nanoflann.hpp>
 #include <optional>
 #include <vector>
 
 #include "support/workers.hpp"
 #include "tracking/measurement.hpp"
+#include "tracking/quiet_nanoflann.hpp"
 
 namespace dynmesh {
 
@@ -41,7 +41,7 @@ class PointScan final : public Measurement {
   }
   [[nodiscard]] Correspondence nearest(const Vector3<double>& position,
                                        const Vector3<double>& normal, double radius,
-                                       double agreement) const override;
+                                       double agreement, std::uint32_t guess) const override;
 
   /// The nearest agreeing point, if there is any.
   struct Nearest {
@@ -50,7 +50,7 @@ class PointScan final : public Measurement {
     double squared_distance = std::numeric_limits<double>::infinity();
   };
   [[nodiscard]] Nearest find(const Vector3<double>& position, const Vector3<double>& normal,
-                             double radius, double agreement) const;
+                             double radius, double agreement, std::uint32_t guess = no_guess) const;
 
   /// (n,) 1 for normals that may as well be the opposite; empty if there are none.
   std::vector<std::uint8_t> undecided;

@@ -13,9 +13,9 @@ namespace dynmesh {
 
 /// Finds the positions x that minimise |K x - shape|^2 + sum_i w_i (n_i . (q_i - x_i))^2, where q_i
 /// and n_i are the measured point and normal of vertex i. The system has 3 k unknowns, since the
-/// planes tie the coordinates together, but N + w, which has k, is a good preconditioner: a few
-/// steps of conjugate gradients suffice. Allocates memory only in the constructor, and where
-/// ShapeSystem does.
+/// planes tie the coordinates together, but N + w, which has k, is a good preconditioner, even with
+/// the w of another pass: a few steps of conjugate gradients suffice. Allocates memory only in the
+/// constructor, and where ShapeSystem does.
 class SurfaceFit {
  public:
   using Field = std::span<const Vector3<double>>;

@@ -50,7 +50,9 @@ SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& to
       observed_(topology.cells.size()),
       found_in_(topology.report.components),
       old_rotations_(topology.cells.size()),
+      guesses_(topology.cells.size()),
       drawn_(topology.cells.size()),
+      factored_weights_(rest_.is_rehearsed() ? topology.cells.size() : 0),
       kx_(has_uncertainty ? topology.cells.size() : 0),
       planes_(kx_.size()) {
   if (has_uncertainty) system_.take_planes(constants.steps);
@@ -77,6 +79,9 @@ SurfaceTracking::Found SurfaceTracking::find(const Measurement& measurement) {
   std::ranges::copy(rotations_.quaternions(), old_rotations_.begin());
   rest_.begin_frame();
   try {
+    std::ranges::fill(guesses_, Measurement::no_guess);
+    vertices_near_.assign(measurement.size(), Measurement::no_guess);
+    is_factored_ = false;
     predict();
     const bool aligned = is_first_ && measurement.size() > 0 && align(measurement);
     look(measurement);
@@ -123,12 +128,20 @@ SurfaceTracking::Tally SurfaceTracking::correspond(const Measurement& measuremen
   const double scale = search.scale * mean_edge_;
   const double side = search.side * mean_edge_;
   workers_.for_each_short_chunk(static_cast<Index>(x_.size()), [&](Index first, Index last) {
+    std::uint32_t near_by = Measurement::no_guess;  // the point of an earlier vertex
     for (auto v = static_cast<std::size_t>(first); v < static_cast<std::size_t>(last); ++v) {
       Correspondence& c = found_[v];
       c = {};
       if (seen_[v] == 0 || v % search.stride != 0) continue;
-      c = measurement.nearest(x_[v], normals_[v], search.radius * mean_edge_, constants_.agreement);
+      const std::uint32_t guess = guesses_[v] == Measurement::no_guess ? near_by : guesses_[v];
+      if (search.takes_any && is_near(measurement, guess, v, search.radius)) {
+        c = {measurement.point(guess), measurement.normal(guess), 1, guess};
+        continue;
+      }
+      c = measurement.nearest(x_[v], normals_[v], search.radius * mean_edge_, constants_.agreement,
+                              guess);
       if (c.weight == 0) continue;
+      near_by = guesses_[v] = c.number;
       const auto offset = c.point - x_[v];
       const double distance = squared_norm(offset);
       const double ahead = dot(offset, c.normal);
@@ -139,9 +152,21 @@ SurfaceTracking::Tally SurfaceTracking::correspond(const Measurement& measuremen
   Tally tally;
   for (std::size_t v = 0; v < x_.size(); ++v) {
     tally.seen += seen_[v];
-    tally.found += found_[v].weight > 0 ? 1 : 0;
+    if (!(found_[v].weight > 0)) continue;
+    ++tally.found;
+    vertices_near_[found_[v].number] = static_cast<std::uint32_t>(v);
   }
   return tally;
+}
+
+/// Whether a measured point is within some mean edges of a vertex, and their normals agree.
+bool SurfaceTracking::is_near(const Measurement& measurement, std::uint32_t point, std::size_t v,
+                              double radius) const {
+  if (point == Measurement::no_guess || v >= x_.size()) return false;
+  const double reach = radius * mean_edge_;
+  if (!(squared_norm(measurement.point(point) - x_[v]) < reach * reach)) return false;
+  const double cosine = dot(measurement.normal(point), normals_[v]);
+  return (measurement.is_undecided(point) ? std::abs(cosine) : cosine) >= constants_.agreement;
 }
 
 /// A rigid motion has six unknowns, so some of the vertices are enough.
@@ -207,6 +232,22 @@ bool SurfaceTracking::align(const Measurement& measurement) {
   throw std::invalid_argument(text.data());
 }
 
+/// The share of the vertices that a sensor should see and that have no point within some mean
+/// edges.
+double SurfaceTracking::share_without_point(double distance) const {
+  const double reach = distance * mean_edge_;
+  double n_seen = 0;
+  double n_without = 0;
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    if (seen_[v] == 0) continue;
+    n_seen += 1;
+    const Correspondence& c = found_[v];
+    const bool is_near = c.weight > 0 && squared_norm(c.point - x_[v]) < reach * reach;
+    n_without += is_near ? 0 : 1;
+  }
+  return n_seen > 0 ? n_without / n_seen : 0;
+}
+
 /// Measured points that are far from all vertices draw the nearest one: so a limb that lies on the
 /// wrong one comes back. Returns their share.
 double SurfaceTracking::draw_towards_unexplained(const Measurement& measurement, double weight) {
@@ -221,6 +262,11 @@ double SurfaceTracking::draw_towards_unexplained(const Measurement& measurement,
   double n_near = 0;
   double n_unexplained = 0;
   for (std::size_t i = 0; i < measurement.size(); i += stride) {
+    if (is_near(measurement, static_cast<std::uint32_t>(i), vertices_near_[i],
+                constants_.least_unexplained)) {
+      n_near += 1;
+      continue;
+    }
     const auto point = measurement.point(i);
     auto normal = measurement.normal(i);
     auto nearest = vertices_.find(point, normal, radius, constants_.agreement);
@@ -232,6 +278,7 @@ double SurfaceTracking::draw_towards_unexplained(const Measurement& measurement,
       }
     }
     if (!nearest.any) continue;
+    vertices_near_[i] = nearest.index;
     n_near += 1;
     if (nearest.squared_distance < least * least) continue;
     // A vertex that lies on the measured surface stays there: the point is of something else.
@@ -245,7 +292,9 @@ double SurfaceTracking::draw_towards_unexplained(const Measurement& measurement,
     drawn.weight += 1;
   }
   const double unexplained = n_near > 0 ? n_unexplained / n_near : 0;
-  if (unexplained > constants_.largest_limb) return 0;
+  if (unexplained > constants_.largest_limb + share_without_point(constants_.least_unexplained)) {
+    return 0;
+  }
   const double scale = constants_.drawing_scale * mean_edge_;
   for (std::size_t v = 0; v < x_.size(); ++v) {
     const Correspondence& drawn = drawn_[v];
@@ -254,7 +303,7 @@ double SurfaceTracking::draw_towards_unexplained(const Measurement& measurement,
     const auto point = (1 / drawn.weight) * drawn.point;
     const double distance = squared_norm(point - x_[v]);
     found_[v] = {point, (1 / length) * drawn.normal,
-                 constants_.drawing_weight * weight / (1 + distance / (scale * scale))};
+                 constants_.drawing_weight * weight / (1 + distance / (scale * scale)), 0};
   }
   return unexplained;
 }
@@ -267,15 +316,22 @@ bool SurfaceTracking::choose_components(double weight) {
     found_in_[static_cast<std::size_t>(topology_.component[v])] += found_[v].weight / weight;
   }
   anchors_.n_solved = 0;
+  bool is_the_same = is_factored_;
   for (std::size_t v = 0; v < found_.size(); ++v) {
     const bool is_solved =
         found_in_[static_cast<std::size_t>(topology_.component[v])] >= constants_.fewest;
+    is_the_same = is_the_same && (anchors_.is_solved[v] != 0) == is_solved;
     anchors_.is_solved[v] = is_solved ? 1 : 0;
     if (!is_solved) found_[v].weight = 0;
-    anchors_.weights[v] = found_[v].weight;
     anchors_.n_solved += is_solved ? 1 : 0;
   }
-  return anchors_.n_solved > 0;
+  if (anchors_.n_solved == 0) return false;
+  if (!is_the_same) {
+    for (std::size_t v = 0; v < found_.size(); ++v) anchors_.weights[v] = found_[v].weight;
+    system_.factorize(anchors_);
+    is_factored_ = true;
+  }
+  return true;
 }
 
 /// The weight of a correspondence, from the first pass to the last.
@@ -287,10 +343,8 @@ double SurfaceTracking::weight_at(double progress) const {
 /// Repeats the first pass until nearly all measured points are explained. Returns how often.
 int SurfaceTracking::search(const Measurement& measurement) {
   for (int done = 0;; ++done) {
-    const bool straightens = done > 0 && 2 * done < constants_.most_searches;
     if (done > 0) look(measurement);
-    const double weight = (straightens ? constants_.lost_weight : 1) * weight_at(0);
-    const double unexplained = bend(measurement, weight, true);
+    const double unexplained = bend(measurement, weight_at(0), true);
     if (unexplained <= constants_.lost_share || done + 1 >= constants_.most_searches) {
       return done + 1;
     }
@@ -306,7 +360,6 @@ double SurfaceTracking::bend(const Measurement& measurement, double weight, bool
   const double lost = is_early ? draw_towards_unexplained(measurement, weight) : 0;
   if (!choose_components(weight)) return 0;
   rotations_.fit_widely(x_);
-  system_.factorize(anchors_);
   if (poses && rest_.is_rehearsed()) pose();
   for (std::size_t v = 0; v < x_.size(); ++v) {
     wanted_[v] = shape_[v] + constants_.pull * (rest_.shape()[v] - shape_[v]);
@@ -323,24 +376,32 @@ void SurfaceTracking::observe_planes() {
     const Correspondence& c = found_[v];
     anchors_.counts[v] = anchors_.is_solved[v];
     anchors_.observed[v] = x_[v] + dot(c.normal, c.point - x_[v]) * c.normal;
+    anchors_.weights[v] = c.weight;
     anchors_.number += c.weight > 0 ? 1 : 0;
   }
 }
 
 /// Poses the rest shape by the correspondences. Each anchor is the point of its plane that is
-/// nearest to the vertex.
+/// nearest to the vertex. The factor is that of the present weights meanwhile, and then again the
+/// preconditioner of the frame, so that a rehearsal that is not trusted changes nothing.
 void SurfaceTracking::pose() {
+  std::ranges::copy(anchors_.weights, factored_weights_.begin());
   observe_planes();
+  system_.factorize(anchors_);
   rest_.pose({x_, shape_, anchors_}, system_, rotations_);
+  std::ranges::copy(factored_weights_, anchors_.weights.begin());
+  system_.factorize(anchors_);
 }
 
 /// Which vertices have a measured point in the end.
 SurfaceTracking::Found SurfaceTracking::observe(const Measurement& measurement) {
-  if (error_bars_.exist()) {
+  if (error_bars_.exist() && anchors_.any_solved()) {
     observe_planes();
+    system_.factorize(anchors_);
     std::ranges::transform(found_, planes_.begin(), &Correspondence::normal);
   }
-  correspond(measurement, {constants_.observed_distance, constants_.scale, constants_.side, 1});
+  correspond(measurement,
+             {constants_.observed_distance, constants_.scale, constants_.side, 1, 1, true});
   Found result = {x_, observed_, 0, 0, false};
   double sum = 0;
   double n = 0;

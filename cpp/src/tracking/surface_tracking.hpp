@@ -85,6 +85,7 @@ class SurfaceTracking {
     double side = 0;
     double weight = 0;
     std::size_t stride = 1;
+    bool takes_any = false;  ///< a point within the radius is enough, though not the nearest
   };
   struct Tally {
     std::size_t seen = 0;
@@ -94,10 +95,13 @@ class SurfaceTracking {
   void predict();
   void look(const Measurement& measurement);
   Tally correspond(const Measurement& measurement, const Search& search);
+  [[nodiscard]] bool is_near(const Measurement& measurement, std::uint32_t point, std::size_t v,
+                             double radius) const;
   [[nodiscard]] std::size_t rigid_stride() const;
   void move_as_a_whole(const Measurement& measurement, const Search& search);
   bool lies_in(const Measurement& measurement, double share);
   bool align(const Measurement& measurement);
+  [[nodiscard]] double share_without_point(double distance) const;
   double draw_towards_unexplained(const Measurement& measurement, double weight);
   bool choose_components(double weight);
   [[nodiscard]] double weight_at(double progress) const;
@@ -131,8 +135,12 @@ class SurfaceTracking {
   std::vector<std::uint8_t> seen_, observed_;
   std::vector<double> found_in_;  // the correspondences of each component, weighed
   std::vector<Quaternion> old_rotations_;
-  PointScan vertices_;  // the surface itself
+  bool is_factored_ = false;
+  std::vector<std::uint32_t> vertices_near_;  // a vertex near each measured point, if any is known
+  std::vector<std::uint32_t> guesses_;        // the last measured point of each vertex
+  PointScan vertices_;                        // the surface itself
   std::vector<Correspondence> drawn_;
+  std::vector<double> factored_weights_;  // those of the preconditioner, while the pose is found
   // With standard errors:
   std::vector<Vector3<double>> kx_;      // K X
   std::vector<Vector3<double>> planes_;  // the normals of the correspondences
