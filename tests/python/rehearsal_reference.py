@@ -233,9 +233,11 @@ class Learned(Posed):
             self.has_changed = True
             if len(self.library) > 28:
                 pairs = itertools.combinations(range(len(self.library)), 2)
-                older, _ = min(
-                    pairs, key=lambda pair: np.linalg.norm(self.library[pair[0]] - self.library[pair[1]])
-                )
+
+                def distance(pair: tuple[int, int]) -> float:
+                    return float(np.linalg.norm(self.library[pair[0]] - self.library[pair[1]]))
+
+                older, _ = min(pairs, key=distance)
                 del self.library[older]
         if self.offered % 4 == 0 and self.has_changed and len(self.library) > 1:
             self.made[self.frame + 4] = modes_of(np.stack(self.library), self.parts)

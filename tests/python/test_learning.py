@@ -45,7 +45,7 @@ def clip(sheet: Mesh, rng: np.random.Generator) -> tuple[Array, Array]:
 def test_frames_equal_the_transcription(
     shape: str, n_frames: int, noise: float | None, rng: np.random.Generator
 ) -> None:
-    """From the 58th frame of the longer clip on, a shape leaves the library for each that enters."""
+    """From frame 58 of the longer clip on, a shape leaves the library for each that enters."""
     mesh = {
         "sheet": meshes.sheet(8),
         "two parts": meshes.join(meshes.sheet(7), meshes.sheet(6, 30.0)),
@@ -89,7 +89,7 @@ def test_what_recurs_is_completed_more_accurately(sheet: Mesh, clip: tuple[Array
 
 @pytest.mark.parametrize("settings", [{}, {"noise": 0.02}, {"reject_outliers": True}])
 def test_a_state_continues(sheet: Mesh, clip: tuple[Array, Array], settings: Any) -> None:
-    """After each number of slices, and around the frame in which a shape first leaves the library."""
+    """After each number of slices, and around the first frame in which a shape leaves the library."""
     frames, masks = clip
 
     def make(**more: Any) -> dynmesh.Completer:
