@@ -89,7 +89,7 @@ def test_what_recurs_is_completed_more_accurately(sheet: Mesh, clip: tuple[Array
 
 @pytest.mark.parametrize("settings", [{}, {"noise": 0.02}, {"reject_outliers": True}])
 def test_a_state_continues(sheet: Mesh, clip: tuple[Array, Array], settings: Any) -> None:
-    """After each number of slices, and around the first frame in which a shape leaves the library."""
+    """After each number of slices, and around the frame in which a shape first leaves."""
     frames, masks = clip
 
     def make(**more: Any) -> dynmesh.Completer:
