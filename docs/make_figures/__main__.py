@@ -1,9 +1,9 @@
-"""Makes the pictures of docs/method.md, docs/gallery.md and docs/guides/rehearse.md.
+"""Makes the pictures of docs/method.md, docs/gallery.md and the guides rehearse and track.
 
     python docs/make_figures [--page PAGE] [--data FOLDER] [--out FOLDER] [--draft]
 
-writes OUT/PAGE/* for PAGE method, gallery and rehearse, or for one of them, from the built-in
-sequences; OUT is docs/figures unless it is given. With --data, the gallery includes OUT/recorded/*
+writes OUT/PAGE/* for PAGE method, gallery, rehearse and track, or for one of them, from the
+built-in sequences; OUT is docs/figures unless it is given. With --data, the gallery includes OUT/recorded/*
 of the recordings in that folder. Needs the extra `reproduce`; without libigl, its columns are left
 out.
 Takes about five minutes; a draft takes seconds, as it shows a small sheet instead.
@@ -17,12 +17,13 @@ from pathlib import Path
 import error_bars
 import gallery
 import method
+import scans
 
 import dynmesh
 from dynmesh import Sequence
 from dynmesh.study.subjects import Subject, from_file
 
-PAGES = ("method", "gallery", "rehearse")
+PAGES = ("method", "gallery", "rehearse", "track")
 
 
 def draw_method(subjects: dict[str, Subject], out: Path) -> None:
@@ -38,12 +39,14 @@ def pictures_of(page: str, take: Sequence, data: Path | None) -> Iterable[galler
         return [gallery.HIDDEN_SIDE]
     if page == "rehearse":
         return [gallery.rehearsal(take.vertices)]
+    if page == "track":
+        return []
     return gallery.BUILT_IN if data is None else gallery.BUILT_IN + gallery.RECORDED
 
 
 def main() -> None:
     """Makes the pictures that are asked for."""
-    parser = argparse.ArgumentParser(description="Makes the pictures of three pages in docs.")
+    parser = argparse.ArgumentParser(description="Makes the pictures of four pages in docs.")
     parser.add_argument("--page", choices=PAGES, help="of which; without it, of all")
     parser.add_argument("--data", type=Path, metavar="FOLDER", help="also of these recordings")
     parser.add_argument("--out", type=Path, default=Path(__file__).parents[1] / "figures")
@@ -67,6 +70,8 @@ def main() -> None:
             subject = subjects.get(picture.of) or from_file(arguments.data / f"{picture.of}.npz")
             shown = picture.frames[::20] if arguments.draft else picture.frames
             gallery.draw(replace(picture, frames=shown), subject, arguments.out)
+        if page == "track":
+            scans.draw(scans.WALKER, subjects["walker"], arguments.out)
         if page == "gallery" and arguments.data is not None:
             for picture in error_bars.RECORDED:
                 subject = from_file(arguments.data / f"{picture.of}.npz")

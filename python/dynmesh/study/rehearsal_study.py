@@ -122,8 +122,8 @@ def rehearsal_study(
     Args:
         subject: the frames to complete.
         take: the rehearsal, or None to measure the other methods only.
-        others: other sequences; the first halves of those with the same mesh are rehearsed too, at
-            the first loss, to show that they do no harm.
+        others: other sequences; the first halves of those with the same mesh are rehearsed too, to
+            show what harm they do.
         shares: the shares of vertices that are known at random.
         scenarios: names of `SCENARIOS`.
         seed: the seed of the known masks.
@@ -137,8 +137,8 @@ def rehearsal_study(
         for what, frames in ([] if take is None else useless(take, subject.faces, others, seed))
     ]
     all_masks = losses(subject, shares, scenarios, seed)
-    for number, (loss, masks) in enumerate(all_masks.items()):
-        for method in (*methods, *useful, *(misled if number == 0 else [])):
+    for loss, masks in all_masks.items():
+        for method in (*methods, *useful, *misled):
             try:
                 result.runs[loss, method.key] = run(subject, method, masks)
             except (ImportError, RuntimeError) as error:
