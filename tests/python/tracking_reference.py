@@ -26,7 +26,7 @@ def nearest(
 ) -> NDArray[np.int64]:
     """The nearest agreeing point of each position, or NOT_FOUND."""
     distance = np.linalg.norm(to[:, None] - points[None], axis=2)
-    distance[normals @ of_points.T < 0.5] = np.inf
+    distance[normals @ of_points.T < 0.8] = np.inf
     found = distance.argmin(axis=1)
     found[distance.min(axis=1) >= radius] = NOT_FOUND
     return np.asarray(found)

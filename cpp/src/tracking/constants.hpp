@@ -40,7 +40,7 @@ struct TrackingConstants {
   /// so what is farther aside was not measured.
   double side = 1.5;
   /// The least cosine between the normal of a vertex and that of its point.
-  double agreement = 0.5;
+  double agreement = 0.8;
   /// The share of the shape of frame 0 in the shape that is wanted, beside that of the last frame.
   double pull = 0.3;
   /// The pass in which a rehearsal is posed, counted from 0. Its weight is small, so that the noise
