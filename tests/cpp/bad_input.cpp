@@ -39,6 +39,7 @@ int main() try {
   world.completer.push(world.points(), world.known(), world.out());
   try_cpp(world);
   try_c(world);
+  try_c_tracker(world);
   return faults() == 0 ? 0 : 1;
 } catch (const std::exception& error) {
   std::fprintf(stderr, "%s\n", error.what());

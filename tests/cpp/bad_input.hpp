@@ -42,5 +42,6 @@ void show(const char* interface, const char* call, const char* given, const std:
 
 void try_cpp(World& world);
 void try_c(World& world);
+void try_c_tracker(World& world);
 
 }  // namespace dynmesh::testing

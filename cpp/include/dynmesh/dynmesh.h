@@ -335,7 +335,6 @@ DYNMESH_EXPORT dynmesh_status dynmesh_tracker_create(const int32_t* faces, int64
                                                      const dynmesh_points* first_frame,
                                                      int32_t threads, dynmesh_tracker** tracker);
 
-/// Null is allowed.
 /// The same with more choices. If `uncertainty` is not zero, dynmesh_tracker_standard_error says
 /// how far each vertex may be off. `rehearsal` is null, or a rehearsal of three frames or more of
 /// the type of `first_frame`, as for dynmesh_create_rehearsed; its frames are copied.
@@ -345,6 +344,7 @@ DYNMESH_EXPORT dynmesh_status dynmesh_tracker_create_with(const int32_t* faces, 
                                                           dynmesh_rehearsal* rehearsal,
                                                           dynmesh_tracker** tracker);
 
+/// Null is allowed.
 DYNMESH_EXPORT void dynmesh_tracker_destroy(dynmesh_tracker* tracker);
 
 /// Finds the template in a scan of any number of points. `normals` has a row for each point, or is
