@@ -1,0 +1,143 @@
+/// Which measured point each vertex of a tracked surface follows.
+#include <algorithm>
+#include <cmath>
+
+#include "support/geometry.hpp"
+#include "tracking/surface_tracking.hpp"
+#include "tracking/vertex_normals.hpp"
+
+namespace dynmesh {
+
+/// Which vertices the sensors can see. It changes little while X moves by few edges, so it is found
+/// only where X has just been predicted, or moved as a whole.
+void SurfaceTracking::look(const Measurement& measurement) {
+  find_vertex_normals(faces_, x_, normals_);
+  visibility_.find(faces_, x_, normals_, measurement.viewpoints(), constants_.pixel * mean_edge_,
+                   constants_.thickness * mean_edge_, seen_);
+}
+
+/// Finds the points of every `stride`th of the vertices that the sensors can see.
+SurfaceTracking::Tally SurfaceTracking::correspond(const Measurement& measurement,
+                                                   const Search& search) {
+  find_vertex_normals(faces_, x_, normals_);
+  const double scale = search.scale * mean_edge_;
+  const double side = search.side * mean_edge_;
+  workers_.for_each_short_chunk(static_cast<Index>(x_.size()), [&](Index first, Index last) {
+    std::uint32_t near_by = Measurement::no_guess;  // the point of an earlier vertex
+    for (auto v = static_cast<std::size_t>(first); v < static_cast<std::size_t>(last); ++v) {
+      Correspondence& c = found_[v];
+      c = {};
+      if (seen_[v] == 0 || v % search.stride != 0) continue;
+      const std::uint32_t guess = guesses_[v] == Measurement::no_guess ? near_by : guesses_[v];
+      if (search.takes_any && is_near(measurement, guess, v, search.radius)) {
+        c = {measurement.point(guess), measurement.normal(guess), 1, guess};
+        continue;
+      }
+      c = measurement.nearest(x_[v], normals_[v], search.radius * mean_edge_, constants_.agreement,
+                              guess);
+      if (c.weight == 0) continue;
+      near_by = guesses_[v] = c.number;
+      const auto offset = c.point - x_[v];
+      const double distance = squared_norm(offset);
+      const double ahead = dot(offset, c.normal);
+      const double aside = distance - ahead * ahead;
+      c.weight = search.weight / ((1 + distance / (scale * scale)) * (1 + aside / (side * side)));
+    }
+  });
+  Tally tally;
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    tally.seen += seen_[v];
+    if (!(found_[v].weight > 0)) continue;
+    ++tally.found;
+    vertices_near_[found_[v].number] = static_cast<std::uint32_t>(v);
+  }
+  return tally;
+}
+
+/// Whether a measured point is within some mean edges of a vertex, and their normals agree.
+bool SurfaceTracking::is_near(const Measurement& measurement, std::uint32_t point, std::size_t v,
+                              double radius) const {
+  if (point == Measurement::no_guess || v >= x_.size()) return false;
+  const double reach = radius * mean_edge_;
+  if (!(squared_norm(measurement.point(point) - x_[v]) < reach * reach)) return false;
+  const double cosine = dot(measurement.normal(point), normals_[v]);
+  return (measurement.is_undecided(point) ? std::abs(cosine) : cosine) >= constants_.agreement;
+}
+
+/// The share of the vertices that a sensor should see and that have no point within some mean
+/// edges.
+double SurfaceTracking::share_without_point(double distance) const {
+  const double reach = distance * mean_edge_;
+  double n_seen = 0;
+  double n_without = 0;
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    if (seen_[v] == 0) continue;
+    n_seen += 1;
+    const Correspondence& c = found_[v];
+    const bool is_near = c.weight > 0 && squared_norm(c.point - x_[v]) < reach * reach;
+    n_without += is_near ? 0 : 1;
+  }
+  return n_seen > 0 ? n_without / n_seen : 0;
+}
+
+/// Measured points that are far from all vertices draw the nearest one: so a limb that lies on the
+/// wrong one comes back. Returns their share.
+double SurfaceTracking::draw_towards_unexplained(const Measurement& measurement, double weight) {
+  vertices_.points.assign(x_.begin(), x_.end());
+  vertices_.normals.assign(normals_.begin(), normals_.end());
+  vertices_.index();
+  std::ranges::fill(drawn_, Correspondence{});
+  const double radius = constants_.drawing_radius * mean_edge_;
+  const double least = constants_.least_unexplained * mean_edge_;
+  const std::size_t stride =
+      1 + measurement.size() / static_cast<std::size_t>(constants_.looked_at);
+  double n_near = 0;
+  double n_unexplained = 0;
+  for (std::size_t i = 0; i < measurement.size(); i += stride) {
+    if (is_near(measurement, static_cast<std::uint32_t>(i), vertices_near_[i],
+                constants_.least_unexplained)) {
+      n_near += 1;
+      continue;
+    }
+    const auto point = measurement.point(i);
+    auto normal = measurement.normal(i);
+    auto nearest = vertices_.find(point, normal, radius, constants_.agreement);
+    if (measurement.is_undecided(i)) {
+      const auto other = vertices_.find(point, -1.0 * normal, radius, constants_.agreement);
+      if (other.squared_distance < nearest.squared_distance) {
+        nearest = other;
+        normal = -1.0 * normal;
+      }
+    }
+    if (!nearest.any) continue;
+    vertices_near_[i] = nearest.index;
+    n_near += 1;
+    if (nearest.squared_distance < least * least) continue;
+    // A vertex that lies on the measured surface stays there: the point is of something else.
+    const Correspondence& own = found_[nearest.index];
+    if (seen_[nearest.index] == 0) continue;
+    if (own.weight > 0 && squared_norm(own.point - x_[nearest.index]) < least * least) continue;
+    n_unexplained += 1;
+    Correspondence& drawn = drawn_[nearest.index];
+    drawn.point = drawn.point + point;
+    drawn.normal = drawn.normal + normal;
+    drawn.weight += 1;
+  }
+  const double unexplained = n_near > 0 ? n_unexplained / n_near : 0;
+  if (unexplained > constants_.largest_limb + share_without_point(constants_.least_unexplained)) {
+    return 0;
+  }
+  const double scale = constants_.drawing_scale * mean_edge_;
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    const Correspondence& drawn = drawn_[v];
+    const double length = std::sqrt(squared_norm(drawn.normal));
+    if (!(length > 0)) continue;
+    const auto point = (1 / drawn.weight) * drawn.point;
+    const double distance = squared_norm(point - x_[v]);
+    found_[v] = {point, (1 / length) * drawn.normal,
+                 constants_.drawing_weight * weight / (1 + distance / (scale * scale)), 0};
+  }
+  return unexplained;
+}
+
+}  // namespace dynmesh
