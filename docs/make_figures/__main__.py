@@ -3,9 +3,9 @@
     python docs/make_figures [--page PAGE] [--data FOLDER] [--out FOLDER] [--draft]
 
 writes OUT/PAGE/* for PAGE method, gallery, rehearse and track, or for one of them, from the
-built-in sequences; OUT is docs/figures unless it is given. With --data, the gallery includes OUT/recorded/*
-of the recordings in that folder. Needs the extra `reproduce`; without libigl, its columns are left
-out.
+built-in sequences; OUT is docs/figures unless it is given. With --data, the gallery includes
+OUT/recorded/* of the recordings in that folder. Needs the extra `reproduce`; without libigl, its
+columns are left out.
 Takes about five minutes; a draft takes seconds, as it shows a small sheet instead.
 """
 
