@@ -29,6 +29,8 @@ from .terminal import track as watched
 
 _UNIT = "m, cm, mm or metres"
 
+_FAR = 2.0
+"""Mean edges between a template and a scan beyond which their poses probably differ."""
 _FEW = 0.05
 """Below this share of vertices with a correspondence, a scan is probably not of the mesh."""
 
@@ -150,6 +152,8 @@ def track(
             watch=watch,
         )
     _say_what_was_done(output, report)
+    if uncertainty and not provenance:
+        say(f"{output}: standard errors are not in the file; --provenance writes them")
     if rehearsal and report.trust is not None:
         say(f"{output}: the rehearsal was trusted by {100 * report.trust:.3g} %")
 
@@ -163,6 +167,11 @@ def _say_what_was_done(output: Path, report: TrackFileReport) -> None:
             f"{output}: the template was {found.before:.3g} mean edges from the first scan; a "
             f"rotation by {found.degrees:.3g} degrees and a shift put it {found.after:.3g} from it"
         )
+        if found.after > _FAR:
+            say(
+                f"{output}: that is far; the template is probably not in the pose of the first "
+                "scan, so look at the first frames"
+            )
     if report.seconds_per_frame is not None and report.observed is not None:
         n = report.frames - report.resumed_at
         say(

@@ -114,7 +114,7 @@ class Passes:
                 points = np.array(beginning.points, completer.dtype)
             else:
                 points = completer.push(frame.points, frame.known)
-                self.tally.add(completer)
+                self.tally.add(completer, self._drop_above)
         return self._as_written(points)
 
     def _as_written(self, points: Positions) -> Frame:

@@ -82,8 +82,11 @@ class Tally:
     dropped: int = 0
     hidden_long: Mask = field(default_factory=lambda: np.zeros(0, np.bool_))
 
-    def add(self, completer: Completer) -> None:
-        """Takes the last frame of the completer into account."""
+    def add(self, completer: Completer, drop_above: float | None = None) -> None:
+        """Takes the last frame of the completer into account.
+
+        Vertices whose standard error exceeds `drop_above` do not count among the distances.
+        """
         report = completer.report
         self.seconds.append(report.seconds)
         self.known += report.known
@@ -95,7 +98,10 @@ class Tally:
             self.trust.append(report.trust)
             self.explained.append(report.explained)
         if completer.settings["uncertainty"]:
-            self.distances.add(completer.standard_error, completer.generation > 0)
+            kept = completer.generation > 0
+            if drop_above is not None:
+                kept &= completer.standard_error <= drop_above
+            self.distances.add(completer.standard_error, kept)
         if self.method == "motion" and report.known < completer.n_vertices:
             long = completer.age >= LONG
             self.hidden_long = long | self.hidden_long if len(self.hidden_long) else long
@@ -106,7 +112,11 @@ class Tally:
         if words is not None:
             yield words
         if self.dropped:
-            yield f"{self.dropped} vertices were left missing, as their standard error is too large"
+            share = 100 * self.dropped / (self.filled + self.unseen)
+            yield (
+                f"{self.dropped} vertices were left missing, {share:.3g} % of those that were not "
+                "observed, all frames together: their standard error is too large"
+            )
 
     def report(
         self, frames: int, resumed_at: int, remarks: tuple[str, ...], start: int

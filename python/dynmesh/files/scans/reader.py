@@ -169,6 +169,8 @@ def _suffix_in(path: Path) -> str:
             what = f"{' and '.join(found)} files" if found else f"no {', '.join(suffixes)} files"
             raise ValueError(f"is a folder with {what}; name one kind by a pattern")
         return found[0]
+    if not path.suffix and not path.exists():
+        raise ValueError("does not exist")
     if path.suffix.lower() not in suffixes:
         raise ValueError(f"unknown format {path.suffix!r}; scans are {', '.join(suffixes)}")
     return path.suffix.lower()
