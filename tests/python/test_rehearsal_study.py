@@ -114,6 +114,8 @@ def test_the_table_of_a_study() -> None:
         ("sheet, rehearsed by noise", "30 %"),
         ("sheet, rehearsed by moves of other vertices", "30 %"),
         ("sheet", "patches"),
+        ("sheet, rehearsed by noise", "patches"),
+        ("sheet, rehearsed by moves of other vertices", "patches"),
     ]
 
 

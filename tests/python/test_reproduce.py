@@ -189,7 +189,7 @@ def test_the_table_of_methods_is_whole(results: Path) -> None:
 
 def test_the_table_of_rehearsals_is_whole(results: Path) -> None:
     for options, shown in (
-        ((), ["10 %"] * 3 + ["30 %", "camera", "patches"]),
+        ((), [loss for loss in ("10 %", "30 %", "camera", "patches") for _ in range(3)]),
         (("--whole",), None),
     ):
         printed = module("rehearsal_table", results.parent, "sheet:8", *options)
