@@ -157,6 +157,8 @@ Attributes:
     trust: With a rehearsal, how far its poses are used, from 0 to 1. With `learn`, 1 as soon as
         something is learned. Else 0.
     explained: With either, the share of the residual that the pose explains; else 0.
+    standard_error: With `uncertainty`, the root mean square of the standard errors of the
+        vertices that were filled in, in the unit of the positions; else 0.
     factor_seconds, rotation_seconds, solve_seconds: The times of the stages of "detail"; 0 for
         "motion".)doc";
 

@@ -205,6 +205,7 @@ cases = [
     _open("depth images without cameras", lambda _: open_scans("image"), ValueError, "image:", "cameras"),
     _open("no number in a name", lambda _: open_scans("unnumbered", cameras="rig.json"), ValueError, "depth_left.png:", "number"),
     _open("no image", lambda _: list(open_scans("image", cameras="rig.json")), ValueError, "depth_00000_left.png:", "PNG"),
+    _file("scans that are not there", _track("nowhere"), ValueError, "nowhere:", "does not exist"),
     _file("no scan has points", _track("blank"), ValueError, "blank:", "no frame has points"),
     _file("the template is elsewhere", _track("far", align="never"), ValueError, "template.npz:", "mean edges", "1e+03 times as large"),
     _file("the template has another shape", _track("line"), ValueError, "template.npz:", "rigid motion"),
