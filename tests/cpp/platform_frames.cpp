@@ -10,6 +10,7 @@
 ///                                                     the same vertices of two files of frames
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <cstring>
 #include <dynmesh/template_mesh.hpp>
@@ -17,6 +18,7 @@
 #include <fstream>
 #include <iterator>
 #include <limits>
+#include <random>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -76,6 +78,16 @@ void write_template(const std::string& path, const std::vector<float>& vertices,
   }
 }
 
+/// Moves points by up to a two-hundredth of a unit. The faces of a scan share the points of their
+/// edges: among points at one place, rounding alone would decide which is the nearest.
+void scatter(std::vector<double>& points, std::uint32_t seed) {
+  std::minstd_rand random(seed);
+  for (double& x : points) {
+    x +=
+        0.01 * (static_cast<double>(random()) / static_cast<double>(std::minstd_rand::max()) - 0.5);
+  }
+}
+
 /// For each frame a scan and depth images with their cameras. All numbers are in the file, since
 /// the sines of systems differ.
 void write_scans(const std::string& folder) {
@@ -85,7 +97,8 @@ void write_scans(const std::string& folder) {
   for (int t = 1; t <= n_scans; ++t) {
     const std::vector<float> frame = frame_at(ring, t);
     const std::vector<double> vertices(frame.begin(), frame.end());
-    const Samples scan = scan_of(ring, vertices);
+    Samples scan = scan_of(ring, vertices);
+    scatter(scan.points, static_cast<std::uint32_t>(t));
     append(file, scan.points);
     append(file, scan.normals);
     for (const Image& image : images_of(ring, vertices, n_cameras, image_side)) {

@@ -117,14 +117,22 @@ void DepthImages::prepare_row(const Image& image, std::size_t row, double jump,
 /// The search in one image, in the axes of its camera, since these need no memory but the depths.
 class DepthImages::Search {
  public:
+  double best;  // squared distance
+  std::uint32_t found;
+  Index found_row = 0;
+  Index found_column = 0;
+
   Search(const DepthImages& images, const Image& image, const Vector3<double>& local,
-         const Vector3<double>& normal, double agreement, double squared_distance)
-      : images_(images),
+         const Vector3<double>& normal, double agreement, double squared_distance,
+         std::uint32_t found_before)
+      : best(squared_distance),
+        found(found_before),
+        images_(images),
         image_(image),
         local_(local),
         normal_(normal),
         agreement_(agreement),
-        best(squared_distance) {}
+        found_before_(found_before) {}
 
   /// Looks at the pixels up to `steps` strides around one. Returns whether a nearer point was
   /// found.
@@ -150,7 +158,9 @@ class DepthImages::Search {
         const double squared = right * right + down * down + ahead * ahead;
         if (!(squared < best)) continue;
         const std::uint32_t number = images_.numbers_[pixel];
-        if (number == no_guess || !(dot(images_.normals_[number], normal_) >= agreement_)) continue;
+        // In these axes the distance of the point found before would differ by rounding alone.
+        if (number == no_guess || number == found_before_) continue;
+        if (!(dot(images_.normals_[number], normal_) >= agreement_)) continue;
         if (squared_norm(images_.normals_[number]) == 0) continue;
         best = squared;
         found = number;
@@ -168,12 +178,7 @@ class DepthImages::Search {
   const Vector3<double>& local_;
   const Vector3<double>& normal_;
   double agreement_;
-
- public:
-  double best;  // squared distance
-  std::uint32_t found = 0;
-  Index found_row = 0;
-  Index found_column = 0;
+  std::uint32_t found_before_;
 };
 
 Correspondence DepthImages::nearest(const Vector3<double>& position, const Vector3<double>& normal,
@@ -204,7 +209,7 @@ Correspondence DepthImages::nearest(const Vector3<double>& position, const Vecto
     if (!(row + reach >= 0 && row - reach < size && column + reach >= 0 && column - reach < size)) {
       continue;
     }
-    Search search(*this, image, local, normal, agreement, best);
+    Search search(*this, image, local, normal, agreement, best, found);
     const auto r = static_cast<Index>(row);
     const auto c = static_cast<Index>(column);
     const bool is_centre = search.look_around(r, c, 0, 1);
