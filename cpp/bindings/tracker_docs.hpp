@@ -137,7 +137,7 @@ of all vertices where it is finite. See also FrameReport.
 
 Attributes:
     distance: The root mean square distance of the observed vertices from the planes of their
-        measured points.
+        measured points, in the unit of the positions.
     aligned: Whether the template was not where the first scan is, and was moved there rigidly.)doc";
 
 }  // namespace dynmesh

@@ -7,8 +7,14 @@ were observed. dynmesh estimates the others, frame by frame, from that frame and
     for points, known in sensor:
         frame = completer.push(points, known)
 
-The method is that of Arvanitis, Lalos, Moustakas and Fakotakis, "Fast and Effective Dynamic Mesh
-Completion" (WSCG 2017).
+In raw scans and depth images, whose points belong to no vertex, a tracker finds the mesh:
+
+    tracker = dynmesh.Tracker(faces, first_frame)
+    for points, normals in scanner:
+        frame = tracker.push(points, normals)
+
+The method of the completer is that of Arvanitis, Lalos, Moustakas and Fakotakis, "Fast and
+Effective Dynamic Mesh Completion" (WSCG 2017).
 """
 
 from . import baselines, degrade, metrics, synth

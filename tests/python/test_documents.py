@@ -11,6 +11,8 @@ import pytest
 from bad_input.page import PATH, page
 from conftest import REPOSITORY
 
+import dynmesh
+
 README = (REPOSITORY / "README.md").read_text()
 
 
@@ -173,6 +175,14 @@ def test_pages_do_what_they_say(name: str, tmp_path: Path) -> None:
     folder = f"figures/{Path(name).stem}"
     shown = set(re.findall(rf"\]\((?:\.\./)?({folder}/.*?)\)", document))
     assert shown == {str(p.relative_to(tmp_path)) for p in tmp_path.glob(f"{folder}/*")}
+
+
+def test_the_diagonal_of_the_walker_in_mean_edges() -> None:
+    guide = (REPOSITORY / "docs" / "guides" / "track.md").read_text()
+    (told,) = re.findall(r"A diagonal of the walker is (\d+) mean\s+edges", guide)
+    found = dynmesh.diagnose(dynmesh.synth.walker()[:1])
+    assert found.mean_edge is not None
+    assert round(found.diagonal / found.mean_edge) == int(told)
 
 
 def test_the_map_of_the_code_is_whole() -> None:

@@ -13,6 +13,9 @@ from test_documents import blocks, build, run
 import dynmesh
 
 DOCUMENT = (REPOSITORY / "docs" / "embedding.md").read_text()
+C_REFERENCE = (REPOSITORY / "docs" / "reference" / "c.md").read_text()
+CPP_REFERENCE = (REPOSITORY / "docs" / "reference" / "cpp.md").read_text()
+GUIDE = (REPOSITORY / "docs" / "guides" / "capture_pipeline.md").read_text()
 LANGUAGES = (REPOSITORY / "docs" / "reference" / "languages.md").read_text()
 
 
@@ -29,10 +32,16 @@ def install(built: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     run("cmake", "--install", built, "--prefix", tmp_path / "installed", cwd=tmp_path)
 
 
-def test_cpp_and_c(tmp_path: Path, programs: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture
+def strict_compilers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """CMake treats warnings as errors."""
     strict = "-Wall -Wextra -Wpedantic -Wconversion -Werror"
     monkeypatch.setenv("CFLAGS", f"-std=c11 {strict}")
     monkeypatch.setenv("CXXFLAGS", strict)
+
+
+@pytest.mark.usefixtures("strict_compilers")
+def test_cpp_and_c(tmp_path: Path, programs: Path) -> None:
     (project,) = blocks("cmake", DOCUMENT)
     (tmp_path / "CMakeLists.txt").write_text(project)
     in_place, packets = blocks("cpp", DOCUMENT)
@@ -47,6 +56,23 @@ def test_cpp_and_c(tmp_path: Path, programs: Path, monkeypatch: pytest.MonkeyPat
         "frame 4 refused: indices: position 0 holds 9, but the mesh has 4 vertices, counted from 0",
         "vertex 3 is at height 3, unseen for 4 frames",
     ]
+
+
+@pytest.mark.usefixtures("strict_compilers")
+@pytest.mark.parametrize(("language", "page"), [("cpp", CPP_REFERENCE), ("c", C_REFERENCE)])
+def test_the_trackers_of_the_references(
+    language: str, page: str, tmp_path: Path, programs: Path
+) -> None:
+    (program,) = (block for block in blocks(language, page) if "--8<--" not in block)
+    (project,) = blocks("cmake", DOCUMENT)
+    before, _, _ = project.partition("add_executable")
+    (tmp_path / "CMakeLists.txt").write_text(
+        f"{before}add_executable(track track.{language})\n"
+        "target_link_libraries(track PRIVATE dynmesh::dynmesh)\n"
+    )
+    (tmp_path / f"track.{language}").write_text(program)
+    shown = run(build(tmp_path, programs) / "track", cwd=tmp_path)
+    assert [shown] == blocks("text", page)
 
 
 @pytest.mark.parametrize("kind", ["shared", "static"])
@@ -72,7 +98,9 @@ def test_the_frame_budget(
     install(shared_library.parent, tmp_path, monkeypatch)
     (tmp_path / "examples").symlink_to(REPOSITORY / "examples")
     build_examples, measure = blocks("bash", DOCUMENT)[2:]
+    record, _ = blocks("bash", GUIDE)
     run("bash", "-euc", build_examples, cwd=tmp_path)
+    run("bash", "-euc", record, cwd=tmp_path)
     shown = run("bash", "-euc", measure, cwd=tmp_path)
     completed, dropped = map(int, re.findall(r"(\d+) frames completed, (\d+) dropped", shown)[0])
     assert completed + dropped == 174  # all but frame 0

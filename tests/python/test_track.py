@@ -5,7 +5,7 @@ import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -14,6 +14,7 @@ from browser import Page, in_colour
 from commands import dynmesh_command as run
 from conftest import REPOSITORY
 from meshes import Array, Mesh, turned
+from numpy.typing import NDArray
 from sequences import assert_same
 
 import dynmesh
@@ -22,6 +23,7 @@ from dynmesh.draw.page import page
 from dynmesh.files.scans import (
     DepthScan,
     PointScan,
+    Rig,
     Scan,
     ScanReader,
     open_scans,
@@ -270,7 +272,16 @@ def test_the_page_shows_the_scans(folder: Path, browser: Any) -> None:
     assert shown.complaints == []
 
 
-def test_the_example_tracks_depth_frames_from_a_pipe(folder: Path) -> None:
+class Pipe(NamedTuple):
+    """Depth frames as cameras deliver them, and what becomes of them."""
+
+    raw: bytes
+    rig: Rig
+    tracked: NDArray[np.float32]
+
+
+@pytest.fixture(scope="module")
+def pipe(folder: Path) -> Pipe:
     rig = read_cameras(folder / "depth" / "cameras.json")
     reader: ScanReader = open_scans(folder / "depth")
     scans = [scan for scan in reader if isinstance(scan, DepthScan)]
@@ -280,18 +291,83 @@ def test_the_example_tracks_depth_frames_from_a_pipe(folder: Path) -> None:
         for scan in scans
         for depth, camera in zip(scan.depth, rig.cameras, strict=True)
     )
+    template = dynmesh.read(folder / "body.obj")
+    tracker = dynmesh.Tracker(template.faces, template.vertices[0].astype(np.float32))
+    tracked = [tracker.push_depth(scan.depth, scan.intrinsics, scan.poses) for scan in scans]
+    return Pipe(raw, rig, np.stack(tracked))
+
+
+def test_the_example_tracks_depth_frames_from_a_pipe(folder: Path, pipe: Pipe) -> None:
     command = [
         sys.executable, str(REPOSITORY / "examples" / "python" / "track_live.py"),
         str(folder / "body.obj"), str(folder / "depth" / "cameras.json"),
     ]  # fmt: skip
-    ended = subprocess.run(command, input=raw, capture_output=True, check=False)
+    ended = subprocess.run(command, input=pipe.raw, capture_output=True, check=False)
     assert ended.returncode == 0, ended.stderr.decode()
     assert ended.stderr.decode().count(" ms, ") == N_FRAMES
-    template = dynmesh.read(folder / "body.obj")
-    tracker = dynmesh.Tracker(template.faces, template.vertices[0].astype(np.float32))
-    expected = [tracker.push_depth(scan.depth, scan.intrinsics, scan.poses) for scan in scans]
     found = np.frombuffer(ended.stdout, "<f4").reshape(N_FRAMES, -1, 3)
-    np.testing.assert_array_equal(found, expected)
-    cut = subprocess.run(command, input=raw[:-2], capture_output=True, check=False)
+    np.testing.assert_array_equal(found, pipe.tracked)
+    cut = subprocess.run(command, input=pipe.raw[:-2], capture_output=True, check=False)
     assert cut.returncode == 1
     assert b"the pipe ends in an image of camera 3" in cut.stderr
+
+
+class TestTheExampleInC:
+    """examples/c/track_stream.c reads the same frames, and the cameras from a plainer file."""
+
+    @pytest.fixture
+    def cameras(self, pipe: Pipe, tmp_path: Path) -> Path:
+        numbers = [
+            (*camera.size, camera.depth_scale, *np.ravel(camera.intrinsics), *poses)
+            for camera in pipe.rig.cameras
+            for poses in [np.ravel(camera.camera_to_world)]
+            if camera.size is not None and camera.intrinsics is not None
+        ]
+        assert {len(of_one) for of_one in numbers} == {28}
+        file = tmp_path / "cameras.txt"
+        np.savetxt(file, np.array(numbers, float), fmt="%.17g")
+        return file
+
+    def run(
+        self, programs: Path, template: Path, cameras: Path, raw: bytes, code: int = 0
+    ) -> subprocess.CompletedProcess[bytes]:
+        program = programs / "examples" / "c" / "track_stream"
+        ended = subprocess.run(
+            [program, template, cameras], input=raw, capture_output=True, check=False, timeout=60
+        )
+        assert ended.returncode == code, ended.stderr
+        return ended
+
+    def test_it_tracks_as_the_package_does(
+        self, programs: Path, folder: Path, cameras: Path, pipe: Pipe
+    ) -> None:
+        ended = self.run(programs, folder / "body.obj", cameras, pipe.raw)
+        assert ended.stderr.startswith(b"6 frames tracked; ")
+        assert len(ended.stdout) == pipe.tracked.nbytes
+        found = np.frombuffer(ended.stdout, "<f4").reshape(pipe.tracked.shape)
+        np.testing.assert_array_equal(found, pipe.tracked)
+
+    def test_errors(self, programs: Path, folder: Path, cameras: Path, pipe: Pipe) -> None:
+        body = folder / "body.obj"
+        cut = self.run(programs, body, cameras, pipe.raw[:-1], code=1)
+        assert b"standard input ends within a frame" in cut.stderr
+        assert len(cut.stdout) == pipe.tracked[:-1].nbytes
+        missing = self.run(programs, body.with_name("none.obj"), cameras, b"", code=1)
+        assert missing.stderr.endswith(b"none.obj: cannot be opened\n")
+        cameras.write_text(" ".join(cameras.read_text().split()[:-1]))
+        few = self.run(programs, body, cameras, pipe.raw, code=1)
+        assert b"must contain 28 numbers for each" in few.stderr
+        program = programs / "examples" / "c" / "track_stream"
+        assert subprocess.run([program], capture_output=True, check=False).returncode == 2
+
+    def test_a_refused_frame_does_not_end_the_stream(
+        self, programs: Path, folder: Path, cameras: Path, pipe: Pipe
+    ) -> None:
+        numbers = np.loadtxt(cameras)
+        numbers[:, 2] *= -1  # depths below 0 are refused
+        np.savetxt(cameras, numbers, fmt="%.17g")
+        ended = self.run(programs, folder / "body.obj", cameras, pipe.raw)
+        assert ended.stderr.startswith(b"frame 0: depth")
+        found = np.frombuffer(ended.stdout, "<f4").reshape(pipe.tracked.shape)
+        template = dynmesh.read(folder / "body.obj").vertices[0].astype(np.float32)
+        np.testing.assert_array_equal(found, np.broadcast_to(template, found.shape))

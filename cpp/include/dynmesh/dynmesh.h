@@ -1,5 +1,5 @@
 /// The C interface of dynmesh, which can be called from any language that can call C. It wraps the
-/// completer of completer.hpp.
+/// completer of completer.hpp and the tracker of tracker.hpp.
 ///
 /// Status. A function that can fail returns a dynmesh_status. If it is not DYNMESH_OK, nothing has
 /// changed: the completer is as it was before the call, nothing was written unless stated
@@ -44,7 +44,7 @@ enum {
   DYNMESH_OUT_OF_MEMORY = 2,    ///< memory is exhausted, or no more threads can be started
   DYNMESH_UNREADABLE_FILE = 3,  ///< returned only by dynmesh_read_template
   DYNMESH_INTERNAL_ERROR = 4,   ///< a bug in dynmesh
-  DYNMESH_IN_USE = 5            ///< another thread is using this completer or rehearsal
+  DYNMESH_IN_USE = 5            ///< another thread is using this completer, tracker or rehearsal
 };
 typedef int32_t dynmesh_status;
 
@@ -283,11 +283,11 @@ DYNMESH_EXPORT const int32_t* dynmesh_generation(const dynmesh_completer* comple
 /// for as long as that of dynmesh_generation.
 DYNMESH_EXPORT const int32_t* dynmesh_age(const dynmesh_completer* completer);
 
-/// Writes the standard error of a coordinate of each vertex in the last frame to `values`, which
-/// has room for `count` numbers of `type`. They must be the number of vertices and the type of the
-/// first frame. The true positions of about 90 % of the estimated vertices are within 2.5 standard
-/// errors, and of half of them within 1.54. 0 for exact known vertices, infinity for unseen
-/// vertices. Refused without the setting `uncertainty`.
+/// Writes the standard error of a coordinate of each vertex in the last frame, in the unit of the
+/// positions, to `values`, which has room for `count` numbers of `type`. They must be the number of
+/// vertices and the type of the first frame. The true positions of about 90 % of the estimated
+/// vertices are within 2.5 standard errors, and of half of them within 1.54. 0 for exact known
+/// vertices, infinity for unseen vertices. Refused without the setting `uncertainty`.
 DYNMESH_EXPORT dynmesh_status dynmesh_standard_error(const dynmesh_completer* completer,
                                                      void* values, int64_t count, int32_t type);
 
@@ -309,8 +309,10 @@ typedef struct dynmesh_tracking_report {
   int64_t unseen;   ///< vertices of components without a measured point
   int64_t passes;   ///< how often correspondences were looked for
   int32_t aligned;  ///< 1 if the template had to be moved to the first scan, else 0
-  double distance;  ///< root mean square of the observed vertices from the planes of their points
-  double seconds;   ///< wall time of the call; 0 after a reset or restore
+  /// The root mean square distance of the observed vertices from the planes of their points, in the
+  /// unit of the positions.
+  double distance;
+  double seconds;  ///< wall time of the call; 0 after a reset or restore
 } dynmesh_tracking_report;
 
 /// A depth image of a pinhole camera. The depth of a pixel is data[row * row_stride + column *
@@ -390,9 +392,10 @@ DYNMESH_EXPORT const int32_t* dynmesh_tracker_generation(const dynmesh_tracker* 
 /// Returns an array (k,): the number of frames since each vertex was last observed.
 DYNMESH_EXPORT const int32_t* dynmesh_tracker_age(const dynmesh_tracker* tracker);
 
-/// Writes the standard error of the distance of each vertex from the true surface to `values`, as
-/// dynmesh_standard_error does: about 90 % of the vertices are within 1.645 of it. How far they are
-/// off along the surface is not known. Refused without `uncertainty`.
+/// Writes the standard error of the distance of each vertex from the true surface to `values`, in
+/// the unit of the positions, as dynmesh_standard_error does: about 90 % of the vertices are
+/// within 1.645 of it. How far they are off along the surface is not known. Refused without
+/// `uncertainty`.
 DYNMESH_EXPORT dynmesh_status dynmesh_tracker_standard_error(const dynmesh_tracker* tracker,
                                                              void* values, int64_t count,
                                                              int32_t type);

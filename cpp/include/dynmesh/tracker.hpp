@@ -61,7 +61,8 @@ struct DepthImage {
 /// root mean square over both, and `stages.trust` and `stages.explained` say how far a rehearsal is
 /// used.
 struct TrackingReport : FrameReport {
-  /// The root mean square distance of the observed vertices from the planes of their points.
+  /// The root mean square distance of the observed vertices from the planes of their points, in the
+  /// unit of the positions.
   double distance = 0;
   /// Whether the template was not where the first scan is, and was moved there rigidly.
   bool aligned = false;

@@ -28,8 +28,9 @@ def evaluate(
     documentation. The other values are distances between vertices and their true positions: mean,
     root mean square and 99th percentile per frame, averaged over the frames, and the overall
     maximum. All are in bounding-box diagonals of the reference's first frame, which is not itself
-    measured. --json prints NMSVE as "nmsve", without the factor. --faces and --prim apply to both
-    files where their formats support them. Example:
+    measured; dynmesh info prints the lengths of the diagonal and of a mean edge. --json prints
+    NMSVE as "nmsve", without the factor. --faces and --prim apply to both files where their formats
+    support them. Example:
 
     ```text
     dynmesh evaluate completed.npz truth.npz

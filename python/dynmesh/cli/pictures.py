@@ -30,7 +30,8 @@ Reference = Annotated[
     Path | None,
     typer.Option(
         metavar="FILE",
-        help="The true sequence; colours then show the error.",
+        help="The true sequence; colours then show the error, in mm if a file states its unit, "
+        "else in % of the bounding-box diagonal.",
         rich_help_panel=_SHOWN,
     ),
 ]

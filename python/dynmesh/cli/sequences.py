@@ -112,7 +112,7 @@ def degrade(
         float | None,
         typer.Option(
             metavar="SIGMA",
-            help="Add Gaussian noise; SIGMA is in mean edges of frame 0.",
+            help="Add Gaussian noise; SIGMA is in mean edges of frame 0. [of scans: 0.02]",
             rich_help_panel=_LOSS,
         ),
     ] = None,
@@ -121,7 +121,7 @@ def degrade(
         typer.Option(
             metavar="SHARE",
             parser=share,
-            help="Move this share of the vertices far away.",
+            help="Move this share of the vertices by 10 mean edges.",
             rich_help_panel=_LOSS,
         ),
     ] = None,

@@ -15,7 +15,6 @@ from .options import (
     FILES,
     HOW,
     OUTPUT,
-    FramesPerSecond,
     GapsOption,
     OutputFormat,
     OutputPath,
@@ -27,7 +26,7 @@ from .options import (
 from .terminal import say, say_remarks
 from .terminal import track as watched
 
-_UNIT = "m, cm, mm or metres"
+_UNIT = "m, cm, mm, or a number of metres"
 
 _FAR = 2.0
 """Mean edges between a template and a scan beyond which their poses probably differ."""
@@ -92,8 +91,8 @@ def track(
         bool,
         typer.Option(
             "--uncertainty",
-            help="Estimate how far each vertex may be from the true surface; --provenance writes "
-            "it.",
+            help="Estimate how far each vertex may be from the true surface, in the unit of OUT; "
+            "--provenance writes it.",
             rich_help_panel=HOW,
         ),
     ] = False,
@@ -111,7 +110,14 @@ def track(
     ] = False,
     resume: Resume = False,
     output_format: OutputFormat = None,
-    fps: FramesPerSecond = None,
+    fps: Annotated[
+        float | None,
+        typer.Option(
+            metavar="RATE",
+            help="Frames per second of OUT. [not stated]",
+            rich_help_panel=OUTPUT,
+        ),
+    ] = None,
     overwrite: Overwrite = False,
 ) -> None:
     """Track a mesh through scans whose points belong to no vertex.
