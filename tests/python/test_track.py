@@ -1,5 +1,6 @@
 """Tracking from files of scans: the command, interruptions, units, alignment, and the examples."""
 
+import json
 import signal
 import subprocess
 import sys
@@ -246,6 +247,19 @@ def test_lost_and_empty_scans_are_carried_on(folder: Path, tmp_path: Path) -> No
     report = track_file(scans, tmp_path / "out.npz", template=folder / "body.obj", gaps="lost")
     assert (report.frames, report.empty) == (N_FRAMES, 2)
     assert np.isfinite(dynmesh.read(tmp_path / "out.npz").vertices).all()
+
+
+def test_intrinsics_of_another_image_size_are_suspected(folder: Path, tmp_path: Path) -> None:
+    told = json.loads((folder / "depth" / "cameras.json").read_text())
+    for camera in told["cameras"]:
+        camera["intrinsics"] = (np.diag([5.0, 5, 1]) @ camera["intrinsics"]).tolist()
+    (tmp_path / "rig.json").write_text(json.dumps(told))
+    doubt = r"does not lie in .* camera '0' have their centre at \(297\.5, 222\.5\), .* 120 x 90"
+    rig, output, template = tmp_path / "rig.json", tmp_path / "out.npz", folder / "body.obj"
+    with pytest.raises(ValueError, match=doubt):
+        track_file(folder / "depth", output, template=template, cameras=rig)
+    with pytest.raises(ValueError, match=doubt):
+        track_file(folder / "depth", output, template=template, cameras=rig, align="never")
 
 
 def test_units_are_converted(folder: Path, truth: dynmesh.Sequence, tmp_path: Path) -> None:
