@@ -20,7 +20,7 @@ import time
 from collections import Counter
 from pathlib import Path
 
-from jobs import OUTPUTS, Job, kill_at_change, make_sources, moment, run_in_fork, visible
+from jobs import OUTPUTS, SOURCES, Job, kill_at_change, make_sources, moment, run_in_fork, visible
 from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
@@ -138,7 +138,7 @@ def _kill_process(job: Job, work: Path, generator: random.Random) -> bool:
 
 
 class Batch:
-    """`dynmesh batch` with two workers and a job for each kind of output."""
+    """`dynmesh batch` with two workers, a job for some kinds of output, and jobs that track."""
 
     def __init__(self, folder: Path, sources: Path) -> None:
         """Does not start the command."""
@@ -159,8 +159,11 @@ class Batch:
         self._work.mkdir(exist_ok=True)
         table = self._work.with_name("jobs.csv")
         names = [OUTPUTS[kind] for kind in ("npz", "hdf5", "npy", "pc2")]
-        rows = "".join(f"{self._sources / 'partial.npz'},work/{name}\n" for name in names)
-        table.write_text(f"input,output\n{rows}")
+        rows = "".join(f"{self._sources / 'partial.npz'},,work/{name},\n" for name in names)
+        template = self._sources / "template.npz"
+        for scans in SOURCES.values():
+            rows += f",{self._sources / scans},work/{scans}.npz,{template}\n"
+        table.write_text(f"input,scans,output,template\n{rows}")
         command = [sys.executable, "-m", "dynmesh", "batch", str(table), "--workers", "2"]
         return subprocess.Popen(command, stderr=subprocess.DEVNULL)
 
