@@ -1,7 +1,7 @@
 """Calls that a completer must refuse, with the expected errors."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,19 +9,21 @@ from numpy.typing import NDArray
 import dynmesh
 
 Array = NDArray[Any]
+Subject = TypeVar("Subject")
 
 
-class BadCall(NamedTuple):
+class BadCall(NamedTuple, Generic[Subject]):
     """A call that must raise.
 
     Attributes:
         call: called with a completer and the points, at least one of them known, and the mask of a
-            valid frame; it changes neither array.
+            valid frame, or with a tracker and the points and normals of a scan; it changes no
+            array.
         error: the class of the exception.
         argument: the beginning of the message.
     """
 
-    call: Callable[[dynmesh.Completer, Array, Array], object]
+    call: Callable[[Subject, Array, Array], object]
     error: type[Exception]
     argument: str
 
@@ -63,7 +65,7 @@ def _other_dtype(points: Array) -> Array:
     return np.empty(points.shape, other)
 
 
-BAD_CALLS: dict[str, BadCall] = {
+BAD_CALLS: dict[str, BadCall[dynmesh.Completer]] = {
     "a row too few": BadCall(lambda c, p, k: c.push(p[:-1], k), ValueError, "points:"),
     "two coordinates": BadCall(lambda c, p, k: c.push(p[:, :2], k), ValueError, "points:"),
     "no rows at all": BadCall(lambda c, p, k: c.push(p.ravel(), k), ValueError, "points:"),

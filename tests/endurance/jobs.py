@@ -1,4 +1,4 @@
-"""Jobs that complete a file and are killed, and checks of what they leave."""
+"""Jobs that complete or track files and are killed, and checks of what they leave."""
 
 import contextlib
 import os
@@ -13,8 +13,14 @@ from typing import Any, NoReturn
 import numpy as np
 
 import dynmesh
+from dynmesh import degrade
+from dynmesh.degrade.depth_buffer import intrinsics_of, pose_of
+from dynmesh.files.scans import DepthFolder, PointFolder, Rig, ScanCamera
 from dynmesh.jobs.checkpoint import Checkpoint
 from dynmesh.jobs.file_completion import complete_file
+from dynmesh.jobs.report import FileReport
+from dynmesh.jobs.track_report import TrackFileReport
+from dynmesh.jobs.tracking import track_file
 
 OUTPUTS = {
     "npz": "out.npz",
@@ -23,26 +29,29 @@ OUTPUTS = {
     "pc2": "out.pc2",
     "ply": "out",
     "ply, by a pattern": "new/frame_%04d.ply",
+    "points, tracked": "out.npz",
+    "depth, tracked": "new/frame_%04d.ply",
 }
 FORMATS = {"ply": "ply"}  # if the name does not determine the format
+SOURCES = {"points, tracked": "points", "depth, tracked": "depth"}  # of others, `partial.npz`
 
 Files = dict[str, bytes]
 
 
 class Job:
-    """One completion, its output and the expected result.
+    """One completion or tracking, its output and the expected result.
 
     Attributes:
-        kind: of the output, one of :data:`OUTPUTS`.
-        source: the incomplete sequence.
+        kind: one of :data:`OUTPUTS`.
+        sources: the folder with what it reads, as :func:`make_sources` writes it.
         pause: seconds between two frames, during which the job can be killed.
         whole: the expected content of the output.
         seconds: the time that the job takes.
     """
 
-    def __init__(self, kind: str, source: Path, pause: float) -> None:
+    def __init__(self, kind: str, sources: Path, pause: float) -> None:
         """Does not start the job."""
-        self.kind, self.source, self.pause = kind, source, pause
+        self.kind, self.sources, self.pause = kind, sources, pause
         self.whole: Files = {}
         self.seconds = 0.0
 
@@ -64,11 +73,11 @@ class Job:
         self,
         folder: Path,
         *,
-        source: Path | None = None,
+        sources: Path | None = None,
         resume: bool = False,
         overwrite: bool = False,
     ) -> int:
-        """Runs the job here; returns its first completed frame, -1 if the output exists."""
+        """Runs the job here; returns the first frame that it made, -1 if the output exists."""
         Checkpoint.least_seconds_between = 0.0
         Checkpoint.most_of_the_time = 0.2
 
@@ -77,16 +86,21 @@ class Job:
                 time.sleep(self.pause)
                 yield frame
 
+        read_from = sources or self.sources
+        options: dict[str, Any] = {
+            "output_format": FORMATS.get(self.kind),
+            "provenance": self.kind != "pc2",
+            "resume": resume,
+            "overwrite": overwrite,
+            "watch": slowly,
+        }
+        report: FileReport | TrackFileReport
         with contextlib.suppress(FileExistsError):
-            report = complete_file(
-                source or self.source,
-                self.output(folder),
-                output_format=FORMATS.get(self.kind),
-                provenance=self.kind != "pc2",
-                resume=resume,
-                overwrite=overwrite,
-                watch=slowly,
-            )
+            if self.kind in SOURCES:
+                scans, template = read_from / SOURCES[self.kind], read_from / "template.npz"
+                report = track_file(scans, self.output(folder), template=template, **options)
+            else:
+                report = complete_file(read_from / "partial.npz", self.output(folder), **options)
             return -1 if report.existed else report.resumed_at
         return -1
 
@@ -114,13 +128,34 @@ class Job:
             raise ValueError(f"{self.kind}: {files} were left behind")
 
 
-def make_source(path: Path, frames: int = 40) -> Path:
-    """Writes an ocean with missing vertices."""
+def make_sources(folder: Path, frames: int = 40) -> Path:
+    """Writes an ocean with missing vertices, and scans of it, into a new folder; returns it."""
+    folder.mkdir()
     ocean = dynmesh.synth.ocean(frames, grid=20, seed=3)
     known = np.random.default_rng(1).random(ocean.vertices.shape[:2]) < 0.3
     known[0] = True
-    dynmesh.write(path, dynmesh.Sequence(ocean.vertices, ocean.faces, known, fps=30.0))
-    return path
+    partial = dynmesh.Sequence(ocean.vertices, ocean.faces, known, fps=30.0)
+    dynmesh.write(folder / "partial.npz", partial)
+    dynmesh.write(folder / "template.npz", dynmesh.Sequence(ocean.vertices[:1], ocean.faces))
+    cameras = degrade.orbit(ocean.vertices[0], 2)(0)
+    size = 32, 24
+    rig = Rig(
+        tuple(
+            ScanCamera(str(number), pose_of(camera), intrinsics_of(camera, *size), 0.001, size)
+            for number, camera in enumerate(cameras)
+        )
+    )
+    clouds = degrade.scan_points(ocean.vertices, ocean.faces, cameras, points=500)
+    with PointFolder(folder / SOURCES["points, tracked"], rig) as points:
+        for cloud in clouds:
+            points.append(cloud)
+    images = degrade.depth_images(
+        ocean.vertices, ocean.faces, cameras, width=size[0], height=size[1]
+    )
+    with DepthFolder(folder / SOURCES["depth, tracked"], rig) as depth:
+        for pair in images:
+            depth.append(pair)
+    return folder
 
 
 def visible(folder: Path) -> Files:

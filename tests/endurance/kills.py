@@ -1,4 +1,4 @@
-"""Kills jobs that complete files at any moment, and checks that nothing is lost.
+"""Kills jobs that complete or track files at any moment, and checks that nothing is lost.
 
     script/kill-test [KILLS]
 
@@ -20,7 +20,7 @@ import time
 from collections import Counter
 from pathlib import Path
 
-from jobs import OUTPUTS, Job, kill_at_change, make_source, moment, run_in_fork, visible
+from jobs import OUTPUTS, SOURCES, Job, kill_at_change, make_sources, moment, run_in_fork, visible
 from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
@@ -29,8 +29,8 @@ _SHELL = (
     "import sys; sys.path.insert(0, sys.argv.pop(1))\n"
     "from pathlib import Path\n"
     "from jobs import Job\n"
-    "kind, source, folder, pause = sys.argv[1:]\n"
-    "Job(kind, Path(source), float(pause)).run(Path(folder), resume=True)\n"
+    "kind, sources, folder, pause = sys.argv[1:]\n"
+    "Job(kind, Path(sources), float(pause)).run(Path(folder), resume=True)\n"
 )
 
 
@@ -71,14 +71,14 @@ def main() -> None:
 
 
 def _kill_at_random(folder: Path, kills: int, generator: random.Random, tally: Tally) -> None:
-    source = make_source(folder / "partial.npz")
+    sources = make_sources(folder / "sources")
     jobs = []
     for kind in OUTPUTS:
         own = folder / kind
         own.mkdir()
-        jobs.append(Job(kind, source, pause=0.005))
+        jobs.append(Job(kind, sources, pause=0.005))
         jobs[-1].complete_once(own)
-    ways: list[Job | Batch] = [*jobs, *jobs, Batch(folder / "batch", source)]
+    ways: list[Job | Batch] = [*jobs, *jobs, Batch(folder / "batch", sources)]
     with Progress(console=Console(stderr=True)) as bar:
         task = bar.add_task("killing", total=kills)
         number = 0
@@ -125,7 +125,7 @@ def _finish(job: Job, work: Path, *, overwrite: bool = False) -> bool:
 
 def _kill_process(job: Job, work: Path, generator: random.Random) -> bool:
     here = str(Path(__file__).parent)
-    command = [sys.executable, "-c", _SHELL, here, job.kind, str(job.source), str(work)]
+    command = [sys.executable, "-c", _SHELL, here, job.kind, str(job.sources), str(work)]
     began = time.monotonic()
     with subprocess.Popen([*command, str(job.pause)]) as process:
         while not any(work.iterdir()) and process.poll() is None:
@@ -138,11 +138,11 @@ def _kill_process(job: Job, work: Path, generator: random.Random) -> bool:
 
 
 class Batch:
-    """`dynmesh batch` with two workers and a job for each kind of output."""
+    """`dynmesh batch` with two workers, a job for some kinds of output, and jobs that track."""
 
-    def __init__(self, folder: Path, source: Path) -> None:
+    def __init__(self, folder: Path, sources: Path) -> None:
         """Does not start the command."""
-        self._source = source
+        self._sources = sources
         self._work = folder / "work"
         self._whole: dict[str, bytes] = {}
         self._seconds = 0.0
@@ -159,8 +159,11 @@ class Batch:
         self._work.mkdir(exist_ok=True)
         table = self._work.with_name("jobs.csv")
         names = [OUTPUTS[kind] for kind in ("npz", "hdf5", "npy", "pc2")]
-        rows = "".join(f"{self._source},work/{name}\n" for name in names)
-        table.write_text(f"input,output\n{rows}")
+        rows = "".join(f"{self._sources / 'partial.npz'},,work/{name},\n" for name in names)
+        template = self._sources / "template.npz"
+        for scans in SOURCES.values():
+            rows += f",{self._sources / scans},work/{scans}.npz,{template}\n"
+        table.write_text(f"input,scans,output,template\n{rows}")
         command = [sys.executable, "-m", "dynmesh", "batch", str(table), "--workers", "2"]
         return subprocess.Popen(command, stderr=subprocess.DEVNULL)
 
@@ -213,12 +216,12 @@ def _kill_at_moments(folder: Path, step: int, tally: Tally) -> None:
 
     This is done without an older output, and over an older and longer one.
     """
-    source = make_source(folder / "partial.npz", frames=5)
-    older = make_source(folder / "older.npz", frames=7)
+    sources = make_sources(folder / "sources", frames=5)
+    older = make_sources(folder / "older", frames=7)
     for kind in OUTPUTS:
         own = folder / kind
         own.mkdir()
-        job = Job(kind, source, pause=0.0)
+        job = Job(kind, sources, pause=0.0)
         job.complete_once(own / "reference")
         for before in (None, older):
             n = 1
@@ -231,7 +234,7 @@ def _kill_at(job: Job, work: Path, n: int, before: Path | None, tally: Tally) ->
     shutil.rmtree(work, ignore_errors=True)
     work.mkdir()
     if before is not None:
-        run_in_fork(lambda: job.run(work, source=before))
+        run_in_fork(lambda: job.run(work, sources=before))
     older = visible(work)
 
     def run() -> None:
@@ -253,7 +256,7 @@ def _kill_at(job: Job, work: Path, n: int, before: Path | None, tally: Tally) ->
 def _print(tally: Tally) -> None:
     outcomes = ("nothing", "a part", "whole", "older")
     table = Table(title="Killed jobs", title_justify="left")
-    table.add_column("output")
+    table.add_column("job")
     for heading in ("kills", *(f"left {outcome}" for outcome in outcomes), "resumed"):
         table.add_column(heading, justify="right")
     for kind in (*OUTPUTS, "batch"):

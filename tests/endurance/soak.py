@@ -1,4 +1,4 @@
-"""Runs completers for a long time, with everything that can go wrong in a live capture.
+"""Runs completers and trackers for a long time, with all that can go wrong in a live capture.
 
     script/soak MINUTES             frames at 60 Hz
     script/soak MINUTES --fast      one after another
@@ -19,7 +19,9 @@ from measures import PERCENTILES, Latencies, Memory
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
+from scan_stations import ScanStation
 from stations import Station
+from watched import Watched
 
 import dynmesh
 from dynmesh import _core
@@ -27,6 +29,7 @@ from dynmesh import _core
 MOST_GROWTH = 0.02  # of the memory, plus
 MOST_GROWTH_MB = 2.0
 MOST_SLOWDOWN = 1.5  # of the median, from the first third of a run to the last
+MOST_LOST = 0.15  # of the sound scans; about 0.04 are usual
 SHORTEST_JUDGED = 60.0  # seconds; a shorter run cannot show a slowdown
 
 
@@ -49,7 +52,7 @@ def main() -> None:
     missed = f"; {late} ticks were missed" if late else ""
     print(f"{n_frames} frames in {seconds:.0f} s{missed}")
     violations = [violation for station in stations for violation in station.violations]
-    violations += _not_steady(stations, memory, seconds) + not_shared(stations)
+    violations += _not_steady(stations, memory, seconds) + not_shared(stations) + lost(stations)
     for violation in violations[:20]:
         print(violation, file=sys.stderr)
     print(f"{len(violations)} violations")
@@ -70,7 +73,7 @@ def _arguments() -> argparse.Namespace:
 
 
 def _share_work(*, small: bool) -> None:
-    """Makes the completers with two threads share work between them.
+    """Makes the completers and trackers with two threads share work between them.
 
     For motion, the usual settings are kept. For detail, meshes that are usually shared are too
     large for 60 frames per second of all completers, so its pieces are smaller here. The pieces of
@@ -83,15 +86,16 @@ def _share_work(*, small: bool) -> None:
         _core._set_sharing(chunk=1024, short_chunk=16, fewest_pieces=24, patience=0)
 
 
-def _stations(seed: int, *, small: bool) -> list[Station]:
-    """Creates completers of both methods, both precisions and several settings."""
+def _stations(seed: int, *, small: bool) -> list[Watched[Any]]:
+    """Creates completers of both methods, and trackers, of both precisions and several settings."""
 
     def ocean(grid: int) -> dynmesh.Sequence:
         return dynmesh.synth.ocean(60, grid=min(grid, 8) if small else grid, seed=3)
 
     large = ocean(8) if small else dynmesh.synth.walker(60)
+    shared = 1 if small else 2  # a tracker waits for the other thread hundreds of times per frame
     noisy = {"noise": 1e-3, "reject_outliers": True}
-    kinds: list[tuple[str, dynmesh.Sequence, type, dict[str, Any]]] = [
+    kinds: list[tuple[str, dynmesh.Sequence, type[np.floating[Any]], dict[str, Any]]] = [
         ("motion", large, np.float32, {}),
         ("motion, 2 threads", ocean(160), np.float32, {"threads": 2}),
         ("motion, float64, 5 extra", ocean(50), np.float64, {"extra_iterations": 5}),
@@ -103,20 +107,18 @@ def _stations(seed: int, *, small: bool) -> list[Station]:
             np.float64,
             {"method": "detail", "threads": 2, **noisy},
         ),
+        ("tracker, float64", ocean(14), np.float64, {}),
+        ("tracker, errors", ocean(14), np.float32, {"threads": shared, "uncertainty": True}),
     ]
-    return [
-        Station(
-            name,
-            mesh.vertices.astype(dtype),
-            mesh.faces.astype(np.int32),
-            seed + number,
-            **settings,
-        )
-        for number, (name, mesh, dtype, settings) in enumerate(kinds)
-    ]
+    made: list[Watched[Any]] = []
+    for name, mesh, dtype, settings in kinds:
+        station = ScanStation if name.startswith("tracker") else Station
+        frames, faces = mesh.vertices.astype(dtype, copy=False), mesh.faces.astype(np.int32)
+        made.append(station(name, frames, faces, seed + len(made), **settings))
+    return made
 
 
-def _run(stations: list[Station], memory: Memory, arguments: argparse.Namespace) -> int:
+def _run(stations: list[Watched[Any]], memory: Memory, arguments: argparse.Namespace) -> int:
     """Gives every station a frame in each tick; returns the number of missed ticks."""
     whole = arguments.frames
     seconds = 60 * (arguments.minutes or 0.0)
@@ -151,7 +153,7 @@ def _run(stations: list[Station], memory: Memory, arguments: argparse.Namespace)
             done += len(stations)
 
 
-def _print(console: Console, stations: list[Station], memory: Memory) -> None:
+def _print(console: Console, stations: list[Watched[Any]], memory: Memory) -> None:
     waits = _table("Milliseconds in a call", "calls")
     works = _table("Milliseconds of processor time, of the calling thread", "last third / first")
     for station in stations:
@@ -191,13 +193,13 @@ def _shown(latencies: Latencies) -> list[str]:
     return [f"{1e3 * s:.3f}" for s in seconds]
 
 
-def _slowdown(station: Station) -> float:
+def _slowdown(station: Watched[Any]) -> float:
     """Of the median."""
     first, _, last = (third.percentile(50) for third in station.processor_times)
     return last / first
 
 
-def not_shared(stations: list[Station]) -> list[str]:
+def not_shared(stations: list[Watched[Any]]) -> list[str]:
     """Returns the stations whose additional threads did no work."""
     return [
         f"{station.name}: no other thread did a piece of the work"
@@ -206,7 +208,16 @@ def not_shared(stations: list[Station]) -> list[str]:
     ]
 
 
-def _not_steady(stations: list[Station], memory: Memory, seconds: float) -> list[str]:
+def lost(stations: list[Watched[Any]]) -> list[str]:
+    """Returns the trackers that often did not find the surface."""
+    return [
+        f"{station.name}: did not find the surface in {station.lost} of {station.sound} sound scans"
+        for station in stations
+        if isinstance(station, ScanStation) and station.lost > MOST_LOST * station.sound
+    ]
+
+
+def _not_steady(stations: list[Watched[Any]], memory: Memory, seconds: float) -> list[str]:
     found = []
     if memory.growth > MOST_GROWTH * memory.peak + MOST_GROWTH_MB:
         found.append(f"memory grew by {memory.growth:.1f} MB after the first third")

@@ -13,14 +13,19 @@ from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from commands import dynmesh_command as run
 
 import dynmesh
+from dynmesh.files.scans import Scan
 from dynmesh.jobs.batch import Job, Result, complete_files
+from dynmesh.jobs.checkpoint import Checkpoint
 from dynmesh.jobs.job_table import optional_columns, read_jobs
+from dynmesh.jobs.tracking_job import TrackingJob
+from dynmesh.jobs.unfinished import unfinished_folder
 
 
 def write_partial(path: Path, n_frames: int = 12, seed: int = 0) -> dynmesh.Sequence:
@@ -105,6 +110,7 @@ def test_a_table_is_read(tmp_path: Path) -> None:
         settings={"extra_iterations": 3, "unseen": "hold"},
     )
     assert second == Job(tmp_path / "c.npz", tmp_path / "d.npz", settings={"revisit": False})
+    assert isinstance(third, Job)
     assert third.settings == {
         "method": "detail",
         "noise": 0.5,
@@ -112,6 +118,109 @@ def test_a_table_is_read(tmp_path: Path) -> None:
         "learn": True,
         "threads": 2,
     }
+
+
+def write_scans(folder: Path) -> None:
+    """Writes scans of an ocean, damaged scans, and the mesh."""
+    sea = dynmesh.synth.ocean(5, grid=12, seed=3)
+    dynmesh.write(folder / "sea.obj", dynmesh.Sequence(sea.vertices[:1], sea.faces))
+    dynmesh.write(folder / "sea.npz", sea)
+    run("degrade", folder / "sea.npz", folder / "scans", "--scan", "--points", "400")
+    run("degrade", folder / "sea.npz", folder / "broken", "--scan", "--points", "400")
+    (folder / "broken" / "frame_00002.ply").write_bytes(b"ply")
+
+
+def test_lines_with_scans_are_tracked(tmp_path: Path) -> None:
+    write_scans(tmp_path)
+    expected = write_partial(tmp_path / "in.npz")
+    table, report = tmp_path / "jobs.csv", tmp_path / "report.csv"
+    table.write_text(
+        "input,scans,output,template,cameras,provenance,scan_unit,template_unit,threads\n"
+        "in.npz,,completed.npz,,,,,,\n"
+        ",scans,new/tracked.npz,sea.obj,scans/cameras.json,yes,mm,0.001,2\n"
+        ",broken,broken.npz,sea.obj,,,,,\n"
+    )
+    assert read_jobs(table)[1] == TrackingJob(
+        tmp_path / "scans",
+        tmp_path / "new" / "tracked.npz",
+        tmp_path / "sea.obj",
+        cameras=tmp_path / "scans" / "cameras.json",
+        provenance=True,
+        scan_unit="mm",
+        template_unit=0.001,
+        threads=2,
+    )
+    shown = run("batch", table, "--report", report, code=1).stderr
+    assert "2 done, 0 already complete, 1 failed of 3 jobs" in shown
+    with report.open(newline="") as file:
+        lines = list(csv.DictReader(file))
+    assert [line["frames"] for line in lines] == ["12", "5", "0"]
+    assert lines[1]["input"] == str(tmp_path / "scans")
+    assert "frame_00002.ply" in lines[2]["reason"]
+    assert_equal(Job(tmp_path / "in.npz", tmp_path / "completed.npz"), expected)
+    alone = tmp_path / "alone.npz"
+    dynmesh.track_file(tmp_path / "scans", alone, template=tmp_path / "sea.obj", provenance=True)
+    assert (tmp_path / "new" / "tracked.npz").read_bytes() == alone.read_bytes()
+    assert "0 done, 2 already complete, 1 failed" in run("batch", table, code=1).stderr
+    assert "2 done, 0 already complete" in run("batch", table, "--overwrite", code=1).stderr
+
+
+def test_a_table_may_have_scans_only(tmp_path: Path) -> None:
+    write_scans(tmp_path)
+    table = tmp_path / "jobs.csv"
+    table.write_text("scans,output,template\nscans,a.npz,sea.obj\nscans,b.npz,sea.obj\n")
+    assert "2 done" in run("batch", table, "--workers", "2").stderr
+    assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
+
+
+def test_an_interrupted_tracking_job_is_continued(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Checkpoint, "least_seconds_between", 0.0)
+    write_scans(tmp_path)
+    job = TrackingJob(tmp_path / "scans", tmp_path / "out.npz", tmp_path / "sea.obj")
+
+    def stopping(scans: Iterator[Scan | None], *_: int) -> Iterator[Scan | None]:
+        yield next(scans)
+        yield next(scans)
+        raise KeyboardInterrupt
+
+    def interrupt(**options: Any) -> None:
+        with pytest.raises(KeyboardInterrupt):
+            dynmesh.track_file(
+                job.input, job.output, template=job.template, watch=stopping, **options
+            )
+        assert (unfinished_folder(job.output) / "checkpoint.npz").exists()
+
+    whole = tmp_path / "whole.npz"
+    dynmesh.track_file(job.input, whole, template=job.template)
+    interrupt()
+    seen: list[tuple[int, bool]] = []
+    track = TrackingJob.track
+
+    def spied(self: TrackingJob, **options: Any) -> Any:
+        report = track(self, **options)
+        seen.append((report.resumed_at, report.existed))
+        return report
+
+    monkeypatch.setattr(TrackingJob, "track", spied)
+    (result,) = complete_files([job])
+    assert (result.status, result.frames) == ("done", 5)
+    assert job.output.read_bytes() == whole.read_bytes()
+    assert not unfinished_folder(job.output).exists()
+    assert complete_files([job])[0].status == "exists"
+    job.output.unlink()
+    interrupt(provenance=True)  # as if the table had changed since
+    assert complete_files([job])[0].status == "done"
+    assert job.output.read_bytes() == whole.read_bytes()
+    assert seen == [(1, False), (5, True), (0, False)]
+
+
+def test_errors_of_a_tracking_job_name_the_scans(tmp_path: Path) -> None:
+    write_scans(tmp_path)
+    job = TrackingJob(tmp_path / "scans", tmp_path / "out.npz", tmp_path / "sea.obj", threads=0)
+    (result,) = complete_files([job])
+    assert result.reason.startswith(f"{tmp_path / 'scans'}: threads: must be")
 
 
 def test_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -160,7 +269,7 @@ def test_formats_that_cannot_be_resumed_are_written(tmp_path: Path) -> None:
 
 def test_help_lists_the_columns() -> None:
     shown = run("batch", "--help").stdout
-    for column in ("input", "output", *optional_columns):
+    for column in ("input", "scans", "output", *optional_columns):
         assert column in shown
     assert "input,output,missing" in shown
 

@@ -263,7 +263,8 @@ def test_tables_of_jobs_name_the_beginning(
     table = "input,output,start,template\npartial.npz,a.npz,whole,\npartial.npz,b.npz,,t.ply\n"
     (tmp_path / "jobs.csv").write_text(table + "partial.npz,c.npz,7,\npartial.npz,d.npz,,\n")
     jobs = read_jobs(tmp_path / "jobs.csv")
-    assert [(job.start, job.template) for job in jobs[1:3]] == [(0, tmp_path / "t.ply"), (7, None)]
+    found = [(job.start, job.template) for job in jobs[1:3] if isinstance(job, Job)]
+    assert found == [(0, tmp_path / "t.ply"), (7, None)]
     results = complete_files(jobs)
     assert [result.status for result in results] == ["done", "done", "done", "failed"]
     a, b, c = (dynmesh.read(tmp_path / f"{name}.npz").vertices for name in "abc")

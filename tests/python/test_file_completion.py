@@ -101,6 +101,63 @@ def test_a_resumed_run_equals_an_uninterrupted_one(
     np.testing.assert_array_equal(one.vertices, other.vertices)
 
 
+def pressing_after(*moments: int) -> file_completion.Watch:
+    """Passes frames on, and presses Ctrl+C before these."""
+
+    def watch(frames: Iterator[Any], _: int, done: int) -> Iterator[Any]:
+        for number, frame in enumerate(frames, done):
+            if number in moments:
+                signal.raise_signal(signal.SIGINT)
+            yield frame
+
+    return watch
+
+
+@pytest.mark.usefixtures("hearing_interrupts")
+@pytest.mark.parametrize("start", [0, 20])
+def test_an_early_interrupt_keeps_every_frame(tmp_path: Path, start: int) -> None:
+    """Long before the first checkpoint is due; the frame that was being completed is finished."""
+    ocean = dynmesh.synth.ocean(30, grid=8, seed=3)
+    known = np.random.default_rng(1).random((30, 64)) < 0.4
+    known[start] = True
+    partial, output, whole = (tmp_path / f"{name}.npz" for name in ("in", "out", "whole"))
+    dynmesh.write(partial, dynmesh.Sequence(ocean.vertices, ocean.faces, known))
+    complete_file(partial, whole, start=start)
+    for resumed_at in (5, 25):
+        with pytest.raises(KeyboardInterrupt):
+            complete_file(
+                partial, output, start=start, resume=True, watch=pressing_after(resumed_at - 1)
+            )
+    assert complete_file(partial, output, start=start, resume=True).resumed_at == 25
+    assert output.read_bytes() == whole.read_bytes()
+
+
+@pytest.mark.usefixtures("hearing_interrupts")
+def test_interrupts_that_cannot_wait(tmp_path: Path, partial: Path) -> None:
+    """The second one at the same frame, one beside an error, and one that a program handles."""
+    output = tmp_path / "out.npz"
+    heard = []
+
+    def twice(frames: Iterator[Any], *_: int) -> Iterator[Any]:
+        yield next(frames)
+        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(signal.SIGINT)
+        heard.append("nothing")
+
+    def failing(frames: Iterator[Any], *_: int) -> Iterator[Any]:
+        signal.raise_signal(signal.SIGINT)
+        raise ValueError("no")
+        yield next(frames)
+
+    for watch in (twice, failing):
+        with pytest.raises(KeyboardInterrupt):
+            complete_file(partial, output, watch=watch)
+        assert list(tmp_path.iterdir()) == []
+    signal.signal(signal.SIGINT, lambda *_: heard.append("a signal"))
+    assert complete_file(partial, output, watch=pressing_after(3)).frames == 30
+    assert heard == ["a signal"]
+
+
 @pytest.mark.usefixtures("eager")
 def test_provenance_survives_an_interruption(tmp_path: Path, partial: Path) -> None:
     output = tmp_path / "out.npz"

@@ -3,6 +3,8 @@
 import json
 import re
 import struct
+import zlib
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +29,7 @@ from dynmesh.files.scans import (
     read_points,
     write_cameras,
 )
+from dynmesh.files.scans.depth_files import read_depth
 
 FINITE = st.floats(-1e6, 1e6)
 
@@ -301,20 +304,29 @@ def png(mode: str, size: tuple[int, int] = (8, 6)) -> bytes:
 
     held = io.BytesIO()
     image = Image.new(mode, size)
-    image.putpixel((3, 3), 1234 if mode == "I;16" else 0)
+    image.putpixel((3, 2), 1234 if mode == "I;16" else 0)
     image.save(held, format="PNG")
     return held.getvalue()
+
+
+def vast(image: bytes) -> bytes:
+    """The image with a header that states a huge size."""
+    header = image[12:16] + struct.pack(">II", 60000, 60000) + image[24:29]
+    return image[:12] + header + struct.pack(">I", zlib.crc32(header)) + image[33:]
 
 
 @pytest.mark.parametrize(
     ("content", "told"),
     [
-        (png("L"), "one channel of 16 bits, but its mode is L"),
-        (png("RGB"), "one channel of 16 bits, but its mode is RGB"),
+        (png("L"), "one channel of 16 bits, .* but has one of 8 bits .mode L"),
+        (png("P"), "one channel of 16 bits, .* but has a palette"),
+        (png("RGB"), "one channel of 16 bits, .* but has colours .mode RGB"),
         (png("I;16", (4, 4)), "has 4 x 4 pixels, but camera 'c0' has 8 x 6"),
-        (png("I;16")[:48], "is not a PNG image, or damaged"),
-        (b"P5 2 2 65535\n" + struct.pack(">4H", 1, 2, 3, 4), "is not a PNG image"),
-        (b"", "is not a PNG image"),
+        (png("I;16")[:48], "is a PNG image that is cut or damaged; it has 48 bytes$"),
+        (png("I;16")[:5], "is a PNG image that is cut or damaged; it has 5 bytes$"),
+        (vast(png("I;16")), "is damaged, or too large: its header states 60000 x 60000 pixels$"),
+        (b"P5 2 2 65535\n" + struct.pack(">4H", 1, 2, 3, 4), "is not a PNG image: it begins with"),
+        (b"", "is empty"),
     ],
 )
 def test_other_images_are_refused(tmp_path: Path, content: bytes, told: str) -> None:
@@ -322,3 +334,45 @@ def test_other_images_are_refused(tmp_path: Path, content: bytes, told: str) -> 
     (tmp_path / "depth_00000_c0.png").write_bytes(content)
     with pytest.raises(ValueError, match=f"depth_00000_c0.png: .*{told}"):
         list(open_scans(tmp_path))
+
+
+@given(st.lists(st.tuples(st.integers(8, 67), st.integers(0, 255)), max_size=3), st.integers(0, 70))
+@example([(0, 0)], 70)
+@settings(max_examples=150 * LONGER)
+def test_any_damage_of_an_image_is_read_or_refused(
+    tmp_path_factory: pytest.TempPathFactory, changes: list[tuple[int, int]], length: int
+) -> None:
+    content = bytearray(png("I;16"))
+    for place, value in changes:
+        content[place] = value
+    file = tmp_path_factory.getbasetemp() / "image.png"
+    file.write_bytes(content[:length])
+    told = ""
+    try:
+        read_depth(file, a_rig(1).cameras[0])
+    except DynmeshError as error:
+        told = str(error)
+    kinds = "is empty|is not a PNG|is a PNG image that is cut|is damaged, or too|must have|has "
+    assert re.match(f"$|{re.escape(str(file))}: ({kinds})", told)
+
+
+def test_images_of_a_camera_have_one_size(tmp_path: Path) -> None:
+    """Also where `cameras.json` does not state it."""
+    (camera,) = a_rig(1).cameras
+    write_cameras(tmp_path / "cameras.json", Rig((replace(camera, size=None),)))
+    for number, size in enumerate([(8, 6), (8, 6), (4, 3)]):
+        (tmp_path / f"depth_{number}_c0.png").write_bytes(png("I;16", size))
+    told = r"depth_2_c0\.png: has 4 x 3 pixels, but depth_0_c0\.png, of the same camera, 8 x 6"
+    with pytest.raises(ValueError, match=told):
+        list(open_scans(tmp_path))
+
+
+def test_a_camera_without_images_is_refused_or_lost(tmp_path: Path) -> None:
+    write_cameras(tmp_path / "cameras.json", a_rig(2))
+    (tmp_path / "depth_0_c0.png").write_bytes(png("I;16"))
+    told = r"there is no image of camera 'c1'; their names would be \*_c1\.png; --gaps lost"
+    with pytest.raises(ValueError, match=told):
+        open_scans(tmp_path)
+    (scan,) = open_scans(tmp_path, gaps="lost")
+    assert isinstance(scan, DepthScan)
+    assert len(scan.depth) == 1

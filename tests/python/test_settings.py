@@ -13,6 +13,7 @@ import dynmesh
 from dynmesh._errors import KindError, SettingError
 from dynmesh.cli import app
 from dynmesh.cli.completion import complete
+from dynmesh.jobs.batch import Job
 from dynmesh.jobs.job_table import optional_columns, read_jobs
 from dynmesh.settings import SETTINGS, Setting, Settings, default_settings, file_settings
 
@@ -90,7 +91,9 @@ def test_a_table_of_jobs_has_a_column_for_each(tmp_path: Path) -> None:
     table = tmp_path / "jobs.csv"
     row = ",".join(str(value).lower() for value in values.values())
     table.write_text(f"input,output,{','.join(values)}\na.npz,b.npz,{row}\n")
-    assert read_jobs(table)[0].settings == values
+    (job,) = read_jobs(table)
+    assert isinstance(job, Job)
+    assert job.settings == values
 
 
 def test_the_command_has_an_option_for_each() -> None:

@@ -1,5 +1,7 @@
 """Tracking from files of scans: the command, interruptions, units, alignment, and the examples."""
 
+import json
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -173,6 +175,47 @@ def test_an_interrupted_run_is_continued(
     assert again.existed
 
 
+@pytest.mark.usefixtures("hearing_interrupts")
+@pytest.mark.parametrize("scans", ["points", "depth"])
+def test_an_early_interrupt_keeps_every_frame(scans: str, folder: Path, tmp_path: Path) -> None:
+    """Long before the first checkpoint is due; the frame that was being tracked is finished."""
+    template, output = folder / "body.obj", tmp_path / "out.npz"
+    track_file(folder / scans, tmp_path / "whole.npz", template=template)
+
+    def stopping(scans: Iterator[Scan | None], *_: int) -> Iterator[Scan | None]:
+        for number, scan in enumerate(scans):
+            if number == 2:
+                signal.raise_signal(signal.SIGINT)
+            yield scan
+
+    with pytest.raises(KeyboardInterrupt):
+        track_file(folder / scans, output, template=template, watch=stopping)
+    report = track_file(folder / scans, output, template=template, resume=True)
+    assert report.resumed_at == 3
+    assert output.read_bytes() == (tmp_path / "whole.npz").read_bytes()
+    assert [path.name for path in sorted(tmp_path.iterdir())] == ["out.npz", "whole.npz"]
+
+
+@pytest.mark.usefixtures("hearing_interrupts")
+def test_an_early_interrupt_of_the_command_says_what_is_kept(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    push, calls = dynmesh.jobs.tracking._Tracking._push, 0
+
+    def pressing(self: Any, scan: Scan | None) -> Any:
+        nonlocal calls
+        calls += 1
+        if calls == 2:
+            signal.raise_signal(signal.SIGINT)
+        return push(self, scan)
+
+    monkeypatch.setattr(dynmesh.jobs.tracking._Tracking, "_push", pressing)
+    words = ("track", folder / "points", tmp_path / "out.npz", "--template", folder / "body.obj")
+    told = run(*words, code=130).stderr
+    assert "tracked frames are kept; --resume continues from there" in told
+    assert "continued after 2 frames" in run(*words, "--resume").stderr
+
+
 def test_another_template_is_another_job(
     folder: Path, truth: dynmesh.Sequence, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -206,6 +249,19 @@ def test_lost_and_empty_scans_are_carried_on(folder: Path, tmp_path: Path) -> No
     report = track_file(scans, tmp_path / "out.npz", template=folder / "body.obj", gaps="lost")
     assert (report.frames, report.empty) == (N_FRAMES, 2)
     assert np.isfinite(dynmesh.read(tmp_path / "out.npz").vertices).all()
+
+
+def test_intrinsics_of_another_image_size_are_suspected(folder: Path, tmp_path: Path) -> None:
+    told = json.loads((folder / "depth" / "cameras.json").read_text())
+    for camera in told["cameras"]:
+        camera["intrinsics"] = (np.diag([5.0, 5, 1]) @ camera["intrinsics"]).tolist()
+    (tmp_path / "rig.json").write_text(json.dumps(told))
+    doubt = r"does not lie in .* camera '0' have their centre at \(297\.5, 222\.5\), .* 120 x 90"
+    rig, output, template = tmp_path / "rig.json", tmp_path / "out.npz", folder / "body.obj"
+    with pytest.raises(ValueError, match=doubt):
+        track_file(folder / "depth", output, template=template, cameras=rig)
+    with pytest.raises(ValueError, match=doubt):
+        track_file(folder / "depth", output, template=template, cameras=rig, align="never")
 
 
 def test_units_are_converted(folder: Path, truth: dynmesh.Sequence, tmp_path: Path) -> None:

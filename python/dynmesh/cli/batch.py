@@ -1,4 +1,4 @@
-"""The command that completes many sequences."""
+"""The command that completes and tracks many sequences."""
 
 import logging
 import os
@@ -25,9 +25,10 @@ def batch(
         Path,
         typer.Argument(
             metavar="JOBS.csv",
-            help="A table with one line per file. Its columns are input, output and, optionally, "
-            f"{', '.join(optional_columns)}: the options of `dynmesh complete`. An empty "
-            "value stands for the default. Paths are relative to the table.",
+            help="A table with one line per file. Its columns are input or scans, output and, "
+            f"optionally, {', '.join(optional_columns)}: the options of `dynmesh complete`, or, on "
+            "lines with scans, of `dynmesh track`. An empty value stands for the default. Paths "
+            "are relative to the table.",
         ),
     ],
     workers: Annotated[
@@ -49,7 +50,7 @@ def batch(
         bool, typer.Option("--overwrite", help="Replace existing outputs instead of skipping them.")
     ] = False,
 ) -> None:
-    """Complete many files; one that fails does not stop the others.
+    """Complete or track many files; one that fails does not stop the others.
 
     Running the command again completes what is left. The exit code is 1 if a job failed. An
     example of a table:

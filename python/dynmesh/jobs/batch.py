@@ -1,4 +1,4 @@
-"""Completion of many files, in any number of processes or machines."""
+"""Completion and tracking of many files, in any number of processes or machines."""
 
 import time
 from collections.abc import Callable, Iterable
@@ -18,6 +18,8 @@ from .file_completion import How, complete_into, with_uncertainty
 from .rehearsal import Takes, check_takes
 from .report import FileReport
 from .scene_completion import SceneReport, complete_scene
+from .track_report import TrackFileReport
+from .tracking_job import TrackingJob
 
 
 @dataclass(frozen=True)
@@ -68,7 +70,7 @@ class Result:
         remarks: remarks about the output for the user, one line each.
     """
 
-    job: Job
+    job: Job | TrackingJob
     status: Literal["done", "exists", "failed"]
     reason: str = ""
     frames: int = 0
@@ -77,13 +79,13 @@ class Result:
 
 
 def complete_files(
-    jobs: Iterable[Job],
+    jobs: Iterable[Job | TrackingJob],
     executor: Executor | None = None,
     *,
     overwrite: bool = False,
     watch: Callable[[Result], None] | None = None,
 ) -> list[Result]:
-    """Completes the file of every job. If one fails, the others are still completed.
+    """Completes, or tracks, the files of every job. If one fails, the others are still done.
 
     A job whose output exists is skipped. An interrupted job is continued if the format of its
     output supports that, so repeating a call does what is left to do. Outputs appear under their
@@ -107,8 +109,10 @@ def complete_files(
         raise KindError(f"must be iterable, not {type(jobs).__name__}", argument="jobs")
     jobs = list(jobs)
     for number, job in enumerate(jobs):
-        if not isinstance(job, Job):
-            raise KindError(f"item {number} must be a Job, not {job!r}", argument="jobs")
+        if not isinstance(job, Job | TrackingJob):
+            raise KindError(
+                f"item {number} must be a Job or a TrackingJob, not {job!r}", argument="jobs"
+            )
     _check_outputs(jobs)
     results: dict[int, Result] = {}
 
@@ -128,18 +132,19 @@ def complete_files(
     return [results[number] for number in range(len(jobs))]
 
 
-def _run(job: Job, overwrite: bool) -> Result:
+def _run(job: Job | TrackingJob, overwrite: bool) -> Result:
     """Runs a job in a worker."""
     began = time.monotonic()
     try:
         _make_folder(Path(job.output).parent)
-        if job.source.get("prim") == every_mesh:
+        if isinstance(job, Job) and job.source.get("prim") == every_mesh:
             return _result_of_scene(job, _complete_meshes(job, overwrite), began)
-        target = files.target_of(job.output, job.output_format, overlay=job.overlay)
+        overlay = isinstance(job, Job) and job.overlay
+        target = files.target_of(job.output, job.output_format, overlay=overlay)
         try:
-            report = _complete(job, target, overwrite, resume=target.writer.resumable)
+            report = _make(job, target, overwrite, resume=target.writer.resumable)
         except OtherJobError:  # the table has changed since the interruption
-            report = _complete(job, target, overwrite, resume=False)
+            report = _make(job, target, overwrite, resume=False)
     except FileExistsError:
         return Result(job, "exists")
     except SettingError as error:  # its message does not name the file
@@ -157,6 +162,14 @@ def _make_folder(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except FileExistsError as error:  # would be reported as an existing output
         raise NotADirectoryError(error.errno, "exists and is not a folder", str(folder)) from error
+
+
+def _make(
+    job: Job | TrackingJob, target: Target, overwrite: bool, *, resume: bool
+) -> FileReport | TrackFileReport:
+    if isinstance(job, TrackingJob):
+        return job.track(overwrite=overwrite, resume=resume)
+    return _complete(job, target, overwrite, resume=resume)
 
 
 def _complete(job: Job, target: Target, overwrite: bool, *, resume: bool) -> FileReport:
@@ -213,7 +226,7 @@ def _result_of_scene(job: Job, report: SceneReport, began: float) -> Result:
     )
 
 
-def _result_of(future: "Future[Result]", job: Job) -> Result:
+def _result_of(future: "Future[Result]", job: Job | TrackingJob) -> Result:
     try:
         return future.result()
     except Exception as error:  # an error of the worker, not of the job
@@ -227,7 +240,7 @@ def _in_one_line(error: Exception) -> str:
     return lines[0] if lines else type(error).__name__
 
 
-def _check_outputs(jobs: list[Job]) -> None:
+def _check_outputs(jobs: list[Job | TrackingJob]) -> None:
     seen: set[Path] = set()
     for job in jobs:
         if (output := Path(job.output).absolute()) in seen:

@@ -3,16 +3,19 @@
 import csv
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import fields
 from pathlib import Path
 from typing import Any, cast
 
+from ..files.scans import UNITS
 from ..settings import SETTINGS, Setting, Settings
 from .batch import Job, Result
 from .beginning import Start
 from .checkpoint import Source
+from .tracking_job import TrackingJob
 
 
-def read_jobs(path: Path) -> list[Job]:
+def read_jobs(path: Path) -> list[Job | TrackingJob]:
     """Reads jobs from a table with one line per job.
 
     Args:
@@ -20,7 +23,9 @@ def read_jobs(path: Path) -> list[Job]:
             optionally, `start`, `template`, `rehearsal`, `gaps`, `format`, `output_format`,
             `faces`, `prim`, `mask`, `missing`, `fps`, `provenance`, `overlay`, `drop_above` and the
             settings of :class:`dynmesh.Completer`, named like the options of ``dynmesh complete``.
-            An empty value stands for the default. Paths are relative to the table; several paths
+            A line with a value in `scans` instead of `input` is tracked, see :func:`track_file`; it
+            needs a `template`, and may have `cameras`, `scan_unit` and `template_unit`. An empty
+            value stands for the default. Paths are relative to the table; several paths
             in `rehearsal` are separated by semicolons.
 
     Raises:
@@ -68,9 +73,9 @@ def report_file(path: Path) -> Iterator[Callable[[Result], None]]:
 
 
 def _check_columns(path: Path, columns: Iterable[str]) -> None:
-    names = ("input", "output", *_columns)
+    names = ("input", "scans", "output", *_columns)
     for needed in ("input", "output"):
-        if needed not in columns:
+        if needed not in columns and not (needed == "input" and "scans" in columns):
             used = [what for mark, what in _SEPARATORS.items() if mark in "".join(columns)]
             hint = f"; separate the values by commas instead of {used[0]}" if used else ""
             raise ValueError(f"{path}: has no column '{needed}'{hint}")
@@ -81,36 +86,40 @@ def _check_columns(path: Path, columns: Iterable[str]) -> None:
             )
 
 
-def _job_of(path: Path, line: int, row: Mapping[str, Any]) -> Job:
+def _job_of(path: Path, line: int, row: Mapping[str, Any]) -> Job | TrackingJob:
     place = f"{path}: line {line}"
     if None in row or None in row.values():
         raise ValueError(f"{place}: has more or fewer values than there are columns")
-    for needed in ("input", "output"):
-        if not row[needed]:
+    if row.get("scans") and row.get("input"):
+        raise ValueError(f"{place}: has both input and scans")
+    kind = "scans" if row.get("scans") else "input"
+    for needed in (kind, "output"):
+        if not row.get(needed):
             raise ValueError(f"{place}: {needed} is empty")
     values: dict[str, Any] = {}
     for column, parse in _columns.items():
         if text := row.get(column):
+            if column in (_only_of_input if kind == "scans" else _only_of_scans):
+                raise ValueError(f"{place}: {column}: cannot be combined with {kind}")
             try:
                 values[column] = parse(text)
             except ValueError as error:
                 raise ValueError(f"{place}: {column}: {error}") from error
-    for column in ("faces", "mask", "template"):
+    for column in ("faces", "mask", "template", "cameras"):
         if column in values:
             values[column] = path.parent / values[column]
     if "rehearsal" in values:
         values["rehearsal"] = tuple(path.parent / take for take in values["rehearsal"])
+    files = path.parent / row[kind], path.parent / row["output"]
+    if kind == "scans":
+        if "template" not in values:
+            raise ValueError(f"{place}: template is empty; scans need the mesh to track")
+        return TrackingJob(*files, **values)
     if "mask" in values:
         values["known"] = values.pop("mask")
     source = {name: values.pop(name) for name in Source.__annotations__ if name in values}
     others = {name: values.pop(name) for name in _of_job if name in values}
-    return Job(
-        path.parent / row["input"],
-        path.parent / row["output"],
-        cast(Source, source),
-        settings=cast(Settings, values),
-        **others,
-    )
+    return Job(*files, cast(Source, source), settings=cast(Settings, values), **others)
 
 
 def _number(text: str) -> float:
@@ -145,6 +154,10 @@ def _paths(text: str) -> list[str]:
     if not all(paths):
         raise ValueError(f"must be paths with semicolons between them, not '{text}'")
     return paths
+
+
+def _unit(text: str) -> str | float:
+    return text if text in UNITS else _number(text)
 
 
 def _flag(text: str) -> bool:
@@ -186,6 +199,9 @@ _of_job = (
 _columns: dict[str, Callable[[str], Any]] = {
     "start": start_of,
     "template": str,
+    "cameras": str,
+    "scan_unit": _unit,
+    "template_unit": _unit,
     "rehearsal": _paths,
     "gaps": _one_of("refuse", "lost"),
     "format": str,
@@ -201,5 +217,9 @@ _columns: dict[str, Callable[[str], Any]] = {
     **{name: _parser_of(setting) for name, setting in SETTINGS.items()},
 }
 
+_of_tracking = {field.name for field in fields(TrackingJob)}
+_only_of_scans = {"cameras", "scan_unit", "template_unit"}
+_only_of_input = _columns.keys() - _of_tracking
+
 optional_columns = tuple(_columns)
-"""The columns that a table of jobs may have besides `input` and `output`."""
+"""The columns that a table of jobs may have besides `input`, `scans` and `output`."""

@@ -10,6 +10,7 @@ from .. import files
 from .._errors import InputError
 from ..files import Header, Reader, Target, Writer
 from .checkpoint import BEGINNING, Checkpoint, Progress
+from .interrupts import holding_interrupts
 from .lock import lock_folder
 from .unfinished import clearing, folder_for, settle, unfinished_folder
 
@@ -73,6 +74,8 @@ class ResumableOutput:
     def write(self, begin: Callable[[Progress], Work]) -> Outcome:
         """Writes the frames, unless the output is complete and `resume` is set.
 
+        Ctrl+C ends the work after a whole step, so that every frame made until then is kept.
+
         Args:
             begin: returns what makes the frames that are left.
 
@@ -99,13 +102,16 @@ class ResumableOutput:
                 writer, progress = self._begin_writer(folder / "files", progress)
                 with writer, files.naming(self.source):
                     work = begin(progress)
-                    for _ in work.steps(writer, folder):
-                        if writer.resumable and checkpoint.is_due():
+                    with holding_interrupts() as interrupted:
+                        for _ in work.steps(writer, folder):
+                            if interrupted():
+                                break
+                            if writer.resumable and checkpoint.is_due():
+                                writer.flush()
+                                checkpoint.save(work.progress())
+                        if writer.resumable:
                             writer.flush()
                             checkpoint.save(work.progress())
-                    if writer.resumable:
-                        writer.flush()
-                        checkpoint.save(work.progress())
         return Outcome(progress.done, remarks=tuple(writer.remarks))
 
     def _is_complete(self) -> bool:

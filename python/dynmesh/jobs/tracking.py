@@ -265,13 +265,15 @@ class _Tracking:
                 f"; the scan is {ratio:.3g} times as large: --scan-unit and --template-unit (in "
                 "Python, scan_unit= and template_unit=) say the units"
             )
+        doubt = self._scans.doubt()
+        doubt = f"; {doubt}" if doubt else ""
         if other_unit or self._align == "never":
-            raise InputError(told, file=self._mesh.path)
+            raise InputError(told + doubt, file=self._mesh.path)
         found = align(points, self._mesh.faces, cloud, mean_edge)
         if not lies_within(found.after, points, mean_edge):
             raise InputError(
                 f"{told}, and {found.after:.3g} mean edges after the best rigid motion; pose it as "
-                "in the first scan",
+                f"in the first scan{doubt}",
                 file=self._mesh.path,
             )
         self._alignment = found

@@ -52,6 +52,10 @@ def prepare(world: World) -> None:
         "no_flag": "input,output,provenance\nbody.npz,new.npz,perhaps\n",
         "no_method": "input,output,method\nbody.npz,new.npz,lsm\n",
         "out_of_range": "input,output,threads\nbody.npz,new.npz,0\n",
+        "input_and_scans": "input,scans,output\nbody.npz,cloud,new.npz\n",
+        "no_template": "scans,output,template\ncloud,new.npz,\n",
+        "scans_method": "scans,output,template,method\ncloud,new.npz,template.npz,detail\n",
+        "input_cameras": "input,output,cameras\nbody.npz,new.npz,rig.json\n",
         "no_start": "input,output,start\nbody.npz,new.npz,first\n",
         "no_take": "input,output,rehearsal\nbody.npz,new.npz,;take.npz\n",
         "failing": "input,output\nnone.npz,new.npz\n",
@@ -322,6 +326,14 @@ shell = [
     shell_case("batch no_start.csv", "no_start.csv: line 2: start:", "'first'", "exit code 1"),
     shell_case(
         "batch out_of_range.csv", "failed: body.npz: threads: must be from 1", "exit code 1"
+    ),
+    shell_case("batch input_and_scans.csv", "line 2: has both input and scans", "exit code 1"),
+    shell_case("batch no_template.csv", "line 2: template is empty", "exit code 1"),
+    shell_case(
+        "batch scans_method.csv", "line 2: method: cannot be combined with scans", "exit code 1"
+    ),
+    shell_case(
+        "batch input_cameras.csv", "line 2: cameras: cannot be combined with input", "exit code 1"
     ),
     shell_case("batch failing.csv", "none.npz:", "1 failed", "exit code 1"),
     shell_case("batch failing.csv --workers 0", "--workers", "0", "exit code 2"),

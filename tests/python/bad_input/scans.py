@@ -1,5 +1,6 @@
 """Cases of scans: those that are simulated, their files, and tracking from files."""
 
+import io
 import json
 from collections.abc import Callable
 from dataclasses import replace
@@ -7,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from PIL import Image
 
 import dynmesh
 from dynmesh import degrade
@@ -88,6 +90,9 @@ def prepare(world: World) -> None:
     for name, changed in {
         "unit": told | {"unit": "inch"},
         "twice": told | {"cameras": told["cameras"] * 2},
+        "two": told | {"cameras": [told["cameras"][0], told["cameras"][0] | {"name": "right"}]},
+        "no_list": told | {"cameras": told["cameras"][0]},
+        "no_cameras": {"unit": "m"},
         "none": told | {"cameras": []},
         "list": told["cameras"],
         "other_field": told | {"scale": 1},
@@ -98,6 +103,7 @@ def prepare(world: World) -> None:
     (folder / "rig_bytes.json").write_bytes(b'{"unit": "\xff"}')
     (folder / "image").mkdir()
     (folder / "image" / "depth_00000_left.png").write_bytes(b"no image")
+    _write_images(folder)
     (folder / "unnumbered").mkdir()
     (folder / "unnumbered" / "depth_left.png").write_bytes(b"no image")
     (folder / "nothing").mkdir()
@@ -107,6 +113,30 @@ def prepare(world: World) -> None:
     holed = replace(single, vertices=single.vertices.copy())
     holed.vertices[0, 4, 1] = _NAN
     dynmesh.write(folder / "template_holed.npz", holed)
+
+
+def _write_images(folder: Path) -> None:
+    """Writes folders of depth images with one fault each."""
+    grey, colours = np.full((3, 4), 900, np.uint16), np.zeros((3, 4, 3), np.uint8)
+    for name, images in {
+        "empty_image": {"00000_left": b""},
+        "colours": {"00000_left": _png(colours)},
+        "cut_image": {"00000_left": _png(grey)[:45]},
+        "two_sizes": {"00000_left": _png(grey), "00001_left": _png(grey[:2, :3])},
+        "dropped": dict.fromkeys(["00000_left", "00000_right", "00001_left"], _png(grey)),
+    }.items():
+        (folder / name).mkdir()
+        for image, content in images.items():
+            (folder / name / f"depth_{image}.png").write_bytes(content)
+    (folder / "kinds").mkdir()
+    (folder / "kinds" / "a_0.xyz").write_text("1 2 3\n")
+    np.save(folder / "kinds" / "a_1.npy", np.zeros((4, 3)))
+
+
+def _png(pixels: Any) -> bytes:
+    held = io.BytesIO()
+    Image.fromarray(pixels).save(held, format="PNG")
+    return held.getvalue()
 
 
 def _scan(**options: Any) -> Callable[[World], Any]:
@@ -178,7 +208,7 @@ cases = [
     _cameras("skew", "a pose that is no rotation", "camera 0: camera_to_world:", "0.21"),
     _cameras("mirrored", "a pose that mirrors", "camera 0: camera_to_world:", "mirrors"),
     _cameras("last_row", "a pose whose last row is another", "camera_to_world:", "1 0 0 1"),
-    _cameras("three_rows", "a pose of three rows", "camera_to_world:", "4 rows"),
+    _cameras("three_rows", "a pose of three rows", "camera_to_world:", "4 rows", "has 3 rows of 4"),
     _cameras("huge", "a number that is too large", "camera_to_world: row 0:", "inf"),
     _cameras("text", "a word", "camera_to_world: row 0:", "'near'"),
     _cameras("nan", "NaN", "intrinsics: row 0:", "nan"),
@@ -187,12 +217,14 @@ cases = [
     _cameras("slanted", "intrinsics that are not triangular", "intrinsics:", "not 2"),
     _cameras("no_scale", "no `depth_scale`", "depth_scale:", "missing"),
     _cameras("zero_scale", "`depth_scale`: 0", "depth_scale:", "not 0"),
-    _cameras("half_size", "a width without a height", "height:", "None"),
+    _cameras("half_size", "a width without a height", "height:", "missing"),
     _cameras("distorted", "an unknown field", "'distortion'", "intrinsics"),
     _cameras("odd_name", "a name with a slash", "name:", "'left/1'"),
-    _cameras("nameless", "no name", "name:", "None"),
+    _cameras("nameless", "no name", "name:", "missing"),
     _cameras("unit", "an unknown unit", "unit:", "'inch'"),
     _cameras("twice", "two cameras of one name", "camera 1: name:", "'left'"),
+    _cameras("no_list", "one camera without a list", "cameras:", "{'name': 'left'"),
+    _cameras("no_cameras", "no `cameras`", "cameras:", "missing"),
     _cameras("none", "no camera", "cameras:", "none"),
     _cameras("list", "a list", "'cameras'"),
     _cameras("other_field", "an unknown field beside the cameras", "'scale'"),
@@ -204,7 +236,14 @@ cases = [
     _open("another format", lambda _: open_scans("body.obj"), ValueError, "body.obj:", "'.obj'"),
     _open("depth images without cameras", lambda _: open_scans("image"), ValueError, "image:", "cameras"),
     _open("no number in a name", lambda _: open_scans("unnumbered", cameras="rig.json"), ValueError, "depth_left.png:", "number"),
-    _open("no image", lambda _: list(open_scans("image", cameras="rig.json")), ValueError, "depth_00000_left.png:", "PNG"),
+    _open("no image", lambda _: list(open_scans("image", cameras="rig.json")), ValueError, "depth_00000_left.png:", "PNG", "no image"),
+    _open("an empty image", lambda _: list(open_scans("empty_image", cameras="rig.json")), ValueError, "depth_00000_left.png:", "empty"),
+    _open("an image with colours", lambda _: list(open_scans("colours", cameras="rig.json")), ValueError, "depth_00000_left.png:", "16 bits", "RGB"),
+    _open("an image that is cut", lambda _: list(open_scans("cut_image", cameras="rig.json")), ValueError, "depth_00000_left.png:", "cut", "45 bytes"),
+    _open("images of two sizes", lambda _: list(open_scans("two_sizes", cameras="rig.json")), ValueError, "depth_00001_left.png:", "3 x 2", "4 x 3"),
+    _open("no image of a camera", lambda _: open_scans("image", cameras="rig_two.json"), ValueError, "image:", "'right'", "--gaps lost"),
+    _open("an image is missing", lambda _: open_scans("dropped", cameras="rig_two.json"), ValueError, "dropped:", "'right'", "frame 1", "--gaps lost"),
+    _open("scans of two kinds", lambda _: open_scans("kinds"), ValueError, "kinds:", ".xyz and .npy"),
     _file("scans that are not there", _track("nowhere"), ValueError, "nowhere:", "does not exist"),
     _file("no scan has points", _track("blank"), ValueError, "blank:", "no frame has points"),
     _file("the template is elsewhere", _track("far", align="never"), ValueError, "template.npz:", "mean edges", "1e+03 times as large"),

@@ -125,8 +125,11 @@ def unit_of(value: Any) -> float | None:
 
 
 def _rig_of(found: Any) -> Rig:
-    if not isinstance(found, dict) or not isinstance(found.get("cameras"), list):
-        raise ValueError("must be an object with a list 'cameras'")
+    if not isinstance(found, dict):
+        raise ValueError(f"must be an object with a list 'cameras', not {found!r:.60}")
+    _refuse_missing(found, "cameras")
+    if not isinstance(found["cameras"], list):
+        raise ValueError(f"cameras: must be a list, not {found['cameras']!r:.60}")
     _refuse_others(found, {"unit", "cameras"})
     if not found["cameras"]:
         raise ValueError("cameras: there are none")
@@ -147,17 +150,19 @@ def _camera_of(told: Any) -> ScanCamera:
     if not isinstance(told, dict):
         raise ValueError(f"must be an object, not {told!r:.60}")
     _refuse_others(told, _FIELDS)
-    name = told.get("name")
+    _refuse_missing(told, "name", "camera_to_world")
+    name = told["name"]
     if not isinstance(name, str) or not _BY_NAME.fullmatch(name):
         raise ValueError(f"name: must be letters, digits, '.' or '-', not {name!r:.60}")
-    pose = _matrix("camera_to_world", told.get("camera_to_world"), 4)
+    pose = _matrix("camera_to_world", told["camera_to_world"], 4)
     _check_pose(pose)
     size = None
     if "width" in told or "height" in told:
-        size = _count("width", told.get("width")), _count("height", told.get("height"))
+        _refuse_missing(told, "width", "height")
+        size = _count("width", told["width"]), _count("height", told["height"])
     if "intrinsics" not in told:
         if "depth_scale" in told:
-            raise ValueError("has a depth_scale, but no intrinsics")
+            raise ValueError("intrinsics: is missing, but there is a depth_scale")
         return ScanCamera(name, pose, size=size)
     intrinsics = _matrix("intrinsics", told["intrinsics"], 3)
     _check_intrinsics(intrinsics)
@@ -165,6 +170,12 @@ def _camera_of(told: Any) -> ScanCamera:
         raise ValueError("depth_scale: is missing; it is the depth of one count of the images")
     scale = _positive("depth_scale", told["depth_scale"])
     return ScanCamera(name, pose, intrinsics, scale, size)
+
+
+def _refuse_missing(told: dict[str, Any], *fields: str) -> None:
+    for name in fields:
+        if name not in told:
+            raise ValueError(f"{name}: is missing")
 
 
 def _refuse_others(told: dict[str, Any], fields: set[str]) -> None:
@@ -178,7 +189,11 @@ def _refuse_others(told: dict[str, Any], fields: set[str]) -> None:
 def _matrix(name: str, value: Any, size: int) -> _Floats:
     rows = value if isinstance(value, list) else []
     if len(rows) != size or any(not isinstance(row, list) or len(row) != size for row in rows):
-        what = "is missing" if value is None else f"is {value!r:.60}"
+        lengths = {len(row) if isinstance(row, list) else 0 for row in rows}
+        if len(lengths) == 1 and lengths != {0}:
+            what = f"has {len(rows)} rows of {lengths.pop()}"
+        else:
+            what = f"is {value!r:.60}"
         raise ValueError(f"{name}: must be {size} rows of {size} numbers, but {what}")
     return np.array([[_number(f"{name}: row {i}", x) for x in row] for i, row in enumerate(rows)])
 

@@ -6,7 +6,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
+from ..._errors import InputError
 from ..choice import PathLike
 from ..format import Gaps
 from ..naming import naming
@@ -52,6 +54,10 @@ class ScanReader(ABC):
         """Yields the scans of the frames ``range(start, stop, step)``, counted from 0."""
         for number in range(self.n_frames)[start:stop:step]:
             yield self._load(number)
+
+    def doubt(self) -> str:
+        """Returns what may be wrong if a mesh does not lie in the scans, or an empty text."""
+        return ""
 
     @abstractmethod
     def _load(self, number: int) -> Scan | None:
@@ -101,6 +107,8 @@ class DepthReader(ScanReader):
         if not numbers:
             names = ", ".join(f"*_{camera.name}{SUFFIX}" for camera in rig.cameras)
             raise ValueError(f"holds no depth image of a camera; their names would be {names}")
+        if gaps == "refuse":
+            _refuse_unseen(by_camera)
         step = int(np.gcd.reduce(np.diff(numbers))) if len(numbers) > 1 else 1
         every = range(numbers[0], numbers[-1] + 1, step)
         if gaps == "refuse":
@@ -111,7 +119,24 @@ class DepthReader(ScanReader):
         ]
         files = [file for images in self._images for _, file in images]
         found = Found([None] * len(every), numbers[0], step)
+        self._sizes: dict[str, tuple[tuple[int, ...], str]] = {}
         super().__init__(path, rig, found, [*files, *also])
+
+    def doubt(self) -> str:
+        """Says which camera has intrinsics that do not fit the size of its images."""
+        for images in self._images:
+            for camera, file in images:
+                height, width = read_depth(file, camera).shape
+                x, y = np.asarray(camera.intrinsics)[:2, 2]
+                if not (0.25 * width < x < 0.75 * width and 0.25 * height < y < 0.75 * height):
+                    return (
+                        f"the intrinsics of camera {camera.name!r} have their centre at "
+                        f"({x:g}, {y:g}), far from the middle of its images of {width} x {height} "
+                        "pixels; they may be those of another size"
+                    )
+            if images:
+                break
+        return ""
 
     def _load(self, number: int) -> DepthScan | None:
         images = self._images[number]
@@ -119,7 +144,19 @@ class DepthReader(ScanReader):
             return None
         intrinsics = [np.asarray(camera.intrinsics) for camera, _ in images]
         poses = [camera.camera_to_world for camera, _ in images]
-        return DepthScan([read_depth(file, camera) for camera, file in images], intrinsics, poses)
+        return DepthScan([self._read(camera, file) for camera, file in images], intrinsics, poses)
+
+    def _read(self, camera: ScanCamera, file: Path) -> NDArray[np.float32]:
+        """Reads an image, which must be as large as the others, since the intrinsics are equal."""
+        depth = read_depth(file, camera)
+        size, first = self._sizes.setdefault(camera.name, (depth.shape, file.name))
+        if depth.shape != size:
+            raise InputError(
+                f"has {depth.shape[1]} x {depth.shape[0]} pixels, but {first}, of the same camera, "
+                f"{size[1]} x {size[0]}",
+                file=file,
+            )
+        return depth
 
 
 def open_scans(
@@ -166,8 +203,10 @@ def _suffix_in(path: Path) -> str:
     if path.is_dir():
         found = [suffix for suffix in suffixes if files_in(path, suffix)]
         if len(found) != 1:
-            what = f"{' and '.join(found)} files" if found else f"no {', '.join(suffixes)} files"
-            raise ValueError(f"is a folder with {what}; name one kind by a pattern")
+            if not found:
+                raise ValueError(f"is a folder without scans; they are {', '.join(suffixes)} files")
+            kinds = " and ".join(found)
+            raise ValueError(f"is a folder with {kinds} files; name one kind by a pattern")
         return found[0]
     if not path.suffix and not path.exists():
         raise ValueError("does not exist")
@@ -207,6 +246,16 @@ def _numbered(files: list[Path]) -> dict[int, Path]:
             raise ValueError(f"{file.name}: {numbered[int(digits)].name} has the same number")
         numbered[int(digits)] = file
     return numbered
+
+
+def _refuse_unseen(by_camera: dict[str, dict[int, Path]]) -> None:
+    """Refuses cameras without any image, since their names may be wrong."""
+    for name, images in by_camera.items():
+        if not images:
+            raise ValueError(
+                f"there is no image of camera {name!r}; their names would be *_{name}{SUFFIX}; "
+                "--gaps lost (in Python, gaps='lost') tracks without it"
+            )
 
 
 def _refuse_gaps(numbers: range, by_camera: dict[str, dict[int, Path]]) -> None:
