@@ -136,6 +136,7 @@ def test_a_rehearsal_and_standard_errors_of_a_file(
         template.faces, template.vertices[0], rehearsal=truth.vertices, uncertainty=True
     )
     assert tracked.standard_error is not None
+    assert tracked.standard_error_of == "surface"
     for n, scan in enumerate(open_scans(folder / "points")):
         assert isinstance(scan, PointScan)
         expected = tracker.push(scan.points, scan.normals, viewpoints=scan.viewpoints)

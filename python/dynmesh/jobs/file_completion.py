@@ -164,6 +164,7 @@ def output_header(
         has_known=drop_above is not None,
         has_provenance=provenance,
         has_standard_error=provenance and settings["uncertainty"],
+        standard_error_of="place",
     )
 
 

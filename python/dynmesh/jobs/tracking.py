@@ -122,6 +122,7 @@ def track_file(
             has_known=False,
             has_provenance=provenance,
             has_standard_error=provenance and uncertainty,
+            standard_error_of="surface",
         )
         rehearsed = Rehearsal(takes, mesh)
         start = {
