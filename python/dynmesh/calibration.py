@@ -233,13 +233,14 @@ def in_words(distances: Distances, metres_per_unit: float | None) -> str | None:
     distance = distances.within(0.9)
     if distance is None:
         return None
+    unit = ""
     if metres_per_unit is None:
-        shown = f"{distance:.2g}, in the unit of the positions"
+        shown, unit = f"{distance:.2g}", ", in the unit of the positions"
     else:
         shown = f"{1000 * metres_per_unit * distance:.2g} mm"
     if distances.standard_error_of == "surface":
         return (
-            f"90 % of the vertices are expected to be within {shown} of the true surface; how far "
-            "they are off along it is not known"
+            f"90 % of the vertices are expected to be within {shown} of the true surface{unit}; "
+            "how far they are off along it is not known"
         )
-    return f"90 % of the filled-in vertices are expected to be within {shown}"
+    return f"90 % of the filled-in vertices are expected to be within {shown}{unit}"

@@ -265,8 +265,8 @@ def test_info_reads_errors_of_the_surface_as_such(
     told = run("info", tmp_path / "tracked.npz")
     assert "of distances from the surface" in told.stdout
     assert re.search(
-        r"90 % of the vertices are expected to be within \S+ in the unit of the positions of the "
-        r"true surface; how far they are off along it is not known",
+        r"90 % of the vertices are expected to be within \S+ of the true surface, in the unit of "
+        r"the positions; how far they are off along it is not known",
         " ".join((told.stderr + told.stdout).split()),
     ), told.stderr
 

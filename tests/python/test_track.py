@@ -232,8 +232,48 @@ def test_another_template_is_another_job(
 
     with pytest.raises(KeyboardInterrupt):
         track_file(folder / "points", output, template=folder / "body.obj", watch=stopping)
-    with pytest.raises(ValueError, match="of another job: template changed"):
+    with pytest.raises(
+        ValueError, match=r"of another job: template changed \(it was .*body\.obj, now"
+    ):
         track_file(folder / "points", output, template=other, resume=True)
+    cameras = tmp_path / "rig.json"
+    cameras.write_bytes((folder / "points" / "cameras.json").read_bytes())
+    (tmp_path / "points").mkdir()
+    for file in (folder / "points").iterdir():
+        (tmp_path / "points" / file.name).write_bytes(file.read_bytes())
+    ours = folder / "points" / "cameras.json"
+    kept = sorted(unfinished_folder(output).rglob("*"))
+    for scans, options, what in (
+        (folder, ("--cameras", cameras), f"cameras changed (it was {ours}, now it is {cameras})"),
+        (folder, ("--uncertainty",), "uncertainty changed (it was false, now it is true)"),
+        (folder, ("--no-align",), "align changed (it was auto, now it is never)"),
+        (folder, ("--provenance",), "provenance changed (it was false, now it is true)"),
+        (folder, ("--gaps", "lost"), "gaps changed (it was refuse, now it is lost)"),
+        (folder, ("--fps", "25"), "fps changed (it was not given, now it is 25.0)"),
+        (folder, ("--rehearsal", other), f"rehearsal changed (it was not given, now it is {other}"),
+        (
+            folder,
+            ("--scan-unit", "mm", "--template-unit", "m"),
+            "scan_unit changed (it was not given, now it is 0.001); template_unit changed",
+        ),
+        (tmp_path, (), f"input changed (it was {folder / 'points' / 'frame_00000.ply'}, now it is"),
+    ):
+        words = ("track", scans / "points", output, "--template", folder / "body.obj", "--resume")
+        told = run(*words, *options, code=1).stderr
+        assert what in told
+        assert "run without --resume to start again, or write another output" in told
+    assert sorted(unfinished_folder(output).rglob("*")) == kept
+    report = track_file(folder / "points", output, template=folder / "body.obj", resume=True)
+    assert report.resumed_at > 0
+    # Of the complete output, its own content is all that is known.
+    words = ("track", folder / "points", output, "--template", folder / "body.obj", "--resume")
+    told = run(*words, "--provenance", code=1).stderr
+    what = "provenance changed (it was false, now it is true)"
+    assert f"out.npz: is complete, but of another job: {what}" in told
+    assert "already complete" in run(*words).stderr
+    run(*words, "--provenance", "--overwrite")
+    told = run(*words, "--provenance", "--uncertainty", code=1).stderr
+    assert "uncertainty changed (it was false, now it is true)" in told
 
 
 def test_lost_and_empty_scans_are_carried_on(folder: Path, tmp_path: Path) -> None:
