@@ -21,6 +21,7 @@ from .alignment import (
     Alignment,
     align,
     distance_between,
+    is_far,
     is_other_unit,
     lies_within,
     ratio_of_sizes,
@@ -277,10 +278,10 @@ class _Tracking:
         if other_unit or self._align == "never":
             raise InputError(told + doubt, file=self._mesh.path)
         found = align(points, self._mesh.faces, cloud, mean_edge)
-        if not lies_within(found.after, points, mean_edge):
+        if is_far(found.after, points, mean_edge):
             raise InputError(
-                f"{told}, and {found.after:.3g} mean edges after the best rigid motion; pose it as "
-                f"in the first scan{doubt}",
+                f"{told}, and {found.after:.3g} mean edges after the best rigid motion; it must be "
+                f"the mesh of what was scanned, in the pose of the first scan{doubt}",
                 file=self._mesh.path,
             )
         self._alignment = found
