@@ -3,16 +3,33 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .sequence import StandardErrorOf
+
 Floats = NDArray[np.floating[Any]]
 
-INTERVALS = {0.5: 1.538, 0.9: 2.5}
-"""The distances within which these shares of the errors lie, in standard errors of a coordinate:
-the roots of the quantiles of a chi-squared distribution with three degrees of freedom."""
+
+class Rule(NamedTuple):
+    """What standard errors of a kind promise.
+
+    Attributes:
+        intervals: the distances within which these shares of the errors lie, in standard errors:
+            the roots of the quantiles of a chi-squared distribution.
+        coordinates: how many coordinates the distances have, its degrees of freedom.
+    """
+
+    intervals: dict[float, float]
+    coordinates: int
+
+
+RULES: dict[StandardErrorOf, Rule] = {
+    "place": Rule({0.5: 1.538, 0.9: 2.5}, 3),
+    "surface": Rule({0.5: 0.674, 0.9: 1.645}, 1),
+}
 
 FEWEST = 10
 """Frames with fewer filled-in vertices have no rank correlation."""
@@ -20,20 +37,24 @@ FEWEST = 10
 
 @dataclass(frozen=True)
 class Calibration:
-    """How well standard errors describe true errors, over the filled-in vertices of all frames.
+    """How well standard errors describe true errors, over the estimated vertices of all frames.
+
+    Estimated are the filled-in vertices of a completed sequence, and all of a tracked one.
 
     Attributes:
-        vertices: the number of filled-in vertices with a finite standard error, over all frames.
-        coverage_50: the share of them whose error is at most 1.538 standard errors: 0.5 if the
-            standard errors are right.
-        coverage_90: the same for 2.5 standard errors: 0.9.
+        vertices: the number of estimated vertices with a finite standard error, over all frames.
+        coverage_50: the share of them whose error is at most 1.538 standard errors, or 0.674 if
+            they are of the surface: 0.5 if the standard errors are right.
+        coverage_90: the same for 2.5 and 1.645 standard errors: 0.9.
         rms_ratio: the root mean square error over the root mean square standard error of a
-            position, which is that of a coordinate times the root of 3: 1, and more if the standard
-            errors are too small. NaN if all of them are 0.
+            position, which is that of a coordinate times the root of 3, or of the surface: 1, and
+            more if the standard errors are too small. NaN if all of them are 0.
         rank_correlation: Spearman's rank correlation of error and standard error, the mean over
             frames; None if no frame has one.
         generation_correlation: the same for generations in place of standard errors.
         age_correlation: the same for ages.
+        standard_error_of: what they are of, and so the errors they are compared with: "place",
+            distances from true places, or "surface", distances from the true surface.
     """
 
     vertices: int
@@ -43,15 +64,18 @@ class Calibration:
     rank_correlation: float | None
     generation_correlation: float | None
     age_correlation: float | None
+    standard_error_of: StandardErrorOf
 
 
 class Calibrating:
     """Gathers a :class:`Calibration`, one frame at a time."""
 
-    def __init__(self) -> None:
-        """Begin without a frame."""
+    def __init__(self, standard_error_of: StandardErrorOf = "place") -> None:
+        """Begin without a frame, for standard errors of one kind."""
+        self._of: StandardErrorOf = standard_error_of
+        self._rule = RULES[standard_error_of]
         self._vertices = 0
-        self._within = dict.fromkeys(INTERVALS, 0)
+        self._within = dict.fromkeys(self._rule.intervals, 0)
         self._errors = self._expected = 0.0
         self._correlations: dict[str, list[float]] = {
             name: [] for name in ("standard_error", "generation", "age")
@@ -69,9 +93,9 @@ class Calibrating:
         """Add a frame.
 
         Args:
-            error: (k,) the distances from the true positions.
+            error: (k,) the distances from the true positions, or from the true surface.
             standard_error: (k,) in the same unit.
-            filled: (k,) the vertices that were filled in; others are left out, and so are those
+            filled: (k,) the vertices that were estimated; others are left out, and so are those
                 without a finite standard error.
             generation: (k,), to compare.
             age: (k,), to compare.
@@ -80,10 +104,10 @@ class Calibrating:
         off = error[counted].astype(np.float64)
         bars = standard_error[counted].astype(np.float64)
         self._vertices += len(off)
-        for share, factor in INTERVALS.items():
+        for share, factor in self._rule.intervals.items():
             self._within[share] += int(np.count_nonzero(off <= factor * bars))
         self._errors += float(off @ off)
-        self._expected += 3 * float(bars @ bars)
+        self._expected += self._rule.coordinates * float(bars @ bars)
         compared = {"standard_error": bars, "generation": generation, "age": age}
         for name, values in compared.items():
             if values is None:
@@ -94,7 +118,7 @@ class Calibrating:
                 self._correlations[name].append(found)
 
     def result(self) -> Calibration | None:
-        """Return what was found, or None if no vertex was filled in."""
+        """Return what was found, or None if no vertex was estimated."""
         if self._vertices == 0:
             return None
         ratio = np.sqrt(self._errors / self._expected) if self._expected > 0 else np.nan
@@ -110,7 +134,13 @@ class Calibrating:
             means["standard_error"],
             means["generation"],
             means["age"],
+            self._of,
         )
+
+
+def estimated(generation: NDArray[Any], standard_error_of: StandardErrorOf) -> NDArray[np.bool_]:
+    """Which vertices standard errors speak of: a tracked vertex that was seen is not exact."""
+    return np.asarray((generation > 0) | (standard_error_of == "surface"))
 
 
 def rank_correlation(a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> float | None:
@@ -133,15 +163,16 @@ def _ranks(values: NDArray[Any]) -> NDArray[np.float64]:
 
 
 class Distances:
-    """How far off filled-in vertices may be, over all frames, in constant memory.
+    """How far off estimated vertices may be, over all frames, in constant memory.
 
     Counts standard errors in bins a twentieth wide, relative to their value.
     """
 
     _STEP = math.log(1.05)
 
-    def __init__(self) -> None:
-        """Begin without a frame."""
+    def __init__(self, standard_error_of: StandardErrorOf = "place") -> None:
+        """Begin without a frame, for standard errors of one kind."""
+        self.standard_error_of: StandardErrorOf = standard_error_of
         self._counts: dict[int, int] = {}
         self._exact = 0
 
@@ -157,7 +188,7 @@ class Distances:
     def within(self, share: float) -> float | None:
         """Return the distance within which this share of them is expected to be; None without any.
 
-        Errors are taken to be normal, and alike in all directions.
+        Errors are taken to be normal and, if they are of places, alike in all directions.
         """
         whole = self._exact + sum(self._counts.values())
         if whole == 0:
@@ -170,35 +201,46 @@ class Distances:
         low, high = 0.0, 10.0 * float(bars[-1])
         for _ in range(60):
             middle = (low + high) / 2
-            found = self._exact + float(counts @ share_within(middle / bars))
+            found = self._exact + float(
+                counts @ share_within(middle / bars, self.standard_error_of)
+            )
             low, high = (middle, high) if found < share * whole else (low, middle)
         return high
 
 
-def share_within(distances: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The share of normal errors in space within distances, in standard errors of a coordinate."""
-    chi = np.interp(distances, _CHI[0], _CHI[1])
-    return np.asarray(chi)
+def share_within(
+    distances: NDArray[np.float64], standard_error_of: StandardErrorOf = "place"
+) -> NDArray[np.float64]:
+    """The share of normal errors within distances, in standard errors of a coordinate."""
+    return np.asarray(np.interp(distances, _STEPS, _CHI[RULES[standard_error_of].coordinates]))
 
 
-def _share(distance: float) -> float:
-    """The distribution of chi with three degrees of freedom."""
-    density = math.sqrt(2 / math.pi) * distance * math.exp(-(distance**2) / 2)
-    return math.erf(distance / math.sqrt(2)) - density
+def _share(distance: float, coordinates: int) -> float:
+    """The distribution of chi with one or three degrees of freedom."""
+    along_one = math.erf(distance / math.sqrt(2))
+    if coordinates == 1:
+        return along_one
+    return along_one - math.sqrt(2 / math.pi) * distance * math.exp(-(distance**2) / 2)
 
 
-_PLACES = np.linspace(0, 8, 1601)
-_CHI = np.stack([_PLACES, [_share(place) for place in _PLACES.tolist()]])
-"""That distribution as a table, which is much faster for many distances."""
+_STEPS = np.linspace(0, 8, 1601)
+_CHI = {n: np.array([_share(step, n) for step in _STEPS.tolist()]) for n in (1, 3)}
+"""These distributions as tables, which are much faster for many distances."""
 
 
 def in_words(distances: Distances, metres_per_unit: float | None) -> str | None:
-    """Say within which distance 90 % of the filled-in vertices are; None without any."""
+    """Say within which distance 90 % of the estimated vertices are; None without any."""
     distance = distances.within(0.9)
     if distance is None:
         return None
+    unit = ""
     if metres_per_unit is None:
-        shown = f"{distance:.2g}, in the unit of the positions"
+        shown, unit = f"{distance:.2g}", ", in the unit of the positions"
     else:
         shown = f"{1000 * metres_per_unit * distance:.2g} mm"
-    return f"90 % of the filled-in vertices are expected to be within {shown}"
+    if distances.standard_error_of == "surface":
+        return (
+            f"90 % of the vertices are expected to be within {shown} of the true surface{unit}; "
+            "how far they are off along it is not known"
+        )
+    return f"90 % of the filled-in vertices are expected to be within {shown}{unit}"

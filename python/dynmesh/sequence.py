@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +32,12 @@ Provenance: TypeAlias = NDArray[np.integer[Any]]
 """The generation or the age of vertices, as :class:`dynmesh.Completer` reports them."""
 
 StandardError = NDArray[np.floating[Any]]
-"""How far a coordinate of each vertex may be off, as :class:`dynmesh.Completer` reports it."""
+"""How far each vertex may be off; see :data:`StandardErrorOf`."""
+
+StandardErrorOf: TypeAlias = Literal["place", "surface"]
+"""What standard errors are of: a coordinate of the place of a vertex, as
+:class:`dynmesh.Completer` reports them, or its distance from the true surface, as
+:class:`dynmesh.Tracker` does, which says nothing of how far it is off along the surface."""
 
 PROVENANCE = {
     "generation": np.dtype(np.int32),
@@ -68,6 +73,9 @@ class Description:
             in {"normals": "faceVarying", "velocities": "vertex"}. "flat" before it means that
             faceVarying normals are those of the faces, and "reversed" before that means that they
             point against the order of the corners. "blocked" marks what cannot be computed.
+        standard_error_of: what the standard errors are of, if there are any: "place", a coordinate
+            of the vertex, as in :class:`dynmesh.Completer`, or "surface", its distance from the
+            true surface, as in :class:`dynmesh.Tracker`.
     """
 
     fps: float | None = None
@@ -78,6 +86,7 @@ class Description:
     times: NDArray[np.float64] | None = None
     metres_per_unit: float | None = None
     derived: Mapping[str, str] | None = None
+    standard_error_of: StandardErrorOf = "place"
 
     def described(self) -> dict[str, Any]:
         """These attributes alone, by name: the keywords of another description."""
@@ -99,6 +108,11 @@ class Description:
             raise InputError(f"must be from -2**53 to 2**53, not {self.start}", argument="start")
         check_times(self.times, n_frames)
         check_derived(self.derived)
+        if self.standard_error_of not in get_args(StandardErrorOf):
+            raise InputError(
+                f"must be 'place' or 'surface', not {self.standard_error_of!r}",
+                argument="standard_error_of",
+            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,10 +135,13 @@ class Sequence(Description):
         known: (n, k) bool, or None if every position was observed.
         generation: (n, k) int32, 0 for anchors, g for satellites, -1 for unseen vertices, or None.
         age: (n, k) int32, frames since the vertex was last observed; None if `generation` is.
-        standard_error: (n, k) float32, how far a coordinate may be off, in the unit of the
-            positions: see :attr:`dynmesh.Completer.standard_error`. None if it was not estimated.
+        standard_error: (n, k) float32, how far each vertex may be off, in the unit of the
+            positions; `standard_error_of` says in which sense: see
+            :attr:`dynmesh.Completer.standard_error` and :attr:`dynmesh.Tracker.standard_error`.
+            None if it was not estimated.
 
-    The attributes of :class:`dynmesh.Description`, from `fps` to `derived`, are keywords as well.
+    The attributes of :class:`dynmesh.Description`, from `fps` to `standard_error_of`, are keywords
+    as well.
 
     Raises:
         TypeError: an array has the wrong kind.

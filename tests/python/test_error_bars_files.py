@@ -9,9 +9,13 @@ import meshes
 import numpy as np
 import pytest
 from commands import dynmesh_command as run
+from meshes import turned
 
 import dynmesh
 from dynmesh import files
+from dynmesh.draw.quantities import QUANTITIES, Moment, Sources
+from dynmesh.files import frame_of
+from dynmesh.study.true_surface import TrueSurface
 
 N_FRAMES = 6
 KEEPING = ["npz", "npy", "hdf5", "ply", "usd", "alembic", "pvd"]
@@ -177,3 +181,153 @@ def test_evaluate_says_nothing_of_them_without_them(
     dynmesh.write(tmp_path / "out.npz", replace(completed, standard_error=None))
     told = run("evaluate", tmp_path / "out.npz", tmp_path / "truth.npz", "--json")
     assert json.loads(told.stdout)["standard_error"] is None
+
+
+def surface_errors(completed: dynmesh.Sequence) -> dynmesh.Sequence:
+    """The same with standard errors as a tracker has them."""
+    assert completed.standard_error is not None
+    return replace(completed, standard_error_of="surface")
+
+
+@pytest.mark.parametrize("format", KEEPING)
+def test_formats_keep_what_standard_errors_are_of(
+    tmp_path: Path, completed: dynmesh.Sequence, format: str
+) -> None:
+    suffix = files.formats[format].suffixes[0]
+    target, again = (
+        tmp_path / (f"{name}_%04d{suffix}" if format == "ply" else f"{name}{suffix}")
+        for name in ("tracked", "again")
+    )
+    dynmesh.write(target, surface_errors(completed))
+    dynmesh.write(tmp_path / "plain.npy", replace(completed, standard_error=None))
+    assert dynmesh.read(target).standard_error_of == "surface"
+    run("convert", target, again)
+    assert dynmesh.read(again).standard_error_of == "surface"
+    # A completion of the tracked sequence says what its own errors are of.
+    run("complete", target, again, "--uncertainty", "--provenance", "--overwrite")
+    assert dynmesh.read(again).standard_error_of == "place"
+    run("complete", target, again, "--provenance", "--overwrite")
+    assert dynmesh.read(again).standard_error_of == "place"
+    if format == "npy":
+        run("convert", tmp_path / "plain.npy", again, "--overwrite")
+        assert not again.with_name("again.standard_error_of.npy").exists()
+    dynmesh.write(tmp_path / "other.npz", completed)
+    assert dynmesh.read(tmp_path / "other.npz").standard_error_of == "place"
+
+
+def test_an_overlay_hides_what_the_errors_below_are_of(
+    tmp_path: Path, completed: dynmesh.Sequence
+) -> None:
+    source, target = tmp_path / "tracked.usdc", tmp_path / "over.usda"
+    dynmesh.write(source, surface_errors(completed))
+    run("complete", source, target, "--overlay", "--uncertainty", "--provenance")
+    assert dynmesh.read(target).standard_error_of == "place"
+
+
+def test_files_say_only_what_errors_can_be_of(tmp_path: Path, completed: dynmesh.Sequence) -> None:
+    with pytest.raises(ValueError, match="standard_error_of: must be 'place' or 'surface'"):
+        replace(completed, standard_error_of="volume")  # type: ignore[arg-type]
+    dynmesh.write(tmp_path / "in.npz", completed)
+    with np.load(tmp_path / "in.npz") as arrays:
+        np.savez(tmp_path / "wrong.npz", **{**arrays, "standard_error_of": "volume"})
+        without = {name: arrays[name] for name in arrays if name != "standard_error_of"}
+        np.savez(tmp_path / "old.npz", **without)
+    with pytest.raises(ValueError, match=r"wrong\.npz: standard_error_of: .* not 'volume'"):
+        dynmesh.read(tmp_path / "wrong.npz")
+    assert dynmesh.read(tmp_path / "old.npz").standard_error_of == "place"
+    for name, sequence in (("a", completed), ("b", surface_errors(completed))):
+        dynmesh.write(tmp_path / f"{name}_%04d.ply", sequence)
+    (tmp_path / "mixed").mkdir()
+    for number, name in enumerate("aabaaa"):
+        file = tmp_path / f"{name}_{number:04d}.ply"
+        file.rename(tmp_path / "mixed" / f"frame_{number:04d}.ply")
+    with pytest.raises(ValueError, match=r"errors of the surface, but .* of the place"):
+        dynmesh.read(tmp_path / "mixed")
+
+
+def test_info_reads_errors_of_the_surface_as_such(
+    tmp_path: Path, completed: dynmesh.Sequence
+) -> None:
+    stats, optimize = pytest.importorskip("scipy.stats"), pytest.importorskip("scipy.optimize")
+    assert completed.standard_error is not None
+    dynmesh.write(tmp_path / "tracked.npz", surface_errors(completed))
+    every = completed.standard_error[np.isfinite(completed.standard_error)].astype(float)
+    bars = every[every > 0]
+    zero = len(every) - len(bars)
+
+    def share(distance: float) -> float:
+        return float((zero + stats.chi(1).cdf(distance / bars).sum()) / len(every))
+
+    expected = optimize.brentq(lambda x: share(x) - 0.9, 1e-6, 100 * bars.max())
+    as_json = json.loads(run("info", tmp_path / "tracked.npz", "--json").stdout)
+    assert as_json["within_90"] == pytest.approx(expected, rel=0.02)
+    assert as_json["standard_error_of"] == "surface"
+    told = run("info", tmp_path / "tracked.npz")
+    assert "of distances from the surface" in told.stdout
+    assert re.search(
+        r"90 % of the vertices are expected to be within \S+ of the true surface, in the unit of "
+        r"the positions; how far they are off along it is not known",
+        " ".join((told.stderr + told.stdout).split()),
+    ), told.stderr
+
+
+def test_evaluate_measures_errors_of_the_surface_from_it(tmp_path: Path) -> None:
+    """Vertices of a plane that slid within it are on the surface, and one above it is not."""
+    mesh = meshes.sheet(8)
+    k = len(mesh.vertices)
+    flat = mesh.vertices * [1.0, 1.0, 0.0]
+    truth = dynmesh.Sequence(np.stack([flat] * 3), mesh.faces)
+    rng = np.random.default_rng(2)
+    bars = rng.uniform(0.5, 1.0, (3, k)).astype(np.float32)
+    off = rng.normal(size=(3, k)) * bars
+    slid = truth.vertices + np.stack([3.0 + 0 * off, 0.4 + 0 * off, off], axis=2)
+    tracked = dynmesh.Sequence(
+        slid,
+        mesh.faces,
+        generation=np.zeros((3, k), np.int32),
+        age=np.zeros((3, k), np.int32),
+        standard_error=bars,
+        standard_error_of="surface",
+    )
+    dynmesh.write(tmp_path / "truth.npz", truth)
+    dynmesh.write(tmp_path / "tracked.npz", tracked)
+    words = ("evaluate", tmp_path / "tracked.npz", tmp_path / "truth.npz")
+    found = json.loads(run(*words, "--json").stdout)["standard_error"]
+    ratio = np.abs(off[1:]) / bars[1:]
+    assert found["standard_error_of"] == "surface"
+    assert found["vertices"] == 2 * k  # although all of them were seen
+    assert found["coverage_50"] == pytest.approx((ratio <= 0.674).mean())
+    assert found["coverage_90"] == pytest.approx((ratio <= 1.645).mean())
+    squares = (off[1:] ** 2).mean() / (bars[1:].astype(float) ** 2).mean()
+    assert found["rms_ratio"] == pytest.approx(np.sqrt(squares), rel=1e-5)
+    assert "distances from the true surface" in run(*words).stdout
+
+
+def test_the_true_surface_is_found_where_a_vertex_slid_to() -> None:
+    trimesh = pytest.importorskip("trimesh")
+    sphere = trimesh.creation.icosphere(subdivisions=3)
+    faces, truth = np.asarray(sphere.faces), np.asarray(sphere.vertices, np.float64)
+    slid = turned(truth, 0.4) * 1.02
+    found = TrueSurface(faces, len(truth)).distances(slid, truth)
+    assert np.linalg.norm(slid - truth, axis=1).mean() > 0.2
+    np.testing.assert_allclose(found, 0.02, atol=0.012)
+
+
+def test_the_legend_says_what_errors_are_of(tmp_path: Path, completed: dynmesh.Sequence) -> None:
+    for sequence, kind, title, factor in (
+        (completed, "place", "standard error in mm", np.sqrt(3)),
+        (surface_errors(completed), "surface", "standard error from the surface in mm", 1.0),
+    ):
+        shown = replace(sequence, metres_per_unit=0.001)
+        dynmesh.write(tmp_path / f"{kind}.npz", shown)
+        with dynmesh.open(tmp_path / f"{kind}.npz") as reader:
+            sources = Sources(reader)
+            quantity = QUANTITIES["standard_error"]
+            frame = frame_of(completed, 2)
+            values = quantity.values(sources, Moment(2, frame, None, None))
+            assert frame.standard_error is not None
+            finite = np.isfinite(frame.standard_error)
+            np.testing.assert_allclose(
+                values[finite], factor * frame.standard_error[finite], rtol=1e-6
+            )
+            assert quantity.scale(sources, [values], None).title == title

@@ -196,10 +196,93 @@ def test_another_job_is_not_mixed_in(tmp_path: Path, partial: Path) -> None:
             partial, output, overwrite=True, watch=interrupted_after(5, KeyboardInterrupt())
         )
     os.utime(partial)
-    with pytest.raises(OtherJobError, match="is of another job: input changed; run without"):
+    rewritten = rf"is of another job: input changed \({partial} was written again\); run without"
+    with pytest.raises(OtherJobError, match=rewritten):
         complete_file(partial, output, overwrite=True, resume=True)
     assert complete_file(partial, output, overwrite=True).resumed_at == 0
     assert [path.name for path in tmp_path.iterdir()] == ["out.npz"]
+
+
+@pytest.mark.usefixtures("eager")
+def test_the_command_says_which_option_of_an_unfinished_output_differs(
+    tmp_path: Path,
+    partial: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    out, other = tmp_path / "out.npz", tmp_path / "other.npz"
+    other.write_bytes(partial.read_bytes())
+    assert shell(monkeypatch, "complete", partial, out, "--noise", "0.1", interrupt=7) == 130
+    kept = files_in(tmp_path)
+    for source, options, what in (
+        (partial, (), "noise changed (it was 0.1, now it is not given)"),
+        (partial, ("--noise", "0.2"), "noise changed (it was 0.1, now it is 0.2)"),
+        (
+            partial,
+            ("--noise", "0.1", "--method", "motion"),
+            "method changed (it was detail, now it is motion)",
+        ),
+        (partial, ("--noise", "0.1", "--provenance"), "provenance changed (it was false, now"),
+        (partial, ("--noise", "0.1", "--uncertainty"), "uncertainty changed (it was false, now"),
+        (
+            partial,
+            ("--noise", "0.1", "--template", other),
+            f"template changed (it was not given, now it is {other})",
+        ),
+        (other, ("--noise", "0.1"), f"input changed (it was {partial}, now it is {other})"),
+    ):
+        shown = run("complete", source, out, "--resume", *options, code=1).stderr
+        assert what in shown
+        assert "run without --resume to start again, or write another output" in shown
+    assert files_in(tmp_path) == kept
+    capfd.readouterr()
+    # A path from elsewhere is the same file.
+    monkeypatch.chdir(partial.parent)
+    assert complete_file(partial.name, out, resume=True, noise=0.1).resumed_at == 7
+
+
+@pytest.mark.parametrize("format", RESUMABLE)
+def test_a_complete_output_of_another_job_is_not_taken_for_done(
+    tmp_path: Path, partial: Path, format: str
+) -> None:
+    output = output_path(tmp_path, format)
+    complete_file(partial, output, fps=30.0)
+    before = files_in(tmp_path)
+    keeps = format in ("npz", "hdf5", "npy", "ply", "pvd")
+    for options, what in (
+        ({"provenance": True}, r"provenance changed \(it was false, now it is true\)"),
+        ({"drop_above": 0.1}, r"drop_above changed \(it was not given, now it is given\)"),
+    ):
+        if keeps:
+            with pytest.raises(OtherJobError, match=rf"complete, but of another job: {what}; run"):
+                complete_file(partial, output, resume=True, fps=30.0, **options)
+        else:  # the file cannot tell
+            assert complete_file(partial, output, resume=True, fps=30.0, **options).existed
+    if format in ("npz", "hdf5", "mdd", "pvd"):
+        with pytest.raises(OtherJobError, match=r"fps changed \(it was 30\.0, now it is 25\.0\)"):
+            complete_file(partial, output, resume=True, fps=25.0)
+    assert complete_file(partial, output, resume=True, fps=30.0).existed
+    assert files_in(tmp_path) == before
+
+
+def test_a_complete_output_without_errors_or_of_other_faces_is_of_another_job(
+    tmp_path: Path, partial: Path
+) -> None:
+    output, turned = tmp_path / "out.npz", tmp_path / "turned.npz"
+    complete_file(partial, output, provenance=True)
+    sequence = dynmesh.read(partial)
+    dynmesh.write(turned, replace(sequence, faces=sequence.faces[::-1].copy(), polygons=None))
+    options = ("--resume", "--provenance")
+    shown = run("complete", partial, output, *options, "--uncertainty", code=1).stderr
+    assert "uncertainty changed (it was false, now it is true)" in shown
+    assert "run with --overwrite to make it anew, or write another output" in shown
+    assert "faces changed" in run("complete", turned, output, *options, code=1).stderr
+    assert "already complete" in run("complete", partial, output, *options).stderr
+    stored = dynmesh.read(output)
+    bars = np.ones(stored.vertices.shape[:2], np.float32)
+    dynmesh.write(output, replace(stored, standard_error=bars, standard_error_of="surface"))
+    shown = run("complete", partial, output, *options, "--uncertainty", code=1).stderr
+    assert "standard errors changed (it was surface, now it is place)" in shown
 
 
 @pytest.mark.usefixtures("eager")

@@ -1,6 +1,7 @@
 """Files, scenes and tables of jobs completed with takes from which method detail learns."""
 
 import json
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -146,8 +147,13 @@ def test_an_interrupted_run_continues_with_the_same_takes_only(
     files = tmp_path / "partial.npz", tmp_path / "out.npz"
     dynmesh.complete_file(files[0], tmp_path / "whole.npz", start=start, rehearsal=takes)
     interrupted(*files, start=start, rehearsal=takes)
-    for others in (takes[:1], takes[::-1], None):
-        with pytest.raises(ValueError, match="is of another job: rehearsal changed; run"):
+    for others, what in (
+        (takes[:1], f"(it was {takes[1]}, now it is not given; 2 files, now 1)"),
+        (takes[::-1], f"(it was {takes[0]}, now it is {takes[1]})"),
+        (None, f"(it was {takes[0]}, now it is not given)"),
+    ):
+        told = re.escape(f"is of another job: rehearsal changed {what}; run")
+        with pytest.raises(ValueError, match=told):
             dynmesh.complete_file(*files, start=start, rehearsal=others, resume=True)
     report = dynmesh.complete_file(*files, start=start, rehearsal=takes, resume=True)
     assert 0 < report.resumed_at < 9

@@ -1,6 +1,7 @@
 """Tracking from files of scans: the command, interruptions, units, alignment, and the examples."""
 
 import json
+import re
 import signal
 import subprocess
 import sys
@@ -136,6 +137,7 @@ def test_a_rehearsal_and_standard_errors_of_a_file(
         template.faces, template.vertices[0], rehearsal=truth.vertices, uncertainty=True
     )
     assert tracked.standard_error is not None
+    assert tracked.standard_error_of == "surface"
     for n, scan in enumerate(open_scans(folder / "points")):
         assert isinstance(scan, PointScan)
         expected = tracker.push(scan.points, scan.normals, viewpoints=scan.viewpoints)
@@ -231,8 +233,48 @@ def test_another_template_is_another_job(
 
     with pytest.raises(KeyboardInterrupt):
         track_file(folder / "points", output, template=folder / "body.obj", watch=stopping)
-    with pytest.raises(ValueError, match="of another job: template changed"):
+    with pytest.raises(
+        ValueError, match=r"of another job: template changed \(it was .*body\.obj, now"
+    ):
         track_file(folder / "points", output, template=other, resume=True)
+    cameras = tmp_path / "rig.json"
+    cameras.write_bytes((folder / "points" / "cameras.json").read_bytes())
+    (tmp_path / "points").mkdir()
+    for file in (folder / "points").iterdir():
+        (tmp_path / "points" / file.name).write_bytes(file.read_bytes())
+    ours = folder / "points" / "cameras.json"
+    kept = sorted(unfinished_folder(output).rglob("*"))
+    for scans, options, what in (
+        (folder, ("--cameras", cameras), f"cameras changed (it was {ours}, now it is {cameras})"),
+        (folder, ("--uncertainty",), "uncertainty changed (it was false, now it is true)"),
+        (folder, ("--no-align",), "align changed (it was auto, now it is never)"),
+        (folder, ("--provenance",), "provenance changed (it was false, now it is true)"),
+        (folder, ("--gaps", "lost"), "gaps changed (it was refuse, now it is lost)"),
+        (folder, ("--fps", "25"), "fps changed (it was not given, now it is 25.0)"),
+        (folder, ("--rehearsal", other), f"rehearsal changed (it was not given, now it is {other}"),
+        (
+            folder,
+            ("--scan-unit", "mm", "--template-unit", "m"),
+            "scan_unit changed (it was not given, now it is 0.001); template_unit changed",
+        ),
+        (tmp_path, (), f"input changed (it was {folder / 'points' / 'frame_00000.ply'}, now it is"),
+    ):
+        words = ("track", scans / "points", output, "--template", folder / "body.obj", "--resume")
+        told = run(*words, *options, code=1).stderr
+        assert what in told
+        assert "run without --resume to start again, or write another output" in told
+    assert sorted(unfinished_folder(output).rglob("*")) == kept
+    report = track_file(folder / "points", output, template=folder / "body.obj", resume=True)
+    assert report.resumed_at > 0
+    # Of the complete output, its own content is all that is known.
+    words = ("track", folder / "points", output, "--template", folder / "body.obj", "--resume")
+    told = run(*words, "--provenance", code=1).stderr
+    what = "provenance changed (it was false, now it is true)"
+    assert f"out.npz: is complete, but of another job: {what}" in told
+    assert "already complete" in run(*words).stderr
+    run(*words, "--provenance", "--overwrite")
+    told = run(*words, "--provenance", "--uncertainty", code=1).stderr
+    assert "uncertainty changed (it was false, now it is true)" in told
 
 
 def test_lost_and_empty_scans_are_carried_on(folder: Path, tmp_path: Path) -> None:
@@ -288,6 +330,56 @@ def test_a_template_elsewhere_is_moved_into_the_scan(
     told = run("track", folder / "points", output, "--template", template).stderr
     assert "a rotation by 40" in told, told
     assert error(dynmesh.read(output), truth).max() < 0.5
+
+
+@pytest.fixture(scope="module")
+def walk(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Templates in different poses of a figure that walks, and a scan of the first."""
+    made = tmp_path_factory.mktemp("walk")
+    walker = dynmesh.synth.walker(60)
+    for number in (0, 25, 33, 42):
+        dynmesh.write(made / f"pose_{number}.npz", walker[number : number + 1])
+    dynmesh.write(made / "twice.npz", replace(walker[:1], vertices=2 * walker.vertices[:1] + 9))
+    run("degrade", made / "pose_0.npz", made / "scans", "--scan", "--points", "3000")
+    return made
+
+
+@pytest.mark.parametrize(
+    ("template", "is_far", "is_other_size"),
+    [("pose_25", False, False), ("pose_42", True, False), ("twice", True, True)],
+)
+def test_a_template_in_another_pose_or_size_is_told(
+    walk: Path, tmp_path: Path, template: str, is_far: bool, is_other_size: bool
+) -> None:
+    words = ("track", walk / "scans", tmp_path / "out.npz", "--template", walk / f"{template}.npz")
+    told = run(*words).stderr
+    assert "mean edges from the first scan; a rotation by" in told
+    far = "that is far; the template is probably not in the pose of the first scan"
+    assert (far in told) == is_far
+    size = "times as large as the template; if that is wrong, --scan-unit and --template-unit"
+    assert (size in told) == is_other_size
+
+
+def test_a_template_that_no_rigid_motion_puts_into_the_scan_is_refused(
+    walk: Path, tmp_path: Path
+) -> None:
+    """Another pose and another unit: errors say how far it is and what to do."""
+    other_unit = tmp_path / "millimetres.npz"
+    still = dynmesh.read(walk / "pose_0.npz")
+    dynmesh.write(other_unit, replace(still, vertices=1000 * still.vertices))
+    pose = (
+        r"and \S+ mean edges after the best rigid motion; it must be the mesh of what was scanned"
+    )
+    for template, what in (
+        (walk / "pose_33.npz", pose),
+        (other_unit, r"the scan is 0\.0009\d* times as large: --scan-unit and --template-unit"),
+    ):
+        output = tmp_path / "out.npz"
+        told = run("track", walk / "scans", output, "--template", template, code=1).stderr
+        assert f"{template}: the template does not lie in the first scan: it is " in told
+        assert re.search(what, told), told
+        assert not output.exists()
+        assert not unfinished_folder(output).exists()
 
 
 @pytest.mark.parametrize("seed", range(3))

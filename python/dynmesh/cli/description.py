@@ -15,7 +15,7 @@ from rich.table import Table
 from .. import files
 from .._core import RehearsalSummary, TopologyReport
 from .._extras import require_all
-from ..calibration import Distances, in_words
+from ..calibration import Distances, estimated, in_words
 from ..diagnosis import Diagnosis, diagnose
 from ..diagnosis.finding import MOST_PLACES
 from ..draw.figures import load_pyvista
@@ -30,6 +30,7 @@ from .terminal import PATIENCE, say, track, watch_rehearsal
 _REFUSED_SHOWN = 3
 _BRIEF = 5  # indices of each finding
 _OF_REHEARSAL = ("frames", "variance_held", "rms_distance", "largest_distance")
+_ERRORS_OF = {"place": "of coordinates", "surface": "of distances from the surface"}
 _STYLES = {"error": "bold red", "warning": "yellow", "note": "cyan"}
 
 
@@ -79,7 +80,7 @@ def info(
     with files.open(path, **source) as reader:
         takes = check_takes(rehearsal or None, file_settings)
         learnt = Rehearsal(takes, reader, watch_rehearsal)
-        distances = Distances()
+        distances = Distances(reader.header.standard_error_of)
         diagnosis = diagnose(reader, watch=partial(_watch, distances))
         summary = learnt.summary() if learnt else None
     if as_json:
@@ -88,6 +89,7 @@ def info(
             told["rehearsal"] = {name: getattr(summary, name) for name in _OF_REHEARSAL}
         if reader.header.has_standard_error:
             told["within_90"] = distances.within(0.9)
+            told["standard_error_of"] = reader.header.standard_error_of
         print(json.dumps(told, indent=2, allow_nan=False))
     else:
         _print(diagnosis, format_name, summary)
@@ -105,7 +107,8 @@ def info(
 def _watch(distances: Distances, frames: Iterable[Frame], total: int) -> Iterable[Frame]:
     for frame in track(frames, total, "reading", patience=PATIENCE):
         if frame.standard_error is not None and frame.generation is not None:
-            distances.add(frame.standard_error, frame.generation > 0)
+            counted = estimated(frame.generation, distances.standard_error_of)
+            distances.add(frame.standard_error, counted)
         yield frame
 
 
@@ -160,8 +163,9 @@ def _header_rows(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
     yield "unit of length", f"unknown{guess}" if said is None else f"{said:g} m"
     yield "name", escape(header.name or "unknown")
     yield "known masks", "yes" if header.has_known else "no"
+    bars = header.has_standard_error
     yield "generation and age", "yes" if header.has_provenance else "no"
-    yield "standard errors", "yes" if header.has_standard_error else "no"
+    yield "standard errors", _ERRORS_OF[header.standard_error_of] if bars else "no"
 
 
 def _topology_rows(topology: TopologyReport) -> Iterator[tuple[str, str]]:

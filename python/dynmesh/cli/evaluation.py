@@ -14,6 +14,8 @@ from ..study import evaluation
 from .options import Axis, Faces, Prim, Seed, share_out
 from .terminal import WorkBar, say, track
 
+_ERRORS_OF = {"place": "places", "surface": "distances from the true surface"}
+
 
 def evaluate(
     completed: Annotated[Path, typer.Argument(metavar="COMPLETED", help="The completed sequence.")],
@@ -28,9 +30,10 @@ def evaluate(
     documentation. The other values are distances between vertices and their true positions: mean,
     root mean square and 99th percentile per frame, averaged over the frames, and the overall
     maximum. All are in bounding-box diagonals of the reference's first frame, which is not itself
-    measured; dynmesh info prints the lengths of the diagonal and of a mean edge. --json prints
-    NMSVE as "nmsve", without the factor. --faces and --prim apply to both files where their formats
-    support them. Example:
+    measured; dynmesh info prints the lengths of the diagonal and of a mean edge. Standard errors,
+    if COMPLETED has them, are compared with the distances that they are of: from the true places,
+    or, in a tracked sequence, from the true surface. --json prints NMSVE as "nmsve", without the
+    factor. --faces and --prim apply to both files where their formats support them. Example:
 
     ```text
     dynmesh evaluate completed.npz truth.npz
@@ -51,6 +54,7 @@ def evaluate(
     table.add_row("frames", str(result.frames))
     table.add_row("unit", f"bounding-box diagonal of frame 0, {result.bounding_box_diagonal:g}")
     if (found := result.calibration) is not None:
+        table.add_row("standard errors are of", _ERRORS_OF[found.standard_error_of])
         table.add_row("errors within the 50 % interval", f"{100 * found.coverage_50:.3g} %")
         table.add_row("errors within the 90 % interval", f"{100 * found.coverage_90:.3g} %")
         table.add_row("error / standard error", f"{found.rms_ratio:.3g}, root mean squares")

@@ -28,8 +28,10 @@ from .terminal import track as watched
 
 _UNIT = "m, cm, mm, or a number of metres"
 
-_FAR = 2.0
-"""Mean edges between a template and a scan beyond which their poses probably differ."""
+_FAR = 1.5
+"""Mean edges between a moved template and a scan beyond which their poses probably differ."""
+_SIZES = 1.5
+"""A scan so many times larger or smaller than a moved template is probably in another unit."""
 _FEW = 0.05
 """Below this share of vertices with a correspondence, a scan is probably not of the mesh."""
 
@@ -177,6 +179,11 @@ def _say_what_was_done(output: Path, report: TrackFileReport) -> None:
             say(
                 f"{output}: that is far; the template is probably not in the pose of the first "
                 "scan, so look at the first frames"
+            )
+        if not 1 / _SIZES < found.ratio < _SIZES:
+            say(
+                f"{output}: the scan is {found.ratio:.3g} times as large as the template; if that "
+                "is wrong, --scan-unit and --template-unit say the units"
             )
     if report.seconds_per_frame is not None and report.observed is not None:
         n = report.frames - report.resumed_at

@@ -10,6 +10,7 @@ import numpy as np
 
 from .._checks import check_finite
 from .._errors import InputError
+from ..calibration import RULES
 from ..files import Frame, Reader
 from ..metrics import bounding_box_diagonal
 from ..sequence import Mask
@@ -198,17 +199,24 @@ def _lacks_standard_error(sources: Sources) -> str | None:
         return None
     return (
         f"{sources.reader.path}: holds no standard_error; "
-        "dynmesh complete --provenance --uncertainty writes it"
+        "dynmesh complete and track write it with --provenance --uncertainty"
     )
 
 
 def _standard_error(sources: Sources, moment: Moment) -> Values:
-    """Returns those of positions, so that they compare with errors; the largest where unseen."""
+    """Returns those of distances, so that they compare with errors; the largest where unseen."""
     bars = moment.frame.standard_error
     assert bars is not None
-    of_positions = math.sqrt(3) * bars.astype(np.float64) * sources.unit.per_unit
-    finite = np.isfinite(of_positions)
-    return np.where(finite, of_positions, of_positions.max(initial=0.0, where=finite))
+    coordinates = RULES[sources.reader.header.standard_error_of].coordinates
+    of_distances = math.sqrt(coordinates) * bars.astype(np.float64) * sources.unit.per_unit
+    finite = np.isfinite(of_distances)
+    return np.where(finite, of_distances, of_distances.max(initial=0.0, where=finite))
+
+
+def _standard_error_scale(sources: Sources, values: Sequence[Values], range: Range | None) -> Scale:
+    is_of_surface = sources.reader.header.standard_error_of == "surface"
+    name = "standard error from the surface" if is_of_surface else "standard error"
+    return _length_scale(name)(sources, values, range)
 
 
 def _length_scale(name: str) -> Callable[[Sources, Sequence[Values], Range | None], Scale]:
@@ -251,7 +259,7 @@ QUANTITIES: dict[Colour, Quantity] = {
     ),
     "age": Quantity(_lacks("age"), _age, _count_scale("age: frames since last observed"), "counts"),
     "standard_error": Quantity(
-        _lacks_standard_error, _standard_error, _length_scale("standard error"), "measures"
+        _lacks_standard_error, _standard_error, _standard_error_scale, "measures"
     ),
     "known": Quantity(_lacks_masks, _known, _known_scale, None),
 }

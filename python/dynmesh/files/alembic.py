@@ -16,8 +16,10 @@ from numpy.typing import NDArray
 
 from .._errors import InputError
 from ..polygons import split_polygons
+from ..sequence import StandardErrorOf
 from .alembic_archive import (
     AlembicScene,
+    errors_of_key,
     faces_of,
     library,
     parameters,
@@ -28,7 +30,7 @@ from .alembic_archive import (
 from .alembic_writer import AlembicWriter
 from .comments import said_in
 from .format import Format, Template, refuse_template
-from .header import Frame, Header
+from .header import Frame, Header, errors_of
 from .reader import Reader
 
 
@@ -73,6 +75,7 @@ class AlembicReader(Reader):
         faces, polygons = split_polygons(turned(faces_of(self._mesh)))
         self._parameters = _parameters(self._mesh.getSchema(), n_frames)
         info = library("Abc").GetArchiveInfo(archive)
+        said = said_in(info.get("userDescription", "").split(","))
         return Header(
             faces=faces,
             n_frames=n_frames,
@@ -80,12 +83,18 @@ class AlembicReader(Reader):
             dtype=np.dtype(np.float32),
             polygons=polygons,
             name=self._mesh.getFullName(),
-            **said_in(info.get("userDescription", "").split(","))._asdict(),
+            up_axis=said.up_axis,
+            metres_per_unit=said.metres_per_unit,
             **timing_of(archive, self._positions)._asdict(),
             has_known="known" in self._parameters,
             has_provenance="age" in self._parameters,
             has_standard_error="standard_error" in self._parameters,
+            standard_error_of=self._errors_of(),
         )
+
+    def _errors_of(self) -> StandardErrorOf:
+        bars = self._parameters.get("standard_error")
+        return errors_of(None if bars is None else bars.getMetaData().get(errors_of_key) or None)
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
         for number in numbers:

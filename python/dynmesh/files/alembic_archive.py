@@ -16,6 +16,9 @@ from .times import Timing, broadcast, frame_number, spacing, uneven
 parameters = {"known": "Uchar", "generation": "Int32", "age": "Int32", "standard_error": "Float"}
 """The data of a vertex besides its position, and the kind of geometry parameter that holds it."""
 
+errors_of_key = "standard_error_of"
+"""Of the metadata of the parameter `standard_error`."""
+
 
 class AlembicScene(Scene):
     """An archive and its meshes. Copies by reference (instances) of a mesh change with it."""

@@ -1,11 +1,13 @@
 """Writes meshes to an Alembic archive, alone or in the scene that they come from."""
 
+from dataclasses import replace
 from typing import Any
 
 from ..polygons import as_polygons
 from .alembic_archive import (
     AlembicScene,
     byte_array,
+    errors_of_key,
     float_array,
     integer_array,
     library,
@@ -48,7 +50,9 @@ class AlembicWriter(SceneWriter):
         self._parameters: dict[str, Any] = {}
         self._parents: dict[str, Any] = {}
         if self.origin is None:
-            said = ", ".join(comments_of(self.header))
+            # Not what the parameters say: the description stays when other meshes replace this one.
+            described = replace(self.header, has_standard_error=False)
+            said = ", ".join(comments_of(described))
             self._output = OutputArchive(self.folder / self.path.name, self.header.fps, said)
         else:
             self._begin_scene(self.origin)
@@ -85,6 +89,9 @@ class AlembicWriter(SceneWriter):
             self.remarks += mesh.remarks
         names = ["known"] * header.has_known + list(header.provenance)
         for name in names:
+            said = library("AbcCoreAbstract").MetaData()
+            if name == "standard_error":
+                said.set(errors_of_key, header.standard_error_of)
             self._parameters[name] = output.property(
                 f"O{parameters[name]}GeomParam",
                 mesh.parameters(),
@@ -92,6 +99,7 @@ class AlembicWriter(SceneWriter):
                 False,
                 library("AbcGeom").GeometryScope.kVertexScope,
                 1,
+                metadata=said,
                 sampling=mesh.sampling,
             )
         self._mesh = mesh

@@ -1,20 +1,23 @@
-"""Up axis and unit, stored as comments in files that have no field for them.
+"""What files say of a sequence in comments, as they have no field for it.
 
-A line is `up_axis z` or `metres_per_unit 0.01`. All other comments are ignored.
+A line is `up_axis z`, `metres_per_unit 0.01` or `standard_error_of surface`. All other comments are
+ignored.
 """
 
 import math
 from collections.abc import Iterable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from ..sequence import StandardErrorOf
 from .header import Header
 
 
 class Said(NamedTuple):
-    """The content of the comments, named like the fields of a header; None if absent."""
+    """The content of the comments, named like the fields of a header."""
 
     up_axis: str | None = None
     metres_per_unit: float | None = None
+    standard_error_of: StandardErrorOf = "place"
 
     def agrees_with(self, header: Header) -> bool:
         """Whether the content does not contradict the header."""
@@ -26,8 +29,9 @@ class Said(NamedTuple):
 
 def comments_of(header: Header) -> list[str]:
     """Returns the comment lines for a header."""
-    said = Said(header.up_axis, header.metres_per_unit)
-    return [f"{name} {value}" for name, value in said._asdict().items() if value is not None]
+    said: dict[str, Any] = Said(header.up_axis, header.metres_per_unit)._asdict()
+    said["standard_error_of"] = header.standard_error_of if header.has_standard_error else None
+    return [f"{name} {value}" for name, value in said.items() if value is not None]
 
 
 def said_in(comments: Iterable[str]) -> Said:
@@ -39,6 +43,8 @@ def said_in(comments: Iterable[str]) -> Said:
                 said = said._replace(up_axis=axis)
             case ["metres_per_unit", word] if (length := _length(word)) is not None:
                 said = said._replace(metres_per_unit=length)
+            case ["standard_error_of", "place" | "surface" as errors]:
+                said = said._replace(standard_error_of=errors)
     return said
 
 

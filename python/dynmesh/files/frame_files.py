@@ -95,8 +95,8 @@ class FramesReader(Reader):
                 yield self._lost_frame()
                 continue
             with naming(file):
-                frame, polygons, _ = self._load(file)
-                self._compare(frame, polygons)
+                frame, polygons, said = self._load(file)
+                self._compare(frame, polygons, said)
             points = frame.points.astype(self.dtype, copy=False)
             yield replace(frame, points=points)
 
@@ -110,7 +110,7 @@ class FramesReader(Reader):
         }
         return Frame(np.full((k, 3), np.nan, self.dtype), nothing, **provenance)
 
-    def _compare(self, frame: Frame, polygons: Polygons) -> None:
+    def _compare(self, frame: Frame, polygons: Polygons, said: Said) -> None:
         """Raises an error unless a frame matches the first one."""
         first = self._first.name
         n_vertices, n_faces = len(frame.points), len(polygons.sizes)
@@ -129,6 +129,9 @@ class FramesReader(Reader):
         ):
             if (values is not None) != wanted:
                 raise ValueError(f"has {'no ' if wanted else ''}{name}, unlike {first}")
+        ours, theirs = said.standard_error_of, self.header.standard_error_of
+        if self.header.has_standard_error and ours != theirs:
+            raise ValueError(f"has standard errors of the {ours}, but {first} of the {theirs}")
 
 
 class NumberedReader(FramesReader):

@@ -2,8 +2,8 @@
 
 `known` is a bool dataset as h5py writes it, an 8-bit enumeration of FALSE and TRUE; integers are
 refused, since they might be weights or labels. `fps`, `up_axis`, `name`, `start`,
-`metres_per_unit` and `derived` may also be attributes of the root group. Datasets in other groups
-are ignored.
+`metres_per_unit`, `derived` and `standard_error_of` may also be attributes of the root group.
+Datasets in other groups are ignored.
 """
 
 import contextlib
@@ -25,7 +25,9 @@ from .named import arrays_once, header_of, kinds_per_frame, once, per_frame, row
 from .reader import Reader
 from .writer import Writer
 
-attributes = ("fps", "up_axis", "name", "start", "metres_per_unit", "derived")
+attributes = (
+    "fps", "up_axis", "name", "start", "metres_per_unit", "derived", "standard_error_of",
+)  # fmt: skip
 # Frames that share compressed chunks are read in order, so the chunks are cached until the last.
 chunk_cache = {"rdcc_nbytes": 48 << 20, "rdcc_nslots": 10007}
 most_packed = 100_000

@@ -2,12 +2,13 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, cast, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .._checks import check_array, check_integer
+from .._errors import InputError
 from ..sequence import (
     PROVENANCE,
     Description,
@@ -16,6 +17,7 @@ from ..sequence import (
     Provenance,
     Sequence,
     StandardError,
+    StandardErrorOf,
     check_corners,
     check_faces,
     check_vertices,
@@ -64,7 +66,8 @@ class Header(Description):
         has_provenance: whether each frame has the generation and the age of its vertices.
         has_standard_error: whether each frame has their standard errors as well.
 
-    The attributes of :class:`dynmesh.Description`, from `fps` to `derived`, are keywords as well.
+    The attributes of :class:`dynmesh.Description`, from `fps` to `standard_error_of`, are keywords
+    as well.
 
     Raises:
         TypeError, ValueError: an attribute is of the wrong kind or shape.
@@ -96,6 +99,20 @@ class Header(Description):
         if self.has_standard_error and not self.has_provenance:
             raise ValueError("has_standard_error: requires has_provenance")
         self._check_description(self.n_frames)
+
+
+def errors_of(text: str | None) -> StandardErrorOf:
+    """What a file says that its standard errors are of; files that say nothing hold places.
+
+    Raises:
+        ValueError: it is none of the possible values.
+    """
+    for known in get_args(StandardErrorOf):
+        if text == known:
+            return cast(StandardErrorOf, known)
+    if text is None:
+        return "place"
+    raise InputError(f"must be 'place' or 'surface', not {text!r}", argument="standard_error_of")
 
 
 def header_of(sequence: Sequence) -> Header:

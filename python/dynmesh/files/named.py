@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from .._errors import InputError, KindError
 from ..polygons import Polygons
 from ..sequence import PROVENANCE, check_faces, check_known, check_provenance, check_vertices
-from .header import Frame, Header
+from .header import Frame, Header, errors_of
 
 per_frame = ("vertices", "known", *PROVENANCE)
 once = (
     "faces", "fps", "polygon_sizes", "polygon_corners", "up_axis", "name", "start", "times",
-    "metres_per_unit", "derived",
+    "metres_per_unit", "derived", "standard_error_of",
 )  # fmt: skip
 
 
@@ -82,6 +82,9 @@ def header_of(
         has_provenance="age" in names,
         has_standard_error="standard_error" in names,
         derived=_derived(str(array_of("derived"))) if "derived" in names else None,
+        standard_error_of=errors_of(
+            str(array_of("standard_error_of")) if "standard_error_of" in names else None
+        ),
     )
 
 
@@ -139,6 +142,7 @@ def arrays_once(header: Header) -> dict[str, Any]:
         ),
         "derived": ", ".join(f"{name}: {how}" for name, how in (header.derived or {}).items())
         or None,
+        "standard_error_of": header.standard_error_of if header.has_standard_error else None,
     }
     if header.polygons is not None:
         arrays["polygon_sizes"], arrays["polygon_corners"] = header.polygons

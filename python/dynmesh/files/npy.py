@@ -1,8 +1,9 @@
 """`.npy`: positions as one numpy array (n, k, 3), mapped into memory.
 
 The other arrays are in separate files: `NAME.faces.npy` and, optionally, `NAME.known.npy`,
-`NAME.generation.npy`, `NAME.age.npy` and `NAME.standard_error.npy`. Frames per second, polygons,
-the up axis, the name of the mesh, the unit and the number of the first frame cannot be stored.
+`NAME.generation.npy`, `NAME.age.npy`, `NAME.standard_error.npy` and, as a text, what the standard
+errors are of, `NAME.standard_error_of.npy`. Frames per second, polygons, the up axis, the name of
+the mesh, the unit and the number of the first frame cannot be stored.
 """
 
 import contextlib
@@ -13,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..sequence import check_faces, check_known, check_provenance, check_vertices
+from ..sequence import StandardErrorOf, check_faces, check_known, check_provenance, check_vertices
 from .flat import FlatRows
 from .format import Format, Template, refuse_mesh_name
-from .header import Frame, Header
+from .header import Frame, Header, errors_of
 from .named import per_frame
 from .naming import naming
 from .reader import Reader
@@ -81,16 +82,20 @@ class NpyReader(Reader):
             template = find_template(template, n_vertices, faces_beside)
             self._files = [_path_of(name, path) for name in self._rows]
             self._files += template.files
+            if (said := _path_of("standard_error_of", path)).exists():
+                self._files.append(said)
             header = Header(
                 faces=template.faces,
                 n_frames=n_frames,
                 n_vertices=n_vertices,
                 dtype=vertices.dtype.newbyteorder("="),
                 polygons=template.polygons,
-                **template.said._asdict(),
+                up_axis=template.said.up_axis,
+                metres_per_unit=template.said.metres_per_unit,
                 has_known="known" in self._rows,
                 has_provenance="age" in self._rows,
                 has_standard_error="standard_error" in self._rows,
+                standard_error_of=_load_errors_of(_path_of("standard_error_of", path)),
             )
             super().__init__(path, header)
             stack.pop_all()  # the arrays stay open
@@ -117,6 +122,13 @@ def _load_faces(path: Path) -> Template:
     return Template(faces, None, None)
 
 
+def _load_errors_of(path: Path) -> StandardErrorOf:
+    if not path.exists():
+        return errors_of(None)
+    with naming(path):
+        return errors_of(str(load_array(path)))
+
+
 class NpyWriter(RowFilesWriter):
     """The arrays of a sequence that is being written."""
 
@@ -126,6 +138,8 @@ class NpyWriter(RowFilesWriter):
     def _begin(self, kept: int) -> None:
         super()._begin(kept)
         np.save(self._row_file("faces"), self.header.faces)
+        if self.header.has_standard_error:
+            np.save(self._row_file("standard_error_of"), self.header.standard_error_of)
 
     def _outdated(self) -> list[Path]:
         """Returns the other files of the sequence that is replaced."""
@@ -135,7 +149,7 @@ class NpyWriter(RowFilesWriter):
     @classmethod
     def existing(cls, path: Path) -> list[Path]:
         """Returns the existing files that writing to `path` would replace or remove."""
-        files = [_path_of(name, path) for name in (*per_frame, "faces")]
+        files = [_path_of(name, path) for name in (*per_frame, "faces", "standard_error_of")]
         return [file for file in files if file.exists()]
 
 

@@ -18,13 +18,22 @@ from typing import Any, Self
 import numpy as np
 
 from ..polygons import as_polygons, split_polygons
+from ..sequence import StandardErrorOf
 from .format import Format, Template, refuse_template
-from .header import Frame, Header
+from .header import Frame, Header, errors_of
 from .reader import Reader
 from .usd_derived import derived_of
 from .usd_overlay import UsdOverlayWriter
 from .usd_scene import UsdScene
-from .usd_stage import faces_of, frame_times, primvars_of, timing, translating, value_at
+from .usd_stage import (
+    errors_of_key,
+    faces_of,
+    frame_times,
+    primvars_of,
+    timing,
+    translating,
+    value_at,
+)
 from .usd_writer import UsdWriter
 
 
@@ -77,11 +86,16 @@ class UsdReader(Reader):
             has_known="known" in self._primvars,
             has_provenance="age" in self._primvars,
             has_standard_error="standard_error" in self._primvars,
+            standard_error_of=self._errors_of(),
         )
         derived = derived_of(
             self._mesh, as_polygons(faces, polygons), np.array(first), self._times[0]
         )
         return replace(header, derived=derived)
+
+    def _errors_of(self) -> StandardErrorOf:
+        bars = self._primvars.get("standard_error")
+        return errors_of(None if bars is None else bars.GetCustomDataByKey(errors_of_key))
 
     @property
     def files(self) -> list[Path]:

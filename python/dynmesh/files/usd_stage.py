@@ -35,6 +35,9 @@ dtypes = {
 }
 """The dtypes of the library's arrays."""
 
+errors_of_key = "standard_error_of"
+"""Of the custom data of the primvar `standard_error`."""
+
 _numbers = itertools.count()
 
 

@@ -9,7 +9,7 @@ from .header import Frame
 from .scene_writer import SceneWriter
 from .times import frame_numbers
 from .usd_derived import DerivedAttributes
-from .usd_stage import library_array, primvars, pxr, translating
+from .usd_stage import errors_of_key, library_array, primvars, pxr, translating
 
 
 class UsdWriter(SceneWriter):
@@ -66,6 +66,9 @@ class UsdWriter(SceneWriter):
                 name: api.CreatePrimvar(name, getattr(sdf.ValueTypeNames, primvars[name]), "vertex")
                 for name in names
             }
+            if header.has_standard_error:  # always, since those of layers below would be visible
+                attribute = self._primvars["standard_error"].GetAttr()
+                attribute.SetCustomDataByKey(errors_of_key, header.standard_error_of)
             self._derived: Any = DerivedAttributes(mesh, header, faces, times / rate)
         for name, why in self._derived.blocked.items():
             self.remarks.append(

@@ -21,6 +21,11 @@ _WITHIN_SHARE = 0.1
 """A template lies in a scan if typical distances are at most this many mean edges, which a tracker
 can bridge in one frame, and at most this share of its size, for coarse meshes."""
 
+_FAR, _FAR_SHARE = 2.5, 0.02
+"""After the best rigid motion, a template has another pose than the scan, or is another mesh, if
+typical distances are more than this many mean edges, and more than this share of its size, which
+the noise of scans of fine meshes does not reach."""
+
 _OTHER_UNIT = 20.0
 """A scan so many times larger or smaller than a template is in another unit."""
 
@@ -50,12 +55,14 @@ class Alignment(NamedTuple):
         shift: (3,)
         before: the distance without the motion.
         after: the distance with it.
+        ratio: how many times as large as the template the scan is.
     """
 
     rotation: _Floats
     shift: _Floats
     before: float
     after: float
+    ratio: float
 
     @property
     def degrees(self) -> float:
@@ -82,6 +89,12 @@ def is_other_unit(ratio: float) -> bool:
 def lies_within(distance: float, template: Positions, mean_edge: float) -> bool:
     """Whether a template that is so many mean edges from a scan lies in it."""
     return distance <= min(_WITHIN, _WITHIN_SHARE * _size(template.astype(np.float64)) / mean_edge)
+
+
+def is_far(distance: float, template: Positions, mean_edge: float) -> bool:
+    """Whether a template that is so many mean edges from a scan at best is not in its pose."""
+    far = max(_FAR, _FAR_SHARE * _size(template.astype(np.float64)) / mean_edge)
+    return distance > far or not lies_within(distance, template, mean_edge)
 
 
 def distance_between(
@@ -124,7 +137,8 @@ def align(
         refined.append((residual, number, motion))
     _, _, motion = min(refined, key=lambda found: found[:2])
     after = _distance(motion(whole), many, mean_edge)
-    return Alignment(motion.rotation, motion.shift, before, after)
+    ratio = ratio_of_sizes(template, scan)
+    return Alignment(motion.rotation, motion.shift, before, after, ratio)
 
 
 class _Motion(NamedTuple):

@@ -5,6 +5,7 @@ import time
 import zipfile
 import zlib
 from collections.abc import Iterable
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, TypedDict
 
@@ -79,7 +80,8 @@ class Checkpoint:
         if job != self._job:
             changed = "; ".join(_differences(json.loads(job), json.loads(self._job)))
             raise OtherJobError(
-                f"{self._path}: is of another job: {changed}; run without --resume to start again"
+                f"{self._path}: is of another job: {changed}; run without --resume to start again, "
+                "or write another output"
             )
         return progress
 
@@ -153,20 +155,42 @@ def describe_job(
 def identity(file: Path) -> list[Any]:
     """What changes when a file is replaced or written again."""
     found = file.stat()
-    return [str(file), found.st_size, found.st_mtime_ns]
+    return [str(file.absolute()), found.st_size, found.st_mtime_ns]
 
 
 def _differences(one: dict[str, Any], other: dict[str, Any]) -> list[str]:
-    """Names what differs, with values except for inputs, masks and faces, which are digests."""
+    """Names what differs, with values except for masks and faces, which are digests."""
     told = []
     for name in sorted(one.keys() | other.keys()):
         before, now = one.get(name), other.get(name)
-        if before != now:
-            opaque = name in ("input", "template", "rehearsal", "known", "faces")
-            values = "" if opaque else f" (it was {_shown(before)}, now it is {_shown(now)})"
-            told.append(f"{name} changed{values}")
+        if before == now:
+            continue
+        if name in ("known", "faces"):
+            told.append(f"{name} changed")
+        elif name in ("input", "cameras", "template", "rehearsal"):
+            told.append(_changed_files(name, before or [], now or []))
+        else:
+            told.append(changed(name, before, now))
     return told
 
 
+def _changed_files(name: str, before: list[list[Any]], now: list[list[Any]]) -> str:
+    """Says which is the first of the files that differs; their order matters."""
+    pairs = zip_longest(before, now, fillvalue=[None])
+    (was, *_), (is_now, *_) = next(pair for pair in pairs if pair[0] != pair[1])
+    if was == is_now:
+        return f"{name} changed ({was} was written again)"
+    alike = len(before) == len(now) or not before or not now
+    numbers = "" if alike else f"; {len(before)} files, now {len(now)}"
+    return f"{name} changed (it was {_shown(was)}, now it is {_shown(is_now)}{numbers})"
+
+
+def changed(name: str, before: object, now: object) -> str:
+    """Says that an option of a job differs."""
+    return f"{name} changed (it was {_shown(before)}, now it is {_shown(now)})"
+
+
 def _shown(value: object) -> str:
-    return "not given" if value is None else str(value).lower()
+    if isinstance(value, bool):
+        return str(value).lower()
+    return "not given" if value is None else str(value)

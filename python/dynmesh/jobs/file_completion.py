@@ -76,8 +76,10 @@ def complete_file(
         resume: whether to continue an interrupted run of the same job; the result equals that of an
             uninterrupted run. Starts anew if there is nothing to continue. Does nothing if
             the output exists with as many frames and vertices as the input, no unfinished output is
-            beside it and `overwrite` is not set. These formats can be resumed: npz, hdf5, npy, pc2,
-            mdd, ply, obj and pvd.
+            beside it and `overwrite` is not set. Nothing remembers the job of a complete output, so
+            only its faces, its `fps` and whether it has provenance, standard errors and dropped
+            vertices are compared with this job, as far as its format has them. These formats can be
+            resumed: npz, hdf5, npy, pc2, mdd, ply, obj and pvd.
         overlay: whether to write a USD layer that holds the completed points and what follows from
             them, with the input, a USD stage, as its sublayer.
         watch: called with the frames in the order in which they are completed, their number and the
@@ -90,7 +92,7 @@ def complete_file(
     Raises:
         FileExistsError: the output exists, and `resume` does not find it complete.
         BlockingIOError: another process is writing it.
-        OtherJobError: `resume` finds unfinished files of another job, which are kept.
+        OtherJobError: `resume` finds files of another job, which are kept; it says what differs.
         ValueError: `resume` is set, but the format cannot be resumed; there is no frame `start`, or
             it is not whole; the template or a frame of the rehearsal is not whole or has another
             mesh.
@@ -164,6 +166,7 @@ def output_header(
         has_known=drop_above is not None,
         has_provenance=provenance,
         has_standard_error=provenance and settings["uncertainty"],
+        standard_error_of="place",
     )
 
 

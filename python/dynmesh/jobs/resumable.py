@@ -1,15 +1,18 @@
 """Writing an output that an interrupted run can continue, whatever makes its frames."""
 
 import contextlib
+import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
 
+import numpy as np
+
 from .. import files
 from .._errors import InputError
 from ..files import Header, Reader, Target, Writer
-from .checkpoint import BEGINNING, Checkpoint, Progress
+from .checkpoint import BEGINNING, Checkpoint, OtherJobError, Progress, changed
 from .interrupts import holding_interrupts
 from .lock import lock_folder
 from .unfinished import clearing, folder_for, settle, unfinished_folder
@@ -82,7 +85,7 @@ class ResumableOutput:
         Raises:
             FileExistsError: the output exists, and `resume` does not find it complete.
             BlockingIOError: another process is writing it.
-            OtherJobError: `resume` finds unfinished files of another job, which are kept.
+            OtherJobError: `resume` finds files of another job, which are kept.
             OSError, TypeError, ValueError: the errors of the work and of the writer.
         """
         output, header = self.target.path, self.header
@@ -91,6 +94,8 @@ class ResumableOutput:
         settled = settle(folder, output, checkpoint)
         complete = self.resume and not self.overwrite and not checkpoint.exists()
         complete = complete and self._is_complete()
+        if complete:
+            self._check_finished()
         self.target.check(
             overwrite=self.overwrite or complete, reader=self.reader, others=self.others
         )
@@ -126,6 +131,19 @@ class ResumableOutput:
             return (made.n_frames, made.n_vertices) == wanted
         return False
 
+    def _check_finished(self) -> None:
+        """Raises an error if the complete output shows that another job has made it.
+
+        Nothing beside it remembers the job, so this compares what it holds itself.
+        """
+        with files.open(self.target.path, format=self.target.format) as reader:
+            differences = list(_differences(reader.header, self.header, self.target.writer))
+        if differences:
+            raise OtherJobError(
+                f"{self.target.path}: is complete, but of another job: {'; '.join(differences)}; "
+                "run with --overwrite to make it anew, or write another output"
+            )
+
     def _begin_writer(self, folder: Path, progress: Progress) -> tuple[Writer, Progress]:
         if progress.done:
             # A process that was killed while it finished its file may have left an incomplete one.
@@ -135,6 +153,28 @@ class ResumableOutput:
         (folder.parent / "checkpoint.npz").unlink(missing_ok=True)
         origin = None if self.reader is None else self.target.kept_of(self.reader)
         return self.target.create(self.header, folder=folder, origin=origin), BEGINNING
+
+
+def _differences(made: Header, wanted: Header, writer: type[Writer]) -> Iterator[str]:
+    """Names what differs between an output and the result of a job, as far as the format has it."""
+    if not np.array_equal(made.faces, wanted.faces):
+        yield "faces changed"
+    # Not every format has fps, and some have it rounded.
+    if made.fps and wanted.fps and not math.isclose(made.fps, wanted.fps, rel_tol=1e-3):
+        yield changed("fps", made.fps, wanted.fps)
+    compared: list[tuple[str, object, object]] = []
+    if writer.keeps_provenance:
+        compared += [("provenance", made.has_provenance, wanted.has_provenance)]
+    if made.has_provenance and wanted.has_provenance:
+        compared += [("uncertainty", made.has_standard_error, wanted.has_standard_error)]
+    if made.has_standard_error and wanted.has_standard_error:
+        compared += [("standard errors", made.standard_error_of, wanted.standard_error_of)]
+    if writer.keeps_known:
+        given = {True: "given", False: None}
+        compared += [("drop_above", given[made.has_known], given[wanted.has_known])]
+    for name, before, now in compared:
+        if before != now:
+            yield changed(name, before, now)
 
 
 def check_resumable(target: Target) -> None:

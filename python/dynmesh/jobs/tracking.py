@@ -21,6 +21,7 @@ from .alignment import (
     Alignment,
     align,
     distance_between,
+    is_far,
     is_other_unit,
     lies_within,
     ratio_of_sizes,
@@ -82,7 +83,8 @@ def track_file(
             that the vertex had a correspondence in the scan; with `uncertainty`, also its standard
             error.
         overwrite: whether to replace an existing output.
-        resume: whether to continue an interrupted run of the same job; see :func:`complete_file`.
+        resume: whether to continue an interrupted run of the same job; see :func:`complete_file`,
+            also for what is compared if the output is complete.
         rehearsal: files with complete frames of the template's mesh, from which the tracker learns
             how it varies.
         uncertainty: whether to estimate how far each vertex may be from the true surface.
@@ -93,6 +95,7 @@ def track_file(
     Raises:
         FileExistsError: the output exists, and `resume` does not find it complete.
         BlockingIOError: another process is writing it.
+        OtherJobError: `resume` finds files of another job, which are kept; it says what differs.
         OSError, ImportError, TypeError, ValueError: a file cannot be read or written; the template
             does not lie in the first scan, the error says how far it is; a unit is stated for the
             scans, but none for the template.
@@ -111,7 +114,8 @@ def track_file(
         check_resumable(target)
     with files.open(template) as mesh:
         reader = open_scans(scans, cameras=cameras, gaps=gaps)
-        factor = _factor(reader, mesh, scan_unit, template_unit)
+        units = _units(reader, mesh, scan_unit, template_unit)
+        factor = _factor(*units, mesh)
         times = np.arange(reader.n_frames, dtype=np.float64) * reader.step + reader.start
         header = replace(
             mesh.header,
@@ -122,16 +126,20 @@ def track_file(
             has_known=False,
             has_provenance=provenance,
             has_standard_error=provenance and uncertainty,
+            standard_error_of="surface",
         )
         rehearsed = Rehearsal(takes, mesh)
         start = {
             "template": list(map(identity, mesh.files)),
-            "scan to template": factor,
+            "cameras": list(map(identity, reader.camera_files)),
+            "scan_unit": units[0],
+            "template_unit": units[1],
             "align": align,
             "uncertainty": uncertainty,
             **rehearsed.described(),
         }
-        job = describe_job(reader.files, header, {"gaps": gaps}, start, target.format, {})
+        inputs = [file for file in reader.files if file not in reader.camera_files]
+        job = describe_job(inputs, header, {"gaps": gaps}, start, target.format, {})
 
         def tracker_at(placed: Positions) -> Tracker:
             return rehearsed.tracker(placed, threads=threads, uncertainty=uncertainty)
@@ -270,10 +278,10 @@ class _Tracking:
         if other_unit or self._align == "never":
             raise InputError(told + doubt, file=self._mesh.path)
         found = align(points, self._mesh.faces, cloud, mean_edge)
-        if not lies_within(found.after, points, mean_edge):
+        if is_far(found.after, points, mean_edge):
             raise InputError(
-                f"{told}, and {found.after:.3g} mean edges after the best rigid motion; pose it as "
-                f"in the first scan{doubt}",
+                f"{told}, and {found.after:.3g} mean edges after the best rigid motion; it must be "
+                f"the mesh of what was scanned, in the pose of the first scan{doubt}",
                 file=self._mesh.path,
             )
         self._alignment = found
@@ -286,13 +294,13 @@ def _has_points(scan: Scan) -> bool:
     return any(bool(depth.any()) for depth in scan.depth)
 
 
-def _factor(
+def _units(
     scans: ScanReader,
     mesh: Reader,
     scan_unit: str | float | None,
     template_unit: str | float | None,
-) -> float:
-    """Returns the length of the unit of the scans in that of the template."""
+) -> tuple[float | None, float | None]:
+    """Returns the metres in a unit of the scans and of the template; None if nothing says."""
     units = []
     for name, given, stated in (
         ("scan_unit", scan_unit, scans.metres_per_unit),
@@ -302,7 +310,11 @@ def _factor(
             units.append(stated if given is None else unit_of(given))
         except ValueError as error:
             raise InputError(str(error).removeprefix("unit: "), argument=name) from error
-    ours, theirs = units
+    return units[0], units[1]
+
+
+def _factor(ours: float | None, theirs: float | None, mesh: Reader) -> float:
+    """Returns the length of the unit of the scans in that of the template."""
     if ours is None:
         return 1.0
     if theirs is None:

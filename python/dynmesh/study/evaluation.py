@@ -7,9 +7,10 @@ from itertools import islice
 import numpy as np
 
 from .. import metrics
-from ..calibration import Calibrating, Calibration
+from ..calibration import Calibrating, Calibration, estimated
 from ..files import Frame, Reader
 from ..files.reader import check_comparable
+from .true_surface import TrueSurface
 
 _FRAMES_AT_ONCE = 32  # measured together, because each call builds the cells anew
 
@@ -54,7 +55,9 @@ def evaluate(completed: Reader, reference: Reader, frames: Iterable[Frame]) -> E
     """
     check_comparable(completed, reference)
     pairs = zip(_whole(frames, completed), _whole(reference, reference), strict=True)
-    calibrating = Calibrating()
+    kind = completed.header.standard_error_of
+    calibrating = Calibrating(kind)
+    surface = TrueSurface(reference.faces, reference.n_vertices) if kind == "surface" else None
     first = next(pairs)[1].points
     unit = metrics.bounding_box_diagonal(first)
     if unit == 0:
@@ -68,12 +71,14 @@ def evaluate(completed: Reader, reference: Reader, frames: Iterable[Frame]) -> E
         nmsve.extend(metrics.nmsve(reference.faces, truth, ours))
         of_vertices = metrics.vertex_error(truth, ours)
         errors.extend(metrics.summary(e) for e in of_vertices)
-        for (frame, _), error in zip(stretch, of_vertices, strict=True):
+        for (frame, true), error in zip(stretch, of_vertices, strict=True):
             if frame.standard_error is not None and frame.generation is not None:
+                if surface is not None:
+                    error = surface.distances(frame.points, true.points)
                 calibrating.add(
                     error,
                     frame.standard_error,
-                    filled=frame.generation > 0,
+                    filled=estimated(frame.generation, kind),
                     generation=frame.generation,
                     age=frame.age,
                 )

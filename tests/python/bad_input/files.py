@@ -93,6 +93,7 @@ sequences = [
     _sequence("`derived`: colours", ValueError, "derived:", "'colours'", "normals", derived={"colours": "vertex"}),
     _sequence("`derived`: velocities per face", ValueError, "derived:", "velocities", "'uniform'", derived={"velocities": "uniform"}),
     _sequence("`derived`: text", TypeError, "derived:", "'normals'", derived="normals"),
+    _sequence("`standard_error_of`: volume", ValueError, "standard_error_of:", "'volume'", "surface", standard_error_of="volume"),
     _sequence("`polygons`: a number", TypeError, "polygons:", "int", polygons=3),
     _sequence("`generation` without `age`", ValueError, "generation, age:", generation=np.zeros((3, 49), int)),
 ]  # fmt: skip

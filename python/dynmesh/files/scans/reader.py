@@ -32,16 +32,20 @@ class ScanReader(ABC):
         step: the difference between the numbers of two frames.
         n_frames: number of frames.
         files: all files that are read.
+        camera_files: those of them that describe cameras.
         metres_per_unit: as the files state it, or None.
     """
 
-    def __init__(self, path: Path, rig: Rig | None, found: Found, files: list[Path]) -> None:
+    def __init__(
+        self, path: Path, rig: Rig | None, found: Found, files: list[Path], also: list[Path]
+    ) -> None:
         """Called by subclasses when the files are found."""
         self.path = path
         self.rig = rig
         self.start, self.step = found.start, found.step
         self.n_frames = len(found.files)
-        self.files = files
+        self.files = [*files, *also]
+        self.camera_files = also
         self.metres_per_unit = None if rig is None else rig.metres_per_unit
 
     def __iter__(self) -> Iterator[Scan | None]:
@@ -74,7 +78,7 @@ class PointReader(ScanReader):
         found = find_files(path, suffix, gaps)
         self._files = found.files
         present = [file for file in found.files if file is not None]
-        super().__init__(path, rig, found, [*present, *also])
+        super().__init__(path, rig, found, present, also)
         said = read_points(present[0]).said.metres_per_unit
         if None not in (said, self.metres_per_unit) and said != self.metres_per_unit:
             raise ValueError(
@@ -120,7 +124,7 @@ class DepthReader(ScanReader):
         files = [file for images in self._images for _, file in images]
         found = Found([None] * len(every), numbers[0], step)
         self._sizes: dict[str, tuple[tuple[int, ...], str]] = {}
-        super().__init__(path, rig, found, [*files, *also])
+        super().__init__(path, rig, found, files, also)
 
     def doubt(self) -> str:
         """Says which camera has intrinsics that do not fit the size of its images."""
