@@ -44,6 +44,7 @@ SurfaceTracking::Tally SurfaceTracking::correspond(const Measurement& measuremen
       c.weight = search.weight / ((1 + distance / (scale * scale)) * (1 + aside / (side * side)));
     }
   });
+  if (!search.takes_any) weigh_crowds(measurement.size());
   Tally tally;
   for (std::size_t v = 0; v < x_.size(); ++v) {
     tally.seen += seen_[v];
@@ -52,6 +53,24 @@ SurfaceTracking::Tally SurfaceTracking::correspond(const Measurement& measuremen
     vertices_near_[found_[v].number] = static_cast<std::uint32_t>(v);
   }
   return tally;
+}
+
+/// Where the measured surface ends, many vertices take the points of its edge. At most one of them
+/// is there, and the places of the others were not measured, so they count less.
+void SurfaceTracking::weigh_crowds(std::size_t n_points) {
+  sharing_.assign(n_points, 0);
+  double n_found = 0;
+  for (const Correspondence& c : found_) {
+    if (!(c.weight > 0)) continue;
+    ++sharing_[c.number];
+    n_found += 1;
+  }
+  const double usual = std::max(1.0, constants_.crowd * n_found / static_cast<double>(n_points));
+  for (Correspondence& c : found_) {
+    if (!(c.weight > 0)) continue;
+    const double crowd = std::max(1.0, sharing_[c.number] / usual);
+    c.weight /= crowd * crowd;
+  }
 }
 
 /// Whether a measured point is within some mean edges of a vertex, and their normals agree.

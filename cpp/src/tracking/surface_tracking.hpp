@@ -95,6 +95,7 @@ class SurfaceTracking {
   void predict();
   void look(const Measurement& measurement);
   Tally correspond(const Measurement& measurement, const Search& search);
+  void weigh_crowds(std::size_t n_points);
   [[nodiscard]] bool is_near(const Measurement& measurement, std::uint32_t point, std::size_t v,
                              double radius) const;
   [[nodiscard]] std::size_t rigid_stride() const;
@@ -137,6 +138,7 @@ class SurfaceTracking {
   std::vector<Quaternion> old_rotations_;
   bool is_factored_ = false;
   std::vector<std::uint32_t> vertices_near_;  // a vertex near each measured point, if any is known
+  std::vector<std::uint32_t> sharing_;        // how many vertices take each measured point
   std::vector<std::uint32_t> guesses_;        // the last measured point of each vertex
   PointScan vertices_;                        // the surface itself
   std::vector<Correspondence> drawn_;
