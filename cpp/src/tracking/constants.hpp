@@ -75,6 +75,8 @@ struct TrackingConstants {
   /// behind the front a vertex may lie.
   double pixel = 1;
   double thickness = 1.5;
+  /// The same for a vertex of a sheet that is seen from behind.
+  double back_thickness = 0.5;
 
   /// A vertex counts as observed if its point is at most this far.
   double observed_distance = 1;
