@@ -13,6 +13,14 @@
 namespace dynmesh::testing {
 namespace {
 
+std::vector<double> track_images(Tracker<double>& tracker, const std::vector<Image>& images) {
+  std::vector<DepthImage> views;
+  for (const auto& image : images) views.push_back(image.view());
+  std::vector<double> tracked(3 * tracker.n_vertices());
+  tracker.push_depth(views, {tracked.data(), tracker.n_vertices()});
+  return tracked;
+}
+
 TEST_CASE("a template that moves as a whole is found again") {
   const auto mesh = bumpy_torus(24);
   Tracker<double> tracker(mesh.faces(), mesh.points());
@@ -150,6 +158,20 @@ TEST_CASE("depth images of four cameras are as good as a scan") {
         "intrinsics: of image 1 are singular: the focal lengths are 0 and 300 pixels, but must be "
         "positive");
   CHECK(tracker.state() == before);
+}
+
+TEST_CASE("rounding does not decide what is found in depth images") {
+  const Mesh<double> mesh = bumpy_torus(24);
+  Tracker<double> tracker(mesh.faces(), mesh.points());
+  Tracker<double> other(mesh.faces(), mesh.points());
+  for (int t = 1; t <= 4; ++t) {
+    std::vector<Image> images = images_of(mesh, turned(mesh.vertices, 0.02 * t), 2, 96);
+    const auto tracked = track_images(tracker, images);
+    for (Image& image : images) {
+      for (std::size_t i = 3; i < 12; i += 4) image.pose[i] = std::nextafter(image.pose[i], 100);
+    }
+    CHECK(largest_difference(track_images(other, images), tracked) < 1e-9);
+  }
 }
 
 TEST_CASE("the C interface tracks as the C++ interface does") {

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from meshes import Array, Mesh, join
+from meshes import Array, Mesh, join, sheet
 from tracking_reference import Tracked, vertex_normals
 
 import dynmesh
@@ -150,6 +150,37 @@ def test_parts_that_are_missing_keep_their_shape(rng: np.random.Generator) -> No
     assert error(mesh, truth, tracked) < 0.4
 
 
+def test_hidden_legs_do_not_drift(rng: np.random.Generator) -> None:
+    """The scan ends at the waist of a body at rest, where the vertices below must not crowd."""
+    walker = dynmesh.synth.walker(1)
+    mesh = Mesh(walker.faces.astype(np.int64), walker.vertices[0].astype(np.float64))
+    tracker = Tracker(mesh.faces, mesh.vertices)
+    waist = np.median(mesh.vertices[:, 2])
+    for _ in range(10):
+        points, normals = scan_of(mesh, mesh.vertices, 8000, rng, noise=0.02 * edge(mesh))
+        above = points[:, 2] > waist
+        tracked = tracker.push(points[above], normals[above])
+    distance = np.linalg.norm(tracked - mesh.vertices, axis=1)
+    assert distance[mesh.vertices[:, 2] < waist].mean() < 1.2 * edge(mesh)
+
+
+def test_a_sheet_is_seen_from_both_sides(rng: np.random.Generator) -> None:
+    """Sensors above a wavy sheet see its front, or its back if its faces are turned over."""
+    plane = sheet(20)
+    for faces in (plane.faces, plane.faces[:, ::-1]):
+        mesh = Mesh(np.ascontiguousarray(faces), plane.vertices)
+        tracker = Tracker(mesh.faces, mesh.vertices)
+        for n in range(1, 6):
+            truth = mesh.vertices.copy()
+            truth[:, 2] += 0.1 * n * np.sin(0.5 * truth[:, 0]) + 0.2 * n
+            points, normals = scan_of(mesh, truth, 4000, rng)
+            normals *= np.sign(normals[:, 2:])  # as seen from above
+            sensors = np.array([[10.0, 10, 30], [10, -10, 30]])
+            tracked = tracker.push(points, normals, viewpoints=sensors)
+        assert tracker.observed.mean() > 0.9
+        assert np.abs(tracked - truth)[:, 2].max() < 0.8
+
+
 def test_half_of_a_horse_is_found_again(data: Path) -> None:
     """Half of the scan is missing for ten frames, while the legs move by up to 28 edges each."""
     horse = dynmesh.read(data / "horse_gallop.npz")
@@ -163,7 +194,7 @@ def test_half_of_a_horse_is_found_again(data: Path) -> None:
         kept = depth > np.median(depth) if 14 <= n < 24 else np.full(len(truth), True)
         errors.append(error(mesh, truth, tracker.push(truth[kept], normals[kept])))
     assert max(errors[:14]) < 1.5
-    assert errors[23] > 5
+    assert errors[23] > 3
     assert errors[24] < 0.6
 
 

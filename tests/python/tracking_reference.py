@@ -75,7 +75,11 @@ class Tracked(reference.Detail):
         distance = (offset**2).sum(axis=1)
         aside = distance - (offset * n).sum(axis=1) ** 2
         weight = 1 / ((1 + distance / scale**2) * (1 + aside / scale**2))
-        return q, n, np.where(found == NOT_FOUND, 0.0, weight)
+        taken = found != NOT_FOUND
+        sharing = np.bincount(found[taken], minlength=len(self.points))
+        usual = max(1.0, 1.5 * taken.sum() / len(self.points))
+        crowd = np.maximum(1.0, sharing[found] / usual)
+        return q, n, np.where(taken, weight / crowd**2, 0.0)
 
     def _moved_rigidly(self, x: Array) -> Array:
         q, n, w = self._correspond(x, 12, 4)

@@ -39,6 +39,9 @@ struct TrackingConstants {
   /// The distance along the surface at which it counts half. Measured points lie closer than that,
   /// so what is farther aside was not measured.
   double side = 1.5;
+  /// The number of vertices that may share a point, as a multiple of the mean one, and 1 at least.
+  /// Where more do, the weight of each falls with the square of their number.
+  double crowd = 1.5;
   /// The least cosine between the normal of a vertex and that of its point.
   double agreement = 0.8;
   /// The share of the shape of frame 0 in the shape that is wanted, beside that of the last frame.
@@ -72,6 +75,8 @@ struct TrackingConstants {
   /// behind the front a vertex may lie.
   double pixel = 1;
   double thickness = 1.5;
+  /// The same for a vertex of a sheet that is seen from behind.
+  double back_thickness = 0.5;
 
   /// A vertex counts as observed if its point is at most this far.
   double observed_distance = 1;

@@ -12,14 +12,24 @@ namespace dynmesh {
 /// only where X has just been predicted, or moved as a whole.
 void SurfaceTracking::look(const Measurement& measurement) {
   find_vertex_normals(faces_, x_, normals_);
-  visibility_.find(faces_, x_, normals_, measurement.viewpoints(), constants_.pixel * mean_edge_,
-                   constants_.thickness * mean_edge_, seen_);
+  const Visibility::Tolerances tolerances = {constants_.pixel * mean_edge_,
+                                             constants_.thickness * mean_edge_,
+                                             constants_.back_thickness * mean_edge_};
+  visibility_.find(faces_, x_, normals_, measurement.viewpoints(), is_sheet_, tolerances, seen_);
+}
+
+/// The normals of X, on the side that the sensors see.
+void SurfaceTracking::find_seen_normals() {
+  find_vertex_normals(faces_, x_, normals_);
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    if (seen_[v] == Sight::back) normals_[v] = -1.0 * normals_[v];
+  }
 }
 
 /// Finds the points of every `stride`th of the vertices that the sensors can see.
 SurfaceTracking::Tally SurfaceTracking::correspond(const Measurement& measurement,
                                                    const Search& search) {
-  find_vertex_normals(faces_, x_, normals_);
+  find_seen_normals();
   const double scale = search.scale * mean_edge_;
   const double side = search.side * mean_edge_;
   workers_.for_each_short_chunk(static_cast<Index>(x_.size()), [&](Index first, Index last) {
@@ -27,7 +37,7 @@ SurfaceTracking::Tally SurfaceTracking::correspond(const Measurement& measuremen
     for (auto v = static_cast<std::size_t>(first); v < static_cast<std::size_t>(last); ++v) {
       Correspondence& c = found_[v];
       c = {};
-      if (seen_[v] == 0 || v % search.stride != 0) continue;
+      if (seen_[v] == Sight::hidden || v % search.stride != 0) continue;
       const std::uint32_t guess = guesses_[v] == Measurement::no_guess ? near_by : guesses_[v];
       if (search.takes_any && is_near(measurement, guess, v, search.radius)) {
         c = {measurement.point(guess), measurement.normal(guess), 1, guess};
@@ -44,14 +54,33 @@ SurfaceTracking::Tally SurfaceTracking::correspond(const Measurement& measuremen
       c.weight = search.weight / ((1 + distance / (scale * scale)) * (1 + aside / (side * side)));
     }
   });
+  if (!search.takes_any) weigh_crowds(measurement.size());
   Tally tally;
   for (std::size_t v = 0; v < x_.size(); ++v) {
-    tally.seen += seen_[v];
+    tally.seen += seen_[v] == Sight::hidden ? 0 : 1;
     if (!(found_[v].weight > 0)) continue;
     ++tally.found;
     vertices_near_[found_[v].number] = static_cast<std::uint32_t>(v);
   }
   return tally;
+}
+
+/// Where the measured surface ends, many vertices take the points of its edge. At most one of them
+/// is there, and the places of the others were not measured, so they count less.
+void SurfaceTracking::weigh_crowds(std::size_t n_points) {
+  sharing_.assign(n_points, 0);
+  double n_found = 0;
+  for (const Correspondence& c : found_) {
+    if (!(c.weight > 0)) continue;
+    ++sharing_[c.number];
+    n_found += 1;
+  }
+  const double usual = std::max(1.0, constants_.crowd * n_found / static_cast<double>(n_points));
+  for (Correspondence& c : found_) {
+    if (!(c.weight > 0)) continue;
+    const double crowd = std::max(1.0, sharing_[c.number] / usual);
+    c.weight /= crowd * crowd;
+  }
 }
 
 /// Whether a measured point is within some mean edges of a vertex, and their normals agree.
@@ -71,7 +100,7 @@ double SurfaceTracking::share_without_point(double distance) const {
   double n_seen = 0;
   double n_without = 0;
   for (std::size_t v = 0; v < x_.size(); ++v) {
-    if (seen_[v] == 0) continue;
+    if (seen_[v] == Sight::hidden) continue;
     n_seen += 1;
     const Correspondence& c = found_[v];
     const bool is_near = c.weight > 0 && squared_norm(c.point - x_[v]) < reach * reach;
@@ -115,7 +144,7 @@ double SurfaceTracking::draw_towards_unexplained(const Measurement& measurement,
     if (nearest.squared_distance < least * least) continue;
     // A vertex that lies on the measured surface stays there: the point is of something else.
     const Correspondence& own = found_[nearest.index];
-    if (seen_[nearest.index] == 0) continue;
+    if (seen_[nearest.index] == Sight::hidden) continue;
     if (own.weight > 0 && squared_norm(own.point - x_[nearest.index]) < least * least) continue;
     n_unexplained += 1;
     Correspondence& drawn = drawn_[nearest.index];

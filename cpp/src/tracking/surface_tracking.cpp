@@ -29,6 +29,7 @@ SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& to
       rotations_(topology.cells, workers),
       fit_(topology.cells.size()),
       visibility_(topology.cells.size()),
+      is_sheet_(find_sheets(faces_, topology.component)),
       rest_(topology.cells, workers, detail_constants_, std::move(take)),
       error_bars_(topology.cells, workers, detail_constants_, has_uncertainty, true),
       shape_(topology.cells.size()),

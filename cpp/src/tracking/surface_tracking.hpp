@@ -93,8 +93,10 @@ class SurfaceTracking {
   };
 
   void predict();
+  void find_seen_normals();
   void look(const Measurement& measurement);
   Tally correspond(const Measurement& measurement, const Search& search);
+  void weigh_crowds(std::size_t n_points);
   [[nodiscard]] bool is_near(const Measurement& measurement, std::uint32_t point, std::size_t v,
                              double radius) const;
   [[nodiscard]] std::size_t rigid_stride() const;
@@ -120,6 +122,7 @@ class SurfaceTracking {
   Rotations rotations_;
   SurfaceFit fit_;
   Visibility visibility_;
+  std::vector<std::uint8_t> is_sheet_;  // whether the back of a vertex can be seen
   double mean_edge_ = 1;
   bool is_first_ = true;
   RestShape rest_;
@@ -132,11 +135,13 @@ class SurfaceTracking {
   Anchors anchors_;
   std::vector<Vector3<double>> x_, normals_, wanted_, turned_;
   std::vector<Correspondence> found_;
-  std::vector<std::uint8_t> seen_, observed_;
+  std::vector<Sight> seen_;
+  std::vector<std::uint8_t> observed_;
   std::vector<double> found_in_;  // the correspondences of each component, weighed
   std::vector<Quaternion> old_rotations_;
   bool is_factored_ = false;
   std::vector<std::uint32_t> vertices_near_;  // a vertex near each measured point, if any is known
+  std::vector<std::uint32_t> sharing_;        // how many vertices take each measured point
   std::vector<std::uint32_t> guesses_;        // the last measured point of each vertex
   PointScan vertices_;                        // the surface itself
   std::vector<Correspondence> drawn_;

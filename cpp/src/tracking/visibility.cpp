@@ -1,6 +1,7 @@
 #include "tracking/visibility.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -28,12 +29,39 @@ struct Axes {
 
 }  // namespace
 
+std::vector<std::uint8_t> find_sheets(std::span<const Triangle> faces,
+                                      std::span<const Index> component) {
+  std::vector<std::array<Index, 2>> edges;
+  edges.reserve(3 * faces.size());
+  for (const Triangle& face : faces) {
+    for (std::size_t e = 0; e < 3; ++e) {
+      edges.push_back({std::min(face[e], face[(e + 1) % 3]), std::max(face[e], face[(e + 1) % 3])});
+    }
+  }
+  std::ranges::sort(edges);
+  std::vector<double> n_boundary(component.size()), n_vertices(component.size());  // by component
+  for (auto first = edges.begin(); first != edges.end();) {
+    const auto next = std::upper_bound(first, edges.end(), *first);
+    const Index of = component[static_cast<std::size_t>((*first)[0])];
+    if (next - first == 1) n_boundary[static_cast<std::size_t>(of)] += 1;
+    first = next;
+  }
+  for (const Index of : component) n_vertices[static_cast<std::size_t>(of)] += 1;
+  std::vector<std::uint8_t> is_sheet(component.size());
+  for (std::size_t v = 0; v < component.size(); ++v) {
+    const auto of = static_cast<std::size_t>(component[v]);
+    is_sheet[v] = n_boundary[of] * n_boundary[of] >= n_vertices[of] ? 1 : 0;
+  }
+  return is_sheet;
+}
+
 Visibility::Visibility(std::size_t n_vertices)
     : image_(n_vertices), depths_(std::size_t{most_pixels} * most_pixels) {}
 
 void Visibility::find(std::span<const Triangle> faces, Field frame, Field normals, Field viewpoints,
-                      double pixel, double tolerance, std::span<std::uint8_t> seen) {
-  std::ranges::fill(seen, std::uint8_t{viewpoints.empty()});
+                      std::span<const std::uint8_t> is_sheet, const Tolerances& tolerances,
+                      std::span<Sight> seen) {
+  std::ranges::fill(seen, viewpoints.empty() ? Sight::front : Sight::hidden);
   Vector3<double> low = frame[0];
   Vector3<double> high = frame[0];
   for (const auto& x : frame) {
@@ -51,7 +79,7 @@ void Visibility::find(std::span<const Triangle> faces, Field frame, Field normal
     if (is_outside) {
       // The sphere around the surface appears under the half-angle asin(reach / distance).
       const double slope = reach / std::sqrt(distance * distance - reach * reach);
-      half = std::clamp(std::ceil(slope * distance / pixel), 2.0, 0.5 * most_pixels);
+      half = std::clamp(std::ceil(slope * distance / tolerances.pixel), 2.0, 0.5 * most_pixels);
       scale = (half - 1) / slope;
       const Axes axes(view);
       for (std::size_t v = 0; v < frame.size(); ++v) {
@@ -64,15 +92,19 @@ void Visibility::find(std::span<const Triangle> faces, Field frame, Field normal
     }
     const int side = static_cast<int>(2 * half);
     for (std::size_t v = 0; v < frame.size(); ++v) {
-      if (seen[v] != 0 || !(dot(normals[v], viewpoint - frame[v]) > 0)) continue;
+      if (seen[v] == Sight::front) continue;
+      const bool is_front = dot(normals[v], viewpoint - frame[v]) > 0;
+      if (!is_front && !(is_sheet[v] != 0 && is_outside)) continue;
       if (is_outside) {
         const int column = std::clamp(static_cast<int>(image_[v].x), 0, side - 1);
         const int row = std::clamp(static_cast<int>(image_[v].y), 0, side - 1);
         const auto drawn =
             static_cast<double>(depths_[static_cast<std::size_t>(row * side + column)]);
-        if (image_[v].z > drawn + tolerance) continue;
+        // Outside of all that is drawn, a back is that of a rim, which is seen from the side.
+        if (!is_front && !std::isfinite(drawn)) continue;
+        if (image_[v].z > drawn + (is_front ? tolerances.front : tolerances.back)) continue;
       }
-      seen[v] = 1;
+      seen[v] = is_front ? Sight::front : Sight::back;
     }
   }
 }

@@ -10,6 +10,15 @@
 
 namespace dynmesh {
 
+/// What a sensor can see of a vertex.
+enum class Sight : std::uint8_t { hidden, front, back };
+
+/// (k,) whether the component of each vertex is a sheet, whose back can be seen: its boundary has
+/// at least as many edges as the square root of the number of its vertices. Smaller holes, as of a
+/// neck or of eyes, show little of the inside.
+std::vector<std::uint8_t> find_sheets(std::span<const Triangle> faces,
+                                      std::span<const Index> component);
+
 /// Draws the surface as each sensor sees it, in a small depth image: what is drawn behind something
 /// else is hidden. Allocates memory only in the constructor.
 class Visibility {
@@ -18,13 +27,20 @@ class Visibility {
 
   explicit Visibility(std::size_t n_vertices);
 
-  /// Sets `seen` (k,) to 1 for the vertices that face one of the viewpoints and that nothing hides
-  /// from it, else to 0; without viewpoints, to 1 for all. `normals` (k,) are those of the
-  /// vertices. Depths are compared with a tolerance of `tolerance`, and a pixel is about `pixel`
-  /// wide at the centre of the surface, both lengths. A surface that surrounds a viewpoint hides
-  /// nothing from it.
+  /// What is compared with what is drawn; lengths.
+  struct Tolerances {
+    double pixel;  ///< the width of a pixel at the centre of the surface, about
+    double front;  ///< how far behind the front a vertex may lie
+    double back;   ///< the same for one that is seen from behind, to which the front may be near
+  };
+
+  /// Finds (k,) what of each vertex can be seen from the viewpoints: the front if it faces one that
+  /// nothing hides it from, else the back if it faces away from one like that and `is_sheet` (k,).
+  /// Without viewpoints, that is the front of all. `normals` (k,) are those of the vertices. A
+  /// surface that surrounds a viewpoint hides no front from it, and shows no back.
   void find(std::span<const Triangle> faces, Field frame, Field normals, Field viewpoints,
-            double pixel, double tolerance, std::span<std::uint8_t> seen);
+            std::span<const std::uint8_t> is_sheet, const Tolerances& tolerances,
+            std::span<Sight> seen);
 
  private:
   static constexpr int most_pixels = 512;  // along a side

@@ -45,7 +45,7 @@ bool SurfaceTracking::align(const Measurement& measurement) {
   Vector3<double> seen;
   double n_seen = 0;
   for (std::size_t v = 0; v < x_.size(); ++v) {
-    if (seen_[v] == 0) continue;
+    if (seen_[v] == Sight::hidden) continue;
     seen = seen + x_[v];
     n_seen += 1;
   }
