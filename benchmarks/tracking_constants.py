@@ -41,6 +41,7 @@ CONSTANTS = (
     "narrow_radius",
     "scale",
     "side",
+    "crowd",
     "agreement",
     "pull",
     "least_unexplained",
@@ -53,6 +54,7 @@ CONSTANTS = (
     "most_searches",
     "pixel",
     "thickness",
+    "back_thickness",
 )
 FACTORS = (0.5, 2.0)
 FRAMES = 30

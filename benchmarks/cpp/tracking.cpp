@@ -38,6 +38,7 @@ constexpr std::pair<std::string_view, Number> numbers[] = {
     {"narrow_radius", &TrackingConstants::narrow_radius},
     {"scale", &TrackingConstants::scale},
     {"side", &TrackingConstants::side},
+    {"crowd", &TrackingConstants::crowd},
     {"agreement", &TrackingConstants::agreement},
     {"pull", &TrackingConstants::pull},
     {"least_unexplained", &TrackingConstants::least_unexplained},
@@ -48,6 +49,7 @@ constexpr std::pair<std::string_view, Number> numbers[] = {
     {"lost_share", &TrackingConstants::lost_share},
     {"pixel", &TrackingConstants::pixel},
     {"thickness", &TrackingConstants::thickness},
+    {"back_thickness", &TrackingConstants::back_thickness},
     {"jump", &TrackingConstants::jump},
 };
 constexpr std::pair<std::string_view, Count> counts[] = {
