@@ -53,7 +53,8 @@ Args:
         takes longer than everything else, and turned to the viewpoints; without viewpoints they
         agree with both sides of the surface.
     viewpoints: The positions of the sensors, (c, 3). With them, vertices that no sensor can see are
-        not compared with the scan, so give them if they are known.
+        not compared with the scan, and sheets, such as cloth or a mask, are also compared where
+        they are seen from behind, so give them if they are known.
     out: An array (k, 3) of the tracker's dtype to which the tracked frame is written. If None, a
         new array is allocated.
 
