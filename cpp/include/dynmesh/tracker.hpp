@@ -34,8 +34,8 @@ struct Scan {
   /// takes longer than everything else, and turned to the viewpoints.
   Points<const Real> normals = {};
   /// (c, 3) the positions of the sensors. With them, vertices that no sensor can see are not
-  /// compared with the scan, which is the largest single gain in accuracy, and sheets, such as cloth
-  /// or a mask, are also compared where they are seen from behind. Null if not known.
+  /// compared with the scan, which is the largest single gain in accuracy, and sheets, such as
+  /// cloth or a mask, are also compared where they are seen from behind. Null if not known.
   Points<const Real> viewpoints = {};
 };
 
