@@ -3,7 +3,6 @@
 #include <getopt.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cstdio>
 #include <deque>
 #include <dynmesh/version.hpp>
@@ -15,6 +14,7 @@
 
 #include "completer/settings_table.hpp"
 #include "frame_files.hpp"
+#include "support/parse_number.hpp"
 
 namespace dynmesh::app {
 namespace {
@@ -63,7 +63,7 @@ template <class Number>
 Number parse(const char* option, const std::string& text, const char* kind) {
   Number value = 0;
   const char* end = text.data() + text.size();
-  const auto [stopped, error] = std::from_chars(text.data(), end, value);
+  const auto [stopped, error] = parse_number(text.data(), end, value);
   if (stopped != end || error == std::errc::invalid_argument) {
     throw UsageError(std::string(option) + ": '" + text + "' is not a " + kind);
   }

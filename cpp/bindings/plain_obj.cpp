@@ -1,8 +1,9 @@
 #include "plain_obj.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <system_error>
+
+#include "support/parse_number.hpp"
 
 namespace dynmesh {
 namespace {
@@ -25,7 +26,7 @@ class Words {
   /// Reads a number at the beginning of the word.
   template <class Number>
   bool read(Number& value) {
-    const auto [stopped, error] = std::from_chars(at_, end_, value);
+    const auto [stopped, error] = parse_number(at_, end_, value);
     at_ = stopped;
     return error == std::errc();
   }

@@ -110,7 +110,7 @@ class FaultyTracker:
 
     def push(self, points: Any, normals: Any = None, **options: Any) -> Any:
         if self._fault == "sees things" and not len(points):
-            points, normals = np.random.default_rng(0).normal(size=(2, 500, 3))
+            points, normals = self._tracker.skip(), None
         try:
             tracked = self._tracker.push(points, normals, **options)
         except ValueError:

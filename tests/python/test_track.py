@@ -372,7 +372,7 @@ def test_a_template_that_no_rigid_motion_puts_into_the_scan_is_refused(
     )
     for template, what in (
         (walk / "pose_33.npz", pose),
-        (other_unit, r"the scan is 0\.0009\d* times as large: --scan-unit and --template-unit"),
+        (other_unit, r"the scan is 0\.0009\d* times as large: state both units by --scan-unit"),
     ):
         output = tmp_path / "out.npz"
         told = run("track", walk / "scans", output, "--template", template, code=1).stderr

@@ -1,12 +1,13 @@
 #include "mesh/template_files.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <dynmesh/template_mesh.hpp>
 #include <limits>
 #include <system_error>
+
+#include "support/parse_number.hpp"
 
 namespace dynmesh {
 namespace {
@@ -23,7 +24,7 @@ bool next_line(std::istream& file, char comment, std::string& line, std::size_t&
 
 template <class Integer>
 bool parse(std::string_view word, Integer& value) {
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  const auto [end, error] = parse_number(word.data(), word.data() + word.size(), value);
   return error == std::errc() && end == word.data() + word.size();
 }
 
@@ -79,7 +80,7 @@ void refuse_line(const std::string& path, std::size_t line, const std::string& w
 float checked_number(const std::string& path, std::size_t line, std::string_view word) {
   const std::string_view number = word.substr(word.starts_with('+') ? 1 : 0);
   double value = std::numeric_limits<double>::quiet_NaN();
-  // std::from_chars does not depend on the locale and accepts decimal numbers only.
+  // It does not depend on the locale and accepts decimal numbers only.
   if (!parse(number, value) || !(std::abs(value) <= std::numeric_limits<float>::max())) {
     refuse_line(path, line,
                 "has '" + std::string(word.substr(0, 80)) +

@@ -266,12 +266,12 @@ class _Tracking:
             return points
         told = (
             f"the template does not lie in the first scan: it is {self._distance:.3g} mean edges "
-            f"({self._distance * mean_edge:.3g}) away"
+            f"({self._distance * mean_edge:.3g} in its unit) away"
         )
         if other_unit:
             told += (
-                f"; the scan is {ratio:.3g} times as large: --scan-unit and --template-unit (in "
-                "Python, scan_unit= and template_unit=) say the units"
+                f"; the scan is {ratio:.3g} times as large: state both units by --scan-unit and "
+                "--template-unit (in Python, scan_unit= and template_unit=)"
             )
         doubt = self._scans.doubt()
         doubt = f"; {doubt}" if doubt else ""
