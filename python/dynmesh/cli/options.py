@@ -114,7 +114,8 @@ Resume = Annotated[
         "--resume",
         help="Continue an interrupted run with the same input and options. If OUT is already "
         "complete, do nothing; of its job, only the numbers of frames and vertices, the faces, fps "
-        "and whether there are provenance, standard errors and dropped vertices are compared.",
+        "if both state it, and whether there are provenance, standard errors and dropped vertices "
+        "are compared.",
         rich_help_panel=OUTPUT,
     ),
 ]

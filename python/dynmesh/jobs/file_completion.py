@@ -77,9 +77,9 @@ def complete_file(
             uninterrupted run. Starts anew if there is nothing to continue. Does nothing if
             the output exists with as many frames and vertices as the input, no unfinished output is
             beside it and `overwrite` is not set. Nothing remembers the job of a complete output, so
-            only its faces, its `fps` and whether it has provenance, standard errors and dropped
-            vertices are compared with this job, as far as its format has them. These formats can be
-            resumed: npz, hdf5, npy, pc2, mdd, ply, obj and pvd.
+            only its faces, its `fps` if both state it, and whether it has provenance, standard
+            errors and dropped vertices are compared with this job, as far as its format has them.
+            These formats can be resumed: npz, hdf5, npy, pc2, mdd, ply, obj and pvd.
         overlay: whether to write a USD layer that holds the completed points and what follows from
             them, with the input, a USD stage, as its sublayer.
         watch: called with the frames in the order in which they are completed, their number and the

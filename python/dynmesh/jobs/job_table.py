@@ -114,6 +114,10 @@ def _job_of(path: Path, line: int, row: Mapping[str, Any]) -> Job | TrackingJob:
     if kind == "scans":
         if "template" not in values:
             raise ValueError(f"{place}: template is empty; scans need the mesh to track")
+        if values.get("uncertainty") and not values.get("provenance"):
+            raise ValueError(
+                f"{place}: uncertainty: needs provenance, with which output has the standard errors"
+            )
         return TrackingJob(*files, **values)
     if "mask" in values:
         values["known"] = values.pop("mask")

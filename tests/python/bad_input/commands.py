@@ -55,6 +55,7 @@ def prepare(world: World) -> None:
         "input_and_scans": "input,scans,output\nbody.npz,cloud,new.npz\n",
         "no_template": "scans,output,template\ncloud,new.npz,\n",
         "scans_method": "scans,output,template,method\ncloud,new.npz,template.npz,detail\n",
+        "scans_uncertain": "scans,output,template,uncertainty\ncloud,new.npz,template.npz,yes\n",
         "input_cameras": "input,output,cameras\nbody.npz,new.npz,rig.json\n",
         "no_start": "input,output,start\nbody.npz,new.npz,first\n",
         "no_take": "input,output,rehearsal\nbody.npz,new.npz,;take.npz\n",
@@ -332,6 +333,7 @@ shell = [
     shell_case(
         "batch scans_method.csv", "line 2: method: cannot be combined with scans", "exit code 1"
     ),
+    shell_case("batch scans_uncertain.csv", "line 2: uncertainty: needs provenance", "exit code 1"),
     shell_case(
         "batch input_cameras.csv", "line 2: cameras: cannot be combined with input", "exit code 1"
     ),
