@@ -458,7 +458,7 @@ def test_the_command_reports_what_an_interruption_leaves(
 
 
 @pytest.mark.usefixtures("eager")
-def test_the_command_reports_that_it_cannot_resume(
+def test_the_command_refuses_to_continue_damaged_files(
     tmp_path: Path,
     partial: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -466,10 +466,15 @@ def test_the_command_reports_that_it_cannot_resume(
 ) -> None:
     out = tmp_path / "out.npz"
     assert shell(monkeypatch, "complete", partial, out, interrupt=7) == 130
-    (unfinished_folder(out) / "files" / "vertices.npy").write_bytes(b"")
+    damaged = unfinished_folder(out) / "files" / "vertices.npy"
+    damaged.write_bytes(b"")
+    kept = files_in(tmp_path)
     capfd.readouterr()
-    assert shell(monkeypatch, "complete", partial, out, "--resume") == 0
-    assert f"{out}: starting again\n" in capfd.readouterr().err
+    assert shell(monkeypatch, "complete", partial, out, "--resume") == 1
+    shown = capfd.readouterr().err
+    assert f"{damaged}: is damaged: it is shorter than it was; run without --resume to" in shown
+    assert files_in(tmp_path) == kept
+    assert shell(monkeypatch, "complete", partial, out) == 0
 
 
 @pytest.mark.parametrize("format", RESUMABLE)

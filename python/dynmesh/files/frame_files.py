@@ -14,6 +14,7 @@ from ..sequence import PROVENANCE
 from .comments import Said
 from .format import Gaps, Template, refuse_mesh_name, refuse_template
 from .header import Frame, Header
+from .kept import Pieces
 from .naming import naming
 from .numbered import FrameNames, find_files, names_to_write
 from .reader import Reader
@@ -190,7 +191,13 @@ class FramesWriter(Writer):
     suffix: ClassVar[str]
 
     def __init__(
-        self, path: Path, header: Header, *, folder: Path | None = None, resume_at: int = 0
+        self,
+        path: Path,
+        header: Header,
+        *,
+        folder: Path | None = None,
+        resume_at: int = 0,
+        kept: Pieces | None = None,
     ) -> None:
         """See :class:`Writer`. Creates the folder of a pattern if it does not exist."""
         self._names = self._names_of(path)
@@ -202,11 +209,16 @@ class FramesWriter(Writer):
         self._made = self.new_folder(path)
         if self._made:
             self._made.mkdir()
-        super().__init__(path, header, folder=folder, resume_at=resume_at)
+        super().__init__(path, header, folder=folder, resume_at=resume_at, kept=kept)
 
     @classmethod
     def _names_of(cls, path: Path) -> FrameNames:
         return names_to_write(path, cls.suffix)
+
+    @classmethod
+    def folders(cls, path: Path) -> list[Path]:
+        """Returns the folders in which writing to `path` puts files."""
+        return [*super().folders(path), cls._names_of(path).folder]
 
     @classmethod
     def new_folder(cls, path: Path) -> Path | None:
@@ -243,7 +255,9 @@ class FramesWriter(Writer):
                 file.unlink()
 
     def _append(self, frame: Frame) -> None:
-        self._save(self.folder / self._names.name(self._numbers[self._frame]), frame)
+        file = self.folder / self._names.name(self._numbers[self._frame])
+        self._save(file, frame)
+        self._add_written(file)
 
     def _close(self) -> None:
         pass

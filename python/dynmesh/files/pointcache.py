@@ -147,6 +147,8 @@ class PointCacheWriter(Writer):
             raise ValueError(f"the unfinished file ends before frame {kept}")
         self._file.truncate(end)
         self._file.seek(end)
+        if kept == 0:
+            self._add_sum(self.folder / self.path.name, begin)
 
     @classmethod
     def existing(cls, path: Path) -> list[Path]:
@@ -167,7 +169,10 @@ class PointCacheWriter(Writer):
         if self._frame == 0 and self._mesh_writer is not None:
             with self._mesh_writer:
                 self._mesh_writer.append(frame.points)
-        self._file.write(frame.points.astype(self.dtype_in_file, copy=False).data)
+            self._add_written(self._mesh_writer.path)
+        row = frame.points.astype(self.dtype_in_file, order="C", copy=False)
+        self._file.write(row.data)
+        self._add_sum(self.folder / self.path.name, row.data)
 
     def _flush(self) -> None:
         self._file.flush()

@@ -9,7 +9,9 @@ from ..sequence import Sequence
 from .choice import PathLike, choose
 from .format import Format
 from .header import Header, frame_of, header_of
+from .kept import Pieces
 from .naming import naming
+from .placing import finish_placing
 from .reader import Reader
 from .scene_writer import SceneWriter
 from .scenes import Origin, Scene
@@ -36,6 +38,7 @@ class Target:
         *,
         folder: Path | None = None,
         resume_at: int = 0,
+        kept: Pieces | None = None,
         origin: Origin | None = None,
     ) -> Writer:
         """Begins the file, or continues an unfinished one; see :class:`Writer`.
@@ -44,6 +47,7 @@ class Target:
             header: the properties of all frames.
             folder: where to work; see :class:`Writer`.
             resume_at: number of frames to keep; see :class:`Writer`.
+            kept: their checksums; see :class:`Writer`.
             origin: the scene to keep around the mesh, such as :meth:`kept_of` returns.
 
         Raises:
@@ -51,9 +55,9 @@ class Target:
         """
         with naming(self.path):
             if origin is None:
-                return self.writer(self.path, header, folder=folder, resume_at=resume_at)
+                return self.writer(self.path, header, folder=folder, resume_at=resume_at, kept=kept)
             return self._scene_writer(origin.scene)(
-                self.path, header, folder=folder, resume_at=resume_at, origin=origin
+                self.path, header, folder=folder, resume_at=resume_at, kept=kept, origin=origin
             )
 
     def _scene_writer(self, scene: Scene) -> type[SceneWriter]:
@@ -84,6 +88,15 @@ class Target:
         """The files that writing would replace."""
         with naming(self.path):
             return self.writer.existing(self.path)
+
+    def finish_placing(self, folder: Path) -> bool:
+        """Finishes what a writer that worked in this folder was killed at.
+
+        Only files that writing would make or replace are moved and removed; see
+        :func:`finish_placing`.
+        """
+        with naming(self.path):
+            return finish_placing(folder, self.existing(), self.writer.folders(self.path))
 
     def new_folder(self) -> Path | None:
         """The folder that writing would make; None where it must be there already."""

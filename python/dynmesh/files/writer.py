@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +24,9 @@ from ..sequence import (
     check_provenance,
 )
 from .header import Frame, Header
+from .kept import Pieces, Sums
 from .naming import naming
-from .placing import put_in_place
+from .placing import put_in_place, remove_placed
 
 
 class Writer(ABC):
@@ -53,7 +54,13 @@ class Writer(ABC):
     keeps_float64: ClassVar[bool] = True
 
     def __init__(
-        self, path: Path, header: Header, *, folder: Path | None = None, resume_at: int = 0
+        self,
+        path: Path,
+        header: Header,
+        *,
+        folder: Path | None = None,
+        resume_at: int = 0,
+        kept: Pieces | None = None,
     ) -> None:
         """Creates the file, or continues an unfinished one.
 
@@ -62,15 +69,17 @@ class Writer(ABC):
             header: the properties of all frames.
             folder: where to work, instead of a new hidden folder. After an exception it is kept, so
                 that the file can be continued, and after the death of the process for
-                :func:`dynmesh.files.finish_placing`.
+                :meth:`Target.finish_placing`.
             resume_at: number of frames of the unfinished file in `folder` to keep; it must have at
                 least as many, and further ones are removed. 0 creates the file.
+            kept: what :meth:`pieces` of the writer of these frames returned.
         """
         self.path = path
         self.header = header
         self.folder = folder or path.with_name(f".{path.name}.{os.getpid()}.part")
         self._keep = folder is not None
         self._frame = resume_at
+        self._sums = Sums(kept if resume_at else None)
         self.remarks: list[str] = []
         with self._undoing(), self._blaming():
             if header.has_provenance and not self.keeps_provenance:
@@ -100,8 +109,25 @@ class Writer(ABC):
     def _flush(self) -> None:  # noqa: B027 (only needed if resumable)
         """Implements :meth:`flush`."""
 
+    def pieces(self) -> dict[str, list[tuple[int, int, int]]]:
+        """Returns checksums of the frames so far, for :func:`dynmesh.files.check_unchanged`."""
+        return self._sums.pieces()
+
+    def _add_sum(self, file: Path, data: Any, begin: int = 0) -> None:
+        """Notes bytes that were appended to the piece of a file that begins there."""
+        if self._keep:  # nobody else continues it
+            self._sums.add(file.name, data, begin)
+
+    def _add_written(self, file: Path, begin: int = 0, end: int | None = None) -> None:
+        """Notes bytes of a file that another library has written."""
+        if self._keep:
+            self._sums.add_written(file, begin, end)
+
     def _finish(self) -> None:
-        """Completes and closes the files in `folder` after all frames were appended."""
+        """Completes and closes the files in `folder` after all frames were appended.
+
+        The kept frames stay as they are, since the process may be killed meanwhile.
+        """
         self._close()
 
     @abstractmethod
@@ -116,6 +142,11 @@ class Writer(ABC):
     def _outdated(self) -> list[Path]:
         """Returns other files of an older sequence of that name, which are to be removed."""
         return []
+
+    @classmethod
+    def folders(cls, path: Path) -> list[Path]:
+        """Returns the folders in which writing to `path` puts files."""
+        return [path.parent]
 
     @classmethod
     def new_folder(cls, path: Path) -> Path | None:  # noqa: ARG003 (subclasses use it)
@@ -219,7 +250,7 @@ class Writer(ABC):
             self._check_whole()
             self._finish()
             put_in_place(self.folder, self._destinations(), self._outdated(), plan=self._keep)
-            shutil.rmtree(self.folder, ignore_errors=True)
+            remove_placed(self.folder)
 
     @contextlib.contextmanager
     def _undoing(self) -> Iterator[None]:

@@ -9,7 +9,7 @@ from typing import Literal
 
 from .. import files
 from .._errors import InputError, KindError, SettingError
-from ..files import PathLike, Target
+from ..files import CannotResumeError, PathLike, Target
 from ..files.scenes import every_mesh
 from ..settings import Settings, all_settings, file_settings
 from .beginning import Start, check_beginning
@@ -143,7 +143,7 @@ def _run(job: Job | TrackingJob, overwrite: bool) -> Result:
         target = files.target_of(job.output, job.output_format, overlay=overlay)
         try:
             report = _make(job, target, overwrite, resume=target.writer.resumable)
-        except OtherJobError:  # the table has changed since the interruption
+        except (OtherJobError, CannotResumeError):  # the table has changed, or the files did
             report = _make(job, target, overwrite, resume=False)
     except FileExistsError:
         return Result(job, "exists")

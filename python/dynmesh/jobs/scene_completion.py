@@ -1,6 +1,7 @@
 """Completion of all meshes of a scene into one file, in constant memory."""
 
 import contextlib
+import os
 import shutil
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -23,7 +24,7 @@ from .lock import lock_folder
 from .passes import Passes
 from .rehearsal import Rehearsal, Takes, check_takes, files_in
 from .report import FileReport
-from .unfinished import unfinished_folder
+from .unfinished import set_aside, unfinished_folder
 from .zeros import ZeroCount
 
 
@@ -171,6 +172,9 @@ class _Job:
         self._target.check(overwrite=overwrite, reader=self._scene, others=takes)
         lengths = self._lengths()
         folder = unfinished_folder(output)
+        aside = []
+        if os.path.lexists(folder) and not folder.is_dir():
+            aside.append(set_aside(folder, output, f"{folder}: is not a folder"))
         with lock_folder(folder, output):
             try:
                 with contextlib.ExitStack() as writing:
@@ -186,7 +190,7 @@ class _Job:
                         )
             finally:
                 shutil.rmtree(folder, ignore_errors=True)
-        remarks = (*writer.remarks, *self._remarks())
+        remarks = (*aside, *writer.remarks, *self._remarks())
         return SceneReport(self._reports, self._failed, self._still, remarks)
 
     def _lengths(self) -> dict[str, int]:

@@ -185,15 +185,15 @@ class _Tracking:
 
     def begin(self, progress: Progress) -> "_Tracking":
         """Places the template in the first scan with points, and continues an earlier run."""
+        progress.check(self._scans.n_frames, (progress.done,))
         with contextlib.closing(self._mesh.frames(0, 1)) as frames:
             frame = next(frames)
         with locating(file=self._mesh.path):
             check_whole(frame, "; a template must be whole")
         placed = self._placed(np.array(frame.points))
         self._tracker = self._tracker_at(placed)
-        self._done, _, state = progress
-        if state:
-            self._tracker.restore(state)
+        self._done = progress.done
+        progress.restore(self._tracker, (self._done,))
         return self
 
     def steps(self, writer: Writer, folder: Path) -> Iterator[None]:  # noqa: ARG002
