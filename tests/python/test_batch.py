@@ -20,12 +20,12 @@ import pytest
 from commands import dynmesh_command as run
 
 import dynmesh
+from dynmesh.files.lock import unfinished_folder
 from dynmesh.files.scans import Scan
 from dynmesh.jobs.batch import Job, Result, complete_files
 from dynmesh.jobs.checkpoint import Checkpoint
 from dynmesh.jobs.job_table import optional_columns, read_jobs
 from dynmesh.jobs.tracking_job import TrackingJob
-from dynmesh.jobs.unfinished import unfinished_folder
 
 
 def write_partial(path: Path, n_frames: int = 12, seed: int = 0) -> dynmesh.Sequence:
