@@ -97,9 +97,13 @@ class FramesReader(Reader):
                 continue
             with naming(file):
                 frame, polygons, said = self._load(file)
+                self._unchanged.check([file])
                 self._compare(frame, polygons, said)
             points = frame.points.astype(self.dtype, copy=False)
             yield replace(frame, points=points)
+
+    def _check_unchanged(self) -> None:
+        """Checks nothing, since every file was compared when it was read."""
 
     def _lost_frame(self) -> Frame:
         """A frame in which nothing was observed."""
