@@ -16,11 +16,11 @@ from commands import dynmesh_command as run
 
 import dynmesh
 from dynmesh import cli, files
+from dynmesh.files.lock import unfinished_folder
 from dynmesh.jobs import file_completion
 from dynmesh.jobs.batch import Job, complete_files
 from dynmesh.jobs.checkpoint import Checkpoint, OtherJobError
 from dynmesh.jobs.file_completion import complete_file
-from dynmesh.jobs.unfinished import unfinished_folder
 from dynmesh.settings import default_settings, file_settings
 
 RESUMABLE = [

@@ -23,6 +23,7 @@ from sequences import assert_same
 import dynmesh
 from dynmesh import degrade
 from dynmesh.draw.page import page
+from dynmesh.files.lock import unfinished_folder
 from dynmesh.files.scans import (
     DepthScan,
     PointScan,
@@ -36,7 +37,6 @@ from dynmesh.files.scans import (
 from dynmesh.jobs.alignment import align, distance_between
 from dynmesh.jobs.checkpoint import Checkpoint
 from dynmesh.jobs.tracking import track_file
-from dynmesh.jobs.unfinished import unfinished_folder
 
 N_FRAMES = 6
 

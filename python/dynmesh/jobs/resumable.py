@@ -12,10 +12,10 @@ import numpy as np
 from .. import files
 from .._errors import InputError
 from ..files import Header, Reader, Target, Writer
+from ..files.lock import lock_folder, unfinished_folder
 from .checkpoint import BEGINNING, Checkpoint, OtherJobError, Progress, changed
 from .interrupts import holding_interrupts
-from .lock import lock_folder
-from .unfinished import clearing, folder_for, settle, unfinished_folder
+from .unfinished import clearing, folder_for, settle
 
 
 class Work(Protocol):
@@ -101,7 +101,7 @@ class ResumableOutput:
         )
         if complete:
             return Outcome(header.n_frames, was_complete=True, existed=not settled)
-        with folder_for(self.target), lock_folder(folder, output):
+        with folder_for(self.target), lock_folder(folder, output) as unlocked:
             progress = (checkpoint.load() if self.resume else None) or BEGINNING
             with clearing(folder):
                 writer, progress = self._begin_writer(folder / "files", progress)
@@ -117,7 +117,7 @@ class ResumableOutput:
                         if writer.resumable:
                             writer.flush()
                             checkpoint.save(work.progress())
-        return Outcome(progress.done, remarks=tuple(writer.remarks))
+        return Outcome(progress.done, remarks=(*writer.remarks, *unlocked))
 
     def _is_complete(self) -> bool:
         """Whether the output exists and has the size of the job's result."""
@@ -148,11 +148,19 @@ class ResumableOutput:
         if progress.done:
             # A process that was killed while it finished its file may have left an incomplete one.
             with contextlib.suppress(OSError, ValueError):
-                writer = self.target.create(self.header, folder=folder, resume_at=progress.written)
+                writer = self.target.create(
+                    self.header,
+                    folder=folder,
+                    resume_at=progress.written,
+                    overwrite=self.overwrite,
+                )
                 return writer, progress
         (folder.parent / "checkpoint.npz").unlink(missing_ok=True)
         origin = None if self.reader is None else self.target.kept_of(self.reader)
-        return self.target.create(self.header, folder=folder, origin=origin), BEGINNING
+        writer = self.target.create(
+            self.header, folder=folder, origin=origin, overwrite=self.overwrite
+        )
+        return writer, BEGINNING
 
 
 def _differences(made: Header, wanted: Header, writer: type[Writer]) -> Iterator[str]:
