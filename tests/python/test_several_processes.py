@@ -19,7 +19,7 @@ from meshes import Mesh
 import dynmesh
 from dynmesh import files
 from dynmesh._errors import InputError
-from dynmesh.cli import scans, sequences
+from dynmesh.cli import pictures, scans, sequences
 from dynmesh.files.lock import UNLOCKED, unfinished_folder
 
 FORMATS = [name for name, format in files.formats.items() if format.writer]
@@ -114,6 +114,28 @@ def test_an_output_that_appears_meanwhile_is_kept(
         monkeypatch.setattr(module, "track", write_another(Path(made)))
     result = dynmesh_command(*command.split(), code=1)
     assert "exists already; --overwrite replaces it" in result.stderr
+    assert contents(tmp_path) == before | {made: b"of another process"}
+    assert not list(tmp_path.glob(".*"))
+    dynmesh_command(*command.split(), "--overwrite")
+    assert contents(tmp_path).get(made) != b"of another process"
+
+
+@pytest.mark.parametrize(
+    ("command", "made"),
+    [
+        ("view in.npz -o page.html", "page.html"),
+        ("picture in.npz -o sheet.png", "sheet.png"),
+    ],
+)
+def test_a_page_or_picture_that_appears_meanwhile_is_kept(
+    tmp_path: Path, mesh: Mesh, monkeypatch: pytest.MonkeyPatch, command: str, made: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    dynmesh.write("in.npz", moving(mesh))
+    before = contents(tmp_path)
+    monkeypatch.setattr(pictures, "track", write_another(Path(made)))
+    result = dynmesh_command(*command.split(), code=1)
+    assert f"{made}: exists already; --overwrite replaces it" in result.stderr
     assert contents(tmp_path) == before | {made: b"of another process"}
     assert not list(tmp_path.glob(".*"))
     dynmesh_command(*command.split(), "--overwrite")
