@@ -338,6 +338,11 @@ def running(pid: int) -> bool:
     return stat.exists() and stat.read_text().rpartition(")")[2].split()[0] != "Z"
 
 
+def is_tracker(pid: str) -> bool:
+    """Whether a process is the one that Python starts to clean up behind the others."""
+    return b"resource_tracker" in Path(f"/proc/{pid}/cmdline").read_bytes()
+
+
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="Linux alone tells of children")
 def test_the_workers_of_a_killed_command_end(tmp_path: Path) -> None:
     write_partial(tmp_path / "in.npz", n_frames=60)
@@ -356,7 +361,12 @@ def test_the_workers_of_a_killed_command_end(tmp_path: Path) -> None:
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="Linux alone tells of children")
 @pytest.mark.usefixtures("hearing_interrupts")
 @pytest.mark.parametrize("workers", [1, 2])
-def test_an_interruption_is_reported_in_one_line(tmp_path: Path, workers: int) -> None:
+@pytest.mark.parametrize(
+    ("how", "told", "code"), [("SIGINT", "interrupted", 130), ("SIGTERM", "terminated", 143)]
+)
+def test_an_interruption_is_reported_in_one_line(
+    tmp_path: Path, workers: int, how: str, told: str, code: int
+) -> None:
     write_partial(tmp_path / "in.npz", n_frames=60)
     table = tmp_path / "jobs.csv"
     rows = "".join(f"in.npz,out{i}.npz,detail\n" for i in range(100))
@@ -367,10 +377,17 @@ def test_an_interruption_is_reported_in_one_line(tmp_path: Path, workers: int) -
     ) as batch:
         wait_until(lambda: len(list(tmp_path.glob(".out*"))) == workers)  # all are at work
         children = Path(f"/proc/{batch.pid}/task/{batch.pid}/children").read_text().split()
-        os.killpg(batch.pid, signal.SIGINT)  # as a terminal does
+        if how == "SIGINT":
+            os.killpg(batch.pid, signal.SIGINT)  # as a terminal does
+        else:
+            batch.terminate()
+        batch.wait(60)
+        left = [child for child in children if running(int(child)) and not is_tracker(child)]
         _, shown = batch.communicate(timeout=60)
-    assert shown == "interrupted; run the command again to continue\n"
-    assert batch.returncode == 130
+    assert not left  # workers do not outlive the command
+    assert shown == f"{told}; run the command again to continue\n"
+    assert batch.returncode == code
+    assert len(children) == (workers + 1 if workers > 1 else 0)
     wait_until(lambda: not any(running(int(child)) for child in children))
 
 
