@@ -2,8 +2,8 @@
 
 The twin is a second one that works in another unit, on one thread and with packed arrays, and that
 receives only the calls that counted: none that was refused, and none that a restored state undid.
-Since units differ by powers of two, it must agree bit for bit. Another twin is elsewhere in the scene
-and must agree up to rounding.
+Since units differ by powers of two, it must agree bit for bit. Another twin is elsewhere in the
+scene and must agree up to rounding.
 """
 
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from conftest import LONGER
+from conftest import LONGER, PATIENCE
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
@@ -91,7 +91,7 @@ class AnyCalls(RuleBasedStateMachine):
         self.draw_settings(data)
         self.threads = data.draw(st.sampled_from([1, 2]))
         # Pieces are small and calls wait for the other thread, so that both share the work.
-        usual = _core._set_sharing(chunk=4, short_chunk=4, fewest_pieces=2, patience=100_000)
+        usual = _core._set_sharing(chunk=4, short_chunk=4, fewest_pieces=2, patience=PATIENCE)
         self.subject: Any = self.make(HERE, self.threads)
         _core._set_sharing(*usual)
         self.age = np.zeros(self.k, np.int32)
@@ -500,5 +500,5 @@ def _into(push: Callable[..., Array], points: Array, known: Array) -> Array:
 
 
 TestCompleter, TestTracker = CompleterCalls.TestCase, TrackerCalls.TestCase
-TestCompleter.settings = settings(max_examples=20 * LONGER, stateful_step_count=30, deadline=None)
-TestTracker.settings = settings(max_examples=10 * LONGER, stateful_step_count=15, deadline=None)
+TestCompleter.settings = settings(max_examples=20 * LONGER, stateful_step_count=30)
+TestTracker.settings = settings(max_examples=10 * LONGER, stateful_step_count=15)
