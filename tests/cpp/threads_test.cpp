@@ -192,7 +192,7 @@ TEST_CASE_TEMPLATE("method motion gives identical results with any number of thr
 TEST_CASE("threads are woken from 24 pieces on") {
   // The sizes that docs/speed.md and the settings state: 23 553 vertices with motion, 5 889 with
   // detail.
-  Workers workers(2, {.patience = 100'000});
+  Workers workers(2, {.patience = 100'000'000});
   const auto nothing = [](Index, Index) {};
   CHECK(shared_pieces([&] { workers.for_each_chunk(23'552, nothing); }) == 0);
   CHECK(shared_pieces([&] { workers.for_each_chunk(23'553, nothing); }) > 0);

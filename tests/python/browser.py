@@ -21,11 +21,17 @@ IS_DRAWN = """() => {
 }"""
 
 
+NEXT_FRAMES = """async () => {
+  for (let i = 0; i < 5; ++i) await new Promise(requestAnimationFrame);
+}"""
+
+
 class Page:
     """A page in a browser, with its requests and error messages."""
 
     def __init__(self, browser: Any, path: Path) -> None:
         self._page = browser.new_page()
+        self._has_clocks = True
         self.requests: list[str] = []
         self.complaints: list[str] = []
         self._page.on("request", lambda request: self.requests.append(request.url))
@@ -61,9 +67,20 @@ class Page:
         """Moves the slider like a user."""
         self._page.fill("#dynmesh-frame", str(to))
 
-    def wait(self, milliseconds: int) -> None:
+    def stop_clocks(self) -> None:
+        """From now on, time passes in the page only by `pass_time`, however slow the machine is."""
+        self._page.clock.install()
+        self._page.clock.pause_at(self._page.evaluate("Date.now() / 1000 + 60"))
+        self._has_clocks = False
+
+    def pass_time(self, milliseconds: int) -> None:
         """Lets the page play for a while."""
-        self._page.wait_for_timeout(milliseconds)
+        self._page.clock.run_for(milliseconds)
+
+    def wait_for_another(self, name: str) -> None:
+        """Returns when the visible text of a part of the page is another."""
+        changed = "([id, text]) => document.getElementById(id).innerText !== text"
+        self._page.wait_for_function(changed, arg=[f"dynmesh-{name}", self.text(name)])
 
     def visible(self, name: str) -> bool:
         """Whether a part of the page is visible."""
@@ -94,7 +111,8 @@ class Page:
     def picture(self, pane: int = 0) -> Array:
         """Returns the pixels of a pane, (height, width, 3)."""
         self._page.wait_for_function(IS_DRAWN)
-        self._page.wait_for_timeout(100)  # a turn of the camera is not part of this
+        if self._has_clocks:
+            self._page.evaluate(NEXT_FRAMES)  # a turn of the camera is not part of what is drawn
         images = pytest.importorskip("PIL.Image")
         shot = self._page.locator(".dynmesh-canvas").nth(pane).screenshot()
         with images.open(io.BytesIO(shot)) as image:

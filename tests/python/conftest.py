@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 from meshes import Mesh, sheet
 
 from dynmesh import _core
@@ -29,8 +29,9 @@ SILENT = [
 ]
 """Options of Chromium: no graphics card, and no requests of its own."""
 
-# The time of an example depends on the load of the machine, so there is no deadline.
-settings.register_profile("dynmesh", deadline=None)
+# The time of an example depends on the load of the machine, so there is no deadline, and drawing
+# one may take long.
+settings.register_profile("dynmesh", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("dynmesh")
 
 
@@ -87,6 +88,10 @@ def rng() -> np.random.Generator:
     return np.random.default_rng(0)
 
 
+PATIENCE = 10**8
+"""How often a call looks whether another thread takes part, about a minute on an idle machine."""
+
+
 @pytest.fixture
 def shared_pieces() -> Iterator[Callable[[], int]]:
     """Returns the number of pieces of work that other threads have done since the test began.
@@ -94,7 +99,7 @@ def shared_pieces() -> Iterator[Callable[[], int]]:
     Completers in the test work in pieces of 64 vertices, and share them if there are two or more.
     Every call waits until another thread takes part.
     """
-    usual = _core._set_sharing(chunk=64, short_chunk=64, fewest_pieces=2, patience=100_000)
+    usual = _core._set_sharing(chunk=64, short_chunk=64, fewest_pieces=2, patience=PATIENCE)
     before = _core._pieces_done_by_others()
     yield lambda: _core._pieces_done_by_others() - before
     _core._set_sharing(*usual)
@@ -118,5 +123,6 @@ def chromium() -> Iterator[Any]:
 def browser(chromium: Any) -> Iterator[Any]:
     """A browser window without history."""
     window = chromium.new_context(viewport={"width": 900, "height": 600})
+    window.set_default_timeout(600_000)
     yield window
     window.close()

@@ -353,7 +353,7 @@ def test_the_command_prints_text_and_json(tmp_path: Path) -> None:
 def test_a_bar_waits_for_its_time(monkeypatch: pytest.MonkeyPatch) -> None:
     shown = io.StringIO()
     monkeypatch.setattr(terminal, "_console", Console(file=shown, force_terminal=True))
-    assert list(terminal.track(range(3), 3, "reading", patience=60)) == [0, 1, 2]
+    assert list(terminal.track(range(3), 3, "reading", patience=1e9)) == [0, 1, 2]
     assert "reading" not in shown.getvalue()
     assert list(terminal.track(range(3), 3, "reading")) == [0, 1, 2]
     assert "reading" in shown.getvalue()

@@ -4,7 +4,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -16,11 +15,11 @@ from commands import dynmesh_command as run
 
 import dynmesh
 from dynmesh import cli, files
+from dynmesh.files.lock import unfinished_folder
 from dynmesh.jobs import file_completion
 from dynmesh.jobs.batch import Job, complete_files
 from dynmesh.jobs.checkpoint import Checkpoint, OtherJobError
 from dynmesh.jobs.file_completion import complete_file
-from dynmesh.jobs.unfinished import unfinished_folder
 from dynmesh.settings import default_settings, file_settings
 
 RESUMABLE = [
@@ -367,22 +366,18 @@ def test_two_processes_do_not_write_one_output(tmp_path: Path, partial: Path) ->
 def test_a_killed_process_can_be_resumed(tmp_path: Path, partial: Path, format: str) -> None:
     output = output_path(tmp_path, format)
     program = (
-        "import sys, time; from dynmesh.jobs import file_completion as f\n"
+        "import os, signal, sys; from dynmesh.jobs import file_completion as f\n"
         "from dynmesh.jobs.checkpoint import Checkpoint\n"
         "Checkpoint.least_seconds_between = 0.0\n"
-        "def slowly(frames, whole, done):\n"
-        "    for frame in frames: time.sleep(0.02); yield frame\n"
-        "f.complete_file(sys.argv[1], sys.argv[2], watch=slowly)"
+        "def watch(frames, whole, done):\n"
+        "    for number, frame in enumerate(frames):\n"
+        "        if number == 12: os.kill(os.getpid(), signal.SIGKILL)\n"
+        "        yield frame\n"
+        "f.complete_file(sys.argv[1], sys.argv[2], watch=watch)"
     )
-    process = subprocess.Popen([sys.executable, "-c", program, str(partial), str(output)])
-    checkpoint = unfinished_folder(output) / "checkpoint.npz"
-    began = time.monotonic()
-    while not checkpoint.exists() and time.monotonic() - began < 60 and process.poll() is None:
-        time.sleep(0.005)
-    time.sleep(0.1)
-    process.send_signal(signal.SIGKILL)
-    process.wait()
-    assert checkpoint.exists()
+    command = [sys.executable, "-c", program, str(partial), str(output)]
+    assert subprocess.run(command, check=False).returncode == -signal.SIGKILL
+    assert (unfinished_folder(output) / "checkpoint.npz").exists()
     assert not files.target_of(output, format).existing()
     run("complete", partial, output, "--resume")
     sequence = dynmesh.read(partial)

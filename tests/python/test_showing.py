@@ -119,7 +119,7 @@ def test_a_notebook_plays_a_sequence_without_network(
     pictures = []
     for frame in (0, 3):
         player.get_by_role("slider").first.fill(str(frame))
-        page.wait_for_timeout(400)  # until it is drawn
+        player.locator(f"[data-drawn^='{frame} ']").wait_for()
         shot = player.locator("canvas").first.screenshot()
         with pytest.importorskip("PIL.Image").open(io.BytesIO(shot)) as image:
             pictures.append(np.asarray(image.convert("RGB")).astype(int))

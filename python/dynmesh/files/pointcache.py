@@ -19,6 +19,7 @@ import numpy as np
 from ..polygons import as_polygons
 from .flat import FlatRows
 from .format import Template, refuse_mesh_name, template_of
+from .frame_names import FrameNames, single
 from .header import Frame, Header
 from .naming import naming
 from .obj import ObjReader, ObjWriter
@@ -151,9 +152,9 @@ class PointCacheWriter(Writer):
             self._add_sum(self.folder / self.path.name, begin)
 
     @classmethod
-    def existing(cls, path: Path) -> list[Path]:
-        """Returns the existing files that writing to `path` may replace."""
-        return [file for file in (path, path.with_suffix(".obj")) if file.exists()]
+    def names(cls, path: Path) -> list[FrameNames]:
+        """Returns the names of the cache and of the mesh beside it."""
+        return [single(path), single(path.with_suffix(".obj"))]
 
     def _fits(self, path: Path) -> bool:
         header = self.header

@@ -3,11 +3,13 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from .._extras import require
 from ..sequence import Sequence
 from .choice import PathLike, choose
 from .format import Format
+from .frame_names import FrameNames
 from .header import Header, frame_of, header_of
 from .kept import Pieces
 from .naming import naming
@@ -40,6 +42,7 @@ class Target:
         resume_at: int = 0,
         kept: Pieces | None = None,
         origin: Origin | None = None,
+        overwrite: bool = True,
     ) -> Writer:
         """Begins the file, or continues an unfinished one; see :class:`Writer`.
 
@@ -49,16 +52,20 @@ class Target:
             resume_at: number of frames to keep; see :class:`Writer`.
             kept: their checksums; see :class:`Writer`.
             origin: the scene to keep around the mesh, such as :meth:`kept_of` returns.
+            overwrite: whether to replace files that exist when the file is complete.
 
         Raises:
+            BlockingIOError: another process is writing the file.
             OSError, TypeError, ValueError: the file cannot be written, or not with this scene.
         """
         with naming(self.path):
+            more: dict[str, Any] = {"folder": folder, "resume_at": resume_at, "kept": kept}
             if origin is None:
-                return self.writer(self.path, header, folder=folder, resume_at=resume_at, kept=kept)
-            return self._scene_writer(origin.scene)(
-                self.path, header, folder=folder, resume_at=resume_at, kept=kept, origin=origin
-            )
+                writer = self.writer(self.path, header, **more)
+            else:
+                writer = self._scene_writer(origin.scene)(self.path, header, origin=origin, **more)
+            writer.overwrite = overwrite
+            return writer
 
     def _scene_writer(self, scene: Scene) -> type[SceneWriter]:
         if not (issubclass(self.writer, SceneWriter) and self.keeps(scene)):
@@ -77,12 +84,18 @@ class Target:
             return None
         return Origin(scene, (name,))
 
-    def write(self, sequence: Sequence) -> None:
-        """Writes a whole sequence."""
-        with self.create(header_of(sequence)) as writer:
+    def write(self, sequence: Sequence, *, overwrite: bool = True) -> list[str]:
+        """Writes a whole sequence; returns the remarks of the writer."""
+        with self.create(header_of(sequence), overwrite=overwrite) as writer:
             for number in range(len(sequence.vertices)):
                 frame = frame_of(sequence, number)
                 writer.append(frame.points, frame.known, **frame.provenance())
+        return writer.remarks
+
+    def names(self) -> list[FrameNames]:
+        """The names of all files that writing may make, replace or remove."""
+        with naming(self.path):
+            return self.writer.names(self.path)
 
     def existing(self) -> list[Path]:
         """The files that writing would replace."""
@@ -121,16 +134,13 @@ class Target:
             raise FileNotFoundError(f"{self.path}: there is no folder {folder}")
         if isinstance(reader, Reader):
             self._check_not_among(reader)
-        existing = self.existing()
-        if existing:
+        if existing := self.existing():
             read = set(map(_identity, [*([] if reader is None else reader.files), *others]))
             for file in existing:
                 if _identity(file) in read:
                     raise ValueError(f"{file}: is the input; writing over it would lose it")
-        if existing and not overwrite:
-            raise FileExistsError(
-                f"{existing[0]}: exists already; --overwrite replaces it, in Python overwrite=True"
-            )
+        if not overwrite:
+            self.writer.refuse_existing(self.path)
 
     def _check_not_among(self, reader: Reader) -> None:
         """Refuses to write frames into the folder whose files are read as frames."""

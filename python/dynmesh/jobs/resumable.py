@@ -12,10 +12,10 @@ import numpy as np
 from .. import files
 from .._errors import InputError
 from ..files import CannotResumeError, Header, Reader, Target, Writer
+from ..files.lock import lock_folder, unfinished_folder
 from .checkpoint import BEGINNING, Checkpoint, OtherJobError, Progress, changed
 from .interrupts import holding_interrupts
-from .lock import lock_folder
-from .unfinished import clearing, folder_for, set_aside, settle, unfinished_folder
+from .unfinished import clearing, folder_for, set_aside, settle
 
 _FILES = "files/"  # where a writer works, in the unfinished folder
 
@@ -116,7 +116,7 @@ class ResumableOutput:
         with folder_for(self.target), contextlib.ExitStack() as locked:
             if damage is not None:
                 remarks.append(set_aside(folder, output, f"{damage.file}: {damage.reason}"))
-            locked.enter_context(lock_folder(folder, output))
+            remarks += locked.enter_context(lock_folder(folder, output))
             progress = (checkpoint.load() if self.resume else None) or BEGINNING
             with clearing(folder):
                 with files.naming(self.source):
@@ -166,13 +166,19 @@ class ResumableOutput:
             }
             try:
                 return self.target.create(
-                    self.header, folder=folder, resume_at=progress.written, kept=kept
+                    self.header,
+                    folder=folder,
+                    resume_at=progress.written,
+                    kept=kept,
+                    overwrite=self.overwrite,
                 )
             except ValueError as error:
                 raise CannotResumeError(str(error), file=folder) from error
         (folder.parent / "checkpoint.npz").unlink(missing_ok=True)
         origin = None if self.reader is None else self.target.kept_of(self.reader)
-        return self.target.create(self.header, folder=folder, origin=origin)
+        return self.target.create(
+            self.header, folder=folder, origin=origin, overwrite=self.overwrite
+        )
 
 
 def _begun(begin: Callable[[Progress], Work], progress: Progress, checkpoint: Checkpoint) -> Work:

@@ -15,7 +15,7 @@ from .._errors import InputError, KindError, locating
 from ..degrade.shared import mean_edge_of
 from ..files import Header, PathLike, Reader, Writer
 from ..files.format import Gaps
-from ..files.scans import PointScan, Scan, ScanReader, open_scans, unit_of
+from ..files.scans import PointScan, Scan, ScanReader, given_unit, open_scans
 from ..sequence import Positions
 from .alignment import (
     Alignment,
@@ -119,6 +119,7 @@ def track_file(
         times = np.arange(reader.n_frames, dtype=np.float64) * reader.step + reader.start
         header = replace(
             mesh.header,
+            metres_per_unit=units[1],
             n_frames=reader.n_frames,
             fps=fps,
             start=reader.start,
@@ -306,10 +307,7 @@ def _units(
         ("scan_unit", scan_unit, scans.metres_per_unit),
         ("template_unit", template_unit, mesh.header.metres_per_unit),
     ):
-        try:
-            units.append(stated if given is None else unit_of(given))
-        except ValueError as error:
-            raise InputError(str(error).removeprefix("unit: "), argument=name) from error
+        units.append(stated if given is None else given_unit(name, given))
     return units[0], units[1]
 
 

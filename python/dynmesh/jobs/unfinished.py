@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ..files import CannotResumeError, Target
+from ..files.lock import lock_folder, unfinished_folder
 from .checkpoint import Checkpoint
-from .lock import lock_folder
 
 
 def settle(folder: Path, target: Target, n_frames: int, checkpoint: Checkpoint) -> bool:
@@ -65,11 +65,6 @@ def _clear(folder: Path) -> None:
     """Removes an unfinished folder, the checkpoint first, so that no run can resume from it."""
     (folder / "checkpoint.npz").unlink(missing_ok=True)
     shutil.rmtree(folder, ignore_errors=True)
-
-
-def unfinished_folder(output: Path) -> Path:
-    """Returns the folder that holds an output until it is complete."""
-    return output.with_name(f".{output.name}.unfinished")
 
 
 def is_unfinished(output: Path) -> bool:
