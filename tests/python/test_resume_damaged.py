@@ -19,12 +19,12 @@ from meshes import sheet
 import dynmesh
 from dynmesh import degrade
 from dynmesh.degrade.depth_buffer import intrinsics_of, pose_of
+from dynmesh.files.lock import unfinished_folder
 from dynmesh.files.scans import PointFolder, Rig, ScanCamera
 from dynmesh.jobs.batch import Job, complete_files
 from dynmesh.jobs.checkpoint import Checkpoint
 from dynmesh.jobs.file_completion import complete_file
 from dynmesh.jobs.tracking import track_file
-from dynmesh.jobs.unfinished import unfinished_folder
 
 pytestmark = pytest.mark.usefixtures("eager")
 
