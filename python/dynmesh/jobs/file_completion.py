@@ -50,7 +50,9 @@ def complete_file(
     The output appears under its name when it is complete. Until then it is in a hidden folder
     beside it, where the completer's state is saved every few seconds if the format can be resumed.
     The folder remains after an interruption, a full disk or a killed process, and `resume`
-    continues from it; a run without `resume` deletes it. If a process was killed while it moved
+    continues from it; a run without `resume` deletes it. What is in it has checksums: `resume`
+    refuses what is damaged and leaves it as it is, and a run without `resume` moves it to
+    `.NAME.set-aside`, which the remarks of the report say. If a process was killed while it moved
     several finished files to their destinations, the next run first moves the remaining ones.
 
     Args:
@@ -93,6 +95,8 @@ def complete_file(
         FileExistsError: the output exists, and `resume` does not find it complete.
         BlockingIOError: another process is writing it.
         OtherJobError: `resume` finds files of another job, which are kept; it says what differs.
+        CannotResumeError: `resume` finds files that are damaged or of another version, which are
+            kept; the message names one.
         ValueError: `resume` is set, but the format cannot be resumed; there is no frame `start`, or
             it is not whole; the template or a frame of the rehearsal is not whole or has another
             mesh.

@@ -96,6 +96,8 @@ def track_file(
         FileExistsError: the output exists, and `resume` does not find it complete.
         BlockingIOError: another process is writing it.
         OtherJobError: `resume` finds files of another job, which are kept; it says what differs.
+        CannotResumeError: `resume` finds files that are damaged or of another version, which are
+            kept; the message names one.
         OSError, ImportError, TypeError, ValueError: a file cannot be read or written; the template
             does not lie in the first scan, the error says how far it is; a unit is stated for the
             scans, but none for the template.
