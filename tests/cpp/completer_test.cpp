@@ -297,7 +297,7 @@ TEST_CASE("a made-up state is refused if later frames could not handle it") {
       for (const double value : {nan, 1.5}) refused(learned + 8 * place, value);
     }
     for (std::size_t place = 0; place < k * 96; place += 13) {
-      for (const float value : {static_cast<float>(nan), 1e7F}) refused(shapes + 4 * place, value);
+      for (const float value : {static_cast<float>(nan), 1e31F}) refused(shapes + 4 * place, value);
     }
     // With every other value, later frames are finite, and so are their states.
     for (std::size_t place = 0; place < counts; ++place) {

@@ -45,7 +45,7 @@ struct Heights {
   }
 
   Workers workers = Workers(1);
-  ShapeLibrary library = ShapeLibrary(parts(), workers);
+  ShapeLibrary library = ShapeLibrary(parts(), workers, 1);
 };
 
 TEST_CASE("of many shapes, the older one of the closest two leaves the library") {
@@ -106,7 +106,7 @@ TEST_CASE("a shape out of any range does not enter") {
   parts.offsets = {0, 1};
   parts.entries = {{0, 1.0}};
   Workers workers(1);
-  ShapeLibrary library(parts, workers);
+  ShapeLibrary library(parts, workers, 1);
   std::vector<Vector3<double>> memory(3);
   for (const double bad : {1e7, -1e300, std::numeric_limits<double>::infinity(),
                            std::numeric_limits<double>::quiet_NaN()}) {
@@ -115,6 +115,16 @@ TEST_CASE("a shape out of any range does not enter") {
     CHECK_FALSE(library.offer(memory));
     CHECK(library.members().empty());
     CHECK(library.rows()[0] == ShapeLibrary::Row{});
+  }
+  // The range is that of the mesh, whatever its unit.
+  for (const double mean_edge : {1e-12, 1e12}) {
+    ShapeLibrary other(parts, workers, mean_edge);
+    memory[1].z = 1e7 * mean_edge;
+    other.offer(memory);
+    CHECK_FALSE(other.offer(memory));
+    memory[1].z = 1e5 * mean_edge;
+    other.offer(memory);
+    CHECK(other.offer(memory));
   }
 }
 

@@ -99,7 +99,7 @@ TEST_CASE("the modes of a part are its leading principal components, of unit coe
     const double size = std::pow(0.8, static_cast<double>(i % n_frames));  // distinct eigenvalues
     shapes[i] = size * shapes[i];
   }
-  Modes modes(parts, shapes, n_frames, {});
+  Modes modes(parts, shapes, n_frames, {}, {});
   CHECK(modes.size() == 4 * 16);
   REQUIRE(modes.n_coefficients() == 4 * 16);
   const Eigen::MatrixXd found = columns_of(modes, workers);
@@ -123,7 +123,7 @@ TEST_CASE("the modes of a part are its leading principal components, of unit coe
 
 TEST_CASE("products with the modes agree with those in double precision") {
   Workers workers(1);
-  Modes modes(some_parts(), random_field(k * n_frames, 3), n_frames, {});
+  Modes modes(some_parts(), random_field(k * n_frames, 3), n_frames, {}, {});
   const std::size_t n = modes.n_coefficients();
   const Eigen::MatrixXd b = columns_of(modes, workers);
   const auto near = [](const Eigen::VectorXd& found, const Eigen::VectorXd& expected) {
@@ -153,6 +153,23 @@ TEST_CASE("products with the modes agree with those in double precision") {
              b.cwiseAbs2().transpose() * of_rows));
 }
 
+TEST_CASE("modes that are too small to be seen, in mean edges or by rounding, are none") {
+  const SurfaceParts parts = some_parts();
+  const auto shapes_of = [](double size) {
+    auto shapes = random_field(k * n_frames, 3);
+    for (auto& x : shapes) x = size * x;
+    return shapes;
+  };
+  const auto number = [&](double size, const ModeScale& scale) {
+    return Modes(parts, shapes_of(size), n_frames, {}, scale).size();
+  };
+  for (const double h : {1e-12, 1.0, 1e12}) {
+    CHECK(number(1e-5 * h, {h, 0}) == 0);
+    CHECK(number(1e-2 * h, {h, 0}) == 4 * 16);
+    CHECK(number(1e-2 * h, {h, 1e-2 * h * h}) == 0);
+  }
+}
+
 TEST_CASE("a take in which nothing moves, or a part, has no modes there") {
   Workers workers(1);
   SurfaceParts parts = some_parts();
@@ -171,7 +188,7 @@ TEST_CASE("a take in which nothing moves, or a part, has no modes there") {
     }
     expected = 4;
   }
-  Modes modes(parts, shapes, n_frames, {});
+  Modes modes(parts, shapes, n_frames, {}, {});
   CHECK(modes.size() == expected);
   CHECK(modes.n_coefficients() == 4 * 16);
   std::vector<Vector3<double>> combined(k);

@@ -164,6 +164,29 @@ TEST_CASE("the result does not depend on the unit of length") {
   }
 }
 
+TEST_CASE_TEMPLATE("a take that moves as a whole is not trusted, and changes nothing", Real, float,
+                   double) {
+  const auto mesh = sheet<Real>(10);
+  std::vector<std::vector<Real>> take;
+  Real shift = 0;
+  SUBCASE("in place") {}
+  SUBCASE("far away") { shift = 2000; }
+  for (int n = 0; n < 8; ++n) {
+    const Real along = static_cast<Real>(n) * shift;
+    take.push_back(translated(turned(mesh.vertices, 0.3 * n), along, along, Real{0}));
+  }
+  const Settings detail = {.method = Method::detail};
+  Completer<Real> with(mesh.faces(), mesh.points(), detail, rehearsal_of(take));
+  Completer<Real> without(mesh.faces(), mesh.points(), detail);
+  for (unsigned n = 1; n < 16; ++n) {
+    auto frame = n < 8 ? mesh.vertices : bent(mesh.vertices, 0.1 * (n - 7));
+    frame = translated(frame, static_cast<Real>(0.37 * n), Real{0}, Real{0});
+    const auto known = random_mask(mesh.size(), 0.3, n);
+    CHECK(push(with, frame, known) == push(without, frame, known));
+    CHECK(with.report().stages.trust == 0);
+  }
+}
+
 TEST_CASE_TEMPLATE("frames are finite and states can be restored for every known mask and size",
                    Real, float, double) {
   auto mesh = join(sheet<Real>(5), sheet<Real>(2, 20));

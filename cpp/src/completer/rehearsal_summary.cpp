@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <vector>
 
@@ -81,7 +82,9 @@ RehearsalSummary summarise(Faces faces, Points<const Real> first_frame,
   Workers workers(1);
   const auto shapes = rehearsed_shapes<Real>(take, k, topology.cells, first, mean_edge,
                                              constants.largest_stiff_angle, workers);
-  const Modes modes(whole_surface(first.size()), shapes, take.size(), constants.rehearsal);
+  const Rounding rounding(k, mean_edge, std::numeric_limits<Real>::epsilon());
+  const Modes modes(whole_surface(first.size()), shapes, take.size(), constants.rehearsal,
+                    scale_of<Real>(take, rounding, mean_edge));
   summary.variance_held = modes.variance_held();
   return summary;
 }

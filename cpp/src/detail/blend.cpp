@@ -26,8 +26,9 @@ ResidualSums sum_products(const ResidualField& residuals, double mean_edge) {
     counted += residuals.anchors.counts[v];
   }
   sums.mean_edges = counted * mean_edge * mean_edge;
-  if (sums.s11 <= rounding * shape) sums.s01 = sums.s11 = sums.s12 = 0;
-  if (sums.s22 <= rounding * change) sums.s02 = sums.s12 = sums.s22 = 0;
+  const double nothing = counted * residuals.rounding;
+  if (shape <= nothing || sums.s11 <= rounding * shape) sums.s01 = sums.s11 = sums.s12 = 0;
+  if (change <= nothing || sums.s22 <= rounding * change) sums.s02 = sums.s12 = sums.s22 = 0;
   return sums;
 }
 

@@ -37,6 +37,7 @@ struct ResidualField {
   std::span<const Vector3<double>> wanted;   ///< (3 k,) Q m, Q (m_first - m) and Q u
   std::span<const Vector3<double>> steps;    ///< (3 k,) the best steps towards these
   std::span<const Vector3<double>> k_steps;  ///< (3 k,) K times the steps
+  double rounding = 0;                       ///< the mean square of rounding errors of a shape
 
   [[nodiscard]] std::size_t size() const { return x.size(); }
 
@@ -69,8 +70,9 @@ struct ResidualSums {
 };
 
 /// Computes the sums. r1 and r2 are replaced by 0 if they are rounding errors compared with |Q
-/// (m_first - m)|^2 and |Q u|^2. For example, a component with a single anchor can take on any
-/// shape, and without this check b would be a quotient of rounding errors.
+/// (m_first - m)|^2 and |Q u|^2, or if these are rounding errors themselves. For example, a
+/// component with a single anchor can take on any shape, and a subject that stands still has the
+/// shape of frame 0; without this check b would be a quotient of rounding errors.
 ResidualSums sum_products(const ResidualField& residuals, double mean_edge);
 
 /// Returns the b and c that minimise |r0 + b r1 + c r2|^2, slightly reduced, or 0 if the respective

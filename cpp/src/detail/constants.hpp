@@ -15,6 +15,10 @@ struct RehearsalConstants {
   double least_weight = 0.15;
   /// Modes with a smaller eigenvalue, compared with the largest of the part, are dropped.
   double least_eigenvalue = 1e-6;
+  /// So are modes that change the shape by less than this, the root mean square of a standard
+  /// deviation over the part in mean edge lengths: frames that do not deform, stored in single
+  /// precision, have such modes.
+  double least_mode = 1e-4;
 
   /// v, the variance of the coefficients, before anything is known about it. It is also the v below
   /// which the rehearsal is not trusted; at twice this v, it is trusted fully.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "support/geometry.hpp"
@@ -45,6 +46,7 @@ template <class Real>
 void Detail<Real>::reset(Frame first_frame) {
   auto prepared = system_.template prepare<Real>(faces_, first_frame, constants_);
   const auto mean_edge = static_cast<double>(mean_edge_length(topology_.cells, first_frame));
+  const Rounding rounding(prepared.k, mean_edge, std::numeric_limits<Real>::epsilon());
   const Field first = in_workspace(first_frame);
   auto prepared_rotations = rotations_.prepare(first);
   if (!take_.empty()) {
@@ -52,17 +54,20 @@ void Detail<Real>::reset(Frame first_frame) {
     const auto parts = divide_surface(topology_.cells, first, constants);
     const auto shapes = rehearsed_shapes<Real>(take_, prepared.k, topology_.cells, first, mean_edge,
                                                constants_.largest_stiff_angle, workers_);
-    pose_.reset(Modes(parts, shapes, take_.size(), constants));
+    pose_.reset(
+        Modes(parts, shapes, take_.size(), constants, scale_of<Real>(take_, rounding, mean_edge)));
   }
   if (learns_) {
     const auto parts = divide_surface(topology_.cells, first, constants_.rehearsal);
-    auto learned = std::make_unique<LearnedModes>(parts, workers_, constants_.rehearsal);
-    pose_.reset(Modes(parts));
+    const ModeScale scale = {mean_edge, rounding.mean_square<double>(first)};
+    auto learned = std::make_unique<LearnedModes>(parts, workers_, constants_.rehearsal, scale);
+    pose_.reset(Modes(parts, mean_edge));
     learned_ = std::move(learned);
   }
   // Nothing below can throw.
   system_.reset(std::move(prepared));
   mean_edge_ = mean_edge;
+  rounding_ = rounding;
   rotations_.reset(std::move(prepared_rotations), first, mean_edge_);
   system_.apply(first, 1, workspace_.kx);
   memory_.reset(workspace_.kx, mean_edge_);
@@ -115,8 +120,8 @@ Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
     points[v] = {saturated<Real>(x.x), saturated<Real>(x.y), saturated<Real>(x.z)};
   }
   if (error_bars_.exist()) {
-    error_bars_.update({positions.x, positions.kx, shape}, blend.c, anchors, generations, system_,
-                       rotations_);
+    error_bars_.update({positions.x, positions.kx, shape, directions.rounding}, blend.c, anchors,
+                       generations, system_, rotations_);
   }
   report_.blend = blend.b;
   return constants_.rounds;
@@ -199,7 +204,13 @@ ResidualField Detail<Real>::find_directions(const Positions& positions, Field sh
       },
       positions.x, anchors);
   system_.apply(steps, 3, workspace_.k_steps);
-  return {anchors, positions.x, positions.kx, shapes, steps, workspace_.k_steps};
+  return {anchors,
+          positions.x,
+          positions.kx,
+          shapes,
+          steps,
+          workspace_.k_steps,
+          rounding_.mean_square<double>(positions.x)};
 }
 
 /// Poses the rest shape by what the anchors say: p = m_first + k B a takes the place of m_first. If
@@ -293,8 +304,9 @@ void Detail<Real>::weigh_anchors(const Positions& positions, Field shape, const 
     energy += anchors.counts[v] * squared_norm(positions.kx[v] - shape[v]);
     energy += anchors.weights[v] * squared_norm(positions.x[v] - anchors.observed[v]);
   }
-  const double found = energy / (3 * static_cast<double>(anchors.number) * *noise_ * *noise_);
-  if (!std::isfinite(found)) return;
+  if (!std::isfinite(energy)) return;
+  // The square of a small noise would be 0. Any noise that is small enough has the largest lambda.
+  const double found = energy / (3 * static_cast<double>(anchors.number)) / *noise_ / *noise_;
   lambda_ = (lambda_ + std::clamp(found, constants_.least_lambda, constants_.largest_lambda)) / 2;
 }
 

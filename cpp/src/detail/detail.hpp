@@ -19,6 +19,7 @@
 #include "detail/pose.hpp"
 #include "detail/rehearsed_shapes.hpp"
 #include "detail/rotations.hpp"
+#include "detail/rounding.hpp"
 #include "detail/shape_system.hpp"
 #include "generations/estimator.hpp"
 #include "generations/generations.hpp"
@@ -111,7 +112,8 @@ class Detail final : public Estimator<Real> {
   std::optional<double> noise_;
   Generations next_generations_;  // of the current frame, until nothing can throw any more
   double mean_edge_ = 1;          // the mean edge length of frame 0
-  double lambda_ = 0;             // in the unit of K
+  Rounding rounding_;
+  double lambda_ = 0;  // in the unit of K
   StageReport report_;
   bool blend_is_uncertain_ = false;
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "detail/random_signs.hpp"
@@ -226,12 +227,23 @@ void ErrorBars::update(const CompletedShape& frame, double c, const Anchors& anc
     reset();
     return pass(generations, rotations);
   }
+  const double counted = std::accumulate(anchors.counts.begin(), anchors.counts.end(), 0.0);
+  const bool is_at_rest = energy.found <= counted * frame.rounding;
   double scale = infinite;
   if (std::isfinite(energy.found)) {
     scale = learn_scale(energy);
+    // Where rounding errors happen to be large says nothing about the subject, nor how long they
+    // persist.
+    if (is_at_rest) {
+      for (Vector3<double>& at_vertex : energies_) at_vertex.x = 0;
+    }
     sizes_.learn(energies_, smoother_, workers_);
   }
-  persistence_.learn(frame.kx, frame.shape, cells_, generations, rotations);
+  if (is_at_rest) {
+    persistence_.pass();
+  } else {
+    persistence_.learn(frame.kx, frame.shape, cells_, generations, rotations);
+  }
   find_standard_errors(steps, scale, generations);
   advance(generations);
 }

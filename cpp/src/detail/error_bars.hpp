@@ -26,6 +26,7 @@ struct CompletedShape {
   std::span<const Vector3<double>> x;
   std::span<const Vector3<double>> kx;     ///< K X
   std::span<const Vector3<double>> shape;  ///< the shape that K X was to have
+  double rounding = 0;                     ///< the mean square of rounding errors of a shape
 };
 
 /// Carries made-up errors through the equations that the errors of the completion obey, and scales

@@ -33,12 +33,14 @@ std::size_t LearnedModes::Combination::n_modes() const {
 }
 
 LearnedModes::LearnedModes(const SurfaceParts& parts, Workers& workers,
-                           const RehearsalConstants& constants)
+                           const RehearsalConstants& constants, const ModeScale& scale)
     : workers_(workers),
       constants_(constants),
+      scale_(scale),
       n_parts_(static_cast<std::size_t>(parts.n_parts)),
-      library_(parts, workers),
-      next_(parts),
+      weights_(weights_of(parts)),
+      library_(parts, workers, scale.mean_edge),
+      next_(parts, scale.mean_edge),
       used_(static_cast<std::size_t>(constants.local_parts + 1)),
       making_(static_cast<std::size_t>(constants.local_parts + 1)) {}
 
@@ -85,11 +87,13 @@ void LearnedModes::combine_part(std::size_t part) {
     }
   }
   const Eigen::SelfAdjointEigenSolver<Products> solver(products);
-  const double largest = solver.eigenvalues()[n - 1];
+  const double least =
+      std::max(constants_.least_eigenvalue * solver.eigenvalues()[n - 1],
+               scale_.least_eigenvalue(making_.n_members, weights_[part], constants_));
   const double scale = 1 / std::sqrt(static_cast<double>(n));
   for (Eigen::Index j = 0; j < modes_of_part; ++j) {
     const double value = j < n ? solver.eigenvalues()[n - 1 - j] : 0;
-    const bool is_kept = largest > 0 && value > constants_.least_eigenvalue * largest;
+    const bool is_kept = value > least;
     const auto mode = static_cast<std::size_t>(j);
     for (Eigen::Index l = 0; l < most_learned_shapes; ++l) {
       making_.factors[making_.at(part, static_cast<std::size_t>(l)) + mode] =

@@ -26,7 +26,8 @@ class LearnedModes {
   using Row = ShapeLibrary::Row;
 
   /// `workers` and `constants` must outlive this object.
-  LearnedModes(const SurfaceParts& parts, Workers& workers, const RehearsalConstants& constants);
+  LearnedModes(const SurfaceParts& parts, Workers& workers, const RehearsalConstants& constants,
+               const ModeScale& scale);
 
   /// Continues after a completed frame. `memory` is as for ShapeLibrary::offer; the frame is
   /// offered only if it `is_evident`.
@@ -69,7 +70,9 @@ class LearnedModes {
 
   Workers& workers_;
   const RehearsalConstants& constants_;
+  ModeScale scale_;
   std::size_t n_parts_;
+  std::vector<double> weights_;  // of the parts
   ShapeLibrary library_;
   Modes next_;                // in the making
   Index n_slices_ = 0;        // the slice that comes next, from 1; 0 if no modes are in the making

@@ -61,15 +61,14 @@ struct Leading {
   double share = 0;  // of the sum of all eigenvalues
 };
 
-Leading leading_vectors(const Matrix& products, const RehearsalConstants& constants) {
+Leading leading_vectors(const Matrix& products, double least, const RehearsalConstants& constants) {
   const Eigen::SelfAdjointEigenSolver<Matrix> solver(products);  // reads the lower triangle
   const auto& values = solver.eigenvalues();                     // ascending
   const Eigen::Index n = values.size();
-  const double largest = values[n - 1];
+  const double bound = std::max(constants.least_eigenvalue * values[n - 1], least);
   Eigen::Index kept = 0;
   double held = 0;
-  while (kept < std::min<Eigen::Index>(n, modes_of_part) && largest > 0 &&
-         values[n - 1 - kept] > constants.least_eigenvalue * largest) {
+  while (kept < std::min<Eigen::Index>(n, modes_of_part) && values[n - 1 - kept] > bound) {
     held += values[n - 1 - kept++];
   }
   const double all = values.cwiseMax(0).sum();
@@ -78,9 +77,17 @@ Leading leading_vectors(const Matrix& products, const RehearsalConstants& consta
 
 }  // namespace
 
-Modes::Modes(const SurfaceParts& parts)
+std::vector<double> weights_of(const SurfaceParts& parts) {
+  std::vector<double> weights(static_cast<std::size_t>(parts.n_parts));
+  for (const auto& [part, weight] : parts.entries)
+    weights[static_cast<std::size_t>(part)] += weight;
+  return weights;
+}
+
+Modes::Modes(const SurfaceParts& parts, double mean_edge)
     : n_coefficients_(static_cast<std::size_t>(modes_of_part * parts.n_parts)),
       offsets_(parts.offsets),
+      unit_(std::exp2(std::ilogb(mean_edge))),
       values_(3 * modes_of_part * parts.entries.size()),
       coefficients_(n_coefficients_) {
   parts_.reserve(parts.entries.size());
@@ -90,16 +97,18 @@ Modes::Modes(const SurfaceParts& parts)
 }
 
 Modes::Modes(const SurfaceParts& parts, std::span<const Vector3<double>> shapes,
-             std::size_t n_frames, const RehearsalConstants& constants)
-    : Modes(parts) {
+             std::size_t n_frames, const RehearsalConstants& constants, const ModeScale& scale)
+    : Modes(parts, scale.mean_edge) {
   std::vector<Leading> leading;
+  const std::vector<double> weights = weights_of(parts);
   for (const Matrix& products : products_of_frames(parts, shapes, n_frames)) {
-    leading.push_back(leading_vectors(products, constants));
+    const double least = scale.least_eigenvalue(n_frames, weights[leading.size()], constants);
+    leading.push_back(leading_vectors(products, least, constants));
     size_ += static_cast<std::size_t>(leading.back().vectors.cols());
   }
   variance_held_ = leading.front().share;
   const std::size_t k = offsets_.size() - 1;
-  const double scale = 1 / std::sqrt(static_cast<double>(n_frames));
+  const double share = 1 / std::sqrt(static_cast<double>(n_frames)) / unit_;
   for (std::size_t v = 0; v < k; ++v) {
     const Deviations z = deviations(shapes, n_frames, v);
     for (Index e = offsets_[v]; e < offsets_[v + 1]; ++e) {
@@ -107,7 +116,7 @@ Modes::Modes(const SurfaceParts& parts, std::span<const Vector3<double>> shapes,
       const auto [part, weight] = parts.entries[entry];
       // B_j(i) = w_i sum_l U_lj z_li / sqrt(n)
       const Matrix modes =
-          weight * scale * (leading[static_cast<std::size_t>(part)].vectors.transpose() * z);
+          weight * share * (leading[static_cast<std::size_t>(part)].vectors.transpose() * z);
       for (Eigen::Index j = 0; j < modes.rows(); ++j) {
         for (Eigen::Index c = 0; c < 3; ++c) {
           values_[(3 * entry + static_cast<std::size_t>(c)) * modes_of_part +
@@ -122,8 +131,14 @@ void Modes::form(const ShapeData& shapes, const CombinationData& combinations, I
                  Index last, Workers& workers) {
   workers.for_each((last - first + chunk - 1) / chunk, [&](Index i) {
     const Index begin = first + i * chunk;
-    best_kernels().modes.form(data(), shapes, combinations, values_.data(), begin,
-                              std::min(last, begin + chunk));
+    const Index end = std::min(last, begin + chunk);
+    best_kernels().modes.form(data(), shapes, combinations, values_.data(), begin, end);
+    const auto value = [&](Index v) {
+      return values_.begin() +
+             std::ptrdiff_t{3} * modes_of_part * offsets_[static_cast<std::size_t>(v)];
+    };
+    std::transform(value(begin), value(end), value(begin),
+                   [&](float x) { return static_cast<float>(static_cast<double>(x) / unit_); });
   });
 }
 
@@ -133,8 +148,13 @@ void Modes::combine(std::span<const double> coefficients, std::span<Vector3<doub
                          [](double a) { return static_cast<float>(a); });
   const auto k = static_cast<Index>(combined.size());
   workers.for_each((k + chunk - 1) / chunk, [&](Index i) {
-    best_kernels().modes.combine(data(), coefficients_.data(), combined.data(), i * chunk,
-                                 std::min(k, (i + 1) * chunk));
+    const Index first = i * chunk;
+    const Index last = std::min(k, first + chunk);
+    best_kernels().modes.combine(data(), coefficients_.data(), combined.data(), first, last);
+    for (Index v = first; v < last; ++v) {
+      auto& x = combined[static_cast<std::size_t>(v)];
+      x = unit_ * x;
+    }
   });
 }
 
@@ -149,8 +169,9 @@ void Modes::add_up(std::size_t n_sums, Workers& workers, const Kernel& kernel) {
   });
 }
 
-/// Adds up the partial sums from the `first` of `n_sums` on.
-void Modes::reduce(std::size_t first, std::size_t n_sums, std::span<double> sums) const {
+/// Adds up the partial sums from the `first` of `n_sums` on, in this unit.
+void Modes::reduce(std::size_t first, std::size_t n_sums, double unit,
+                   std::span<double> sums) const {
   std::ranges::fill(sums, 0.0);
   const std::size_t n_chunks = (offsets_.size() - 1 + chunk - 1) / chunk;
   for (std::size_t i = 0; i < n_chunks; ++i) {
@@ -158,6 +179,7 @@ void Modes::reduce(std::size_t first, std::size_t n_sums, std::span<double> sums
       sums[j] += static_cast<double>(partial_sums_[i * n_sums + first + j]);
     }
   }
+  for (double& sum : sums) sum *= unit;
 }
 
 void Modes::project(Field field, std::span<double> projected, Workers& workers) {
@@ -165,7 +187,7 @@ void Modes::project(Field field, std::span<double> projected, Workers& workers) 
   add_up(n, workers, [&](float* sums, Index first, Index last) {
     best_kernels().modes.project(data(), field.data(), sums, first, last);
   });
-  reduce(0, n, projected);
+  reduce(0, n, unit_, projected);
 }
 
 void Modes::project_and_weigh(Field field, std::span<const double> weights,
@@ -176,8 +198,8 @@ void Modes::project_and_weigh(Field field, std::span<const double> weights,
     best_kernels().modes.project_and_weigh(data(), field.data(), weights.data(), sums, sums + n,
                                            first, last);
   });
-  reduce(0, 2 * n, projected);
-  reduce(n, 2 * n, squares);
+  reduce(0, 2 * n, unit_, projected);
+  reduce(n, 2 * n, unit_ * unit_, squares);
 }
 
 }  // namespace dynmesh

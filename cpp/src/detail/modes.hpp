@@ -13,6 +13,22 @@
 
 namespace dynmesh {
 
+/// What modes are measured by.
+struct ModeScale {
+  double mean_edge = 1;
+  double rounding = 0;  ///< the mean square of the rounding errors of the shapes
+
+  /// The least eigenvalue of a mode of `n_frames` shapes, of a part whose weights have this sum.
+  [[nodiscard]] double least_eigenvalue(std::size_t n_frames, double weight,
+                                        const RehearsalConstants& constants) const {
+    const double least = constants.least_mode * mean_edge;
+    return static_cast<double>(n_frames) * weight * (least * least + rounding);
+  }
+};
+
+/// The sums of the weights of the vertices in each part.
+std::vector<double> weights_of(const SurfaceParts& parts);
+
 /// A shape, as a field of detail in the axes of frame 0, is m_0 + B a. The columns of B are modes,
 /// up to 16 for each part; a coefficient of one is a standard deviation over the rehearsal.
 ///
@@ -27,10 +43,10 @@ class Modes {
   /// Computes the modes of `shapes`: for each vertex, the deviations from m_0 in all frames of the
   /// rehearsal, (k, n_frames).
   Modes(const SurfaceParts& parts, std::span<const Vector3<double>> shapes, std::size_t n_frames,
-        const RehearsalConstants& constants);
+        const RehearsalConstants& constants, const ModeScale& scale);
 
   /// Modes of zero, to be set by `form`.
-  explicit Modes(const SurfaceParts& parts);
+  Modes(const SurfaceParts& parts, double mean_edge);
 
   /// Sets the modes at vertices `first` to `last` - 1 to combinations of shapes.
   void form(const ShapeData& shapes, const CombinationData& combinations, Index first, Index last,
@@ -56,14 +72,15 @@ class Modes {
   [[nodiscard]] ModeData data() const { return {offsets_.data(), parts_.data(), values_.data()}; }
   template <class Kernel>
   void add_up(std::size_t n_sums, Workers& workers, const Kernel& kernel);
-  void reduce(std::size_t first, std::size_t n_sums, std::span<double> sums) const;
+  void reduce(std::size_t first, std::size_t n_sums, double unit, std::span<double> sums) const;
 
   std::size_t size_ = 0;
   std::size_t n_coefficients_ = 0;
   double variance_held_ = 0;
   std::vector<Index> offsets_;
   std::vector<Index> parts_;
-  std::vector<float> values_;
+  double unit_ = 1;            // a power of two near the mean edge length
+  std::vector<float> values_;  // in this unit, so that their squares are in the range of float
   std::vector<float> coefficients_;  // as float
   std::vector<float> partial_sums_;  // of each chunk of vertices, one or two for each coefficient
 };

@@ -266,8 +266,12 @@ Pose::Found Pose::find(const ResidualField& residuals, ShapeSystem& system,
   }
   if (std::isfinite(energies.with)) residual_variance_ = energies.with / coordinates;
   found.trust = is_change_ ? 1 : std::clamp(variance() / constants_.first_variance - 1, 0.0, 1.0);
+  // At rest, there is nothing to explain but rounding errors.
+  const double rounding =
+      residuals.rounding * std::accumulate(anchors.counts.begin(), anchors.counts.end(), 0.0);
   const double explained = 1 - energies.with / energies.without;
-  if (std::isfinite(explained)) found.explained = std::clamp(explained, 0.0, 1.0);
+  if (energies.without > rounding && std::isfinite(explained))
+    found.explained = std::clamp(explained, 0.0, 1.0);
   found.steps = steps_;
   found.k_steps = k_steps_;
   found.wanted = wanted_;

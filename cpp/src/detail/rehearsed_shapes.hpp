@@ -1,12 +1,15 @@
 /// The shapes of a rehearsal, in the axes of frame 0.
 #pragma once
 
+#include <algorithm>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <span>
 #include <vector>
 
 #include "detail/detail_operator.hpp"
+#include "detail/modes.hpp"
+#include "detail/rounding.hpp"
 #include "support/workers.hpp"
 
 namespace dynmesh {
@@ -27,5 +30,15 @@ std::vector<Vector3<double>> rehearsed_shapes(const Take<Real>& take, const Deta
                                               std::span<const Vector3<double>> first,
                                               double mean_edge, double largest_stiff_angle,
                                               Workers& workers);
+
+/// What their modes are measured by.
+template <class Real>
+ModeScale scale_of(const Take<Real>& take, const Rounding& rounding, double mean_edge) {
+  ModeScale scale = {mean_edge, 0};
+  for (const auto& frame : take) {
+    scale.rounding = std::max(scale.rounding, rounding.mean_square<Real>(frame));
+  }
+  return scale;
+}
 
 }  // namespace dynmesh

@@ -9,10 +9,13 @@
 namespace dynmesh {
 namespace {
 
-/// The bound of the coordinates of a shape, which are about 1 where the surface is creased. A frame
-/// beyond it does not enter: it holds positions far out of the range of the subject, and the
-/// products would be dominated by them.
-constexpr float largest_coordinate = 1e6F;
+/// The bound of the coordinates of a shape in mean edge lengths, about 1 where the surface is
+/// creased. A frame beyond it does not enter: it holds positions far out of the range of the
+/// subject, and the products would be dominated by them.
+constexpr double largest_in_edges = 1e6;
+
+/// The bound in any unit, within which modes are in the range of float.
+constexpr double largest_in_float = 0x1p100;
 
 /// Products are sums over chunks, which do not depend on the number of threads.
 constexpr Index chunk = 256;
@@ -20,15 +23,11 @@ constexpr Index chunk = 256;
 /// One shape enters per this many frames.
 constexpr std::uint64_t interval = 2;
 
-template <class Real>
-bool is_small(Real value) {
-  return std::abs(value) <= static_cast<Real>(largest_coordinate);
-}
-
 }  // namespace
 
-ShapeLibrary::ShapeLibrary(const SurfaceParts& parts, Workers& workers)
+ShapeLibrary::ShapeLibrary(const SurfaceParts& parts, Workers& workers, double mean_edge)
     : workers_(workers),
+      largest_coordinate_(std::min(largest_in_edges * mean_edge, largest_in_float)),
       n_parts_(static_cast<std::size_t>(parts.n_parts)),
       offsets_(parts.offsets),
       rows_(parts.offsets.size() - 1),
@@ -47,6 +46,7 @@ bool ShapeLibrary::offer(Field memory) {
   if (++n_offered_ % interval != 0) return false;
   for (std::size_t v = 0; v < rows_.size(); ++v) {
     const Vector3<double>& back = memory[3 * v + 1];
+    const auto is_small = [&](double x) { return std::abs(x) <= largest_coordinate_; };
     if (!is_small(back.x) || !is_small(back.y) || !is_small(back.z)) return false;
   }
   const Index slot = order_[n_members_++];
@@ -131,8 +131,12 @@ bool ShapeLibrary::accepts(std::span<const double> memory, std::span<const Row> 
     if (!is_count(slot, slots - 1)) return false;
     if (std::exchange(is_found[static_cast<std::size_t>(slot)], true)) return false;
   }
-  return std::ranges::all_of(
-      rows, [](const Row& row) { return std::ranges::all_of(row, is_small<float>); });
+  // A state may be of another frame 0, so its unit is not known here.
+  const auto is_sound = [](float x) {
+    return std::abs(static_cast<double>(x)) <= largest_in_float;
+  };
+  return std::ranges::all_of(rows,
+                             [&](const Row& row) { return std::ranges::all_of(row, is_sound); });
 }
 
 void ShapeLibrary::recall(std::span<const double> memory, std::span<const Row> rows) {

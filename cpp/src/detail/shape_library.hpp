@@ -37,7 +37,7 @@ class ShapeLibrary {
   /// The numbers of one vertex: x of all slots, then y, then z.
   using Row = std::array<float, std::size_t{3} * most_learned_shapes>;
 
-  ShapeLibrary(const SurfaceParts& parts, Workers& workers);
+  ShapeLibrary(const SurfaceParts& parts, Workers& workers, double mean_edge);
 
   /// Offers the shape of a completed frame, as the second of three fields m, m_first - m and u:
   /// (3 k,). Every second one enters. Returns whether this one has entered.
@@ -73,6 +73,7 @@ class ShapeLibrary {
   void release(std::size_t member);
 
   Workers& workers_;
+  double largest_coordinate_;
   std::size_t n_parts_;
   std::vector<Index> offsets_;
   std::vector<Index> parts_;

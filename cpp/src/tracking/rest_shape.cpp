@@ -26,12 +26,14 @@ RestShape::RestShape(const Cells& cells, Workers& workers, const DetailConstants
       steps_(3 * known_.size()),
       k_steps_(3 * known_.size()) {}
 
-Modes RestShape::learn(const DetailOperator& k, Field first_frame, double mean_edge) const {
+Modes RestShape::learn(const DetailOperator& k, Field first_frame, double mean_edge,
+                       const Rounding& rounding) const {
   if (!is_rehearsed()) return {};
   const auto parts = divide_surface(cells_, first_frame, constants_.rehearsal);
   const auto shapes = rehearsed_shapes<double>(take_, k, cells_, first_frame, mean_edge,
                                                constants_.largest_stiff_angle, workers_);
-  return Modes(parts, shapes, take_.size(), constants_.rehearsal);
+  return Modes(parts, shapes, take_.size(), constants_.rehearsal,
+               scale_of<double>(take_, rounding, mean_edge));
 }
 
 void RestShape::reset(Modes modes) {
@@ -64,7 +66,8 @@ void RestShape::pose(const Surface& surface, ShapeSystem& system, Rotations& rot
       surface.x, anchors);
   std::ranges::copy(steps, steps_.begin());
   system.apply(steps_, 3, k_steps_);
-  const ResidualField residuals = {anchors, surface.x, kx_, wanted_, steps_, k_steps_};
+  const ResidualField residuals = {anchors,  surface.x,       kx_, wanted_, steps_,
+                                   k_steps_, surface.rounding};
   const Pose::Found found = pose_.find(residuals, system, rotations, generations_);
   trust_ = found.trust;
   explained_ = found.explained;

@@ -38,7 +38,8 @@ class RestShape {
   [[nodiscard]] bool is_rehearsed() const { return !take_.empty(); }
 
   /// Learns the modes of the rehearsal for a frame 0 with the operator `k`; none without one.
-  [[nodiscard]] Modes learn(const DetailOperator& k, Field first_frame, double mean_edge) const;
+  [[nodiscard]] Modes learn(const DetailOperator& k, Field first_frame, double mean_edge,
+                            const Rounding& rounding) const;
   /// Begins a sequence. If it throws, nothing has changed.
   void reset(Modes modes);
   void set_first(Field first_shape);
@@ -55,6 +56,7 @@ class RestShape {
     Field x;      ///< (k,)
     Field shape;  ///< (k,) m, of the last frame
     const Anchors& anchors;
+    double rounding = 0;  ///< the mean square of rounding errors of a shape
   };
   /// Poses the rest shape by what the anchors say. `rotations` are those of X.
   void pose(const Surface& surface, ShapeSystem& system, Rotations& rotations);

@@ -19,7 +19,7 @@ DetailConstants constants_for(const TrackingConstants& tracking) {
 
 SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& topology,
                                  Workers& workers, const TrackingConstants& constants,
-                                 Take<double> take, bool has_uncertainty)
+                                 Take<double> take, bool has_uncertainty, double epsilon)
     : constants_(constants),
       detail_constants_(constants_for(constants)),
       faces_(std::move(faces)),
@@ -30,6 +30,7 @@ SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& to
       fit_(topology.cells.size()),
       visibility_(topology.cells.size()),
       is_sheet_(find_sheets(faces_, topology.component)),
+      epsilon_(epsilon),
       rest_(topology.cells, workers, detail_constants_, std::move(take)),
       error_bars_(topology.cells, workers, detail_constants_, has_uncertainty, true),
       shape_(topology.cells.size()),
@@ -57,10 +58,12 @@ void SurfaceTracking::reset(Field first_frame) {
   auto prepared = system_.prepare<double>(faces_, first_frame, detail_constants_);
   auto prepared_rotations = rotations_.prepare(first_frame);
   const double mean_edge = mean_edge_length(topology_.cells, first_frame);
-  rest_.reset(rest_.learn(prepared.k, first_frame, mean_edge));
+  const Rounding rounding(prepared.k, mean_edge, epsilon_);
+  rest_.reset(rest_.learn(prepared.k, first_frame, mean_edge, rounding));
   // Nothing below can throw.
   system_.reset(std::move(prepared));
   mean_edge_ = mean_edge;
+  rounding_ = rounding;
   rotations_.reset(std::move(prepared_rotations), first_frame, mean_edge_);
   system_.apply(first_frame, 1, shape_);
   rest_.set_first(shape_);
@@ -188,7 +191,7 @@ void SurfaceTracking::pose() {
   std::ranges::copy(anchors_.weights, factored_weights_.begin());
   observe_planes();
   system_.factorize(anchors_);
-  rest_.pose({x_, shape_, anchors_}, system_, rotations_);
+  rest_.pose({x_, shape_, anchors_, rounding_.mean_square<double>(x_)}, system_, rotations_);
   std::ranges::copy(factored_weights_, anchors_.weights.begin());
   system_.factorize(anchors_);
 }
@@ -224,7 +227,8 @@ void SurfaceTracking::measure_errors(const Generations& generations) {
   }
   system_.apply(x_, 1, kx_);
   anchors_.normals = planes_;
-  error_bars_.update({x_, kx_, turned_}, 0, anchors_, generations, system_, rotations_);
+  error_bars_.update({x_, kx_, turned_, rounding_.mean_square<double>(x_)}, 0, anchors_,
+                     generations, system_, rotations_);
   anchors_.normals = {};
 }
 

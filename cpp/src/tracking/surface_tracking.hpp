@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "detail/constants.hpp"
 #include "detail/error_bars.hpp"
 #include "detail/rotations.hpp"
+#include "detail/rounding.hpp"
 #include "detail/shape_system.hpp"
 #include "support/workers.hpp"
 #include "tracking/constants.hpp"
@@ -34,9 +36,11 @@ class SurfaceTracking {
   using Field = std::span<const Vector3<double>>;
 
   /// `topology` and `workers` must outlive this object. `take` is a rehearsal, or empty.
+  /// `epsilon` is that of the type in which positions are given.
   SurfaceTracking(std::vector<Triangle> faces, const Topology& topology, Workers& workers,
                   const TrackingConstants& constants = {}, Take<double> take = {},
-                  bool has_uncertainty = false);
+                  bool has_uncertainty = false,
+                  double epsilon = std::numeric_limits<double>::epsilon());
 
   /// Begins a sequence. If it throws, nothing has changed.
   void reset(Field first_frame);
@@ -124,6 +128,8 @@ class SurfaceTracking {
   Visibility visibility_;
   std::vector<std::uint8_t> is_sheet_;  // whether the back of a vertex can be seen
   double mean_edge_ = 1;
+  double epsilon_;
+  Rounding rounding_;
   bool is_first_ = true;
   RestShape rest_;
   ErrorBars error_bars_;

@@ -1,0 +1,49 @@
+/// How much of a detail vector can consist of rounding errors.
+#pragma once
+
+#include <cstddef>
+#include <dynmesh/types.hpp>
+#include <span>
+
+#include "detail/detail_operator.hpp"
+#include "support/geometry.hpp"
+
+namespace dynmesh {
+
+/// Two shapes that differ by less are the same one. Whatever is divided by their difference, or
+/// learned from it, would be a result of rounding, and another one wherever else the subject
+/// stands.
+class Rounding {
+ public:
+  Rounding() = default;
+  /// `epsilon` is that of the type in which positions are given.
+  Rounding(const DetailOperator& k, double mean_edge, double epsilon)
+      : solution_(1e-9 * mean_edge), epsilon_(epsilon) {
+    for (std::size_t i = 0; i < k.size(); ++i) {
+      double square = 0;
+      for (Index e = k.offsets[i]; e < k.offsets[i + 1]; ++e) {
+        const double value = k.scale[i] * k.values[static_cast<std::size_t>(e)];
+        square += value * value;
+      }
+      mean_squared_row_ += square / static_cast<double>(k.size());
+    }
+  }
+
+  /// The mean square of the rounding errors of the detail vectors of a frame. Its positions are
+  /// rounded, the more the farther they are from the origin, and solutions are accurate to a
+  /// billionth of a mean edge length.
+  template <class Real>
+  [[nodiscard]] double mean_square(std::span<const Vector3<Real>> frame) const {
+    double square = 0;
+    for (const auto& x : frame) square += squared_norm(in_double(x));
+    square /= static_cast<double>(frame.size());
+    return mean_squared_row_ * (solution_ * solution_ + epsilon_ * epsilon_ * square);
+  }
+
+ private:
+  double mean_squared_row_ = 0;
+  double solution_ = 0;
+  double epsilon_ = 0;
+};
+
+}  // namespace dynmesh
