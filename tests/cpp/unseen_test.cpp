@@ -3,6 +3,7 @@
 #include <dynmesh/completer.hpp>
 
 #include "meshes.hpp"
+#include "unseen/rigid_motion.hpp"
 
 namespace dynmesh::testing {
 namespace {
@@ -52,6 +53,41 @@ TEST_CASE("with fewer than four donors, a component follows all anchors") {
   const std::size_t single = 3 * (mesh.size() - 1);
   for (std::size_t c = 0; c < 3; ++c) {
     CHECK(completed[single + c] == doctest::Approx(moved[single + c]));
+  }
+}
+
+TEST_CASE("a component with four donors follows them, and one with three does not") {
+  for (const int n : {3, 4}) {
+    Mesh<double> above;
+    above.vertices = {0, 0, 1, 1, 0, 1, 0, 1, 1, 1, 1, 1};
+    above.vertices.resize(3 * static_cast<std::size_t>(n));
+    above.indices = {0, 1, 2, 1, 3, 2};
+    above.indices.resize(n == 3 ? 3 : 6);
+    const auto mesh = join(sheet<double>(5), above);
+    // The donors, at the corner of the sheet, move by 1, and all others by 0.
+    auto moved = mesh.vertices;
+    for (const std::size_t v : {0, 1, 5, 6}) moved[3 * v + 2] += 1;
+    auto known = std::vector<std::uint8_t>(mesh.size(), 1);
+    std::fill_n(known.begin() + 25, n, std::uint8_t{0});
+    const auto completed = complete(mesh, moved, known, UnseenRule::follow);
+    const double shift = completed[77] - mesh.vertices[77];
+    CAPTURE(shift);
+    if (n == 4) CHECK(shift == doctest::Approx(1));
+    if (n == 3) CHECK(shift < 0.9);
+  }
+}
+
+TEST_CASE("points turn about a line unless they are nearer to it than rounding") {
+  const std::vector<Index> chosen = {0, 1, 2, 3};
+  for (const double width : {1e-1, 1e-3, 1e-4, 1e-6}) {
+    const std::vector<Vector3<double>> before = {
+        {0, 0, -1}, {0, 0, 1}, {width, 0, 0}, {-width, 0, 0}};
+    const std::vector<Vector3<double>> after = {
+        {0, 0, -1}, {0, 0, 1}, {0, width, 0}, {0, -width, 0}};
+    const auto motion = fit_rigid_motion<double>(chosen, before, after);
+    const auto turned = motion.apply(Vector3<double>{1, 0, 0});
+    CHECK(turned.x == doctest::Approx(width > 1e-5 ? 0 : 1));
+    CHECK(turned.y == doctest::Approx(width > 1e-5 ? 1 : 0));
   }
 }
 

@@ -49,12 +49,15 @@ bool SurfaceTracking::align(const Measurement& measurement) {
     seen = seen + x_[v];
     n_seen += 1;
   }
-  const auto shift = (1 / n_measured) * measured - (1 / std::max(n_seen, 1.0)) * seen;
+  const auto centre = (1 / std::max(n_seen, 1.0)) * seen;
+  const auto shift = (1 / n_measured) * measured - centre;
   double reach = 0;
-  for (const auto& x : x_) reach = std::max(reach, std::sqrt(squared_norm(x - x_[0])));
-  for (auto& x : x_) x = x + shift;
-  // From half the size of the template down to the radius of the passes.
-  const double widest = std::max(0.5 * reach / mean_edge_, constants_.rigid_radius);
+  for (auto& x : x_) {
+    reach = std::max(reach, std::sqrt(squared_norm(x - centre)));
+    x = x + shift;
+  }
+  // From the size of the template around its centre down to the radius of the passes.
+  const double widest = std::max(reach / mean_edge_, constants_.rigid_radius);
   for (int step = 0; step < constants_.alignment_steps; ++step) {
     const double progress = static_cast<double>(step) / constants_.alignment_steps;
     const double radius = widest * std::pow(constants_.rigid_radius / widest, progress);
