@@ -1,6 +1,6 @@
 """Depth images: PNG files with 16 bits a pixel, one of each camera and frame."""
 
-import struct
+import io
 from pathlib import Path
 from typing import Any
 
@@ -10,21 +10,24 @@ from numpy.typing import NDArray
 from ..._extras import require
 from ..naming import naming
 from .cameras import ScanCamera
+from .png import HEADER_SIZE, SIGNATURE, PngHeader, read_header, sound_image
 
 SUFFIX = ".png"
 
 MOST_COUNTS = 65535
 
-_BEGINNING = b"\x89PNG\r\n\x1a\n"
-_MODES = {
-    "1": "one bit",
-    "L": "one of 8 bits",
-    "P": "a palette",
-    "LA": "one of 8 bits and transparency",
-    "RGB": "colours",
-    "RGBA": "colours or transparency",
+_MOST_PIXELS = 2**26
+"""8192 by 8192, far above what depth cameras deliver."""
+
+_GREY = 0
+_CHANNELS = {
+    _GREY: "one channel",
+    2: "colours (RGB)",
+    3: "a palette",
+    4: "one channel and transparency",
+    6: "colours and transparency (RGBA)",
 }
-"""What images of other kinds have, by Pillow's name of the kind."""
+"""What images have, by how PNG numbers it."""
 
 
 def require_png() -> Any:
@@ -45,23 +48,16 @@ def read_depth(file: Path, camera: ScanCamera) -> NDArray[np.float32]:
     """
     image = require_png()
     with naming(file), file.open("rb") as opened:
-        header = opened.read(24)
-        _check_beginning(header)
-        opened.seek(0)
+        beginning = opened.read(HEADER_SIZE)
+        _check_beginning(beginning)
+        header = read_header(beginning)
+        _check(header, camera)  # before the image, which may be a thousand times its file
+        content = sound_image(beginning + opened.read(), header)
         try:
-            with image.open(opened, formats=["PNG"]) as found:
+            with image.open(io.BytesIO(content), formats=["PNG"]) as found:
                 counts = np.asarray(found)
-                mode, size = found.mode, found.size
-        except image.DecompressionBombError as error:
-            width, height = struct.unpack(">II", header[16:])
-            raise ValueError(
-                f"is damaged, or too large: its header states {width} x {height} pixels"
-            ) from error
         except (OSError, SyntaxError, ValueError) as error:  # with words for programmers
-            raise ValueError(
-                f"is a PNG image that is cut or damaged; it has {file.stat().st_size} bytes"
-            ) from error
-        _check(mode, size, camera)
+            raise ValueError(f"is a PNG image that is cut or damaged: {error}") from error
     scale = 1.0 if camera.depth_scale is None else camera.depth_scale
     return (counts * scale).astype(np.float32)
 
@@ -74,21 +70,28 @@ def write_depth(file: Path, depth: NDArray[np.floating[Any]], camera: ScanCamera
     require_png().fromarray(held).save(file, format="PNG")
 
 
-def _check_beginning(header: bytes) -> None:
-    if not header:
+def _check_beginning(beginning: bytes) -> None:
+    if not beginning:
         raise ValueError("is empty; a depth image is a PNG image with 16 bits")
-    if not header.startswith(_BEGINNING[: len(header)]):
-        raise ValueError(f"is not a PNG image: it begins with {header[:8]!r}")
+    if not beginning.startswith(SIGNATURE[: len(beginning)]):
+        raise ValueError(f"is not a PNG image: it begins with {beginning[:8]!r}")
 
 
-def _check(mode: str, size: tuple[int, int], camera: ScanCamera) -> None:
-    if not mode.startswith("I"):
+def _check(header: PngHeader, camera: ScanCamera) -> None:
+    if (header.bits, header.channels) != (16, _GREY):
         raise ValueError(
             "must have one channel of 16 bits, the depth in counts, but has "
-            f"{_MODES.get(mode, 'another kind of channels')} (mode {mode})"
+            f"{_CHANNELS.get(header.channels, 'another kind of channels')} of {header.bits} bit"
+            + "s"
+            * (header.bits > 1)
         )
-    if camera.size is not None and size != camera.size:
+    if camera.size is not None and (header.width, header.height) != camera.size:
         raise ValueError(
-            f"has {size[0]} x {size[1]} pixels, but camera {camera.name!r} has "
+            f"has {header.width} x {header.height} pixels, but camera {camera.name!r} has "
             f"{camera.size[0]} x {camera.size[1]}"
+        )
+    if header.width * header.height > _MOST_PIXELS:
+        raise ValueError(
+            f"is damaged, or too large: its header states {header.width} x {header.height} pixels, "
+            f"more than {_MOST_PIXELS}"
         )
