@@ -147,8 +147,9 @@ class NpzWriter(RowFilesWriter):
 
 
 def check_sizes(archive: zipfile.ZipFile, size: int) -> None:
-    """Refuses members that would be larger than the archive can hold."""
+    """Refuses members that would be larger than the archive can hold, or are stored as another."""
     for member in archive.infolist():
+        archive.open(member).close()  # compares its two names, so that none is lost by a damaged one
         known = member.compress_type in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
         if known and member.file_size > most_deflated * size:
             raise ValueError(
