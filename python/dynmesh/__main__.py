@@ -1,5 +1,5 @@
 """Runs the command `dynmesh` as `python -m dynmesh`."""
 
-from .cli import main
+from dynmesh_command import main
 
 main()

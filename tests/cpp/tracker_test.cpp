@@ -174,6 +174,48 @@ TEST_CASE("rounding does not decide what is found in depth images") {
   }
 }
 
+/// Leaves two by two pixels of each block of six by six.
+std::vector<Image> sparse(std::vector<Image> images) {
+  for (Image& image : images) {
+    for (int i = 0; i < image.side * image.side; ++i) {
+      const int row = i / image.side;
+      const int column = i % image.side;
+      if (row % 6 > 1 || column % 6 > 1) image.pixels[static_cast<std::size_t>(i)] = 0;
+    }
+  }
+  return images;
+}
+
+TEST_CASE("what is found in sparse depth images does not depend on the order of the vertices") {
+  const Mesh<double> mesh = bumpy_torus(24);
+  const auto last = static_cast<Index>(mesh.size()) - 1;
+  const auto reversed = [](const std::vector<double>& rows) {
+    std::vector<double> other;
+    for (std::size_t i = rows.size(); i > 0; i -= 3) {
+      other.insert(other.end(), {rows[i - 3], rows[i - 2], rows[i - 1]});
+    }
+    return other;
+  };
+  Mesh<double> other = {reversed(mesh.vertices), mesh.indices};
+  for (Index& v : other.indices) v = last - v;
+  const auto tracked_in = [&](const Mesh<double>& of, Index chunk) {
+    const SharedWork shared(chunk);
+    Tracker<double> tracker(of.faces(), of.points());
+    std::vector<std::vector<double>> frames;
+    for (int t = 1; t <= 3; ++t) {
+      const auto images = images_of(mesh, turned(mesh.vertices, 0.03 * t), 2, 96);
+      frames.push_back(track_images(tracker, sparse(images)));
+    }
+    return frames;
+  };
+  const auto expected = tracked_in(mesh, 1 << 20);
+  for (const Index chunk : {1, 16, 100}) CHECK(tracked_in(mesh, chunk) == expected);
+  const auto found = tracked_in(other, 1 << 20);
+  for (std::size_t t = 0; t < 3; ++t) {
+    CHECK(largest_difference(reversed(found[t]), expected[t]) < 1e-9);
+  }
+}
+
 TEST_CASE("the C interface tracks as the C++ interface does") {
   const auto mesh = bumpy_torus(16);
   const auto k = static_cast<std::int64_t>(mesh.size());

@@ -20,12 +20,12 @@ import pytest
 from commands import dynmesh_command as run
 
 import dynmesh
+from dynmesh.files.lock import unfinished_folder
 from dynmesh.files.scans import Scan
 from dynmesh.jobs.batch import Job, Result, complete_files
 from dynmesh.jobs.checkpoint import Checkpoint
 from dynmesh.jobs.job_table import optional_columns, read_jobs
 from dynmesh.jobs.tracking_job import TrackingJob
-from dynmesh.jobs.unfinished import unfinished_folder
 
 
 def write_partial(path: Path, n_frames: int = 12, seed: int = 0) -> dynmesh.Sequence:
@@ -339,6 +339,11 @@ def running(pid: int) -> bool:
     return stat.exists() and stat.read_text().rpartition(")")[2].split()[0] != "Z"
 
 
+def is_tracker(pid: str) -> bool:
+    """Whether a process is the one that Python starts to clean up behind the others."""
+    return b"resource_tracker" in Path(f"/proc/{pid}/cmdline").read_bytes()
+
+
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="Linux alone tells of children")
 def test_the_workers_of_a_killed_command_end(tmp_path: Path) -> None:
     write_partial(tmp_path / "in.npz", n_frames=60)
@@ -357,7 +362,12 @@ def test_the_workers_of_a_killed_command_end(tmp_path: Path) -> None:
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="Linux alone tells of children")
 @pytest.mark.usefixtures("hearing_interrupts")
 @pytest.mark.parametrize("workers", [1, 2])
-def test_an_interruption_is_reported_in_one_line(tmp_path: Path, workers: int) -> None:
+@pytest.mark.parametrize(
+    ("how", "told", "code"), [("SIGINT", "interrupted", 130), ("SIGTERM", "terminated", 143)]
+)
+def test_an_interruption_is_reported_in_one_line(
+    tmp_path: Path, workers: int, how: str, told: str, code: int
+) -> None:
     write_partial(tmp_path / "in.npz", n_frames=60)
     table = tmp_path / "jobs.csv"
     rows = "".join(f"in.npz,out{i}.npz,detail\n" for i in range(100))
@@ -368,10 +378,17 @@ def test_an_interruption_is_reported_in_one_line(tmp_path: Path, workers: int) -
     ) as batch:
         wait_until(lambda: len(list(tmp_path.glob(".out*"))) == workers)  # all are at work
         children = Path(f"/proc/{batch.pid}/task/{batch.pid}/children").read_text().split()
-        os.killpg(batch.pid, signal.SIGINT)  # as a terminal does
+        if how == "SIGINT":
+            os.killpg(batch.pid, signal.SIGINT)  # as a terminal does
+        else:
+            batch.terminate()
+        batch.wait(60)
+        left = [child for child in children if running(int(child)) and not is_tracker(child)]
         _, shown = batch.communicate(timeout=60)
-    assert shown == "interrupted; run the command again to continue\n"
-    assert batch.returncode == 130
+    assert not left  # workers do not outlive the command
+    assert shown == f"{told}; run the command again to continue\n"
+    assert batch.returncode == code
+    assert len(children) == (workers + 1 if workers > 1 else 0)
     wait_until(lambda: not any(running(int(child)) for child in children))
 
 
@@ -394,3 +411,52 @@ def test_all_meshes_of_a_scene_are_one_job(tmp_path: Path) -> None:
     assert refused["status"] == "failed"
     one, other = (dynmesh.read(tmp_path / name, prim=BODY) for name in ("a.abc", "b.abc"))
     np.testing.assert_array_equal(one.vertices, other.vertices)
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "options"),
+    [
+        ("o.npz", "o.npz", {}),
+        ("o.npz", "sub/../o.npz", {}),
+        ("o.npz", "linked/o.npz", {}),
+        ("o.npz", "link.npz", {}),
+        ("link.npz", "o.npz", {}),
+        ("o.npy", "o.known.npy", {}),
+        ("o.generation.npy", "o.npy", {}),
+        ("o.pc2", "o.mdd", {}),
+        ("o.obj", "o.mdd", {}),
+        ("q/%04d.ply", "q/%05d.ply", {}),
+        ("q/%d.ply", "q/12.ply", {}),
+        ("q/12.ply", "sub/../q/%d.ply", {}),
+        ("q/frame_%04d.ply", "q", {"output_format": "ply"}),
+        ("q/f%04d.ply", "q/f1%04d.ply", {}),
+        ("q/f%02d.ply", "q/f%02d8.ply", {}),
+    ],
+)
+def test_no_two_jobs_write_the_same_file(
+    tmp_path: Path, one: str, other: str, options: dict[str, Any]
+) -> None:
+    (tmp_path / "linked").symlink_to(tmp_path, target_is_directory=True)
+    (tmp_path / "link.npz").symlink_to("o.npz")
+    jobs = [Job(Path("in.npz"), tmp_path / one), Job(Path("in.npz"), tmp_path / other, **options)]
+    for both in (jobs, jobs[::-1]):
+        last = re.escape(str(both[1].output))
+        with pytest.raises(ValueError, match=rf"^{last}: is the output of more than one job"):
+            complete_files(both)
+
+
+@pytest.mark.parametrize(
+    "outputs",
+    [
+        ("o.npz", "sub/o.npz", "o%04d.npz", "o0001.npz", "o.h5"),
+        ("o.npy", "o.known.npz", "oo.npy", "o.pc2", "sub/o.mdd"),
+        ("q/walk1%04d.ply", "q/walk2%04d.ply", "q/walk%04d_1.ply", "r/walk1%04d.ply", "q/1.ply"),
+        ("q/f%02d_8.ply", "q/f%02d_88.ply", "q/%02d.obj", "q/%02d.ply"),
+        ("o.unknown", "no_suffix", "q/%04d_%04d.ply", "q/*.ply"),
+    ],
+)
+def test_jobs_that_write_different_files_are_run(tmp_path: Path, outputs: tuple[str, ...]) -> None:
+    jobs = [Job(tmp_path / "missing.npz", tmp_path / output) for output in outputs]
+    results = complete_files(jobs)
+    assert [result.status for result in results] == ["failed"] * len(jobs)
+    assert not any("more than one" in result.reason for result in results)

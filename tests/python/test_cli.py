@@ -1,7 +1,11 @@
 """The command line, used as by a user."""
 
 import json
+import os
 import re
+import signal
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -319,3 +323,14 @@ def test_the_method_can_be_chosen(folder: Path, tmp_path: Path) -> None:
         reject_outliers=True, learn=True,
     )  # fmt: skip
     np.testing.assert_array_equal(dynmesh.read(tmp_path / "smooth.npz").vertices, list(smooth))
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no signals of other processes")
+@pytest.mark.usefixtures("hearing_interrupts")
+@pytest.mark.parametrize("module", ["numpy", "typer"])
+def test_an_interruption_while_modules_load_gives_no_traceback(module: str, tmp_path: Path) -> None:
+    (tmp_path / f"{module}.py").write_text("import signal\nsignal.raise_signal(signal.SIGINT)\n")
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    command = [str(Path(sys.executable).with_name("dynmesh")), "--version"]
+    ended = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (-signal.SIGINT, "", "")

@@ -197,9 +197,22 @@ def test_the_map_of_the_code_is_whole() -> None:
         if path.is_dir() and not re.match(r"[._]|build|demo|dist", path.name)
     }
     assert len(folders) > 20
-    # The last two are about to become a part of others.
-    rest = {"cpp", "python", "tests", "python/dynmesh/reproduce", "python/dynmesh/view"}
-    assert not folders - named - rest
+    assert not folders - named - {"cpp", "python", "tests"}
+
+
+def test_the_notes_on_dependencies_name_files_that_exist() -> None:
+    notes = REPOSITORY / "third_party_notes"
+    named = {
+        (note.name, name)
+        for note in notes.glob("*.md")
+        for name in re.findall(r"(?<![\w/.-])\.?\w[\w-]*(?:/\.?[\w.-]*\w)+", note.read_text())
+    }
+    assert len(named) > 60
+    assert not {
+        (note, name)
+        for note, name in named
+        if not (REPOSITORY / name).exists() and not (notes / name).exists()
+    }
 
 
 def test_the_documents_are_short() -> None:

@@ -15,11 +15,11 @@ from commands import dynmesh_command as run
 
 import dynmesh
 from dynmesh import cli, files
+from dynmesh.files.lock import unfinished_folder
 from dynmesh.jobs import file_completion
 from dynmesh.jobs.batch import Job, complete_files
 from dynmesh.jobs.checkpoint import Checkpoint, OtherJobError
 from dynmesh.jobs.file_completion import complete_file
-from dynmesh.jobs.unfinished import unfinished_folder
 from dynmesh.settings import default_settings, file_settings
 
 RESUMABLE = [
@@ -453,7 +453,7 @@ def test_the_command_reports_what_an_interruption_leaves(
 
 
 @pytest.mark.usefixtures("eager")
-def test_the_command_reports_that_it_cannot_resume(
+def test_the_command_refuses_to_continue_damaged_files(
     tmp_path: Path,
     partial: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -461,10 +461,15 @@ def test_the_command_reports_that_it_cannot_resume(
 ) -> None:
     out = tmp_path / "out.npz"
     assert shell(monkeypatch, "complete", partial, out, interrupt=7) == 130
-    (unfinished_folder(out) / "files" / "vertices.npy").write_bytes(b"")
+    damaged = unfinished_folder(out) / "files" / "vertices.npy"
+    damaged.write_bytes(b"")
+    kept = files_in(tmp_path)
     capfd.readouterr()
-    assert shell(monkeypatch, "complete", partial, out, "--resume") == 0
-    assert f"{out}: starting again\n" in capfd.readouterr().err
+    assert shell(monkeypatch, "complete", partial, out, "--resume") == 1
+    shown = capfd.readouterr().err
+    assert f"{damaged}: is damaged: it is shorter than it was; run without --resume to" in shown
+    assert files_in(tmp_path) == kept
+    assert shell(monkeypatch, "complete", partial, out) == 0
 
 
 @pytest.mark.parametrize("format", RESUMABLE)

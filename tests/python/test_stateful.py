@@ -33,7 +33,8 @@ class Place(NamedTuple):
     def points(self, points: Array) -> Array:
         if self.angle or self.shift:
             points = (turned(points, self.angle) + self.shift).astype(points.dtype)
-        return points * points.dtype.type(self.unit)
+        scaled: Array = points * points.dtype.type(self.unit)
+        return scaled
 
 
 HERE = Place()
@@ -129,8 +130,8 @@ class AnyCalls(RuleBasedStateMachine):
 
     def seen(self, subject: Any) -> tuple[Array | None, tuple[float, ...]]:
         report = subject.report
-        numbers = (report.known, report.filled, report.unseen, report.iterations)
-        numbers += (report.blend, report.trust, report.explained)
+        counts = (report.known, report.filled, report.unseen, report.iterations)
+        numbers = (*counts, report.blend, report.trust, report.explained)
         return subject.standard_error.copy() if self.uncertainty else None, numbers
 
     def teardown(self) -> None:
@@ -263,7 +264,8 @@ class CompleterCalls(AnyCalls):
         points = points.astype(data.draw(st.sampled_from([self.dtype, np.float32, np.float64])))
         layout = data.draw(st.sampled_from(["packed", "columns", "reversed", "wide"]))
         if layout == "reversed":
-            return points[::-1].copy()[::-1]
+            backwards: Array = points[::-1].copy()[::-1]
+            return backwards
         if layout == "wide":
             return np.hstack([points, points])[:, :3]
         return np.asfortranarray(points) if layout == "columns" else points
@@ -420,9 +422,10 @@ class TrackerCalls(AnyCalls):
         def push(c: Any, place: Place) -> Array:
             given: Array | None = turned(length * normals, place.angle)
             viewpoints = place.points(sensors) if with_viewpoints else None
-            return c.push(
+            tracked: Array = c.push(
                 place.points(points), given if with_normals else None, viewpoints=viewpoints
             )
+            return tracked
 
         self.frame(push)
 
@@ -456,7 +459,8 @@ class TrackerCalls(AnyCalls):
                 pose[:3, :3] = turned(pose[:3, :3].T, place.angle).T
                 pose[:3, 3] = place.points(pose[None, :3, 3])[0]
             scaled = [image * np.float32(place.unit) for image in images]
-            return c.push_depth(scaled, [intrinsics] * 2, there)
+            tracked: Array = c.push_depth(scaled, [intrinsics] * 2, there)
+            return tracked
 
         self.frame(push)
 

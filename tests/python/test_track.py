@@ -23,6 +23,7 @@ from sequences import assert_same
 import dynmesh
 from dynmesh import degrade
 from dynmesh.draw.page import page
+from dynmesh.files.lock import unfinished_folder
 from dynmesh.files.scans import (
     DepthScan,
     PointScan,
@@ -36,7 +37,6 @@ from dynmesh.files.scans import (
 from dynmesh.jobs.alignment import align, distance_between
 from dynmesh.jobs.checkpoint import Checkpoint
 from dynmesh.jobs.tracking import track_file
-from dynmesh.jobs.unfinished import unfinished_folder
 
 N_FRAMES = 6
 
@@ -318,6 +318,13 @@ def test_units_are_converted(folder: Path, truth: dynmesh.Sequence, tmp_path: Pa
     assert error(smaller, truth).max() < 0.5
 
 
+def test_a_unit_that_is_said_is_in_the_output(folder: Path, tmp_path: Path) -> None:
+    output = tmp_path / "out.npz"
+    template, units = folder / "body.obj", ("--scan-unit", "cm", "--template-unit", "cm")
+    run("track", folder / "points", output, "--template", template, *units)
+    assert dynmesh.read(output).metres_per_unit == 0.01
+
+
 def test_a_template_elsewhere_is_moved_into_the_scan(
     folder: Path, truth: dynmesh.Sequence, tmp_path: Path
 ) -> None:
@@ -402,16 +409,36 @@ def test_a_rigid_motion_is_found_from_one_side(seed: int) -> None:
     assert again == pytest.approx(found.after, rel=1e-6)
 
 
-def test_the_page_shows_the_scans(folder: Path, browser: Any) -> None:
-    with dynmesh.open(folder / "truth.npz") as reader:
-        made = page(reader, scans=open_scans(folder / "points"), colour="plain")
+@pytest.fixture(scope="module")
+def in_millimetres(folder: Path, truth: dynmesh.Sequence) -> Path:
+    """The truth in metres, and scans in millimetres that do and do not state it."""
+    dynmesh.write(folder / "metres.npz", replace(truth, metres_per_unit=1.0))
+    for name, unit in (("stated", 0.001), ("unstated", None)):
+        (folder / name).mkdir()
+        for number, scan in enumerate(open_scans(folder / "points")):
+            assert isinstance(scan, PointScan)
+            scan = PointScan(scan.points * 1000, scan.normals, None)
+            write_ply(folder / name / f"frame_{number:05}.ply", scan, unit)
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("mesh", "scans", "unit"),
+    [("truth", "points", None), ("metres", "stated", None), ("metres", "unstated", "mm")],
+)
+def test_the_page_shows_the_scans(
+    mesh: str, scans: str, unit: str | None, in_millimetres: Path, browser: Any
+) -> None:
+    folder = in_millimetres
+    with dynmesh.open(folder / f"{mesh}.npz") as reader:
+        made = page(reader, scans=open_scans(folder / scans), scan_unit=unit, colour="plain")
         file = folder / "page.html"
         file.write_text(made.html)
         fewer = open_scans(folder / "points" / "frame_0000[0-3].ply")
         with pytest.raises(ValueError, match="has 4 frames, but"):
             page(reader, scans=fewer)
     shown = Page(browser, file)
-    assert shown.captions() == ["points, the scans", "truth.npz"]
+    assert shown.captions() == [f"{scans}, the scans", f"{mesh}.npz"]
     shown.scrub(0)
     dots, surface = shown.picture(0), shown.picture(1)
     blue = dots[..., 2] - dots[..., 0] > 60
@@ -519,3 +546,18 @@ class TestTheExampleInC:
         found = np.frombuffer(ended.stdout, "<f4").reshape(pipe.tracked.shape)
         template = dynmesh.read(folder / "body.obj").vertices[0].astype(np.float32)
         np.testing.assert_array_equal(found, np.broadcast_to(template, found.shape))
+
+
+def test_scans_that_would_not_be_seen_are_refused(in_millimetres: Path, tmp_path: Path) -> None:
+    folder, output = in_millimetres, tmp_path / "page.html"
+    view = ["view", str(folder / "metres.npz"), "-o", str(output), "--scans"]
+    scans = folder / "unstated"
+    told = run(*view, scans, code=1).stderr
+    assert "unstated: no point is near the mesh" in told
+    assert "--scan-unit" in told
+    told = run(*view, scans, "--scan-unit", "km", code=1).stderr
+    assert "scan_unit: must be one of m, cm, mm" in told
+    view[1] = str(folder / "truth.npz")
+    told = run(*view, scans, "--scan-unit", "mm", code=1).stderr
+    assert "truth.npz: states no unit" in told
+    assert not output.exists()

@@ -26,19 +26,20 @@ void SurfaceTracking::find_seen_normals() {
   }
 }
 
-/// Finds the points of every `stride`th of the vertices that the sensors can see.
+/// Finds the points of every `stride`th of the vertices that the sensors can see. Each begins with
+/// its own last point, not with that of a vertex before it: in sparse images what is found depends
+/// on the beginning, and would on the order of the vertices and on where chunks end.
 SurfaceTracking::Tally SurfaceTracking::correspond(const Measurement& measurement,
                                                    const Search& search) {
   find_seen_normals();
   const double scale = search.scale * mean_edge_;
   const double side = search.side * mean_edge_;
   workers_.for_each_short_chunk(static_cast<Index>(x_.size()), [&](Index first, Index last) {
-    std::uint32_t near_by = Measurement::no_guess;  // the point of an earlier vertex
     for (auto v = static_cast<std::size_t>(first); v < static_cast<std::size_t>(last); ++v) {
       Correspondence& c = found_[v];
       c = {};
       if (seen_[v] == Sight::hidden || v % search.stride != 0) continue;
-      const std::uint32_t guess = guesses_[v] == Measurement::no_guess ? near_by : guesses_[v];
+      const std::uint32_t guess = guesses_[v];
       if (search.takes_any && is_near(measurement, guess, v, search.radius)) {
         c = {measurement.point(guess), measurement.normal(guess), 1, guess};
         continue;
@@ -46,7 +47,7 @@ SurfaceTracking::Tally SurfaceTracking::correspond(const Measurement& measuremen
       c = measurement.nearest(x_[v], normals_[v], search.radius * mean_edge_, constants_.agreement,
                               guess);
       if (c.weight == 0) continue;
-      near_by = guesses_[v] = c.number;
+      guesses_[v] = c.number;
       const auto offset = c.point - x_[v];
       const double distance = squared_norm(offset);
       const double ahead = dot(offset, c.normal);

@@ -5,11 +5,12 @@ import os
 import signal
 import threading
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import ExitStack, contextmanager
 from multiprocessing import active_children, get_context, parent_process
 from pathlib import Path
+from types import FrameType
 from typing import Annotated
 
 import typer
@@ -68,6 +69,7 @@ def batch(
         raise ValueError(f"{report}: is the table of jobs, which the report would overwrite")
     with ExitStack() as stack:
         add = None if report is None else stack.enter_context(report_file(report))
+        was_terminated = stack.enter_context(_heard_termination())
         executor = stack.enter_context(_executor(workers, scheduler))
         count = stack.enter_context(counter(len(table), "completing"))
 
@@ -82,7 +84,8 @@ def batch(
         try:
             results = complete_files(table, executor, overwrite=overwrite, watch=watch)
         except KeyboardInterrupt:
-            say("interrupted; run the command again to continue")
+            how = "terminated" if was_terminated() else "interrupted"
+            say(f"{how}; run the command again to continue")
             raise
     counts = Counter(result.status for result in results)
     say(
@@ -110,6 +113,37 @@ def _begin_worker() -> None:
 
 
 @contextmanager
+def _heard_termination() -> Iterator[Callable[[], bool]]:
+    """Treats SIGTERM as Ctrl+C in the block, so that workers end and nothing of them is left.
+
+    Yields:
+        A function that tells whether it came.
+
+    Raises:
+        typer.Exit: at the end of the block, with the exit code of SIGTERM, if it came.
+    """
+    came = False
+
+    def interrupt(_: int, frame: FrameType | None) -> None:
+        nonlocal came
+        came = True
+        heard = signal.getsignal(signal.SIGINT)
+        if not callable(heard):  # ignored, as in the background of a script
+            raise KeyboardInterrupt
+        heard(signal.SIGINT, frame)
+
+    before = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield lambda: came
+    except KeyboardInterrupt:
+        if came:
+            raise typer.Exit(128 + signal.SIGTERM) from None
+        raise
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+@contextmanager
 def _executor(workers: int, scheduler: str | None) -> Iterator[Executor | None]:
     if scheduler is not None:
         distributed = require("distributed", extra="batch")
@@ -128,8 +162,8 @@ def _executor(workers: int, scheduler: str | None) -> Iterator[Executor | None]:
     elif workers > 1:
         spawn = get_context("spawn")
         with ProcessPoolExecutor(workers, spawn, initializer=_begin_worker) as executor:
-            _start_deaf(executor)
             try:
+                _start_deaf(executor)
                 yield executor
             except KeyboardInterrupt:
                 for worker in active_children():

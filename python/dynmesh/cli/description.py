@@ -24,7 +24,7 @@ from ..jobs.checkpoint import Source
 from ..jobs.rehearsal import Rehearsal, check_takes
 from ..settings import file_settings
 from .options import InputPath, with_source
-from .pictures import check_output
+from .pictures import check_output, new_output
 from .terminal import PATIENCE, say, track, watch_rehearsal
 
 _REFUSED_SHOWN = 3
@@ -98,7 +98,8 @@ def info(
     if picture is not None:
         from ..diagnosis.picture import draw
 
-        draw(diagnosis, picture, heading=path.name)
+        with new_output(picture, overwrite, ".png") as made:
+            draw(diagnosis, made, heading=path.name)
         say(f"{picture}: drawn")
     if strict and diagnosis.severity in ("error", "warning"):
         raise typer.Exit(1)

@@ -21,6 +21,8 @@ format_names = files.listed(files.formats)
 WHAT, HOW, FILES, OUTPUT = "What to complete", "How to complete", "Files", "Output"
 """Headings in the help of several commands; options without a heading are under Options."""
 
+UNIT = "m, cm, mm, or a number of metres"
+
 
 def _formats() -> list[str]:
     return list(files.formats)
@@ -40,6 +42,14 @@ Format = Annotated[
         metavar="NAME",
         autocompletion=_formats,
         help="The format of IN, if its suffix does not tell.",
+        rich_help_panel=FILES,
+    ),
+]
+ScanUnit = Annotated[
+    str | None,
+    typer.Option(
+        metavar="UNIT",
+        help=f"Of SCANS: {UNIT}. [as their files state, else as the mesh]",
         rich_help_panel=FILES,
     ),
 ]
@@ -318,3 +328,11 @@ def as_usage(option: str) -> Iterator[None]:
         yield
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint=f"'{option}'") from error
+
+
+def as_unit(text: str | None) -> str | float | None:
+    """Returns a number of metres where one is written."""
+    try:
+        return None if text is None else float(text)
+    except ValueError:
+        return text

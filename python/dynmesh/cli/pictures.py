@@ -11,6 +11,7 @@ from .. import files
 from ..draw.heatmap import likely_up, stated_up
 from ..draw.quantities import Colour, Range
 from ..files import Reader
+from ..files.lock import unfinished_folder, working_folder
 from ..files.scans import open_scans
 from ..jobs.checkpoint import Source
 from .options import (
@@ -18,10 +19,12 @@ from .options import (
     Axis,
     InputPath,
     Overwrite,
+    ScanUnit,
+    as_unit,
     share_out,
     with_source,
 )
-from .terminal import say, track
+from .terminal import say, say_remarks, track
 from .zeros import Zeros
 
 _SHOWN = "What to show"
@@ -109,6 +112,7 @@ def view(
             rich_help_panel=_SHOWN,
         ),
     ] = None,
+    scan_unit: ScanUnit = None,
     colour: ColourOption = None,
     range: RangeOption = None,
     title: Title = None,
@@ -145,14 +149,17 @@ def view(
     from ..draw.page import view as write
 
     zeros = Zeros()
-    with _opened(path, source, reference=reference, given=given) as (reader, truth, partial):
-        check_output(output, overwrite, ".html")
+    with (
+        _opened(path, source, reference=reference, given=given) as (reader, truth, partial),
+        new_output(output, overwrite, ".html") as made,
+    ):
         shown = write(
             reader,
-            output,
+            made,
             reference=truth,
             input=partial,
             scans=None if scans is None else open_scans(scans, cameras=cameras, gaps="lost"),
+            scan_unit=as_unit(scan_unit),
             colour=colour,
             range=range,
             title=title,
@@ -212,11 +219,13 @@ def picture(
     from ..draw.picture import picture as draw
 
     zeros = Zeros()
-    with _opened(path, source, reference=reference) as (reader, truth, _):
-        check_output(output, overwrite, ".png")
+    with (
+        _opened(path, source, reference=reference) as (reader, truth, _),
+        new_output(output, overwrite, ".png") as made,
+    ):
         draw(
             reader,
-            output,
+            made,
             numbers=frame or evenly_spaced(reader.n_frames, sheet),
             reference=truth,
             colour=colour,
@@ -268,3 +277,23 @@ def check_output(path: Path, overwrite: bool, suffix: str) -> None:
         raise FileNotFoundError(f"{path}: there is no folder {path.parent}")
     if path.exists() and not overwrite:
         raise FileExistsError(f"{path}: exists already; --overwrite replaces it")
+
+
+@contextmanager
+def new_output(path: Path, overwrite: bool, suffix: str) -> Iterator[Path]:
+    """Checks a path, and yields a hidden one to write to, which becomes it at the end."""
+    check_output(path, overwrite, suffix)
+    try:
+        with working_folder(path) as (folder, remarks):
+            yield folder / path.name
+            check_output(path, overwrite, suffix)  # another process may have written it
+            (folder / path.name).replace(path)
+    except OSError as error:
+        if error.errno is None or not _is_in(error.filename, unfinished_folder(path)):
+            raise
+        raise OSError(error.errno, error.strerror, str(path)) from error
+    say_remarks(path, remarks)
+
+
+def _is_in(file: object, folder: Path) -> bool:
+    return file is not None and Path(str(file)).is_relative_to(folder)

@@ -17,7 +17,7 @@ from ..files.scans.depth_files import require_png
 from ..jobs.checkpoint import Source
 from ..sequence import Positions
 from .options import Axis, as_usage
-from .terminal import say, track
+from .terminal import say, say_remarks, track
 
 SCANS = "Scans without correspondences"
 
@@ -90,16 +90,18 @@ def simulate(
                 )
         measured = 0
         n = reader.n_frames
+        folder: PointFolder | DepthFolder
         if depth is None:
             with PointFolder(output, rig, overwrite=overwrite) as folder:
                 for scan in track(scans, n, "scanning"):
                     folder.append(scan)
                     measured += len(scan.points)
         else:
-            with DepthFolder(output, rig, overwrite=overwrite) as pictures:
+            with DepthFolder(output, rig, overwrite=overwrite) as folder:
                 for image in track(images, n, "scanning"):
-                    pictures.append(image)
+                    folder.append(image)
                     measured += sum(int(np.count_nonzero(one)) for one in image.depth)
+    say_remarks(output, folder.remarks)
     what = "points" if depth is None else "measured pixels"
     many = "1 camera" if cameras == 1 else f"{cameras} cameras"
     say(f"{output}: {n} frames of {measured / n:.0f} {what} from {many}, on average")

@@ -65,8 +65,9 @@ def synth(
     target.check(overwrite=overwrite)
     make = {BuiltIn.ocean: built_in.ocean, BuiltIn.walker: built_in.walker}[name]
     sequence = make(seed=seed) if frames is None else make(frames, seed=seed)
-    target.write(sequence)
+    remarks = target.write(sequence, overwrite=overwrite)
     n_frames, n_vertices, _ = sequence.vertices.shape
+    say_remarks(output, remarks)
     say(f"{output}: {n_frames} frames of {n_vertices} vertices")
 
 
@@ -241,7 +242,8 @@ def degrade(
         header = replace(
             reader.header, has_known=True, has_provenance=False, has_standard_error=False
         )
-        with target.create(header, origin=target.kept_of(reader)) as writer:
+        origin = target.kept_of(reader)
+        with target.create(header, origin=origin, overwrite=overwrite) as writer:
             frames_known = (frame.known for frame in reader)
             rows = zip(
                 track(points, reader.n_frames, "degrading"), frames_known, *masks, strict=True
@@ -291,7 +293,8 @@ def convert(
             has_provenance=reader.has_provenance and not dropped,
             has_standard_error=reader.header.has_standard_error and not dropped,
         )
-        with target.create(header, origin=target.kept_of(reader)) as writer:
+        origin = target.kept_of(reader)
+        with target.create(header, origin=origin, overwrite=overwrite) as writer:
             for frame in track(reader, reader.n_frames, "converting"):
                 traces = {} if dropped else frame.provenance()
                 writer.append(frame.points, frame.known, **traces)

@@ -15,18 +15,19 @@ from .options import (
     FILES,
     HOW,
     OUTPUT,
+    UNIT,
     GapsOption,
     OutputFormat,
     OutputPath,
     Overwrite,
     Rehearsal,
     Resume,
+    ScanUnit,
     WithGaps,
+    as_unit,
 )
 from .terminal import say, say_remarks
 from .terminal import track as watched
-
-_UNIT = "m, cm, mm, or a number of metres"
 
 _FAR = 1.5
 """Mean edges between a moved template and a scan beyond which their poses probably differ."""
@@ -63,19 +64,12 @@ def track(
             rich_help_panel=FILES,
         ),
     ] = None,
-    scan_unit: Annotated[
-        str | None,
-        typer.Option(
-            metavar="UNIT",
-            help=f"Of SCANS: {_UNIT}. [as their files state, else as the template]",
-            rich_help_panel=FILES,
-        ),
-    ] = None,
+    scan_unit: ScanUnit = None,
     template_unit: Annotated[
         str | None,
         typer.Option(
             metavar="UNIT",
-            help=f"Of the template: {_UNIT}. [as its file states]",
+            help=f"Of the template: {UNIT}. [as its file states]",
             rich_help_panel=FILES,
         ),
     ] = None,
@@ -145,8 +139,8 @@ def track(
             output,
             template=template,
             cameras=cameras,
-            scan_unit=_unit(scan_unit),
-            template_unit=_unit(template_unit),
+            scan_unit=as_unit(scan_unit),
+            template_unit=as_unit(template_unit),
             align="auto" if align else "never",
             gaps="lost" if gaps == WithGaps.lost else "refuse",
             output_format=output_format,
@@ -198,11 +192,3 @@ def _say_what_was_done(output: Path, report: TrackFileReport) -> None:
     if report.empty:
         say(f"{output}: {report.empty} of the frames had no points")
     say_remarks(output, report.remarks)
-
-
-def _unit(text: str | None) -> str | float | None:
-    """Returns a number of metres where one is written."""
-    try:
-        return None if text is None else float(text)
-    except ValueError:
-        return text

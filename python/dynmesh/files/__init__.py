@@ -18,26 +18,28 @@ from ..sequence import PROVENANCE, Sequence
 from .choice import PathLike, format_of, formats, listed
 from .format import Gaps, Template, template_of, with_gaps
 from .header import Frame, Header, frame_of, header_of
+from .kept import CannotResumeError, Pieces, check_unchanged
 from .masks import MaskedReader, check_missing
 from .naming import naming
-from .placing import finish_placing
 from .reader import Reader
 from .target import Target, target_of
 from .template import NoFacesError
 from .writer import Writer
 
 __all__ = [
+    "CannotResumeError",
     "Frame",
     "Gaps",
     "Header",
     "NoFacesError",
     "PathLike",
+    "Pieces",
     "Reader",
     "Target",
     "Writer",
+    "check_unchanged",
     "create",
     "create_like",
-    "finish_placing",
     "format_of",
     "formats",
     "frame_of",

@@ -57,6 +57,7 @@ class AlembicReader(Reader):
             self._mesh = self._scene.mesh(prim)
             self._positions = self._mesh.getSchema().getPositionsProperty()
             super().__init__(path, self._header(self._scene.archive))
+            self._unchanged = self._scene.unchanged
 
     @classmethod
     def in_scene(cls, scene: AlembicScene, mesh: str) -> Self:

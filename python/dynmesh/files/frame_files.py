@@ -13,9 +13,11 @@ from ..polygons import Polygons, as_polygons, check_polygons, split_polygons
 from ..sequence import PROVENANCE
 from .comments import Said
 from .format import Gaps, Template, refuse_mesh_name, refuse_template
+from .frame_names import FrameNames
 from .header import Frame, Header
+from .kept import Pieces
 from .naming import naming
-from .numbered import FrameNames, find_files, names_to_write
+from .numbered import find_files, names_to_write
 from .reader import Reader
 from .template import NoFacesError, find_template
 from .times import Timing, frame_numbers, spacing
@@ -96,9 +98,13 @@ class FramesReader(Reader):
                 continue
             with naming(file):
                 frame, polygons, said = self._load(file)
+                self._unchanged.check([file])
                 self._compare(frame, polygons, said)
             points = frame.points.astype(self.dtype, copy=False)
             yield replace(frame, points=points)
+
+    def _check_unchanged(self) -> None:
+        """Checks nothing, since every file was compared when it was read."""
 
     def _lost_frame(self) -> Frame:
         """A frame in which nothing was observed."""
@@ -190,7 +196,13 @@ class FramesWriter(Writer):
     suffix: ClassVar[str]
 
     def __init__(
-        self, path: Path, header: Header, *, folder: Path | None = None, resume_at: int = 0
+        self,
+        path: Path,
+        header: Header,
+        *,
+        folder: Path | None = None,
+        resume_at: int = 0,
+        kept: Pieces | None = None,
     ) -> None:
         """See :class:`Writer`. Creates the folder of a pattern if it does not exist."""
         self._names = self._names_of(path)
@@ -201,12 +213,17 @@ class FramesWriter(Writer):
         self._numbers = numbers.astype(np.int64).tolist()
         self._made = self.new_folder(path)
         if self._made:
-            self._made.mkdir()
-        super().__init__(path, header, folder=folder, resume_at=resume_at)
+            self._made.mkdir(exist_ok=True)
+        super().__init__(path, header, folder=folder, resume_at=resume_at, kept=kept)
 
     @classmethod
     def _names_of(cls, path: Path) -> FrameNames:
         return names_to_write(path, cls.suffix)
+
+    @classmethod
+    def folders(cls, path: Path) -> list[Path]:
+        """Returns the folders in which writing to `path` puts files."""
+        return [*super().folders(path), cls._names_of(path).folder]
 
     @classmethod
     def new_folder(cls, path: Path) -> Path | None:
@@ -216,9 +233,9 @@ class FramesWriter(Writer):
         return path.parent if of_pattern and not path.parent.exists() else None
 
     @classmethod
-    def existing(cls, path: Path) -> list[Path]:
-        """Returns the existing files that writing to `path` would replace."""
-        return list(cls._names_of(path).existing().values())
+    def names(cls, path: Path) -> list[FrameNames]:
+        """Returns the names of the frames."""
+        return [cls._names_of(path)]
 
     @abstractmethod
     def _save(self, file: Path, frame: Frame) -> None:
@@ -243,7 +260,9 @@ class FramesWriter(Writer):
                 file.unlink()
 
     def _append(self, frame: Frame) -> None:
-        self._save(self.folder / self._names.name(self._numbers[self._frame]), frame)
+        file = self.folder / self._names.name(self._numbers[self._frame])
+        self._save(file, frame)
+        self._add_written(file)
 
     def _close(self) -> None:
         pass

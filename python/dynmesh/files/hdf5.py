@@ -116,6 +116,18 @@ class Hdf5Writer(Writer):
             # An array without any byte has no offset.
             self._places = {name: data.id.get_offset() or 0 for name, data in datasets.items()}
         self._file = path.open("r+b")
+        if kept == 0:
+            self._sum_the_rest(path)
+
+    def _sum_the_rest(self, path: Path) -> None:
+        """Notes all bytes that are not those of frames."""
+        begin = 0
+        for name, (shape, dtype) in sorted(
+            kinds_per_frame(self.header).items(), key=lambda kind: self._places[kind[0]]
+        ):
+            self._add_written(path, begin, max(begin, self._places[name]))
+            begin = max(begin, self._places[name] + math.prod(shape) * dtype.itemsize)
+        self._add_written(path, begin, max(begin, path.stat().st_size))
 
     def _lay_out(self, h5py: Any, path: Path) -> None:
         kinds, arrays = kinds_per_frame(self.header), arrays_once(self.header)
@@ -139,9 +151,11 @@ class Hdf5Writer(Writer):
             raise OSError(_one_line(error)) from error
 
     def _append(self, frame: Frame) -> None:
+        path = self.folder / self.path.name
         for name, row in rows_of(frame).items():
             self._file.seek(self._places[name] + self._frame * row.nbytes)
             self._file.write(np.ascontiguousarray(row).data)
+            self._add_sum(path, np.ascontiguousarray(row).data, self._places[name])
 
     def _flush(self) -> None:
         self._file.flush()

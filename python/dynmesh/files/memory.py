@@ -16,5 +16,10 @@ class SequenceReader(Reader):
         self._sequence = sequence
         super().__init__(Path(name), header_of(sequence))
 
+    @property
+    def files(self) -> list[Path]:
+        """None is read."""
+        return []
+
     def _frames(self, numbers: range) -> Iterator[Frame]:
         return (frame_of(self._sequence, number) for number in numbers)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ..sequence import StandardErrorOf, check_faces, check_known, check_provenance, check_vertices
 from .flat import FlatRows
 from .format import Format, Template, refuse_mesh_name
+from .frame_names import FrameNames, single
 from .header import Frame, Header, errors_of
 from .named import per_frame
 from .naming import naming
@@ -147,10 +148,10 @@ class NpyWriter(RowFilesWriter):
         return [file for file in existing if not (self.folder / file.name).exists()]
 
     @classmethod
-    def existing(cls, path: Path) -> list[Path]:
-        """Returns the existing files that writing to `path` would replace or remove."""
-        files = [_path_of(name, path) for name in (*per_frame, "faces", "standard_error_of")]
-        return [file for file in files if file.exists()]
+    def names(cls, path: Path) -> list[FrameNames]:
+        """Returns the names of all files that writing to `path` may make, replace or remove."""
+        arrays = (*per_frame, "faces", "standard_error_of")
+        return [single(_path_of(name, path)) for name in arrays]
 
 
 npy = Format(

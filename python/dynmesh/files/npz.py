@@ -49,7 +49,7 @@ class _Rows:
             except ValueError as error:
                 raise InputError(f"{error}", argument=name) from error
             if by_columns:  # no row is contiguous
-                self._whole = _read_member(archive, name)
+                self._whole = read_member(archive, name)
             stack.pop_all()
 
     def read(self, number: int) -> NDArray[Any]:
@@ -71,7 +71,8 @@ class _Rows:
         self._file.close()
 
 
-def _read_member(archive: zipfile.ZipFile, name: str) -> NDArray[Any]:
+def read_member(archive: zipfile.ZipFile, name: str) -> NDArray[Any]:
+    """Reads a whole array, whose size must be as its header declares."""
     member = archive.getinfo(f"{name}.npy")
     with archive.open(member) as file:
         return read_array(file, member.file_size)
@@ -101,7 +102,7 @@ class NpzReader(Reader):
 
     def _array(self, name: str) -> NDArray[Any]:
         try:
-            return _read_member(self._archive, name)
+            return read_member(self._archive, name)
         except ValueError as error:
             raise InputError(f"{error}", argument=name) from error
 
@@ -143,7 +144,9 @@ class NpzWriter(RowFilesWriter):
                 member = archive.open(f"{name}.npy", "w", force_zip64=True)
                 with rows.path.open("rb") as source, member:
                     shutil.copyfileobj(source, member, 1 << 20)
-                rows.path.unlink()
+
+    def _destinations(self) -> dict[str, Path]:
+        return {self.path.name: self.path}  # without the arrays it was made from
 
 
 def check_sizes(archive: zipfile.ZipFile, size: int) -> None:
@@ -164,7 +167,8 @@ def explaining() -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        if error.errno != errno.EINVAL:  # raised for an offset before the start
+        # EINVAL is raised for an offset before the start, none for what is not bzip2.
+        if error.errno not in (None, errno.EINVAL):
             raise
         raise ValueError(f"is damaged or not an .npz archive: {error}") from error
     except (

@@ -4,53 +4,16 @@ import errno
 import glob
 import re
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..sequence import largest_start
 from .format import Gaps
+from .frame_names import FrameNames
 
-_conversion = re.compile("%(?:0[0-9]+)?d")
 _MOST_LOST = 100  # frames for each file; larger numbers are times or dates
 _last_number = re.compile("[0-9]+(?=[^0-9]*$)")
-
-
-@dataclass(frozen=True)
-class FrameNames:
-    """The file names of a sequence.
-
-    Attributes:
-        folder: the folder of the files.
-        pattern: a name with ``%d`` or ``%04d`` for the number of the frame, or a plain name for a
-            sequence of one frame.
-    """
-
-    folder: Path
-    pattern: str
-
-    @property
-    def numbered(self) -> bool:
-        """Whether the pattern contains exactly one number."""
-        return self.pattern.count("%") == 1 and _conversion.search(self.pattern) is not None
-
-    def name(self, number: int) -> str:
-        """Returns the file name of this frame."""
-        return self.pattern % number if self.numbered else self.pattern
-
-    def existing(self) -> dict[int, Path]:
-        """Returns the existing files by ascending number."""
-        if not self.numbered:
-            file = self.folder / self.pattern
-            return {0: file} if file.exists() else {}
-        begin, end = map(re.escape, _conversion.split(self.pattern))
-        found = {}
-        for file in self.folder.glob("*"):  # empty if the folder does not exist
-            match = re.fullmatch(f"{begin}([0-9]+){end}", file.name)
-            if match and self.name(int(match[1])) == file.name:
-                found[int(match[1])] = file
-        return dict(sorted(found.items()))
 
 
 def files_in(folder: Path, suffix: str) -> list[Path]:

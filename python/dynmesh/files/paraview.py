@@ -32,8 +32,8 @@ from ..sequence import PROVENANCE
 from .comments import Said, comments_of, said_in
 from .format import Format, Gaps, Template, refuse_mesh_name
 from .frame_files import FramesReader, FramesWriter
+from .frame_names import FrameNames, single
 from .header import Frame
-from .numbered import FrameNames
 from .times import Timing, frame_number, frame_seconds, rate_of, uneven
 
 out_of_disk_space = 20007  # vtkErrorCode::OutOfDiskSpaceError
@@ -220,9 +220,9 @@ class PvdWriter(FramesWriter):
         return FrameNames(path.with_suffix(""), f"{path.stem.replace('%', '_')}_%04d.vtp")
 
     @classmethod
-    def existing(cls, path: Path) -> list[Path]:
-        """Returns the existing files that writing to `path` would replace."""
-        return [path] * path.exists() + super().existing(path)
+    def names(cls, path: Path) -> list[FrameNames]:
+        """Returns the names of the index and of the frames."""
+        return [single(path), *super().names(path)]
 
     def _begin(self, kept: int) -> None:
         super()._begin(kept)

@@ -19,6 +19,7 @@ import numpy as np
 from ..polygons import as_polygons
 from .flat import FlatRows
 from .format import Template, refuse_mesh_name, template_of
+from .frame_names import FrameNames, single
 from .header import Frame, Header
 from .naming import naming
 from .obj import ObjReader, ObjWriter
@@ -147,11 +148,13 @@ class PointCacheWriter(Writer):
             raise ValueError(f"the unfinished file ends before frame {kept}")
         self._file.truncate(end)
         self._file.seek(end)
+        if kept == 0:
+            self._add_sum(self.folder / self.path.name, begin)
 
     @classmethod
-    def existing(cls, path: Path) -> list[Path]:
-        """Returns the existing files that writing to `path` may replace."""
-        return [file for file in (path, path.with_suffix(".obj")) if file.exists()]
+    def names(cls, path: Path) -> list[FrameNames]:
+        """Returns the names of the cache and of the mesh beside it."""
+        return [single(path), single(path.with_suffix(".obj"))]
 
     def _fits(self, path: Path) -> bool:
         header = self.header
@@ -167,7 +170,10 @@ class PointCacheWriter(Writer):
         if self._frame == 0 and self._mesh_writer is not None:
             with self._mesh_writer:
                 self._mesh_writer.append(frame.points)
-        self._file.write(frame.points.astype(self.dtype_in_file, copy=False).data)
+            self._add_written(self._mesh_writer.path)
+        row = frame.points.astype(self.dtype_in_file, order="C", copy=False)
+        self._file.write(row.data)
+        self._add_sum(self.folder / self.path.name, row.data)
 
     def _flush(self) -> None:
         self._file.flush()

@@ -12,6 +12,7 @@ from ..sequence import rate, summary
 from .header import Frame, Header
 from .naming import naming
 from .scenes import Scene
+from .unchanged import Unchanged
 
 
 class Reader(ABC):
@@ -33,6 +34,7 @@ class Reader(ABC):
         """Called by subclasses when the file is open and its header is read."""
         self.path = path
         self.header = header
+        self._unchanged = Unchanged(self.files)
         if header.n_frames == 0:
             raise ValueError("has no frames, but a complete frame 0 is needed")
 
@@ -109,10 +111,15 @@ class Reader(ABC):
     ) -> Generator[Frame, None, None]:
         """Yields the frames ``range(start, stop, step)``; several iterators may be used at once.
 
-        Frames are counted from 0, independently of the numbers in the file.
+        Frames are counted from 0, independently of the numbers in the file. After the last one, an
+        error says if a file was changed since it was opened, as the frames may be a mixture then.
         """
         with naming(self.path):
             yield from self._frames(range(self.n_frames)[start:stop:step])
+            self._check_unchanged()
+
+    def _check_unchanged(self) -> None:
+        self._unchanged.check()
 
     @abstractmethod
     def _frames(self, numbers: range) -> Iterator[Frame]:

@@ -1,6 +1,7 @@
 """Arrays in NumPy's own format, read and written row by row."""
 
 import contextlib
+import io
 import math
 import os
 import warnings
@@ -74,7 +75,12 @@ def load_array(path: Path) -> NDArray[Any]:
 
 
 class RowFile:
-    """A `.npy` file that grows row by row, up to a given length."""
+    """A `.npy` file that grows row by row, up to a given length.
+
+    Attributes:
+        path: of the file.
+        header: the bytes that were written before the first row; none if rows were kept.
+    """
 
     def __init__(self, path: Path, dtype: np.dtype[Any], shape: tuple[int, ...], kept: int) -> None:
         """Creates the file, or opens it and removes all but its first `kept` rows."""
@@ -82,10 +88,15 @@ class RowFile:
         row_size = dtype.itemsize * int(np.prod(shape[1:]))
         with contextlib.ExitStack() as stack:
             file: IO[bytes] = stack.enter_context(path.open("r+b" if kept else "wb"))
+            self.header = b""
             if kept == 0:
                 kind = npy.dtype_to_descr(dtype)
-                header = {"descr": kind, "fortran_order": False, "shape": shape}
-                npy.write_array_header_1_0(file, header)
+                header = io.BytesIO()
+                npy.write_array_header_1_0(
+                    header, {"descr": kind, "fortran_order": False, "shape": shape}
+                )
+                self.header = header.getvalue()
+                file.write(self.header)
             else:
                 read_header(file)
                 end = file.tell() + kept * row_size
@@ -129,11 +140,14 @@ class RowFilesWriter(Writer):
     def _begin(self, kept: int) -> None:
         self._rows: dict[str, RowFile] = {}
         for name, (shape, dtype) in kinds_per_frame(self.header).items():
-            self._rows[name] = RowFile(self._row_file(name), dtype, shape, kept)
+            rows = RowFile(self._row_file(name), dtype, shape, kept)
+            self._rows[name] = rows
+            self._add_sum(rows.path, rows.header)
 
     def _append(self, frame: Frame) -> None:
         for name, row in rows_of(frame).items():
             self._rows[name].append(row)
+            self._add_sum(self._rows[name].path, np.ascontiguousarray(row).data)
 
     def _flush(self) -> None:
         for rows in self._rows.values():

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from .header import Header
+from .kept import Pieces
 from .scenes import Origin
 from .writer import Writer
 
@@ -26,11 +27,12 @@ class SceneWriter(Writer):
         *,
         folder: Path | None = None,
         resume_at: int = 0,
+        kept: Pieces | None = None,
         origin: Origin | None = None,
     ) -> None:
         """Creates the file with its first mesh; see :class:`Writer`."""
         self.origin = origin
-        super().__init__(path, header, folder=folder, resume_at=resume_at)
+        super().__init__(path, header, folder=folder, resume_at=resume_at, kept=kept)
 
     def next_mesh(self, header: Header) -> None:
         """Begins another mesh, after all frames of the one before.

@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from ..polygons import Polygons
+from .unchanged import Unchanged
 
 every_mesh = "all"
 """What stands for every mesh of a scene that moves, instead of the path of one."""
@@ -22,6 +23,7 @@ class Scene(ABC):
         path: of the file.
         moves: the paths of the meshes, and whether the points of each change. Copies of a mesh by
             reference (instances) are not among them if the format cannot change a copy alone.
+        unchanged: tells whether its files are what they were when it was opened.
     """
 
     format: ClassVar[str]
@@ -30,6 +32,7 @@ class Scene(ABC):
         """Called by subclasses when the file is open."""
         self.path = path
         self.moves = moves
+        self.unchanged = Unchanged(self.files)
 
     @property
     @abstractmethod

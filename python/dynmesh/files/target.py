@@ -3,13 +3,17 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from .._extras import require
 from ..sequence import Sequence
 from .choice import PathLike, choose
 from .format import Format
+from .frame_names import FrameNames
 from .header import Header, frame_of, header_of
+from .kept import Pieces
 from .naming import naming
+from .placing import finish_placing
 from .reader import Reader
 from .scene_writer import SceneWriter
 from .scenes import Origin, Scene
@@ -36,7 +40,9 @@ class Target:
         *,
         folder: Path | None = None,
         resume_at: int = 0,
+        kept: Pieces | None = None,
         origin: Origin | None = None,
+        overwrite: bool = True,
     ) -> Writer:
         """Begins the file, or continues an unfinished one; see :class:`Writer`.
 
@@ -44,17 +50,22 @@ class Target:
             header: the properties of all frames.
             folder: where to work; see :class:`Writer`.
             resume_at: number of frames to keep; see :class:`Writer`.
+            kept: their checksums; see :class:`Writer`.
             origin: the scene to keep around the mesh, such as :meth:`kept_of` returns.
+            overwrite: whether to replace files that exist when the file is complete.
 
         Raises:
+            BlockingIOError: another process is writing the file.
             OSError, TypeError, ValueError: the file cannot be written, or not with this scene.
         """
         with naming(self.path):
+            more: dict[str, Any] = {"folder": folder, "resume_at": resume_at, "kept": kept}
             if origin is None:
-                return self.writer(self.path, header, folder=folder, resume_at=resume_at)
-            return self._scene_writer(origin.scene)(
-                self.path, header, folder=folder, resume_at=resume_at, origin=origin
-            )
+                writer = self.writer(self.path, header, **more)
+            else:
+                writer = self._scene_writer(origin.scene)(self.path, header, origin=origin, **more)
+            writer.overwrite = overwrite
+            return writer
 
     def _scene_writer(self, scene: Scene) -> type[SceneWriter]:
         if not (issubclass(self.writer, SceneWriter) and self.keeps(scene)):
@@ -73,17 +84,32 @@ class Target:
             return None
         return Origin(scene, (name,))
 
-    def write(self, sequence: Sequence) -> None:
-        """Writes a whole sequence."""
-        with self.create(header_of(sequence)) as writer:
+    def write(self, sequence: Sequence, *, overwrite: bool = True) -> list[str]:
+        """Writes a whole sequence; returns the remarks of the writer."""
+        with self.create(header_of(sequence), overwrite=overwrite) as writer:
             for number in range(len(sequence.vertices)):
                 frame = frame_of(sequence, number)
                 writer.append(frame.points, frame.known, **frame.provenance())
+        return writer.remarks
+
+    def names(self) -> list[FrameNames]:
+        """The names of all files that writing may make, replace or remove."""
+        with naming(self.path):
+            return self.writer.names(self.path)
 
     def existing(self) -> list[Path]:
         """The files that writing would replace."""
         with naming(self.path):
             return self.writer.existing(self.path)
+
+    def finish_placing(self, folder: Path) -> bool:
+        """Finishes what a writer that worked in this folder was killed at.
+
+        Only files that writing would make or replace are moved and removed; see
+        :func:`finish_placing`.
+        """
+        with naming(self.path):
+            return finish_placing(folder, self.existing(), self.writer.folders(self.path))
 
     def new_folder(self) -> Path | None:
         """The folder that writing would make; None where it must be there already."""
@@ -108,16 +134,13 @@ class Target:
             raise FileNotFoundError(f"{self.path}: there is no folder {folder}")
         if isinstance(reader, Reader):
             self._check_not_among(reader)
-        existing = self.existing()
-        if existing:
+        if existing := self.existing():
             read = set(map(_identity, [*([] if reader is None else reader.files), *others]))
             for file in existing:
                 if _identity(file) in read:
                     raise ValueError(f"{file}: is the input; writing over it would lose it")
-        if existing and not overwrite:
-            raise FileExistsError(
-                f"{existing[0]}: exists already; --overwrite replaces it, in Python overwrite=True"
-            )
+        if not overwrite:
+            self.writer.refuse_existing(self.path)
 
     def _check_not_among(self, reader: Reader) -> None:
         """Refuses to write frames into the folder whose files are read as frames."""

@@ -55,6 +55,7 @@ class UsdReader(Reader):
         with translating(ValueError, "is damaged: "):
             self._mesh = self._scene.mesh(prim)
             super().__init__(path, self._header(self._scene.stage))
+            self._unchanged = self._scene.unchanged
 
     @classmethod
     def in_scene(cls, scene: UsdScene, mesh: str) -> Self:

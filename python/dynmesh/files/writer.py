@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,9 +23,12 @@ from ..sequence import (
     check_known,
     check_provenance,
 )
+from .frame_names import FrameNames, single
 from .header import Frame, Header
+from .kept import Pieces, Sums
+from .lock import working_folder
 from .naming import naming
-from .placing import put_in_place
+from .placing import put_in_place, remove_placed
 
 
 class Writer(ABC):
@@ -33,13 +36,15 @@ class Writer(ABC):
 
     Use it in a ``with`` statement and append every frame. The file appears under its name when the
     statement ends. After an exception, or if frames are missing, it does not appear. Until then
-    everything is in a hidden folder beside it.
+    everything is in a hidden folder beside it, in which no other process writes.
 
     Attributes:
         path: path of the file.
         header: the properties of all frames.
         folder: contains the file until it is complete.
         remarks: remarks about the file for the user, one line each.
+        overwrite: whether to replace files that exist when the file is complete. It may be changed;
+            without it, they are looked for again then, as another process may have made them.
         resumable: whether an interrupted writer can be continued by another one.
         keeps_known: whether the format stores masks; if not, unknown positions are stored as NaN.
         keeps_provenance: whether the format stores generation and age; if not, they are refused.
@@ -53,32 +58,47 @@ class Writer(ABC):
     keeps_float64: ClassVar[bool] = True
 
     def __init__(
-        self, path: Path, header: Header, *, folder: Path | None = None, resume_at: int = 0
+        self,
+        path: Path,
+        header: Header,
+        *,
+        folder: Path | None = None,
+        resume_at: int = 0,
+        kept: Pieces | None = None,
     ) -> None:
         """Creates the file, or continues an unfinished one.
 
         Args:
             path: path of the file.
             header: the properties of all frames.
-            folder: where to work, instead of a new hidden folder. After an exception it is kept, so
-                that the file can be continued, and after the death of the process for
-                :func:`dynmesh.files.finish_placing`.
+            folder: where to work, instead of a new hidden folder; the caller sees that no other
+                process does. After an exception it is kept, so that the file can be continued, and
+                after the death of the process for :meth:`Target.finish_placing`.
             resume_at: number of frames of the unfinished file in `folder` to keep; it must have at
                 least as many, and further ones are removed. 0 creates the file.
+            kept: what :meth:`pieces` of the writer of these frames returned.
+
+        Raises:
+            BlockingIOError: another process is writing the file.
         """
         self.path = path
         self.header = header
-        self.folder = folder or path.with_name(f".{path.name}.{os.getpid()}.part")
+        self.overwrite = True
         self._keep = folder is not None
         self._frame = resume_at
+        self._sums = Sums(kept if resume_at else None)
         self.remarks: list[str] = []
+        self._working = contextlib.ExitStack()
         with self._undoing(), self._blaming():
+            if folder is None:
+                folder, self.remarks = self._working.enter_context(working_folder(path))
+            self.folder = folder
             if header.has_provenance and not self.keeps_provenance:
                 raise ValueError(
                     "this format cannot hold generation and age; "
                     ".npz, .npy, .h5, .ply, .usd, .abc and .pvd can"
                 )
-            if resume_at == 0:
+            if self._keep and resume_at == 0:
                 if self.folder.exists():
                     shutil.rmtree(self.folder)
                 self.folder.mkdir()
@@ -100,8 +120,25 @@ class Writer(ABC):
     def _flush(self) -> None:  # noqa: B027 (only needed if resumable)
         """Implements :meth:`flush`."""
 
+    def pieces(self) -> dict[str, list[tuple[int, int, int]]]:
+        """Returns checksums of the frames so far, for :func:`dynmesh.files.check_unchanged`."""
+        return self._sums.pieces()
+
+    def _add_sum(self, file: Path, data: Any, begin: int = 0) -> None:
+        """Notes bytes that were appended to the piece of a file that begins there."""
+        if self._keep:  # nobody else continues it
+            self._sums.add(file.name, data, begin)
+
+    def _add_written(self, file: Path, begin: int = 0, end: int | None = None) -> None:
+        """Notes bytes of a file that another library has written."""
+        if self._keep:
+            self._sums.add_written(file, begin, end)
+
     def _finish(self) -> None:
-        """Completes and closes the files in `folder` after all frames were appended."""
+        """Completes and closes the files in `folder` after all frames were appended.
+
+        The kept frames stay as they are, since the process may be killed meanwhile.
+        """
         self._close()
 
     @abstractmethod
@@ -118,14 +155,32 @@ class Writer(ABC):
         return []
 
     @classmethod
+    def folders(cls, path: Path) -> list[Path]:
+        """Returns the folders in which writing to `path` puts files."""
+        return [path.parent]
+
+    @classmethod
     def new_folder(cls, path: Path) -> Path | None:  # noqa: ARG003 (subclasses use it)
         """Returns the folder that writing to `path` would create; None if it must exist."""
         return None
 
     @classmethod
+    def names(cls, path: Path) -> list[FrameNames]:
+        """Returns the names of all files that writing to `path` may make, replace or remove."""
+        return [single(path)]
+
+    @classmethod
     def existing(cls, path: Path) -> list[Path]:
-        """Returns the existing files that writing to `path` would replace."""
-        return [path] if path.exists() else []
+        """Returns those of these files that exist."""
+        return [file for names in cls.names(path) for file in names.existing().values()]
+
+    @classmethod
+    def refuse_existing(cls, path: Path) -> None:
+        """Raises a FileExistsError if one of these files exists."""
+        if existing := cls.existing(path):
+            raise FileExistsError(
+                f"{existing[0]}: exists already; --overwrite replaces it, in Python overwrite=True"
+            )
 
     def append(
         self,
@@ -218,8 +273,11 @@ class Writer(ABC):
                 raise _AbandonedError
             self._check_whole()
             self._finish()
+            if not self.overwrite:
+                self.refuse_existing(self.path)
             put_in_place(self.folder, self._destinations(), self._outdated(), plan=self._keep)
-            shutil.rmtree(self.folder, ignore_errors=True)
+            remove_placed(self.folder)
+            self._working.close()
 
     @contextlib.contextmanager
     def _undoing(self) -> Iterator[None]:
@@ -229,8 +287,7 @@ class Writer(ABC):
         except BaseException as error:
             with contextlib.suppress(Exception):
                 self._close()
-            if not self._keep:
-                shutil.rmtree(self.folder, ignore_errors=True)
+            self._working.close()
             if not isinstance(error, _AbandonedError):
                 raise
 
@@ -240,6 +297,8 @@ class Writer(ABC):
         try:
             yield
         except OSError as error:
+            if error.errno is None and isinstance(error, BlockingIOError | FileExistsError):
+                raise  # from here, and names the file
             if error.errno is None:
                 raise OSError(f"{self.path}: {str(error).splitlines()[0]}") from error
             raise OSError(error.errno, os.strerror(error.errno), str(self.path)) from error

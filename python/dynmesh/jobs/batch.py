@@ -1,6 +1,7 @@
 """Completion and tracking of many files, in any number of processes or machines."""
 
 import time
+from collections import defaultdict
 from collections.abc import Callable, Iterable
 from concurrent.futures import Executor, Future, as_completed
 from dataclasses import dataclass, field
@@ -9,7 +10,8 @@ from typing import Literal
 
 from .. import files
 from .._errors import InputError, KindError, SettingError
-from ..files import PathLike, Target
+from ..files import CannotResumeError, PathLike, Target
+from ..files.frame_names import FrameNames, single
 from ..files.scenes import every_mesh
 from ..settings import Settings, all_settings, file_settings
 from .beginning import Start, check_beginning
@@ -103,7 +105,7 @@ def complete_files(
         The results, in the order of the jobs.
 
     Raises:
-        ValueError: two jobs have the same output.
+        ValueError: two jobs have the same output, or would write the same file beside it.
     """
     if not isinstance(jobs, Iterable):
         raise KindError(f"must be iterable, not {type(jobs).__name__}", argument="jobs")
@@ -143,7 +145,7 @@ def _run(job: Job | TrackingJob, overwrite: bool) -> Result:
         target = files.target_of(job.output, job.output_format, overlay=overlay)
         try:
             report = _make(job, target, overwrite, resume=target.writer.resumable)
-        except OtherJobError:  # the table has changed since the interruption
+        except (OtherJobError, CannotResumeError):  # the table has changed, or the files did
             report = _make(job, target, overwrite, resume=False)
     except FileExistsError:
         return Result(job, "exists")
@@ -241,8 +243,32 @@ def _in_one_line(error: Exception) -> str:
 
 
 def _check_outputs(jobs: list[Job | TrackingJob]) -> None:
-    seen: set[Path] = set()
+    """Raises an error if two jobs may write the same file, however their outputs name it."""
+    files_in: dict[Path, dict[str, Path]] = defaultdict(dict)
+    patterns_in: dict[Path, list[tuple[FrameNames, Path]]] = defaultdict(list)
     for job in jobs:
-        if (output := Path(job.output).absolute()) in seen:
-            raise InputError("is the output of more than one job", file=job.output)
-        seen.add(output)
+        output = Path(job.output)
+        wanted = {real for names in _names_of(job) for real in names.real()}
+        for names in wanted:
+            files, patterns = files_in[names.folder], patterns_in[names.folder]
+            others = [other for pattern, other in patterns if names.meets(pattern)]
+            if names.numbered:
+                others += [other for name, other in files.items() if names.has(name)]
+            elif names.pattern in files:
+                others.append(files[names.pattern])
+            for other in others:
+                same = "" if other == output else f", {other}: both would write the same files"
+                raise InputError(f"is the output of more than one job{same}", file=output)
+        for names in wanted:
+            if names.numbered:
+                patterns_in[names.folder].append((names, output))
+            else:
+                files_in[names.folder][names.pattern] = output
+
+
+def _names_of(job: Job | TrackingJob) -> list[FrameNames]:
+    """The names of all files that a job writes."""
+    try:
+        return files.target_of(job.output, job.output_format).names()
+    except (OSError, ValueError, TypeError, ImportError):  # of this job alone, which will fail
+        return [single(Path(job.output))]

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ..files import Frame, Header
+from ..files import Frame, Header, naming
+from ..files.kept import Pieces, Sums
 from ..sequence import PROVENANCE
 
 
@@ -17,8 +18,12 @@ class Before:
     in the file.
     """
 
-    def __init__(self, path: Path, header: Header, n_frames: int, kept: int) -> None:
+    def __init__(
+        self, path: Path, header: Header, n_frames: int, kept: int, pieces: Pieces | None = None
+    ) -> None:
         """Creates the file, or continues it after as many frames as are `kept`.
+
+        `pieces` have their checksums, from :meth:`pieces`.
 
         Raises:
             OSError: the file cannot be opened.
@@ -31,6 +36,8 @@ class Before:
         kinds += [(name, PROVENANCE[name], (k,)) for name in header.provenance]
         self._record = np.dtype(kinds)
         self._n_frames = n_frames
+        self._path = path
+        self._sums = Sums({path.name: (pieces or {}).get(path.name, ())} if kept else None)
         self._file = path.open("r+b" if kept else "w+b")
         size = kept * self._record.itemsize
         if os.fstat(self._file.fileno()).st_size < size:
@@ -44,8 +51,15 @@ class Before:
         row = np.empty((), self._record)
         for name in self._record.names or ():
             row[name] = getattr(frame, name)
-        self._file.write(row.tobytes())
-        self._file.flush()  # so that the frame survives this process
+        data = row.tobytes()
+        with naming(self._path):
+            self._file.write(data)
+            self._file.flush()  # so that the frame survives this process
+        self._sums.add(self._path.name, data)
+
+    def pieces(self) -> Pieces:
+        """Returns checksums of the frames so far."""
+        return self._sums.pieces()
 
     def frame(self, number: int) -> Frame:
         """Returns the frame with this number in the sequence; all of them must be there."""

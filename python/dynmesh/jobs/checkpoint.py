@@ -4,16 +4,18 @@ import json
 import time
 import zipfile
 import zlib
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from itertools import zip_longest
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Literal, NamedTuple, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import __version__
-from ..files import Header, PathLike
+from .._core import Completer, Tracker, __version__
+from ..files import CannotResumeError, Header, PathLike, Pieces, check_unchanged, naming
+from ..files.npz import check_sizes, explaining, read_member
 from ..settings import SETTINGS, Settings
 
 
@@ -39,70 +41,129 @@ class Progress(NamedTuple):
         done: number of frames that were completed, forwards or backwards.
         written: number of frames in the output.
         state: the completer's state after the last frame; empty if nothing was done.
+        kept: checksums of the files that hold the frames, relative to the unfinished folder.
     """
 
     done: int = 0
     written: int = 0
     state: bytes = b""
+    kept: Pieces = MappingProxyType({})
+
+    def restore(self, machine: Completer | Tracker, pushed: Collection[int]) -> None:
+        """Continues the completer, which must have met as many frames as one of `pushed`.
+
+        Raises:
+            CannotResumeError: the state is of no such completer.
+        """
+        if not self.done:
+            return
+        try:
+            machine.restore(self.state)
+        except ValueError as error:
+            raise CannotResumeError(f"its state cannot be restored: {error}") from error
+        if machine.n_frames not in pushed:
+            raise CannotResumeError(
+                f"{self.done} frames are done, but its state is that after {machine.n_frames}"
+            )
+
+    def check(self, n_frames: int, written: Collection[int]) -> None:
+        """Refuses what a job of so many frames, after those that are done, cannot have written."""
+        if self.done > n_frames:
+            raise CannotResumeError(f"{self.done} of {n_frames} frames are done")
+        if self.written not in written:
+            raise CannotResumeError(f"{self.done} frames are done, but {self.written} written")
 
 
 BEGINNING = Progress()
 """Of a job that has done nothing."""
 
 
-_DAMAGE = (ValueError, EOFError, KeyError, zipfile.BadZipFile)
+class Saved(NamedTuple):
+    """The content of a checkpoint: the result of :func:`describe_job`, and how far it is."""
+
+    job: str
+    progress: Progress
 
 
 class Checkpoint:
-    """A file, beside the unfinished files, from which the same job can be continued."""
+    """A file, beside the unfinished files, from which the same job can be continued.
+
+    Attributes:
+        path: of the file.
+        job: what it is a checkpoint of.
+    """
 
     least_seconds_between = 2.0
     most_of_the_time = 0.05
 
     def __init__(self, path: Path, job: str) -> None:
         """Does not access the file yet; `job` is the result of :func:`describe_job`."""
-        self._path = path
-        self._job = job
+        self.path = path
+        self.job = job
         self._next = time.monotonic() + self.least_seconds_between
 
     def load(self) -> Progress | None:
-        """Returns what an earlier run of this job saved, or None."""
-        try:
-            with np.load(self._path, allow_pickle=False) as saved:
-                job, state = str(saved["job"]), saved["state"].tobytes()
-                progress = Progress(int(saved["done"]), int(saved["written"]), state)
-        except FileNotFoundError:
+        """Returns what an earlier run of this job saved, or None.
+
+        Raises:
+            CannotResumeError: it, or a file with frames, is damaged or of another version.
+            OtherJobError: it is of another job.
+            OSError: a file cannot be read.
+        """
+        saved = self.read()
+        if saved is None:
             return None
-        except _DAMAGE as error:
-            raise ValueError(
-                f"{self._path}: is damaged; run without --resume to start again"
-            ) from error
-        if job != self._job:
-            changed = "; ".join(_differences(json.loads(job), json.loads(self._job)))
+        if saved.job != self.job:
+            changed = "; ".join(_differences(json.loads(saved.job), json.loads(self.job)))
             raise OtherJobError(
-                f"{self._path}: is of another job: {changed}; run without --resume to start again, "
+                f"{self.path}: is of another job: {changed}; run without --resume to start again, "
                 "or write another output"
             )
-        return progress
+        check_unchanged(self.path.parent, saved.progress.kept)
+        return saved.progress
+
+    def read(self) -> Saved | None:
+        """Returns what an earlier run of any job saved, or None.
+
+        This is the only reader, so that all damage of the file is met here.
+
+        Raises:
+            CannotResumeError: the file is damaged or of another version.
+            OSError: the file cannot be read.
+        """
+        try:
+            with naming(self.path), explaining(), zipfile.ZipFile(self.path) as archive:
+                check_sizes(archive, self.path.stat().st_size)
+                job = str(read_member(archive, "job"))
+                version = json.loads(job)["version"]
+                if version != __version__:
+                    raise CannotResumeError(f"is of dynmesh {version}, not {__version__}")
+                done, written = (int(read_member(archive, name)) for name in ("done", "written"))
+                state = read_member(archive, "state").tobytes()
+                kept = json.loads(str(read_member(archive, "kept")))
+        except FileNotFoundError:
+            return None
+        except IsADirectoryError as error:
+            raise CannotResumeError("is a folder", file=self.path) from error
+        except CannotResumeError:
+            raise
+        except (ValueError, TypeError) as error:
+            raise CannotResumeError(
+                "is damaged or of an earlier version", file=self.path
+            ) from error
+        return Saved(job, Progress(done, written, state, kept))
 
     def exists(self) -> bool:
         """Whether there is a checkpoint, of any job."""
-        return self._path.exists()
+        return self.path.exists()
 
     def is_of_this_job(self) -> bool:
         """Whether there is a checkpoint of this job."""
         try:
-            return self.load() is not None
-        except ValueError:  # of another job, or damaged
+            saved = self.read()
+        except CannotResumeError:
             return False
-
-    def has_only_begun(self) -> bool:
-        """Whether there is a checkpoint, of any job, before the first written frame."""
-        try:
-            with np.load(self._path, allow_pickle=False) as saved:
-                return int(saved["written"]) == 0
-        except (*_DAMAGE, FileNotFoundError):
-            return False
+        return saved is not None and saved.job == self.job
 
     def is_due(self) -> bool:
         """Whether enough time has passed to save again."""
@@ -111,12 +172,18 @@ class Checkpoint:
     def save(self, progress: Progress) -> None:
         """Replaces the checkpoint atomically."""
         began = time.monotonic()
-        partial = self._path.with_suffix(".part")
-        done, written, state = progress
-        with partial.open("wb") as file:
-            state_bytes = np.frombuffer(state, np.uint8)
-            np.savez(file, job=self._job, done=done, written=written, state=state_bytes)
-        partial.replace(self._path)
+        partial = self.path.with_suffix(".part")
+        done, written, state, kept = progress
+        with naming(self.path), partial.open("wb") as file:
+            np.savez(
+                file,
+                job=self.job,
+                done=done,
+                written=written,
+                state=np.frombuffer(state, np.uint8),
+                kept=json.dumps(kept),
+            )
+        partial.replace(self.path)
         now = time.monotonic()
         pause = (now - began) / self.most_of_the_time
         self._next = now + max(self.least_seconds_between, pause)

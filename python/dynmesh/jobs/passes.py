@@ -57,11 +57,32 @@ class Passes:
         self._reader = reader
         self._beginning = beginning
         self._drop_above = drop_above
-        self._done, self._written, state = progress
+        self._done, self._written = progress.done, progress.written
+        self._kept = progress.kept
+        self._check(progress)
         self._completer = rehearsal.completer(beginning.points, settings)
-        if state:
-            self._completer.restore(state)
+        progress.restore(self._completer, self._pushed())
         self.tally = Tally(settings["method"], bool(rehearsal))
+
+    def _check(self, progress: Progress) -> None:
+        """Refuses what these passes cannot have written."""
+        n_before = self._beginning.n_before
+        if self._done < n_before:
+            written = range(1)
+        elif self._done == n_before:
+            written = range(n_before + 1)
+        else:
+            written = range(self._done, self._done + 1)
+        progress.check(self._reader.n_frames, written)
+
+    def _pushed(self) -> tuple[int, ...]:
+        """How many frames the completer has met in its pass; the whole one is not among them."""
+        n_before = self._beginning.n_before
+        if self._done < n_before:
+            return (self._done,)
+        if self._done == n_before:  # before or after the end of the first pass
+            return (self._done, 0)
+        return (self._done - n_before - (self._beginning.number >= 0),)
 
     def frames(self) -> Generator[Frame, None, None]:
         """Yields the frames that are left to complete, in the order of their completion."""
@@ -85,10 +106,13 @@ class Passes:
         n_before = self._beginning.n_before
         if n_before:
             kept = min(self._done, n_before)
-            with contextlib.closing(Before(waiting, writer.header, n_before, kept)) as before:
+            with contextlib.closing(
+                Before(waiting, writer.header, n_before, kept, self._kept)
+            ) as before:
                 for frame in islice(frames, n_before - kept):
                     number = n_before - 1 - self._done
                     before.append(self._push(frame, number))
+                    self._kept = before.pieces()
                     self._done += 1
                     yield
                 self._end_of_pass()
@@ -104,7 +128,7 @@ class Passes:
 
     def progress(self) -> Progress:
         """Returns what a later run needs to continue."""
-        return Progress(self._done, self._written, self._completer.state())
+        return Progress(self._done, self._written, self._completer.state(), self._kept)
 
     def _push(self, frame: Frame, number: int) -> Frame:
         """Completes a frame. The whole one is returned as it is."""

@@ -11,11 +11,13 @@ import numpy as np
 
 from .. import files
 from .._errors import InputError
-from ..files import Header, Reader, Target, Writer
+from ..files import CannotResumeError, Header, Reader, Target, Writer
+from ..files.lock import lock_folder, unfinished_folder
 from .checkpoint import BEGINNING, Checkpoint, OtherJobError, Progress, changed
 from .interrupts import holding_interrupts
-from .lock import lock_folder
-from .unfinished import clearing, folder_for, settle, unfinished_folder
+from .unfinished import clearing, folder_for, set_aside, settle
+
+_FILES = "files/"  # where a writer works, in the unfinished folder
 
 
 class Work(Protocol):
@@ -86,12 +88,22 @@ class ResumableOutput:
             FileExistsError: the output exists, and `resume` does not find it complete.
             BlockingIOError: another process is writing it.
             OtherJobError: `resume` finds files of another job, which are kept.
+            CannotResumeError: `resume` finds damaged files, which are kept. Without it, they are
+                set aside, and the remarks say so.
             OSError, TypeError, ValueError: the errors of the work and of the writer.
         """
         output, header = self.target.path, self.header
         folder = unfinished_folder(output)
         checkpoint = Checkpoint(folder / "checkpoint.npz", self.job)
-        settled = settle(folder, output, checkpoint)
+        settled = False
+        remarks: list[str] = []
+        damage: CannotResumeError | None = None
+        try:
+            settled = settle(folder, self.target, header.n_frames, checkpoint)
+        except CannotResumeError as error:
+            if self.resume:
+                raise
+            damage = error
         complete = self.resume and not self.overwrite and not checkpoint.exists()
         complete = complete and self._is_complete()
         if complete:
@@ -101,23 +113,24 @@ class ResumableOutput:
         )
         if complete:
             return Outcome(header.n_frames, was_complete=True, existed=not settled)
-        with folder_for(self.target), lock_folder(folder, output):
+        with folder_for(self.target), contextlib.ExitStack() as locked:
+            if damage is not None:
+                remarks.append(set_aside(folder, output, f"{damage.file}: {damage.reason}"))
+            remarks += locked.enter_context(lock_folder(folder, output))
             progress = (checkpoint.load() if self.resume else None) or BEGINNING
             with clearing(folder):
-                writer, progress = self._begin_writer(folder / "files", progress)
-                with writer, files.naming(self.source):
-                    work = begin(progress)
-                    with holding_interrupts() as interrupted:
-                        for _ in work.steps(writer, folder):
-                            if interrupted():
-                                break
-                            if writer.resumable and checkpoint.is_due():
-                                writer.flush()
-                                checkpoint.save(work.progress())
-                        if writer.resumable:
-                            writer.flush()
-                            checkpoint.save(work.progress())
-        return Outcome(progress.done, remarks=tuple(writer.remarks))
+                with files.naming(self.source):
+                    work = _begun(begin, progress, checkpoint)
+                writer = self._begin_writer(folder / "files", progress)
+                with writer, files.naming(self.source), holding_interrupts() as interrupted:
+                    for _ in work.steps(writer, folder):
+                        if interrupted():
+                            break
+                        if writer.resumable and checkpoint.is_due():
+                            _save(checkpoint, work, writer)
+                    if writer.resumable:
+                        _save(checkpoint, work, writer)
+        return Outcome(progress.done, remarks=(*remarks, *writer.remarks))
 
     def _is_complete(self) -> bool:
         """Whether the output exists and has the size of the job's result."""
@@ -144,15 +157,45 @@ class ResumableOutput:
                 "run with --overwrite to make it anew, or write another output"
             )
 
-    def _begin_writer(self, folder: Path, progress: Progress) -> tuple[Writer, Progress]:
+    def _begin_writer(self, folder: Path, progress: Progress) -> Writer:
         if progress.done:
-            # A process that was killed while it finished its file may have left an incomplete one.
-            with contextlib.suppress(OSError, ValueError):
-                writer = self.target.create(self.header, folder=folder, resume_at=progress.written)
-                return writer, progress
+            kept = {
+                name.removeprefix(_FILES): of_file
+                for name, of_file in progress.kept.items()
+                if name.startswith(_FILES)
+            }
+            try:
+                return self.target.create(
+                    self.header,
+                    folder=folder,
+                    resume_at=progress.written,
+                    kept=kept,
+                    overwrite=self.overwrite,
+                )
+            except ValueError as error:
+                raise CannotResumeError(str(error), file=folder) from error
         (folder.parent / "checkpoint.npz").unlink(missing_ok=True)
         origin = None if self.reader is None else self.target.kept_of(self.reader)
-        return self.target.create(self.header, folder=folder, origin=origin), BEGINNING
+        return self.target.create(
+            self.header, folder=folder, origin=origin, overwrite=self.overwrite
+        )
+
+
+def _begun(begin: Callable[[Progress], Work], progress: Progress, checkpoint: Checkpoint) -> Work:
+    """Begins the work; what is wrong with the progress is wrong with the checkpoint."""
+    try:
+        return begin(progress)
+    except CannotResumeError as error:
+        error.file = checkpoint.path
+        raise
+
+
+def _save(checkpoint: Checkpoint, work: Work, writer: Writer) -> None:
+    """Saves how far the work is, with checksums of everything that a later run will need."""
+    writer.flush()
+    progress = work.progress()
+    written = {f"{_FILES}{name}": of_file for name, of_file in writer.pieces().items()}
+    checkpoint.save(progress._replace(kept={**progress.kept, **written}))
 
 
 def _differences(made: Header, wanted: Header, writer: type[Writer]) -> Iterator[str]:

@@ -1,6 +1,7 @@
 """Completion of all meshes of a scene into one file, in constant memory."""
 
 import contextlib
+import os
 import shutil
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -11,6 +12,7 @@ from .. import files
 from .._checks import check_callable, check_path
 from .._errors import DynmeshError, InputError, SettingError
 from ..files import Frame, Header, PathLike, Target, Writer
+from ..files.lock import lock_folder, unfinished_folder
 from ..files.masks import check_missing
 from ..files.scene_files import open_mesh, open_scene
 from ..files.scene_writer import SceneWriter
@@ -19,11 +21,10 @@ from ..settings import Settings, all_settings, file_settings, takes_settings
 from .beginning import Start, beginning_in, check_beginning
 from .checkpoint import Source
 from .file_completion import Watch, output_header, with_uncertainty
-from .lock import lock_folder
 from .passes import Passes
 from .rehearsal import Rehearsal, Takes, check_takes, files_in
 from .report import FileReport
-from .unfinished import unfinished_folder
+from .unfinished import set_aside
 from .zeros import ZeroCount
 
 
@@ -164,6 +165,7 @@ class _Job:
     def run(self, *, overwrite: bool, watch: Watch | None) -> SceneReport:
         """Completes all meshes."""
         output = self._target.path
+        self._overwrite = overwrite
         if not self._moving:
             found = f"none of {listed(list(self._still))} moves" if self._still else "has no mesh"
             raise InputError(f"{found}, so there is nothing to complete", file=self._scene.path)
@@ -171,7 +173,10 @@ class _Job:
         self._target.check(overwrite=overwrite, reader=self._scene, others=takes)
         lengths = self._lengths()
         folder = unfinished_folder(output)
-        with lock_folder(folder, output):
+        aside = []
+        if os.path.lexists(folder) and not folder.is_dir():
+            aside.append(set_aside(folder, output, f"{folder}: is not a folder"))
+        with lock_folder(folder, output) as unlocked:
             try:
                 with contextlib.ExitStack() as writing:
                     frames = self._frames(list(lengths), folder, writing)
@@ -186,7 +191,7 @@ class _Job:
                         )
             finally:
                 shutil.rmtree(folder, ignore_errors=True)
-        remarks = (*writer.remarks, *self._remarks())
+        remarks = (*aside, *writer.remarks, *self._remarks(), *unlocked)
         return SceneReport(self._reports, self._failed, self._still, remarks)
 
     def _lengths(self) -> dict[str, int]:
@@ -232,7 +237,9 @@ class _Job:
         """Writes a completed mesh to the output, which begins with the first one."""
         if self._writer is None:
             folder = spool.with_name("files")
-            made = self._target.create(header, folder=folder, origin=self._origin)
+            made = self._target.create(
+                header, folder=folder, origin=self._origin, overwrite=self._overwrite
+            )
             assert isinstance(made, SceneWriter)
             self._writer = writing.enter_context(made)
         else:

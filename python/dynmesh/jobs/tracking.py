@@ -15,7 +15,7 @@ from .._errors import InputError, KindError, locating
 from ..degrade.shared import mean_edge_of
 from ..files import Header, PathLike, Reader, Writer
 from ..files.format import Gaps
-from ..files.scans import PointScan, Scan, ScanReader, open_scans, unit_of
+from ..files.scans import PointScan, Scan, ScanReader, given_unit, open_scans
 from ..sequence import Positions
 from .alignment import (
     Alignment,
@@ -119,6 +119,7 @@ def track_file(
         times = np.arange(reader.n_frames, dtype=np.float64) * reader.step + reader.start
         header = replace(
             mesh.header,
+            metres_per_unit=units[1],
             n_frames=reader.n_frames,
             fps=fps,
             start=reader.start,
@@ -185,15 +186,15 @@ class _Tracking:
 
     def begin(self, progress: Progress) -> "_Tracking":
         """Places the template in the first scan with points, and continues an earlier run."""
+        progress.check(self._scans.n_frames, (progress.done,))
         with contextlib.closing(self._mesh.frames(0, 1)) as frames:
             frame = next(frames)
         with locating(file=self._mesh.path):
             check_whole(frame, "; a template must be whole")
         placed = self._placed(np.array(frame.points))
         self._tracker = self._tracker_at(placed)
-        self._done, _, state = progress
-        if state:
-            self._tracker.restore(state)
+        self._done = progress.done
+        progress.restore(self._tracker, (self._done,))
         return self
 
     def steps(self, writer: Writer, folder: Path) -> Iterator[None]:  # noqa: ARG002
@@ -306,10 +307,7 @@ def _units(
         ("scan_unit", scan_unit, scans.metres_per_unit),
         ("template_unit", template_unit, mesh.header.metres_per_unit),
     ):
-        try:
-            units.append(stated if given is None else unit_of(given))
-        except ValueError as error:
-            raise InputError(str(error).removeprefix("unit: "), argument=name) from error
+        units.append(stated if given is None else given_unit(name, given))
     return units[0], units[1]
 
 

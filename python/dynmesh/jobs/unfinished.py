@@ -1,27 +1,64 @@
 """The hidden folder beside an output that holds it until it is complete."""
 
 import contextlib
+import os
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
-from .. import files
-from ..files import Target
+from ..files import CannotResumeError, Target
+from ..files.lock import lock_folder, unfinished_folder
 from .checkpoint import Checkpoint
-from .lock import lock_folder
 
 
-def settle(folder: Path, output: Path, checkpoint: Checkpoint) -> bool:
-    """Finishes a run that was killed while it moved its files; returns whether it was this job."""
-    if not folder.exists():
+def settle(folder: Path, target: Target, n_frames: int, checkpoint: Checkpoint) -> bool:
+    """Finishes a run that was killed while it moved its files; returns whether it was this job.
+
+    Args:
+        folder: holds the unfinished output.
+        target: the output.
+        n_frames: the number of its frames.
+        checkpoint: of this job.
+
+    Raises:
+        CannotResumeError: what is in the folder is damaged or of another version.
+    """
+    if not os.path.lexists(folder):
         return False
-    with lock_folder(folder, output):
-        # While frames are completed backwards, nothing is written, which would look like placed.
-        placed = not checkpoint.has_only_begun() and files.finish_placing(folder / "files")
-        same = placed and checkpoint.is_of_this_job()  # saved before the files were moved
-        if placed or not checkpoint.exists():
+    if not folder.is_dir():
+        raise CannotResumeError("is not a folder", file=folder)
+    with lock_folder(folder, target.path):
+        if target.finish_placing(folder / "files"):
+            same = checkpoint.is_of_this_job()  # saved before the files were moved
             _clear(folder)
-    return same
+            return same
+        saved = checkpoint.read()
+        # Killed after that, before the checkpoint was removed.
+        placed = saved is not None and saved.progress.written == n_frames
+        placed = placed and not _has_entries(folder / "files")
+        if placed or saved is None:
+            _clear(folder)
+        return placed and saved is not None and saved.job == checkpoint.job
+
+
+def _has_entries(folder: Path) -> bool:
+    return folder.exists() and any(folder.iterdir())
+
+
+def set_aside(folder: Path, output: Path, why: str) -> str:
+    """Moves what cannot be continued out of the way, and returns a sentence that says so.
+
+    It is kept, as it may be of use to someone, until the next one takes its place.
+    """
+    aside = folder.with_name(f".{output.name}.set-aside")
+    lock = lock_folder(folder, output) if folder.is_dir() else contextlib.nullcontext()
+    with lock:
+        if aside.is_dir() and not aside.is_symlink():
+            shutil.rmtree(aside)
+        else:
+            aside.unlink(missing_ok=True)
+        folder.rename(aside)
+    return f"the unfinished output cannot be continued and was moved to {aside}: {why}"
 
 
 def _clear(folder: Path) -> None:
@@ -30,14 +67,12 @@ def _clear(folder: Path) -> None:
     shutil.rmtree(folder, ignore_errors=True)
 
 
-def unfinished_folder(output: Path) -> Path:
-    """Returns the folder that holds an output until it is complete."""
-    return output.with_name(f".{output.name}.unfinished")
-
-
 def is_unfinished(output: Path) -> bool:
-    """Whether an interrupted run left a checkpoint that `resume` can use."""
-    return (unfinished_folder(output) / "checkpoint.npz").exists()
+    """Whether an interrupted run left a checkpoint that `resume` can use, if it is of the job."""
+    try:
+        return Checkpoint(unfinished_folder(output) / "checkpoint.npz", "").read() is not None
+    except (CannotResumeError, OSError):
+        return False
 
 
 @contextlib.contextmanager
@@ -59,6 +94,8 @@ def clearing(folder: Path) -> Iterator[None]:
     """Removes the unfinished folder, unless an interruption left a checkpoint in it."""
     try:
         yield
+    except CannotResumeError:  # nothing was changed
+        raise
     except (ValueError, TypeError):  # resuming would fail again
         _clear(folder)
         raise

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..._errors import InputError, locating
 from ..._extras import require_all
 from ...files import Reader
-from ...files.scans import ScanReader
+from ...files.scans import ScanReader, given_unit
 from ...files.times import mean_rate
 from ...sequence import Positions
 from ..figures import View
@@ -90,6 +91,7 @@ def page(
     reference: Reader | None = None,
     input: Reader | None = None,
     scans: ScanReader | None = None,
+    scan_unit: str | float | None = None,
     colour: Colour | None = None,
     range: Range | None = None,
     title: str | None = None,
@@ -112,6 +114,8 @@ def page(
         reference: of the true sequence, for errors.
         input: of the sequence that was completed.
         scans: those that the sequence was tracked in; some points of each are shown.
+        scan_unit: "m", "cm", "mm" or metres per unit of the scans; None means as their files state
+            it, or else the unit of the sequence.
         colour: what the colours show at first; see :class:`dynmesh.draw.heatmap.Heatmap`. In the
             page, they can be switched to everything else that the sequence has.
         range: of the scale of that colour; see :class:`dynmesh.draw.heatmap.Heatmap`. With the same
@@ -127,7 +131,8 @@ def page(
     Raises:
         ImportError: k3d or pyvista is not installed.
         ValueError: no vertex is known in any shown frame, a mesh to be simplified has no complete
-            frame 0, or see :class:`dynmesh.draw.heatmap.Heatmap`.
+            frame 0, no point of the scans is near the mesh, or see
+            :class:`dynmesh.draw.heatmap.Heatmap`.
     """
     require_all("k3d", "matplotlib", extra="view")
     heatmap = Heatmap(reader, reference=reference, input=input, colour=colour, range=range)
@@ -148,6 +153,7 @@ def page(
             raise ValueError(
                 f"{scans.path} has {scans.n_frames} frames, but {reader.path} has {reader.n_frames}"
             )
+        factor = _factor(scans, scan_unit, reader)
         captions = {"scans": f"{scans.path.name}, the scans", **captions}
     if input is not None:
         captions = {"input": f"{input.path.name}, the input", **captions}
@@ -167,14 +173,24 @@ def page(
     scales: dict[Colour, Scale | None] = {
         name: heatmap.scale(name, frames) for name in heatmap.colours
     }
-    clouds = None if scans is None else list(_clouds(scans, reader, step))
-    return Page(compose(faces, frames, scales, heatmap.colour, camera, playback, clouds), shown)
+    clouds = None if scans is None else list(_clouds(scans, factor, step))
+    with locating(file=None if scans is None else scans.path):
+        html = compose(faces, frames, scales, heatmap.colour, camera, playback, clouds)
+    return Page(html, shown)
 
 
-def _clouds(scans: ScanReader, reader: Reader, step: int) -> Iterator[Positions]:
-    """Yields some points of the scan of each shown frame, in the unit of the sequence."""
+def _factor(scans: ScanReader, scan_unit: str | float | None, reader: Reader) -> float:
+    """Returns the length of the unit of the scans in that of the sequence."""
     ours, theirs = reader.header.metres_per_unit, scans.metres_per_unit
-    factor = 1.0 if ours is None or theirs is None else theirs / ours
+    if scan_unit is not None:
+        theirs = given_unit("scan_unit", scan_unit)
+        if ours is None:
+            raise InputError("states no unit, so that of the scans tells nothing", file=reader.path)
+    return 1.0 if ours is None or theirs is None else theirs / ours
+
+
+def _clouds(scans: ScanReader, factor: float, step: int) -> Iterator[Positions]:
+    """Yields some points of the scan of each shown frame, in the unit of the sequence."""
     for scan in scans.frames(step=step):
         cloud = np.zeros((0, 3)) if scan is None else scan.scaled(factor).cloud
         yield cloud[:: max(1, -(-len(cloud) // _MOST_POINTS))]

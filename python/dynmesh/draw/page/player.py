@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..._errors import InputError
 from ..._extras import require
 from ...sequence import Positions
 from ..figures import KNOWN_COLOUR, SURFACE_COLOUR, View
@@ -70,6 +71,7 @@ def compose(
 
     Raises:
         ImportError: k3d is not installed.
+        ValueError: no point of the scans is near the mesh.
     """
     told = asdict(playback) | {
         "n_vertices": len(frames[0].points),
@@ -180,8 +182,19 @@ def _panes(
 
 
 def _clouds(scans: Sequence[Positions], unit: _Unit) -> dict[str, Any]:
-    """Returns the points near what the page shows, for the script."""
+    """Returns the points near what the page shows, for the script.
+
+    Raises:
+        ValueError: there are points, but none is near; nothing would be seen.
+    """
     near = [points[(np.abs(unit(points)) <= _SCANS_WITHIN).all(axis=1)] for points in scans]
+    if any(map(len, scans)) and not any(map(len, near)):
+        away = min(float(np.abs(unit(points)).max(axis=1).min()) for points in scans if len(points))
+        raise InputError(
+            f"no point is near the mesh: the nearest is {away:.3g} times its size from its middle; "
+            "if another unit is the reason, --scan-unit (in Python, scan_unit=) says theirs, and "
+            "--template-unit of dynmesh track that of the mesh"
+        )
     points = np.concatenate([unit.on_grid(points) for points in near])
     return {"points": packed(points), "counts": [len(points) for points in near]}
 

@@ -1,6 +1,6 @@
 """Scans in files: point clouds and depth images, and the cameras that made them."""
 
-from .cameras import UNITS, Rig, ScanCamera, read_cameras, unit_of, write_cameras
+from .cameras import UNITS, Rig, ScanCamera, given_unit, read_cameras, write_cameras
 from .point_files import read_points, write_ply
 from .reader import ScanReader, open_scans
 from .scan import DepthScan, PointScan, Scan
@@ -16,10 +16,10 @@ __all__ = [
     "Scan",
     "ScanCamera",
     "ScanReader",
+    "given_unit",
     "open_scans",
     "read_cameras",
     "read_points",
-    "unit_of",
     "write_cameras",
     "write_ply",
 ]

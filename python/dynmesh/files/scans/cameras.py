@@ -13,11 +13,12 @@ import math
 import re
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..._errors import InputError
 from ..naming import naming
 
 _Floats = NDArray[np.float64]
@@ -107,7 +108,7 @@ def write_cameras(path: Path, rig: Rig) -> None:
     path.write_text(text + "\n", encoding="utf-8")
 
 
-def unit_of(value: Any) -> float | None:
+def _unit_of(value: Any) -> float | None:
     """Returns the metres of a unit: None, a name, or a number of metres.
 
     Raises:
@@ -122,6 +123,18 @@ def unit_of(value: Any) -> float | None:
     raise ValueError(
         f"unit: must be one of {', '.join(UNITS)}, a number of metres or null, not {value!r}"
     )
+
+
+def given_unit(argument: str, value: str | float) -> float:
+    """Returns the metres of a unit that an argument says.
+
+    Raises:
+        ValueError: it is neither a name nor a number of metres; the message names the argument.
+    """
+    try:
+        return cast(float, _unit_of(value))
+    except ValueError as error:
+        raise InputError(str(error).removeprefix("unit: "), argument=argument) from error
 
 
 def _rig_of(found: Any) -> Rig:
@@ -143,7 +156,7 @@ def _rig_of(found: Any) -> Rig:
     for number, name in enumerate(names):
         if name in names[:number]:
             raise ValueError(f"camera {number}: name: there is a second {name!r}")
-    return Rig(tuple(cameras), unit_of(found.get("unit")))
+    return Rig(tuple(cameras), _unit_of(found.get("unit")))
 
 
 def _camera_of(told: Any) -> ScanCamera:

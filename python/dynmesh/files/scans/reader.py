@@ -13,6 +13,7 @@ from ..choice import PathLike
 from ..format import Gaps
 from ..naming import naming
 from ..numbered import Found, files_in, find_files
+from ..unchanged import Unchanged
 from .cameras import Rig, ScanCamera, read_cameras
 from .depth_files import SUFFIX, read_depth, require_png
 from .point_files import point_formats, read_points
@@ -47,6 +48,7 @@ class ScanReader(ABC):
         self.files = [*files, *also]
         self.camera_files = also
         self.metres_per_unit = None if rig is None else rig.metres_per_unit
+        self._unchanged = Unchanged(self.files)
 
     def __iter__(self) -> Iterator[Scan | None]:
         """Yields the scan of each frame; None where its file is missing."""
@@ -92,6 +94,7 @@ class PointReader(ScanReader):
         if file is None:
             return None
         scan = read_points(file).scan
+        self._unchanged.check([file])
         if scan.viewpoints is None and self.rig is not None:
             return scan._replace(viewpoints=self.rig.viewpoints.astype(scan.points.dtype))
         return scan
@@ -153,6 +156,7 @@ class DepthReader(ScanReader):
     def _read(self, camera: ScanCamera, file: Path) -> NDArray[np.float32]:
         """Reads an image, which must be as large as the others, since the intrinsics are equal."""
         depth = read_depth(file, camera)
+        self._unchanged.check([file])
         size, first = self._sizes.setdefault(camera.name, (depth.shape, file.name))
         if depth.shape != size:
             raise InputError(

@@ -1,5 +1,6 @@
 """Writing scans into a folder, which appears when it is complete."""
 
+import contextlib
 import shutil
 from pathlib import Path
 from types import TracebackType
@@ -7,6 +8,7 @@ from typing import Self
 
 import numpy as np
 
+from ..lock import working_folder
 from .cameras import Rig, write_cameras
 from .depth_files import SUFFIX, require_png, write_depth
 from .point_files import write_ply
@@ -19,12 +21,15 @@ _OURS = ("frame_*.ply", f"depth_*{SUFFIX}", CAMERAS)
 class ScanFolder:
     """A folder of scans that is being written. Use it in a ``with`` statement.
 
-    Until all frames are written, it is a hidden folder beside its destination, which an error
-    removes.
+    Until all frames are written, they are in a hidden folder beside their destination, in which no
+    other process writes and which an error removes.
+
+    Attributes:
+        remarks: remarks about the folder for the user, one line each.
     """
 
     def __init__(self, path: Path, rig: Rig, *, overwrite: bool = False) -> None:
-        """Begins the folder.
+        """Looks whether the folder can be written, and writes nothing yet.
 
         Raises:
             FileExistsError: the folder holds files, and not only scans that may be replaced.
@@ -32,35 +37,47 @@ class ScanFolder:
         """
         self.path = path
         self.rig = rig
+        self.remarks: list[str] = []
         self._n_frames = 0
+        self._overwrite = overwrite
+        self._working = contextlib.ExitStack()
+        self._refuse_existing()
+        if not path.parent.is_dir():
+            raise FileNotFoundError(f"{path}: there is no folder {path.parent}")
+
+    def _refuse_existing(self) -> None:
+        path = self.path
         if path.exists() and (not path.is_dir() or any(path.iterdir())):
             ours = {file for pattern in _OURS for file in path.glob(pattern)}
             others = sorted({*path.iterdir()} - ours) if path.is_dir() else [path]
-            if others or not overwrite:
+            if others or not self._overwrite:
                 what = others[0] if others else path
                 advice = "" if others else "; --overwrite replaces it"
                 raise FileExistsError(f"{what}: exists already{advice}")
-        if not path.parent.is_dir():
-            raise FileNotFoundError(f"{path}: there is no folder {path.parent}")
-        self._hidden = path.with_name(f".{path.name}.unfinished")
-        shutil.rmtree(self._hidden, ignore_errors=True)
 
     def __enter__(self) -> Self:
-        """Creates the hidden folder."""
-        self._hidden.mkdir()
-        write_cameras(self._hidden / CAMERAS, self.rig)
+        """Begins the folder.
+
+        Raises:
+            BlockingIOError: another process is writing it.
+            OSError: it cannot be written.
+        """
+        with contextlib.ExitStack() as stack:
+            self._hidden, self.remarks = stack.enter_context(working_folder(self.path))
+            write_cameras(self._hidden / CAMERAS, self.rig)
+            self._working = stack.pop_all()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, _: object, __: TracebackType | None
     ) -> None:
         """Moves the folder to its destination, or removes it after an error."""
-        if kind is not None:
-            shutil.rmtree(self._hidden, ignore_errors=True)
-            return
-        if self.path.exists():
-            shutil.rmtree(self.path)
-        self._hidden.rename(self.path)
+        with self._working:
+            if kind is None:
+                self._refuse_existing()  # another process may have written it
+                if self.path.exists():
+                    shutil.rmtree(self.path)
+                self._hidden.rename(self.path)
 
     @property
     def _number(self) -> str:

@@ -1,0 +1,17 @@
+"""Starts the command `dynmesh`: Ctrl+C while its modules load ends it without a traceback.
+
+This is no part of the package `dynmesh`, since that loads numpy before any of its modules.
+"""
+
+import signal
+
+
+def main() -> None:
+    """Loads the command and runs it."""
+    heard = signal.getsignal(signal.SIGINT)
+    if heard is signal.default_int_handler:  # not ignored, as in the background of a script
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+    from dynmesh.cli import main as run
+
+    signal.signal(signal.SIGINT, heard)
+    run()

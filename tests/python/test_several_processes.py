@@ -1,0 +1,367 @@
+"""Outputs that several processes write, and inputs that another process writes meanwhile."""
+
+import errno
+import fcntl
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from commands import dynmesh_command, run_here
+from meshes import Mesh
+
+import dynmesh
+from dynmesh import files
+from dynmesh._errors import InputError
+from dynmesh.cli import pictures, scans, sequences
+from dynmesh.files.lock import UNLOCKED, unfinished_folder
+
+FORMATS = [name for name, format in files.formats.items() if format.writer]
+
+
+def place(folder: Path, format: str) -> Path:
+    """A path for a sequence of this format."""
+    suffix = files.formats[format].suffixes[0]
+    return folder / (f"f_%02d{suffix}" if format in ("ply", "obj") else f"f{suffix}")
+
+
+def moving(mesh: Mesh, n_frames: int = 4) -> dynmesh.Sequence:
+    """A mesh that grows by half in each frame."""
+    growth = 1 + 0.5 * np.arange(n_frames)[:, None, None]
+    return dynmesh.Sequence((mesh.vertices * growth).astype(np.float32), mesh.faces)
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """All files in a folder, the hidden ones included."""
+    found = (file for file in folder.rglob("*") if file.is_file())
+    return {str(file.relative_to(folder)): file.read_bytes() for file in found}
+
+
+@pytest.mark.parametrize("format", FORMATS)
+def test_only_one_writes_an_output(tmp_path: Path, mesh: Mesh, format: str) -> None:
+    path, sequence = place(tmp_path, format), moving(mesh)
+    with files.create(path, files.header_of(sequence)) as writer:
+        for number in range(4):
+            with pytest.raises(BlockingIOError, match="is being written by another process"):
+                files.create(path, writer.header)
+            writer.append(files.frame_of(sequence, number).points)
+    np.testing.assert_allclose(dynmesh.read(path).vertices, sequence.vertices, rtol=1e-6)
+    assert not list(tmp_path.rglob(".*"))
+    dynmesh.write(path, sequence)  # which is over
+
+
+def test_a_completion_and_a_conversion_exclude_each_other(tmp_path: Path, mesh: Mesh) -> None:
+    source, output = tmp_path / "in.npz", tmp_path / "out.npz"
+    dynmesh.write(source, moving(mesh))
+    before = contents(tmp_path)
+
+    def convert(frames: Iterator[Any], *_: int) -> Iterator[Any]:
+        for frame in frames:
+            result = run_here("convert", source, output)
+            assert result.returncode == 1
+            assert "out.npz: is being written by another process" in result.stderr
+            yield frame
+
+    dynmesh.complete_file(source, output, watch=convert)
+    output.unlink()
+    with (
+        pytest.raises(BlockingIOError, match="is being written by another process"),
+        files.create(output, files.header_of(moving(mesh))),
+    ):
+        dynmesh.complete_file(source, output)
+    assert contents(tmp_path) == before
+
+
+def write_another(path: Path) -> Callable[..., Iterator[Any]]:
+    """Passes frames on, and before the last one makes the output, as another process may."""
+
+    def track(items: Any, total: int, *_: Any, **__: Any) -> Iterator[Any]:
+        for number, item in enumerate(items):
+            if number == total - 1:
+                path.parent.mkdir(exist_ok=True)
+                path.write_bytes(b"of another process")
+            yield item
+
+    return track
+
+
+@pytest.mark.parametrize(
+    ("command", "made"),
+    [
+        ("convert in.npz out.npz", "out.npz"),
+        ("convert in.npz out.npy", "out.faces.npy"),
+        ("convert in.npz out.pc2", "out.pc2"),
+        ("convert in.npz q/f_%02d.ply", "q/f_07.ply"),
+        ("convert in.npz out.pvd", "out/out_0001.vtp"),
+        ("degrade in.npz out.npz --known 0.5", "out.npz"),
+        ("degrade in.npz out --scan --points 50", "out/frame_00000.ply"),
+        ("degrade in.npz out --depth 8x8", "out/depth_00000_0.png"),
+    ],
+)
+def test_an_output_that_appears_meanwhile_is_kept(
+    tmp_path: Path, mesh: Mesh, monkeypatch: pytest.MonkeyPatch, command: str, made: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    dynmesh.write("in.npz", moving(mesh))
+    before = contents(tmp_path)
+    for module in (sequences, scans):
+        monkeypatch.setattr(module, "track", write_another(Path(made)))
+    result = dynmesh_command(*command.split(), code=1)
+    assert "exists already; --overwrite replaces it" in result.stderr
+    assert contents(tmp_path) == before | {made: b"of another process"}
+    assert not list(tmp_path.glob(".*"))
+    dynmesh_command(*command.split(), "--overwrite")
+    assert contents(tmp_path).get(made) != b"of another process"
+
+
+@pytest.mark.parametrize(
+    ("command", "made"),
+    [
+        ("view in.npz -o page.html", "page.html"),
+        ("picture in.npz -o sheet.png", "sheet.png"),
+    ],
+)
+def test_a_page_or_picture_that_appears_meanwhile_is_kept(
+    tmp_path: Path, mesh: Mesh, monkeypatch: pytest.MonkeyPatch, command: str, made: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    dynmesh.write("in.npz", moving(mesh))
+    before = contents(tmp_path)
+    monkeypatch.setattr(pictures, "track", write_another(Path(made)))
+    result = dynmesh_command(*command.split(), code=1)
+    assert f"{made}: exists already; --overwrite replaces it" in result.stderr
+    assert contents(tmp_path) == before | {made: b"of another process"}
+    assert not list(tmp_path.glob(".*"))
+    dynmesh_command(*command.split(), "--overwrite")
+    assert contents(tmp_path).get(made) != b"of another process"
+
+
+def test_synth_keeps_an_output_that_appears_meanwhile(
+    tmp_path: Path, mesh: Mesh, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    output = tmp_path / "out.npz"
+
+    def walker(*_: int, **__: int) -> dynmesh.Sequence:
+        output.write_bytes(b"of another process")
+        return moving(mesh)
+
+    monkeypatch.setattr(dynmesh.synth, "walker", walker)
+    assert "exists already" in dynmesh_command("synth", "walker", output, code=1).stderr
+    assert contents(tmp_path) == {"out.npz": b"of another process"}
+
+
+def test_completion_keeps_an_output_that_appears_meanwhile(tmp_path: Path, mesh: Mesh) -> None:
+    source, output = tmp_path / "in.npz", tmp_path / "out.npz"
+    dynmesh.write(source, moving(mesh))
+    with pytest.raises(FileExistsError, match=r"out\.npz: exists already; --overwrite"):
+        dynmesh.complete_file(source, output, watch=write_another(output))
+    assert output.read_bytes() == b"of another process"
+    dynmesh.complete_file(source, output, overwrite=True, resume=True)
+    assert len(dynmesh.read(output).vertices) == 4
+
+
+@pytest.mark.parametrize("error", [errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP])
+def test_without_locks_a_sentence_says_so(
+    tmp_path: Path, mesh: Mesh, monkeypatch: pytest.MonkeyPatch, error: int
+) -> None:
+    def refuse(*_: int) -> None:
+        raise OSError(error, os.strerror(error))
+
+    monkeypatch.setattr(fcntl, "flock", refuse)
+    source = tmp_path / "in.npz"
+    dynmesh.write(source, moving(mesh))
+    commands = (
+        ("convert", source, "c.npz"),
+        ("complete", source, "o.npz"),
+        ("synth", "ocean", "s.npz", "--frames", "2"),
+        ("degrade", source, "d.npz", "--known", "0.5"),
+        ("degrade", source, "d", "--scan", "--points", "50"),
+    )
+    monkeypatch.chdir(tmp_path)
+    for command in commands:
+        result = dynmesh_command(*command)
+        assert result.stderr.count(f"{command[2]}: {UNLOCKED}") == 1
+        assert Path(command[2]).exists()
+    assert not list(tmp_path.glob(".*"))
+
+
+def test_locks_that_fail_otherwise_are_errors(
+    tmp_path: Path, mesh: Mesh, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: int) -> None:
+        raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    monkeypatch.setattr(fcntl, "flock", fail)
+    with pytest.raises(OSError, match="Input/output error") as caught:
+        dynmesh.write(tmp_path / "out.npz", moving(mesh))
+    assert caught.value.filename == str(tmp_path / "out.npz")
+
+
+KILLED = """
+import os, signal, sys
+import dynmesh
+from dynmesh import files
+from dynmesh._errors import InputError
+with files.open(sys.argv[1]) as reader, files.create_like(reader, sys.argv[2]) as writer:
+    for frame in reader:
+        writer.append(frame.points)
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def kill_a_writer(source: Path, output: Path) -> None:
+    """Leaves what a process leaves that is killed when it has written all frames."""
+    command = [sys.executable, "-c", KILLED, str(source), str(output)]
+    assert subprocess.run(command, check=False).returncode == -signal.SIGKILL
+
+
+@pytest.mark.parametrize("format", ["npz", "hdf5", "ply", "pc2"])
+def test_what_a_killed_writer_leaves_goes_with_the_next_run(
+    tmp_path: Path, mesh: Mesh, format: str
+) -> None:
+    source = tmp_path / "in.npz"
+    dynmesh.write(source, moving(mesh))
+    command: tuple[str | Path, ...]
+    for name, command in (
+        ("a", ("convert",)),
+        ("b", ("complete",)),
+        ("c", ("degrade", "--known", "0.5")),
+    ):
+        folder = tmp_path / name
+        folder.mkdir()
+        output = place(folder, format)
+        kill_a_writer(source, output)
+        assert list(folder.rglob(".*"))
+        dynmesh_command(command[0], source, output, *command[1:])
+        assert not list(folder.rglob(".*"))
+
+
+def test_what_a_killed_writer_leaves_does_not_grow(tmp_path: Path, mesh: Mesh) -> None:
+    source, output = tmp_path / "in.npz", tmp_path / "out.npz"
+    dynmesh.write(source, moving(mesh))
+    kill_a_writer(source, output)
+    before = contents(tmp_path)
+    kill_a_writer(source, output)
+    assert contents(tmp_path).keys() == before.keys()
+
+
+def test_a_conversion_keeps_an_interrupted_completion(tmp_path: Path, mesh: Mesh) -> None:
+    source, output = tmp_path / "in.npz", tmp_path / "out.npz"
+    dynmesh.write(source, moving(mesh))
+
+    def interrupt(frames: Iterator[Any], *_: int) -> Iterator[Any]:
+        for number, frame in enumerate(frames):
+            if number == 2:
+                signal.raise_signal(signal.SIGINT)
+            yield frame
+
+    with pytest.raises(KeyboardInterrupt):
+        dynmesh.complete_file(source, output, watch=interrupt)
+    kept = contents(unfinished_folder(output))
+    assert "checkpoint.npz" in kept
+    dynmesh_command("convert", source, output)
+    assert contents(unfinished_folder(output)) == kept
+
+
+def test_a_file_in_the_place_of_the_folder_is_named(tmp_path: Path, mesh: Mesh) -> None:
+    output = tmp_path / "out.npz"
+    unfinished_folder(output).write_bytes(b"")
+    with pytest.raises(OSError, match=r"\.out\.npz\.unfinished: is not a folder; remove it"):
+        dynmesh.write(output, moving(mesh))
+    assert contents(tmp_path) == {".out.npz.unfinished": b""}
+
+
+def rewrite(folder: Path, path: Path, sequence: dynmesh.Sequence) -> None:
+    """Writes other frames into the same files."""
+    other = dynmesh.Sequence(sequence.vertices[::-1].copy(), sequence.faces)
+    anew = folder / "anew"
+    anew.mkdir()
+    dynmesh.write(anew / path.name, other)
+    for file in anew.rglob("*"):
+        if file.is_file():
+            (path.parent / file.relative_to(anew)).write_bytes(file.read_bytes())
+    shutil.rmtree(anew)
+
+
+def make_old(folder: Path) -> None:
+    """Sets the times of all files back, as they were not written in this moment."""
+    for file in folder.rglob("*"):
+        os.utime(file, (1e9, 1e9))
+
+
+@pytest.mark.parametrize("format", FORMATS)
+def test_an_input_that_is_rewritten_is_refused(tmp_path: Path, mesh: Mesh, format: str) -> None:
+    folder, sequence = tmp_path / "in", moving(mesh, 6)
+    folder.mkdir()
+    path = place(folder, format)
+    dynmesh.write(path, sequence)
+    make_old(folder)
+    with files.open(path) as reader:
+        assert len(list(reader)) == 6
+        frames = iter(reader)
+        next(frames)
+        rewrite(tmp_path, path, sequence)
+        with pytest.raises(ValueError, match="was changed while it was read") as caught:
+            list(frames)
+        assert isinstance(caught.value, InputError)
+        assert caught.value.file in reader.files
+        with pytest.raises(ValueError, match="was changed while it was read"):
+            list(reader.frames(2, 4))
+    assert len(dynmesh.read(path).vertices) == 6
+
+
+def test_masks_that_are_rewritten_are_refused(tmp_path: Path, mesh: Mesh) -> None:
+    sequence = moving(mesh)
+    dynmesh.write(tmp_path / "in.npz", sequence)
+    masks = np.ones(sequence.vertices.shape[:2], bool)
+    np.save(tmp_path / "m.npy", masks)
+    make_old(tmp_path)
+    with files.open(tmp_path / "in.npz", known=tmp_path / "m.npy") as reader:
+        frames = iter(reader)
+        next(frames)
+        np.save(tmp_path / "m.npy", ~masks)
+        with pytest.raises(ValueError, match=r"m\.npy: was changed while it was read"):
+            list(frames)
+
+
+@pytest.mark.parametrize("format", ["npy", "pc2", "mdd"])
+@pytest.mark.parametrize("start", [0, 3])
+def test_a_rewritten_input_is_not_completed(
+    tmp_path: Path, mesh: Mesh, format: str, start: int
+) -> None:
+    folder, output, sequence = tmp_path / "in", tmp_path / "out.npz", moving(mesh, 6)
+    folder.mkdir()
+    path = place(folder, format)
+    dynmesh.write(path, sequence)
+    make_old(folder)
+
+    def meanwhile(frames: Iterator[Any], *_: int) -> Iterator[Any]:
+        for number, frame in enumerate(frames):
+            if number == 1:
+                rewrite(tmp_path, path, sequence)
+            yield frame
+
+    with pytest.raises(ValueError, match="was changed while it was read"):
+        dynmesh.complete_file(path, output, start=start, watch=meanwhile)
+    assert sorted(tmp_path.iterdir()) == [folder]
+
+
+@pytest.mark.parametrize("kind", ["--scan", "--depth"])
+def test_scans_that_are_rewritten_are_refused(tmp_path: Path, mesh: Mesh, kind: str) -> None:
+    source, folder = tmp_path / "in.npz", tmp_path / "scans"
+    dynmesh.write(source, moving(mesh))
+    what = ("--points", "50") if kind == "--scan" else ("8x8",)
+    dynmesh_command("degrade", source, folder, kind, *what, "--cameras", "1")
+    make_old(folder)
+    scans_of_all = iter(files.scans.open_scans(folder))
+    next(scans_of_all)
+    *_, last = sorted({*folder.iterdir()} - {folder / "cameras.json"})
+    last.write_bytes(last.read_bytes())
+    with pytest.raises(ValueError, match=rf"{last.name}: was changed while it was read"):
+        list(scans_of_all)
