@@ -46,6 +46,7 @@ def check_damage(
     afterwards: Callable[[Path], Any] | None = None,
     same: Callable[[Any, Any], bool] = lambda one, other: bool(one == other),
     most: int = PLACES,
+    names: Callable[[Path], object] = lambda victim: victim,
 ) -> Counter[str]:
     """Damages the files of a folder byte by byte, and checks what is made of each.
 
@@ -58,6 +59,7 @@ def check_damage(
             sound files.
         same: compares two results.
         most: how many bytes of each file to change in the ordinary tests.
+        names: what a refusal must name, given the damaged file.
 
     Returns:
         How many damages were "refused" and how many had the "same" result.
@@ -70,7 +72,7 @@ def check_damage(
         shutil.rmtree(work)
         shutil.copytree(sound, work, symlinks=True)
         change_byte(work / victim, place, by)
-        outcome = _outcome(use, work, work / victim, wanted, same)
+        outcome = _outcome(use, work, names(work / victim), wanted, same)
         if outcome == "refused" and afterwards is not None:
             try:
                 if not same(afterwards(work), wanted):
@@ -99,7 +101,7 @@ def _changes(
 def _outcome(
     use: Callable[[Path], Any],
     work: Path,
-    victim: Path,
+    name: object,
     wanted: Any,
     same: Callable[[Any, Any], bool],
 ) -> str:
@@ -107,7 +109,7 @@ def _outcome(
         result = use(work)
     except (ValueError, OSError) as error:  # with DynmeshError, what the command prints as a line
         told = str(error)
-        return "refused" if str(victim) in told else f"the file is not named: {told}"
+        return "refused" if str(name) in told else f"the file is not named: {told}"
     except Exception as error:
         return f"{type(error).__name__}: {error}"
     return "same" if same(result, wanted) else "gave another result"

@@ -6,6 +6,7 @@ with the same names; polygons are `polygon_sizes` and `polygon_corners`.
 
 import contextlib
 import errno
+import io
 import lzma
 import math
 import shutil
@@ -27,6 +28,9 @@ from .header import Frame, Header
 from .named import arrays_once, header_of, per_frame
 from .reader import Reader
 from .rows import RowFilesWriter, read_array, read_header
+
+_END = struct.Struct("<4s6xH10x")
+"""The end of an archive: its signature, and the number of members."""
 
 most_deflated = 1032
 """Largest ratio of the size of an uncompressed member to the size of the archive."""
@@ -87,7 +91,7 @@ class NpzReader(Reader):
         refuse_mesh_name(prim)
         with contextlib.ExitStack() as stack, explaining():
             self._archive = stack.enter_context(zipfile.ZipFile(path))
-            check_sizes(self._archive, path.stat().st_size)
+            check_members(self._archive, path)
             super().__init__(path, self._header())
             stack.pop_all()  # the archive stays open
 
@@ -149,9 +153,19 @@ class NpzWriter(RowFilesWriter):
         return {self.path.name: self.path}  # without the arrays it was made from
 
 
-def check_sizes(archive: zipfile.ZipFile, size: int) -> None:
-    """Refuses members that would be larger than the archive can hold."""
+def check_members(archive: zipfile.ZipFile, file: Path) -> None:
+    """Refuses members that are lost or misnamed by damage, or would be larger than the archive."""
+    size = file.stat().st_size
+    with file.open("rb") as opened:
+        opened.seek(-_END.size - len(archive.comment), io.SEEK_END)
+        signature, count = _END.unpack(opened.read(_END.size))
+    # A large count, or that of an archive with another end, is elsewhere.
+    if signature == b"PK\5\6" and len(archive.infolist()) != count < 0xFFFF:
+        raise ValueError(
+            f"is damaged: it lists {len(archive.infolist())} arrays, but should hold {count}"
+        )
     for member in archive.infolist():
+        archive.open(member).close()  # compares its two names
         known = member.compress_type in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
         if known and member.file_size > most_deflated * size:
             raise ValueError(

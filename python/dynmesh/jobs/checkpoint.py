@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from .._core import Completer, Tracker, __version__
 from ..files import CannotResumeError, Header, PathLike, Pieces, check_unchanged, naming
-from ..files.npz import check_sizes, explaining, read_member
+from ..files.npz import check_members, explaining, read_member
 from ..settings import SETTINGS, Settings
 
 
@@ -133,7 +133,7 @@ class Checkpoint:
         """
         try:
             with naming(self.path), explaining(), zipfile.ZipFile(self.path) as archive:
-                check_sizes(archive, self.path.stat().st_size)
+                check_members(archive, self.path)
                 job = str(read_member(archive, "job"))
                 version = json.loads(job)["version"]
                 if version != __version__:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ...sequence import Positions
 from ..comments import Said, said_in
 from ..naming import naming
-from ..npz import check_sizes, explaining
+from ..npz import check_members, explaining
 from ..ply import coordinates, read_elements
 from ..rows import load_array, read_array
 from .scan import PointScan
@@ -117,7 +117,7 @@ def _read_npy(file: Path) -> PointFile:
 def _read_npz(file: Path) -> PointFile:
     arrays = {}
     with explaining(), zipfile.ZipFile(file) as archive:
-        check_sizes(archive, file.stat().st_size)
+        check_members(archive, file)
         held = [name.removesuffix(".npy") for name in archive.namelist()]
         if "points" not in held:
             raise ValueError(f"has no array 'points'; this file holds {', '.join(held)}")
