@@ -187,6 +187,34 @@ TEST_CASE_TEMPLATE("a take that moves as a whole is not trusted, and changes not
   }
 }
 
+TEST_CASE("after a rest, the pose does not depend on rounding errors") {
+  Mesh<double> mesh = sheet<double>(3);
+  for (int n = 1; n < 8; ++n) mesh = join(mesh, sheet<double>(3, 5.0 * n));
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    mesh.vertices[i] += 0.1 * std::sin(static_cast<double>(7 * i * i));  // no two edges are equal
+  }
+  const auto complete = [&](double shift) {
+    const auto moved = [&](const std::vector<double>& frame) {
+      return translated(turned(frame, 0.7), shift, shift, shift);
+    };
+    Mesh<double> elsewhere = mesh;
+    elsewhere.vertices = moved(mesh.vertices);
+    const std::vector<std::vector<double>> take(3, moved(bent(mesh.vertices, 0.5)));
+    Completer<double> completer(elsewhere.faces(), elsewhere.points(), {.method = Method::detail},
+                                rehearsal_of(take));
+    push(completer, translated(elsewhere.vertices, 0.1, 0.2, 0.3),
+         random_mask(mesh.size(), 0.05, 1));
+    const auto completed =
+        push(completer, moved(bent(mesh.vertices, 1)), random_mask(mesh.size(), 0.8, 2));
+    CHECK(completer.report().stages.trust > 0);
+    return translated(completed, -shift, -shift, -shift);
+  };
+  const auto expected = complete(0);
+  for (const double shift : {0.01, 0.3, 7.3, -100.0}) {
+    CHECK(largest_difference(complete(shift), expected) < 1e-9);
+  }
+}
+
 TEST_CASE_TEMPLATE("frames are finite and states can be restored for every known mask and size",
                    Real, float, double) {
   auto mesh = join(sheet<Real>(5), sheet<Real>(2, 20));

@@ -31,7 +31,12 @@ SILENT = [
 
 # The time of an example depends on the load of the machine, so there is no deadline, and drawing
 # one may take long.
-settings.register_profile("dynmesh", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile(
+    "dynmesh",
+    deadline=None,
+    derandomize=LONGER == 1,
+    suppress_health_check=[HealthCheck.too_slow],
+)
 settings.load_profile("dynmesh")
 
 

@@ -159,7 +159,14 @@ def test_lines_with_scans_are_tracked(tmp_path: Path) -> None:
     assert "frame_00002.ply" in lines[2]["reason"]
     assert_equal(Job(tmp_path / "in.npz", tmp_path / "completed.npz"), expected)
     alone = tmp_path / "alone.npz"
-    dynmesh.track_file(tmp_path / "scans", alone, template=tmp_path / "sea.obj", provenance=True)
+    dynmesh.track_file(
+        tmp_path / "scans",
+        alone,
+        template=tmp_path / "sea.obj",
+        provenance=True,
+        scan_unit="mm",
+        template_unit=0.001,
+    )
     assert (tmp_path / "new" / "tracked.npz").read_bytes() == alone.read_bytes()
     assert "0 done, 2 already complete, 1 failed" in run("batch", table, code=1).stderr
     assert "2 done, 0 already complete" in run("batch", table, "--overwrite", code=1).stderr

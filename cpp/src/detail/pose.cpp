@@ -252,7 +252,11 @@ Pose::Found Pose::find(const ResidualField& residuals, ShapeSystem& system,
   const double residual_variance =
       found.is_first ? energies.with / coordinates : residual_variance_;
   const double ratio = residual_variance / variance();
-  if (ratio > 0 && std::isfinite(ratio)) {
+  // Rounding errors say nothing about the pose, nor about how well the modes fit.
+  const double rounding =
+      residuals.rounding * std::accumulate(anchors.counts.begin(), anchors.counts.end(), 0.0);
+  const bool is_at_rest = energies.with <= rounding;
+  if (!is_at_rest && ratio > 0 && std::isfinite(ratio)) {
     weigh_seen(generations);
     rotations.turn_back(residual_, mode_shape_);
     modes_.project_and_weigh(mode_shape_, seen_, gradient_, squares_, workers_);
@@ -264,11 +268,8 @@ Pose::Found Pose::find(const ResidualField& residuals, ShapeSystem& system,
     }
     update_evidence();
   }
-  if (std::isfinite(energies.with)) residual_variance_ = energies.with / coordinates;
+  if (!is_at_rest && std::isfinite(energies.with)) residual_variance_ = energies.with / coordinates;
   found.trust = is_change_ ? 1 : std::clamp(variance() / constants_.first_variance - 1, 0.0, 1.0);
-  // At rest, there is nothing to explain but rounding errors.
-  const double rounding =
-      residuals.rounding * std::accumulate(anchors.counts.begin(), anchors.counts.end(), 0.0);
   const double explained = 1 - energies.with / energies.without;
   if (energies.without > rounding && std::isfinite(explained))
     found.explained = std::clamp(explained, 0.0, 1.0);
