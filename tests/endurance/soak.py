@@ -29,7 +29,7 @@ from dynmesh import _core
 MOST_GROWTH = 0.02  # of the memory, plus
 MOST_GROWTH_MB = 2.0
 MOST_SLOWDOWN = 1.5  # of the median, from the first third of a run to the last
-MOST_LOST = 0.15  # of the sound scans; about 0.04 are usual
+MOST_LOST = 0.25  # of the sound scans; about 0.04 are usual, and 0.08 to 0.16 of small meshes
 SHORTEST_JUDGED = 60.0  # seconds; a shorter run cannot show a slowdown
 
 
