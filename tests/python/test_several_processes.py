@@ -251,6 +251,7 @@ def test_what_a_killed_writer_leaves_does_not_grow(tmp_path: Path, mesh: Mesh) -
     assert contents(tmp_path).keys() == before.keys()
 
 
+@pytest.mark.usefixtures("hearing_interrupts")
 def test_a_conversion_keeps_an_interrupted_completion(tmp_path: Path, mesh: Mesh) -> None:
     source, output = tmp_path / "in.npz", tmp_path / "out.npz"
     dynmesh.write(source, moving(mesh))
