@@ -38,10 +38,16 @@ def waving(vertices: Array, n: int) -> Array:
 
 
 @pytest.mark.parametrize("noise", [None, 0.05])
-def test_they_equal_the_transcription(noise: float | None, rng: np.random.Generator) -> None:
+@pytest.mark.parametrize("in_bursts", [False, True])
+def test_they_equal_the_transcription(
+    noise: float | None, in_bursts: bool, rng: np.random.Generator
+) -> None:
     mesh = meshes.join(meshes.sheet(8), meshes.sheet(4, 30.0))
     k = len(mesh.vertices)
     frames = waving(mesh.vertices, 12)
+    if in_bursts:  # then the largest scale is that of recent frames
+        size = np.where(np.arange(12) // 2 == 3, 1.0, 0.01)[:, None, None]
+        frames = mesh.vertices + size * (frames - mesh.vertices)
     completer = dynmesh.Completer(
         mesh.faces, mesh.vertices, method="detail", uncertainty=True, noise=noise
     )
