@@ -62,6 +62,11 @@ def same_but_for_one(found: Any, whole: Any) -> bool:
     return differences(found, whole) <= 1
 
 
+def same_but_for_one_row(found: Any, whole: Any) -> bool:
+    """As normals get unit length, a changed number changes all three of its row."""
+    return differences(found, whole) <= 3
+
+
 def valid(found: dynmesh.Sequence, _: Any) -> bool:
     return bool(found.faces.max(initial=0) < found.vertices.shape[1])
 
@@ -145,6 +150,6 @@ def test_points(suffix: str, tmp_path: Path) -> None:
         file.parent,
         lambda folder: read_points(folder / file.name),
         work=tmp_path / "work",
-        same=same if suffix == "npz" else lambda *_: True,
+        same=same if suffix == "npz" else same_but_for_one_row,
         most=100,
     )

@@ -74,7 +74,9 @@ def _read_ply(file: Path) -> PointFile:
     columns, comments = read_elements(file)
     vertices = columns.get("vertex", {})
     points = coordinates(vertices, ("x", "y", "z"))
-    normals = coordinates(vertices, ("nx", "ny", "nz")) if "nx" in vertices else None
+    names = ("nx", "ny", "nz")
+    has_any = any(name in vertices for name in names)
+    normals = coordinates(vertices, names) if has_any else None
     return PointFile(_checked(points, normals, _point), said_in(comments))
 
 
