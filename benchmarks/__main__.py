@@ -16,7 +16,7 @@ from pathlib import Path
 
 from dynmesh.study.methods import MOTION
 
-from . import cpp_calls, instructions, latency, overhead, page, plots, rehearsal, scenes, sizes
+from . import cpp_calls, instructions, latency, overhead, page, plots, scenes, sizes, training
 from .comparison import compare
 from .methods import ON_ONE_THREAD, TWO_THREADS
 from .plan import SpeedPlan
@@ -27,7 +27,7 @@ SECTIONS = (
     "low-resolution",
     "subdivided",
     "largest",
-    "rehearsal",
+    "training",
     "sizes",
     "unknown",
     "overhead",
@@ -135,7 +135,7 @@ def measure(plan: SpeedPlan, sections: tuple[str, ...] | list[str]) -> Results:
         "low-resolution": on_low_resolution,
         "subdivided": on_subdivided,
         "largest": on_largest,
-        "rehearsal": lambda: results.rehearsal.extend(rehearsal.measure(scene, plan, missing)),
+        "training": lambda: results.training.extend(training.measure(scene, plan, missing)),
         "sizes": lambda: results.sizes.extend(sizes.against_size(plan)),
         "unknown": lambda: results.unknown.extend(sizes.against_unknown(scene, plan)),
         "overhead": lambda: results.overhead.extend(overhead.measure(scene, plan)),

@@ -1,14 +1,14 @@
 """Prints how well the standard errors of method detail describe its errors, as a table.
 
-    python -m benchmarks.calibration FOLDER [NAME ...] [--frames N] [--rehearsal] [--noise SHARE]
+    python -m benchmarks.calibration FOLDER [NAME ...] [--frames N] [--training] [--noise SHARE]
 
 FOLDER contains sequences in files NAME.npz. Vertices are known at random (10 % and 30 %), seen by a
 circling camera, or hidden by patches (30 %, each for ten frames). The table shows the shares of the
 filled-in vertices whose error is within the intervals of 50 % and of 90 %, the root mean square
 error over the root mean square standard error, and the rank correlation of error with standard
-error, generation and age, the mean over frames. With --rehearsal, the first half of each sequence
-is a rehearsal for the second. With --noise, the known positions have noise of that share of the
-mean edge, which the completer is told.
+error, generation and age, the mean over frames. With --training, the first half of each sequence
+is a training sequence for the second. With --noise, the known positions have noise of that share of
+the mean edge, which the completer is told.
 """
 
 import argparse
@@ -20,10 +20,10 @@ import numpy as np
 from dynmesh import degrade
 from dynmesh.sequence import Mask
 from dynmesh.study.losses import random_masks, scenario_masks
-from dynmesh.study.rehearsal_study import halves
 from dynmesh.study.reliability import reliability
 from dynmesh.study.subjects import Subject, from_file
 from dynmesh.study.tables import Line, markdown
+from dynmesh.study.training_study import halves
 
 LIFETIME = 10
 
@@ -53,7 +53,7 @@ def main() -> None:
     parser.add_argument("folder", type=Path)
     parser.add_argument("names", nargs="*", help="the sequences; the default is all of them")
     parser.add_argument("--frames", type=int, default=100, help="at most this many, default 100")
-    parser.add_argument("--rehearsal", action="store_true", help="rehearse the first half")
+    parser.add_argument("--training", action="store_true", help="train the first half")
     parser.add_argument("--noise", type=float, help="in mean edges of frame 0")
     arguments = parser.parse_args()
     names = arguments.names or sorted(path.stem for path in arguments.folder.glob("*.npz"))
@@ -62,15 +62,15 @@ def main() -> None:
     ]
     rows: list[tuple[str, list[float]]] = []
     for name in names:
-        subject, take = from_file(arguments.folder / f"{name}.npz"), None
-        if arguments.rehearsal:
+        subject, training_frames = from_file(arguments.folder / f"{name}.npz"), None
+        if arguments.training:
             if (parts := halves(subject)) is None:
-                parser.error(f"{name} has too few frames to rehearse one half of them")
-            take, subject = parts
+                parser.error(f"{name} has too few frames to train one half of them")
+            training_frames, subject = parts
         subject = replace(subject, vertices=subject.vertices[: arguments.frames])
         noise = arguments.noise and arguments.noise * mean_edge(subject)
         for case, masks in cases(subject).items():
-            measured = reliability(subject, masks, rehearsal=take, noise=noise)
+            measured = reliability(subject, masks, training=training_frames, noise=noise)
             if measured is None:
                 continue
             found = measured.calibration

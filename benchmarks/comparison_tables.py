@@ -3,8 +3,8 @@
 from collections.abc import Iterable
 from itertools import groupby
 
+from dynmesh.study.baselines import COPY
 from dynmesh.study.methods import DETAIL, MOTION
-from dynmesh.study.rivals import COPY
 from dynmesh.study.tables import (
     NMSVE_NAME,
     Line,
@@ -95,16 +95,16 @@ def beside_detail(rows: list[Measurement]) -> str:
     """Tabulate times and errors relative to detail, in bold if they are smaller."""
     masks, means = _mean_errors(rows)
     times = {(row.method, row.mask): median(row.seconds) for row in rows}
-    rivals = [key for key in _slow(rows) if key != DETAIL.key]
+    baselines = [key for key in _slow(rows) if key != DETAIL.key]
     own = [times[DETAIL.key, mask] for mask in masks]
     lines: list[Line] = [("beside detail", *masks)]
     lines.append(("time of detail, ms", *map(milliseconds, own)))
-    for key in rivals:
+    for key in baselines:
         cells = [bold_below_one(times[key, mask] / times[DETAIL.key, mask]) for mask in masks]
         lines.append((f"time of {BY_KEY[key].label}, times detail", *cells))
     own = [means[DETAIL.key, mask] for mask in masks]
     lines.append(("NMSVE of detail, x 1e4", *map(nmsve_cell, own)))
-    for key in (MOTION.key, *rivals):
+    for key in (MOTION.key, *baselines):
         cells = _relative_errors(means, key, DETAIL.key, masks)
         lines.append((f"NMSVE of {BY_KEY[key].label}, times detail", *cells))
     return markdown(lines)

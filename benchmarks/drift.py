@@ -24,7 +24,12 @@ from dynmesh.study.tables import Line, markdown, nmsve_cell
 METHODS = {
     "motion": MOTION,
     "motion, 10 extra iterations": dynmesh_method(
-        "motion_extra", "motion, 10 extra iterations", MOTION.colour, "--", extra_iterations=10
+        "motion_extra",
+        "motion, 10 extra iterations",
+        MOTION.colour,
+        "--",
+        method="motion",
+        extra_iterations=10,
     ),
     "detail": DETAIL,
 }

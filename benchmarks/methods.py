@@ -5,9 +5,9 @@ from collections.abc import Iterable
 import numpy as np
 
 from dynmesh.sequence import Mask, Positions
+from dynmesh.study.baselines import BASELINES, COPY, HARMONIC, SCIPY
 from dynmesh.study.completion import Completion, Faces, Method
 from dynmesh.study.methods import DETAIL, MOTION, dynmesh_method
-from dynmesh.study.rivals import COPY, HARMONIC, RIVALS, SCIPY
 
 from .scenes import Scene
 from .subjects import CppSubject
@@ -54,14 +54,14 @@ def varied_detail(constant: str, factor: float) -> Method:
 
 
 TWO_THREADS = dynmesh_method(
-    "motion_two_threads", "motion, two threads", "#56b4e9", "--", threads=2
+    "motion_two_threads", "motion, two threads", "#56b4e9", "--", method="motion", threads=2
 )
 PLAIN = Method(
     "plain", "plain C++", "#e69f00", "-", lambda faces, first: _cpp(faces, first, threads=0)
 )
 
 FAST = (MOTION, TWO_THREADS, PLAIN, COPY)
-SLOW = (DETAIL, SCIPY, HARMONIC, *RIVALS)
+SLOW = (DETAIL, SCIPY, HARMONIC, *BASELINES)
 """The methods that solve a system for each frame. They take ten to two thousand times as long."""
 
 SHARED_FROM = 23_553

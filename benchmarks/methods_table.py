@@ -1,4 +1,4 @@
-"""Prints the error and the time of detail, motion and rivals on recordings, as two tables.
+"""Prints the error and the time of detail, motion and baselines on recordings, as two tables.
 
     python -m benchmarks.methods_table FOLDER [NAME ...]
 
@@ -16,11 +16,11 @@ from rich.console import Console
 from rich.progress import track
 
 from dynmesh.sequence import Mask
+from dynmesh.study.baselines import ARAP_FROM_PREVIOUS, BASELINES, BIHARMONIC
 from dynmesh.study.completion import Method
 from dynmesh.study.losses import losses
 from dynmesh.study.measure import run
 from dynmesh.study.methods import DETAIL, LIA_ON_MOTION, MOTION
-from dynmesh.study.rivals import ARAP_FROM_PREVIOUS, BIHARMONIC, RIVALS
 from dynmesh.study.subjects import Subject, from_file
 from dynmesh.study.tables import (
     ABSENT,
@@ -31,7 +31,7 @@ from dynmesh.study.tables import (
     nmsve_cell,
 )
 
-OTHERS = (LIA_ON_MOTION, *RIVALS, ARAP_FROM_PREVIOUS)
+OTHERS = (LIA_ON_MOTION, *BASELINES, ARAP_FROM_PREVIOUS)
 
 
 @dataclass(frozen=True)
@@ -61,8 +61,8 @@ def error_cells(outcomes: dict[Method, Outcome]) -> Line:
     """Return the error of motion and the others relative to it, in bold if better than detail."""
     motion, detail = outcomes[MOTION].error, outcomes[DETAIL].error
     cells = [nmsve_cell(motion), _relative(detail, motion)]
-    for rival in OTHERS:
-        error = outcomes[rival].error
+    for baseline in OTHERS:
+        error = outcomes[baseline].error
         cell = _relative(error, motion)
         cells.append(f"**{cell}**" if error < detail else cell)
     return tuple(cells)

@@ -62,7 +62,7 @@ class _Calls:
     rounds: int
 
     def measure(self) -> list[Overhead]:
-        completer = dynmesh.Completer(self.faces, self.frames[0])
+        completer = dynmesh.Completer(self.faces, self.frames[0], method="motion")
         subject = CppSubject(self.faces, self.frames[0], threads=1)
         holes = np.where(self.known[..., None], self.frames, np.float32(np.nan))
         indices = [np.flatnonzero(known).astype(np.int32) for known in self.known]

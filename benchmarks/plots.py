@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from dynmesh.study.baselines import BIHARMONIC, COPY
 from dynmesh.study.methods import MOTION
-from dynmesh.study.rivals import BIHARMONIC, COPY
 from dynmesh.study.style import NMSVE_LABEL, new_figure
 from dynmesh.study.tables import NMSVE_UNIT
 

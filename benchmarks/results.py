@@ -26,7 +26,7 @@ class Results:
         missing: what could not run here, and why.
         comparison: all methods on the meshes of the comparison.
         sizes: the time over the size of the mesh.
-        rehearsal: detail after a rehearsal, beside detail and libigl.
+        training: detail after training, beside detail and libigl.
         unknown: the time over the number of unknown vertices.
         overhead: what Python adds to the time of a call.
         latency: the times of the slowest of many frames.
@@ -38,7 +38,7 @@ class Results:
     missing: dict[str, str] = field(default_factory=dict)
     comparison: list[Measurement] = field(default_factory=list)
     sizes: list[Measurement] = field(default_factory=list)
-    rehearsal: list[Measurement] = field(default_factory=list)
+    training: list[Measurement] = field(default_factory=list)
     unknown: list[Measurement] = field(default_factory=list)
     overhead: list[Overhead] = field(default_factory=list)
     latency: list[Latency] = field(default_factory=list)
@@ -57,7 +57,7 @@ class Results:
         kinds = {
             "comparison": Measurement,
             "sizes": Measurement,
-            "rehearsal": Measurement,
+            "training": Measurement,
             "unknown": Measurement,
             "overhead": Overhead,
             "latency": Latency,

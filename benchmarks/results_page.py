@@ -1,10 +1,10 @@
 """Replaces the tables and figures of docs/results.md and docs/reference/measurements.md.
 
-    python -m benchmarks.results_page BUILTIN RECORDED METHODS REHEARSAL WHOLE
+    python -m benchmarks.results_page BUILTIN RECORDED METHODS TRAINING WHOLE
 
 BUILTIN and RECORDED are folders that ``dynmesh reproduce`` wrote. METHODS is a file with the output
-of ``python -m benchmarks.methods_table``, REHEARSAL and WHOLE are files with that of ``python -m
-benchmarks.rehearsal_table``, without and with ``--whole``. The sentences of the pages have to be
+of ``python -m benchmarks.methods_table``, TRAINING and WHOLE are files with that of ``python -m
+benchmarks.training_table``, without and with ``--whole``. The sentences of the pages have to be
 checked by hand.
 """
 
@@ -26,7 +26,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("builtin", type=Path)
     parser.add_argument("recorded", type=Path)
-    for name in ("methods", "rehearsal", "whole"):
+    for name in ("methods", "training", "whole"):
         parser.add_argument(name, type=Path)
     parser.add_argument("--pages", type=Path, nargs="+", default=[PAGE, page.MEASUREMENTS])
     arguments = parser.parse_args()
@@ -40,8 +40,8 @@ def main() -> None:
     for kind in ("claims", "detail_claims"):
         made[kind] = markdown(claims_table([claim for result in results for claim in result[kind]]))
     made["methods"] = arguments.methods.read_text().split("\n\n")[0].strip()  # errors, not times
-    summary, whole_table = arguments.rehearsal.read_text().split("\n\n")
-    made |= {"rehearsal-summary": summary.strip(), "rehearsal": whole_table.strip()}
+    summary, whole_table = arguments.training.read_text().split("\n\n")
+    made |= {"training-summary": summary.strip(), "training": whole_table.strip()}
     made["whole"] = arguments.whole.read_text().split("\n\n")[1].strip()
     page.rewrite(made, *arguments.pages)
     for name, folder in folders.items():

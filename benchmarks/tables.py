@@ -4,7 +4,7 @@ from itertools import groupby
 
 from dynmesh.study.tables import ABSENT, Line, markdown, median, milliseconds, number, quartiles
 
-from . import comparison_tables, instructions, rehearsal
+from . import comparison_tables, instructions, training
 from .comparison import Measurement
 from .cpp_calls import CppCall
 from .latency import Latency
@@ -29,8 +29,8 @@ def tables(results: Results) -> dict[str, str]:
         made["verdict"] = comparison_tables.verdict(natural)
         made["detail-verdict"] = comparison_tables.detail_verdict(natural)
         made["numbering"] = comparison_tables.numbering(results.comparison)
-    if results.rehearsal:
-        made["rehearsal-speed"] = rehearsal.table(results.rehearsal)
+    if results.training:
+        made["training-speed"] = training.table(results.training)
     if results.sizes:
         made["sizes"] = sizes(results.sizes)
     if results.unknown:

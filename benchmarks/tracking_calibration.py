@@ -1,15 +1,15 @@
 """Prints how well the standard errors of tracking describe its errors, as a table.
 
-    python -m benchmarks.tracking_calibration FOLDER [NAME ...] [--rehearsal]
+    python -m benchmarks.tracking_calibration FOLDER [NAME ...] [--training]
 
 FOLDER contains sequences in files NAME.npz. At most 40 frames of each are scanned by simulated
 cameras around it, as by benchmarks.tracking_table. The table shows, over all vertices with a finite
 standard error, the shares that are within the intervals of 90 % of the true surface (1.645 standard
 errors, at the nearest true vertex and along its normal), of all vertices, of observed ones and of
 the others; the root mean square of this distance over that of the standard errors; the share that
-is within 2.5 standard errors of its true place; and the rank correlation of standard errors and
-distances from the true place, the mean over frames. With --rehearsal, the first half of each
-sequence is a rehearsal for the second.
+is within 2.5 standard errors of its true position; and the rank correlation of standard errors and
+distances from the true position, the mean over frames. With --training, the first half of each
+sequence is a training sequence for the second.
 """
 
 import argparse
@@ -45,12 +45,12 @@ def vertex_normals(frame: Positions, subject: Subject) -> Floats:
     return np.asarray(normals / np.maximum(length, np.finfo(float).tiny))
 
 
-def measure(subject: Subject, cameras: int, rehearsal: Positions | None) -> list[float]:
+def measure(subject: Subject, cameras: int, training: Positions | None) -> list[float]:
     """Return the numbers of a row."""
     spatial = require("scipy.spatial", extra="reproduce")
     stats = require("scipy.stats", extra="reproduce")
     truth = subject.vertices
-    tracker = Tracker(subject.faces, truth[0], rehearsal=rehearsal, uncertainty=True)
+    tracker = Tracker(subject.faces, truth[0], training=training, uncertainty=True)
     rig = around(subject, truth, cameras)
     columns: list[list[Floats]] = []
     ranks = []
@@ -61,19 +61,19 @@ def measure(subject: Subject, cameras: int, rehearsal: Positions | None) -> list
         nearest = spatial.cKDTree(frame).query(found)[1]
         normals = vertex_normals(frame, subject)[nearest]
         off = np.abs(((found - frame[nearest]) * normals).sum(axis=1))
-        place = np.linalg.norm(found - frame, axis=1)
+        distance = np.linalg.norm(found - frame, axis=1)
         finite = np.isfinite(bars)
         seen = tracker.observed.astype(np.float64)
-        columns.append([values[finite] for values in (bars, off, place, seen)])
-        ranks.append(stats.spearmanr(bars[finite], place[finite])[0])
-    bars, off, place, seen = (np.concatenate(values) for values in zip(*columns, strict=True))
+        columns.append([values[finite] for values in (bars, off, distance, seen)])
+        ranks.append(stats.spearmanr(bars[finite], distance[finite])[0])
+    bars, off, distance, seen = (np.concatenate(values) for values in zip(*columns, strict=True))
     within = off <= NORMAL_90 * bars
     return [
         float(within.mean()),
         float(within[seen == 1].mean()),
         float(within[seen == 0].mean()),
         float(np.sqrt((off**2).mean() / (bars**2).mean())),
-        float((place <= PLACE_90 * bars).mean()),
+        float((distance <= PLACE_90 * bars).mean()),
         float(np.mean(ranks)),
     ]
 
@@ -85,15 +85,15 @@ def main() -> None:
     parser.add_argument("names", nargs="*", help="the sequences; the default is all of them")
     parser.add_argument("--cameras", type=int, nargs="+", default=[4, 1])
     parser.add_argument("--frames", type=int, default=MOST_FRAMES)
-    parser.add_argument("--rehearsal", action="store_true", help="rehearse the first half")
+    parser.add_argument("--training", action="store_true", help="train the first half")
     arguments = parser.parse_args()
     names = arguments.names or sorted(path.stem for path in arguments.folder.glob("*.npz"))
-    head = ("surface, 90 %", "observed", "others", "ratio", "place, 90 %", "rank")
+    head = ("surface, 90 %", "observed", "others", "ratio", "position, 90 %", "rank")
     lines: list[Line] = [("sequence", "cameras", *head)]
     for name in names:
-        subject, rehearsals = taken(arguments.folder / f"{name}.npz", arguments)
+        subject, training = taken(arguments.folder / f"{name}.npz", arguments)
         for n in arguments.cameras:
-            row = measure(subject, n, rehearsals.get("rehearsed"))
+            row = measure(subject, n, training.get("trained"))
             lines.append((name, str(n), *(f"{value:.2f}" for value in row)))
     print(markdown(lines))
 

@@ -1,6 +1,6 @@
 """Prints how well a mesh is tracked in scans of it, as a table.
 
-    python -m benchmarks.tracking_table FOLDER [NAME ...] [--depth] [--turn 90] [--rivals 2]
+    python -m benchmarks.tracking_table FOLDER [NAME ...] [--depth] [--turn 90] [--baselines 2]
 
 FOLDER contains sequences in files NAME.npz. At most 80 frames of each are scanned by simulated
 cameras around it: 20 000 points a frame, or with --depth images of 640 x 480 pixels, with noise of
@@ -10,12 +10,12 @@ the true place of a vertex, and from the nearest true vertex, which does not cou
 the time over that of method detail where 30 % of the vertices are known. With --turn, the cameras
 stand elsewhere on their circle, by so many degrees counterclockwise.
 
-With --rivals N, the first N frames are also registered with other libraries, each frame from the
+With --baselines N, the first N frames are also registered with other libraries, each frame from the
 result for the last one; a frame takes them up to a minute, so N is small. The rows of the tracker
 beside them are over the same frames.
 
-With --rehearsal, the scans are of the second half of each sequence, and further rows show the
-tracker after rehearsals: of the first half, and of the first half with its vertices in another
+With --training, the scans are of the second half of each sequence, and further rows show the
+tracker after training: of the first half, and of the first half with its vertices in another
 order, which is of no use.
 """
 
@@ -94,9 +94,9 @@ def around(subject: Subject, frames: Positions, n: int, turn: float = 0.0) -> li
     return degrade.orbit(box, n, degrees_per_frame=turn, up=up)(1)
 
 
-def ours(subject: Subject, first: Positions, rehearsal: Positions | None = None) -> Register:
+def ours(subject: Subject, first: Positions, training: Positions | None = None) -> Register:
     """Return the tracker of dynmesh."""
-    tracker = Tracker(subject.faces, first, rehearsal=rehearsal)
+    tracker = Tracker(subject.faces, first, training=training)
 
     def register(_: Positions, scan: Scan) -> Positions:
         if isinstance(scan, PointScan):
@@ -106,7 +106,7 @@ def ours(subject: Subject, first: Positions, rehearsal: Positions | None = None)
     return register
 
 
-def rivals(subject: Subject) -> dict[str, Register]:
+def baselines(subject: Subject) -> dict[str, Register]:
     """Return what trimesh offers, with its defaults.
 
     Raises:
@@ -164,15 +164,15 @@ def seconds_of_detail(subject: Subject, frames: int) -> float:
 
 
 def taken(path: Path, arguments: argparse.Namespace) -> tuple[Subject, dict[str, Positions]]:
-    """Return the frames to scan, and the rehearsals by the name of their row."""
-    if not arguments.rehearsal:
+    """Return the frames to scan, and the training sequences by the name of their row."""
+    if not arguments.training:
         return from_file(path, arguments.frames), {}
     both = from_file(path)
     half = both.n_frames // 2
     first, second = both.vertices[:half], both.vertices[half : half + arguments.frames]
     order = np.random.default_rng(0).permutation(both.n_vertices)
-    rehearsals = {"rehearsed": first, "rehearsed, of no use": first[:, order]}
-    return replace(both, vertices=second), rehearsals
+    training = {"trained": first, "trained, of no use": first[:, order]}
+    return replace(both, vertices=second), training
 
 
 def main() -> None:
@@ -184,8 +184,10 @@ def main() -> None:
     parser.add_argument("--frames", type=int, default=MOST_FRAMES)
     parser.add_argument("--turn", type=float, default=0.0, help="turns the cameras, in degrees")
     parser.add_argument("--depth", action="store_true", help="depth images instead of points")
-    parser.add_argument("--rivals", type=int, default=0, metavar="N", help="frames for the rivals")
-    parser.add_argument("--rehearsal", action="store_true", help="rehearse the first half")
+    parser.add_argument(
+        "--baselines", type=int, default=0, metavar="N", help="frames for the baselines"
+    )
+    parser.add_argument("--training", action="store_true", help="train the first half")
     arguments = parser.parse_args()
     names = arguments.names or sorted(path.stem for path in arguments.folder.glob("*.npz"))
     lines: list[Line] = [
@@ -202,7 +204,7 @@ def main() -> None:
         )
     ]
     for name in names:
-        subject, rehearsals = taken(arguments.folder / f"{name}.npz", arguments)
+        subject, training = taken(arguments.folder / f"{name}.npz", arguments)
         truth = subject.vertices
         for n in arguments.cameras:
             cameras = around(subject, truth, n, arguments.turn)
@@ -215,16 +217,19 @@ def main() -> None:
             run = measure(subject, truth, iter(scans), ours(subject, truth[0]))
             detail = seconds_of_detail(subject, min(10, len(truth) - 1))
             lines.append(run.line(name, str(n), "dynmesh", detail=detail))
-            for label, rehearsal in rehearsals.items():
+            for label, frames in training.items():
                 scans = scans_of(subject, truth, cameras, depth=arguments.depth)
-                run = measure(subject, truth, scans, ours(subject, truth[0], rehearsal))
+                run = measure(subject, truth, scans, ours(subject, truth[0], frames))
                 lines.append(run.line(name, str(n), label, detail=detail))
-            if not arguments.rivals:
+            if not arguments.baselines:
                 continue
             # After frame 0, where the template is; frame 0 itself comes first for its mean edge.
-            some = truth[: arguments.rivals + 1]
+            some = truth[: arguments.baselines + 1]
             kept = list(scans_of(subject, some, cameras, depth=arguments.depth))[1:]
-            for label, register in {"dynmesh": ours(subject, truth[0]), **rivals(subject)}.items():
+            for label, register in {
+                "dynmesh": ours(subject, truth[0]),
+                **baselines(subject),
+            }.items():
                 run = measure(subject, some[1:], iter(kept), register)
                 lines.append(run.line(name, str(n), f"{label}, the first frames", detail=detail))
     print(markdown(lines))

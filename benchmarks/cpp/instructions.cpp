@@ -58,7 +58,7 @@ int main(int argc, char** argv) {
   const auto mesh = testing::sheet<float>(static_cast<int>(side));
   const auto turned = testing::turned(mesh.vertices, 0.01);
   std::vector<float> completed(3 * k);
-  Completer<float> completer(mesh.faces(), mesh.points());
+  Completer<float> completer(mesh.faces(), mesh.points(), {.method = Method::motion});
   counted_frame(completer, {turned.data(), k}, {known.data(), k}, {completed.data(), k});
 
   // The count also depends on the compiler and on the kernels that the processor supports.

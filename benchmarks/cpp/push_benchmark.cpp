@@ -49,7 +49,7 @@ void count_vertices(benchmark::State& state, const Scene& scene) {
 
 void push_mask(benchmark::State& state) {
   Scene scene(state);
-  Completer<float> completer(scene.mesh.faces(), scene.mesh.points());
+  Completer<float> completer(scene.mesh.faces(), scene.mesh.points(), {.method = Method::motion});
   std::size_t frame = 0;
   for (auto _ : state) completer.push(scene.pose(++frame), scene.mask(), scene.output());
   count_vertices(state, scene);
@@ -62,7 +62,7 @@ void push_nan(benchmark::State& state) {
       if (scene.known[v] == 0) pose[3 * v] = std::numeric_limits<float>::quiet_NaN();
     }
   }
-  Completer<float> completer(scene.mesh.faces(), scene.mesh.points());
+  Completer<float> completer(scene.mesh.faces(), scene.mesh.points(), {.method = Method::motion});
   std::size_t frame = 0;
   for (auto _ : state) completer.push(scene.pose(++frame), scene.output());
   count_vertices(state, scene);
@@ -80,7 +80,7 @@ void push_sparse(benchmark::State& state) {
       observed[pose].insert(observed[pose].end(), at, at + 3);
     }
   }
-  Completer<float> completer(scene.mesh.faces(), scene.mesh.points());
+  Completer<float> completer(scene.mesh.faces(), scene.mesh.points(), {.method = Method::motion});
   std::size_t frame = 0;
   for (auto _ : state) {
     const Points<const float> points(observed[++frame % 2].data(), indices.size());

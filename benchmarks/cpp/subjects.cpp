@@ -48,7 +48,7 @@ class Subject {
 class Product final : public Subject {
  public:
   Product(Faces faces, Points<const float> first_frame, Index threads)
-      : completer_(faces, first_frame, {.threads = threads}) {}
+      : completer_(faces, first_frame, {.method = Method::motion, .threads = threads}) {}
 
   void reset(Points<const float> frame) override { completer_.reset(frame); }
   void push(Points<const float> points, KnownMask known, Points<float> completed) override {
@@ -95,7 +95,7 @@ class Bare final : public Subject {
     for (std::size_t v = 0; v < points.count; ++v) {
       known_[v] = known[v] ? 1 : 0;
       current_[v] = known[v] ? Vector3<float>{points(v, 0), points(v, 1), points(v, 2)}
-                             : previous_[v];  // unseen vertices keep their position
+                             : previous_[v];  // disconnected vertices keep their position
     }
     estimator_->estimate(previous_, current_, known_, generations_);
     estimator_->remember(current_);
@@ -143,7 +143,7 @@ std::unique_ptr<Estimator<float>> detail_with_errors(Faces faces, const Topology
   std::vector<Triangle> triangles(faces.count);
   for (std::size_t f = 0; f < faces.count; ++f) triangles[f] = faces[f];
   return std::make_unique<Detail<float>>(std::move(triangles), topology, std::nullopt, workers,
-                                         constants, Take<float>{}, false, true);
+                                         constants, TrainingFrames<float>{}, false, true);
 }
 
 /// Does the same as the other `scale` for the constants of error bars; shares that are kept are

@@ -38,7 +38,7 @@ constexpr std::pair<std::string_view, Number> numbers[] = {
     {"narrow_radius", &TrackingConstants::narrow_radius},
     {"scale", &TrackingConstants::scale},
     {"side", &TrackingConstants::side},
-    {"crowd", &TrackingConstants::crowd},
+    {"vertices_per_point", &TrackingConstants::vertices_per_point},
     {"agreement", &TrackingConstants::agreement},
     {"pull", &TrackingConstants::pull},
     {"least_unexplained", &TrackingConstants::least_unexplained},
@@ -55,9 +55,9 @@ constexpr std::pair<std::string_view, Number> numbers[] = {
 constexpr std::pair<std::string_view, Count> counts[] = {
     {"rigid_steps", &TrackingConstants::rigid_steps},
     {"rigid_vertices", &TrackingConstants::rigid_vertices},
-    {"passes", &TrackingConstants::passes},
+    {"iterations", &TrackingConstants::iterations},
     {"steps", &TrackingConstants::steps},
-    {"looked_at", &TrackingConstants::looked_at},
+    {"examined_points", &TrackingConstants::examined_points},
     {"most_searches", &TrackingConstants::most_searches},
 };
 
@@ -99,7 +99,7 @@ class Subject {
 
   SurfaceTracking::Found track(const Measurement& measurement) {
     const auto found = surface_.find(measurement);
-    surface_.remember(found.x, found.passes > 0);
+    surface_.remember(found.x, found.iterations > 0);
     return found;
   }
 
@@ -131,7 +131,7 @@ std::vector<Vector3<double>> rows(const float* values, std::size_t n) {
   return copies;
 }
 
-/// Writes the positions, and returns the number of passes, or -1 if the scan was refused.
+/// Writes the positions, and returns the number of iterations, or -1 if the scan was refused.
 int finish(Subject& subject, const Measurement& measurement, float* tracked) {
   try {
     const auto found = subject.track(measurement);
@@ -140,7 +140,7 @@ int finish(Subject& subject, const Measurement& measurement, float* tracked) {
       tracked[3 * v + 1] = static_cast<float>(found.x[v].y);
       tracked[3 * v + 2] = static_cast<float>(found.x[v].z);
     }
-    return found.passes;
+    return found.iterations;
   } catch (const std::exception&) {
     return -1;
   }

@@ -26,12 +26,12 @@ using dynmesh::app::UsageError;
 
 void print(const dynmesh::FrameReport& report, std::size_t frame) {
   std::fprintf(stderr,
-               "{\"frame\": %zu, \"known\": %zu, \"filled\": %zu, \"unseen\": %zu, "
+               "{\"frame\": %zu, \"known\": %zu, \"filled\": %zu, \"disconnected\": %zu, "
                "\"rejected\": %zu, \"iterations\": %zu, \"seconds\": %.9f, \"blend\": %.9g, "
-               "\"trust\": %.9g, \"explained\": %.9g, \"standard_error\": %.9g}\n",
-               frame, report.known, report.filled, report.unseen, report.rejected,
-               report.iterations, report.seconds, report.stages.blend, report.stages.trust,
-               report.stages.explained, report.standard_error);
+               "\"prior_weight\": %.9g, \"prior_share\": %.9g, \"standard_error\": %.9g}\n",
+               frame, report.known, report.filled, report.disconnected, report.rejected,
+               report.iterations, report.seconds, report.stages.blend, report.stages.prior_weight,
+               report.stages.prior_share, report.standard_error);
 }
 
 /// Returns what `call` returns. Adds `where` to the message of an error of the library.
@@ -56,25 +56,25 @@ void check_files(const Options& options) {
                      ", which would be overwritten; choose another output");
   };
   check(*options.input, "the input file");
-  for (const std::string& path : options.rehearsals) {
+  for (const std::string& path : options.training) {
     (void)dynmesh::app::format_of(path);
-    check(path, "a rehearsal");
+    check(path, "a training sequence");
   }
 }
 
 /// Reads the frames of all files. If a signal interrupts reading, frames are missing.
-dynmesh::Rehearsal<float> read_rehearsal(const std::vector<std::string>& paths,
-                                         std::size_t n_vertices) {
-  dynmesh::Rehearsal<float> rehearsal(n_vertices);
+dynmesh::Training<float> read_training(const std::vector<std::string>& paths,
+                                       std::size_t n_vertices) {
+  dynmesh::Training<float> training(n_vertices);
   std::vector<float> frame(3 * n_vertices);
   for (const std::string& path : paths) {
     FrameReader reader(path, n_vertices);
     std::size_t number = 0;
     while (caught_signal() == 0 && reader.read(frame)) {
       ++number;
-      const auto counted = "rehearsal: frame " + std::to_string(rehearsal.n_added()) + ": ";
+      const auto counted = "training: frame " + std::to_string(training.n_added()) + ": ";
       try {
-        rehearsal.add({frame.data(), n_vertices});
+        training.add({frame.data(), n_vertices});
       } catch (const std::invalid_argument& error) {
         // The library counts the frames of all files together, from 0.
         std::string reason = error.what();
@@ -84,31 +84,31 @@ dynmesh::Rehearsal<float> read_rehearsal(const std::vector<std::string>& paths,
     }
     if (number == 0 && caught_signal() == 0) throw DataError(reader.name() + ": has no frames");
   }
-  return rehearsal;
+  return training;
 }
 
-/// Returns a completer that has read the rehearsal, if there is one, or nothing if a signal
+/// Returns a completer that has read the training sequence, if there is one, or nothing if a signal
 /// interrupts reading.
 std::optional<dynmesh::Completer<float>> make_completer(const Options& options) {
   const dynmesh::TemplateMesh mesh = dynmesh::read_template(*options.template_path);
-  const auto make = [&](const auto&... rehearsal) {
+  const auto make = [&](const auto&... training) {
     return dynmesh::Completer<float>(mesh.triangles(), mesh.points(), options.settings,
-                                     rehearsal...);
+                                     training...);
   };
-  if (options.rehearsals.empty()) {
+  if (options.training.empty()) {
     return with_context(*options.template_path, [&] { return make(); });
   }
-  const auto rehearsal = read_rehearsal(options.rehearsals, mesh.points().count);
+  const auto training = read_training(options.training, mesh.points().count);
   if (caught_signal() != 0) return {};
   try {
-    return make(rehearsal);
+    return make(training);
   } catch (const std::invalid_argument& error) {
-    constexpr std::string_view argument = "rehearsal: ";
+    constexpr std::string_view argument = "training: ";
     const std::string reason = error.what();
     if (!reason.starts_with(argument)) throw DataError(*options.template_path + ": " + reason);
-    std::string paths = options.rehearsals[0];
-    for (std::size_t i = 1; i < options.rehearsals.size(); ++i) {
-      paths += ", " + options.rehearsals[i];
+    std::string paths = options.training[0];
+    for (std::size_t i = 1; i < options.training.size(); ++i) {
+      paths += ", " + options.training[i];
     }
     throw DataError(paths + ": " + reason.substr(argument.size()));
   }

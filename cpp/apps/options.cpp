@@ -29,7 +29,7 @@ earlier frames only. One frame is in memory at a time.
   --input FRAMES     frames 1, 2, ... with the vertices of MESH in the same order;
                      a vertex with a coordinate that is NaN or infinite is missing
   --output FRAMES    one completed frame for each input frame
-  --rehearsal FRAMES (method detail) complete frames of this subject, or of one like it
+  --training FRAMES (method detail) complete frames of this subject, or of one like it
                      with the same vertices, from which the method learns how its shape
                      varies; 3 or more, of which 75 at most are kept; may be repeated
 
@@ -41,7 +41,7 @@ input or output, raw.
 
 constexpr const char* help_after_settings =
     R"(  --report           print one JSON line per frame to standard error: known, filled,
-                     unseen, rejected, iterations, seconds, blend, trust, explained,
+                     disconnected, rejected, iterations, seconds, blend, prior_weight, prior_share,
                      standard_error (root mean square of the filled-in vertices, with
                      --uncertainty)
   --overwrite        replace an existing output file
@@ -134,11 +134,11 @@ std::string as_option(std::string message) {
 }  // namespace
 
 std::optional<Options> parse_options(int argc, char** argv) {
-  enum : int { template_path = 256, input, output, rehearsal, report, overwrite, first_setting };
+  enum : int { template_path = 256, input, output, training, report, overwrite, first_setting };
   std::vector<option> known = {{"template", required_argument, nullptr, template_path},
                                {"input", required_argument, nullptr, input},
                                {"output", required_argument, nullptr, output},
-                               {"rehearsal", required_argument, nullptr, rehearsal},
+                               {"training", required_argument, nullptr, training},
                                {"report", no_argument, nullptr, report},
                                {"overwrite", no_argument, nullptr, overwrite},
                                {"help", no_argument, nullptr, 'h'},
@@ -164,8 +164,8 @@ std::optional<Options> parse_options(int argc, char** argv) {
         case output:
           options.output = optarg;
           break;
-        case rehearsal:
-          options.rehearsals.emplace_back(optarg);
+        case training:
+          options.training.emplace_back(optarg);
           break;
         case report:
           options.report = true;
@@ -190,8 +190,8 @@ std::optional<Options> parse_options(int argc, char** argv) {
       }
     }
     check_settings(options.settings);
-    if (!options.rehearsals.empty() && options.settings.method != Method::detail) {
-      throw SettingError("rehearsal", "requires --method detail");
+    if (!options.training.empty() && options.settings.method != Method::detail) {
+      throw SettingError("training", "requires --method detail");
     }
   } catch (const std::invalid_argument& error) {
     throw UsageError(as_option(error.what()));
@@ -201,8 +201,8 @@ std::optional<Options> parse_options(int argc, char** argv) {
   if (!options.template_path) throw UsageError("--template is missing; see --help");
   if (!options.input) throw UsageError("--input is missing; see --help");
   if (!options.output) throw UsageError("--output is missing; see --help");
-  if (std::ranges::count(options.rehearsals, "-") + (*options.input == "-" ? 1 : 0) > 1) {
-    throw UsageError("--rehearsal: standard input ('-') can be read only once");
+  if (std::ranges::count(options.training, "-") + (*options.input == "-" ? 1 : 0) > 1) {
+    throw UsageError("--training: standard input ('-') can be read only once");
   }
   return options;
 }

@@ -10,7 +10,7 @@ namespace dynmesh::app {
 
 struct Options {
   std::optional<std::string> template_path, input, output;
-  std::vector<std::string> rehearsals;
+  std::vector<std::string> training;
   Settings settings;
   bool report = false;
   bool overwrite = false;

@@ -9,8 +9,8 @@ void bind_topology(pybind11::module_& module);
 void bind_completer(pybind11::module_& module);
 void bind_files(pybind11::module_& module);
 void bind_metrics(pybind11::module_& module);
-void bind_rehearsal(pybind11::module_& module);
-void bind_sharing(pybind11::module_& module);
+void bind_training(pybind11::module_& module);
+void bind_task_sharing(pybind11::module_& module);
 void bind_tracker(pybind11::module_& module);
 
 /// Makes calls that do not match the signature of a function, method or constructor raise the same

@@ -15,8 +15,8 @@
 #include "completer/one_at_a_time.hpp"
 #include "completer/settings_table.hpp"
 #include "completer_docs.hpp"
-#include "rehearsal.hpp"
 #include "scalars.hpp"
+#include "training.hpp"
 
 namespace dynmesh {
 namespace {
@@ -37,7 +37,7 @@ Enumeration value_of(const char* name, const Enumeration& /*old*/, py::handle gi
   return from_name<Enumeration>(name, text_argument(name, given));
 }
 
-constexpr const char* rehearsal_name = "rehearsal";  // the argument beside the settings
+constexpr const char* training_name = "training";  // the argument beside the settings
 
 template <class Value>
 py::object python_value(const Value& value) {
@@ -50,7 +50,7 @@ py::object python_value(const Value& value) {
 
 Settings settings_of(const py::kwargs& given) {
   Settings settings;
-  std::size_t n_taken = given.contains(rehearsal_name) ? 1 : 0;
+  std::size_t n_taken = given.contains(training_name) ? 1 : 0;
   try {
     for_each_setting([&](const Setting& setting, auto member) {
       if (!given.contains(setting.name)) return;
@@ -65,8 +65,8 @@ Settings settings_of(const py::kwargs& given) {
   return settings;
 }
 
-py::object rehearsal_in(const py::kwargs& given) {
-  return given.contains(rehearsal_name) ? py::object(given[rehearsal_name]) : py::none();
+py::object training_in(const py::kwargs& given) {
+  return given.contains(training_name) ? py::object(given[training_name]) : py::none();
 }
 
 /// Raises a SettingError of C++ as that of dynmesh._errors, with the setting as an attribute.
@@ -85,16 +85,16 @@ void translate_setting_error(std::exception_ptr thrown) {
 class AnyCompleter {
   template <class Real>
   void construct(const IndicesArgument& faces, const py::array& first_frame,
-                 const Settings& settings, const py::object& rehearsal) {
+                 const Settings& settings, const py::object& training) {
     const PointsArgument<Real> frame("first_frame", first_frame, "(k, 3)");
-    if (rehearsal.is_none()) {
+    if (training.is_none()) {
       const py::gil_scoped_release release;
       completer_ = std::make_unique<Completer<Real>>(faces.faces(), frame.view(), settings);
     } else {
-      const auto rehearsed = rehearsal_of<Real>(rehearsal, frame.view().count);
+      const auto trained = training_of<Real>(training, frame.view().count);
       const py::gil_scoped_release release;
       completer_ =
-          std::make_unique<Completer<Real>>(faces.faces(), frame.view(), settings, rehearsed);
+          std::make_unique<Completer<Real>>(faces.faces(), frame.view(), settings, trained);
     }
   }
 
@@ -116,14 +116,14 @@ class AnyCompleter {
 
  public:
   AnyCompleter(const py::object& faces, const py::object& first_frame, const Settings& settings,
-               const py::object& rehearsal) {
+               const py::object& training) {
     const IndicesArgument indices("faces", faces, 3, "(m, 3)");
     const py::array frame = to_array("first_frame", first_frame);
     check_floating("first_frame", frame);
     if (frame.itemsize() == sizeof(float)) {
-      construct<float>(indices, frame, settings, rehearsal);
+      construct<float>(indices, frame, settings, training);
     } else {
-      construct<double>(indices, frame, settings, rehearsal);
+      construct<double>(indices, frame, settings, training);
     }
   }
 
@@ -244,14 +244,16 @@ void bind_completer(py::module_& module) {
   py::class_<FrameReport>(module, "FrameReport", frame_report_doc)
       .def_readonly("known", &FrameReport::known)
       .def_readonly("filled", &FrameReport::filled)
-      .def_readonly("unseen", &FrameReport::unseen)
+      .def_readonly("disconnected", &FrameReport::disconnected)
       .def_readonly("iterations", &FrameReport::iterations)
       .def_readonly("rejected", &FrameReport::rejected)
       .def_readonly("standard_error", &FrameReport::standard_error)
       .def_readonly("seconds", &FrameReport::seconds)
       .def_property_readonly("blend", [](const FrameReport& r) { return r.stages.blend; })
-      .def_property_readonly("trust", [](const FrameReport& r) { return r.stages.trust; })
-      .def_property_readonly("explained", [](const FrameReport& r) { return r.stages.explained; })
+      .def_property_readonly("prior_weight",
+                             [](const FrameReport& r) { return r.stages.prior_weight; })
+      .def_property_readonly("prior_share",
+                             [](const FrameReport& r) { return r.stages.prior_share; })
       .def_property_readonly("factor_seconds",
                              [](const FrameReport& r) { return r.stages.factor_seconds; })
       .def_property_readonly("rotation_seconds",
@@ -260,17 +262,17 @@ void bind_completer(py::module_& module) {
                              [](const FrameReport& r) { return r.stages.solve_seconds; })
       .def("__repr__", [](const FrameReport& report) {
         return py::str(
-                   "FrameReport(known={}, filled={}, unseen={}, rejected={}, iterations={}, "
+                   "FrameReport(known={}, filled={}, disconnected={}, rejected={}, iterations={}, "
                    "seconds={:.6f})")
-            .format(report.known, report.filled, report.unseen, report.rejected, report.iterations,
-                    report.seconds);
+            .format(report.known, report.filled, report.disconnected, report.rejected,
+                    report.iterations, report.seconds);
       });
 
   py::class_<AnyCompleter>(module, "Completer", completer_doc)
       .def(py::init([](const py::object& faces, const py::object& first_frame,
                        const py::kwargs& settings) {
              return std::make_unique<AnyCompleter>(faces, first_frame, settings_of(settings),
-                                                   rehearsal_in(settings));
+                                                   training_in(settings));
            }),
            py::arg("faces"), py::arg("first_frame"), init_doc)
       .def("push", &AnyCompleter::push, py::arg("points"), py::arg("known") = py::none(),
@@ -284,7 +286,7 @@ void bind_completer(py::module_& module) {
       .def_property_readonly(
           "generation", &AnyCompleter::generation,
           "(k,) int32, for the last frame: 0 for an anchor, g for a satellite of generation "
-          "g, -1 for an unseen vertex.")
+          "g, -1 for a disconnected vertex.")
       .def_property_readonly("age", &AnyCompleter::age,
                              "(k,) int32: the number of frames since the vertex was last observed.")
       .def_property_readonly("standard_error", &AnyCompleter::standard_error, standard_error_doc)

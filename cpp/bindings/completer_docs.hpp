@@ -22,58 +22,60 @@ RuntimeError.
 
 Args:
     faces: The triangles, (m, 3) integers. Faces that a half-edge mesh cannot represent are listed
-        in `topology`; their edges still count.
+        in `topology`; their edges are still used.
     first_frame: Frame 0, (k, 3) float32 or float64, complete and finite. Later positions are
         converted to its dtype. When float64 is converted to float32, a finite number out of range
         becomes the largest float32 of its sign; a known position with such a coordinate is refused
         as too large and does not count as missing.
-    method: "motion", the default, averages motion vectors as in the paper (Arvanitis et al. 2017,
-        section 3). "detail" preserves the shape of frame 0 and of the last frame, rotated with the
-        motion. Its error is a fraction of that of "motion", but a frame takes milliseconds instead
-        of tenths of a millisecond. Both are described in docs/method.md.
-    revisit: If True, the default, every iteration estimates all satellites reached so far. If
-        False, each satellite is estimated once, and errors accumulate from frame to frame. "detail"
-        requires True.
-    extra_iterations: The number of iterations after the one that reaches the last satellite, from
-        0, the default, to 1 000 000. They have no effect without `revisit`. "detail" requires 0.
-    unseen: How vertices are completed that are not connected to any known vertex. "follow", the
-        default: their component moves rigidly, with the nearest surface. "hold": they keep their
-        previous positions.
-    noise: The standard deviation of the known positions, positive and in the unit of the
-        positions. Known vertices then move as well, according to the shape around them. With None,
-        the default, known positions are exact. Requires "detail".
+    method: "detail", the default, preserves the shape of frame 0 and of the last frame, rotated
+        with the motion. "motion" averages motion vectors as in the paper (Arvanitis et al. 2017,
+        section 3). A frame takes tenths of a millisecond instead of milliseconds, but the error is
+        several times larger. Both are described in docs/method.md.
+    revisit: If True, the default, every iteration estimates all vertices reached so far. If
+        False, each vertex is estimated once, when it is reached, and errors accumulate from frame
+        to frame. False requires "motion".
+    extra_iterations: The number of iterations after the one that reaches the last vertex, from
+        0, the default, to 1 000 000. They have no effect without `revisit`. More than 0 requires
+        "motion".
+    disconnected: How vertices are completed that no chain of edges connects to a known vertex of
+        the frame. "follow", the default: their component moves rigidly, with the surface that was
+        nearest to it in frame 0. "hold": they keep their previous positions.
+    noise: The standard deviation of the noise of the known positions, positive and in the unit
+        of the positions. Known vertices then move as well, according to the shape around them.
+        With None, the default, known positions are exact. Requires "detail".
     reject_outliers: If True, known vertices whose motion contradicts that of the known vertices
         around them are treated as unknown, estimated, and counted as `report.rejected`. The default
         is False. Requires "detail".
     learn: If True, the completer learns how the shape of the subject varies from the frames that it
-        completes, as from a rehearsal, which it then cannot have. This pays where motions recur. A
-        frame takes about twice as long. The default is False. Requires "detail".
-    uncertainty: If True, `standard_error` says how far each completed vertex may be off. The
-        completed frames are the same. The default is False. Requires "detail".
+        completes. Useful where motions recur. A frame takes about twice as long. The default is
+        False. Requires "detail". Cannot be combined with `training`.
+    uncertainty: If True, `standard_error` is computed. The completed frames are the same. The
+        default is False. Requires "detail".
     threads: The number of threads that may work on a frame, from 1, the default, to 256. They are
         used for meshes of 23 553 vertices or more, and with "detail" of 5 889 or more; smaller
         meshes are completed by the calling thread alone. Without `revisit`, threads are only used
         to read and write positions. Results are identical for any number of threads. Whether more
         threads are faster depends on the machine and the mesh.
-    rehearsal: Complete frames of the same mesh, of this subject or one like it: an array (n, k, 3)
+    training: Complete frames of the same mesh, of this subject or one like it: an array (n, k, 3)
         or any iterable of at least three frames, of which at most 75 are kept. From them, "detail"
-        learns how the shape of the subject varies, which usually makes it more accurate. A rehearsal
-        that says nothing about the subject is noticed and not used. Requires "detail".)doc";
+        learns how the shape of the subject varies, which usually makes it more accurate.
+        Training frames that do not describe the subject have no effect: `report.prior_weight` is
+        then 0. Requires "detail".)doc";
 
 constexpr const char* init_doc =
-    R"doc(__init__(self, faces, first_frame, *, method="motion", revisit=True, extra_iterations=0,
-         unseen="follow", noise=None, reject_outliers=False, learn=False, uncertainty=False,
-         threads=1, rehearsal=None)
+    R"doc(__init__(self, faces, first_frame, *, method="detail", revisit=True, extra_iterations=0,
+         disconnected="follow", noise=None, reject_outliers=False, learn=False, uncertainty=False,
+         threads=1, training=None)
 --
 
 Start at a complete frame.)doc";
 
 constexpr const char* standard_error_doc =
     R"doc((k,), in the completer's dtype and the unit of the positions: the standard error of a
-coordinate of each vertex of the last frame. The true positions of about 90 % of the vertices that
-were filled in are within 2.5 standard errors, and of half of them within 1.54. 0 for known vertices
-and before the first frame, infinity for unseen vertices; with `noise`, known vertices have their
-own. ValueError without `uncertainty`. See docs/method.md, "Error bars".)doc";
+coordinate of each vertex of the last frame. The true positions of about 90 % of the estimated
+vertices are within 2.5 standard errors, and of half of them within 1.54. 0 for known vertices and
+before the first frame, infinity for disconnected vertices; with `noise`, it is not 0 for known
+vertices. ValueError without `uncertainty`. See docs/method.md, "Error bars".)doc";
 
 constexpr const char* push_doc = R"doc(push(self, points, known=None, *, out=None)
 --
@@ -136,29 +138,31 @@ Returns:
 constexpr const char* restore_doc = R"doc(restore(self, state)
 --
 
-Continue from a state, with the same results.
+Continue from a state, with the same results, or up to rounding on another kind of processor.
 
 The seconds of `report` become 0.
 
 Args:
-    state: The bytes that `state` returned, from a completer with the same faces, dtype and
-        settings, on any machine.)doc";
+    state: The bytes that `state` returned, from a completer with the same faces, dtype,
+        settings and training frames, on any machine.)doc";
 
 constexpr const char* frame_report_doc = R"doc(Statistics of one frame.
 
 Attributes:
     known: The number of vertices that were observed.
     filled: The number of vertices that the method estimated.
-    unseen: The number of vertices not connected to a known one. known + filled + unseen = k.
+    disconnected: The number of vertices that no chain of edges connects to a known one. known +
+        filled + disconnected = k.
     iterations: The number of iterations of the method.
     rejected: The number of vertices that were observed but rejected as outliers.
     seconds: The wall time of the completion.
     blend: b of method "detail", the weight of the shape of frame 0; 0 for "motion".
-    trust: With a rehearsal, how far its poses are used, from 0 to 1. With `learn`, 1 as soon as
-        something is learned. Else 0.
-    explained: With either, the share of the residual that the pose explains; else 0.
+    prior_weight: With `training`, how much the training frames are used, from 0 to 1. With
+        `learn`, 1 as soon as something is learned. Else 0.
+    prior_share: With either, the share of the residual that they explain, from 0 to 1; see
+        docs/method.md, "Training frames". Else 0.
     standard_error: With `uncertainty`, the root mean square of the standard errors of the
-        vertices that were filled in, in the unit of the positions; else 0.
+        estimated vertices, in the unit of the positions; else 0.
     factor_seconds, rotation_seconds, solve_seconds: The times of the stages of "detail"; 0 for
         "motion".)doc";
 

@@ -13,11 +13,11 @@ PYBIND11_MODULE(_core, module) {
   module.attr("__version__") = DYNMESH_VERSION;
   dynmesh::bind_topology(module);
   dynmesh::bind_completer(module);
-  dynmesh::bind_rehearsal(module);
+  dynmesh::bind_training(module);
   dynmesh::bind_tracker(module);
   dynmesh::bind_metrics(module);
   dynmesh::bind_baselines(module);
-  dynmesh::bind_sharing(module);
+  dynmesh::bind_task_sharing(module);
   dynmesh::bind_files(module);
   // Users know these classes as dynmesh.Completer and so on.
   for (const char* name :

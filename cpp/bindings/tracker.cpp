@@ -12,9 +12,9 @@
 #include "arrays.hpp"
 #include "bindings.hpp"
 #include "completer/one_at_a_time.hpp"
-#include "rehearsal.hpp"
 #include "scalars.hpp"
 #include "tracker_docs.hpp"
+#include "training.hpp"
 
 namespace dynmesh {
 namespace {
@@ -116,33 +116,32 @@ class AnyTracker {
 
   template <class Real>
   void construct(const IndicesArgument& faces, const py::array& first_frame,
-                 const TrackerSettings& settings, const py::object& rehearsal) {
+                 const TrackerSettings& settings, const py::object& training) {
     const PointsArgument<Real> frame("first_frame", first_frame, "(k, 3)");
-    if (rehearsal.is_none()) {
+    if (training.is_none()) {
       released([&] {
         tracker_ = std::make_unique<Tracker<Real>>(faces.faces(), frame.view(), settings);
       });
     } else {
-      const auto rehearsed = rehearsal_of<Real>(rehearsal, frame.view().count);
+      const auto trained = training_of<Real>(training, frame.view().count);
       released([&] {
-        tracker_ =
-            std::make_unique<Tracker<Real>>(faces.faces(), frame.view(), settings, rehearsed);
+        tracker_ = std::make_unique<Tracker<Real>>(faces.faces(), frame.view(), settings, trained);
       });
     }
   }
 
  public:
   AnyTracker(const py::object& faces, const py::object& first_frame, const py::object& threads,
-             const py::object& rehearsal, const py::object& uncertainty) {
+             const py::object& training, const py::object& uncertainty) {
     const IndicesArgument indices("faces", faces, 3, "(m, 3)");
     const py::array frame = to_array("first_frame", first_frame);
     check_floating("first_frame", frame);
     const TrackerSettings settings = {.threads = integer_argument("threads", threads),
                                       .uncertainty = truth_argument("uncertainty", uncertainty)};
     if (frame.itemsize() == sizeof(float)) {
-      construct<float>(indices, frame, settings, rehearsal);
+      construct<float>(indices, frame, settings, training);
     } else {
-      construct<double>(indices, frame, settings, rehearsal);
+      construct<double>(indices, frame, settings, training);
     }
   }
 
@@ -269,22 +268,22 @@ void bind_tracker(py::module_& module) {
       .def_readonly("distance", &TrackingReport::distance)
       .def_readonly("aligned", &TrackingReport::aligned)
       .def("__repr__", [](const TrackingReport& report) {
-        return py::str(
-                   "TrackingReport(known={}, filled={}, unseen={}, distance={:.6g}, aligned={}, "
-                   "iterations={}, seconds={:.6f})")
-            .format(report.known, report.filled, report.unseen, report.distance, report.aligned,
-                    report.iterations, report.seconds);
+        return py::
+            str("TrackingReport(known={}, filled={}, disconnected={}, distance={:.6g}, aligned={}, "
+                "iterations={}, seconds={:.6f})")
+                .format(report.known, report.filled, report.disconnected, report.distance,
+                        report.aligned, report.iterations, report.seconds);
       });
 
   py::class_<AnyTracker>(module, "Tracker", tracker_doc)
       .def(py::init([](const py::object& faces, const py::object& first_frame,
-                       const py::object& threads, const py::object& rehearsal,
+                       const py::object& threads, const py::object& training,
                        const py::object& uncertainty) {
-             return std::make_unique<AnyTracker>(faces, first_frame, threads, rehearsal,
+             return std::make_unique<AnyTracker>(faces, first_frame, threads, training,
                                                  uncertainty);
            }),
            py::arg("faces"), py::arg("first_frame"), py::kw_only(), py::arg("threads") = 1,
-           py::arg("rehearsal") = py::none(), py::arg("uncertainty") = false, tracker_init_doc)
+           py::arg("training") = py::none(), py::arg("uncertainty") = false, tracker_init_doc)
       .def("push", &AnyTracker::push, py::arg("points"), py::arg("normals") = py::none(),
            py::kw_only(), py::arg("viewpoints") = py::none(), py::arg("out") = py::none(),
            tracker_push_doc)

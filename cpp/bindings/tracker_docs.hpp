@@ -29,12 +29,13 @@ Args:
         first scan.
     threads: The number of threads that may work on a frame, from 1, the default, to 256. Results
         are identical for any number of threads.
-    rehearsal: None, or complete frames of the same mesh, as Completer takes them, from which the
-        tracker learns how the shape of the subject varies. One that is of no use is not trusted.
+    training: None, or complete frames of the same mesh, as Completer takes them, from which the
+        tracker learns how the shape of the subject varies. Training frames that do not describe the
+        subject have no effect: `report.prior_weight` is then 0.
     uncertainty: Whether to compute `standard_error`. The tracked frames are the same.)doc";
 
 constexpr const char* tracker_init_doc =
-    R"doc(__init__(self, faces, first_frame, *, threads=1, rehearsal=None, uncertainty=False)
+    R"doc(__init__(self, faces, first_frame, *, threads=1, training=None, uncertainty=False)
 --
 
 Start at a template.)doc";
@@ -51,10 +52,11 @@ Args:
     normals: The outward normals of the points, (n, 3), of any length. A normal of 0 is not known,
         and its point is not used. If None, normals are estimated from the 12 nearest points, which
         takes longer than everything else, and turned to the viewpoints; without viewpoints they
-        agree with both sides of the surface.
+        match either side of the surface.
     viewpoints: The positions of the sensors, (c, 3). With them, vertices that no sensor can see are
         not compared with the scan, and sheets, such as cloth or a mask, are also compared where
-        they are seen from behind, so give them if they are known.
+        they are seen from behind. Give them if they are known. In the axes and the unit of the
+        template.
     out: An array (k, 3) of the tracker's dtype to which the tracked frame is written. If None, a
         new array is allocated.
 
@@ -74,8 +76,8 @@ Args:
         template. Where nothing was measured, they are 0, NaN or infinite.
     intrinsics: (3, 3) in pixels: fx, s, cx; 0, fy, cy; 0, 0, 1. The centre of the first pixel is at
         0, 0.
-    pose: (4, 4): the rigid motion from the axes of the camera to those of the template. The camera
-        looks along its +z axis, with x to the right and y down, as in OpenCV.
+    pose: (4, 4): the rigid motion from the axes of the camera to those of the template, in its
+        unit. The camera looks along its +z axis, with x to the right and y down, as in OpenCV.
     out: See `push`.
 
 Returns:
@@ -112,28 +114,29 @@ Returns:
 constexpr const char* tracker_restore_doc = R"doc(restore(self, state)
 --
 
-Continue from a state, with the same results.
+Continue from a state, with the same results, or up to rounding on another kind of processor.
 
 The seconds of `report` become 0.
 
 Args:
-    state: The bytes that `state` returned, from a tracker with the same faces and dtype, on any
-        machine.)doc";
+    state: The bytes that `state` returned, from a tracker with the same faces, dtype and
+        training frames, on any machine.)doc";
 
 constexpr const char* tracker_standard_error_doc =
-    R"doc((k,), with `uncertainty=True`: how far each vertex may be from the true surface.
+    R"doc((k,), with `uncertainty=True`: the standard error of each vertex.
 
 The standard error of the distance of each vertex of the last frame from the surface, along its
-normal, in the unit of the positions: about 90 % of the vertices are within 1.645 of it. It does not
-say how far a vertex is off along the surface, which may be several times as much. It is infinite
+normal, in the unit of the positions: about 90 % of the vertices are within 1.645 of it. The
+distance along the surface, which may be several times as large, is not included. It is infinite
 where no measured point is connected, and 0 before the first frame. Without uncertainty, ValueError
 is raised.)doc";
 
 constexpr const char* tracking_report_doc = R"doc(Statistics of one tracked frame.
 
-`known` counts the observed vertices, `filled` the others of their components, `unseen` those of
-components without any, and `iterations` the passes. With a rehearsal, `trust` and `explained` say
-how far its poses are used, and with uncertainty, `standard_error` is the root mean square of those
+`known` counts the observed vertices, `filled` the others of their components, `disconnected`
+those of components without any, and `iterations` how often correspondences were found. With
+training, `prior_weight` and `prior_share` are as in FrameReport, and with uncertainty,
+`standard_error` is the root mean square of those
 of all vertices where it is finite. See also FrameReport.
 
 Attributes:

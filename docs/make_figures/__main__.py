@@ -1,8 +1,8 @@
-"""Makes the pictures of docs/method.md, docs/gallery.md and the guides rehearse and track.
+"""Makes the pictures of docs/method.md, docs/gallery.md and the guides training and track.
 
     python docs/make_figures [--page PAGE] [--data FOLDER] [--out FOLDER] [--draft]
 
-writes OUT/PAGE/* for PAGE method, gallery, rehearse and track, or for one of them, from the
+writes OUT/PAGE/* for PAGE method, gallery, training and track, or for one of them, from the
 built-in sequences; OUT is docs/figures unless it is given. With --data, the gallery includes
 OUT/recorded/* of the recordings in that folder. Needs the extra `reproduce`; without libigl, its
 columns are left out.
@@ -23,7 +23,7 @@ import dynmesh
 from dynmesh import Sequence
 from dynmesh.study.subjects import Subject, from_file
 
-PAGES = ("method", "gallery", "rehearse", "track")
+PAGES = ("method", "gallery", "training", "track")
 
 
 def draw_method(subjects: dict[str, Subject], out: Path) -> None:
@@ -33,12 +33,12 @@ def draw_method(subjects: dict[str, Subject], out: Path) -> None:
     method.draw_drift([*subjects.values()], out)
 
 
-def pictures_of(page: str, take: Sequence, data: Path | None) -> Iterable[gallery.Picture]:
-    """The pictures of meshes on a page; `take` is another take of the walker."""
+def pictures_of(page: str, training: Sequence, data: Path | None) -> Iterable[gallery.Picture]:
+    """The pictures of meshes on a page; `training` is another recording of the walker."""
     if page == "method":
         return [gallery.HIDDEN_SIDE]
-    if page == "rehearse":
-        return [gallery.rehearsal(take.vertices)]
+    if page == "training":
+        return [gallery.training(training.vertices)]
     if page == "track":
         return []
     return gallery.BUILT_IN if data is None else gallery.BUILT_IN + gallery.RECORDED
@@ -53,10 +53,10 @@ def main() -> None:
     parser.add_argument("--draft", action="store_true", help="show a small sheet instead")
     arguments = parser.parse_args()
     if arguments.draft:
-        figure = sea = take = dynmesh.synth.ocean(175, grid=16)
+        figure = sea = training = dynmesh.synth.ocean(175, grid=16)
     else:
         figure, sea = dynmesh.synth.walker(), dynmesh.synth.ocean(175)
-        take = dynmesh.synth.walker(seed=1)
+        training = dynmesh.synth.walker(seed=1)
     subjects = {
         "walker": Subject.of("walker", figure, "z", 20, None),
         "ocean": Subject.of("ocean", sea, "z", 60, None),
@@ -66,7 +66,7 @@ def main() -> None:
             continue
         if page == "method":
             draw_method(subjects, arguments.out / page)
-        for picture in pictures_of(page, take, arguments.data):
+        for picture in pictures_of(page, training, arguments.data):
             subject = subjects.get(picture.of) or from_file(arguments.data / f"{picture.of}.npz")
             shown = picture.frames[::20] if arguments.draft else picture.frames
             gallery.draw(replace(picture, frames=shown), subject, arguments.out)

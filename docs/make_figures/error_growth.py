@@ -14,9 +14,9 @@ from dynmesh.settings import Settings
 
 SHARES = (0.02, 0.05, 0.1, 0.2, 0.3, 0.5)
 WAYS: dict[str, Settings] = {
-    "once only": {"revisit": False},
-    "re-estimated": {},
-    "10 extra": {"extra_iterations": 10},
+    "once only": {"method": "motion", "revisit": False},
+    "re-estimated": {"method": "motion"},
+    "10 extra": {"method": "motion", "extra_iterations": 10},
 }
 WATCHED = 40  # frames after the disturbed one
 SETTLING = 10  # of them are left out

@@ -13,11 +13,11 @@ from strip import Panel, draw_observed, draw_surface, save
 import dynmesh
 from dynmesh.draw.figures import View
 from dynmesh.sequence import Mask, Positions
+from dynmesh.study.baselines import ARAP_FROM_PREVIOUS, BIHARMONIC
 from dynmesh.study.completion import Completion, Method
 from dynmesh.study.losses import random_masks, scenario_masks
 from dynmesh.study.measure import vertex_error
-from dynmesh.study.methods import DETAIL, MOTION, rehearsed
-from dynmesh.study.rivals import ARAP_FROM_PREVIOUS, BIHARMONIC
+from dynmesh.study.methods import DETAIL, MOTION, trained
 from dynmesh.study.subjects import Subject
 from dynmesh.study.tables import NMSVE_UNIT
 
@@ -71,10 +71,10 @@ RECORDED = (
 )
 
 
-def rehearsal(take: Positions) -> Picture:
-    """The picture of docs/guides/rehearse.md: the same frame without and with a rehearsal."""
-    methods = (("detail", DETAIL), ("detail, rehearsed", rehearsed("rehearsed", "", take)))
-    return Picture("rehearse/walker.png", "walker", "camera", [95], 200, methods)
+def training(training: Positions) -> Picture:
+    """The picture of docs/guides/training.md: the same frame without and with training."""
+    methods = (("detail", DETAIL), ("detail, trained", trained("trained", "", training)))
+    return Picture("training/walker.png", "walker", "camera", [95], 200, methods)
 
 
 def draw(picture: Picture, subject: Subject, folder: Path) -> None:

@@ -21,7 +21,7 @@ def draw_generations(folder: Path) -> None:
     """A small sheet from above: anchors, and satellites by generation."""
     sheet = dynmesh.synth.ocean(2, grid=14)
     known = np.random.default_rng(6).random(14 * 14) < 0.1
-    completer = dynmesh.Completer(sheet.faces, sheet.vertices[0])
+    completer = dynmesh.Completer(sheet.faces, sheet.vertices[0], method="motion")
     completer.push(sheet.vertices[1], known)
     x, y = np.meshgrid(np.arange(14), np.arange(14), indexing="ij")
     colours = ["#0072b2", "#fdd49e", "#fc8d59", "#d7301f", "#7f0000", "#000000"]
@@ -59,7 +59,9 @@ def draw_two_readings(subjects: list[Subject], folder: Path) -> None:
                     (True, "re-estimated", MOTION),
                     (False, "once only", ONCE),
                 ):
-                    frames = complete(subject, random_masks(subject, share), revisit=revisit)
+                    frames = complete(
+                        subject, random_masks(subject, share), revisit=revisit, method="motion"
+                    )
                     plot_error(axis, frames, color=method.colour, ls=method.dash, label=label)
                 axis.set(title=f"{subject.name}, {percent(share)} known", ylim=(0.1, 1e4))
             column[-1].set_xlabel("frame")
@@ -75,14 +77,16 @@ def draw_drift(subjects: list[Subject], folder: Path) -> None:
         axes = figure.subplots(1, len(subjects) + 1)
         for axis, subject in zip(axes, subjects, strict=False):
             for share, colour in SHARE_COLOURS.items():
-                frames = complete(subject, random_masks(subject, share))
+                frames = complete(subject, random_masks(subject, share), method="motion")
                 plot_error(axis, frames, color=colour, label=f"{percent(share)} known")
                 if subject is subjects[0]:
                     plot_error_by_age(axes[-1], frames, color=colour)
-                frames = complete(subject, random_masks(subject, share), extra_iterations=10)
+                frames = complete(
+                    subject, random_masks(subject, share), extra_iterations=10, method="motion"
+                )
                 label = f"{percent(share)} known, 10 extra iterations"
                 plot_error(axis, frames, color=colour, ls="--", label=label)
-            frames = complete(subject, random_masks(subject, 0.1), whole_every=50)
+            frames = complete(subject, random_masks(subject, 0.1), whole_every=50, method="motion")
             label = "10 % known, every 50th frame whole"
             plot_error(axis, frames, color=SHARE_COLOURS[0.1], ls=":", label=label)
             axis.set(title=subject.name, xlabel="frame", ylim=(0.05, 40))

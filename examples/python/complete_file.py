@@ -16,12 +16,13 @@ def main(source: str, target: str) -> None:
         frames = iter(reader)
         first = next(frames).points
         writer.append(first)
-        completer = dynmesh.Completer(reader.faces, first, method="detail")
+        completer = dynmesh.Completer(reader.faces, first)
         for number, (points, known) in enumerate(frames, start=1):
             writer.append(completer.push(points, known))
             report = completer.report
             print(
-                f"frame {number}: {report.known} known, {report.filled + report.unseen} filled in"
+                f"frame {number}: {report.known} known, "
+                f"{report.filled + report.disconnected} filled in"
             )
 
 

@@ -23,7 +23,7 @@ import dynmesh
 
 Array = NDArray[Any]
 
-# By generation; unseen vertices are of generation -1, which is the last row.
+# By generation; disconnected vertices are of generation -1, which is the last row.
 COLOURS = np.frombuffer(
     bytes.fromhex("d7dce3 fde725 a0da39 4ac16d 1fa187 277f8e 365c8d 46327e 440154 cc3311"), np.uint8
 ).reshape(-1, 3)

@@ -43,7 +43,7 @@ class FrameReport:
     @property
     def filled(self) -> int: ...
     @property
-    def unseen(self) -> int: ...
+    def disconnected(self) -> int: ...
     @property
     def iterations(self) -> int: ...
     @property
@@ -53,9 +53,9 @@ class FrameReport:
     @property
     def blend(self) -> float: ...
     @property
-    def trust(self) -> float: ...
+    def prior_weight(self) -> float: ...
     @property
-    def explained(self) -> float: ...
+    def prior_share(self) -> float: ...
     @property
     def standard_error(self) -> float: ...
     @property
@@ -65,7 +65,7 @@ class FrameReport:
     @property
     def solve_seconds(self) -> float: ...
 
-class RehearsalSummary:
+class TrainingSummary:
     @property
     def frames(self) -> int: ...
     @property
@@ -75,9 +75,9 @@ class RehearsalSummary:
     @property
     def largest_distance(self) -> float: ...
 
-def rehearsal_summary(
+def training_summary(
     faces: _Integers, first_frame: _Positions, frames: Iterable[_Positions]
-) -> RehearsalSummary: ...
+) -> TrainingSummary: ...
 
 class Completer:
     def __init__(
@@ -85,16 +85,16 @@ class Completer:
         faces: _Integers,
         first_frame: _Positions,
         *,
-        method: Literal["motion", "detail"] = "motion",
+        method: Literal["motion", "detail"] = "detail",
         revisit: bool = True,
         extra_iterations: int = 0,
-        unseen: Literal["follow", "hold"] = "follow",
+        disconnected: Literal["follow", "hold"] = "follow",
         noise: float | None = None,
         reject_outliers: bool = False,
         learn: bool = False,
         uncertainty: bool = False,
         threads: int = 1,
-        rehearsal: Iterable[_Positions] | None = None,
+        training: Iterable[_Positions] | None = None,
     ) -> None: ...
     def push(
         self, points: _Positions, known: _Mask | None = None, *, out: _Positions | None = None
@@ -141,7 +141,7 @@ class Tracker:
         first_frame: _Positions,
         *,
         threads: int = 1,
-        rehearsal: Iterable[_Positions] | None = None,
+        training: Iterable[_Positions] | None = None,
         uncertainty: bool = False,
     ) -> None: ...
     def push(
@@ -196,7 +196,7 @@ class ErrorSummary:
     def maximum(self) -> float: ...
 
 # Only for tests; see cpp/src/support/workers.hpp.
-def _set_sharing(
+def _set_task_sharing(
     chunk: int, short_chunk: int, fewest_pieces: int, patience: int
 ) -> tuple[int, int, int, int]: ...
 def _pieces_done_by_others() -> int: ...

@@ -27,7 +27,7 @@ class Rule(NamedTuple):
 
 
 RULES: dict[StandardErrorOf, Rule] = {
-    "place": Rule({0.5: 1.538, 0.9: 2.5}, 3),
+    "position": Rule({0.5: 1.538, 0.9: 2.5}, 3),
     "surface": Rule({0.5: 0.674, 0.9: 1.645}, 1),
 }
 
@@ -53,8 +53,8 @@ class Calibration:
             frames; None if no frame has one.
         generation_correlation: the same for generations in place of standard errors.
         age_correlation: the same for ages.
-        standard_error_of: what they are of, and so the errors they are compared with: "place",
-            distances from true places, or "surface", distances from the true surface.
+        standard_error_of: what they are of, and so the errors they are compared with: "position",
+            distances from true positions, or "surface", distances from the true surface.
     """
 
     vertices: int
@@ -70,7 +70,7 @@ class Calibration:
 class Calibrating:
     """Gathers a :class:`Calibration`, one frame at a time."""
 
-    def __init__(self, standard_error_of: StandardErrorOf = "place") -> None:
+    def __init__(self, standard_error_of: StandardErrorOf = "position") -> None:
         """Begin without a frame, for standard errors of one kind."""
         self._of: StandardErrorOf = standard_error_of
         self._rule = RULES[standard_error_of]
@@ -170,7 +170,7 @@ class Distances:
 
     _STEP = math.log(1.05)
 
-    def __init__(self, standard_error_of: StandardErrorOf = "place") -> None:
+    def __init__(self, standard_error_of: StandardErrorOf = "position") -> None:
         """Begin without a frame, for standard errors of one kind."""
         self.standard_error_of: StandardErrorOf = standard_error_of
         self._counts: dict[int, int] = {}
@@ -188,7 +188,7 @@ class Distances:
     def within(self, share: float) -> float | None:
         """Return the distance within which this share of them is expected to be; None without any.
 
-        Errors are taken to be normal and, if they are of places, alike in all directions.
+        Errors are taken to be normal and, if they are of positions, alike in all directions.
         """
         whole = self._exact + sum(self._counts.values())
         if whole == 0:
@@ -209,7 +209,7 @@ class Distances:
 
 
 def share_within(
-    distances: NDArray[np.float64], standard_error_of: StandardErrorOf = "place"
+    distances: NDArray[np.float64], standard_error_of: StandardErrorOf = "position"
 ) -> NDArray[np.float64]:
     """The share of normal errors within distances, in standard errors of a coordinate."""
     return np.asarray(np.interp(distances, _STEPS, _CHI[RULES[standard_error_of].coordinates]))

@@ -34,8 +34,8 @@ Provenance: TypeAlias = NDArray[np.integer[Any]]
 StandardError = NDArray[np.floating[Any]]
 """How far each vertex may be off; see :data:`StandardErrorOf`."""
 
-StandardErrorOf: TypeAlias = Literal["place", "surface"]
-"""What standard errors are of: a coordinate of the place of a vertex, as
+StandardErrorOf: TypeAlias = Literal["position", "surface"]
+"""What standard errors are of: a coordinate of the position of a vertex, as
 :class:`dynmesh.Completer` reports them, or its distance from the true surface, as
 :class:`dynmesh.Tracker` does, which says nothing of how far it is off along the surface."""
 
@@ -73,9 +73,9 @@ class Description:
             in {"normals": "faceVarying", "velocities": "vertex"}. "flat" before it means that
             faceVarying normals are those of the faces, and "reversed" before that means that they
             point against the order of the corners. "blocked" marks what cannot be computed.
-        standard_error_of: what the standard errors are of, if there are any: "place", a coordinate
-            of the vertex, as in :class:`dynmesh.Completer`, or "surface", its distance from the
-            true surface, as in :class:`dynmesh.Tracker`.
+        standard_error_of: what the standard errors are of, if there are any: "position", a
+            coordinate of the vertex, as in :class:`dynmesh.Completer`, or "surface", its distance
+            from the true surface, as in :class:`dynmesh.Tracker`.
     """
 
     fps: float | None = None
@@ -86,7 +86,7 @@ class Description:
     times: NDArray[np.float64] | None = None
     metres_per_unit: float | None = None
     derived: Mapping[str, str] | None = None
-    standard_error_of: StandardErrorOf = "place"
+    standard_error_of: StandardErrorOf = "position"
 
     def described(self) -> dict[str, Any]:
         """These attributes alone, by name: the keywords of another description."""
@@ -110,7 +110,7 @@ class Description:
         check_derived(self.derived)
         if self.standard_error_of not in get_args(StandardErrorOf):
             raise InputError(
-                f"must be 'place' or 'surface', not {self.standard_error_of!r}",
+                f"must be 'position' or 'surface', not {self.standard_error_of!r}",
                 argument="standard_error_of",
             )
 
@@ -133,7 +133,8 @@ class Sequence(Description):
         vertices: (n, k, 3) float32 or float64. Values are arbitrary where ``known`` is False.
         faces: (m, 3) integers, triangles.
         known: (n, k) bool, or None if every position was observed.
-        generation: (n, k) int32, 0 for anchors, g for satellites, -1 for unseen vertices, or None.
+        generation: (n, k) int32, 0 for anchors, g for satellites, -1 for disconnected vertices, or
+            None.
         age: (n, k) int32, frames since the vertex was last observed; None if `generation` is.
         standard_error: (n, k) float32, how far each vertex may be off, in the unit of the
             positions; `standard_error_of` says in which sense: see

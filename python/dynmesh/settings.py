@@ -38,41 +38,41 @@ class Setting:
 SETTINGS: dict[str, Setting] = {
     "method": Setting(
         str,
-        "motion",
-        "motion is fast; detail keeps the shape of the mesh, is more accurate, and slower.",
+        "detail",
+        "detail keeps the shape of the mesh; motion is less accurate, but fast.",
         choices=("motion", "detail"),
     ),
     "revisit": Setting(
         bool,
         True,
-        "Estimate each missing vertex again in every iteration, or only once.",
+        "Estimate each unknown vertex again in every iteration, or only once.",
         method="motion",
     ),
     "extra_iterations": Setting(
         int,
         0,
-        "Further iterations after every missing vertex is reached.",
+        "Further iterations after every unknown vertex is reached.",
         method="motion",
         least=0,
         metavar="N",
     ),
-    "unseen": Setting(
+    "disconnected": Setting(
         str,
         "follow",
-        "Parts without a known vertex follow the rest of the mesh, or stay where they are.",
+        "Parts without a known vertex follow the nearest surface, or stay where they are.",
         choices=("follow", "hold"),
     ),
     "noise": Setting(
         float,
         None,
-        "Smooth the known positions, whose noise has this standard deviation, in their unit.",
+        "Smooth known positions with noise of this standard deviation, in the unit of positions.",
         method="detail",
         metavar="SIGMA",
     ),
     "reject_outliers": Setting(
         bool,
         False,
-        "Treat known positions as missing if they do not move like those around them.",
+        "Treat known vertices as unknown if they do not move like those around them.",
         method="detail",
     ),
     "learn": Setting(
@@ -84,13 +84,13 @@ SETTINGS: dict[str, Setting] = {
     "uncertainty": Setting(
         bool,
         False,
-        "Estimate how far each filled-in vertex may be off; --provenance writes it.",
+        "Compute the standard error of each estimated vertex; --provenance writes it.",
         method="detail",
     ),
     "threads": Setting(
         int,
         1,
-        "Threads per frame of a large mesh.",
+        "Threads per frame of a large mesh, 256 at most.",
         least=1,
         metavar="N",
         changes_results=False,
@@ -105,7 +105,7 @@ class Settings(TypedDict, total=False):
     method: Literal["motion", "detail"]
     revisit: bool
     extra_iterations: int
-    unseen: Literal["follow", "hold"]
+    disconnected: Literal["follow", "hold"]
     noise: float | None
     reject_outliers: bool
     learn: bool
@@ -116,12 +116,8 @@ class Settings(TypedDict, total=False):
 default_settings = cast(Settings, {name: setting.default for name, setting in SETTINGS.items()})
 """The settings of a :class:`dynmesh.Completer` that is given none."""
 
-file_settings: Settings = {**default_settings, "method": "detail"}
-"""The settings with which files are completed if none are given: nobody waits for the next frame,
-so accuracy comes before speed."""
 
-
-def all_settings(given: Settings, defaults: Settings = default_settings) -> Settings:
+def all_settings(given: Settings) -> Settings:
     """The given settings, and the defaults of all others.
 
     Raises:
@@ -132,26 +128,22 @@ def all_settings(given: Settings, defaults: Settings = default_settings) -> Sett
             raise KindError(
                 f"is not a setting; the settings are {', '.join(SETTINGS)}", argument=name
             )
-    return {**defaults, **given}
+    return {**default_settings, **given}
 
 
-def takes_settings(defaults: Settings) -> Callable[[Function], Function]:
-    """Shows the settings of a function with ``**settings`` as keywords, with these defaults."""
-
-    def show(function: Function) -> Function:
-        signature = inspect.signature(function)
-        *others, rest = signature.parameters.values()
-        assert rest.kind == rest.VAR_KEYWORD
-        keywords = [
-            inspect.Parameter(
-                name,
-                inspect.Parameter.KEYWORD_ONLY,
-                default=value,
-                annotation=Settings.__annotations__[name],
-            )
-            for name, value in defaults.items()
-        ]
-        vars(function)["__signature__"] = signature.replace(parameters=[*others, *keywords])
-        return function
-
-    return show
+def takes_settings(function: Function) -> Function:
+    """Shows the settings of a function with ``**settings`` as keywords, with their defaults."""
+    signature = inspect.signature(function)
+    *others, rest = signature.parameters.values()
+    assert rest.kind == rest.VAR_KEYWORD
+    keywords = [
+        inspect.Parameter(
+            name,
+            inspect.Parameter.KEYWORD_ONLY,
+            default=value,
+            annotation=Settings.__annotations__[name],
+        )
+        for name, value in default_settings.items()
+    ]
+    vars(function)["__signature__"] = signature.replace(parameters=[*others, *keywords])
+    return function

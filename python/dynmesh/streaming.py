@@ -10,16 +10,16 @@ from numpy.typing import NDArray
 from ._core import Completer
 from ._errors import InputError, KindError, locating
 from .sequence import Mask, Positions, check_known
-from .settings import Settings, all_settings, default_settings, takes_settings
+from .settings import Settings, all_settings, takes_settings
 
 
-@takes_settings(default_settings)
+@takes_settings
 def complete(
     faces: NDArray[np.integer[Any]],
     frames: Iterable[Positions],
     known: Iterable[Mask] | None = None,
     *,
-    rehearsal: Iterable[Positions] | None = None,
+    training: Iterable[Positions] | None = None,
     **settings: Unpack[Settings],
 ) -> Iterator[Positions]:
     """Completes one frame after another, in constant memory.
@@ -30,7 +30,7 @@ def complete(
         faces: (m, 3) integers.
         frames: (k, 3) positions each. The first frame must be complete and is yielded unchanged.
         known: (k,) bool for each frame, or None if rows that are not finite are missing.
-        rehearsal: complete frames of the same mesh, seen before, from which method detail learns;
+        training: complete frames of the same mesh, seen before, from which method detail learns;
             see :class:`dynmesh.Completer`. They are read when the first frame is requested.
         **settings: `method`, `noise` and the other settings of :class:`dynmesh.Completer`, which
             explains them.
@@ -47,7 +47,7 @@ def complete(
     if first is None:
         raise InputError("is empty, but frame 0 is needed, complete", argument="frames")
     points, mask = first
-    completer = _begin(faces, points, mask, rehearsal, settings)
+    completer = _begin(faces, points, mask, training, settings)
     yield np.array(points, completer.dtype)
     for number, (points, mask) in enumerate(pairs, 1):
         with locating(frame=number):
@@ -59,7 +59,7 @@ def _begin(
     faces: NDArray[np.integer[Any]],
     points: Positions,
     known: Mask | None,
-    rehearsal: Iterable[Positions] | None,
+    training: Iterable[Positions] | None,
     settings: Settings,
 ) -> Completer:
     """Creates the completer for a sequence with this frame 0, which must be complete."""
@@ -67,7 +67,7 @@ def _begin(
         raise InputError(
             f"vertex {missing[0]} is missing, but frame 0 must be complete", argument="known"
         )
-    completer = Completer(faces, points, rehearsal=rehearsal, **all_settings(settings))
+    completer = Completer(faces, points, training=training, **all_settings(settings))
     if known is not None:
         mask = np.asarray(known)
         check_known(mask.dtype, mask.shape, (completer.n_vertices,))

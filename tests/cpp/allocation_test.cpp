@@ -7,8 +7,8 @@
 
 #include "counted_memory.hpp"
 #include "meshes.hpp"
-#include "rehearsed.hpp"
 #include "shared_work.hpp"
+#include "training_data.hpp"
 
 namespace dynmesh::testing {
 namespace {
@@ -22,12 +22,15 @@ TEST_CASE("allocations of Eigen are counted as well") {
 }
 #endif
 
-TEST_CASE_TEMPLATE("a frame allocates no memory", Real, float, double) {
+TEST_CASE_TEMPLATE("a frame of method motion allocates no memory", Real, float, double) {
   auto mesh = join(join(sheet<Real>(20), sheet<Real>(5, 30.0)), sheet<Real>(3, 40.0));
   mesh.vertices.insert(mesh.vertices.end(), {0, 0, 9});
   const std::size_t k = mesh.size();
   const SharedWork shared;
-  for (const auto& settings : {Settings{}, Settings{.revisit = false}, Settings{.threads = 3}}) {
+  constexpr Method motion = Method::motion;
+  for (const auto& settings :
+       {Settings{.method = motion}, Settings{.method = motion, .revisit = false},
+        Settings{.method = motion, .threads = 3}}) {
     Completer<Real> completer(mesh.faces(), mesh.points(), settings);
     std::vector<Real> out(3 * k);
     const Points<Real> completed(out.data(), k);
@@ -35,7 +38,7 @@ TEST_CASE_TEMPLATE("a frame allocates no memory", Real, float, double) {
     for (const double share : {1.0, 0.0, 0.01, 0.3, 0.9}) {
       auto known = random_mask(k, share, 5);
       std::fill(known.begin() + 400, known.begin() + 425,
-                std::uint8_t{0});  // one component is unseen
+                std::uint8_t{0});  // one component is disconnected
       const std::size_t before = allocations();
       const std::uint64_t pieces = pieces_done_by_others();
       completer.push(mesh.points(), {known.data(), k}, completed);
@@ -52,9 +55,9 @@ TEST_CASE("method detail allocates memory only if its factor is larger than all 
   constexpr unsigned n_frames = 100;
   const SharedWork shared;
   Settings settings = {.method = Method::detail};
-  bool is_rehearsed = false;
+  bool is_trained = false;
   SUBCASE("anchors exact") {}
-  SUBCASE("with a rehearsal") { is_rehearsed = true; }
+  SUBCASE("with training") { is_trained = true; }
   SUBCASE("that learns") { settings.learn = true; }
   SUBCASE("that learns, on three threads") {
     settings = {.method = Method::detail, .noise = 0.01, .learn = true, .threads = 3};
@@ -63,7 +66,7 @@ TEST_CASE("method detail allocates memory only if its factor is larger than all 
   SUBCASE("outliers rejected") { settings.reject_outliers = true; }
   SUBCASE("with uncertainty") { settings.uncertainty = true; }
   SUBCASE("all of these, on three threads") {
-    is_rehearsed = true;
+    is_trained = true;
     settings = {.method = Method::detail,
                 .noise = 0.01,
                 .reject_outliers = true,
@@ -72,8 +75,8 @@ TEST_CASE("method detail allocates memory only if its factor is larger than all 
   }
   const auto mesh = join(sheet<float>(20), sheet<float>(5, 200));
   const std::size_t k = mesh.size();
-  auto completer = is_rehearsed ? rehearsed(mesh, settings)
-                                : Completer<float>(mesh.faces(), mesh.points(), settings);
+  auto completer = is_trained ? trained(mesh, settings)
+                              : Completer<float>(mesh.faces(), mesh.points(), settings);
   std::vector<float> out(3 * k);
   auto frame = mesh.vertices;
   const auto push = [&](const std::vector<std::uint8_t>& known) {
@@ -101,7 +104,7 @@ TEST_CASE("method detail allocates memory only if its factor is larger than all 
   CHECK((pieces_done_by_others() > pieces) == (settings.threads > 1));
 }
 
-TEST_CASE("a frame allocates no memory through the C interface") {
+TEST_CASE("a frame of method motion allocates no memory through the C interface") {
   const auto mesh = sheet<float>(20);
   constexpr std::int64_t k = 400;
   std::vector<float> frame(3 * k);
@@ -114,7 +117,11 @@ TEST_CASE("a frame allocates no memory through the C interface") {
   dynmesh_frame_report report{};
   dynmesh_completer* completer = nullptr;
   const auto n_faces = static_cast<std::int64_t>(mesh.faces().count);
-  REQUIRE(dynmesh_create(mesh.indices.data(), n_faces, &points, nullptr, &completer) == DYNMESH_OK);
+  dynmesh_settings settings;
+  REQUIRE(dynmesh_default_settings(&settings, sizeof settings) == DYNMESH_OK);
+  settings.method = DYNMESH_METHOD_MOTION;
+  REQUIRE(dynmesh_create(mesh.indices.data(), n_faces, &points, &settings, &completer) ==
+          DYNMESH_OK);
   const std::size_t before = allocations();
   dynmesh_status status = dynmesh_push(completer, &points, &mask, &out, &report);
   status += dynmesh_push(completer, &points, nullptr, &out, &report);

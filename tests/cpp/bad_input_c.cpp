@@ -85,106 +85,122 @@ void try_c(World& world) {
   tried("dynmesh_create", "`first_frame`: data a null pointer", {"first_frame:", "null pointer"},
         make(&nothing, &settings));
   tried("dynmesh_create", "`settings`: extra_iterations -1", {"extra_iterations:", "not -1"},
-        set([](auto& s) { s.extra_iterations = -1; }));
+        set([](auto& s) {
+          s.method = DYNMESH_METHOD_MOTION;
+          s.extra_iterations = -1;
+        }));
   tried("dynmesh_create", "`settings`: threads 0", {"threads:", "not 0"},
         set([](auto& s) { s.threads = 0; }));
   tried("dynmesh_create", "`settings`: noise by method motion", {"noise:", "detail"},
-        set([](auto& s) { s.noise = 0; }));
+        set([](auto& s) {
+          s.method = DYNMESH_METHOD_MOTION;
+          s.noise = 0;
+        }));
   tried("dynmesh_create", "`settings`: reject_outliers by method motion",
-        {"reject_outliers:", "detail"}, set([](auto& s) { s.reject_outliers = 1; }));
+        {"reject_outliers:", "detail"}, set([](auto& s) {
+          s.method = DYNMESH_METHOD_MOTION;
+          s.reject_outliers = 1;
+        }));
   tried("dynmesh_create", "`settings`: learn by method motion", {"learn:", "detail"},
-        set([](auto& s) { s.learn = 1; }));
+        set([](auto& s) {
+          s.method = DYNMESH_METHOD_MOTION;
+          s.learn = 1;
+        }));
   tried("dynmesh_create", "`settings`: uncertainty by method motion", {"uncertainty:", "detail"},
-        set([](auto& s) { s.uncertainty = 1; }));
+        set([](auto& s) {
+          s.method = DYNMESH_METHOD_MOTION;
+          s.uncertainty = 1;
+        }));
   tried("dynmesh_create", "`first_frame`: misaligned", {"first_frame:", "8"},
         make(&misaligned, &settings));
   tried("dynmesh_create", "`settings`: all zeros", {"settings.size:", "48"}, make(&frame, &zeros));
   tried("dynmesh_create", "`settings`: method 7", {"method:", "not 7"},
         set([](auto& s) { s.method = 7; }));
-  tried("dynmesh_create", "`settings`: unseen -1", {"unseen:", "0", "1", "-1"},
-        set([](auto& s) { s.unseen = -1; }));
+  tried("dynmesh_create", "`settings`: disconnected -1", {"disconnected:", "0", "1", "-1"},
+        set([](auto& s) { s.disconnected = -1; }));
   tried("dynmesh_create", "`settings`: of another size", {"settings.size:", "56", "48"},
         make(&frame, &larger));
 
-  dynmesh_rehearsal* rehearsal = nullptr;
-  dynmesh_rehearsal* other_rehearsal = nullptr;
-  const auto rehearsal_of = [&](std::int64_t rows, std::int32_t type) {
-    const auto status = dynmesh_rehearsal_create(rows, type, &other_rehearsal);
-    if (other_rehearsal != nullptr) fault("dynmesh_rehearsal_create", "bad input", "made one");
+  dynmesh_training* training = nullptr;
+  dynmesh_training* other_training = nullptr;
+  const auto training_of = [&](std::int64_t rows, std::int32_t type) {
+    const auto status = dynmesh_training_create(rows, type, &other_training);
+    if (other_training != nullptr) fault("dynmesh_training_create", "bad input", "made one");
     return status;
   };
-  if (dynmesh_rehearsal_create(k, DYNMESH_FLOAT64, &rehearsal) != DYNMESH_OK) ++faults();
-  tried("dynmesh_rehearsal_create", "`rehearsal`: a null pointer", {"rehearsal:", "null pointer"},
-        dynmesh_rehearsal_create(k, DYNMESH_FLOAT64, nullptr));
-  tried("dynmesh_rehearsal_create", "`n_vertices`: -1", {"n_vertices:", "not -1"},
-        rehearsal_of(-1, DYNMESH_FLOAT64));
-  tried("dynmesh_rehearsal_create", "`n_vertices`: 2^31", {"n_vertices:", "not 2147483648"},
-        rehearsal_of(std::int64_t{1} << 31, DYNMESH_FLOAT64));
-  tried("dynmesh_rehearsal_create", "`type`: 16", {"type:", "not 16"}, rehearsal_of(k, 16));
-  const auto add = [&](const dynmesh_points& of) { return dynmesh_rehearsal_add(rehearsal, &of); };
+  if (dynmesh_training_create(k, DYNMESH_FLOAT64, &training) != DYNMESH_OK) ++faults();
+  tried("dynmesh_training_create", "`training`: a null pointer", {"training:", "null pointer"},
+        dynmesh_training_create(k, DYNMESH_FLOAT64, nullptr));
+  tried("dynmesh_training_create", "`n_vertices`: -1", {"n_vertices:", "not -1"},
+        training_of(-1, DYNMESH_FLOAT64));
+  tried("dynmesh_training_create", "`n_vertices`: 2^31", {"n_vertices:", "not 2147483648"},
+        training_of(std::int64_t{1} << 31, DYNMESH_FLOAT64));
+  tried("dynmesh_training_create", "`type`: 16", {"type:", "not 16"}, training_of(k, 16));
+  const auto add = [&](const dynmesh_points& of) { return dynmesh_training_add(training, &of); };
   std::vector<double> holed = world.mesh.vertices;
   holed[13] = std::numeric_limits<double>::quiet_NaN();
   dynmesh_points with_hole = frame;
   with_hole.data = holed.data();
   dynmesh_points float32 = frame;
   float32.type = DYNMESH_FLOAT32;
-  tried("dynmesh_rehearsal_add", "`rehearsal`: a null pointer", {"rehearsal:", "null pointer"},
-        dynmesh_rehearsal_add(nullptr, &frame));
-  tried("dynmesh_rehearsal_add", "`frame`: a null pointer", {"frame:", "null pointer"},
-        dynmesh_rehearsal_add(rehearsal, nullptr));
-  tried("dynmesh_rehearsal_add", "`frame`: data a null pointer", {"frame 0:", "null pointer"},
+  tried("dynmesh_training_add", "`training`: a null pointer", {"training:", "null pointer"},
+        dynmesh_training_add(nullptr, &frame));
+  tried("dynmesh_training_add", "`frame`: a null pointer", {"frame:", "null pointer"},
+        dynmesh_training_add(training, nullptr));
+  tried("dynmesh_training_add", "`frame`: data a null pointer", {"frame 0:", "null pointer"},
         add(nothing));
-  tried("dynmesh_rehearsal_add", "`frame`: of float32", {"frame:", "64", "rehearsal", "not 32"},
+  tried("dynmesh_training_add", "`frame`: of float32", {"frame:", "64", "training", "not 32"},
         add(float32));
-  tried("dynmesh_rehearsal_add", "`frame`: no rows", {"frame 0:", "0 rows", "49"}, add(empty));
-  tried("dynmesh_rehearsal_add", "`frame`: NaN in it", {"frame 0:", "vertex 4", "nan"},
+  tried("dynmesh_training_add", "`frame`: no rows", {"frame 0:", "0 rows", "49"}, add(empty));
+  tried("dynmesh_training_add", "`frame`: NaN in it", {"frame 0:", "vertex 4", "nan"},
         add(with_hole));
   dynmesh_settings detail = settings;
   detail.method = DYNMESH_METHOD_DETAIL;
-  const auto make_rehearsed = [&](const dynmesh_settings* how, const dynmesh_points* first,
-                                  dynmesh_rehearsal* from) {
+  const auto make_trained = [&](const dynmesh_settings* how, const dynmesh_points* first,
+                                dynmesh_training* from) {
     other = c;
-    const auto status = dynmesh_create_rehearsed(faces, n_faces, first, how, from, &other);
+    const auto status = dynmesh_create_trained(faces, n_faces, first, how, from, &other);
     if (other != nullptr) {
-      fault("dynmesh_create_rehearsed", "bad input", "left the handle as it was");
+      fault("dynmesh_create_trained", "bad input", "left the handle as it was");
     }
     return status;
   };
   for (int n = 0; n < 2; ++n) {
     if (add(frame) != DYNMESH_OK) ++faults();
   }
-  tried("dynmesh_create_rehearsed", "`rehearsal`: two frames", {"rehearsal:", "2", "3"},
-        make_rehearsed(&detail, &frame, rehearsal));
+  tried("dynmesh_create_trained", "`training`: two frames", {"training:", "2", "3"},
+        make_trained(&detail, &frame, training));
   if (add(frame) != DYNMESH_OK) ++faults();
-  tried("dynmesh_create_rehearsed", "`completer`: a null pointer", {"completer:", "null pointer"},
-        dynmesh_create_rehearsed(faces, n_faces, &frame, &detail, rehearsal, nullptr));
-  tried("dynmesh_create_rehearsed", "`rehearsal`: a null pointer", {"rehearsal:", "null pointer"},
-        make_rehearsed(&detail, &frame, nullptr));
-  tried("dynmesh_create_rehearsed", "`settings`: a null pointer", {"rehearsal:", "detail"},
-        make_rehearsed(nullptr, &frame, rehearsal));
-  tried("dynmesh_create_rehearsed", "`first_frame`: a null pointer",
-        {"first_frame:", "null pointer"}, make_rehearsed(&detail, nullptr, rehearsal));
-  tried("dynmesh_create_rehearsed", "`first_frame`: of float32",
-        {"first_frame:", "64", "rehearsal", "not 32"},
-        make_rehearsed(&detail, &float32, rehearsal));
-  tried("dynmesh_create_rehearsed", "`n_faces`: -1", {"faces:", "-1"},
-        dynmesh_create_rehearsed(faces, -1, &frame, &detail, rehearsal, &other));
+  tried("dynmesh_create_trained", "`completer`: a null pointer", {"completer:", "null pointer"},
+        dynmesh_create_trained(faces, n_faces, &frame, &detail, training, nullptr));
+  tried("dynmesh_create_trained", "`training`: a null pointer", {"training:", "null pointer"},
+        make_trained(&detail, &frame, nullptr));
+  dynmesh_settings motion = settings;
+  motion.method = DYNMESH_METHOD_MOTION;
+  tried("dynmesh_create_trained", "`settings`: of method motion", {"training:", "detail"},
+        make_trained(&motion, &frame, training));
+  tried("dynmesh_create_trained", "`first_frame`: a null pointer", {"first_frame:", "null pointer"},
+        make_trained(&detail, nullptr, training));
+  tried("dynmesh_create_trained", "`first_frame`: of float32",
+        {"first_frame:", "64", "training", "not 32"}, make_trained(&detail, &float32, training));
+  tried("dynmesh_create_trained", "`n_faces`: -1", {"faces:", "-1"},
+        dynmesh_create_trained(faces, -1, &frame, &detail, training, &other));
   dynmesh_points fewer = frame;
   fewer.count = k - 1;
-  tried("dynmesh_create_rehearsed", "`first_frame`: one row too few", {"rehearsal:", "49", "48"},
-        make_rehearsed(&detail, &fewer, rehearsal));
+  tried("dynmesh_create_trained", "`first_frame`: one row too few", {"training:", "49", "48"},
+        make_trained(&detail, &fewer, training));
   auto in_millimetres = world.mesh.vertices;
   for (double& x : in_millimetres) x *= 1000;
   dynmesh_points in_another_unit = frame;
   in_another_unit.data = in_millimetres.data();
-  tried("dynmesh_create_rehearsed", "`first_frame`: in another unit",
-        {"rehearsal:", "size", "unit"}, make_rehearsed(&detail, &in_another_unit, rehearsal));
+  tried("dynmesh_create_trained", "`first_frame`: in another unit", {"training:", "size", "unit"},
+        make_trained(&detail, &in_another_unit, training));
   // It is as it was, and good.
-  if (dynmesh_create_rehearsed(faces, n_faces, &frame, &detail, rehearsal, &other) != DYNMESH_OK) {
-    fault("dynmesh_create_rehearsed", "good input", "was refused");
+  if (dynmesh_create_trained(faces, n_faces, &frame, &detail, training, &other) != DYNMESH_OK) {
+    fault("dynmesh_create_trained", "good input", "was refused");
   }
   dynmesh_destroy(other);
-  dynmesh_rehearsal_destroy(rehearsal);
+  dynmesh_training_destroy(training);
 
   const dynmesh_points points = {world.given.data(), k, 3, 1, DYNMESH_FLOAT64};
   dynmesh_points single = points;

@@ -53,25 +53,25 @@ void try_cpp(World& world) {
   tried("Completer", "`first_frame`: a row stride of 0", {"first_frame:", "row stride of 0"},
         make(faces, {frame.data, k, 0}));
   tried("Completer", "`reject_outliers = true` by method motion", {"reject_outliers:", "detail"},
-        make(faces, frame, {.reject_outliers = true}));
+        make(faces, frame, {.method = Method::motion, .reject_outliers = true}));
   tried("Completer", "`learn = true` by method motion", {"learn:", "detail"},
-        make(faces, frame, {.learn = true}));
+        make(faces, frame, {.method = Method::motion, .learn = true}));
   tried("Completer", "`uncertainty = true` by method motion", {"uncertainty:", "detail"},
-        make(faces, frame, {.uncertainty = true}));
+        make(faces, frame, {.method = Method::motion, .uncertainty = true}));
   tried("Completer", "`noise = 0` by method detail", {"noise:", "not 0"},
         make(faces, frame, {.method = Method::detail, .noise = 0.0}));
   tried("Completer", "`noise = infinity` by method detail", {"noise:", "inf"},
         make(faces, frame,
              {.method = Method::detail, .noise = std::numeric_limits<double>::infinity()}));
-  tried("Completer", "`extra_iterations = 1` by method detail", {"extra_iterations:", "motion"},
-        make(faces, frame, {.method = Method::detail, .extra_iterations = 1}));
+  tried("Completer", "`extra_iterations = 1` without method motion",
+        {"extra_iterations:", "motion"}, make(faces, frame, {.extra_iterations = 1}));
   tried("Completer", "`extra_iterations = -1`", {"extra_iterations:", "not -1"},
-        make(faces, frame, {.extra_iterations = -1}));
+        make(faces, frame, {.method = Method::motion, .extra_iterations = -1}));
   tried("Completer", "`threads = 0`", {"threads:", "not 0"}, make(faces, frame, {.threads = 0}));
   tried("Completer", "`threads = 1000`", {"threads:", "not 1000"},
         make(faces, frame, {.threads = 1000}));
   tried("Completer", "`noise = 0.1` by method motion", {"noise:", "detail"},
-        make(faces, frame, {.noise = 0.1}));
+        make(faces, frame, {.method = Method::motion, .noise = 0.1}));
   tried("Completer", "`noise = NaN` by method detail", {"noise:", "nan"},
         make(faces, frame, {.method = Method::detail, .noise = nan}));
   tried("Completer", "`revisit = false` by method detail", {"revisit:", "motion"},
@@ -118,34 +118,32 @@ void try_cpp(World& world) {
         push({out.data, k - 1 + 1, 3, 1}, known, {out.data + 3, k}));
   tried("push", "`out`: rows that overlap", {"out:", "overlap"},
         push(points, known, {out.data, k, 1, 1}));
-  Rehearsal<double> rehearsal(k);
-  const auto rehearse = [&](Points<const double> of) {
-    return [=, &rehearsal] { rehearsal.add(of); };
+  Training<double> training(k);
+  const auto train = [&](Points<const double> of) { return [=, &training] { training.add(of); }; };
+  tried("Training::add", "`frame`: NaN in it", {"training: frame 0: vertex 4", "nan"},
+        train({holed.data(), k}));
+  tried("Training::add", "`frame`: one row too few", {"training: frame 0:", "48", "49"},
+        train({frame.data, k - 1}));
+  tried("Training::add", "`frame`: a row stride of 0", {"training: frame 0:", "row stride of 0"},
+        train({frame.data, k, 0}));
+  tried("Training::add", "`frame`: a null pointer", {"training: frame 0:", "null pointer"},
+        train({none, k}));
+  training.add(frame);
+  training.add(frame);
+  const auto make_trained = [&](const Settings& settings, Points<const double> first) {
+    return [=, &training] { (void)Completer<double>(faces, first, settings, training); };
   };
-  tried("Rehearsal::add", "`frame`: NaN in it", {"rehearsal: frame 0: vertex 4", "nan"},
-        rehearse({holed.data(), k}));
-  tried("Rehearsal::add", "`frame`: one row too few", {"rehearsal: frame 0:", "48", "49"},
-        rehearse({frame.data, k - 1}));
-  tried("Rehearsal::add", "`frame`: a row stride of 0", {"rehearsal: frame 0:", "row stride of 0"},
-        rehearse({frame.data, k, 0}));
-  tried("Rehearsal::add", "`frame`: a null pointer", {"rehearsal: frame 0:", "null pointer"},
-        rehearse({none, k}));
-  rehearsal.add(frame);
-  rehearsal.add(frame);
-  const auto make_rehearsed = [&](const Settings& settings, Points<const double> first) {
-    return [=, &rehearsal] { (void)Completer<double>(faces, first, settings, rehearsal); };
-  };
-  tried("Completer", "`rehearsal`: two frames", {"rehearsal:", "2", "3"},
-        make_rehearsed({.method = Method::detail}, frame));
-  rehearsal.add(frame);
-  tried("Completer", "`rehearsal` with method motion", {"rehearsal:", "detail"},
-        make_rehearsed({}, frame));
-  tried("Completer", "`rehearsal`: of more vertices", {"rehearsal:", "49", "48"},
-        make_rehearsed({.method = Method::detail}, {frame.data, k - 1}));
+  tried("Completer", "`training`: two frames", {"training:", "2", "3"},
+        make_trained({.method = Method::detail}, frame));
+  training.add(frame);
+  tried("Completer", "`training` with method motion", {"training:", "detail"},
+        make_trained({.method = Method::motion}, frame));
+  tried("Completer", "`training`: of more vertices", {"training:", "49", "48"},
+        make_trained({.method = Method::detail}, {frame.data, k - 1}));
   auto in_millimetres = world.mesh.vertices;
   for (double& x : in_millimetres) x *= 1000;
-  tried("Completer", "`rehearsal`: in another unit", {"rehearsal:", "size", "unit"},
-        make_rehearsed({.method = Method::detail}, {in_millimetres.data(), k}));
+  tried("Completer", "`training`: in another unit", {"training:", "size", "unit"},
+        make_trained({.method = Method::detail}, {in_millimetres.data(), k}));
   const auto sparse = [&](const std::vector<Index>& indices, Points<const double> observed) {
     return [=, &c] { c.push_sparse(indices, observed, out); };
   };
@@ -201,10 +199,10 @@ void try_cpp(World& world) {
         restore(Completer<float>(faces, {single.data(), k}).state()));
   tried("restore", "`state`: of another mesh", {"state:", "25", "49"},
         restore(Completer<double>(sheet<double>(5).faces(), sheet<double>(5).points()).state()));
-  tried("restore", "`state`: of a completer with a rehearsal", {"state:", "with a rehearsal"},
-        restore(Completer<double>(faces, frame, {.method = Method::detail}, rehearsal).state()));
-  tried("restore", "`state`: of other settings", {"state:", "extra_iterations", "3"},
-        restore(Completer<double>(faces, frame, {.extra_iterations = 3}).state()));
+  tried("restore", "`state`: of a completer with training", {"state:", "with training"},
+        restore(Completer<double>(faces, frame, {.method = Method::detail}, training).state()));
+  tried("restore", "`state`: of other settings", {"state:", "disconnected", "hold"},
+        restore(Completer<double>(faces, frame, {.disconnected = DisconnectedRule::hold}).state()));
 
   tried("build_topology", "`faces`: a null pointer", {"faces:", "null pointer"}, [] {
     build_topology({nullptr, 2}, 9);
@@ -218,18 +216,19 @@ void try_cpp(World& world) {
   tried("read_template", "another format", {"body.npz:", ".off"},
         [] { read_template("body.npz"); });
   tried("method_from_name", "`lsm`", {"method:", "'lsm'"}, [] { method_from_name("lsm"); });
-  tried("unseen_rule_from_name", "`x`", {"unseen:", "'x'"}, [] { unseen_rule_from_name("x"); });
+  tried("disconnected_rule_from_name", "`x`", {"disconnected:", "'x'"},
+        [] { disconnected_rule_from_name("x"); });
   const Topology topology = build_topology(faces, k);
-  LeastSquaresMesh rival(topology);
+  LeastSquaresMesh baseline(topology);
   tried("LeastSquaresMesh::complete", "nothing known", {"known: component 0", "49"}, [&] {
-    rival.complete(points, {std::vector<std::uint8_t>(k).data(), k}, {}, out);
+    baseline.complete(points, {std::vector<std::uint8_t>(k).data(), k}, {}, out);
   });
   tried("LeastSquaresMesh::complete", "`points`: a null pointer", {"points:", "null pointer"}, [&] {
-    rival.complete({none, k}, known, {}, out);
+    baseline.complete({none, k}, known, {}, out);
   });
   tried("LeastSquaresMesh::complete", "`completed`: one row too few", {"completed:", "48", "49"},
         [&] {
-          rival.complete(points, known, {}, {out.data, k - 1});
+          baseline.complete(points, known, {}, {out.data, k - 1});
         });
   tried("nmsve", "`completed`: a null pointer", {"completed:", "null pointer"}, [&] {
     nmsve<double>(topology.cells, points, {none, k});

@@ -27,7 +27,7 @@ int run_c_program(void) {
   const dynmesh_output out = {frame, 4, 3, 1, DYNMESH_FLOAT32};
   dynmesh_settings settings;
   EXPECT(dynmesh_default_settings(&settings, sizeof settings) == DYNMESH_OK);
-  EXPECT(settings.revisit == 1 && settings.unseen == DYNMESH_UNSEEN_FOLLOW &&
+  EXPECT(settings.revisit == 1 && settings.disconnected == DYNMESH_DISCONNECTED_FOLLOW &&
          settings.noise != settings.noise /* NaN */);
   dynmesh_completer* completer = NULL;
   EXPECT(dynmesh_create(faces, 2, &points, &settings, &completer) == DYNMESH_OK);

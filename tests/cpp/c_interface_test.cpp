@@ -13,7 +13,7 @@
 #include <tuple>
 
 #include "meshes.hpp"
-#include "rehearsed.hpp"
+#include "training_data.hpp"
 
 // A C program in c_interface_from_c.c. Returns 0 on success and otherwise the line that failed.
 extern "C" int run_c_program(void);
@@ -66,7 +66,7 @@ template <class Report>
 auto counts(const Report& report) {
   return std::tuple(
       static_cast<std::int64_t>(report.known), static_cast<std::int64_t>(report.filled),
-      static_cast<std::int64_t>(report.unseen), static_cast<std::int64_t>(report.rejected),
+      static_cast<std::int64_t>(report.disconnected), static_cast<std::int64_t>(report.rejected),
       static_cast<std::int64_t>(report.iterations));
 }
 
@@ -95,8 +95,8 @@ struct Twins {
     CHECK(counts(ours) == counts(theirs));
     CHECK(ours.seconds > 0);
     CHECK(ours.blend == theirs.stages.blend);
-    CHECK(ours.trust == theirs.stages.trust);
-    CHECK(ours.explained == theirs.stages.explained);
+    CHECK(ours.prior_weight == theirs.stages.prior_weight);
+    CHECK(ours.prior_share == theirs.stages.prior_share);
     CHECK(ours.standard_error == theirs.standard_error);
     dynmesh_frame_report again{};
     CHECK(dynmesh_report(handle.get(), &again) == DYNMESH_OK);
@@ -211,28 +211,39 @@ TEST_CASE("every setting is passed on") {
   dynmesh_settings c_settings{};
   REQUIRE(dynmesh_default_settings(&c_settings, sizeof c_settings) == DYNMESH_OK);
   Settings settings;
+  const auto take_motion = [&] {
+    c_settings.method = DYNMESH_METHOD_MOTION;
+    settings.method = Method::motion;
+  };
   const auto steps = [&] {
     Twins<float> twins(parts<float>(), settings, &c_settings);
     for (unsigned number = 1; number < 12; ++number) twins.step(number);
     return twins.completed;
   };
+  SUBCASE("method") {
+    const auto usual = steps();
+    take_motion();
+    CHECK(!same_bytes(steps(), usual));
+    return;
+  }
+  take_motion();
   const auto usual = steps();
   SUBCASE("revisit") { c_settings.revisit = settings.revisit = false; }
   SUBCASE("extra_iterations") { c_settings.extra_iterations = settings.extra_iterations = 5; }
-  SUBCASE("unseen") {
-    c_settings.unseen = DYNMESH_UNSEEN_HOLD;
-    settings.unseen = UnseenRule::hold;
+  SUBCASE("disconnected") {
+    c_settings.disconnected = DYNMESH_DISCONNECTED_HOLD;
+    settings.disconnected = DisconnectedRule::hold;
   }
   CHECK(!same_bytes(steps(), usual));
 }
 
-struct DestroyRehearsal {
-  void operator()(dynmesh_rehearsal* rehearsal) const { dynmesh_rehearsal_destroy(rehearsal); }
+struct DestroyTraining {
+  void operator()(dynmesh_training* training) const { dynmesh_training_destroy(training); }
 };
-using RehearsalHandle = std::unique_ptr<dynmesh_rehearsal, DestroyRehearsal>;
+using TrainingHandle = std::unique_ptr<dynmesh_training, DestroyTraining>;
 
-TEST_CASE_TEMPLATE("a completer learns from a rehearsal, which it does not need later", Real, float,
-                   double) {
+TEST_CASE_TEMPLATE("a completer learns from a training sequence, which it does not need later",
+                   Real, float, double) {
   const Settings settings = {.method = Method::detail};
   dynmesh_settings c_settings{};
   REQUIRE(dynmesh_default_settings(&c_settings, sizeof c_settings) == DYNMESH_OK);
@@ -240,23 +251,23 @@ TEST_CASE_TEMPLATE("a completer learns from a rehearsal, which it does not need 
   Twins<Real> twins(parts<Real>(), settings, &c_settings);
   const Mesh<Real>& mesh = twins.mesh;
   const auto take = take_of(mesh.vertices, 6);
-  dynmesh_rehearsal* made = nullptr;
+  dynmesh_training* made = nullptr;
   const auto k = static_cast<std::int64_t>(mesh.size());
-  REQUIRE(dynmesh_rehearsal_create(k, type_of<Real>, &made) == DYNMESH_OK);
-  RehearsalHandle rehearsal(made);
+  REQUIRE(dynmesh_training_create(k, type_of<Real>, &made) == DYNMESH_OK);
+  TrainingHandle training(made);
   for (const auto& frame : take) {
     const auto points = in(frame);
-    REQUIRE(dynmesh_rehearsal_add(rehearsal.get(), &points) == DYNMESH_OK);
+    REQUIRE(dynmesh_training_add(training.get(), &points) == DYNMESH_OK);
   }
   const auto first_frame = in(mesh.vertices);
   const auto n_faces = static_cast<std::int64_t>(mesh.faces().count);
   for (const bool is_destroyed_first : {false, true}) {
     dynmesh_completer* completer = nullptr;
-    REQUIRE(dynmesh_create_rehearsed(mesh.indices.data(), n_faces, &first_frame, &c_settings,
-                                     rehearsal.get(), &completer) == DYNMESH_OK);
+    REQUIRE(dynmesh_create_trained(mesh.indices.data(), n_faces, &first_frame, &c_settings,
+                                   training.get(), &completer) == DYNMESH_OK);
     twins.handle.reset(completer);
-    twins.completer = {mesh.faces(), mesh.points(), settings, rehearsal_of(take)};
-    if (is_destroyed_first) rehearsal.reset();
+    twins.completer = {mesh.faces(), mesh.points(), settings, training_of(take)};
+    if (is_destroyed_first) training.reset();
     for (unsigned number = 4; number < 11; ++number) twins.step(number);
     CHECK(state_of(completer) == twins.completer.state());
   }
@@ -290,7 +301,7 @@ TEST_CASE("a null completer has nothing and is destroyed like any other") {
   CHECK(dynmesh_generation(nullptr) == nullptr);
   CHECK(dynmesh_age(nullptr) == nullptr);
   dynmesh_destroy(nullptr);
-  dynmesh_rehearsal_destroy(nullptr);
+  dynmesh_training_destroy(nullptr);
   dynmesh_free_template(nullptr);
 }
 

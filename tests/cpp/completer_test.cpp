@@ -2,11 +2,12 @@
 
 #include <cstring>
 #include <dynmesh/completer.hpp>
+#include <dynmesh/version.hpp>
 #include <limits>
 
 #include "meshes.hpp"
-#include "rehearsed.hpp"
 #include "seal.hpp"
+#include "training_data.hpp"
 
 namespace dynmesh::testing {
 namespace {
@@ -23,7 +24,7 @@ TEST_CASE_TEMPLATE("anchors are returned unchanged for every memory layout", Rea
     Completer<Real> completer(mesh.faces(), mesh.points());
     const auto report = completer.push({moved.data(), k}, {known.data(), k}, {expected.data(), k});
     CHECK(report.known + report.filled == k);
-    CHECK(report.unseen == 0);
+    CHECK(report.disconnected == 0);
     for (std::size_t v = 0; v < k; ++v) {
       if (known[v] == 0) continue;
       CHECK(std::memcmp(&expected[3 * v], &moved[3 * v], 3 * sizeof(Real)) == 0);
@@ -91,7 +92,7 @@ TEST_CASE("age counts the frames since a vertex was observed; skip observes none
   CHECK(completer.report().known == mesh.size());
   completer.skip(completed);
   CHECK(out == mesh.vertices);
-  CHECK(completer.report().unseen == mesh.size());
+  CHECK(completer.report().disconnected == mesh.size());
   CHECK(completer.generation()[3] == -1);
   const auto known = mask(mesh.size(), {3});
   completer.push(mesh.points(), {known.data(), known.size()}, completed);
@@ -177,14 +178,14 @@ TEST_CASE_TEMPLATE("equal runs have equal states of the size that state_size ret
       CHECK(ours.standard_error == theirs.standard_error);
       CHECK(ours.known == theirs.known);
       CHECK(ours.filled == theirs.filled);
-      CHECK(ours.unseen == theirs.unseen);
+      CHECK(ours.disconnected == theirs.disconnected);
       CHECK(ours.rejected == theirs.rejected);
       CHECK(ours.iterations == theirs.iterations);
     }
   }
 }
 
-TEST_CASE("a made-up state is refused if later frames could not handle it") {
+TEST_CASE("a forged state is refused if later frames could not handle it") {
   const auto mesh = sheet<float>(4);
   const std::size_t k = mesh.size();
   for (const Method method : {Method::motion, Method::detail}) {
@@ -221,8 +222,8 @@ TEST_CASE("a made-up state is refused if later frames could not handle it") {
     CHECK_NOTHROW(completer.restore(state));
   }
 
-  SUBCASE("of a rehearsal") {
-    auto completer = rehearsed(mesh);
+  SUBCASE("of a training sequence") {
+    auto completer = trained(mesh);
     std::vector<float> out(3 * k);
     const auto frame = bent(mesh.vertices, 0.3);
     const auto known = random_mask(k, 0.5, 1);
@@ -329,6 +330,22 @@ TEST_CASE("a made-up state is refused if later frames could not handle it") {
   }
 }
 
+TEST_CASE("a state of another format is refused with the numbers of both") {
+  const auto mesh = sheet<double>(4);
+  Completer<double> completer(mesh.faces(), mesh.points());
+  auto state = completer.state();
+  state[7] = std::byte{'7'};
+  seal(state);
+  CHECK_THROWS_WITH_AS(
+      completer.restore(state),
+      doctest::Contains("has format 7, but dynmesh " DYNMESH_VERSION " reads format"),
+      std::invalid_argument);
+  state[0] = std::byte{'D'};
+  seal(state);
+  CHECK_THROWS_WITH_AS(completer.restore(state), doctest::Contains("not a completer state"),
+                       std::invalid_argument);
+}
+
 TEST_CASE("a completer can be moved") {
   const auto mesh = sheet<double>(5);
   const auto known = random_mask(mesh.size(), 0.4, 1);
@@ -364,8 +381,8 @@ TEST_CASE("bad input is reported and changes nothing") {
 TEST_CASE("a method is found by its name") {
   CHECK(method_from_name("motion") == Method::motion);
   CHECK(method_from_name("detail") == Method::detail);
-  CHECK(unseen_rule_from_name("hold") == UnseenRule::hold);
-  CHECK(unseen_rule_from_name("follow") == UnseenRule::follow);
+  CHECK(disconnected_rule_from_name("hold") == DisconnectedRule::hold);
+  CHECK(disconnected_rule_from_name("follow") == DisconnectedRule::follow);
 }
 
 TEST_CASE("very small and very large meshes are completed in the same way") {

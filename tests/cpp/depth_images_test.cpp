@@ -79,7 +79,7 @@ TEST_CASE("the nearest point of a full depth image is the nearest of all") {
   }
 }
 
-TEST_CASE("the first pixel that is looked at is the one where the vertex is drawn") {
+TEST_CASE("the first pixel that is examined is the one where the vertex is drawn") {
   Workers workers(1);
   const Camera camera = oblique_camera();
   for (const std::size_t row : {3, 23, 44}) {

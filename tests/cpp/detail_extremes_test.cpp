@@ -19,9 +19,9 @@ constexpr Settings detail = {.method = Method::detail};
 TEST_CASE_TEMPLATE("frames are finite and plausible for every known mask", Real, float, double) {
   const auto mesh = join(sheet<Real>(9), sheet<Real>(4, 20));
   const std::size_t k = mesh.size();
-  for (const UnseenRule rule : {UnseenRule::follow, UnseenRule::hold}) {
+  for (const DisconnectedRule rule : {DisconnectedRule::follow, DisconnectedRule::hold}) {
     Completer<Real> completer(mesh.faces(), mesh.points(),
-                              {.method = Method::detail, .unseen = rule});
+                              {.method = Method::detail, .disconnected = rule});
     const std::vector<std::uint8_t> none(k, 0);
     const auto only = [&](const std::vector<std::size_t>& vertices) {
       auto known = none;
@@ -137,11 +137,11 @@ TEST_CASE("if no vertex is known, none moves") {
 
 TEST_CASE("a rotation is completed on every kind of mesh, more accurately than by motion") {
   auto mesh = sheet<double>(12);
-  std::size_t first_unseen = mesh.size();
+  std::size_t first_disconnected = mesh.size();
   SUBCASE("open") {}
   SUBCASE("closed") {
     mesh = torus(12);
-    first_unseen = mesh.size();
+    first_disconnected = mesh.size();
   }
   SUBCASE("two coincident vertices") {
     std::copy_n(mesh.vertices.begin() + 120, 3, mesh.vertices.begin() + 123);
@@ -154,9 +154,9 @@ TEST_CASE("a rotation is completed on every kind of mesh, more accurately than b
   }
   SUBCASE("single triangles") {
     mesh = taken_apart(mesh);
-    first_unseen = mesh.size();
+    first_disconnected = mesh.size();
   }
-  SUBCASE("one component unseen") { mesh = join(mesh, sheet<double>(4, 14)); }
+  SUBCASE("one component disconnected") { mesh = join(mesh, sheet<double>(4, 14)); }
   const auto error = [&](Method method, double scale) {
     auto first = mesh.vertices;
     for (double& x : first) x *= scale;
@@ -166,8 +166,8 @@ TEST_CASE("a rotation is completed on every kind of mesh, more accurately than b
       auto frame = translated<double>(turned(mesh.vertices, 0.1 * n), 0.3 * n, -0.2 * n, 0.1 * n);
       for (double& x : frame) x *= scale;
       auto known = random_mask(mesh.size(), 0.3, n);
-      const auto unseen = static_cast<std::ptrdiff_t>(first_unseen);
-      std::fill(known.begin() + unseen, known.end(), std::uint8_t{0});
+      const auto disconnected = static_cast<std::ptrdiff_t>(first_disconnected);
+      std::fill(known.begin() + disconnected, known.end(), std::uint8_t{0});
       const auto completed = push(completer, frame, known);
       for (std::size_t i = 0; i < frame.size(); ++i) sum += std::abs(completed[i] - frame[i]);
     }
@@ -214,7 +214,7 @@ TEST_CASE("a vertex with too many neighbours is refused by detail and accepted b
   const Points<const double> frame(vertices.data(), rim + 1);
   CHECK(message_of([&] { Completer<double>(faces_of(faces), frame, detail); }) ==
         "faces: vertex 0 has 9000 neighbours, too many for method detail");
-  CHECK_NOTHROW(Completer<double>(faces_of(faces), frame));
+  CHECK_NOTHROW(Completer<double>(faces_of(faces), frame, {.method = Method::motion}));
 }
 
 }  // namespace

@@ -9,8 +9,8 @@
 
 #include "meshes.hpp"
 #include "push.hpp"
-#include "rehearsed.hpp"
 #include "shared_work.hpp"
+#include "training_data.hpp"
 
 namespace dynmesh::testing {
 namespace {
@@ -35,7 +35,7 @@ TEST_CASE("a translation is completed exactly, and a rotation approximately") {
 
 /// A sheet stays where it is or moves as a whole for three frames, and then bends.
 template <class Real>
-void check_rest(const Settings& settings, double step, bool is_rehearsed) {
+void check_rest(const Settings& settings, double step, bool is_trained) {
   const Mesh<double> mesh = sheet<double>(10);
   const auto complete = [&](double x) {
     const auto as_real = [](const std::vector<double>& from) {
@@ -43,9 +43,9 @@ void check_rest(const Settings& settings, double step, bool is_rehearsed) {
     };
     const Mesh<Real> first = {as_real(translated(mesh.vertices, x, -0.4 * x, 0.2 * x)),
                               mesh.indices};
-    const auto take = rehearsal_of(take_of(as_real(mesh.vertices), 6));
-    auto completer = is_rehearsed ? Completer<Real>(first.faces(), first.points(), settings, take)
-                                  : Completer<Real>(first.faces(), first.points(), settings);
+    const auto take = training_of(take_of(as_real(mesh.vertices), 6));
+    auto completer = is_trained ? Completer<Real>(first.faces(), first.points(), settings, take)
+                                : Completer<Real>(first.faces(), first.points(), settings);
     std::vector<std::vector<double>> results;
     for (unsigned n = 1; n <= 6; ++n) {
       auto frame = mesh.vertices;
@@ -55,8 +55,8 @@ void check_rest(const Settings& settings, double step, bool is_rehearsed) {
       const double along = x + step * n;
       const auto points = as_real(translated(frame, along, -0.4 * x, 0.2 * x));
       const auto found = push(completer, points, random_mask(mesh.size(), 0.3, n));
-      if (n <= (is_rehearsed ? 3 : 4)) CHECK(completer.report().stages.blend == 0);
-      if (n <= 3) CHECK(completer.report().stages.explained == 0);
+      if (n <= (is_trained ? 3 : 4)) CHECK(completer.report().stages.blend == 0);
+      if (n <= 3) CHECK(completer.report().stages.prior_share == 0);
       results.push_back(
           translated(std::vector<double>(found.begin(), found.end()), -along, 0.4 * x, -0.2 * x));
       if (n <= 3 || !settings.uncertainty) continue;
@@ -78,15 +78,15 @@ void check_rest(const Settings& settings, double step, bool is_rehearsed) {
 TEST_CASE_TEMPLATE("nothing is made of the rounding errors of a subject at rest", Real, float,
                    double) {
   Settings settings = detail;
-  bool is_rehearsed = false;
+  bool is_trained = false;
   SUBCASE("exact") {}
   SUBCASE("noisy") { settings.noise = 0.01; }
   SUBCASE("learning") { settings.learn = true; }
-  SUBCASE("with a rehearsal") { is_rehearsed = true; }
+  SUBCASE("with training") { is_trained = true; }
   SUBCASE("with error bars") { settings.uncertainty = true; }
   for (const double step : {0.0, 0.37, 30.0}) {
     CAPTURE(step);
-    check_rest<Real>(settings, step, is_rehearsed);
+    check_rest<Real>(settings, step, is_trained);
   }
 }
 
@@ -128,7 +128,7 @@ TEST_CASE("a completer continues from its state with identical results") {
     const auto known = random_mask(k, 0.3, n);
     CHECK(push(other, frame(n), known) == push(completer, frame(n), known));
   }
-  Completer<float> motion(mesh.faces(), mesh.points());
+  Completer<float> motion(mesh.faces(), mesh.points(), {.method = Method::motion});
   CHECK(message_of([&] { motion.restore(completer.state()); }).find("other settings") !=
         std::string::npos);
 }

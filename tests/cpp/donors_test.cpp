@@ -1,4 +1,4 @@
-#include "unseen/donors.hpp"
+#include "disconnected/donors.hpp"
 
 #include <doctest/doctest.h>
 

@@ -90,7 +90,7 @@ TEST_CASE("standard errors continue from a state, and do not depend on the numbe
   }
 }
 
-TEST_CASE("made-up standard errors in a state are refused, or harmless") {
+TEST_CASE("forged standard errors in a state are refused, or harmless") {
   const auto mesh = sheet<double>(4);
   const std::size_t k = mesh.size();
   Completer<double> completer(mesh.faces(), mesh.points(), with_bars);

@@ -66,10 +66,10 @@ void check_against_plain(Real tolerance, std::size_t k, Index extra_iterations, 
       CHECK(std::ranges::equal(found.of_vertices(), generations.of_vertices()));
       CHECK(found.anchors() == generations.anchors());
       CHECK(found.reached() == generations.reached());
-      CHECK(found.unseen_vertices() == generations.unseen_vertices());
+      CHECK(found.disconnected_vertices() == generations.disconnected_vertices());
       Real largest{};
       for (std::size_t v = 0; v < k; ++v) {
-        if (found.of_vertices()[v] == Generations::unseen) continue;
+        if (found.of_vertices()[v] == Generations::disconnected) continue;
         const auto error = std::sqrt(squared_norm(completed[v] - expected[v]));
         largest = std::max(largest, error / (1 + std::sqrt(squared_norm(expected[v]))));
       }

@@ -42,8 +42,9 @@ TEST_CASE("the generation of a satellite is the iteration that reaches it") {
           std::ranges::count_if(expected, [&](Index g) { return 1 <= g && g <= t; });
       CHECK(generations.reached_by(t) == static_cast<std::size_t>(reached));
     }
-    CHECK(generations.anchors() + satellites.size() + generations.unseen_vertices() == mesh.size());
-    CHECK(generations.unseen_vertices() ==
+    CHECK(generations.anchors() + satellites.size() + generations.disconnected_vertices() ==
+          mesh.size());
+    CHECK(generations.disconnected_vertices() ==
           static_cast<std::size_t>(std::ranges::count(expected, -1)));
   }
 }

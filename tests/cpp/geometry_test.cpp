@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "unseen/rigid_motion.hpp"
+#include "disconnected/rigid_motion.hpp"
 
 namespace dynmesh::testing {
 namespace {

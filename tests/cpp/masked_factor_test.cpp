@@ -194,9 +194,9 @@ TEST_CASE("the solution is the same with any number of threads, to the last bit"
   for (const Ordering ordering : {Ordering::minimum_degree, Ordering::nested_dissection}) {
     std::vector<std::vector<Vector3<double>>> expected;
     for (const Index threads : {1, 2, 3, 4, -1}) {
-      Sharing sharing = in_small_pieces();
-      sharing.backwards = threads < 0;  // one thread that does everything in another order
-      Workers workers(std::abs(threads), sharing);
+      TaskSharing task_sharing = in_small_pieces();
+      task_sharing.backwards = threads < 0;  // one thread that does everything in another order
+      Workers workers(std::abs(threads), task_sharing);
       MaskedFactor factor(converted(matrix), workers, ordering);
       std::size_t n = 0;
       for (const double share : {0.9, 0.5}) {

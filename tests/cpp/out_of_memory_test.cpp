@@ -10,7 +10,7 @@
 
 #include "counted_memory.hpp"
 #include "meshes.hpp"
-#include "rehearsed.hpp"
+#include "training_data.hpp"
 
 namespace dynmesh::testing {
 namespace {
@@ -41,10 +41,10 @@ int fail_everywhere(const Prepare& prepare, const Call& call, const Check& check
   }
 }
 
-/// The settings of a completer, and whether it learns from a rehearsal.
+/// The settings of a completer, and whether it learns from a training sequence.
 struct Subject {
   Settings settings;
-  bool is_rehearsed = false;
+  bool is_trained = false;
 };
 
 template <class Real>
@@ -56,11 +56,11 @@ struct World {
   std::vector<std::uint8_t> known = random_mask(k, 0.3, 2);
   std::vector<Index> indices = {4, 2, 7, 40, 41, 42, 43};
   Settings settings;
-  std::optional<Rehearsal<Real>> rehearsal;
+  std::optional<Training<Real>> training;
   std::vector<std::byte> start;
 
   explicit World(const Subject& subject) : settings(subject.settings) {
-    if (subject.is_rehearsed) rehearsal = rehearsal_of(take_of(mesh.vertices, 4));
+    if (subject.is_trained) training = training_of(take_of(mesh.vertices, 4));
     Completer<Real> completer = make();
     const auto other_start = turned(mesh.vertices, 1.0);
     completer.reset({other_start.data(), k});
@@ -71,12 +71,13 @@ struct World {
       completer.push({points.data(), k}, {seen.data(), k}, out());
     }
     start = completer.state();
-    std::ranges::fill(known.begin() + 36, known.end(), std::uint8_t{0});  // one component is unseen
+    std::ranges::fill(known.begin() + 36, known.end(),
+                      std::uint8_t{0});  // one component is disconnected
   }
 
   [[nodiscard]] Points<Real> out() { return {completed.data(), k}; }
   [[nodiscard]] Completer<Real> make() {
-    if (rehearsal) return {mesh.faces(), mesh.points(), settings, *rehearsal};
+    if (training) return {mesh.faces(), mesh.points(), settings, *training};
     return {mesh.faces(), mesh.points(), settings};
   }
   [[nodiscard]] Completer<Real> begun() {
@@ -119,8 +120,11 @@ struct World {
 
 const std::vector<Subject>& all_subjects() {
   static const std::vector<Subject> all = {
-      {},
-      {{.revisit = false, .extra_iterations = 2, .unseen = UnseenRule::hold}},
+      {{.method = Method::motion}},
+      {{.method = Method::motion,
+        .revisit = false,
+        .extra_iterations = 2,
+        .disconnected = DisconnectedRule::hold}},
       {{.method = Method::detail}},
       {{.method = Method::detail, .noise = 0.01, .reject_outliers = true}},
       {{.method = Method::detail}, true},
@@ -135,7 +139,7 @@ TEST_CASE_TEMPLATE("a call that runs out of memory changes nothing", Real, float
     const bool is_detail = subject.settings.method == Method::detail;
     CAPTURE(is_detail);
     CAPTURE(subject.settings.noise.has_value());
-    CAPTURE(subject.is_rehearsed);
+    CAPTURE(subject.is_trained);
     World<Real> world(subject);
     const std::size_t k = world.k;
     using C = Completer<Real>;
@@ -171,29 +175,29 @@ TEST_CASE("a constructor that runs out of memory frees everything") {
   }
 }
 
-TEST_CASE("a rehearsal that runs out of memory is unchanged") {
+TEST_CASE("a training sequence that runs out of memory is unchanged") {
   constexpr std::size_t k = 4;
   std::vector<float> frame(3 * k);
-  const auto add = [&](Rehearsal<float>& rehearsal) { rehearsal.add({frame.data(), k}); };
+  const auto add = [&](Training<float>& training) { training.add({frame.data(), k}); };
   // Also where the array of frames grows, and where only every second frame is kept.
   for (const std::size_t n_added : {0, 1, 2, 8, 64, 74, 75, 76, 150, 152}) {
     CAPTURE(n_added);
-    Rehearsal<float> before(k);
+    Training<float> before(k);
     for (std::size_t n = 0; n < n_added; ++n) {
       frame[1] = static_cast<float>(n);
       add(before);
     }
     frame[1] = -1;
-    Rehearsal<float> expected = before;
+    Training<float> expected = before;
     add(expected);
     const int failures =
         fail_everywhere([&] { return before; }, add,
-                        [&](auto& rehearsal) {
-                          CHECK(rehearsal.n_added() == n_added);
-                          CHECK(std::ranges::equal(rehearsal.frames(), before.frames()));
-                          add(rehearsal);
-                          CHECK(rehearsal.n_added() == n_added + 1);
-                          CHECK(std::ranges::equal(rehearsal.frames(), expected.frames()));
+                        [&](auto& training) {
+                          CHECK(training.n_added() == n_added);
+                          CHECK(std::ranges::equal(training.frames(), before.frames()));
+                          add(training);
+                          CHECK(training.n_added() == n_added + 1);
+                          CHECK(std::ranges::equal(training.frames(), expected.frames()));
                         });
     CHECK(failures >= 1);
   }

@@ -10,7 +10,7 @@ namespace dynmesh::testing {
 
 /// Pieces of a few vertices and small steps, with a caller that waits for other threads to take
 /// some.
-constexpr Sharing in_small_pieces(Index vertices = 16) {
+constexpr TaskSharing in_small_pieces(Index vertices = 16) {
   return {.chunk = vertices,
           .short_chunk = vertices,
           .fewest_pieces = 2,
@@ -24,15 +24,15 @@ constexpr Sharing in_small_pieces(Index vertices = 16) {
 /// Completers that are constructed during its lifetime share their work in such pieces.
 class SharedWork {
  public:
-  explicit SharedWork(Index vertices = 16) { default_sharing() = in_small_pieces(vertices); }
-  ~SharedWork() { default_sharing() = before_; }
+  explicit SharedWork(Index vertices = 16) { default_task_sharing() = in_small_pieces(vertices); }
+  ~SharedWork() { default_task_sharing() = before_; }
   SharedWork(const SharedWork&) = delete;
   SharedWork& operator=(const SharedWork&) = delete;
   SharedWork(SharedWork&&) = delete;
   SharedWork& operator=(SharedWork&&) = delete;
 
  private:
-  Sharing before_ = default_sharing();
+  TaskSharing before_ = default_task_sharing();
 };
 
 /// The number of pieces of `call` that threads other than the caller execute.

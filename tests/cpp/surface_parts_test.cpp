@@ -19,7 +19,7 @@ std::vector<Vector3<double>> rows_of(const std::vector<double>& vertices) {
   return rows;
 }
 
-SurfaceParts parts_of(const Mesh<double>& mesh, const RehearsalConstants& constants = {}) {
+SurfaceParts parts_of(const Mesh<double>& mesh, const TrainingConstants& constants = {}) {
   const Topology topology = build_topology(mesh.faces(), mesh.size());
   return divide_surface(topology.cells, rows_of(mesh.vertices), constants);
 }
@@ -104,7 +104,7 @@ TEST_CASE("parts do not reach across components") {
 }
 
 TEST_CASE("what no seed reaches has the global part alone") {
-  RehearsalConstants one_seed;
+  TrainingConstants one_seed;
   one_seed.local_parts = 1;
   auto mesh = join(sheet<double>(8), sheet<double>(3, 100));
   // A single seed has no second nearest one, so there is no typical distance.

@@ -37,9 +37,9 @@ TEST_CASE("one call is executed at a time, and another one after it, even if it 
   }) == 5);
   CHECK(message_of([&] { turns.enter([] { throw std::logic_error("mine"); }); }) == "mine");
   CHECK(turns.enter([] { return true; }));
-  OneAtATime named("rehearsal");
+  OneAtATime named("training sequence");
   named.enter([&] {
-    CHECK(message_of([&] { named.enter([] {}); }).starts_with("this rehearsal is in use"));
+    CHECK(message_of([&] { named.enter([] {}); }).starts_with("this training sequence is in use"));
   });
 }
 
@@ -169,7 +169,7 @@ TEST_CASE_TEMPLATE("method motion gives identical results with any number of thr
   const SharedWork pieces;
   const auto mesh = join(sheet<Real>(20), sheet<Real>(5, 40.0));
   for (const Index extra_iterations : {0, 3}) {
-    Settings settings = {.extra_iterations = extra_iterations};
+    Settings settings = {.method = Method::motion, .extra_iterations = extra_iterations};
     Completer<Real> one(mesh.faces(), mesh.points(), settings);
     for (const Index threads : {2, 3}) {
       settings.threads = threads;
@@ -178,7 +178,8 @@ TEST_CASE_TEMPLATE("method motion gives identical results with any number of thr
       for (unsigned n = 1; n < 9; ++n) {
         auto frame = turned(mesh.vertices, 0.1 * n);
         auto known = random_mask(mesh.size(), 0.1 * n, n);
-        if (n % 2 == 0) std::fill(known.begin() + 400, known.end(), std::uint8_t{0});  // unseen
+        if (n % 2 == 0)
+          std::fill(known.begin() + 400, known.end(), std::uint8_t{0});  // disconnected
         std::vector<Real> completed;
         CHECK(shared_pieces([&] { completed = push(many, frame, known); }) > 0);
         CHECK(completed == push(one, frame, known));

@@ -9,15 +9,15 @@
 
 #include "counted_memory.hpp"
 #include "meshes.hpp"
-#include "rehearsed.hpp"
 #include "scans.hpp"
+#include "training_data.hpp"
 
 namespace dynmesh::testing {
 namespace {
 
 /// A tracker in the middle of a sequence, and the next frame as a scan and as images.
 struct Sequence {
-  bool is_rehearsed = false;
+  bool is_trained = false;
   Mesh<double> mesh = bumpy_torus(10);
   Samples first = scan_of(mesh, turned(mesh.vertices, 0.03));
   Samples second = scan_of(mesh, turned(mesh.vertices, 0.06));
@@ -26,9 +26,9 @@ struct Sequence {
 
   [[nodiscard]] Tracker<double> begun() const {
     Tracker<double> tracker =
-        is_rehearsed ? Tracker<double>(mesh.faces(), mesh.points(), {.uncertainty = true},
-                                       rehearsal_of(take_of(mesh.vertices, 3)))
-                     : Tracker<double>(mesh.faces(), mesh.points());
+        is_trained ? Tracker<double>(mesh.faces(), mesh.points(), {.uncertainty = true},
+                                     training_of(take_of(mesh.vertices, 3)))
+                   : Tracker<double>(mesh.faces(), mesh.points());
     track(tracker, first);
     return tracker;
   }
@@ -48,7 +48,7 @@ TEST_CASE("a frame of tracking that runs out of memory changes nothing") {
   Sequence sequence;
   sequence.second.has_normals = false;
   SUBCASE("alone") {}
-  SUBCASE("with a rehearsal and errors") { sequence.is_rehearsed = true; }
+  SUBCASE("with training and errors") { sequence.is_trained = true; }
   for (const auto call : {&Sequence::push, &Sequence::push_depth}) {
     auto expected = sequence.begun();
     const auto before = expected.state();
@@ -82,7 +82,7 @@ TEST_CASE("a frame of tracking that runs out of memory changes nothing") {
 TEST_CASE("frames of tracking allocate for their search trees only") {
   Sequence sequence;
   SUBCASE("alone") {}
-  SUBCASE("with a rehearsal and errors") { sequence.is_rehearsed = true; }
+  SUBCASE("with training and errors") { sequence.is_trained = true; }
   auto tracker = sequence.begun();
   sequence.push(tracker);
   sequence.push_depth(tracker);
@@ -98,16 +98,16 @@ TEST_CASE("frames of tracking allocate for their search trees only") {
   CHECK(made[1] == made[2]);
 }
 
-TEST_CASE("rehearsals and errors allocate nothing in a frame") {
+TEST_CASE("training and errors allocate nothing in a frame") {
   std::array<std::size_t, 2> made{};
-  for (const bool is_rehearsed : {false, true}) {
+  for (const bool is_trained : {false, true}) {
     Sequence sequence;
-    sequence.is_rehearsed = is_rehearsed;
+    sequence.is_trained = is_trained;
     auto tracker = sequence.begun();
     for (int n = 0; n < 2; ++n) sequence.push(tracker);
     const std::size_t before = allocations();
     sequence.push(tracker);
-    made[is_rehearsed ? 1 : 0] = allocations() - before;
+    made[is_trained ? 1 : 0] = allocations() - before;
   }
   CHECK(made[0] == made[1]);
 }

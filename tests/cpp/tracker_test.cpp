@@ -91,7 +91,7 @@ TEST_CASE("where nothing was measured, the template stays") {
   Tracker<double> tracker(mesh.faces(), mesh.points());
   const auto first = track(tracker, scan_of(mesh, turned(mesh.vertices, 0.03)));
   std::vector<double> out(first.size());
-  CHECK(tracker.skip({out.data(), mesh.size()}).unseen == mesh.size());
+  CHECK(tracker.skip({out.data(), mesh.size()}).disconnected == mesh.size());
   CHECK(out == first);
   Samples empty;
   empty.viewpoints = {9, 0, 0};
@@ -135,7 +135,7 @@ TEST_CASE("a component without points follows the others") {
   const auto truth = translated(mesh.vertices, 0.1, 0.05, 0.0);
   const auto found = track(tracker, scan_of(left, translated(left.vertices, 0.1, 0.05, 0.0)));
   CHECK(largest_difference(found, truth) < 0.2 * mean_edge(left));
-  CHECK(tracker.report().unseen == right.size());
+  CHECK(tracker.report().disconnected == right.size());
   CHECK(tracker.generation()[mesh.size() - 1] == -1);
 }
 

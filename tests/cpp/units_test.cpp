@@ -14,8 +14,8 @@
 #include "completer/settings_table.hpp"
 #include "meshes.hpp"
 #include "push.hpp"
-#include "rehearsed.hpp"
 #include "scans.hpp"
+#include "training_data.hpp"
 
 namespace dynmesh::testing {
 namespace {
@@ -39,7 +39,7 @@ std::vector<Real> scaled(const std::vector<Real>& values, int exponent) {
 void change(bool& value) { value = !value; }
 void change(Index& value) { value += 2; }
 void change(std::optional<double>& value) { value = 0.05; }
-void change(UnseenRule& value) { value = UnseenRule::hold; }
+void change(DisconnectedRule& value) { value = DisconnectedRule::hold; }
 void change(Method& /*method*/) {}
 
 /// The settings of both methods, and each of them with one setting changed.
@@ -65,18 +65,18 @@ std::vector<Settings> all_settings() {
 /// What a completer says of frames that bend, with an outlier, in a unit: the frames and standard
 /// errors in the unit of exponent 0, and the numbers of the reports.
 template <class Real>
-std::vector<std::vector<Real>> completed(Settings settings, bool is_rehearsed, int exponent) {
+std::vector<std::vector<Real>> completed(Settings settings, bool is_trained, int exponent) {
   auto mesh = join(sheet<Real>(6), sheet<Real>(3, 20));
   const std::size_t k = mesh.size();
   const auto original = mesh.vertices;
   mesh.vertices = scaled(original, exponent);
   if (settings.noise) settings.noise = std::ldexp(*settings.noise, exponent);
   std::vector<std::vector<Real>> take;
-  if (is_rehearsed) {
+  if (is_trained) {
     for (const auto& frame : take_of(original, 6)) take.push_back(scaled(frame, exponent));
   }
-  auto completer = is_rehearsed
-                       ? Completer<Real>(mesh.faces(), mesh.points(), settings, rehearsal_of(take))
+  auto completer = is_trained
+                       ? Completer<Real>(mesh.faces(), mesh.points(), settings, training_of(take))
                        : Completer<Real>(mesh.faces(), mesh.points(), settings);
   std::vector<std::vector<Real>> results;
   for (unsigned n = 1; n <= 24; ++n) {
@@ -85,8 +85,8 @@ std::vector<std::vector<Real>> completed(Settings settings, bool is_rehearsed, i
     const auto known = random_mask(k, 0.5, n);
     results.push_back(scaled(push(completer, scaled(frame, exponent), known), -exponent));
     const StageReport stages = completer.report().stages;
-    results.push_back({static_cast<Real>(stages.blend), static_cast<Real>(stages.trust),
-                       static_cast<Real>(stages.explained)});
+    results.push_back({static_cast<Real>(stages.blend), static_cast<Real>(stages.prior_weight),
+                       static_cast<Real>(stages.prior_share)});
     if (settings.uncertainty) results.push_back(scaled(completer.standard_error(), -exponent));
   }
   return results;
@@ -94,17 +94,17 @@ std::vector<std::vector<Real>> completed(Settings settings, bool is_rehearsed, i
 
 TEST_CASE_TEMPLATE("completed frames do not depend on the unit of length", Real, float, double) {
   for (const Settings& settings : all_settings()) {
-    for (const bool is_rehearsed : {false, true}) {
-      if (is_rehearsed && (settings.method != Method::detail || settings.learn)) continue;
+    for (const bool is_trained : {false, true}) {
+      if (is_trained && (settings.method != Method::detail || settings.learn)) continue;
       std::string changed;
       for_each_setting([&](const Setting& setting, auto member) {
         if (settings.*member != Settings{}.*member) changed += std::string(" ") + setting.name;
       });
       CAPTURE(changed);
-      const auto expected = completed<Real>(settings, is_rehearsed, 0);
+      const auto expected = completed<Real>(settings, is_trained, 0);
       for (const int exponent : exponents) {
         CAPTURE(exponent);
-        CHECK(completed<Real>(settings, is_rehearsed, exponent) == expected);
+        CHECK(completed<Real>(settings, is_trained, exponent) == expected);
       }
     }
   }
@@ -112,19 +112,19 @@ TEST_CASE_TEMPLATE("completed frames do not depend on the unit of length", Real,
 
 /// The same of a tracker: from points with and without normals and viewpoints, or depth images.
 template <class Real>
-std::vector<std::vector<Real>> tracked(bool is_rehearsed, bool sees_images, int exponent) {
+std::vector<std::vector<Real>> tracked(bool is_trained, bool sees_images, int exponent) {
   const auto mesh = bumpy_torus(12);
   auto scaled_mesh = as_floats(mesh);
   scaled_mesh.vertices = scaled(scaled_mesh.vertices, exponent);
   const Mesh<Real> first = {{scaled_mesh.vertices.begin(), scaled_mesh.vertices.end()},
                             mesh.indices};
   std::vector<std::vector<Real>> take;
-  for (const auto& frame : take_of(mesh.vertices, is_rehearsed ? 5 : 0)) {
+  for (const auto& frame : take_of(mesh.vertices, is_trained ? 5 : 0)) {
     take.push_back(scaled(std::vector<Real>(frame.begin(), frame.end()), exponent));
   }
   const TrackerSettings settings = {.uncertainty = true};
-  auto tracker = is_rehearsed
-                     ? Tracker<Real>(first.faces(), first.points(), settings, rehearsal_of(take))
+  auto tracker = is_trained
+                     ? Tracker<Real>(first.faces(), first.points(), settings, training_of(take))
                      : Tracker<Real>(first.faces(), first.points(), settings);
   std::vector<std::vector<Real>> results;
   for (int n = 1; n <= 6; ++n) {
@@ -153,20 +153,21 @@ std::vector<std::vector<Real>> tracked(bool is_rehearsed, bool sees_images, int 
     results.push_back(scaled(frame, -exponent));
     results.push_back(scaled(tracker.standard_error(), -exponent));
     const StageReport stages = tracker.report().stages;
-    results.push_back({static_cast<Real>(stages.trust), static_cast<Real>(stages.explained)});
+    results.push_back(
+        {static_cast<Real>(stages.prior_weight), static_cast<Real>(stages.prior_share)});
   }
   return results;
 }
 
 TEST_CASE_TEMPLATE("tracked frames do not depend on the unit of length", Real, float, double) {
-  for (const bool is_rehearsed : {false, true}) {
+  for (const bool is_trained : {false, true}) {
     for (const bool sees_images : {false, true}) {
-      CAPTURE(is_rehearsed);
+      CAPTURE(is_trained);
       CAPTURE(sees_images);
-      const auto expected = tracked<Real>(is_rehearsed, sees_images, 0);
+      const auto expected = tracked<Real>(is_trained, sees_images, 0);
       for (const int exponent : exponents) {
         CAPTURE(exponent);
-        CHECK(tracked<Real>(is_rehearsed, sees_images, exponent) == expected);
+        CHECK(tracked<Real>(is_trained, sees_images, exponent) == expected);
       }
     }
   }

@@ -12,15 +12,15 @@ namespace dynmesh::testing {
 namespace {
 
 TEST_CASE("every piece is executed once, and all before the call returns") {
-  Sharing sharing;
+  TaskSharing task_sharing;
   int calls = 3000;
   SUBCASE("if other threads are available") {}
   SUBCASE("by all threads") {
-    sharing = in_small_pieces();
+    task_sharing = in_small_pieces();
     calls = 300;
   }
   for (const Index threads : {1, 2, 5}) {
-    Workers workers(threads, sharing);
+    Workers workers(threads, task_sharing);
     for (int call = 0; call < calls; ++call) {
       const Index count = call % 80;
       std::vector<std::atomic<int>> done(static_cast<std::size_t>(count));
@@ -34,9 +34,9 @@ TEST_CASE("every piece is executed once, and all before the call returns") {
       });
       for (const auto& times : done) REQUIRE(times == 1);
       REQUIRE(pieces == by_others);
-      if (threads == 1 || count < sharing.fewest_pieces)
+      if (threads == 1 || count < task_sharing.fewest_pieces)
         REQUIRE(pieces == 0);
-      else if (sharing.patience > 0)
+      else if (task_sharing.patience > 0)
         REQUIRE(pieces > 0);
     }
   }

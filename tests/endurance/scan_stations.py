@@ -141,7 +141,7 @@ class ScanStation(Watched[dynmesh.Tracker]):
         tracked = self._timed(event, call)
         tracker, k = self._subject, len(tracked)
         report = tracker.report
-        if report.known + report.filled + report.unseen != k:
+        if report.known + report.filled + report.disconnected != k:
             self._blame(event, "the report's numbers do not add up")
         if report.known != np.count_nonzero(tracker.observed):
             self._blame(event, f"reports {report.known} known vertices, but observed others")

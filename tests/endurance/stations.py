@@ -119,7 +119,7 @@ class Station(Watched[dynmesh.Completer]):
         n_known = int(np.count_nonzero(known))
         if report.known + report.rejected != n_known:
             self._blame(event, f"reports {report.known} known, not {n_known}")
-        if report.known + report.filled + report.unseen != len(points):
+        if report.known + report.filled + report.disconnected != len(points):
             self._blame(event, "the report's numbers do not add up")
         return completed
 

@@ -30,7 +30,7 @@ class Trial {
     const auto first = positions(k_);
     first_ = previous_ = first;
     try {
-      if (settings_.method == Method::detail && input_.below(4) == 0) rehearse();
+      if (settings_.method == Method::detail && input_.below(4) == 0) train();
       subject_ = make(first, settings_);
     } catch (const std::invalid_argument&) {
       return;
@@ -47,14 +47,14 @@ class Trial {
 
   std::unique_ptr<Completer<Real>> make(const std::vector<Real>& first, const Settings& settings) {
     const Faces faces{faces_.data(), faces_.size() / 3};
-    if (!rehearsal_) return std::make_unique<Completer<Real>>(faces, view(first), settings);
-    return std::make_unique<Completer<Real>>(faces, view(first), settings, *rehearsal_);
+    if (!training_) return std::make_unique<Completer<Real>>(faces, view(first), settings);
+    return std::make_unique<Completer<Real>>(faces, view(first), settings, *training_);
   }
 
-  void rehearse() {
-    rehearsal_.emplace(k_);
+  void train() {
+    training_.emplace(k_);
     const std::size_t n_frames = 2 + input_.below(4);
-    for (std::size_t n = 0; n < n_frames; ++n) rehearsal_->add(view(positions(k_)));
+    for (std::size_t n = 0; n < n_frames; ++n) training_->add(view(positions(k_)));
   }
 
   std::vector<Real> positions(std::size_t rows) {
@@ -204,8 +204,8 @@ class Trial {
   /// Continues from the state in a new completer.
   void move() {
     const auto state = subject_->state();
-    // A rehearsal must have the size of frame 0.
-    auto other = make(rehearsal_ ? start_ : std::vector<Real>(3 * k_, Real{1}), settings_);
+    // A training sequence must have the size of frame 0.
+    auto other = make(training_ ? start_ : std::vector<Real>(3 * k_, Real{1}), settings_);
     other->restore(state);
     require(other->state() == state, "a state restores to itself");
     require(std::ranges::equal(other->generation(), subject_->generation()), "generations move");
@@ -239,7 +239,7 @@ class Trial {
     if (state.size() >= 8 && input_.below(16) != 0) testing::seal(state);
     if (!accepted([&] { subject_->restore(state); })) return;
     // Coefficients of parts that the surface does not have are read and forgotten.
-    require(rehearsal_ || subject_->state() == state, "what is accepted is kept");
+    require(training_ || subject_->state() == state, "what is accepted is kept");
     state = subject_->state();
     twin_->restore(state);
     first_.clear();
@@ -295,7 +295,7 @@ class Trial {
   void finish(const std::vector<Real>& packed, const Known& known,
               const std::vector<Real>& completed, const Push& push_twin) {
     const FrameReport& report = subject_->report();
-    require(report.known + report.filled + report.unseen == k_, "every vertex is counted");
+    require(report.known + report.filled + report.disconnected == k_, "every vertex is counted");
     std::size_t given = 0;
     for (std::size_t v = 0; v < k_; ++v) {
       for (std::size_t c = 3 * v; c < 3 * v + 3; ++c) {
@@ -360,7 +360,7 @@ class Trial {
   std::vector<Index> faces_;
   std::unique_ptr<Completer<Real>> subject_;
   std::unique_ptr<Completer<Real>> twin_;
-  std::optional<Rehearsal<Real>> rehearsal_;
+  std::optional<Training<Real>> training_;
   std::vector<Real> start_;     // the first frame 0
   std::vector<Real> first_;     // frame 0; empty if it came from a modified state
   std::vector<Real> previous_;  // the last completed frame

@@ -61,7 +61,7 @@ inline Settings settings_of(Input& input) {
   Settings settings;
   const std::size_t bits = input.below(256);
   settings.method = (bits & 1) != 0 ? Method::detail : Method::motion;
-  settings.unseen = (bits & 2) != 0 ? UnseenRule::hold : UnseenRule::follow;
+  settings.disconnected = (bits & 2) != 0 ? DisconnectedRule::hold : DisconnectedRule::follow;
   settings.threads = (bits & 12) == 12 ? 2 : 1;
   if (settings.method == Method::motion ||
       (bits & 0xf0) == 0xf0) {  // otherwise refused, which is rare

@@ -134,7 +134,7 @@ def never_seen_in_a_patch() -> Sequence:
     return sequence
 
 
-def component_unseen() -> Broken:
+def component_disconnected() -> Broken:
     sequence = moving(join(sheet(12), sheet(4, offset=20)))
     sequence.vertices[2:13, 144:] = np.nan
     expected = Expected(1, list(range(144, 160)), frames=list(range(2, 13)))
@@ -238,7 +238,7 @@ BROKEN: dict[str, Callable[[], Broken]] = {
     for make in (
         first_frame_incomplete, known_not_finite, no_faces, scrambled_frames,
         first_frame_zeros, zeros, leaps, outliers, frames_without_anchors, hardly_any_anchors,
-        few_anchors, never_seen, component_unseen,
+        few_anchors, never_seen, component_disconnected,
         coincident_vertices, isolated_vertices, far_from_origin, non_manifold_edges,
         non_manifold_vertices, flat_faces, needle_faces, degenerate_faces, duplicate_faces,
         flipped_faces, one_sided_surface, repeated_frames, several_components, small_holes,

@@ -104,10 +104,10 @@ def shared_pieces() -> Iterator[Callable[[], int]]:
     Completers in the test work in pieces of 64 vertices, and share them if there are two or more.
     Every call waits until another thread takes part.
     """
-    usual = _core._set_sharing(chunk=64, short_chunk=64, fewest_pieces=2, patience=PATIENCE)
+    usual = _core._set_task_sharing(chunk=64, short_chunk=64, fewest_pieces=2, patience=PATIENCE)
     before = _core._pieces_done_by_others()
     yield lambda: _core._pieces_done_by_others() - before
-    _core._set_sharing(*usual)
+    _core._set_task_sharing(*usual)
 
 
 @pytest.fixture(scope="session")

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from reference import Array, sum_to
 
 MEMBERS = 9
-"""Numbers of a vertex: made-up errors of a coordinate."""
+"""Numbers of a vertex: the members of the ensemble of a coordinate."""
 
 _64_BITS = (1 << 64) - 1
 

@@ -43,7 +43,7 @@ def complete_frame(
     revisit: bool = True,
     extra_iterations: int = 0,
 ) -> tuple[Array, NDArray[np.int64]]:
-    """Completes one frame except unseen vertices. Returns positions and generations."""
+    """Completes one frame except disconnected vertices. Returns positions and generations."""
     k = len(previous)
     i, j = edges
     squared = ((previous[i] - previous[j]) ** 2).sum(axis=1)
@@ -107,7 +107,7 @@ def follow(
     completed: Array,
     generation: NDArray[np.int64],
 ) -> Array:
-    """Moves the unseen vertices of a completed frame."""
+    """Moves the disconnected vertices of a completed frame."""
     label = components(edges, len(previous))
     distance = np.linalg.norm(first_frame[:, None] - first_frame[None], axis=2)
     distance[label[:, None] == label[None]] = np.inf
@@ -312,7 +312,7 @@ class Detail:
         return np.asarray(np.einsum("nij,nj->ni", self.q, memory))
 
     def complete(self, points: Array, known: NDArray[np.bool_]) -> Array:
-        """Completes one frame except unseen vertices."""
+        """Completes one frame except disconnected vertices."""
         self.is_stiff = None
         seen = np.isin(self.label, self.label[known])
         x = self.previous
@@ -364,7 +364,7 @@ class Detail:
     def _posed(
         self, x: list[Array], r: list[Array], detail: list[Array], *_: NDArray[Any]
     ) -> tuple[list[Array], list[Array], list[Array]]:
-        """Poses the rest shape or the last one by modes, if there are any."""
+        """Fits the rest shape or the last one by modes, if there are any."""
         return x, r, detail
 
     def _bounded(self, b: float) -> float:

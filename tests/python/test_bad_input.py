@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from bad_input import commands
-from bad_input.case import Case, Told, World
+from bad_input.case import Case, Printed, World
 from bad_input.page import page, prepared, python_sections
 
 CASES = [case for cases in python_sections().values() for case in cases]
@@ -23,7 +23,7 @@ def check(case: Case, world: World, capfd: pytest.CaptureFixture[str]) -> None:
     error = case.answer(world)
     assert capfd.readouterr() == ("", "")
     assert isinstance(error, case.error), repr(error)
-    assert isinstance(error, (ValueError, TypeError, IndexError, OSError, Told)), repr(error)
+    assert isinstance(error, (ValueError, TypeError, IndexError, OSError, Printed)), repr(error)
     for name in case.names:
         assert name in str(error)
     assert world.snapshot() == before

@@ -93,7 +93,7 @@ def test_folders_of_outputs_are_created(tmp_path: Path) -> None:
 def test_a_table_is_read(tmp_path: Path) -> None:
     table = tmp_path / "jobs.csv"
     table.write_text(
-        "input,output,extra_iterations,unseen,provenance,mask,fps,revisit,method,noise,"
+        "input,output,extra_iterations,disconnected,provenance,mask,fps,revisit,method,noise,"
         "reject_outliers,learn,threads\n"
         'a.npz,b.npz,3,hold,yes,"a, mask.npy",25,,,,,,\n'
         "c.npz,d.npz,,,,,,false,,,,,\n"
@@ -107,7 +107,7 @@ def test_a_table_is_read(tmp_path: Path) -> None:
         {"known": tmp_path / "a, mask.npy"},
         fps=25.0,
         provenance=True,
-        settings={"extra_iterations": 3, "unseen": "hold"},
+        settings={"extra_iterations": 3, "disconnected": "hold"},
     )
     assert second == Job(tmp_path / "c.npz", tmp_path / "d.npz", settings={"revisit": False})
     assert isinstance(third, Job)

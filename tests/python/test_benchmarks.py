@@ -12,13 +12,13 @@ import pytest
 from conftest import REPOSITORY
 
 PAGE = REPOSITORY / "docs" / "speed.md"
-OTHERS = {"ocean", "crane", "ocean_sim_50x50", "methods", "claims", "rehearsal", "whole"}
+OTHERS = {"ocean", "crane", "ocean_sim_50x50", "methods", "claims", "training", "whole"}
 """The tables of docs/reference/measurements.md that docs/results.md refers to."""
 SECTIONS = (
     "low-resolution",
     "subdivided",
     "largest",
-    "rehearsal",
+    "training",
     "sizes",
     "unknown",
     "overhead",
@@ -79,9 +79,9 @@ def test_tables_are_whole(measured: Path) -> None:
             own = [r for r in rows if not re.search("threads|libigl", r[0])]
             assert len(own) == {"ratios": 5, "errors": 3, "detail": 5}[kind]
             assert all(is_number(cell) for row in own for cell in row[1:])
-    head, *rows = tables["rehearsal-speed"]
+    head, *rows = tables["training-speed"]
     assert head[1:] == ["10 %", "30 %", "50 %", "70 %", "camera", "patches"]
-    assert rows[0][0] == "time of detail, rehearsed, times detail"
+    assert rows[0][0] == "time of detail, trained, times detail"
     assert all(is_number(cell) for row in rows for cell in row[1:])
     assert tables["numbering"][0][-1] == "ratio"
     assert all(is_number(r[-1]) for r in tables["numbering"][1:] if "threads" not in r[2])
@@ -123,7 +123,7 @@ def test_the_page_has_a_place_for_each_table(measured: Path) -> None:
 def test_every_method_of_the_study_that_the_paper_lacks_is_benchmarked() -> None:
     program = """
 from dynmesh.study.methods import MOTION
-from dynmesh.study.rivals import BEYOND
+from dynmesh.study.baselines import BEYOND
 from benchmarks import methods, methods_table
 everywhere = {MOTION, *BEYOND}
 assert everywhere <= set(methods.ALL)

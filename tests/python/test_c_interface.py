@@ -44,7 +44,7 @@ class Settings(ctypes.Structure):
         ("method", c_int32),
         ("revisit", c_int32),
         ("extra_iterations", c_int32),
-        ("unseen", c_int32),
+        ("disconnected", c_int32),
         ("noise", c_double),
         ("reject_outliers", c_int32),
         ("threads", c_int32),
@@ -59,13 +59,13 @@ class Report(ctypes.Structure):
     _fields_ = (
         ("known", c_int64),
         ("filled", c_int64),
-        ("unseen", c_int64),
+        ("disconnected", c_int64),
         ("rejected", c_int64),
         ("iterations", c_int64),
         ("seconds", c_double),
         ("blend", c_double),
-        ("trust", c_double),
-        ("explained", c_double),
+        ("prior_weight", c_double),
+        ("prior_share", c_double),
         ("standard_error", c_double),
     )
 
@@ -100,10 +100,14 @@ class Twins:
         self.library = library
         self.first_frame = mesh.vertices.astype(dtype)
         self.completer = dynmesh.Completer(
-            mesh.faces, self.first_frame, extra_iterations=extra_iterations
+            mesh.faces,
+            self.first_frame,
+            method="motion" if extra_iterations else "detail",
+            extra_iterations=extra_iterations,
         )
         settings = Settings()
         self.call("default_settings", byref(settings), c_int64(ctypes.sizeof(settings)))
+        settings.method = 0 if extra_iterations else 1
         settings.extra_iterations = extra_iterations
         self.handle = c_void_p()
         faces = np.ascontiguousarray(mesh.faces, np.int32)
@@ -127,7 +131,7 @@ class Twins:
         self.call(name, self.handle, *arguments, byref(view(completed)), byref(report))
         assert completed.tobytes() == expected.tobytes()
         theirs = self.completer.report
-        for field in ("known", "filled", "unseen", "rejected", "iterations"):
+        for field in ("known", "filled", "disconnected", "rejected", "iterations"):
             assert getattr(report, field) == getattr(theirs, field)
         k = len(expected)
         for field in ("generation", "age"):
@@ -220,7 +224,7 @@ def test_default_settings(library: ctypes.CDLL) -> None:
     assert library.dynmesh_default_settings(byref(settings), c_int64(size)) == 0
     assert settings.size == size
     header = (REPOSITORY / "cpp" / "include" / "dynmesh" / "dynmesh.h").read_text()
-    constants = {"DYNMESH_METHOD_MOTION": "0", "DYNMESH_UNSEEN_FOLLOW": "1"}
+    constants = {"DYNMESH_METHOD_DETAIL": "1", "DYNMESH_DISCONNECTED_FOLLOW": "1"}
     documented = [constants.get(x, x) for x in re.findall(r"/// Default: (\w+)", header)]
     actual = [getattr(settings, name) for name, _ in Settings._fields_[1:]]
     np.testing.assert_array_equal(actual, [float(x) for x in documented])

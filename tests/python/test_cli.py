@@ -69,7 +69,7 @@ def test_settings_reach_the_completer(folder: Path, tmp_path: Path) -> None:
     for options, settings in [
         (["--method", "motion", "--no-revisit"], {"method": "motion", "revisit": False}),
         (["--method=motion", "--extra-iterations=4"], {"method": "motion", "extra_iterations": 4}),
-        (["--unseen", "hold"], {"method": "detail", "unseen": "hold"}),
+        (["--disconnected", "hold"], {"method": "detail", "disconnected": "hold"}),
     ]:
         out = tmp_path / "out.npz"
         run("complete", folder / "partial.npz", out, "--overwrite", *options)
@@ -200,7 +200,9 @@ def test_zeros_that_may_be_missing_are_reported(folder: Path, tmp_path: Path) ->
 
 def test_complete_reports_what_it_did(folder: Path, tmp_path: Path) -> None:
     shown = run("complete", folder / "partial.npz", tmp_path / "a.npz").stderr
-    assert "a.npz: known 30 %, filled in 70 %, unseen 0 % of the vertices after frame 0" in shown
+    assert (
+        "a.npz: known 30 %, filled in 70 %, disconnected 0 % of the vertices after frame 0" in shown
+    )
     assert "nothing was missing" not in shown
     shown = run("complete", folder / "truth.npz", tmp_path / "b.npz").stderr
     assert "b.npz: nothing was missing" in shown

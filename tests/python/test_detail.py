@@ -58,14 +58,14 @@ def test_frames_equal_the_transcription(
     }[shape]
     k = len(mesh.vertices)
     completer = dynmesh.Completer(
-        mesh.faces, mesh.vertices, method="detail", unseen="hold", noise=noise
+        mesh.faces, mesh.vertices, method="detail", disconnected="hold", noise=noise
     )
     expected = reference.Detail(mesh.faces, mesh.vertices, noise)
     for n in range(1, 5):
         points = bent(mesh.vertices, 0.02 * n) + 0.02 * rng.normal(size=(k, 3))
         known = rng.random(k) < share
         if shape == "two parts" and n % 2 == 0:
-            known[64:] = False  # unseen
+            known[64:] = False  # disconnected
         completed = completer.push(points, known)
         np.testing.assert_allclose(
             completed, expected.complete(points, known), rtol=0, atol=1e-6 * expected.h
@@ -140,8 +140,9 @@ def test_any_mesh_is_completed_to_something_finite(mesh: Mesh, data: st.DataObje
         completed = completer.push(points, known)
         assert np.abs(completed).max() < 100 * scale
         np.testing.assert_array_equal(completed[known], points[known])
-        assert completer.report.known + completer.report.filled + completer.report.unseen == len(
-            points
+        assert (
+            completer.report.known + completer.report.filled + completer.report.disconnected
+            == len(points)
         )
 
 
@@ -154,9 +155,9 @@ def test_names_and_order_do_not_matter(mesh: Mesh, data: st.DataObject) -> None:
     renamed = rng.permutation(k)  # vertex v becomes renamed[v]
     old = np.argsort(renamed)
     other = dynmesh.Completer(
-        renamed[mesh.faces], mesh.vertices[old], method="detail", unseen="hold"
+        renamed[mesh.faces], mesh.vertices[old], method="detail", disconnected="hold"
     )
-    completer = dynmesh.Completer(mesh.faces, mesh.vertices, method="detail", unseen="hold")
+    completer = dynmesh.Completer(mesh.faces, mesh.vertices, method="detail", disconnected="hold")
     np.testing.assert_allclose(
         other.push(points[old], known[old])[renamed],
         completer.push(points, known),

@@ -46,10 +46,11 @@ def test_python(tmp_path: Path) -> None:
 
 
 def test_shell(tmp_path: Path) -> None:
-    (snippet,) = blocks("bash")
-    assert len(snippet.splitlines()) <= 10
-    shown = run("bash", "-euc", snippet, cwd=tmp_path)
-    (quoted,) = re.findall(r"shell commands above give\s+an error of (\d\.\d+)\.", README)
+    completion, tracking = blocks("bash")
+    shown = run("bash", "-euc", completion, cwd=tmp_path)
+    (quoted,) = re.findall(
+        r"^`evaluate` prints an error of (\d\.\d+)\.", README, flags=re.MULTILINE
+    )
     (nmsve,) = re.findall(r"^NMSVE x 1e4\s+([\d.]+)", shown, flags=re.MULTILINE)
     assert f"{float(nmsve):.3g}" == quoted
     example = REPOSITORY / "examples" / "python" / "complete_file.py"
@@ -59,6 +60,9 @@ def test_shell(tmp_path: Path) -> None:
     assert (alone.returncode, alone.stderr.partition(":")[0]) == (1, "usage")
     completed = np.load(tmp_path / "completed.npz")["vertices"]
     np.testing.assert_array_equal(np.load(tmp_path / "again.npz")["vertices"], completed)
+    shown = run("bash", "-euc", tracking, cwd=tmp_path)
+    assert float(re.findall(r"^mean error\s+([\d.]+)", shown, flags=re.MULTILINE)[0]) < 0.01
+    assert (tmp_path / "tracked.html").exists()
 
 
 def build(folder: Path, programs: Path) -> Path:
@@ -134,7 +138,7 @@ PAGES = (
     "docs/diagnosis.md",
     "docs/formats.md",
     "docs/gallery.md",
-    "docs/guides/rehearse.md",
+    "docs/guides/training.md",
     "docs/guides/research.md",
     "docs/guides/scene_caches.md",
     "docs/guides/shell.md",

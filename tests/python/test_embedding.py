@@ -54,7 +54,7 @@ def test_cpp_and_c(tmp_path: Path, programs: Path) -> None:
         assert run(built / name, cwd=tmp_path) == "3 filled in; vertex 0 is at height 5\n"
     assert run(built / "packets", cwd=tmp_path).splitlines() == [
         "frame 4 refused: indices: position 0 holds 9, but the mesh has 4 vertices, counted from 0",
-        "vertex 3 is at height 3, unseen for 4 frames",
+        "vertex 3 is at height 3, disconnected for 4 frames",
     ]
 
 
@@ -136,7 +136,7 @@ def test_lost_frames_and_keyframes() -> None:
     truth = dynmesh.synth.ocean(5)
     first, second, third, keyframe, last = truth.vertices
     known = np.random.default_rng(0).random(len(first)) < 0.3
-    steady, lossy = (dynmesh.Completer(truth.faces, first) for _ in range(2))
+    steady, lossy = (dynmesh.Completer(truth.faces, first, method="motion") for _ in range(2))
     assert (lossy.skip() == first).all()
     detailed = dynmesh.Completer(truth.faces, first, method="detail")
     for frame in (second, third):
@@ -145,7 +145,7 @@ def test_lost_frames_and_keyframes() -> None:
     for frame in (second, third):  # as without the skip
         assert lossy.push(frame, known).tobytes() == steady.push(frame, known).tobytes()
     assert (lossy.push(keyframe) == keyframe).all()
-    fresh = dynmesh.Completer(truth.faces, keyframe).push(last, known)
+    fresh = dynmesh.Completer(truth.faces, keyframe, method="motion").push(last, known)
     # Frame 0 still determines the unit of the weights, which changes rounding.
     assert np.allclose(lossy.push(last, known), fresh, rtol=0, atol=1e-5)
 
@@ -154,14 +154,14 @@ def test_lost_frames_and_keyframes() -> None:
 def test_size_of_a_state(dtype: str, share: int) -> None:
     truth = dynmesh.synth.ocean(1)
     first = truth.vertices[0].astype(dtype)
-    completer = dynmesh.Completer(truth.faces, first)
+    completer = dynmesh.Completer(truth.faces, first, method="motion")
     assert len(completer.state()) == 172 + share * completer.n_vertices
     detail = dynmesh.Completer(truth.faces, first, method="detail")
     assert len(detail.state()) == 172 + (share + 56) * detail.n_vertices
     take = dynmesh.synth.ocean(3).vertices.astype(dtype)
-    rehearsed = dynmesh.Completer(truth.faces, first, method="detail", rehearsal=take)
-    assert len(rehearsed.state()) == len(detail.state()) + 1688
+    trained = dynmesh.Completer(truth.faces, first, method="detail", training=take)
+    assert len(trained.state()) == len(detail.state()) + 1688
     assert "172 bytes, and for each vertex" in DOCUMENT
-    assert "1 688 with a rehearsal" in DOCUMENT
+    assert "1 688 with training" in DOCUMENT
     assert f"{share} with `{'float' if share == 29 else 'double'}`" in DOCUMENT
     assert "and 56 more with method\ndetail" in DOCUMENT

@@ -57,7 +57,7 @@ def test_they_equal_the_transcription(
         if n % 3:
             known[20:60] = True  # so that some cells are known in two frames
         if n > 6:
-            known[64:] = False  # unseen
+            known[64:] = False  # disconnected
         if n == 4:
             known[:] = True
         if n == 5:
@@ -124,12 +124,12 @@ def test_a_walk_at_random_is_covered_as_promised(rng: np.random.Generator) -> No
     assert 0.7 < found.rms_ratio < 1.4
 
 
-def test_a_rehearsed_completer_has_them_too() -> None:
+def test_a_trained_completer_has_them_too() -> None:
     mesh = meshes.sheet(8)
     frames = waving(mesh.vertices, 8)
     rng = np.random.default_rng(1)
     masks = [rng.random(64) < 0.4 for _ in frames[1:]]
-    bars = bars_of(mesh.faces, frames, masks, rehearsal=frames)
+    bars = bars_of(mesh.faces, frames, masks, training=frames)
     assert all((bar[~mask] > 0).all() for bar, mask in zip(bars, masks, strict=True))
 
 

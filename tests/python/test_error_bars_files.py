@@ -205,14 +205,14 @@ def test_formats_keep_what_standard_errors_are_of(
     assert dynmesh.read(again).standard_error_of == "surface"
     # A completion of the tracked sequence says what its own errors are of.
     run("complete", target, again, "--uncertainty", "--provenance", "--overwrite")
-    assert dynmesh.read(again).standard_error_of == "place"
+    assert dynmesh.read(again).standard_error_of == "position"
     run("complete", target, again, "--provenance", "--overwrite")
-    assert dynmesh.read(again).standard_error_of == "place"
+    assert dynmesh.read(again).standard_error_of == "position"
     if format == "npy":
         run("convert", tmp_path / "plain.npy", again, "--overwrite")
         assert not again.with_name("again.standard_error_of.npy").exists()
     dynmesh.write(tmp_path / "other.npz", completed)
-    assert dynmesh.read(tmp_path / "other.npz").standard_error_of == "place"
+    assert dynmesh.read(tmp_path / "other.npz").standard_error_of == "position"
 
 
 def test_an_overlay_hides_what_the_errors_below_are_of(
@@ -221,27 +221,29 @@ def test_an_overlay_hides_what_the_errors_below_are_of(
     source, target = tmp_path / "tracked.usdc", tmp_path / "over.usda"
     dynmesh.write(source, surface_errors(completed))
     run("complete", source, target, "--overlay", "--uncertainty", "--provenance")
-    assert dynmesh.read(target).standard_error_of == "place"
+    assert dynmesh.read(target).standard_error_of == "position"
 
 
 def test_files_say_only_what_errors_can_be_of(tmp_path: Path, completed: dynmesh.Sequence) -> None:
-    with pytest.raises(ValueError, match="standard_error_of: must be 'place' or 'surface'"):
+    with pytest.raises(ValueError, match="standard_error_of: must be 'position' or 'surface'"):
         replace(completed, standard_error_of="volume")  # type: ignore[arg-type]
     dynmesh.write(tmp_path / "in.npz", completed)
     with np.load(tmp_path / "in.npz") as arrays:
         np.savez(tmp_path / "wrong.npz", **{**arrays, "standard_error_of": "volume"})
         without = {name: arrays[name] for name in arrays if name != "standard_error_of"}
         np.savez(tmp_path / "old.npz", **without)
+        np.savez(tmp_path / "older.npz", **{**arrays, "standard_error_of": "place"})
     with pytest.raises(ValueError, match=r"wrong\.npz: standard_error_of: .* not 'volume'"):
         dynmesh.read(tmp_path / "wrong.npz")
-    assert dynmesh.read(tmp_path / "old.npz").standard_error_of == "place"
+    assert dynmesh.read(tmp_path / "old.npz").standard_error_of == "position"
+    assert dynmesh.read(tmp_path / "older.npz").standard_error_of == "position"
     for name, sequence in (("a", completed), ("b", surface_errors(completed))):
         dynmesh.write(tmp_path / f"{name}_%04d.ply", sequence)
     (tmp_path / "mixed").mkdir()
     for number, name in enumerate("aabaaa"):
         file = tmp_path / f"{name}_{number:04d}.ply"
         file.rename(tmp_path / "mixed" / f"frame_{number:04d}.ply")
-    with pytest.raises(ValueError, match=r"errors of the surface, but .* of the place"):
+    with pytest.raises(ValueError, match=r"errors of the surface, but .* of the position"):
         dynmesh.read(tmp_path / "mixed")
 
 
@@ -315,7 +317,7 @@ def test_the_true_surface_is_found_where_a_vertex_slid_to() -> None:
 
 def test_the_legend_says_what_errors_are_of(tmp_path: Path, completed: dynmesh.Sequence) -> None:
     for sequence, kind, title, factor in (
-        (completed, "place", "standard error in mm", np.sqrt(3)),
+        (completed, "position", "standard error in mm", np.sqrt(3)),
         (surface_errors(completed), "surface", "standard error from the surface in mm", 1.0),
     ):
         shown = replace(sequence, metres_per_unit=0.001)

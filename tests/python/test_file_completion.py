@@ -20,7 +20,7 @@ from dynmesh.jobs import file_completion
 from dynmesh.jobs.batch import Job, complete_files
 from dynmesh.jobs.checkpoint import Checkpoint, OtherJobError
 from dynmesh.jobs.file_completion import complete_file
-from dynmesh.settings import default_settings, file_settings
+from dynmesh.settings import default_settings
 
 RESUMABLE = [
     format.name for format in files.formats.values() if format.writer and format.writer.resumable
@@ -281,7 +281,7 @@ def test_a_complete_output_without_errors_or_of_other_faces_is_of_another_job(
     bars = np.ones(stored.vertices.shape[:2], np.float32)
     dynmesh.write(output, replace(stored, standard_error=bars, standard_error_of="surface"))
     shown = run("complete", partial, output, *options, "--uncertainty", code=1).stderr
-    assert "standard errors changed (it was surface, now it is place)" in shown
+    assert "standard errors changed (it was surface, now it is position)" in shown
 
 
 @pytest.mark.usefixtures("eager")
@@ -392,7 +392,6 @@ def test_the_defaults_are_the_completers(partial: Path) -> None:
     faces, frame = sequence.faces, sequence.vertices[0]
     said = dynmesh.Completer(faces, frame, **default_settings)
     assert said.state() == dynmesh.Completer(faces, frame).state()
-    assert {**file_settings, "method": "motion"} == default_settings
 
 
 def test_the_report_of_a_file(tmp_path: Path, partial: Path) -> None:
@@ -403,7 +402,7 @@ def test_the_report_of_a_file(tmp_path: Path, partial: Path) -> None:
     sequence = dynmesh.read(partial)
     assert sequence.known is not None
     n_known = int(sequence.known[1:].sum())
-    assert (report.known, report.filled, report.unseen) == (n_known, 29 * 2500 - n_known, 0)
+    assert (report.known, report.filled, report.disconnected) == (n_known, 29 * 2500 - n_known, 0)
     assert dynmesh.read(tmp_path / "out.npz").fps == 12.5
 
 

@@ -177,23 +177,25 @@ def test_scales_cover_what_is_shown(path: Path) -> None:
             scale = heatmap.scale(heatmap.colour, frames)
             assert scale is not None
             for frame in frames:
-                places = scale.place(frame.values[heatmap.colour])
+                places = scale.position(frame.values[heatmap.colour])
                 assert ((places >= 0) & (places <= 1)).all()
-            assert [tick.place for tick in scale.ticks] == sorted(t.place for t in scale.ticks)
+            assert [tick.position for tick in scale.ticks] == sorted(
+                t.position for t in scale.ticks
+            )
 
 
 def test_measures_are_placed_by_decades() -> None:
     scale = MeasureScale("error", "%", 0.02, 2)
-    places = scale.place(np.array([0.0, 0.02, 0.2, 2, 100.0]))
+    places = scale.position(np.array([0.0, 0.02, 0.2, 2, 100.0]))
     np.testing.assert_allclose(places, [0, 0, 0.5, 1, 1], atol=1e-6)
     assert [tick.label for tick in scale.ticks] == ["0.02 % or less", "0.1 %", "1 %", "2 % or more"]
-    marked = scale.place(np.array([0.02, 0.1, 1, 2]))
-    np.testing.assert_allclose([tick.place for tick in scale.ticks], marked, atol=1e-6)
+    marked = scale.position(np.array([0.02, 0.1, 1, 2]))
+    np.testing.assert_allclose([tick.position for tick in scale.ticks], marked, atol=1e-6)
 
 
 def test_measures_from_zero_are_placed_evenly() -> None:
     scale = MeasureScale("error", "mm", 0, 6)
-    np.testing.assert_allclose(scale.place(np.array([0, 1.5, 3, 9])), [0, 0.25, 0.5, 1])
+    np.testing.assert_allclose(scale.position(np.array([0, 1.5, 3, 9])), [0, 0.25, 0.5, 1])
     labels = ["0 mm", "1.5 mm", "3 mm", "4.5 mm", "6 mm or more"]
     assert [tick.label for tick in scale.ticks] == labels
 
@@ -218,12 +220,12 @@ def test_a_range_fixes_the_scale(path: Path, tmp_path: Path, mesh: Mesh) -> None
         frames = list(heatmap.frames(range(4)))
         scale = heatmap.scale("error", frames)
         assert scale is not None
-        np.testing.assert_allclose(scale.place(np.array([0.5, 20])), [0, 1], atol=1e-6)
+        np.testing.assert_allclose(scale.position(np.array([0.5, 20])), [0, 1], atol=1e-6)
         counts = Heatmap(reader, colour="age", range=(2, 5)).scale("age", frames)
     assert counts is not None
     labels = ["0, observed", "1 to 2", "3", "4", "5 or more"]
     assert [tick.label for tick in counts.ticks] == labels
-    steps = (counts.place(np.array([0, 1, 2, 3, 5, 900])) * 5).astype(int)
+    steps = (counts.position(np.array([0, 1, 2, 3, 5, 900])) * 5).astype(int)
     assert steps.tolist() == [0, 1, 1, 2, 4, 4]
     labels = [tick.label for tick in CountScale("age", 60, zero="here", fixed=5).ticks]
     assert labels[:3] == ["0, here", "1 to 5", "6"]
@@ -267,13 +269,13 @@ def test_an_exact_completion_has_a_scale(tmp_path: Path, mesh: Mesh) -> None:
         frames = list(heatmap.frames(range(3)))
         scale = heatmap.scale("error", frames)
     assert scale is not None
-    assert not scale.place(frames[2].values["error"]).any()
+    assert not scale.position(frames[2].values["error"]).any()
 
 
 def test_few_counts_have_a_step_each() -> None:
     scale = CountScale("steps", 3, zero="here")
     assert [tick.label for tick in scale.ticks] == ["0, here", "1", "2", "3"]
-    np.testing.assert_allclose(scale.place(np.arange(4)), [0.125, 0.375, 0.625, 0.875])
+    np.testing.assert_allclose(scale.position(np.arange(4)), [0.125, 0.375, 0.625, 0.875])
 
 
 def test_many_counts_share_steps_that_double() -> None:
@@ -281,7 +283,7 @@ def test_many_counts_share_steps_that_double() -> None:
     labels = ["0, here", "1", "2", "3 to 4", "5 to 8", "9 to 16", "17 to 20", "nowhere"]
     assert [tick.label for tick in scale.ticks] == labels
     assert len(scale.colours) == len(labels)
-    steps = (scale.place(np.array([0, 1, 2, 3, 4, 5, 8, 9, 16, 17, 20, -1])) * 8).astype(int)
+    steps = (scale.position(np.array([0, 1, 2, 3, 4, 5, 8, 9, 16, 17, 20, -1])) * 8).astype(int)
     assert steps.tolist() == [0, 1, 2, 3, 3, 4, 4, 5, 5, 6, 6, 7]
 
 
@@ -289,8 +291,8 @@ def test_many_counts_share_steps_that_double() -> None:
 def test_every_count_has_the_step_that_names_it(largest: int) -> None:
     scale = CountScale("steps", largest, zero="here")
     counts = np.unique(np.linspace(1, largest, 100).astype(int)) if largest else np.array([0])
-    for count, place in zip(counts, scale.place(counts), strict=True):
-        label = min(scale.ticks, key=lambda tick: abs(tick.place - place)).label
+    for count, position in zip(counts, scale.position(counts), strict=True):
+        label = min(scale.ticks, key=lambda tick: abs(tick.position - position)).label
         first, _, last = label.split(",")[0].partition(" to ")
         assert int(first) <= count <= int(last or first)
 
@@ -299,7 +301,7 @@ def test_filled_in_is_a_step_only_where_there_can_be_any() -> None:
     assert [tick.label for tick in KnownScale(with_filled_in=False).ticks] == ["observed"]
     both = KnownScale(with_filled_in=True)
     assert [tick.label for tick in both.ticks] == ["filled in", "observed"]
-    np.testing.assert_allclose(both.place(np.array([0, 1])), [0.25, 0.75])
+    np.testing.assert_allclose(both.position(np.array([0, 1])), [0.25, 0.75])
 
 
 @pytest.mark.parametrize(("value", "expected"), [(1, 1), (1.2, 2), (0.021, 0.05), (6e-7, 1e-6)])

@@ -151,7 +151,8 @@ def test_out_is_written_and_returned(completer: dynmesh.Completer, mesh: Mesh) -
     assert np.isfinite(points).all()
 
 
-def test_age_and_generation(completer: dynmesh.Completer, mesh: Mesh) -> None:
+def test_age_and_generation(mesh: Mesh) -> None:
+    completer = dynmesh.Completer(mesh.faces, mesh.vertices, method="motion")
     known = np.zeros(len(mesh.vertices), bool)
     known[0] = True
     completer.push(mesh.vertices, known)
@@ -203,10 +204,12 @@ def test_complete_is_a_generator_in_constant_memory(mesh: Mesh, rng: np.random.G
     assert given == 2
     assert len(list(stream)) == 998
 
-    again = dynmesh.Completer(mesh.faces, mesh.vertices, extra_iterations=3)
+    again = dynmesh.Completer(mesh.faces, mesh.vertices, extra_iterations=3, method="motion")
     points = turned(mesh.vertices, 0.2)
     points[5:20] = np.nan
-    completed = list(dynmesh.complete(mesh.faces, [mesh.vertices, points], extra_iterations=3))
+    completed = list(
+        dynmesh.complete(mesh.faces, [mesh.vertices, points], extra_iterations=3, method="motion")
+    )
     np.testing.assert_array_equal(completed[1], again.push(points))
 
 

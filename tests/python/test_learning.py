@@ -7,8 +7,8 @@ import meshes
 import numpy as np
 import pytest
 from meshes import Array, Mesh
-from rehearsal_reference import Learned
-from test_rehearsal import completed, error
+from test_training import completed, error
+from training_reference import Learned
 
 import dynmesh
 
@@ -52,23 +52,23 @@ def test_frames_equal_the_transcription(
     }[shape]
     frames = swinging(mesh.vertices, n_frames + 1)[1:]
     completer = dynmesh.Completer(
-        mesh.faces, mesh.vertices, method="detail", unseen="hold", noise=noise, learn=True
+        mesh.faces, mesh.vertices, method="detail", disconnected="hold", noise=noise, learn=True
     )
     expected = Learned(mesh.faces, mesh.vertices, noise)
     for n, points in enumerate(frames):
         known = rng.random(len(points)) < (0.0 if n == 11 else 0.3)
         if shape == "two parts" and n % 3 == 1:
-            known[49:] = False  # unseen
+            known[49:] = False  # disconnected
         completed = completer.push(points, known)
         np.testing.assert_allclose(
             completed, expected.complete(points, known), rtol=0, atol=1e-6 * expected.h
         )
         report = completer.report
-        assert report.trust == expected.trust
-        assert report.explained == pytest.approx(expected.explained, abs=1e-4)
+        assert report.prior_weight == expected.prior_weight
+        assert report.prior_share == pytest.approx(expected.prior_share, abs=1e-4)
         if known.any():
             assert report.blend == pytest.approx(expected.blend, abs=1e-4)
-    assert report.trust == 1
+    assert report.prior_weight == 1
 
 
 def test_the_first_frames_are_those_of_detail(sheet: Mesh, clip: tuple[Array, Array]) -> None:
@@ -146,14 +146,14 @@ def test_frames_in_which_nothing_moves_teach_nothing(
     np.testing.assert_allclose(learned, plain, atol=1e-9)
 
 
-def test_a_completer_learns_from_frames_or_from_a_rehearsal(sheet: Mesh) -> None:
-    with pytest.raises(ValueError, match=r"learn: .*own frames or from a rehearsal"):
+def test_a_completer_learns_from_frames_or_from_a_training(sheet: Mesh) -> None:
+    with pytest.raises(ValueError, match=r"learn: .*own frames or from a training sequence"):
         dynmesh.Completer(
             sheet.faces,
             sheet.vertices,
             method="detail",
             learn=True,
-            rehearsal=swinging(sheet.vertices, 4),
+            training=swinging(sheet.vertices, 4),
         )
 
 

@@ -18,7 +18,7 @@ from dynmesh.study.sequence_study import Study, study, trial
 from dynmesh.study.subjects import Subject
 
 
-def rivals(mesh: meshes.Mesh) -> dict[str, Any]:
+def baselines(mesh: meshes.Mesh) -> dict[str, Any]:
     pytest.importorskip("igl", reason="libigl is not installed")
     faces, first = mesh.faces, mesh.vertices
     return {
@@ -31,17 +31,17 @@ def rivals(mesh: meshes.Mesh) -> dict[str, Any]:
 
 def test_known_vertices_stay_as_given_and_the_rest_is_not_read(rng: np.random.Generator) -> None:
     mesh = meshes.sheet(8)
-    for name, rival in rivals(mesh).items():
+    for name, baseline in baselines(mesh).items():
         close = 0.2 if "arap" in name else 1e-9  # libigl stops ARAP after ten iterations
         for n in (1, 2):
             known = rng.random(len(mesh.vertices)) < 0.4
             moved = mesh.vertices + np.array([n, 0, 0])
             points = np.where(known[:, None], moved, np.nan)
-            completed = rival.complete(points, known)
+            completed = baseline.complete(points, known)
             np.testing.assert_array_equal(completed[known], points[known], err_msg=name)
             np.testing.assert_allclose(completed, moved, atol=close, err_msg=name)
-        rival.reset()
-        np.testing.assert_array_equal(rival.completed, mesh.vertices)
+        baseline.reset()
+        np.testing.assert_array_equal(baseline.completed, mesh.vertices)
 
 
 def test_each_libigl_method_meets_its_definition(rng: np.random.Generator) -> None:
@@ -49,9 +49,9 @@ def test_each_libigl_method_meets_its_definition(rng: np.random.Generator) -> No
     known = rng.random(81) < 0.2
     turned = np.stack([meshes.turned(mesh.vertices, 0.1 * n) for n in range(4)])
     errors = {}
-    for name, rival in rivals(mesh).items():
+    for name, baseline in baselines(mesh).items():
         for frame in turned[1:]:
-            completed = rival.complete(frame, known)
+            completed = baseline.complete(frame, known)
         errors[name] = np.abs(completed - turned[-1]).max()
     assert max(errors["arap"], errors["arap from previous"]) < 0.1  # rotations are rigid
     assert min(errors["harmonic"], errors["biharmonic"]) > 0.3
@@ -64,11 +64,11 @@ def test_each_libigl_method_meets_its_definition(rng: np.random.Generator) -> No
     bowed = flat.vertices + np.stack([0 * x, 0 * x, (x - x.mean()) ** 2], axis=1)
     two_rings = border | (x == np.unique(x)[1]) | (x == np.unique(x)[-2])
     two_rings |= (y == np.unique(y)[1]) | (y == np.unique(y)[-2])
-    harmonic, biharmonic, *_ = rivals(flat).values()
+    harmonic, biharmonic, *_ = baselines(flat).values()
     np.testing.assert_allclose(harmonic.complete(sheared, border), sheared, atol=1e-9)
     np.testing.assert_allclose(biharmonic.complete(sheared, two_rings), sheared, atol=1e-9)
-    for rival in (harmonic, biharmonic):
-        rival.reset()
+    for baseline in (harmonic, biharmonic):
+        baseline.reset()
     assert np.abs(harmonic.complete(bowed, two_rings) - bowed).max() > 0.01
     np.testing.assert_allclose(biharmonic.complete(bowed, two_rings), bowed, atol=1e-9)
 

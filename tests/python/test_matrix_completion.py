@@ -1,4 +1,4 @@
-"""Matrix completion, the offline rival of the study."""
+"""Matrix completion, the offline baseline of the study."""
 
 import meshes
 import numpy as np

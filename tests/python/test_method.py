@@ -29,7 +29,7 @@ def test_recorded_sequences_equal_the_transcription(data: Path, name: str, share
     truth = sequence.vertices[:40].astype(np.float64)
     edges = reference.directed_edges(sequence.faces.astype(np.int64))
     h = reference.mean_edge(edges, truth[0])
-    completer = dynmesh.Completer(sequence.faces, truth[0])
+    completer = dynmesh.Completer(sequence.faces, truth[0], method="motion")
     completed, expected = truth.copy(), truth.copy()
     masks = dynmesh.degrade.random_known(len(truth), truth.shape[1], share, seed=7)
     for n, known in enumerate(masks):
@@ -50,7 +50,7 @@ def test_recorded_sequences_equal_the_transcription(data: Path, name: str, share
     st.sampled_from(["follow", "hold"]),
 )
 def test_random_meshes_equal_the_transcription(
-    mesh: Mesh, data: st.DataObject, revisit: bool, extra: int, unseen: str
+    mesh: Mesh, data: st.DataObject, revisit: bool, extra: int, disconnected: str
 ) -> None:
     edges = reference.directed_edges(mesh.faces)
     h = reference.mean_edge(edges, mesh.vertices)
@@ -60,7 +60,8 @@ def test_random_meshes_equal_the_transcription(
         mesh.vertices,
         revisit=revisit,
         extra_iterations=extra,
-        unseen=unseen,  # type: ignore[arg-type]
+        disconnected=disconnected,  # type: ignore[arg-type]
+        method="motion",
     )
     frame = mesh.vertices
     for _ in range(2):
@@ -69,14 +70,14 @@ def test_random_meshes_equal_the_transcription(
         expected, generation = reference.complete_frame(
             edges, frame, points, known, h, revisit=revisit, extra_iterations=extra
         )
-        if unseen == "follow":
+        if disconnected == "follow":
             expected = reference.follow(edges, mesh.vertices, frame, expected, generation)
         completed = completer.push(points, known)
         np.testing.assert_array_equal(completer.generation, generation)
         np.testing.assert_allclose(completed, expected, rtol=1e-7, atol=1e-7)
         assert completer.report.known == known.sum()
         assert completer.report.filled == (generation > 0).sum()
-        assert completer.report.unseen == (generation < 0).sum()
+        assert completer.report.disconnected == (generation < 0).sum()
         assert completer.report.iterations == max(generation.max(), 0) + extra
         frame = completed
 
@@ -88,7 +89,7 @@ def test_a_translation_is_completed_exactly(mesh: Mesh, data: st.DataObject) -> 
     for part in np.unique(label):
         known[data.draw(st.sampled_from(np.flatnonzero(label == part).tolist()))] = True
     direction = data.draw(st.tuples(*[st.floats(-10, 10)] * 3))
-    completer = dynmesh.Completer(mesh.faces, mesh.vertices)
+    completer = dynmesh.Completer(mesh.faces, mesh.vertices, method="motion")
     frame = mesh.vertices
     for _ in range(3):
         frame = frame + np.array(direction)
@@ -107,8 +108,10 @@ def test_names_and_order_do_not_matter(mesh: Mesh, data: st.DataObject) -> None:
     faces = rng.permutation(renamed[mesh.faces])
     faces = np.stack([np.roll(face, rng.integers(3)) for face in faces])
 
-    completed = dynmesh.Completer(mesh.faces, mesh.vertices, unseen="hold").push(points, known)
-    other = dynmesh.Completer(faces, mesh.vertices[old], unseen="hold").push(
+    completed = dynmesh.Completer(
+        mesh.faces, mesh.vertices, disconnected="hold", method="motion"
+    ).push(points, known)
+    other = dynmesh.Completer(faces, mesh.vertices[old], disconnected="hold", method="motion").push(
         points[old], known[old]
     )
     np.testing.assert_allclose(other[renamed], completed, rtol=1e-9, atol=1e-9)
@@ -118,7 +121,7 @@ def test_names_and_order_do_not_matter(mesh: Mesh, data: st.DataObject) -> None:
 def test_what_is_known_comes_back_bit_for_bit(mesh: Mesh, dtype: type[np.floating]) -> None:
     first = mesh.vertices.astype(dtype)
     points = np.exp(10 * first)
-    completer = dynmesh.Completer(mesh.faces, first)
+    completer = dynmesh.Completer(mesh.faces, first, method="motion")
     assert completer.push(points).tobytes() == points.tobytes()
     assert completer.report.known == len(first)
 
@@ -130,7 +133,9 @@ def test_scaling_commutes(mesh: Mesh, data: st.DataObject, scale: float) -> None
     points = mesh.vertices + 0.3 * rng.normal(size=mesh.vertices.shape)
 
     def complete(factor: float) -> Array:
-        completer = dynmesh.Completer(mesh.faces, factor * mesh.vertices, unseen="hold")
+        completer = dynmesh.Completer(
+            mesh.faces, factor * mesh.vertices, disconnected="hold", method="motion"
+        )
         completed: Array = completer.push(factor * points, known)
         return completed / factor
 
@@ -142,8 +147,10 @@ def test_scaling_commutes(mesh: Mesh, data: st.DataObject, scale: float) -> None
 def test_single_precision_stays_close_to_double(seed: int) -> None:
     mesh = meshes.sheet(12)
     rng = np.random.default_rng(seed)
-    single = dynmesh.Completer(mesh.faces, mesh.vertices.astype(np.float32))
-    double = dynmesh.Completer(mesh.faces, mesh.vertices.astype(np.float32).astype(np.float64))
+    single = dynmesh.Completer(mesh.faces, mesh.vertices.astype(np.float32), method="motion")
+    double = dynmesh.Completer(
+        mesh.faces, mesh.vertices.astype(np.float32).astype(np.float64), method="motion"
+    )
     for angle in (0.1, 0.2, 0.3):
         points = meshes.turned(mesh.vertices, angle).astype(np.float32)
         known = rng.random(len(points)) < 0.2
@@ -157,7 +164,9 @@ def test_single_precision_stays_close_to_double(seed: int) -> None:
 def test_a_recursion_that_diverges_stays_finite(revisit: bool) -> None:
     mesh = meshes.sheet(12)
     rng = np.random.default_rng(0)
-    completer = dynmesh.Completer(mesh.faces, mesh.vertices.astype(np.float32), revisit=revisit)
+    completer = dynmesh.Completer(
+        mesh.faces, mesh.vertices.astype(np.float32), revisit=revisit, method="motion"
+    )
     largest = 0.0
     for _ in range(4000):
         points = mesh.vertices + 0.3 * rng.normal(size=mesh.vertices.shape)

@@ -129,12 +129,18 @@ def test_settings_and_report(complete: Any, job: Job, tmp_path: Path) -> None:
     report = complete(job.raw, tmp_path / "a.raw", "--report").stderr.decode().splitlines()
     assert len(report) == 19
     first = json.loads(report[0])
-    assert (first["frame"], first["known"], first["filled"], first["unseen"]) == (1, 750, 1750, 0)
+    assert (first["frame"], first["known"], first["filled"], first["disconnected"]) == (
+        1,
+        750,
+        1750,
+        0,
+    )
     assert first["iterations"] >= 2
     assert first["rejected"] == 0
     assert first["seconds"] > 0
-    for option in (["--no-revisit"], ["--extra-iterations", "5"]):
-        complete(job.raw, tmp_path / "b.raw", "--overwrite", *option)
+    for option in ([], ["--no-revisit"], ["--extra-iterations", "5"]):
+        motion = ("--method", "motion", *option)
+        complete(job.raw, tmp_path / "b.raw", "--overwrite", *motion)
         assert (tmp_path / "b.raw").read_bytes() != job.completed
     complete(job.raw, tmp_path / "b.raw", "--overwrite", "--threads", "2")
     assert (tmp_path / "b.raw").read_bytes() == job.completed
@@ -152,59 +158,59 @@ def test_settings_and_report(complete: Any, job: Job, tmp_path: Path) -> None:
 def test_method_detail(
     complete: Any, job: Job, tmp_path: Path, options: list[str], settings: Settings
 ) -> None:
-    complete(job.raw, tmp_path / "a.raw", "--method", "detail", *options)
+    complete(job.raw, tmp_path / "a.raw", *options)
     first = job.sequence.vertices[0]
     completer = dynmesh.Completer(job.sequence.faces, first, **settings)
     expected = b"".join(completer.push(points).tobytes() for points in job.partial)
     assert (tmp_path / "a.raw").read_bytes() == expected
 
 
-class Take:
+class TrainingFile:
     """Frames of the ocean, as a take from which to complete the ocean of a job."""
 
     def __init__(self, folder: Path) -> None:
         self.frames: Floats = dynmesh.synth.ocean(100).vertices.astype(np.float32)[20:]
-        self.raw, self.pc2 = folder / "take.raw", folder / "take.pc2"
+        self.raw, self.pc2 = folder / "training.raw", folder / "training.pc2"
         self.raw.write_bytes(self.frames[:30].tobytes())
         write_pc2(self.pc2, self.frames[30:])
 
 
 @pytest.fixture(scope="module")
-def take(tmp_path_factory: pytest.TempPathFactory) -> Take:
-    return Take(tmp_path_factory.mktemp("take"))
+def training(tmp_path_factory: pytest.TempPathFactory) -> TrainingFile:
+    return TrainingFile(tmp_path_factory.mktemp("training"))
 
 
-def test_rehearsals_are_those_of_the_library(
-    complete: Any, job: Job, take: Take, tmp_path: Path
+def test_training_are_those_of_the_library(
+    complete: Any, job: Job, training: TrainingFile, tmp_path: Path
 ) -> None:
     completer = dynmesh.Completer(
-        job.sequence.faces, job.sequence.vertices[0], method="detail", rehearsal=take.frames
+        job.sequence.faces, job.sequence.vertices[0], method="detail", training=training.frames
     )
     expected, reports = [], []
     for points in job.partial[:6]:
         expected.append(completer.push(points).tobytes())
         reports.append(completer.report)
     (tmp_path / "short.raw").write_bytes(job.partial[:6].tobytes())
-    options: list[str | Path] = ["--method", "detail", "--rehearsal", take.raw]
-    options += ["--rehearsal", take.pc2, "--report"]
+    options: list[str | Path] = ["--method", "detail", "--training", training.raw]
+    options += ["--training", training.pc2, "--report"]
     result = complete(tmp_path / "short.raw", tmp_path / "a.raw", *options)
     assert (tmp_path / "a.raw").read_bytes() == b"".join(expected)
     for line, report in zip(result.stderr.decode().splitlines(), reports, strict=True):
         shown = json.loads(line)
-        for name in ("blend", "trust", "explained"):
+        for name in ("blend", "prior_weight", "prior_share"):
             assert shown[name] == pytest.approx(getattr(report, name), rel=1e-8)
-    assert max(report.explained for report in reports) > 0
+    assert max(report.prior_share for report in reports) > 0
     # The first part through a pipe.
-    options = ["--method", "detail", "--rehearsal", "-", "--rehearsal", take.pc2]
-    complete(tmp_path / "short.raw", tmp_path / "b.raw", *options, input=take.raw.read_bytes())
+    options = ["--method", "detail", "--training", "-", "--training", training.pc2]
+    complete(tmp_path / "short.raw", tmp_path / "b.raw", *options, input=training.raw.read_bytes())
     assert (tmp_path / "b.raw").read_bytes() == b"".join(expected)
 
 
 @pytest.mark.usefixtures("hearing_interrupts")
-def test_an_interrupt_while_a_rehearsal_is_read(programs: Path, job: Job, tmp_path: Path) -> None:
+def test_an_interrupt_while_a_training_is_read(programs: Path, job: Job, tmp_path: Path) -> None:
     out = tmp_path / "out.raw"
     command: list[str | Path] = [programs / "dynmesh-complete", "--template", job.template]
-    command += ["--input", job.raw, "--output", out, "--method", "detail", "--rehearsal", "-"]
+    command += ["--input", job.raw, "--output", out, "--method", "detail", "--training", "-"]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         assert process.stdin is not None
         assert process.stderr is not None
@@ -358,9 +364,19 @@ def test_errors_and_exit_codes(complete: Any, programs: Path, job: Job, tmp_path
         (1, job.raw, ["--template", wild], "line 4 refers to vertex 9, but there are 3"),
         (1, job.raw, ["--template", job.raw], "a template must be an .obj, .ply or .off file"),
         (2, tmp_path / "a.npz", [], "the suffix must be .pc2, or"),
-        (2, job.raw, ["--unseen", "vanish"], "--unseen: must be 'hold' or 'follow', not 'vanish'"),
+        (
+            2,
+            job.raw,
+            ["--disconnected", "vanish"],
+            "--disconnected: must be 'hold' or 'follow', not 'vanish'",
+        ),
         (2, job.raw, ["--extra-iterations", "many"], "'many' is not a whole number"),
-        (2, job.raw, ["--extra-iterations", "-1"], "--extra-iterations: must be from 0"),
+        (
+            2,
+            job.raw,
+            ["--method", "motion", "--extra-iterations", "-1"],
+            "--extra-iterations: must be from 0",
+        ),
         (2, job.raw, ["--speed"], "unrecognized option '--speed'"),
         (2, job.raw, ["more"], "unexpected argument 'more'"),
     ]

@@ -79,7 +79,9 @@ def test_the_numbers_are_those_of_the_library(results: Path) -> None:
     assert (sheet["frames"], sheet["vertices"]) == (9, 81)
     sequence = small_sequence()
     masks = list(dynmesh.degrade.random_known(9, 81, 0.3, seed=0))
-    completed = np.stack(list(dynmesh.complete(sequence.faces, sequence.vertices, masks)))
+    completed = np.stack(
+        list(dynmesh.complete(sequence.faces, sequence.vertices, masks, method="motion"))
+    )
     error = dynmesh.metrics.nmsve(sequence.faces, sequence.vertices, completed)[1:]
     diagonal = np.linalg.norm(np.ptp(sequence.vertices[0].astype(float), axis=0))
     motion = sheet["grid"]["motion"]["0.3"]
@@ -105,10 +107,10 @@ def test_the_second_half_is_completed_after_the_first(results: Path) -> None:
     half = json.loads((results / "results.json").read_text())["sequences"]["sheet"]["second_half"]
     assert half["frames"] == 5
     assert set(half["runs"]) == {"10 %", "camera"}
-    assert {"detail", "rehearsed", "matrix_completion", "graph_completion"} <= set(half["labels"])
-    misled = [key for key in half["runs"]["10 %"] if key.startswith("rehearsed by")]
-    assert misled == ["rehearsed by noise", "rehearsed by moves of other vertices"]
-    assert "<td>sheet, rehearsed by noise</td>" in (results / "report.html").read_text()
+    assert {"detail", "trained", "matrix_completion", "graph_completion"} <= set(half["labels"])
+    misled = [key for key in half["runs"]["10 %"] if key.startswith("trained on")]
+    assert misled == ["trained on noise", "trained on moves of other vertices"]
+    assert "<td>sheet, trained on noise</td>" in (results / "report.html").read_text()
 
 
 def test_the_report_stands_alone_and_judges_every_claim(results: Path) -> None:
@@ -142,7 +144,7 @@ def module(name: str, *arguments: str | Path) -> str:
 
 def test_the_page_of_results_is_made_from_the_runs(results: Path, tmp_path: Path) -> None:
     places = {"sheet", "claims", "detail_claims", "methods"}
-    places |= {"rehearsal", "rehearsal-summary", "whole"}
+    places |= {"training", "training-summary", "whole"}
     page, methods = tmp_path / "page.md", tmp_path / "methods.md"
     other = tmp_path / "other.md"
     page.write_text(
@@ -182,17 +184,17 @@ def test_the_table_of_methods_is_whole(results: Path) -> None:
         assert row[0] == "sheet, 4 frames"
         assert all(float(cell.strip("*")) >= 0 for cell in row[2:])  # detail is exact here
     for row in errors[2:-1]:
-        detail, *rivals = row[3:]
-        for rival in rivals:
-            assert (float(rival.strip("*")) < float(detail)) == rival.startswith("**")
+        detail, *baselines = row[3:]
+        for baseline in baselines:
+            assert (float(baseline.strip("*")) < float(detail)) == baseline.startswith("**")
 
 
-def test_the_table_of_rehearsals_is_whole(results: Path) -> None:
+def test_the_table_of_training_is_whole(results: Path) -> None:
     for options, shown in (
         ((), [loss for loss in ("10 %", "30 %", "camera", "patches") for _ in range(3)]),
         (("--whole",), None),
     ):
-        printed = module("rehearsal_table", results.parent, "sheet:8", *options)
+        printed = module("training_table", results.parent, "sheet:8", *options)
         summary, table = printed.strip().split("\n\n")
         head, _, *rows = [
             [cell.strip() for cell in row.split("|")[1:-1]] for row in table.splitlines()
@@ -205,7 +207,7 @@ def test_the_table_of_rehearsals_is_whole(results: Path) -> None:
             row = by_loss[loss]
             for name in ("motion", "matrix completion, offline", "with the graph, offline"):
                 assert float(row[name].strip("*")) > 0
-            assert (row["detail, rehearsed"] == "-") == (shown is None)
+            assert (row["detail, trained"] == "-") == (shown is None)
 
 
 def test_what_cannot_be_evaluated_is_refused(tmp_path: Path) -> None:

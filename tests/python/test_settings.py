@@ -15,7 +15,7 @@ from dynmesh.cli import app
 from dynmesh.cli.completion import complete
 from dynmesh.jobs.batch import Job
 from dynmesh.jobs.job_table import optional_columns, read_jobs
-from dynmesh.settings import SETTINGS, Setting, Settings, default_settings, file_settings
+from dynmesh.settings import SETTINGS, Setting, Settings, default_settings
 
 OTHER: dict[str, Any] = {"extra_iterations": 3, "noise": 0.5, "threads": 2}
 
@@ -44,7 +44,7 @@ def test_the_type_for_editors_is_that_of_the_table() -> None:
     [
         (dynmesh.complete, default_settings),
         (dynmesh.Completer, default_settings),
-        (dynmesh.complete_file, file_settings),
+        (dynmesh.complete_file, default_settings),
     ],
 )
 def test_every_function_takes_the_settings_of_the_table(function: Any, defaults: Settings) -> None:
@@ -68,7 +68,7 @@ def test_the_choices_are_those_of_the_compiled_core(mesh: Mesh) -> None:
                 dynmesh.Completer(mesh.faces, mesh.vertices, **wrong)
             assert all(f"'{choice}'" in refused.value.reason for choice in setting.choices)
         if setting.least is not None:
-            too_small: Any = {name: setting.least - 1}
+            too_small: Any = {"method": setting.method or "detail", name: setting.least - 1}
             with pytest.raises(SettingError, match=f"^{name}: must be from {setting.least} "):
                 dynmesh.Completer(mesh.faces, mesh.vertices, **too_small)
 
@@ -103,7 +103,7 @@ def test_the_command_has_an_option_for_each() -> None:
     for name, setting in SETTINGS.items():
         kind, option = get_args(parameters[name].annotation)
         assert names[name] == [f"--{name.replace('_', '-')}"]
-        assert parameters[name].default == file_settings[name]  # type: ignore[literal-required]
+        assert parameters[name].default == default_settings[name]  # type: ignore[literal-required]
         assert kind == type_of(setting)
         assert (option.help, option.min) == (setting.help, setting.least)
 

@@ -215,7 +215,9 @@ def test_a_completer_describes_itself(mesh: Mesh) -> None:
     assert html.count("\n") == 0
 
 
-@pytest.mark.parametrize("settings", [{}, {"method": "detail", "noise": 0.5}, {"unseen": "hold"}])
+@pytest.mark.parametrize(
+    "settings", [{}, {"method": "detail", "noise": 0.5}, {"disconnected": "hold"}]
+)
 def test_settings_can_be_read_back(mesh: Mesh, settings: Settings) -> None:
     completer = dynmesh.Completer(mesh.faces, mesh.vertices, **settings)
     assert completer.settings == default_settings | settings
@@ -238,7 +240,7 @@ def test_a_completer_in_use_is_described(mesh: Mesh) -> None:
     completer = dynmesh.Completer(mesh.faces, mesh.vertices)
     completer.push(Watching())  # type: ignore[arg-type]
     line, html = said
-    assert line == "Completer(motion, 49 vertices, 120 edges, float64, in use by another thread)"
+    assert line == "Completer(detail, 49 vertices, 120 edges, float64, in use by another thread)"
     assert "in use by another thread" in html
     assert "FrameReport" not in html
 

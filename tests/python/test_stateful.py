@@ -102,9 +102,9 @@ class AnyCalls(RuleBasedStateMachine):
         self.draw_settings(data)
         self.threads = data.draw(st.sampled_from([1, 2]))
         # Pieces are small and calls wait for the other thread, so that both share the work.
-        usual = _core._set_sharing(chunk=4, short_chunk=4, fewest_pieces=2, patience=PATIENCE)
+        usual = _core._set_task_sharing(chunk=4, short_chunk=4, fewest_pieces=2, patience=PATIENCE)
         self.subject: Any = self.make(HERE, self.threads)
-        _core._set_sharing(*usual)
+        _core._set_task_sharing(*usual)
         self.age = np.zeros(self.k, np.int32)
         self.accepted: list[Accepted] = []
         self.saved: list[tuple[bytes, Array, int]] = []
@@ -115,9 +115,9 @@ class AnyCalls(RuleBasedStateMachine):
     def draw_settings(self, data: st.DataObject) -> None:
         self.uncertainty = data.draw(st.booleans())
         kind = data.draw(st.sampled_from([None, "bends", "turns", "rests"]))
-        self.rehearsal = None if kind is None else self.take(kind, 6)
+        self.training = None if kind is None else self.moving(kind, 6)
 
-    def take(self, kind: str, n: int) -> Array:
+    def moving(self, kind: str, n: int) -> Array:
         """Frames that bend, only turn, or only repeat frame 0."""
         frames = [self.first.astype(np.float64)] * n
         if kind != "rests":
@@ -141,8 +141,8 @@ class AnyCalls(RuleBasedStateMachine):
 
     def seen(self, subject: Any) -> tuple[Array | None, tuple[float, ...]]:
         report = subject.report
-        counts = (report.known, report.filled, report.unseen, report.iterations)
-        numbers = (*counts, report.blend, report.trust, report.explained)
+        counts = (report.known, report.filled, report.disconnected, report.iterations)
+        numbers = (*counts, report.blend, report.prior_weight, report.prior_share)
         return subject.standard_error.copy() if self.uncertainty else None, numbers
 
     def teardown(self) -> None:
@@ -253,8 +253,10 @@ class CompleterCalls(AnyCalls):
         super().begin(data)
 
     def draw_settings(self, data: st.DataObject) -> None:
-        self.settings: dict[str, Any] = {"unseen": data.draw(st.sampled_from(["follow", "hold"]))}
-        self.uncertainty, self.rehearsal, self.noise = False, None, None
+        self.settings: dict[str, Any] = {
+            "disconnected": data.draw(st.sampled_from(["follow", "hold"]))
+        }
+        self.uncertainty, self.training, self.noise = False, None, None
         if data.draw(st.booleans()):
             super().draw_settings(data)
             self.noise = data.draw(st.sampled_from([None, 0.01 * self.unit]))
@@ -262,22 +264,23 @@ class CompleterCalls(AnyCalls):
             self.settings["reject_outliers"] = data.draw(st.booleans())
             if self.settings["reject_outliers"]:  # by the medians of coordinates
                 self.turns = False
-            self.settings["learn"] = self.rehearsal is None and data.draw(st.booleans())
+            self.settings["learn"] = self.training is None and data.draw(st.booleans())
         else:
             extra = data.draw(st.sampled_from([0, 3]))
-            self.settings |= {"revisit": data.draw(st.booleans()), "extra_iterations": extra}
+            self.settings |= {"method": "motion", "extra_iterations": extra}
+            self.settings["revisit"] = data.draw(st.booleans())
 
     def make(self, place: Place, threads: int) -> Subject:
         noise = None if self.noise is None else self.noise * place.unit
-        rehearsal = self.rehearsal
-        if rehearsal is not None:
-            rehearsal = np.stack([place.points(frame) for frame in rehearsal])
+        training = self.training
+        if training is not None:
+            training = np.stack([place.points(frame) for frame in training])
         return dynmesh.Completer(
             self.faces,
             place.points(self.first),
             threads=threads,
             noise=noise,
-            rehearsal=rehearsal,
+            training=training,
             **self.settings,
         )
 
@@ -285,7 +288,7 @@ class CompleterCalls(AnyCalls):
         rng = np.random.default_rng(data.draw(st.integers(0, 2**32 - 1)))
         kind = data.draw(st.sampled_from(["rests", "turns", "bends"]))
         noise = data.draw(st.sampled_from([0.0, 0.1])) * self.unit
-        points = self.take(kind, 4)[data.draw(st.integers(0, 3))].astype(np.float64)
+        points = self.moving(kind, 4)[data.draw(st.integers(0, 3))].astype(np.float64)
         if not self.tame:
             event = data.draw(st.sampled_from([None, None, *EVENTS]))
             noise *= data.draw(st.sampled_from([1.0, 30.0, 1e9]))
@@ -323,7 +326,7 @@ class CompleterCalls(AnyCalls):
         np.testing.assert_array_equal(generation, breadth_first(self.faces, known))
         np.testing.assert_array_equal(age, self.age)
         report = self.subject.report
-        counts = (report.known, report.filled, report.unseen)
+        counts = (report.known, report.filled, report.disconnected)
         assert counts == tuple(np.bincount(np.minimum(generation + 1, 2), minlength=3)[[1, 2, 0]])
 
     @rule(data=st.data(), in_place=st.booleans())
@@ -409,14 +412,14 @@ class TrackerCalls(AnyCalls):
         super().begin(data)
 
     def make(self, place: Place, threads: int) -> Subject:
-        rehearsal = self.rehearsal
-        if rehearsal is not None:
-            rehearsal = np.stack([place.points(frame) for frame in rehearsal])
+        training = self.training
+        if training is not None:
+            training = np.stack([place.points(frame) for frame in training])
         return dynmesh.Tracker(
             self.faces,
             place.points(self.first),
             threads=threads,
-            rehearsal=rehearsal,
+            training=training,
             uncertainty=self.uncertainty,
         )
 
@@ -424,7 +427,7 @@ class TrackerCalls(AnyCalls):
         """Points of the moved surface, or of anything, and directions."""
         rng = np.random.default_rng(data.draw(st.integers(0, 2**32 - 1)))
         n = data.draw(st.sampled_from([0, 1, 3, 50, 400]))
-        pose = self.take(data.draw(st.sampled_from(["rests", "turns", "bends"])), 3)
+        pose = self.moving(data.draw(st.sampled_from(["rests", "turns", "bends"])), 3)
         corners = pose[data.draw(st.integers(0, 2))].astype(np.float64)[self.faces]
         corners = corners[rng.integers(len(self.faces), size=n)]
         points = np.einsum("ni,nij->nj", rng.dirichlet([1, 1, 1], size=n), corners)
@@ -509,7 +512,7 @@ class TrackerCalls(AnyCalls):
 
     @rule(n=st.integers(0, 2))
     def reset(self, n: int) -> None:
-        self.accept_reset(self.take("bends", 3)[n])
+        self.accept_reset(self.moving("bends", 3)[n])
 
     def bad_calls(self, data: st.DataObject) -> list[Callable[[], Any]]:
         c, good = self.subject, np.zeros((4, 3))

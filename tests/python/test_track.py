@@ -123,18 +123,18 @@ def test_a_file_is_tracked_as_the_tracker_tracks(folder: Path, tmp_path: Path) -
         np.testing.assert_array_equal(frame, expected)
 
 
-def test_a_rehearsal_and_standard_errors_of_a_file(
+def test_a_training_and_standard_errors_of_a_file(
     folder: Path, truth: dynmesh.Sequence, tmp_path: Path
 ) -> None:
-    take, output = tmp_path / "take.npz", tmp_path / "out.npz"
-    dynmesh.write(take, truth)
+    training, output = tmp_path / "training.npz", tmp_path / "out.npz"
+    dynmesh.write(training, truth)
     words = ("track", folder / "points", output, "--template", folder / "body.obj")
-    told = run(*words, "--rehearsal", take, "--uncertainty", "--provenance")
-    assert "the rehearsal" in told.stderr
+    told = run(*words, "--training", training, "--uncertainty", "--provenance")
+    assert "the prior weight of the training frames was" in told.stderr
     tracked = dynmesh.read(output)
     template = dynmesh.read(folder / "body.obj")
     tracker = dynmesh.Tracker(
-        template.faces, template.vertices[0], rehearsal=truth.vertices, uncertainty=True
+        template.faces, template.vertices[0], training=truth.vertices, uncertainty=True
     )
     assert tracked.standard_error is not None
     assert tracked.standard_error_of == "surface"
@@ -143,7 +143,7 @@ def test_a_rehearsal_and_standard_errors_of_a_file(
         expected = tracker.push(scan.points, scan.normals, viewpoints=scan.viewpoints)
         np.testing.assert_array_equal(tracked.vertices[n], expected)
         np.testing.assert_allclose(tracked.standard_error[n], tracker.standard_error, rtol=1e-6)
-    again = run(*words, "--rehearsal", take, "--provenance", "--resume", "--overwrite")
+    again = run(*words, "--training", training, "--provenance", "--resume", "--overwrite")
     assert dynmesh.read(output).standard_error is None, again.stderr
 
 
@@ -251,7 +251,7 @@ def test_another_template_is_another_job(
         (folder, ("--provenance",), "provenance changed (it was false, now it is true)"),
         (folder, ("--gaps", "lost"), "gaps changed (it was refuse, now it is lost)"),
         (folder, ("--fps", "25"), "fps changed (it was not given, now it is 25.0)"),
-        (folder, ("--rehearsal", other), f"rehearsal changed (it was not given, now it is {other}"),
+        (folder, ("--training", other), f"training changed (it was not given, now it is {other}"),
         (
             folder,
             ("--scan-unit", "mm", "--template-unit", "m"),

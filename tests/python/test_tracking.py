@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from meshes import Array, Mesh, join, sheet
+from scipy.spatial import cKDTree
 from tracking_reference import Tracked, vertex_normals
 
 import dynmesh
@@ -75,6 +76,25 @@ def test_frames_equal_the_transcription(speed: float, rng: np.random.Generator) 
     assert (max(searches) > 1) == (speed > 0.5)
 
 
+def planes_of(points: Array, rng: np.random.Generator) -> Array:
+    """The normals of the planes through the 12 nearest points, with signs that mean nothing."""
+    _, near = cKDTree(points).query(points, 12)
+    arms = points[near] - points[near].mean(axis=1, keepdims=True)
+    normals = np.linalg.svd(arms)[2][:, 2]
+    return np.asarray(normals * rng.choice([-1.0, 1.0], (len(points), 1)))
+
+
+def test_signs_of_estimated_normals_mean_nothing(rng: np.random.Generator) -> None:
+    """Without normals and viewpoints; points that no vertex explains draw the nearest one."""
+    mesh = bumpy_torus(14)
+    tracker = Tracker(mesh.faces, mesh.vertices)
+    expected = Tracked(mesh.faces, mesh.vertices)
+    points, _ = scan_of(mesh, bent(mesh.vertices, 1.2) + 0.1, 900, rng)
+    found, _ = expected.track(points, planes_of(points, rng), sided=False)
+    assert np.abs(tracker.push(points) - found).max() < 1e-6
+    assert expected.searches > 1
+
+
 def test_depth_images_are_as_good_as_points() -> None:
     """The surface is tracked to a fraction of a pixel of 640 by 480, as an image shows it."""
     mesh = bumpy_torus(40)
@@ -116,13 +136,13 @@ def test_normals_are_estimated(rng: np.random.Generator) -> None:
     sensors = 9 * np.array(
         [[1.0, 0, 1], [-1, 0, 1], [1, 0, -1], [-1, 0, -1], [0, 1, 0], [0, -1, 0]]
     )
-    given, seen, unseen = (Tracker(mesh.faces, mesh.vertices) for _ in range(3))
+    given, seen, disconnected = (Tracker(mesh.faces, mesh.vertices) for _ in range(3))
     for n in range(1, 4):
         truth = bent(mesh.vertices, 0.1 * n)
         points, normals = scan_of(mesh, truth, 6000, rng)
         limit = error(mesh, truth, given.push(points, normals)) + 0.2
         assert error(mesh, truth, seen.push(points, viewpoints=sensors)) < limit
-        assert error(mesh, truth, unseen.push(points)) < limit
+        assert error(mesh, truth, disconnected.push(points)) < limit
 
 
 def test_what_a_sensor_cannot_see_is_not_observed(rng: np.random.Generator) -> None:
@@ -151,7 +171,7 @@ def test_parts_that_are_missing_keep_their_shape(rng: np.random.Generator) -> No
 
 
 def test_hidden_legs_do_not_drift(rng: np.random.Generator) -> None:
-    """The scan ends at the waist of a body at rest, where the vertices below must not crowd."""
+    """The scan ends at the waist of a body at rest; what is below must not be drawn to its edge."""
     walker = dynmesh.synth.walker(1)
     mesh = Mesh(walker.faces.astype(np.int64), walker.vertices[0].astype(np.float64))
     tracker = Tracker(mesh.faces, mesh.vertices)

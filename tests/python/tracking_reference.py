@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import reference
-import rehearsal_reference
+import training_reference
 from numpy.typing import NDArray
 from reference import Array
 
@@ -22,11 +22,12 @@ def vertex_normals(faces: Integers, x: Array) -> Array:
 
 
 def nearest(
-    to: Array, normals: Array, points: Array, of_points: Array, radius: float
+    to: Array, normals: Array, points: Array, of_points: Array, radius: float, *, sided: bool
 ) -> NDArray[np.int64]:
-    """The nearest agreeing point of each position, or NOT_FOUND."""
+    """The nearest agreeing point of each position, or NOT_FOUND; not sided, either side agrees."""
     distance = np.linalg.norm(to[:, None] - points[None], axis=2)
-    distance[normals @ of_points.T < 0.8] = np.inf
+    cosine = normals @ of_points.T
+    distance[(cosine if sided else np.abs(cosine)) < 0.8] = np.inf
     found = distance.argmin(axis=1)
     found[distance.min(axis=1) >= radius] = NOT_FOUND
     return np.asarray(found)
@@ -43,16 +44,21 @@ class Tracked(reference.Detail):
         self.is_stiff = True
         self.preconditioner: Any = None
 
-    def track(self, points: Array, normals: Array) -> tuple[Array, NDArray[np.bool_]]:
-        """Returns the tracked frame and which vertices were observed."""
-        self.points, self.normals = points, normals
+    def track(
+        self, points: Array, normals: Array, *, sided: bool = True
+    ) -> tuple[Array, NDArray[np.bool_]]:
+        """Returns the tracked frame and which vertices were observed.
+
+        If not `sided`, the signs of the normals mean nothing.
+        """
+        self.points, self.normals, self.sided = points, normals, sided
         self.preconditioner = None
         x = self.previous + 0.6 * (self.previous - self.before)
         for _ in range(2):
             x = self._moved_rigidly(x)
         x = self._searched(x)
         for progress in (1 / 3, 2 / 3, 1.0):
-            x, _ = self._bent(x, progress)
+            x, _ = self._nonrigid_step(x, progress)
         _, _, weight = self._correspond(x, 1.0, 1.5)
         self.before, self.previous = self.previous, x
         self._fit(x)
@@ -61,7 +67,7 @@ class Tracked(reference.Detail):
 
     def _searched(self, x: Array) -> Array:
         for done in range(12):
-            x, lost = self._bent(x, 0.0)
+            x, lost = self._nonrigid_step(x, 0.0)
             self.searches = done + 1
             if lost <= 0.02:
                 break
@@ -69,7 +75,7 @@ class Tracked(reference.Detail):
 
     def _correspond(self, x: Array, radius: float, scale: float) -> tuple[Array, Array, Array]:
         own = vertex_normals(self.faces, x)
-        found = nearest(x, own, self.points, self.normals, radius * self.h)
+        found = nearest(x, own, self.points, self.normals, radius * self.h, sided=self.sided)
         q, n = self.points[found], self.normals[found]
         offset = (q - x) / self.h
         distance = (offset**2).sum(axis=1)
@@ -78,8 +84,8 @@ class Tracked(reference.Detail):
         taken = found != NOT_FOUND
         sharing = np.bincount(found[taken], minlength=len(self.points))
         usual = max(1.0, 1.5 * taken.sum() / len(self.points))
-        crowd = np.maximum(1.0, sharing[found] / usual)
-        return q, n, np.where(taken, weight / crowd**2, 0.0)
+        excess = np.maximum(1.0, sharing[found] / usual)
+        return q, n, np.where(taken, weight / excess**2, 0.0)
 
     def _moved_rigidly(self, x: Array) -> Array:
         q, n, w = self._correspond(x, 12, 4)
@@ -101,7 +107,10 @@ class Tracked(reference.Detail):
         """Draws vertices towards the measured points that no vertex explains."""
         stride = 1 + len(self.points) // 4096
         points, normals = self.points[::stride], self.normals[::stride]
-        vertex = nearest(points, normals, x, vertex_normals(self.faces, x), 24 * self.h)
+        own = vertex_normals(self.faces, x)
+        vertex = nearest(points, normals, x, own, 24 * self.h, sided=self.sided)
+        if not self.sided:
+            normals = normals * np.sign((normals * own[vertex]).sum(axis=1, keepdims=True))
         near = vertex != NOT_FOUND
         far = near & (np.linalg.norm(points - x[vertex], axis=1) >= 1.5 * self.h)
         free = (w == 0) | (np.linalg.norm(q - x, axis=1) >= 1.5 * self.h)
@@ -121,7 +130,7 @@ class Tracked(reference.Detail):
         """The shape to which the surface returns, in the axes of frame 0."""
         return np.asarray(self.first_memory)
 
-    def _bent(self, x: Array, progress: float) -> tuple[Array, float]:
+    def _nonrigid_step(self, x: Array, progress: float) -> tuple[Array, float]:
         early = progress < 0.5
         q, n, w = self._correspond(x, 8 if early else 3, 1.5)
         lost = 0.0
@@ -155,18 +164,18 @@ class Tracked(reference.Detail):
         return x, lost
 
 
-class TrackedRehearsed(Tracked, rehearsal_reference.Rehearsed):
-    """Tracks closed meshes after a rehearsal."""
+class TrackedTrained(Tracked, training_reference.Trained):
+    """Tracks closed meshes after training."""
 
     largest_kept = 0.0
 
-    def __init__(self, faces: Integers, first_frame: Array, rehearsal: Array) -> None:
-        rehearsal_reference.Rehearsed.__init__(self, faces, first_frame, rehearsal)
+    def __init__(self, faces: Integers, first_frame: Array, training: Array) -> None:
+        training_reference.Trained.__init__(self, faces, first_frame, training)
         self.faces = faces
         self.before = first_frame
         self.is_stiff = True
         self.noise = 1.0  # anchors are weighted
-        self.posed = self.first_memory
+        self.fitted = self.first_memory
 
     def _rest_shape(self, x: Array, q: Array, n: Array, w: Array, progress: float) -> Array:
         if progress == 1 / 3:
@@ -178,9 +187,9 @@ class TrackedRehearsed(Tracked, rehearsal_reference.Rehearsed):
             left = self.operator @ closest - self._turn(self.first_memory)
             residual = np.hstack([left, np.sqrt(self.weights) * (closest - observed)])
             self._found(residual, observed, known, seen)
-            self.trust = float(np.clip(self._variance() / 0.03 - 1, 0, 1))
-            self.posed = self.first_memory + self.trust * self._field(self.a)
-        return np.asarray(self.posed)
+            self.prior_weight = float(np.clip(self._variance() / 0.03 - 1, 0, 1))
+            self.fitted = self.first_memory + self.prior_weight * self._field(self.a)
+        return np.asarray(self.fitted)
 
     def _closest(
         self, target: Array, anchors: Array, known: NDArray[np.bool_], seen: NDArray[np.bool_]

@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <dynmesh/export.hpp>
 #include <dynmesh/frame_report.hpp>
-#include <dynmesh/rehearsal.hpp>
 #include <dynmesh/settings.hpp>
 #include <dynmesh/topology.hpp>
+#include <dynmesh/training.hpp>
 #include <dynmesh/types.hpp>
 #include <memory>
 #include <span>
@@ -20,9 +20,9 @@ namespace dynmesh {
 ///
 /// `push`, `push_sparse` and `skip` write the completed frame to `completed` and return its report.
 /// Known vertices are returned exactly as given, with two exceptions: with the setting `noise` they
-/// move as well, and vertices rejected by `reject_outliers` are estimated. These functions allocate
-/// no memory, except that method detail enlarges its storage when a factor is larger than all
-/// earlier ones.
+/// move as well, and vertices rejected by `reject_outliers` are estimated. With method motion,
+/// these functions allocate no memory; with method detail, they do when the factor of the system of
+/// the frame is larger than all earlier ones.
 ///
 /// They throw std::invalid_argument for bad input, with a message that says what is wrong, where,
 /// and with which value. Bad input is: a wrong number of rows; a null pointer; a stride of 0; a
@@ -46,12 +46,12 @@ class DYNMESH_EXPORT Completer {
   /// std::invalid_argument if these conditions are not met or if `check_settings` refuses the
   /// settings.
   Completer(Faces faces, Points<const Real> first_frame, const Settings& settings = {});
-  /// With the frames of a rehearsal, which method detail requires. Also throws
+  /// With the frames of a training sequence, which method detail requires. Also throws
   /// std::invalid_argument if there are fewer than three, if they have another number of vertices,
-  /// or if their size is less than a fiftieth or more than fifty times that of `first_frame`, which
-  /// means another unit of length. The frames are copied.
+  /// or if their root mean square distance from their centre is less than a fiftieth or more than
+  /// fifty times that of `first_frame`, which means another unit of length. The frames are copied.
   Completer(Faces faces, Points<const Real> first_frame, const Settings& settings,
-            const Rehearsal<Real>& rehearsal);
+            const Training<Real>& training);
   ~Completer();
   Completer(const Completer&) = delete;
   Completer& operator=(const Completer&) = delete;
@@ -80,10 +80,10 @@ class DYNMESH_EXPORT Completer {
   /// that can be stored or sent. It contains no times, so completers that received the same frames
   /// have identical states.
   ///
-  /// `restore` continues from a state in any completer with the same faces, Real and settings. It
-  /// throws std::invalid_argument if the state belongs to another mesh or other settings, is
-  /// damaged, or holds values that no completer can produce. It is safe to pass arbitrary bytes.
-  /// Both functions allocate memory.
+  /// `restore` continues from a state in any completer with the same faces, Real, settings and
+  /// training sequence. It throws std::invalid_argument if the state belongs to another mesh or
+  /// other settings, is damaged, or holds values that no completer can produce. It is safe to pass
+  /// arbitrary bytes. Both functions allocate memory.
   [[nodiscard]] std::vector<std::byte> state() const;
   /// The number of bytes that `state` returns. It does not change during the lifetime of the
   /// completer.
@@ -100,8 +100,10 @@ class DYNMESH_EXPORT Completer {
 
   /// The number of frames completed since construction or `reset`.
   [[nodiscard]] std::size_t n_frames() const;
-  /// (k,) for the last frame: 0 for an anchor, g for a satellite of generation g, -1 for an unseen
-  /// vertex. Valid until the next call of any member function.
+  /// (k,) the generation of each vertex in the last frame: 0 for an anchor (a known vertex), the
+  /// number of edges to the nearest anchor for a satellite (an unknown vertex that a chain of edges
+  /// connects to an anchor), -1 for a disconnected vertex. Valid until the next call of any member
+  /// function.
   [[nodiscard]] std::span<const Index> generation() const;
   /// (k,) the number of frames since the vertex was last observed. Valid until the next call of any
   /// member function.
@@ -109,7 +111,7 @@ class DYNMESH_EXPORT Completer {
   /// (k,) the standard error of a coordinate of each vertex of the last frame, in the unit of the
   /// positions: the true position is within 2.5 standard errors for about 90 % of the vertices that
   /// were estimated, and within 1.54 for half of them. 0 for exact anchors and before the first
-  /// frame, infinity for unseen vertices. Throws std::invalid_argument without the setting
+  /// frame, infinity for disconnected vertices. Throws std::invalid_argument without the setting
   /// `uncertainty`. Valid until the next call of any member function.
   [[nodiscard]] std::span<const Real> standard_error() const;
   /// The report of the last frame. Before the first frame, all vertices count as known.

@@ -12,15 +12,16 @@
 /// a handle has not been destroyed. The values of positions, indices and masks, and the bytes of a
 /// mesh file or a state, may be arbitrary. The library never keeps a pointer that it was given.
 ///
-/// Threads. A completer may be used by one thread at a time, and so may a rehearsal. While one
-/// thread is executing a call, calls from other threads return DYNMESH_IN_USE immediately and
+/// Threads. A completer may be used by one thread at a time, and so may a training sequence. While
+/// one thread is executing a call, calls from other threads return DYNMESH_IN_USE immediately and
 /// change nothing. dynmesh_n_vertices, dynmesh_state_size, dynmesh_topology and
 /// dynmesh_refused_face return constant properties and may be called at any time. dynmesh_destroy
-/// and dynmesh_rehearsal_destroy may be called only if no thread is using the object or will use it
+/// and dynmesh_training_destroy may be called only if no thread is using the object or will use it
 /// later. Different completers are independent.
 ///
-/// Memory. dynmesh_push, dynmesh_push_sparse and dynmesh_skip allocate no memory if they succeed,
-/// except with method detail when its factor is larger than all earlier ones.
+/// Memory. With method motion, dynmesh_push, dynmesh_push_sparse and dynmesh_skip allocate no
+/// memory if they succeed. With method detail, they do when the factor of the system of the frame
+/// is larger than all earlier ones.
 ///
 /// The structs have the memory layout of C. Before version 1.0, every minor version may change this
 /// interface. Bindings that declare it in another language should check dynmesh_version().
@@ -44,12 +45,12 @@ enum {
   DYNMESH_OUT_OF_MEMORY = 2,    ///< memory is exhausted, or no more threads can be started
   DYNMESH_UNREADABLE_FILE = 3,  ///< returned only by dynmesh_read_template
   DYNMESH_INTERNAL_ERROR = 4,   ///< a bug in dynmesh
-  DYNMESH_IN_USE = 5            ///< another thread is using this completer, tracker or rehearsal
+  DYNMESH_IN_USE = 5            ///< another thread is using this object
 };
 typedef int32_t dynmesh_status;
 
 /// The message of the last call on this thread that failed, in UTF-8, or "" if none has failed. A
-/// message of more than 1023 bytes is truncated between two characters. Paths are contained as they
+/// message of more than 1023 bytes is truncated between two characters. Paths appear as they
 /// were given. Valid until the next call on this thread that fails.
 DYNMESH_EXPORT const char* dynmesh_last_message(void);
 
@@ -92,7 +93,7 @@ typedef struct dynmesh_mask {
 // Settings ---------------------------------------------------------------------------------------
 
 enum { DYNMESH_METHOD_MOTION = 0, DYNMESH_METHOD_DETAIL = 1 };
-enum { DYNMESH_UNSEEN_HOLD = 0, DYNMESH_UNSEEN_FOLLOW = 1 };
+enum { DYNMESH_DISCONNECTED_HOLD = 0, DYNMESH_DISCONNECTED_FOLLOW = 1 };
 
 /// The settings of a completer. Call dynmesh_default_settings first and then change fields, since
 /// the defaults are not zero and a struct of zeros is refused.
@@ -105,29 +106,30 @@ typedef struct dynmesh_settings {
   /// and the size tells the library which fields the caller knows. Any other value is refused.
   int64_t size;
 
-  /// Default: DYNMESH_METHOD_MOTION, which averages motion vectors as in the paper.
-  /// DYNMESH_METHOD_DETAIL preserves the shape of frame 0 and of the last frame, rotated with the
-  /// motion. Its error is a fraction of that of motion, but a frame takes milliseconds instead of
-  /// tenths of a millisecond. It requires the default values of `revisit` and `extra_iterations`.
+  /// Default: DYNMESH_METHOD_DETAIL, which preserves the shape of frame 0 and of the last frame,
+  /// rotated with the motion. DYNMESH_METHOD_MOTION averages motion vectors as in the paper. A
+  /// frame takes tenths of a millisecond instead of milliseconds, but the error is several times
+  /// larger.
   int32_t method;
 
   /// Default: 1. If not zero, every iteration estimates all vertices reached so far. If 0, each
-  /// vertex is estimated once, when it is reached, and errors accumulate from frame to frame.
+  /// vertex is estimated once, when it is reached, and errors accumulate from frame to frame. 0
+  /// requires DYNMESH_METHOD_MOTION.
   int32_t revisit;
 
   /// Default: 0. The number of iterations after the one that reaches the last vertex, up to 1 000
   /// 000. Ten reduce the error by a third on many sequences and increase it on some. They have no
-  /// effect if `revisit` is 0.
+  /// effect if `revisit` is 0. Requires DYNMESH_METHOD_MOTION.
   int32_t extra_iterations;
 
-  /// Default: DYNMESH_UNSEEN_FOLLOW. How vertices are completed that are not connected to any known
-  /// vertex. Follow: their component moves rigidly, with the surface that was nearest to it in
-  /// frame 0. Hold: they keep their previous positions.
-  int32_t unseen;
+  /// Default: DYNMESH_DISCONNECTED_FOLLOW. How vertices are completed that are not connected to any
+  /// known vertex of the frame by a chain of edges. Follow: their component moves rigidly, with the
+  /// surface that was nearest to it in frame 0. Hold: they keep their previous positions.
+  int32_t disconnected;
 
   /// Default: NaN, which means that known positions are exact. Otherwise the standard deviation of
-  /// the known positions, positive and in the unit of the positions; known vertices then move as
-  /// well. Requires DYNMESH_METHOD_DETAIL.
+  /// the noise of the known positions, positive and in the unit of the positions; known vertices
+  /// then move as well. Requires DYNMESH_METHOD_DETAIL.
   double noise;
 
   /// Default: 0. If not zero, known positions that contradict their neighbours are treated as
@@ -143,15 +145,15 @@ typedef struct dynmesh_settings {
   int32_t threads;
 
   /// Default: 0. If not zero, the completer learns from the frames that it completes how the shape
-  /// of the subject varies, as from a rehearsal, which it then cannot have. This pays where motions
+  /// of the subject varies. Cannot be combined with a training sequence. Useful where motions
   /// recur; frames take about twice as long. Requires DYNMESH_METHOD_DETAIL.
   int32_t learn;
-  /// Default: 0. If not zero, dynmesh_standard_error says how far each completed vertex may be off.
+  /// Default: 0. If not zero, dynmesh_standard_error returns the standard error of each vertex.
   /// The completed positions are the same. Requires DYNMESH_METHOD_DETAIL.
   int32_t uncertainty;
 } dynmesh_settings;
 
-/// Writes the defaults, which select the paper's method, to all fields. Pass
+/// Writes the defaults to all fields. Pass
 /// sizeof(dynmesh_settings) as `size`. If this version of the library does not know the size, it is
 /// refused and nothing is written.
 DYNMESH_EXPORT dynmesh_status dynmesh_default_settings(dynmesh_settings* settings, int64_t size);
@@ -160,17 +162,17 @@ DYNMESH_EXPORT dynmesh_status dynmesh_default_settings(dynmesh_settings* setting
 
 typedef struct dynmesh_completer dynmesh_completer;
 
-/// Statistics of one completed frame. known + filled + unseen is the number of vertices.
+/// Statistics of one completed frame. known + filled + disconnected is the number of vertices.
 typedef struct dynmesh_frame_report {
   int64_t known;
-  int64_t filled;      ///< the number of vertices estimated by the method
-  int64_t unseen;      ///< not connected to a known vertex: held, or moved rigidly
-  int64_t rejected;    ///< observed, but treated as unknown: see reject_outliers
-  int64_t iterations;  ///< iterations of the method
-  double seconds;      ///< wall time of the call; 0 after dynmesh_reset and dynmesh_restore
-  double blend;        ///< the weight of the shape of frame 0; 0 with DYNMESH_METHOD_MOTION
-  double trust;        ///< how far poses of a rehearsal are used, 0 to 1; learned ones: 1
-  double explained;    ///< the share of the residual that such a pose explains, 0 to 1
+  int64_t filled;        ///< the number of vertices estimated by the method
+  int64_t disconnected;  ///< not connected to a known vertex by a chain of edges
+  int64_t rejected;      ///< observed, but treated as unknown: see reject_outliers
+  int64_t iterations;    ///< iterations of the method
+  double seconds;        ///< wall time of the call; 0 after dynmesh_reset and dynmesh_restore
+  double blend;          ///< the weight of the shape of frame 0; 0 with DYNMESH_METHOD_MOTION
+  double prior_weight;   ///< how much the training frames are used, 0 to 1; 1 with `learn`
+  double prior_share;    ///< the share of the residual that they explain, 0 to 1
   /// With `uncertainty`, the root mean square standard error of the estimated vertices; else 0.
   double standard_error;
 } dynmesh_frame_report;
@@ -187,37 +189,38 @@ DYNMESH_EXPORT dynmesh_status dynmesh_create(const int32_t* faces, int64_t n_fac
 /// Null is allowed.
 DYNMESH_EXPORT void dynmesh_destroy(dynmesh_completer* completer);
 
-// Rehearsal --------------------------------------------------------------------------------------
+// Training --------------------------------------------------------------------------------------
 
-/// Complete frames of the same mesh, for example of a range-of-motion take or of the animation of a
-/// template. From them, DYNMESH_METHOD_DETAIL learns how the shape of the subject varies. Where the
-/// subject is and how it is turned does not matter, but the unit of length does. Of many frames, 75
-/// at most are kept, at regular intervals.
-typedef struct dynmesh_rehearsal dynmesh_rehearsal;
+/// Complete frames of the same mesh, for example of a range-of-motion recording or of the animation
+/// of a template. From them, DYNMESH_METHOD_DETAIL learns how the shape of the subject varies.
+/// Where the subject is and how it is turned does not matter, but the unit of length does. Of many
+/// frames, 75 at most are kept, at regular intervals.
+typedef struct dynmesh_training dynmesh_training;
 
-/// Creates a rehearsal without frames, of a mesh of `n_vertices`. `type` is DYNMESH_FLOAT32 or
-/// DYNMESH_FLOAT64, and must be that of the completers that are created from it. Free `*rehearsal`
-/// with dynmesh_rehearsal_destroy. It is set to null if this function fails.
-DYNMESH_EXPORT dynmesh_status dynmesh_rehearsal_create(int64_t n_vertices, int32_t type,
-                                                       dynmesh_rehearsal** rehearsal);
+/// Creates a training sequence without frames, of a mesh of `n_vertices`. `type` is DYNMESH_FLOAT32
+/// or DYNMESH_FLOAT64, and must be that of the completers that are created from it. Free
+/// `*training` with dynmesh_training_destroy. It is set to null if this function fails.
+DYNMESH_EXPORT dynmesh_status dynmesh_training_create(int64_t n_vertices, int32_t type,
+                                                      dynmesh_training** training);
 
-/// Adds a complete frame with a row for each vertex. Frames of several takes can be added one after
-/// another. Allocates memory.
-DYNMESH_EXPORT dynmesh_status dynmesh_rehearsal_add(dynmesh_rehearsal* rehearsal,
-                                                    const dynmesh_points* frame);
+/// Adds a complete frame with a row for each vertex. Frames of several training sequences can be
+/// added one after another. Allocates memory.
+DYNMESH_EXPORT dynmesh_status dynmesh_training_add(dynmesh_training* training,
+                                                   const dynmesh_points* frame);
 
 /// Null is allowed.
-DYNMESH_EXPORT void dynmesh_rehearsal_destroy(dynmesh_rehearsal* rehearsal);
+DYNMESH_EXPORT void dynmesh_training_destroy(dynmesh_training* training);
 
-/// Creates a completer that has learned from a rehearsal of three frames or more. Requires
-/// DYNMESH_METHOD_DETAIL. The mean edge of the rehearsed frames may be half to twice that of
-/// `first_frame`. The frames are copied, so the rehearsal can be destroyed at any time. The other
+/// Creates a completer that has learned from a training sequence of three frames or more. Requires
+/// DYNMESH_METHOD_DETAIL. The root mean square distance of the vertices from their centre may
+/// differ from that of `first_frame` by a factor of up to 50; beyond that, the unit of length is
+/// wrong. The frames are copied, so the training sequence can be destroyed at any time. The other
 /// arguments are those of dynmesh_create.
-DYNMESH_EXPORT dynmesh_status dynmesh_create_rehearsed(const int32_t* faces, int64_t n_faces,
-                                                       const dynmesh_points* first_frame,
-                                                       const dynmesh_settings* settings,
-                                                       dynmesh_rehearsal* rehearsal,
-                                                       dynmesh_completer** completer);
+DYNMESH_EXPORT dynmesh_status dynmesh_create_trained(const int32_t* faces, int64_t n_faces,
+                                                     const dynmesh_points* first_frame,
+                                                     const dynmesh_settings* settings,
+                                                     dynmesh_training* training,
+                                                     dynmesh_completer** completer);
 
 // Frames -----------------------------------------------------------------------------------------
 
@@ -264,7 +267,7 @@ DYNMESH_EXPORT dynmesh_status dynmesh_state_size(const dynmesh_completer* comple
 DYNMESH_EXPORT dynmesh_status dynmesh_state(const dynmesh_completer* completer, void* state,
                                             int64_t size);
 
-/// Continues from a state, in any completer with the same faces, type, settings and rehearsal, on
+/// Continues from a state, in any completer with the same faces, type, settings and training, on
 /// any machine. With the same build on the same kind of processor the results are identical;
 /// otherwise they agree up to rounding. `size` must be exactly the size of the state. Allocates
 /// memory.
@@ -274,9 +277,10 @@ DYNMESH_EXPORT dynmesh_status dynmesh_restore(dynmesh_completer* completer, cons
 /// Returns the number of vertices, k, or 0 if `completer` is null.
 DYNMESH_EXPORT int64_t dynmesh_n_vertices(const dynmesh_completer* completer);
 
-/// Returns an array (k,) for the last frame: 0 for a known vertex, g for an estimated vertex that
-/// iteration g reached first, -1 for an unseen vertex. Valid until the next call, by any thread,
-/// that changes the completer. Returns null if `completer` is null or in use by another thread.
+/// Returns an array (k,) with the generation of each vertex in the last frame: 0 for a known
+/// vertex, the number of edges to the nearest known vertex for an estimated one, -1 for a
+/// disconnected one. Valid until the next call, by any thread, that changes the completer. Returns
+/// null if `completer` is null or in use by another thread.
 DYNMESH_EXPORT const int32_t* dynmesh_generation(const dynmesh_completer* completer);
 
 /// Returns an array (k,) with the number of frames since each vertex was last observed. It is valid
@@ -287,7 +291,7 @@ DYNMESH_EXPORT const int32_t* dynmesh_age(const dynmesh_completer* completer);
 /// positions, to `values`, which has room for `count` numbers of `type`. They must be the number of
 /// vertices and the type of the first frame. The true positions of about 90 % of the estimated
 /// vertices are within 2.5 standard errors, and of half of them within 1.54. 0 for exact known
-/// vertices, infinity for unseen vertices. Refused without the setting `uncertainty`.
+/// vertices, infinity for disconnected vertices. Refused without the setting `uncertainty`.
 DYNMESH_EXPORT dynmesh_status dynmesh_standard_error(const dynmesh_completer* completer,
                                                      void* values, int64_t count, int32_t type);
 
@@ -302,13 +306,13 @@ DYNMESH_EXPORT dynmesh_status dynmesh_report(const dynmesh_completer* completer,
 /// tree of the scan, and where a scan, an image or a factor is larger than all earlier ones.
 typedef struct dynmesh_tracker dynmesh_tracker;
 
-/// What a tracker reports of a frame. known + filled + unseen is the number of vertices.
+/// What a tracker reports of a frame. known + filled + disconnected is the number of vertices.
 typedef struct dynmesh_tracking_report {
-  int64_t known;    ///< the number of vertices that have a measured point
-  int64_t filled;   ///< the number of other vertices of their components
-  int64_t unseen;   ///< vertices of components without a measured point
-  int64_t passes;   ///< how often correspondences were looked for
-  int32_t aligned;  ///< 1 if the template had to be moved to the first scan, else 0
+  int64_t known;         ///< the number of vertices that have a measured point
+  int64_t filled;        ///< the number of other vertices of their components
+  int64_t disconnected;  ///< vertices of components without a measured point
+  int64_t iterations;    ///< how often correspondences were found
+  int32_t aligned;       ///< 1 if the template had to be moved to the first scan, else 0
   /// The root mean square distance of the observed vertices from the planes of their points, in the
   /// unit of the positions.
   double distance;
@@ -326,7 +330,8 @@ typedef struct dynmesh_depth_image {
   int64_t row_stride;
   int64_t column_stride;
   double intrinsics[9];  ///< row by row: fx, s, cx, 0, fy, cy, 0, 0, 1, in pixels
-  double pose[16];       ///< row by row: from the camera, with +z ahead and y down, to the template
+  double pose[16];  ///< row by row: from the camera, with +z ahead and y down, to the template, in
+                    ///< its unit
 } dynmesh_depth_image;
 
 /// Creates a tracker from a template in the pose of the first scan. `threads` is the number of
@@ -337,19 +342,20 @@ DYNMESH_EXPORT dynmesh_status dynmesh_tracker_create(const int32_t* faces, int64
                                                      const dynmesh_points* first_frame,
                                                      int32_t threads, dynmesh_tracker** tracker);
 
-/// The same with more choices. If `uncertainty` is not zero, dynmesh_tracker_standard_error says
-/// how far each vertex may be off. `rehearsal` is null, or a rehearsal of three frames or more of
-/// the type of `first_frame`, as for dynmesh_create_rehearsed; its frames are copied.
+/// The same with more choices. If `uncertainty` is not zero, dynmesh_tracker_standard_error returns
+/// the standard error of each vertex. `training` is null, or a training sequence of three frames or
+/// more of the type of `first_frame`, as for dynmesh_create_trained; its frames are copied.
 DYNMESH_EXPORT dynmesh_status dynmesh_tracker_create_with(const int32_t* faces, int64_t n_faces,
                                                           const dynmesh_points* first_frame,
                                                           int32_t threads, int32_t uncertainty,
-                                                          dynmesh_rehearsal* rehearsal,
+                                                          dynmesh_training* training,
                                                           dynmesh_tracker** tracker);
 
 /// Null is allowed.
 DYNMESH_EXPORT void dynmesh_tracker_destroy(dynmesh_tracker* tracker);
 
-/// Finds the template in a scan of any number of points. `normals` has a row for each point, or is
+/// Finds the template in a scan of any number of points. All positions are in the axes and the unit
+/// of the template. `normals` has a row for each point, or is
 /// null, and then they are estimated. `viewpoints` has a row for each sensor, or is null. `out` has
 /// a row for each vertex. `report` may be null. The first scan after creation or a reset must be
 /// where the template is; a rigid alignment is tried, and if it fails, DYNMESH_INVALID_ARGUMENT is
@@ -386,8 +392,8 @@ DYNMESH_EXPORT dynmesh_status dynmesh_tracker_restore(dynmesh_tracker* tracker, 
 /// Valid until the next call that changes the tracker, as are the next two. Null if `tracker` is
 /// null or in use by another thread.
 DYNMESH_EXPORT const uint8_t* dynmesh_tracker_observed(const dynmesh_tracker* tracker);
-/// Returns an array (k,): 0 for observed vertices, g for those that g edges separate from one, -1
-/// where there is none.
+/// Returns an array (k,): 0 for observed vertices, the number of edges to the nearest observed
+/// vertex for others, -1 where there is none.
 DYNMESH_EXPORT const int32_t* dynmesh_tracker_generation(const dynmesh_tracker* tracker);
 /// Returns an array (k,): the number of frames since each vertex was last observed.
 DYNMESH_EXPORT const int32_t* dynmesh_tracker_age(const dynmesh_tracker* tracker);
@@ -406,7 +412,8 @@ typedef struct dynmesh_topology_report {
   int64_t components;         ///< connected components, including isolated vertices
   int64_t isolated_vertices;  ///< vertices without an edge
   int64_t boundary_edges;     ///< edges with one face, among the faces not refused
-  int64_t refused_faces;  ///< faces that a half-edge mesh cannot represent; their edges still count
+  int64_t
+      refused_faces;  ///< faces that a half-edge mesh cannot represent; their edges are still used
 } dynmesh_topology_report;
 
 DYNMESH_EXPORT dynmesh_status dynmesh_topology(const dynmesh_completer* completer,

@@ -7,21 +7,22 @@ namespace dynmesh {
 
 /// Details of how an estimate was computed. All are 0 for a method that has no such stage.
 struct StageReport {
-  double blend = 0;             ///< b of method detail, the weight of the shape of frame 0
-  double trust = 0;             ///< 0 to 1, how far poses of a rehearsal are used; learned ones: 1
-  double explained = 0;         ///< the share of the residual that such a pose explains
+  double blend = 0;  ///< b of method detail, the weight of the shape of frame 0
+  double prior_weight =
+      0;  ///< 0 to 1, how far poses of a training sequence are used; learned ones: 1
+  double prior_share = 0;       ///< the share of the residual that such a pose explains
   double factor_seconds = 0;    ///< factorisation of the system of the unknown vertices
   double rotation_seconds = 0;  ///< fitting of rotations
   double solve_seconds = 0;     ///< everything else
 };
 
-/// Statistics of one frame. known + filled + unseen is the number of vertices.
+/// Statistics of one frame. known + filled + disconnected is the number of vertices.
 struct FrameReport {
-  std::size_t known = 0;       ///< anchors
-  std::size_t filled = 0;      ///< satellites, estimated by the method
-  std::size_t unseen = 0;      ///< not connected to an anchor: held, or moved rigidly
-  std::size_t iterations = 0;  ///< iterations of the method
-  std::size_t rejected = 0;    ///< observed, but treated as unknown: outliers
+  std::size_t known = 0;         ///< anchors
+  std::size_t filled = 0;        ///< satellites, estimated by the method
+  std::size_t disconnected = 0;  ///< not connected to an anchor: held, or moved rigidly
+  std::size_t iterations = 0;    ///< iterations of the method
+  std::size_t rejected = 0;      ///< observed, but treated as unknown: outliers
   /// With `uncertainty`, the root mean square of the standard errors of the satellites, in the unit
   /// of the positions; else, and without satellites, 0.
   double standard_error = 0;

@@ -1,4 +1,4 @@
-/// The settings of a completer. The defaults select the paper's method.
+/// The settings of a completer.
 #pragma once
 
 #include <dynmesh/export.hpp>
@@ -17,31 +17,31 @@ enum class Method {
   motion,
   /// Preserves the shape of frame 0 and of the last frame, rotated with the motion; see
   /// docs/method.md. The error is a fraction of that of motion, but a frame takes milliseconds.
-  /// Memory is allocated when the factor is larger than all earlier ones.
+  /// Memory is allocated when the factor of the system of a frame is larger than all earlier ones.
   detail
 };
 
 /// How vertices that are not connected to any anchor are completed.
-enum class UnseenRule {
+enum class DisconnectedRule {
   hold,   ///< they keep their previous positions
   follow  ///< their component moves rigidly, with the surface that was nearest to it in frame 0
 };
 
 struct Settings {
-  Method method = Method::motion;
+  Method method = Method::detail;
 
   /// If true, every iteration estimates all satellites reached so far. If false, each satellite is
-  /// estimated once, when it is reached, and errors accumulate from frame to frame. Method detail
-  /// requires true.
+  /// estimated once, when it is reached, and errors accumulate from frame to frame. False requires
+  /// method motion.
   bool revisit = true;
 
   /// The number of iterations after the one that reaches the last satellite, 0 to 1 000 000. Ten
   /// reduce the error by a third on many sequences and increase it on some. They have no effect if
-  /// `revisit` is false. Method detail requires 0.
+  /// `revisit` is false. Numbers above 0 require method motion.
   Index extra_iterations = 0;
 
   /// How vertices that are not connected to any anchor are completed.
-  UnseenRule unseen = UnseenRule::follow;
+  DisconnectedRule disconnected = DisconnectedRule::follow;
 
   /// The standard deviation of the noise of the anchors, positive and in the unit of the positions.
   /// If it is not set, anchors are exact. With noise, anchors move as well, according to the shape
@@ -54,12 +54,11 @@ struct Settings {
   bool reject_outliers = false;
 
   /// Whether the completer learns how the shape of the subject varies from the frames that it
-  /// completes, as from a rehearsal, which a completer that learns cannot have. This pays where
-  /// motions recur. A frame takes about twice as long, and a state has 384 bytes more per vertex.
-  /// Requires method detail.
+  /// completes. Cannot be combined with a training sequence. Useful where motions recur. A frame
+  /// takes about twice as long, and a state has 384 bytes more per vertex. Requires method detail.
   bool learn = false;
 
-  /// Whether the standard error of every position is estimated beside it: see
+  /// Whether the standard error of each vertex is estimated: see
   /// Completer::standard_error. The completed positions do not depend on it. Requires method
   /// detail.
   bool uncertainty = false;
@@ -96,6 +95,6 @@ DYNMESH_EXPORT void check_settings(const Settings& settings);
 /// name.
 DYNMESH_EXPORT Method method_from_name(std::string_view name);
 /// Returns the rule of this name, "hold" or "follow". Throws SettingError for any other name.
-DYNMESH_EXPORT UnseenRule unseen_rule_from_name(std::string_view name);
+DYNMESH_EXPORT DisconnectedRule disconnected_rule_from_name(std::string_view name);
 
 }  // namespace dynmesh

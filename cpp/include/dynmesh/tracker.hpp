@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <dynmesh/export.hpp>
 #include <dynmesh/frame_report.hpp>
-#include <dynmesh/rehearsal.hpp>
 #include <dynmesh/topology.hpp>
+#include <dynmesh/training.hpp>
 #include <dynmesh/types.hpp>
 #include <memory>
 #include <span>
@@ -58,9 +58,9 @@ struct DepthImage {
 };
 
 /// What a tracker reports of a frame. `known` counts the vertices that have a measured point,
-/// `filled` the others of their components, and `iterations` the passes. `standard_error` is the
-/// root mean square over both, and `stages.trust` and `stages.explained` say how far a rehearsal is
-/// used.
+/// `filled` the others of their components, and `iterations` how often correspondences were found.
+/// `standard_error` is the root mean square over both, and `stages.prior_weight` and
+/// `stages.prior_share` say how far a training sequence is used.
 struct TrackingReport : FrameReport {
   /// The root mean square distance of the observed vertices from the planes of their points, in the
   /// unit of the positions.
@@ -91,11 +91,11 @@ class DYNMESH_EXPORT Tracker {
   /// `first_frame` is the template, complete and finite, in the pose of the first scan. See
   /// Completer for `faces`.
   Tracker(Faces faces, Points<const Real> first_frame, const TrackerSettings& settings = {});
-  /// The same with a rehearsal, which it copies: the tracker learns how the shape of the subject
-  /// varies. A rehearsal that is of no use is not trusted. It throws SettingError as Completer
+  /// The same with training, which it copies: the tracker learns how the shape of the subject
+  /// varies. A training sequence that is of no use is not used. It throws SettingError as Completer
   /// does.
   Tracker(Faces faces, Points<const Real> first_frame, const TrackerSettings& settings,
-          const Rehearsal<Real>& rehearsal);
+          const Training<Real>& training);
   ~Tracker();
   Tracker(const Tracker&) = delete;
   Tracker& operator=(const Tracker&) = delete;

@@ -84,11 +84,12 @@ inline Method method_of(std::int32_t method) {
                        std::to_string(method));
 }
 
-inline UnseenRule unseen_rule_of(std::int32_t rule) {
-  if (rule == DYNMESH_UNSEEN_HOLD) return UnseenRule::hold;
-  if (rule == DYNMESH_UNSEEN_FOLLOW) return UnseenRule::follow;
-  refuse("unseen", "must be DYNMESH_UNSEEN_HOLD (0) or DYNMESH_UNSEEN_FOLLOW (1), not " +
-                       std::to_string(rule));
+inline DisconnectedRule disconnected_rule_of(std::int32_t rule) {
+  if (rule == DYNMESH_DISCONNECTED_HOLD) return DisconnectedRule::hold;
+  if (rule == DYNMESH_DISCONNECTED_FOLLOW) return DisconnectedRule::follow;
+  refuse("disconnected",
+         "must be DYNMESH_DISCONNECTED_HOLD (0) or DYNMESH_DISCONNECTED_FOLLOW (1), not " +
+             std::to_string(rule));
 }
 
 /// Later versions may support several sizes, with default values for the fields that smaller ones
@@ -110,7 +111,7 @@ inline Settings settings_of(const dynmesh_settings* chosen) {
   settings.method = method_of(given.method);
   settings.revisit = given.revisit != 0;
   settings.extra_iterations = given.extra_iterations;
-  settings.unseen = unseen_rule_of(given.unseen);
+  settings.disconnected = disconnected_rule_of(given.disconnected);
   if (!std::isnan(given.noise)) settings.noise = given.noise;
   settings.reject_outliers = given.reject_outliers != 0;
   settings.learn = given.learn != 0;

@@ -21,13 +21,13 @@ namespace {
 dynmesh_frame_report to_c(const FrameReport& report) {
   return {static_cast<std::int64_t>(report.known),
           static_cast<std::int64_t>(report.filled),
-          static_cast<std::int64_t>(report.unseen),
+          static_cast<std::int64_t>(report.disconnected),
           static_cast<std::int64_t>(report.rejected),
           static_cast<std::int64_t>(report.iterations),
           report.seconds,
           report.stages.blend,
-          report.stages.trust,
-          report.stages.explained,
+          report.stages.prior_weight,
+          report.stages.prior_share,
           report.standard_error};
 }
 
@@ -57,10 +57,10 @@ dynmesh_status dynmesh_default_settings(dynmesh_settings* settings, int64_t size
     check_settings_size("size", size);
     const Settings defaults;
     *settings = {size,
-                 DYNMESH_METHOD_MOTION,
+                 DYNMESH_METHOD_DETAIL,
                  defaults.revisit ? 1 : 0,
                  defaults.extra_iterations,
-                 DYNMESH_UNSEEN_FOLLOW,
+                 DYNMESH_DISCONNECTED_FOLLOW,
                  defaults.noise.value_or(std::numeric_limits<double>::quiet_NaN()),
                  defaults.reject_outliers ? 1 : 0,
                  defaults.threads,

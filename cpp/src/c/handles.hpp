@@ -7,8 +7,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/completer.hpp>
-#include <dynmesh/rehearsal.hpp>
 #include <dynmesh/tracker.hpp>
+#include <dynmesh/training.hpp>
 #include <span>
 #include <string>
 #include <variant>
@@ -23,10 +23,10 @@ struct dynmesh_completer {
   mutable dynmesh::OneAtATime turns{name};
 };
 
-struct dynmesh_rehearsal {
-  static constexpr const char* name = "rehearsal";
-  std::variant<dynmesh::Rehearsal<float>, dynmesh::Rehearsal<double>> any;
-  dynmesh::OneAtATime turns{name};
+struct dynmesh_training {
+  static constexpr const char* name = "training";
+  std::variant<dynmesh::Training<float>, dynmesh::Training<double>> any;
+  dynmesh::OneAtATime turns{"training sequence"};
 };
 
 struct dynmesh_tracker {

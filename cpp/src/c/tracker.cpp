@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <dynmesh/rehearsal.hpp>
 #include <dynmesh/tracker.hpp>
+#include <dynmesh/training.hpp>
 #include <dynmesh/types.hpp>
 #include <string>
 #include <vector>
@@ -21,7 +21,7 @@ void store(const TrackingReport& report, dynmesh_tracking_report* where) {
   if (where == nullptr) return;
   *where = {static_cast<std::int64_t>(report.known),
             static_cast<std::int64_t>(report.filled),
-            static_cast<std::int64_t>(report.unseen),
+            static_cast<std::int64_t>(report.disconnected),
             static_cast<std::int64_t>(report.iterations),
             report.aligned ? 1 : 0,
             report.distance,
@@ -36,11 +36,11 @@ dynmesh_tracker* create_tracker(Faces faces, const dynmesh_points* first_frame,
 }
 
 template <class Real>
-dynmesh_tracker* create_rehearsed_tracker(Faces faces, const dynmesh_points* first_frame,
-                                          const TrackerSettings& settings,
-                                          const Rehearsal<Real>& rehearsal) {
-  const auto frame = points_of<const Real>("first_frame", first_frame, "the rehearsal");
-  return new dynmesh_tracker{Tracker<Real>(faces, frame, settings, rehearsal)};
+dynmesh_tracker* create_trained_tracker(Faces faces, const dynmesh_points* first_frame,
+                                        const TrackerSettings& settings,
+                                        const Training<Real>& training) {
+  const auto frame = points_of<const Real>("first_frame", first_frame, "the training sequence");
+  return new dynmesh_tracker{Tracker<Real>(faces, frame, settings, training)};
 }
 
 std::size_t side_of(std::size_t number, const char* side, std::int64_t value) {
@@ -78,14 +78,14 @@ dynmesh_status dynmesh_tracker_create(const int32_t* faces, int64_t n_faces,
 
 dynmesh_status dynmesh_tracker_create_with(const int32_t* faces, int64_t n_faces,
                                            const dynmesh_points* first_frame, int32_t threads,
-                                           int32_t uncertainty, dynmesh_rehearsal* rehearsal,
+                                           int32_t uncertainty, dynmesh_training* training,
                                            dynmesh_tracker** tracker) {
   const TrackerSettings settings = {.threads = threads, .uncertainty = uncertainty != 0};
   const dynmesh_status status = guarded([&] {
     check_pointer("tracker", tracker);
     *tracker = nullptr;
     check_pointer("first_frame", first_frame);
-    if (rehearsal != nullptr) return;
+    if (training != nullptr) return;
     const Faces triangles = faces_of(faces, n_faces);
     if (first_frame->type == DYNMESH_FLOAT32) {
       *tracker = create_tracker<float>(triangles, first_frame, settings);
@@ -96,9 +96,9 @@ dynmesh_status dynmesh_tracker_create_with(const int32_t* faces, int64_t n_faces
                                 std::to_string(first_frame->type));
     }
   });
-  if (status != DYNMESH_OK || rehearsal == nullptr) return status;
-  return with(rehearsal, [&](const auto& frames) {
-    *tracker = create_rehearsed_tracker(faces_of(faces, n_faces), first_frame, settings, frames);
+  if (status != DYNMESH_OK || training == nullptr) return status;
+  return with(training, [&](const auto& frames) {
+    *tracker = create_trained_tracker(faces_of(faces, n_faces), first_frame, settings, frames);
   });
 }
 

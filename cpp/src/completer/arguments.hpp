@@ -5,9 +5,9 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
-#include <dynmesh/rehearsal.hpp>
 #include <dynmesh/settings.hpp>
 #include <dynmesh/topology.hpp>
+#include <dynmesh/training.hpp>
 #include <dynmesh/types.hpp>
 #include <initializer_list>
 #include <limits>
@@ -83,15 +83,15 @@ std::vector<Vector3<Real>> first_frame_of(Points<const Real> points) {
 
 /// Throws SettingError, as does `check_size`.
 template <class Real>
-void check_rehearsal(const Rehearsal<Real>& rehearsal, std::size_t n_vertices) {
-  if (rehearsal.n_vertices() != n_vertices) {
-    throw SettingError("rehearsal", "its frames have " + std::to_string(rehearsal.n_vertices()) +
-                                        " vertices, but first_frame has " +
-                                        std::to_string(n_vertices));
+void check_training(const Training<Real>& training, std::size_t n_vertices) {
+  if (training.n_vertices() != n_vertices) {
+    throw SettingError("training", "its frames have " + std::to_string(training.n_vertices()) +
+                                       " vertices, but first_frame has " +
+                                       std::to_string(n_vertices));
   }
-  if (rehearsal.n_added() < Rehearsal<Real>::fewest_frames) {
-    throw SettingError("rehearsal", "has " + std::to_string(rehearsal.n_added()) +
-                                        " frames, but at least 3 are needed");
+  if (training.n_added() < Training<Real>::fewest_frames) {
+    throw SettingError("training", "has " + std::to_string(training.n_added()) +
+                                       " frames, but at least 3 are needed");
   }
 }
 
@@ -115,25 +115,25 @@ double size_of(std::size_t n_vertices, const Position& position) {
   return std::sqrt(square);
 }
 
-/// Refuses a rehearsal in another unit of length, such as millimetres for metres. One that differs
-/// less is useless at worst, and then it is not trusted.
+/// Refuses a training sequence in another unit of length, such as millimetres for metres. One that
+/// differs less is useless at worst, and then it is not used.
 template <class Real>
-void check_size(const Rehearsal<Real>& rehearsal, const Points<const Real>& first_frame) {
+void check_size(const Training<Real>& training, const Points<const Real>& first_frame) {
   constexpr double most = 50;
-  double rehearsed = 0;
-  for (const auto& positions : rehearsal.frames()) {
-    rehearsed += size_of(first_frame.count,
-                         [&](std::size_t v, std::size_t c) { return positions[3 * v + c]; }) /
-                 static_cast<double>(rehearsal.frames().size());
+  double trained = 0;
+  for (const auto& positions : training.frames()) {
+    trained += size_of(first_frame.count,
+                       [&](std::size_t v, std::size_t c) { return positions[3 * v + c]; }) /
+               static_cast<double>(training.frames().size());
   }
   const double size = size_of(first_frame.count, first_frame);
-  if (rehearsed <= most * size && size <= most * rehearsed) return;
+  if (trained <= most * size && size <= most * trained) return;
   std::array<char, 200> text{};
   (void)std::snprintf(text.data(), text.size(),
                       "its size, the root mean square distance from the centre, is %.4g, "
                       "but that of first_frame is %.4g; both must be in the same unit of length",
-                      rehearsed, size);
-  throw SettingError("rehearsal", text.data());
+                      trained, size);
+  throw SettingError("training", text.data());
 }
 
 inline Topology topology_of(Faces faces, std::size_t n_vertices) {

@@ -22,7 +22,7 @@ FrameReport Completer<Real>::Parts::complete(Points<Real> completed, Clock::time
   const std::size_t rejected = outliers ? outliers->drop(previous, current, known) : 0;
   // Classify the vertices and estimate the satellites: eq. (3) and (4) of method motion.
   const Index iterations = estimator->estimate(previous, current, known, generations);
-  unseen.place(previous, current, generations);
+  disconnected.complete(previous, current, generations);
   // Vertices whose estimate has diverged are first reset to the previous frame, since a NaN would
   // spread to later frames.
   exchange.write(current, previous, completed);
@@ -52,7 +52,7 @@ FrameReport Completer<Real>::Parts::report_of(Index iterations, std::size_t reje
   made.rejected = rejected;
   made.known = generations.anchors();
   made.filled = generations.reached();
-  made.unseen = generations.unseen_vertices();
+  made.disconnected = generations.disconnected_vertices();
   made.iterations = static_cast<std::size_t>(iterations);
   made.standard_error = mean_standard_error();
   made.stages = estimator->stages();
@@ -77,21 +77,21 @@ Completer<Real>::Completer(Faces faces, Points<const Real> first_frame, const Se
 
 template <class Real>
 Completer<Real>::Completer(Faces faces, Points<const Real> first_frame, const Settings& settings,
-                           const Rehearsal<Real>& rehearsal) {
+                           const Training<Real>& training) {
   check_settings(settings);
   if (settings.method != Method::detail) {
-    throw SettingError("rehearsal", "requires method='detail'");
+    throw SettingError("training", "requires method='detail'");
   }
   if (settings.learn) {
     throw SettingError("learn",
-                       "a completer learns either from its own frames or from a rehearsal; "
+                       "a completer learns either from its own frames or from a training sequence; "
                        "give one of the two");
   }
   const auto frame = first_frame_of(first_frame);
-  check_rehearsal(rehearsal, frame.size());
-  check_size(rehearsal, first_frame);
+  check_training(training, frame.size());
+  check_size(training, first_frame);
   parts_ = std::make_unique<Parts>(faces, frame, topology_of(faces, frame.size()), settings,
-                                   rehearsal.frames());
+                                   training.frames());
 }
 
 template <class Real>

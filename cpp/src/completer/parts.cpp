@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "completer/take.hpp"
+#include "completer/training_frames.hpp"
 #include "detail/detail.hpp"
 #include "motion/fast_motion.hpp"
 #include "motion/motion.hpp"
@@ -18,11 +18,11 @@ template <class Real>
 std::unique_ptr<Estimator<Real>> estimator_of(Faces faces, const Numbering& numbering,
                                               const Topology& topology, const Settings& settings,
                                               Workers& workers,
-                                              std::span<const std::vector<Real>> rehearsal) {
+                                              std::span<const std::vector<Real>> training) {
   if (settings.method == Method::detail) {
     return std::make_unique<Detail<Real>>(faces_in_internal_order(faces, numbering), topology,
                                           settings.noise, workers, DetailConstants{},
-                                          take_in_internal_order<Real>(rehearsal, numbering),
+                                          take_in_internal_order<Real>(training, numbering),
                                           settings.learn, settings.uncertainty);
   }
   const Cells& cells = topology.cells;
@@ -36,7 +36,7 @@ std::unique_ptr<Estimator<Real>> estimator_of(Faces faces, const Numbering& numb
 
 template <class Real>
 Completer<Real>::Parts::Parts(Faces faces, const Frame& frame, Topology caller_topology,
-                              const Settings& chosen, std::span<const std::vector<Real>> rehearsal)
+                              const Settings& chosen, std::span<const std::vector<Real>> training)
     : settings(chosen),
       topology(in_internal_order(std::move(caller_topology), numbering)),
       workers(chosen.threads),
@@ -44,13 +44,13 @@ Completer<Real>::Parts::Parts(Faces faces, const Frame& frame, Topology caller_t
       outliers(chosen.reject_outliers ? std::make_unique<Outliers<Real>>(topology->cells)
                                       : nullptr),
       generations(frame.size()),
-      estimator(estimator_of<Real>(faces, numbering, *topology, chosen, workers, rehearsal)),
-      unseen(*topology, chosen.unseen),
+      estimator(estimator_of<Real>(faces, numbering, *topology, chosen, workers, training)),
+      disconnected(*topology, chosen.disconnected),
       previous(frame.size()),
       current(frame.size()),
       known(frame.size()),
       age(frame.size()),
-      rehearsal_hash(hash_of_frames(rehearsal)) {
+      training_hash(hash_of_frames(training)) {
   if (!numbering.is_natural()) {
     generation_for_caller_.reserve(frame.size());
     age_for_caller_.reserve(frame.size());
@@ -61,11 +61,11 @@ Completer<Real>::Parts::Parts(Faces faces, const Frame& frame, Topology caller_t
 
 template <class Real>
 void Completer<Real>::Parts::begin(Frame new_first_frame) {
-  Unseen<Real> new_unseen = unseen;
-  new_unseen.reset(new_first_frame);
+  Disconnected<Real> new_disconnected = disconnected;
+  new_disconnected.reset(new_first_frame);
   estimator->reset(new_first_frame);
   // Nothing below can throw.
-  unseen = std::move(new_unseen);
+  disconnected = std::move(new_disconnected);
   if (outliers) outliers->reset(new_first_frame);
   std::ranges::copy(new_first_frame, previous.begin());
   first_frame = std::move(new_first_frame);

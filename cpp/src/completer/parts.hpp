@@ -14,11 +14,11 @@
 
 #include "completer/exchange.hpp"
 #include "completer/outliers.hpp"
+#include "disconnected/disconnected.hpp"
 #include "generations/estimator.hpp"
 #include "generations/generations.hpp"
 #include "mesh/numbering.hpp"
 #include "support/workers.hpp"
-#include "unseen/unseen.hpp"
 
 namespace dynmesh {
 
@@ -30,10 +30,10 @@ struct Completer<Real>::Parts {
   using Clock = std::chrono::steady_clock;
   using Frame = std::vector<Vector3<Real>>;
 
-  /// `first_frame` and the frames of the rehearsal, x y z of each vertex, are in the caller's
-  /// order.
+  /// `first_frame` and the frames of the training sequence, x y z of each vertex, are in the
+  /// caller's order.
   Parts(Faces faces, const Frame& first_frame, Topology caller_topology, const Settings& chosen,
-        std::span<const std::vector<Real>> rehearsal = {});
+        std::span<const std::vector<Real>> training = {});
 
   /// Begins a sequence. If memory is exhausted, nothing has changed.
   void begin(Frame new_first_frame);
@@ -61,7 +61,7 @@ struct Completer<Real>::Parts {
   std::unique_ptr<Outliers<Real>> outliers;  // null if outliers are not rejected
   Generations generations;
   std::unique_ptr<Estimator<Real>> estimator;
-  Unseen<Real> unseen;
+  Disconnected<Real> disconnected;
 
   Frame first_frame;
   Frame previous;                   // the last completed frame, V
@@ -70,7 +70,7 @@ struct Completer<Real>::Parts {
   std::vector<Index> age;
   std::size_t n_frames = 0;  // completed since `begin`
   FrameReport report;
-  std::uint64_t rehearsal_hash = 0;  // of its frames; 0 without a rehearsal
+  std::uint64_t training_hash = 0;  // of its frames; 0 without training
 
  private:
   void update_ages();

@@ -47,8 +47,8 @@ void check_settings(const Settings& settings) {
 
 Method method_from_name(std::string_view name) { return from_name<Method>("method", name); }
 
-UnseenRule unseen_rule_from_name(std::string_view name) {
-  return from_name<UnseenRule>("unseen", name);
+DisconnectedRule disconnected_rule_from_name(std::string_view name) {
+  return from_name<DisconnectedRule>("disconnected", name);
 }
 
 }  // namespace dynmesh

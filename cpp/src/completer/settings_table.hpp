@@ -30,13 +30,12 @@ struct Setting {
 /// Settings.
 template <class Visit>
 void for_each_setting(const Visit& visit) {
-  visit(
-      Setting{.name = "method",
-              .method = std::nullopt,
-              .value = "METHOD",
-              .help = "'motion' (default): the paper's method, fast. 'detail': keeps the shape of "
-                      "the mesh, rotated with the motion; more accurate, but slower."},
-      &Settings::method);
+  visit(Setting{.name = "method",
+                .method = std::nullopt,
+                .value = "METHOD",
+                .help = "'detail' (default) keeps the shape of the mesh, rotated with the motion. "
+                        "'motion', the paper's method, is less accurate, but fast."},
+        &Settings::method);
   visit(Setting{.name = "revisit",
                 .method = Method::motion,
                 .help = "Estimate every satellite only once, when it is reached, and not again in "
@@ -49,12 +48,12 @@ void for_each_setting(const Visit& visit) {
                 .help = "Iterations after the one that reaches the last satellite (default 0). Ten "
                         "reduce the error by a third on many sequences."},
         &Settings::extra_iterations);
-  visit(Setting{.name = "unseen",
+  visit(Setting{.name = "disconnected",
                 .method = std::nullopt,
                 .value = "RULE",
                 .help = "Parts of the mesh without any known vertex 'follow' the nearest surface "
                         "(default) or 'hold' their position."},
-        &Settings::unseen);
+        &Settings::disconnected);
   visit(Setting{.name = "noise",
                 .method = Method::detail,
                 .value = "SIGMA",
@@ -91,7 +90,7 @@ inline constexpr std::array<std::string_view, 0> names_of{};
 template <>
 inline constexpr std::array<std::string_view, 2> names_of<Method> = {"motion", "detail"};
 template <>
-inline constexpr std::array<std::string_view, 2> names_of<UnseenRule> = {"hold", "follow"};
+inline constexpr std::array<std::string_view, 2> names_of<DisconnectedRule> = {"hold", "follow"};
 
 /// The value of that name. Throws SettingError.
 template <class Enumeration>

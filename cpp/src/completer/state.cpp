@@ -23,15 +23,15 @@ namespace dynmesh {
 namespace {
 
 /// The last character is the version of the format.
-constexpr std::array<char, 8> magic = {'d', 'y', 'n', 'm', 'e', 's', 'h', '8'};
+constexpr StateFormat format = {'d', 'y', 'n', 'm', 'e', 's', 'h', '8'};
 
 /// What must agree between the completer that wrote a state and the one that reads it, beside the
 /// settings.
 struct Header {
   std::uint32_t real_size = 0;
   std::uint64_t n_vertices = 0;
-  std::uint64_t cells = 0;      // a hash
-  std::uint64_t rehearsal = 0;  // a hash of its frames, 0 without one
+  std::uint64_t cells = 0;     // a hash
+  std::uint64_t training = 0;  // a hash of its frames, 0 without one
 
   /// Calls `visit` with each field, in the order in which they are stored.
   template <class Self, class Visit>
@@ -39,7 +39,7 @@ struct Header {
     visit(self.real_size);
     visit(self.n_vertices);
     visit(self.cells);
-    visit(self.rehearsal);
+    visit(self.training);
   }
 };
 
@@ -103,8 +103,8 @@ struct FrameFacts {
   std::int64_t iterations = 0;
   std::uint64_t rejected = 0;
   double blend = 0;
-  double trust = 0;
-  double explained = 0;
+  double prior_weight = 0;
+  double prior_share = 0;
   std::uint64_t n_frames = 0;
 
   template <class Self, class Visit>
@@ -112,8 +112,8 @@ struct FrameFacts {
     visit(self.iterations);
     visit(self.rejected);
     visit(self.blend);
-    visit(self.trust);
-    visit(self.explained);
+    visit(self.prior_weight);
+    visit(self.prior_share);
     visit(self.n_frames);
   }
 };
@@ -145,8 +145,8 @@ std::uint64_t hash_of_cells(const Cells& cells) {
 }
 
 template <class Real>
-Header header_of(const Cells& cells, std::uint64_t rehearsal) {
-  return {sizeof(Real), cells.size(), hash_of_cells(cells), rehearsal};
+Header header_of(const Cells& cells, std::uint64_t training) {
+  return {sizeof(Real), cells.size(), hash_of_cells(cells), training};
 }
 
 void check_header(const Header& found, const Header& expected) {
@@ -160,10 +160,10 @@ void check_header(const Header& found, const Header& expected) {
                  " vertices, but this mesh has " + std::to_string(expected.n_vertices));
   }
   if (found.cells != expected.cells) refuse_state("of a mesh with other faces");
-  if (found.rehearsal != expected.rehearsal) {
-    refuse_state(found.rehearsal == 0      ? "of a completer without a rehearsal"
-                 : expected.rehearsal == 0 ? "of a completer with a rehearsal"
-                                           : "of a completer with another rehearsal");
+  if (found.training != expected.training) {
+    refuse_state(found.training == 0      ? "of a completer without training"
+                 : expected.training == 0 ? "of a completer with training"
+                                          : "of a completer with another training sequence");
   }
 }
 
@@ -187,7 +187,7 @@ void check_facts(const FrameFacts& facts, std::span<const std::uint8_t> known) {
                  std::to_string(n_unknown) + " vertices were unknown");
   }
   if (!std::isfinite(facts.blend)) refuse_state("reports a blend that is not finite");
-  for (const double share : {facts.trust, facts.explained}) {
+  for (const double share : {facts.prior_weight, facts.prior_share}) {
     if (!(share >= 0 && share <= 1)) refuse_state("reports a share that is not between 0 and 1");
   }
 }
@@ -215,12 +215,12 @@ std::size_t Completer<Real>::state_size() const {
   const std::size_t of_vertex = 2 * 3 * sizeof(Real) + sizeof(Index) + sizeof(std::uint8_t);
   const std::size_t of_method = sizeof(std::uint64_t) +
                                 parts_->estimator->memory_rows() * sizeof(Row) + sizeof(double) +
-                                parts_->estimator->pose_size() * sizeof(double) +
+                                parts_->estimator->shape_fit_size() * sizeof(double) +
                                 parts_->estimator->shape_rows() * sizeof(Shapes);
   const std::size_t of_errors =
       parts_->settings.uncertainty ? stored_size_of_errors(n_vertices()) : 0;
   const std::size_t of_seal = sizeof(std::uint64_t);
-  return sizeof magic + stored_size<Header>() + size_of_settings() + stored_size<FrameFacts>() +
+  return sizeof format + stored_size<Header>() + size_of_settings() + stored_size<FrameFacts>() +
          n_vertices() * of_vertex + of_method + of_errors + of_seal;
 }
 
@@ -233,12 +233,12 @@ std::vector<std::byte> Completer<Real>::state() const {
   const FrameFacts facts = {static_cast<std::int64_t>(parts_->report.iterations),
                             parts_->report.rejected,
                             parts_->report.stages.blend,
-                            parts_->report.stages.trust,
-                            parts_->report.stages.explained,
+                            parts_->report.stages.prior_weight,
+                            parts_->report.stages.prior_share,
                             parts_->n_frames};
   Writer writer(state_size());
-  writer.write(std::span<const char>(magic));
-  write_fields(writer, header_of<Real>(parts_->topology->cells, parts_->rehearsal_hash));
+  writer.write(std::span<const char>(format));
+  write_fields(writer, header_of<Real>(parts_->topology->cells, parts_->training_hash));
   write_settings(writer, parts_->settings);
   write_fields(writer, facts);
   writer.write(to_caller_order(parts_->numbering, parts_->first_frame));
@@ -266,11 +266,11 @@ std::vector<std::byte> Completer<Real>::state() const {
 template <class Real>
 void Completer<Real>::restore(std::span<const std::byte> state) {
   Reader reader(state);
-  std::array<char, magic.size()> found_magic{};
-  reader.read(std::span<char>(found_magic));
-  if (found_magic != magic) refuse_state("not a completer state of this version");
+  StateFormat found_format{};
+  reader.read(std::span<char>(found_format));
+  check_format(found_format, format, "completer");
   check_header(read_fields<Header>(reader),
-               header_of<Real>(parts_->topology->cells, parts_->rehearsal_hash));
+               header_of<Real>(parts_->topology->cells, parts_->training_hash));
   check_settings_of_state(reader, parts_->settings);
   const auto facts = read_fields<FrameFacts>(reader);
   std::vector<Vector3<Real>> first_frame(n_vertices());
@@ -286,7 +286,7 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   memory.rows.resize(memory_rows > 0 ? n_vertices() : 0);
   for (auto& row : memory.rows) reader.read(std::span<double>(row));
   memory.anchor_weight = reader.read<double>();
-  memory.pose.resize(parts_->estimator->pose_size());
+  memory.pose.resize(parts_->estimator->shape_fit_size());
   reader.read(std::span<double>(memory.pose));
   memory.shapes.resize(parts_->estimator->shape_rows());
   for (auto& shapes : memory.shapes) reader.read(std::span<float>(shapes));
@@ -325,12 +325,12 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   parts_->n_frames = facts.n_frames;
   parts_->report.known = parts_->generations.anchors();
   parts_->report.filled = parts_->generations.reached();
-  parts_->report.unseen = parts_->generations.unseen_vertices();
+  parts_->report.disconnected = parts_->generations.disconnected_vertices();
   parts_->report.iterations = static_cast<std::size_t>(facts.iterations);
   parts_->report.rejected = facts.rejected;
   parts_->report.stages.blend = facts.blend;
-  parts_->report.stages.trust = facts.trust;
-  parts_->report.stages.explained = facts.explained;
+  parts_->report.stages.prior_weight = facts.prior_weight;
+  parts_->report.stages.prior_share = facts.prior_share;
   parts_->report.standard_error = parts_->mean_standard_error();
 }
 

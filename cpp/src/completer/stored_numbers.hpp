@@ -1,12 +1,14 @@
 /// Converts numbers to and from the bytes of a state, little-endian and packed.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <dynmesh/types.hpp>
+#include <dynmesh/version.hpp>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -21,6 +23,21 @@ static_assert(std::endian::native == std::endian::little,
 
 [[noreturn]] inline void refuse_state(const std::string& why) {
   throw std::invalid_argument("state: " + why);
+}
+
+/// Begins a state: what it is of, and in the last character the version of its format.
+using StateFormat = std::array<char, 8>;
+
+/// Refuses anything but a state of `format`, which is what `kind` has: "completer", for example.
+inline void check_format(const StateFormat& found, const StateFormat& format,
+                         const std::string& kind) {
+  if (found == format) return;
+  if (!std::equal(format.begin(), format.end() - 1, found.begin())) {
+    refuse_state("not a " + kind + " state");
+  }
+  refuse_state(std::string("has format ") + found.back() +
+               ", but dynmesh " DYNMESH_VERSION " reads format " + format.back() + "; create the " +
+               kind + " anew");
 }
 
 /// The FNV-1a hash.

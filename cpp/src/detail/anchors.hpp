@@ -54,7 +54,7 @@ struct Anchors {
       const bool is_anchor = generation[v] == Generations::anchor;
       observed[v] = is_anchor ? in_double(points[v]) : previous[v];
       is_solved[v] = generation[v] > 0 || (is_anchor && are_noisy()) ? 1 : 0;
-      counts[v] = generation[v] != Generations::unseen ? 1 : 0;
+      counts[v] = generation[v] != Generations::disconnected ? 1 : 0;
       if (are_noisy()) weights[v] = is_anchor ? lambda : 0;
     }
   }

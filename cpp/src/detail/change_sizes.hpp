@@ -14,7 +14,7 @@ namespace dynmesh {
 /// Squares of residuals, or sums of them over earlier frames, each weighted less than the next.
 struct Energy {
   double found = 0;     ///< of the residuals of the frames
-  double expected = 0;  ///< of the residuals of the made-up errors
+  double expected = 0;  ///< of the residuals of the ensemble
   void add(const Energy& newest, double kept) {
     found = kept * found + newest.found;
     expected = kept * expected + newest.expected;

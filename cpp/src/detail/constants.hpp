@@ -5,8 +5,8 @@
 
 namespace dynmesh {
 
-/// The constants of rehearsal.
-struct RehearsalConstants {
+/// The constants of training.
+struct TrainingConstants {
   /// The number of parts beside the global one.
   Index local_parts = 12;
   /// The width of the weights of a part, in typical distances between neighbouring seeds.
@@ -21,7 +21,7 @@ struct RehearsalConstants {
   double least_mode = 1e-4;
 
   /// v, the variance of the coefficients, before anything is known about it. It is also the v below
-  /// which the rehearsal is not trusted; at twice this v, it is trusted fully.
+  /// which the training sequence is not used; at twice this v, it is used fully.
   double first_variance = 0.03;
   double least_variance = 1e-4;
   double largest_variance = 2;
@@ -33,7 +33,7 @@ struct RehearsalConstants {
   double caution = 4;
   double caution_of_global_part = 1;
   /// A coefficient that the anchors do not determine is kept up to this size. No frame of a
-  /// rehearsal of 75 frames has a larger one than the root of 75.
+  /// training of 75 frames has a larger one than the root of 75.
   double largest_kept = 9;
   /// The number of steps of conjugate gradients.
   int steps = 3;
@@ -50,7 +50,7 @@ struct RehearsalConstants {
 
 /// The constants of the error bars.
 struct UncertaintyConstants {
-  /// How often made-up changes are averaged over the mesh.
+  /// How often the changes of the members are averaged over the mesh.
   int smoothings = 2;
   /// The part of a change, before that, that is the same in all of a cluster, compared with the
   /// part that is each vertex's own.
@@ -120,7 +120,7 @@ struct DetailConstants {
   double least_lambda = 1e-3;
   double largest_lambda = 1e3;
 
-  RehearsalConstants rehearsal;
+  TrainingConstants training;
   UncertaintyConstants uncertainty;
 };
 

@@ -24,7 +24,7 @@ Detail<Real>::Workspace::Workspace(std::size_t n_vertices, bool is_noisy, bool h
 template <class Real>
 Detail<Real>::Detail(std::vector<Triangle> faces, const Topology& topology,
                      std::optional<double> noise, Workers& workers,
-                     const DetailConstants& constants, Take<Real> take, bool learns,
+                     const DetailConstants& constants, TrainingFrames<Real> training, bool learns,
                      bool has_uncertainty)
     : faces_(std::move(faces)),
       topology_(topology),
@@ -33,13 +33,13 @@ Detail<Real>::Detail(std::vector<Triangle> faces, const Topology& topology,
       rotations_(topology.cells, workers),
       local_blend_(topology.cells, constants_),
       memory_(topology.cells.size(), constants_),
-      take_(std::move(take)),
-      pose_(topology.cells, workers, constants_.rehearsal, learns),
+      training_(std::move(training)),
+      shape_fit_(topology.cells, workers, constants_.training, learns),
       learns_(learns),
       error_bars_(topology.cells, workers, constants_, has_uncertainty, noise.has_value()),
       noise_(noise),
       next_generations_(topology.cells.size()),
-      workspace_(topology.cells.size(), noise.has_value(), learns || !take_.empty()),
+      workspace_(topology.cells.size(), noise.has_value(), learns || !training_.empty()),
       workers_(workers) {}
 
 template <class Real>
@@ -49,19 +49,19 @@ void Detail<Real>::reset(Frame first_frame) {
   const Rounding rounding(prepared.k, mean_edge, std::numeric_limits<Real>::epsilon());
   const Field first = in_workspace(first_frame);
   auto prepared_rotations = rotations_.prepare(first);
-  if (!take_.empty()) {
-    const RehearsalConstants& constants = constants_.rehearsal;
+  if (!training_.empty()) {
+    const TrainingConstants& constants = constants_.training;
     const auto parts = divide_surface(topology_.cells, first, constants);
-    const auto shapes = rehearsed_shapes<Real>(take_, prepared.k, topology_.cells, first, mean_edge,
-                                               constants_.largest_stiff_angle, workers_);
-    pose_.reset(
-        Modes(parts, shapes, take_.size(), constants, scale_of<Real>(take_, rounding, mean_edge)));
+    const auto shapes = training_shapes<Real>(training_, prepared.k, topology_.cells, first,
+                                              mean_edge, constants_.largest_stiff_angle, workers_);
+    shape_fit_.reset(Modes(parts, shapes, training_.size(), constants,
+                           scale_of<Real>(training_, rounding, mean_edge)));
   }
   if (learns_) {
-    const auto parts = divide_surface(topology_.cells, first, constants_.rehearsal);
+    const auto parts = divide_surface(topology_.cells, first, constants_.training);
     const ModeScale scale = {mean_edge, rounding.mean_square<double>(first)};
-    auto learned = std::make_unique<LearnedModes>(parts, workers_, constants_.rehearsal, scale);
-    pose_.reset(Modes(parts, mean_edge));
+    auto learned = std::make_unique<LearnedModes>(parts, workers_, constants_.training, scale);
+    shape_fit_.reset(Modes(parts, mean_edge));
     learned_ = std::move(learned);
   }
   // Nothing below can throw.
@@ -96,8 +96,9 @@ Index Detail<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
   // Step 2: find the global b and c.
   Field shapes = turned_shapes(positions);
   const ResidualField unposed = find_directions(positions, shapes, anchors);
-  // With modes, a posed shape takes the place of m_first or m from here on.
-  const ResidualField directions = pose_.exists() ? pose_shapes(unposed, generations) : unposed;
+  // With modes, a fitted shape takes the place of m_first or m from here on.
+  const ResidualField directions =
+      shape_fit_.exists() ? pose_shapes(unposed, generations) : unposed;
   const ResidualSums sums = sum_products(directions, mean_edge_);
   const Blend blend = bounded(global_blend(sums, constants_));
 
@@ -186,7 +187,7 @@ typename Detail<Real>::Field Detail<Real>::turned_shapes(const Positions& positi
   return rotations_.turn(shapes_in_memory());
 }
 
-/// m, m_first - m and u; once the frame's pose is known, with the posed rest shape as m_first.
+/// m, m_first - m and u; once the frame's pose is known, with the fitted rest shape as m_first.
 template <class Real>
 typename Detail<Real>::Field Detail<Real>::shapes_in_memory() const {
   return workspace_.is_posed ? Field(workspace_.shapes) : memory_.shapes();
@@ -213,7 +214,7 @@ ResidualField Detail<Real>::find_directions(const Positions& positions, Field sh
           rounding_.mean_square<double>(positions.x)};
 }
 
-/// Poses the rest shape by what the anchors say: p = m_first + k B a takes the place of m_first. If
+/// Fits the rest shape by what the anchors say: p = m_first + k B a takes the place of m_first. If
 /// the pose is a change, m + k B a takes the place of m.
 template <class Real>
 ResidualField Detail<Real>::pose_shapes(ResidualField directions, const Generations& generations) {
@@ -222,31 +223,31 @@ ResidualField Detail<Real>::pose_shapes(ResidualField directions, const Generati
   std::ranges::copy(directions.wanted, workspace_.wanted.begin());
   directions.steps = workspace_.steps;
   directions.wanted = workspace_.wanted;
-  const Pose::Found pose = pose_.find(directions, system_, rotations_, generations);
-  report_.trust = pose.trust;
-  report_.explained = pose.explained;
-  blend_is_uncertain_ = pose.is_first && !pose_.is_change();
-  if (pose.trust == 0) return directions;
+  const ShapeFit::Found pose = shape_fit_.find(directions, system_, rotations_, generations);
+  report_.prior_weight = pose.prior_weight;
+  report_.prior_share = pose.prior_share;
+  blend_is_uncertain_ = pose.is_first && !shape_fit_.is_change();
+  if (pose.prior_weight == 0) return directions;
   std::ranges::copy(memory_.shapes(), workspace_.shapes.begin());
   const auto add = [&](std::size_t row, std::size_t v, double k) {
     workspace_.steps[row] = workspace_.steps[row] + k * pose.steps[v];
     workspace_.k_steps[row] = workspace_.k_steps[row] + k * pose.k_steps[v];
     workspace_.wanted[row] = workspace_.wanted[row] + k * pose.wanted[v];
-    workspace_.shapes[row] = workspace_.shapes[row] + k * pose_.shape()[v];
+    workspace_.shapes[row] = workspace_.shapes[row] + k * shape_fit_.shape()[v];
   };
   for (std::size_t v = 0; v < directions.size(); ++v) {
-    if (pose_.is_change()) {
-      add(3 * v, v, pose.trust);
-      add(3 * v + 1, v, -pose.trust);
+    if (shape_fit_.is_change()) {
+      add(3 * v, v, pose.prior_weight);
+      add(3 * v + 1, v, -pose.prior_weight);
     } else {
-      add(3 * v + 1, v, pose.trust);
+      add(3 * v + 1, v, pose.prior_weight);
     }
   }
   workspace_.is_posed = true;
   return directions;
 }
 
-/// In the first frame, the posed rest shape hardly differs from the last one, and b could be any
+/// In the first frame, the fitted rest shape hardly differs from the last one, and b could be any
 /// number.
 template <class Real>
 Blend Detail<Real>::bounded(Blend blend) const {
@@ -323,7 +324,7 @@ void Detail<Real>::remember(Frame completed) {
   const Field x = in_workspace(completed);
   fit_rotations(x);
   memory_.learn(detail_turned_back(x));
-  if (learned_) learned_->advance(memory_.shapes(), workspace_.anchors.number > 0, pose_);
+  if (learned_) learned_->advance(memory_.shapes(), workspace_.anchors.number > 0, shape_fit_);
 }
 
 template <class Real>
@@ -336,9 +337,9 @@ typename Detail<Real>::Memory Detail<Real>::memory() const {
     memory.rows.push_back({q.w, q.x, q.y, q.z, u.x, u.y, u.z});
   }
   memory.anchor_weight = lambda_;
-  if (pose_size() > 0) {
-    memory.pose.reserve(pose_size());
-    memory.pose = pose_.memory();
+  if (shape_fit_size() > 0) {
+    memory.pose.reserve(shape_fit_size());
+    memory.pose = shape_fit_.memory();
   }
   if (learned_) {
     learned_->append_memory(memory.pose);
@@ -357,18 +358,18 @@ bool Detail<Real>::accepts(const Memory& memory) const {
   };
   return memory.rows.size() == memory_rows() && std::ranges::all_of(memory.rows, is_sound) &&
          memory.anchor_weight >= constants_.least_lambda &&
-         memory.anchor_weight <= constants_.largest_lambda && memory.pose.size() == pose_size() &&
-         memory.shapes.size() == shape_rows() && (pose_size() == 0 || accepts_pose(memory)) &&
-         error_bars_.accepts(memory.errors);
+         memory.anchor_weight <= constants_.largest_lambda &&
+         memory.pose.size() == shape_fit_size() && memory.shapes.size() == shape_rows() &&
+         (shape_fit_size() == 0 || accepts_shape_fit(memory)) && error_bars_.accepts(memory.errors);
 }
 
 template <class Real>
-bool Detail<Real>::accepts_pose(const Memory& memory) const {
+bool Detail<Real>::accepts_shape_fit(const Memory& memory) const {
   const std::span<const double> values = memory.pose;
-  const std::size_t of_pose = pose_.memory_size();
-  return pose_.accepts(values.first(of_pose)) &&
+  const std::size_t of_pose = shape_fit_.memory_size();
+  return shape_fit_.accepts(values.first(of_pose)) &&
          (!learned_ ||
-          LearnedModes::accepts(values.subspan(of_pose), memory.shapes, constants_.rehearsal));
+          LearnedModes::accepts(values.subspan(of_pose), memory.shapes, constants_.training));
 }
 
 template <class Real>
@@ -383,11 +384,11 @@ void Detail<Real>::recall(const Memory& memory, Frame completed) {
   });
   memory_.recall(detail, workspace_.shape);
   error_bars_.recall(memory.errors);
-  if (pose_size() == 0) return;
+  if (shape_fit_size() == 0) return;
   const std::span<const double> values = memory.pose;
-  const std::size_t of_pose = pose_.memory_size();
-  if (learned_) learned_->recall(values.subspan(of_pose), memory.shapes, pose_);
-  pose_.recall(values.first(of_pose));
+  const std::size_t of_pose = shape_fit_.memory_size();
+  if (learned_) learned_->recall(values.subspan(of_pose), memory.shapes, shape_fit_);
+  shape_fit_.recall(values.first(of_pose));
 }
 
 template class Detail<float>;

@@ -16,11 +16,11 @@
 #include "detail/error_bars.hpp"
 #include "detail/learned_modes.hpp"
 #include "detail/memory.hpp"
-#include "detail/pose.hpp"
-#include "detail/rehearsed_shapes.hpp"
 #include "detail/rotations.hpp"
 #include "detail/rounding.hpp"
+#include "detail/shape_fit.hpp"
 #include "detail/shape_system.hpp"
+#include "detail/training_shapes.hpp"
 #include "generations/estimator.hpp"
 #include "generations/generations.hpp"
 #include "support/workers.hpp"
@@ -44,11 +44,12 @@ class Detail final : public Estimator<Real> {
   using typename Estimator<Real>::Memory;
 
   /// `topology` and `workers` must outlive this object. `noise` is the standard deviation of the
-  /// anchors, positive; without it, they are exact. `take` is a rehearsal, or empty. `learns` is
-  /// whether modes are made of completed frames, which requires that `take` is empty.
+  /// anchors, positive; without it, they are exact. `training` is a training sequence, or empty.
+  /// `learns` is whether modes are made of completed frames, which requires that `training` is
+  /// empty.
   Detail(std::vector<Triangle> faces, const Topology& topology, std::optional<double> noise,
-         Workers& workers, const DetailConstants& constants = {}, Take<Real> take = {},
-         bool learns = false, bool has_uncertainty = false);
+         Workers& workers, const DetailConstants& constants = {},
+         TrainingFrames<Real> training = {}, bool learns = false, bool has_uncertainty = false);
 
   void reset(Frame first_frame) override;
   Index estimate(Frame previous, std::span<Vector3<Real>> points,
@@ -56,9 +57,9 @@ class Detail final : public Estimator<Real> {
   void remember(Frame completed) override;
   [[nodiscard]] Memory memory() const override;
   [[nodiscard]] std::size_t memory_rows() const override { return topology_.cells.size(); }
-  [[nodiscard]] std::size_t pose_size() const override {
-    if (learned_) return pose_.memory_size() + LearnedModes::memory_size(constants_.rehearsal);
-    return take_.empty() ? 0 : pose_.memory_size();
+  [[nodiscard]] std::size_t shape_fit_size() const override {
+    if (learned_) return shape_fit_.memory_size() + LearnedModes::memory_size(constants_.training);
+    return training_.empty() ? 0 : shape_fit_.memory_size();
   }
   [[nodiscard]] std::size_t shape_rows() const override {
     return learned_ ? topology_.cells.size() : 0;
@@ -95,7 +96,7 @@ class Detail final : public Estimator<Real> {
   Field blended(Field shapes, std::span<const double> b, double c);
   void weigh_anchors(const Positions& positions, Field shape, const Anchors& anchors);
   Field detail_turned_back(Field completed);
-  [[nodiscard]] bool accepts_pose(const Memory& memory) const;
+  [[nodiscard]] bool accepts_shape_fit(const Memory& memory) const;
 
   std::vector<Triangle> faces_;
   const Topology& topology_;
@@ -104,8 +105,9 @@ class Detail final : public Estimator<Real> {
   Rotations rotations_;
   LocalBlend local_blend_;
   ShapeMemory memory_;
-  Take<Real> take_;  // the frames of the rehearsal, since a new frame 0 has other modes
-  Pose pose_;
+  TrainingFrames<Real>
+      training_;  // the frames of the training sequence, since a new frame 0 has other modes
+  ShapeFit shape_fit_;
   bool learns_;
   std::unique_ptr<LearnedModes> learned_;  // null before `reset`, and if it does not learn
   ErrorBars error_bars_;
@@ -129,7 +131,7 @@ class Detail final : public Estimator<Real> {
     // With a pose, (3 k,):
     std::vector<Vector3<double>> steps;
     std::vector<Vector3<double>> wanted;
-    std::vector<Vector3<double>> shapes;  // the memory, with m_first or m posed
+    std::vector<Vector3<double>> shapes;  // the memory, with m_first or m fitted
     bool is_posed = false;
     /// Whether the rotations of the frame are averaged widely; empty before the first fit.
     std::optional<bool> is_stiff;

@@ -170,9 +170,9 @@ void ErrorBars::advance(const Generations& generations) {
   const auto generation = generations.of_vertices();
   const double newest = constants_.newest;
   for_each_vertex([&](std::size_t v) {
-    const bool is_unseen = generation[v] == Generations::unseen;
+    const bool is_disconnected = generation[v] == Generations::disconnected;
     for (std::size_t i = members * v; i < members * (v + 1); ++i) {
-      const Vector3<double> error = is_unseen ? targets_[i] : next_[i];
+      const Vector3<double> error = is_disconnected ? targets_[i] : next_[i];
       errors_of_change_[i] = (1 - newest) * errors_of_change_[i] + newest * (error - errors_[i]);
       errors_[i] = error;
     }
@@ -204,10 +204,10 @@ void ErrorBars::find_standard_errors(Field steps, double scale, const Generation
   for_each_vertex([&](std::size_t v) {
     const double found = std::sqrt(scale * variances_[v]);
     const bool is_fixed = generation[v] == Generations::anchor && variances_[v] == 0;
-    standard_errors_[v] = generation[v] == Generations::unseen ? infinite
-                          : is_fixed                           ? 0
-                          : std::isfinite(found)               ? found
-                                                               : infinite;
+    standard_errors_[v] = generation[v] == Generations::disconnected ? infinite
+                          : is_fixed                                 ? 0
+                          : std::isfinite(found)                     ? found
+                                                                     : infinite;
   });
 }
 

@@ -29,9 +29,9 @@ struct CompletedShape {
   double rounding = 0;                     ///< the mean square of rounding errors of a shape
 };
 
-/// Carries made-up errors through the equations that the errors of the completion obey, and scales
-/// them by the residuals of the frames. Each vertex has three of them, which are vectors, hence
-/// nine numbers that measure how far a coordinate may be off.
+/// Carries the members of an ensemble of errors through the equations that the errors of the
+/// completion obey, and scales them by the residuals of the frames. Each vertex has three of them,
+/// which are vectors, hence nine numbers that measure how far a coordinate may be off.
 ///
 /// Without `are_wanted`, there are none, and nothing is allocated. Allocates memory only in the
 /// constructor. All numbers are the same for any number of threads.
@@ -53,11 +53,11 @@ class ErrorBars {
   void update(const CompletedShape& frame, double c, const Anchors& anchors,
               const Generations& generations, ShapeSystem& system, const Rotations& rotations);
 
-  /// The same for a frame of which nothing was solved for: everything is known or unseen.
+  /// The same for a frame of which nothing was solved for: everything is known or disconnected.
   void pass(const Generations& generations, const Rotations& rotations);
 
   /// (k,) the standard error of a coordinate in the unit of the positions: 0 for exact anchors,
-  /// infinity for unseen vertices. Empty if there are none.
+  /// infinity for disconnected vertices. Empty if there are none.
   [[nodiscard]] std::span<const double> of_vertices() const { return standard_errors_; }
 
   /// What later frames depend on. The numbers of a vertex are its errors, those of the recent
@@ -72,7 +72,7 @@ class ErrorBars {
 
  private:
   static constexpr std::size_t members = 3;
-  /// Members are numbers around 1 that grow slowly; only a made-up state has larger ones.
+  /// Members are numbers around 1 that grow slowly; only an invented state has larger ones.
   static constexpr double largest_member = 1e50;
   using Members = std::vector<Vector3<double>>;  // (3 k,), those of a vertex side by side
 

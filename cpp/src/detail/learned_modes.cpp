@@ -33,7 +33,7 @@ std::size_t LearnedModes::Combination::n_modes() const {
 }
 
 LearnedModes::LearnedModes(const SurfaceParts& parts, Workers& workers,
-                           const RehearsalConstants& constants, const ModeScale& scale)
+                           const TrainingConstants& constants, const ModeScale& scale)
     : workers_(workers),
       constants_(constants),
       scale_(scale),
@@ -44,8 +44,8 @@ LearnedModes::LearnedModes(const SurfaceParts& parts, Workers& workers,
       used_(static_cast<std::size_t>(constants.local_parts + 1)),
       making_(static_cast<std::size_t>(constants.local_parts + 1)) {}
 
-void LearnedModes::advance(Field memory, bool is_evident, Pose& pose) {
-  if (n_slices_ > 0) make_slice(pose);
+void LearnedModes::advance(Field memory, bool is_evident, ShapeFit& fit) {
+  if (n_slices_ > 0) make_slice(fit);
   if (!is_evident) return;
   has_changed_ |= library_.offer(memory);
   // The slices of earlier modes are made by now.
@@ -59,14 +59,14 @@ void LearnedModes::advance(Field memory, bool is_evident, Pose& pose) {
   n_slices_ = 1;
 }
 
-void LearnedModes::make_slice(Pose& pose) {
+void LearnedModes::make_slice(ShapeFit& fit) {
   if (n_slices_ == 1) {
     combine();
   } else {
     form(n_slices_ - 2);
   }
   if (++n_slices_ <= remade_after) return;
-  hand_over(pose);
+  hand_over(fit);
   n_slices_ = 0;
 }
 
@@ -112,12 +112,12 @@ void LearnedModes::form(Index slice) {
   next_.form(library_.shapes(), making_.data(), bound(slice), bound(slice + 1), workers_);
 }
 
-void LearnedModes::hand_over(Pose& pose) {
+void LearnedModes::hand_over(ShapeFit& fit) {
   std::swap(used_, making_);
-  pose.replace(next_);
+  fit.replace(next_);
 }
 
-std::size_t LearnedModes::memory_size(const RehearsalConstants& constants) {
+std::size_t LearnedModes::memory_size(const TrainingConstants& constants) {
   return ShapeLibrary::memory_size + 2 + 2 * (1 + slots) +
          static_cast<std::size_t>(constants.local_parts + 1) * slots * modes_of_part;
 }
@@ -134,7 +134,7 @@ void LearnedModes::append_memory(std::vector<double>& memory) const {
 }
 
 bool LearnedModes::accepts(std::span<const double> memory, std::span<const Row> rows,
-                           const RehearsalConstants& constants) {
+                           const TrainingConstants& constants) {
   if (memory.size() != memory_size(constants)) return false;
   if (!ShapeLibrary::accepts(memory.first(ShapeLibrary::memory_size), rows)) return false;
   memory = memory.subspan(ShapeLibrary::memory_size);
@@ -155,7 +155,8 @@ bool LearnedModes::accepts(std::span<const double> memory, std::span<const Row> 
   });
 }
 
-void LearnedModes::recall(std::span<const double> memory, std::span<const Row> rows, Pose& pose) {
+void LearnedModes::recall(std::span<const double> memory, std::span<const Row> rows,
+                          ShapeFit& fit) {
   library_.recall(memory.first(ShapeLibrary::memory_size), rows);
   memory = memory.subspan(ShapeLibrary::memory_size);
   n_slices_ = static_cast<Index>(memory[0]);
@@ -171,7 +172,7 @@ void LearnedModes::recall(std::span<const double> memory, std::span<const Row> r
                          [](double factor) { return static_cast<float>(factor); });
   next_.form(library_.shapes(), used_.data(), 0, static_cast<Index>(rows.size()), workers_);
   next_.set_size(used_.n_modes());
-  pose.replace(next_);
+  fit.replace(next_);
   // The slices that had been made.
   if (n_slices_ > 1) combine();
   for (Index slice = 2; slice < n_slices_; ++slice) form(slice - 2);

@@ -9,7 +9,7 @@
 
 #include "detail/constants.hpp"
 #include "detail/modes.hpp"
-#include "detail/pose.hpp"
+#include "detail/shape_fit.hpp"
 #include "detail/shape_library.hpp"
 #include "detail/surface_parts.hpp"
 #include "support/workers.hpp"
@@ -26,22 +26,22 @@ class LearnedModes {
   using Row = ShapeLibrary::Row;
 
   /// `workers` and `constants` must outlive this object.
-  LearnedModes(const SurfaceParts& parts, Workers& workers, const RehearsalConstants& constants,
+  LearnedModes(const SurfaceParts& parts, Workers& workers, const TrainingConstants& constants,
                const ModeScale& scale);
 
   /// Continues after a completed frame. `memory` is as for ShapeLibrary::offer; the frame is
   /// offered only if it `is_evident`.
-  void advance(Field memory, bool is_evident, Pose& pose);
+  void advance(Field memory, bool is_evident, ShapeFit& fit);
 
   /// The number of values of a memory; with `rows`, all that later frames depend on.
-  [[nodiscard]] static std::size_t memory_size(const RehearsalConstants& constants);
+  [[nodiscard]] static std::size_t memory_size(const TrainingConstants& constants);
   void append_memory(std::vector<double>& memory) const;
   [[nodiscard]] std::span<const Row> rows() const { return library_.rows(); }
   /// Whether modes with these constants can have this memory.
   [[nodiscard]] static bool accepts(std::span<const double> memory, std::span<const Row> rows,
-                                    const RehearsalConstants& constants);
+                                    const TrainingConstants& constants);
   /// Restores the modes of the pose as well.
-  void recall(std::span<const double> memory, std::span<const Row> rows, Pose& pose);
+  void recall(std::span<const double> memory, std::span<const Row> rows, ShapeFit& fit);
 
  private:
   static constexpr std::size_t slots = most_learned_shapes;
@@ -62,14 +62,14 @@ class LearnedModes {
     std::vector<float> factors;  // (n_parts, slots, 16), U / sqrt(n)
   };
 
-  void make_slice(Pose& pose);
+  void make_slice(ShapeFit& fit);
   void combine();
   void combine_part(std::size_t part);
   void form(Index slice);
-  void hand_over(Pose& pose);
+  void hand_over(ShapeFit& fit);
 
   Workers& workers_;
-  const RehearsalConstants& constants_;
+  const TrainingConstants& constants_;
   ModeScale scale_;
   std::size_t n_parts_;
   std::vector<double> weights_;  // of the parts

@@ -61,7 +61,7 @@ struct Leading {
   double share = 0;  // of the sum of all eigenvalues
 };
 
-Leading leading_vectors(const Matrix& products, double least, const RehearsalConstants& constants) {
+Leading leading_vectors(const Matrix& products, double least, const TrainingConstants& constants) {
   const Eigen::SelfAdjointEigenSolver<Matrix> solver(products);  // reads the lower triangle
   const auto& values = solver.eigenvalues();                     // ascending
   const Eigen::Index n = values.size();
@@ -97,7 +97,7 @@ Modes::Modes(const SurfaceParts& parts, double mean_edge)
 }
 
 Modes::Modes(const SurfaceParts& parts, std::span<const Vector3<double>> shapes,
-             std::size_t n_frames, const RehearsalConstants& constants, const ModeScale& scale)
+             std::size_t n_frames, const TrainingConstants& constants, const ModeScale& scale)
     : Modes(parts, scale.mean_edge) {
   std::vector<Leading> leading;
   const std::vector<double> weights = weights_of(parts);

@@ -1,4 +1,4 @@
-/// The modes of a rehearsal: how the shape of each part of the surface varied in it.
+/// The modes of a training sequence: how the shape of each part of the surface varied in it.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,7 @@ struct ModeScale {
 
   /// The least eigenvalue of a mode of `n_frames` shapes, of a part whose weights have this sum.
   [[nodiscard]] double least_eigenvalue(std::size_t n_frames, double weight,
-                                        const RehearsalConstants& constants) const {
+                                        const TrainingConstants& constants) const {
     const double least = constants.least_mode * mean_edge;
     return static_cast<double>(n_frames) * weight * (least * least + rounding);
   }
@@ -30,7 +30,7 @@ struct ModeScale {
 std::vector<double> weights_of(const SurfaceParts& parts);
 
 /// A shape, as a field of detail in the axes of frame 0, is m_0 + B a. The columns of B are modes,
-/// up to 16 for each part; a coefficient of one is a standard deviation over the rehearsal.
+/// up to 16 for each part; a coefficient of one is a standard deviation over the training sequence.
 ///
 /// Coefficients are arrays of `n_coefficients()` numbers. Those beyond the modes of a part belong
 /// to modes of zero and have no effect.
@@ -41,9 +41,9 @@ class Modes {
   /// No modes.
   Modes() = default;
   /// Computes the modes of `shapes`: for each vertex, the deviations from m_0 in all frames of the
-  /// rehearsal, (k, n_frames).
+  /// training, (k, n_frames).
   Modes(const SurfaceParts& parts, std::span<const Vector3<double>> shapes, std::size_t n_frames,
-        const RehearsalConstants& constants, const ModeScale& scale);
+        const TrainingConstants& constants, const ModeScale& scale);
 
   /// Modes of zero, to be set by `form`.
   Modes(const SurfaceParts& parts, double mean_edge);
@@ -56,7 +56,7 @@ class Modes {
   /// The number of modes, all parts together.
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] std::size_t n_coefficients() const { return n_coefficients_; }
-  /// The share of the variance over the rehearsal that the global modes hold, 0 to 1.
+  /// The share of the variance over the training sequence that the global modes hold, 0 to 1.
   [[nodiscard]] double variance_held() const { return variance_held_; }
 
   /// combined = B a.

@@ -79,7 +79,7 @@ double typical_distance(const std::vector<std::vector<double>>& distances, std::
 }  // namespace
 
 SurfaceParts divide_surface(const Cells& cells, std::span<const Vector3<double>> frame,
-                            const RehearsalConstants& constants) {
+                            const TrainingConstants& constants) {
   std::vector<std::vector<double>> distances;
   for (const std::size_t seed : seeds_of(frame, constants.local_parts)) {
     distances.push_back(distances_from(seed, cells, frame));

@@ -26,6 +26,6 @@ struct SurfaceParts {
 /// Seeds are chosen on the frame by farthest points, the first of them farthest from the mean of
 /// all vertices. The weight of a seed decreases with the shortest distance along the edges.
 SurfaceParts divide_surface(const Cells& cells, std::span<const Vector3<double>> frame,
-                            const RehearsalConstants& constants);
+                            const TrainingConstants& constants);
 
 }  // namespace dynmesh

@@ -39,7 +39,7 @@ bool MaskedFactor::factorize(std::span<const std::uint8_t> mask, std::span<const
     }
   }
   workspaces_.lend([&](Workspace& workspace) {
-    const double worth_it = workers_.sharing().factor_step_from;
+    const double worth_it = workers_.task_sharing().factor_step_from;
     for (const Index p : above_) {
       const bool has_parts = !borders_.empty() && panels_[at(p)].rows() > rows_of_product;
       if (has_parts && multiplications_before(p) >= worth_it) {
@@ -113,7 +113,7 @@ void MaskedFactor::factor_together(Index p, Workspace& workspace) {
   factor_triangle(panel, workspace);
   double* below = &factor_[panel.data] + panel.columns * panel.columns;
   const double products = 0.5 * panel.n_below * panel.columns * panel.columns;
-  in_pieces(panel.n_below, products >= workers_.sharing().factor_step_from,
+  in_pieces(panel.n_below, products >= workers_.task_sharing().factor_step_from,
             [&](Index begin, Index end) {
               kernels_.factor_below(below + begin * panel.columns, end - begin, panel.columns,
                                     &inverse_[at(panel.first)], workspace.packed.data());

@@ -129,7 +129,7 @@ void MaskedFactor::thin_out(std::span<const std::uint8_t> mask) {
 /// Divides the panels among subtrees.
 void MaskedFactor::divide() {
   cost_.multiplications = std::accumulate(multiplications_.begin(), multiplications_.end(), 0.0);
-  if (cost_.multiplications < workers_.sharing().factor_from) {
+  if (cost_.multiplications < workers_.task_sharing().factor_from) {
     subtrees_.clear();
   } else {
     subtrees_.divide(multiplications_);

@@ -19,9 +19,9 @@ namespace dynmesh {
 /// 2008). Its order and supernodes are computed for the whole matrix, and each mask selects a part
 /// of them.
 ///
-/// If the factorisation takes long (Sharing::factor_from), subtrees of the elimination forest are
-/// factored by different threads, and then the panels above them one after another, each of them by
-/// all threads together. The results do not depend on the number of threads.
+/// If the factorisation takes long (TaskSharing::factor_from), subtrees of the elimination forest
+/// are factored by different threads, and then the panels above them one after another, each of
+/// them by all threads together. The results do not depend on the number of threads.
 class MaskedFactor {
  public:
   /// `matrix` must be positive semidefinite. `workers` must outlive this object.

@@ -12,7 +12,7 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 void MaskedFactor::solve(std::span<Vector3<double>> values, int fields) {
   double* numbers = &values[0].x;
   const auto width = static_cast<std::size_t>(fields);
-  const bool is_worth_it = cost_.entries * fields >= workers_.sharing().solve_from;
+  const bool is_worth_it = cost_.entries * fields >= workers_.task_sharing().solve_from;
   for_each_subtree(is_worth_it, [&](Border& border) { solve_forward(border, numbers, fields); });
   for (const Border& border : borders_) {
     const Vector3<double>* sums = border_sums_.data() + 3 * border.first;

@@ -34,7 +34,7 @@ class Estimator {
   struct Memory {
     std::vector<Row> rows;  ///< one for each vertex, or empty
     double anchor_weight = 0;
-    std::vector<double> pose;    ///< of a subject seen before, `pose_size()` numbers
+    std::vector<double> pose;    ///< of a subject seen before, `shape_fit_size()` numbers
     std::vector<Shapes> shapes;  ///< learned on the way, `shape_rows()` of them
     MemoryOfErrors errors;       ///< of the standard errors, if they are computed
   };
@@ -51,21 +51,21 @@ class Estimator {
 
   /// Classifies the vertices and estimates the satellites of `points` from the anchors and from the
   /// previous completed frame. The anchors, which are the vertices with `known[v] == 1` and not 0,
-  /// are already in `points`. Unseen vertices are not changed, and neither are anchors, unless the
-  /// method treats them as noisy. Returns the number of iterations. If it throws because memory is
-  /// exhausted, `generations` and everything that later calls depend on are unchanged.
+  /// are already in `points`. Disconnected vertices are not changed, and neither are anchors,
+  /// unless the method treats them as noisy. Returns the number of iterations. If it throws because
+  /// memory is exhausted, `generations` and everything that later calls depend on are unchanged.
   virtual Index estimate(Frame previous, std::span<Vector3<Real>> points,
                          std::span<const std::uint8_t> known, Generations& generations) = 0;
 
-  /// Updates the memory of the method with a completed frame, including its unseen vertices. Called
-  /// before the next `estimate`.
+  /// Updates the memory of the method with a completed frame, including its disconnected vertices.
+  /// Called before the next `estimate`.
   virtual void remember(Frame completed) = 0;
 
   /// Returns what later estimates depend on in addition to frame 0 and the last completed frame.
   [[nodiscard]] virtual Memory memory() const { return {}; }
   /// The number of rows of that memory, which is constant.
   [[nodiscard]] virtual std::size_t memory_rows() const { return 0; }
-  [[nodiscard]] virtual std::size_t pose_size() const { return 0; }
+  [[nodiscard]] virtual std::size_t shape_fit_size() const { return 0; }
   [[nodiscard]] virtual std::size_t shape_rows() const { return 0; }
   /// Whether this method can have produced this memory.
   [[nodiscard]] virtual bool accepts(const Memory& memory) const {

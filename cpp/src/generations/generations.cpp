@@ -18,7 +18,7 @@ void Generations::reach(Index vertex, Index iteration) {
 void Generations::classify(const Cells& cells, std::span<const std::uint8_t> known) {
   anchors_ = 0;
   for (std::size_t v = 0; v < generation_.size(); ++v) {
-    generation_[v] = known[v] != 0 ? anchor : unseen;
+    generation_[v] = known[v] != 0 ? anchor : disconnected;
     anchors_ += known[v] != 0 ? 1U : 0U;
   }
 
@@ -30,7 +30,7 @@ void Generations::classify(const Cells& cells, std::span<const std::uint8_t> kno
   };
   for (std::size_t v = 0; v < generation_.size(); ++v) {
     const auto vertex = static_cast<Index>(v);
-    if (generation_[v] == unseen && has_anchor(vertex)) reach(vertex, 1);
+    if (generation_[v] == disconnected && has_anchor(vertex)) reach(vertex, 1);
   }
 
   // Now search the cells of the last generation for new satellites.
@@ -40,7 +40,7 @@ void Generations::classify(const Cells& cells, std::span<const std::uint8_t> kno
     ends_.push_back(last);
     for (std::size_t i = first; i < last; ++i) {
       for (const Index n : cells[satellites_[i]]) {
-        if (generation_[static_cast<std::size_t>(n)] == unseen) reach(n, iteration);
+        if (generation_[static_cast<std::size_t>(n)] == disconnected) reach(n, iteration);
       }
     }
   }

@@ -1,4 +1,4 @@
-/// The anchors, satellites and unseen vertices of a frame (paper, section 3, "Spatial
+/// The anchors, satellites and disconnected vertices of a frame (paper, section 3, "Spatial
 /// Classification of Each Frame Vertices").
 #pragma once
 
@@ -15,7 +15,7 @@ namespace dynmesh {
 class Generations {
  public:
   static constexpr Index anchor = 0;
-  static constexpr Index unseen = -1;
+  static constexpr Index disconnected = -1;
 
   /// Until the first `classify`, all vertices are anchors.
   explicit Generations(std::size_t n_vertices);
@@ -53,7 +53,7 @@ class Generations {
 
   [[nodiscard]] std::size_t anchors() const { return anchors_; }
   [[nodiscard]] std::size_t reached() const { return reached_; }
-  [[nodiscard]] std::size_t unseen_vertices() const {
+  [[nodiscard]] std::size_t disconnected_vertices() const {
     return generation_.size() - anchors_ - reached_;
   }
 

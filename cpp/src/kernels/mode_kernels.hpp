@@ -1,5 +1,5 @@
-/// The inner loops of products with the modes of a rehearsal, optimised for each kind of processor;
-/// see dense_kernels.hpp.
+/// The inner loops of products with the modes of a training sequence, optimised for each kind of
+/// processor; see dense_kernels.hpp.
 #pragma once
 
 #include <dynmesh/types.hpp>

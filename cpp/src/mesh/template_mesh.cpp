@@ -41,13 +41,13 @@ void check(const std::string& path, const TemplateMesh& mesh) {
 }  // namespace
 
 TemplateMesh read_template(const std::string& path) {
-  const std::filesystem::path place = checked_path(path);
+  const std::filesystem::path system_path = checked_path(path);
   const std::string suffix = lowercase_suffix(path);
   if (suffix != ".obj" && suffix != ".ply" && suffix != ".off") {
     refuse_file(path, "a template must be an .obj, .ply or .off file");
   }
-  std::ifstream file(place, std::ios::binary);
-  if (!file || std::filesystem::is_directory(place)) refuse_file(path, "cannot be opened");
+  std::ifstream file(system_path, std::ios::binary);
+  if (!file || std::filesystem::is_directory(system_path)) refuse_file(path, "cannot be opened");
   TemplateMesh mesh = suffix == ".obj"   ? read_obj(path, file)
                       : suffix == ".ply" ? read_ply(path, file)
                                          : read_off(path, file);

@@ -40,7 +40,7 @@ FastMotion<Real>::FastMotion(const Cells& cells, Index extra_iterations, Workers
   }
   const auto k = static_cast<Index>(cells.size());
   Index wide = 0;
-  const Index chunk = workers.sharing().chunk;
+  const Index chunk = workers.task_sharing().chunk;
   for (Index first = 0; first < k; first += chunk) {
     Rows rows{};
     rows.first = first;
@@ -107,7 +107,8 @@ Index FastMotion<Real>::estimate(Frame previous, std::span<Vector3<Real>> points
   Index t = 0;
   while (reached < unknown) {
     const Index now = sweep(++t);
-    if (now == reached) break;  // the other vertices are unseen, and this iteration does not count
+    if (now == reached)
+      break;  // the other vertices are disconnected, and this iteration does not count
     reached = now;
     last = t;
     std::swap(data_.before, data_.after);

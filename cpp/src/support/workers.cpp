@@ -16,14 +16,14 @@ std::atomic<std::uint64_t> done_by_others{0};
 
 }  // namespace
 
-Sharing& default_sharing() {
-  static Sharing sharing;
-  return sharing;
+TaskSharing& default_task_sharing() {
+  static TaskSharing task_sharing;
+  return task_sharing;
 }
 
 std::uint64_t pieces_done_by_others() { return done_by_others; }
 
-Workers::Workers(Index threads, const Sharing& sharing) : sharing_(sharing) {
+Workers::Workers(Index threads, const TaskSharing& sharing) : sharing_(sharing) {
   try {
     for (Index i = 1; i < threads; ++i) threads_.emplace_back([this] { serve(); });
   } catch (const std::system_error& error) {

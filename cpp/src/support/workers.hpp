@@ -14,7 +14,7 @@ namespace dynmesh {
 /// How the work of a frame is divided into pieces, and from which number of pieces on other threads
 /// are woken. docs/speed.md and the documentation of the setting `threads` state the resulting mesh
 /// sizes.
-struct Sharing {
+struct TaskSharing {
   /// The number of vertices in a chunk. Its part of every array fits into the first-level cache.
   Index chunk = 1024;
   /// The same if the work per vertex is larger, so that meshes of ten thousand vertices are shared.
@@ -38,7 +38,7 @@ struct Sharing {
 
 /// The default of Workers. Only tests change it, before they construct completers, so that the work
 /// of small meshes is shared as well.
-Sharing& default_sharing();
+TaskSharing& default_task_sharing();
 
 /// The number of pieces in this process that were executed by threads other than the caller's.
 /// Tests use it to verify that work was shared.
@@ -50,14 +50,14 @@ std::uint64_t pieces_done_by_others();
 class Workers {
  public:
   /// Throws std::system_error if the system cannot start as many threads.
-  explicit Workers(Index threads, const Sharing& sharing = default_sharing());
+  explicit Workers(Index threads, const TaskSharing& task_sharing = default_task_sharing());
   ~Workers();
   Workers(const Workers&) = delete;
   Workers& operator=(const Workers&) = delete;
   Workers(Workers&&) = delete;
   Workers& operator=(Workers&&) = delete;
 
-  [[nodiscard]] const Sharing& sharing() const { return sharing_; }
+  [[nodiscard]] const TaskSharing& task_sharing() const { return sharing_; }
 
   /// The number of threads, the calling one included.
   [[nodiscard]] Index threads() const { return static_cast<Index>(threads_.size()) + 1; }
@@ -107,7 +107,7 @@ class Workers {
   void serve();
   void end();
 
-  Sharing sharing_;
+  TaskSharing sharing_;
   Piece piece_ = nullptr;
   void* context_ = nullptr;
   std::uint64_t calls_ = 0;

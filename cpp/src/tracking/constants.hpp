@@ -12,7 +12,7 @@ struct TrackingConstants {
 
   /// How often the whole surface is moved rigidly before it bends.
   int rigid_steps = 2;
-  /// How far these steps look for points, and the distance at which a point counts half.
+  /// How far these steps search for points, and the distance at which a point counts half.
   double rigid_radius = 12;
   double rigid_scale = 4;
   /// What the planes do not determine of a rigid motion stays small: this share of the mean
@@ -20,18 +20,18 @@ struct TrackingConstants {
   double rigid_caution = 1e-3;
   /// Six points determine a rigid motion, if all are good; fewer than this are not used.
   int least_rigid = 12;
-  /// About so many vertices are looked at for a rigid motion.
+  /// About so many vertices are used for a rigid motion.
   int rigid_vertices = 2048;
 
-  /// How often correspondences are looked for and rotations fitted, at least, and the steps of
+  /// How often correspondences are found and rotations fitted, at least, and the steps of
   /// conjugate gradients for each.
-  int passes = 4;
+  int iterations = 4;
   int steps = 7;
-  /// The weight of a correspondence in the first pass and in the last; it grows by equal factors.
-  /// The stiff surface first comes to lie right as a whole.
+  /// The weight of a correspondence in the first iteration and in the last; it grows by equal
+  /// factors. The stiff surface first comes to lie right as a whole.
   double first_weight = 0.0025;
   double last_weight = 0.4;
-  /// How far the first half of the passes looks for points, and the second.
+  /// How far the first half of the iterations searches for points, and the second.
   double wide_radius = 8;
   double narrow_radius = 3;
   /// The distance at which a correspondence counts half.
@@ -41,17 +41,17 @@ struct TrackingConstants {
   double side = 1.5;
   /// The number of vertices that may share a point, as a multiple of the mean one, and 1 at least.
   /// Where more do, the weight of each falls with the square of their number.
-  double crowd = 1.5;
+  double vertices_per_point = 1.5;
   /// The least cosine between the normal of a vertex and that of its point.
   double agreement = 0.8;
   /// The share of the shape of frame 0 in the shape that is wanted, beside that of the last frame.
   double pull = 0.3;
-  /// The pass in which a rehearsal is posed, counted from 0. Its weight is small, so that the noise
-  /// of the points and what is between them say little.
-  int posing_pass = 1;
+  /// The iteration in which the modes of a training sequence are fitted, counted from 0. Its weight
+  /// is small, so that the noise of the points and what is between them say little.
+  int fitting_iteration = 1;
   /// The size up to which coefficients of the pose are kept that the points do not determine. The
   /// shape of the last frame keeps hidden parts as they were; a pose that keeps them as well would
-  /// confirm what was found at a wrong place.
+  /// confirm positions that were found wrongly.
   double largest_kept = 0;
 
   /// A measured point is unexplained if the nearest vertex is at least this far, and it draws the
@@ -64,10 +64,10 @@ struct TrackingConstants {
   /// If the share of the points that is unexplained exceeds that of the visible vertices without a
   /// point by more than this, they are of other things, and nothing is drawn.
   double largest_limb = 0.25;
-  /// About so many of the points are looked at.
-  int looked_at = 4096;
-  /// The first pass is repeated while more than this share of the points is unexplained, so often
-  /// at most.
+  /// About so many of the points are examined.
+  int examined_points = 4096;
+  /// The first iteration is repeated while more than this share of the points is unexplained, so
+  /// often at most.
   double lost_share = 0.02;
   int most_searches = 12;
 

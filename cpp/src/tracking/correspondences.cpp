@@ -10,7 +10,7 @@ namespace dynmesh {
 
 /// Which vertices the sensors can see. It changes little while X moves by few edges, so it is found
 /// only where X has just been predicted, or moved as a whole.
-void SurfaceTracking::look(const Measurement& measurement) {
+void SurfaceTracking::find_visible(const Measurement& measurement) {
   find_vertex_normals(faces_, x_, normals_);
   const Visibility::Tolerances tolerances = {constants_.pixel * mean_edge_,
                                              constants_.thickness * mean_edge_,
@@ -55,7 +55,7 @@ SurfaceTracking::Tally SurfaceTracking::correspond(const Measurement& measuremen
       c.weight = search.weight / ((1 + distance / (scale * scale)) * (1 + aside / (side * side)));
     }
   });
-  if (!search.takes_any) weigh_crowds(measurement.size());
+  if (!search.takes_any) weigh_shared_points(measurement.size());
   Tally tally;
   for (std::size_t v = 0; v < x_.size(); ++v) {
     tally.seen += seen_[v] == Sight::hidden ? 0 : 1;
@@ -67,20 +67,21 @@ SurfaceTracking::Tally SurfaceTracking::correspond(const Measurement& measuremen
 }
 
 /// Where the measured surface ends, many vertices take the points of its edge. At most one of them
-/// is there, and the places of the others were not measured, so they count less.
-void SurfaceTracking::weigh_crowds(std::size_t n_points) {
-  sharing_.assign(n_points, 0);
+/// is there, and the positions of the others were not measured, so they count less.
+void SurfaceTracking::weigh_shared_points(std::size_t n_points) {
+  vertices_per_point_.assign(n_points, 0);
   double n_found = 0;
   for (const Correspondence& c : found_) {
     if (!(c.weight > 0)) continue;
-    ++sharing_[c.number];
+    ++vertices_per_point_[c.number];
     n_found += 1;
   }
-  const double usual = std::max(1.0, constants_.crowd * n_found / static_cast<double>(n_points));
+  const double usual =
+      std::max(1.0, constants_.vertices_per_point * n_found / static_cast<double>(n_points));
   for (Correspondence& c : found_) {
     if (!(c.weight > 0)) continue;
-    const double crowd = std::max(1.0, sharing_[c.number] / usual);
-    c.weight /= crowd * crowd;
+    const double excess = std::max(1.0, vertices_per_point_[c.number] / usual);
+    c.weight /= excess * excess;
   }
 }
 
@@ -120,7 +121,7 @@ double SurfaceTracking::draw_towards_unexplained(const Measurement& measurement,
   const double radius = constants_.drawing_radius * mean_edge_;
   const double least = constants_.least_unexplained * mean_edge_;
   const std::size_t stride =
-      1 + measurement.size() / static_cast<std::size_t>(constants_.looked_at);
+      1 + measurement.size() / static_cast<std::size_t>(constants_.examined_points);
   double n_near = 0;
   double n_unexplained = 0;
   for (std::size_t i = 0; i < measurement.size(); i += stride) {
@@ -145,7 +146,6 @@ double SurfaceTracking::draw_towards_unexplained(const Measurement& measurement,
     if (nearest.squared_distance < least * least) continue;
     // A vertex that lies on the measured surface stays there: the point is of something else.
     const Correspondence& own = found_[nearest.index];
-    if (seen_[nearest.index] == Sight::hidden) continue;
     if (own.weight > 0 && squared_norm(own.point - x_[nearest.index]) < least * least) continue;
     n_unexplained += 1;
     Correspondence& drawn = drawn_[nearest.index];

@@ -8,9 +8,9 @@
 namespace dynmesh {
 namespace {
 
-/// How many pixels to each side of a vertex are looked at. Where the radius of the search is wider,
+/// How many pixels to each side of a vertex are examined. Where the radius of the search is wider,
 /// only every second, third ... pixel is, and then those around the best one, ever closer.
-constexpr Index looks = 4;
+constexpr Index search_width = 4;
 
 }  // namespace
 
@@ -96,8 +96,9 @@ void DepthImages::prepare_row(const Image& image, std::size_t row, double jump,
                               std::uint32_t first) {
   const Camera& camera = image.camera;
   const auto at = [&](std::size_t pixel) {
-    const std::size_t place = pixel - image.first;
-    return camera.at(place / image.width, place % image.width, static_cast<double>(depths_[pixel]));
+    const std::size_t offset = pixel - image.first;
+    return camera.at(offset / image.width, offset % image.width,
+                     static_cast<double>(depths_[pixel]));
   };
   for (std::size_t column = 0; column < image.width; ++column) {
     const std::size_t pixel = image.first + row * image.width + column;
@@ -214,8 +215,8 @@ Correspondence DepthImages::nearest(const Vector3<double>& position, const Vecto
     const auto c = static_cast<Index>(column);
     const bool is_centre = search.look_around(r, c, 0, 1);
     const auto width = static_cast<Index>(is_centre ? reach_of(std::sqrt(search.best)) : reach);
-    const Index stride = std::max(Index{1}, (width + looks - 1) / looks);
-    if (!search.look_around(r, c, std::min(looks, width), stride) && !is_centre) continue;
+    const Index stride = std::max(Index{1}, (width + search_width - 1) / search_width);
+    if (!search.look_around(r, c, std::min(search_width, width), stride) && !is_centre) continue;
     for (Index finer = stride / 2; finer > 0; finer /= 2) {
       search.look_around(search.found_row, search.found_column, 1, finer);
     }

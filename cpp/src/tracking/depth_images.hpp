@@ -26,7 +26,7 @@ struct Camera {
 };
 
 /// Finds correspondences by projection: a vertex is drawn into each image, and the pixels around it
-/// are looked at, which takes no search tree. Allocates memory where images, or their measured
+/// are examined, which takes no search tree. Allocates memory where images, or their measured
 /// parts, are larger than all earlier ones.
 class DepthImages final : public Measurement {
  public:

@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "completer/take.hpp"
+#include "completer/training_frames.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {
@@ -13,22 +13,22 @@ namespace dynmesh {
 template <class Real>
 Tracker<Real>::Parts::Parts(Faces faces, const Frame& frame, Topology caller_topology,
                             const TrackerSettings& chosen,
-                            std::span<const std::vector<Real>> rehearsal)
+                            std::span<const std::vector<Real>> training)
     : settings(chosen),
       topology(in_internal_order(std::move(caller_topology), numbering)),
       workers(chosen.threads),
       exchange(numbering, workers),
       generations(frame.size()),
-      unseen(*topology, UnseenRule::follow),
+      disconnected(*topology, DisconnectedRule::follow),
       surface(faces_in_internal_order(faces, numbering), *topology, workers, {},
-              take_in_internal_order<double>(rehearsal, numbering), chosen.uncertainty,
+              take_in_internal_order<double>(training, numbering), chosen.uncertainty,
               std::numeric_limits<Real>::epsilon()),
       previous(frame.size()),
       current(frame.size()),
       completed(frame.size()),
       known(frame.size()),
       age(frame.size()),
-      rehearsal_hash(hash_of_frames(rehearsal)),
+      training_hash(hash_of_frames(training)),
       observed_for_caller(frame.size()),
       generation_for_caller(frame.size()),
       age_for_caller(frame.size()),
@@ -38,13 +38,13 @@ Tracker<Real>::Parts::Parts(Faces faces, const Frame& frame, Topology caller_top
 
 template <class Real>
 void Tracker<Real>::Parts::begin(Frame new_first_frame) {
-  Unseen<Real> new_unseen = unseen;
-  new_unseen.reset(new_first_frame);
+  Disconnected<Real> new_disconnected = disconnected;
+  new_disconnected.reset(new_first_frame);
   std::vector<Vector3<double>> positions(new_first_frame.size());
   std::ranges::transform(new_first_frame, positions.begin(), in_double<Real>);
   surface.reset(positions);
   // Nothing below can throw.
-  unseen = std::move(new_unseen);
+  disconnected = std::move(new_disconnected);
   std::ranges::copy(new_first_frame, previous.begin());
   first_frame = std::move(new_first_frame);
   std::ranges::fill(known, std::uint8_t{1});
@@ -66,12 +66,12 @@ TrackingReport Tracker<Real>::Parts::track(const Measurement& measurement, Point
   const auto generation = generations.of_vertices();
   for (std::size_t v = 0; v < current.size(); ++v) {
     const Vector3<double>& x = found.x[v];
-    const bool is_found = generation[v] != Generations::unseen;
+    const bool is_found = generation[v] != Generations::disconnected;
     current[v] =
         is_found ? Vector3<Real>{saturated<Real>(x.x), saturated<Real>(x.y), saturated<Real>(x.z)}
                  : previous[v];
   }
-  unseen.place(previous, current, generations);
+  disconnected.complete(previous, current, generations);
   // Vertices whose estimate has diverged are first reset to the previous frame.
   exchange.write(current, previous, tracked);
   surface.measure_errors(generations);
@@ -87,12 +87,12 @@ TrackingReport Tracker<Real>::Parts::track(const Measurement& measurement, Point
   report = {};
   report.known = generations.anchors();
   report.filled = generations.reached();
-  report.unseen = generations.unseen_vertices();
-  report.iterations = static_cast<std::size_t>(found.passes);
+  report.disconnected = generations.disconnected_vertices();
+  report.iterations = static_cast<std::size_t>(found.iterations);
   report.distance = found.distance;
   report.aligned = found.aligned;
-  report.stages.trust = surface.rest().trust();
-  report.stages.explained = surface.rest().explained();
+  report.stages.prior_weight = surface.rest().prior_weight();
+  report.stages.prior_share = surface.rest().prior_share();
   report.standard_error = mean_standard_error();
   report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
   return report;

@@ -13,13 +13,13 @@
 #include <vector>
 
 #include "completer/exchange.hpp"
+#include "disconnected/disconnected.hpp"
 #include "generations/generations.hpp"
 #include "mesh/numbering.hpp"
 #include "support/workers.hpp"
 #include "tracking/depth_images.hpp"
 #include "tracking/point_scan.hpp"
 #include "tracking/surface_tracking.hpp"
-#include "unseen/unseen.hpp"
 
 namespace dynmesh {
 
@@ -30,10 +30,10 @@ struct Tracker<Real>::Parts {
   using Clock = std::chrono::steady_clock;
   using Frame = std::vector<Vector3<Real>>;
 
-  /// `first_frame` and the frames of the rehearsal, x y z of each vertex, are in the caller's
-  /// order.
+  /// `first_frame` and the frames of the training sequence, x y z of each vertex, are in the
+  /// caller's order.
   Parts(Faces faces, const Frame& first_frame, Topology caller_topology,
-        const TrackerSettings& chosen, std::span<const std::vector<Real>> rehearsal = {});
+        const TrackerSettings& chosen, std::span<const std::vector<Real>> training = {});
 
   /// Begins a sequence. If memory is exhausted, nothing has changed.
   void begin(Frame new_first_frame);
@@ -57,7 +57,7 @@ struct Tracker<Real>::Parts {
   Workers workers;
   Exchange<Real> exchange;
   Generations generations;
-  Unseen<Real> unseen;
+  Disconnected<Real> disconnected;
   SurfaceTracking surface;
 
   PointScan scan;
@@ -70,7 +70,7 @@ struct Tracker<Real>::Parts {
   std::vector<Index> age;
   std::size_t n_frames = 0;
   TrackingReport report;
-  std::uint64_t rehearsal_hash = 0;  // of its frames; 0 without a rehearsal
+  std::uint64_t training_hash = 0;  // of its frames; 0 without training
 
   // In the caller's order:
   std::vector<std::uint8_t> observed_for_caller;

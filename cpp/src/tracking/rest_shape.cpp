@@ -10,17 +10,17 @@
 namespace dynmesh {
 
 RestShape::RestShape(const Cells& cells, Workers& workers, const DetailConstants& constants,
-                     Take<double> take)
+                     TrainingFrames<double> training)
     : cells_(cells),
       workers_(workers),
       constants_(constants),
-      take_(std::move(take)),
-      pose_(cells, workers, constants.rehearsal),
-      before_{0, 0, std::vector<double>(pose_size())},
+      training_(std::move(training)),
+      shape_fit_(cells, workers, constants.training),
+      before_{0, 0, std::vector<double>(shape_fit_size())},
       first_(cells.size()),
       shape_(cells.size()),
-      generations_(is_rehearsed() ? cells.size() : 0),
-      known_(is_rehearsed() ? cells.size() : 0),
+      generations_(is_trained() ? cells.size() : 0),
+      known_(is_trained() ? cells.size() : 0),
       kx_(known_.size()),
       wanted_(3 * known_.size()),
       steps_(3 * known_.size()),
@@ -28,18 +28,18 @@ RestShape::RestShape(const Cells& cells, Workers& workers, const DetailConstants
 
 Modes RestShape::learn(const DetailOperator& k, Field first_frame, double mean_edge,
                        const Rounding& rounding) const {
-  if (!is_rehearsed()) return {};
-  const auto parts = divide_surface(cells_, first_frame, constants_.rehearsal);
-  const auto shapes = rehearsed_shapes<double>(take_, k, cells_, first_frame, mean_edge,
-                                               constants_.largest_stiff_angle, workers_);
-  return Modes(parts, shapes, take_.size(), constants_.rehearsal,
-               scale_of<double>(take_, rounding, mean_edge));
+  if (!is_trained()) return {};
+  const auto parts = divide_surface(cells_, first_frame, constants_.training);
+  const auto shapes = training_shapes<double>(training_, k, cells_, first_frame, mean_edge,
+                                              constants_.largest_stiff_angle, workers_);
+  return Modes(parts, shapes, training_.size(), constants_.training,
+               scale_of<double>(training_, rounding, mean_edge));
 }
 
 void RestShape::reset(Modes modes) {
-  pose_.reset(std::move(modes));
-  trust_ = 0;
-  explained_ = 0;
+  shape_fit_.reset(std::move(modes));
+  prior_weight_ = 0;
+  prior_share_ = 0;
 }
 
 void RestShape::set_first(Field first_shape) {
@@ -49,7 +49,7 @@ void RestShape::set_first(Field first_shape) {
 
 void RestShape::pose(const Surface& surface, ShapeSystem& system, Rotations& rotations) {
   const Anchors& anchors = surface.anchors;
-  if (!pose_.exists() || anchors.number == 0) return;
+  if (!shape_fit_.exists() || anchors.number == 0) return;
   for (std::size_t v = 0; v < known_.size(); ++v) {
     known_[v] = anchors.weights[v] > 0 ? 1 : 0;
     wanted_[3 * v] = surface.shape[v];
@@ -68,46 +68,47 @@ void RestShape::pose(const Surface& surface, ShapeSystem& system, Rotations& rot
   system.apply(steps_, 3, k_steps_);
   const ResidualField residuals = {anchors,  surface.x,       kx_, wanted_, steps_,
                                    k_steps_, surface.rounding};
-  const Pose::Found found = pose_.find(residuals, system, rotations, generations_);
-  trust_ = found.trust;
-  explained_ = found.explained;
+  const ShapeFit::Found found = shape_fit_.find(residuals, system, rotations, generations_);
+  prior_weight_ = found.prior_weight;
+  prior_share_ = found.prior_share;
   set_shape();
 }
 
 RestShape::Memory RestShape::memory() const {
-  return {trust_, explained_, is_rehearsed() ? pose_.memory() : std::vector<double>{}};
+  return {prior_weight_, prior_share_, is_trained() ? shape_fit_.memory() : std::vector<double>{}};
 }
 
 bool RestShape::accepts(const Memory& memory) const {
-  const auto is_share = [&](double x) { return x >= 0 && x <= (is_rehearsed() ? 1 : 0); };
-  return is_share(memory.trust) && is_share(memory.explained) &&
-         memory.pose.size() == pose_size() && (!is_rehearsed() || pose_.accepts(memory.pose));
+  const auto is_share = [&](double x) { return x >= 0 && x <= (is_trained() ? 1 : 0); };
+  return is_share(memory.prior_weight) && is_share(memory.prior_share) &&
+         memory.pose.size() == shape_fit_size() &&
+         (!is_trained() || shape_fit_.accepts(memory.pose));
 }
 
 void RestShape::recall(const Memory& memory) {
-  trust_ = memory.trust;
-  explained_ = memory.explained;
-  if (!is_rehearsed()) return;
-  pose_.recall(memory.pose);
+  prior_weight_ = memory.prior_weight;
+  prior_share_ = memory.prior_share;
+  if (!is_trained()) return;
+  shape_fit_.recall(memory.pose);
   set_shape();
 }
 
 void RestShape::begin_frame() {
-  if (!is_rehearsed()) return;
-  before_.trust = trust_;
-  before_.explained = explained_;
-  pose_.store(before_.pose);
+  if (!is_trained()) return;
+  before_.prior_weight = prior_weight_;
+  before_.prior_share = prior_share_;
+  shape_fit_.store(before_.pose);
 }
 
 void RestShape::undo_frame() {
-  if (is_rehearsed()) recall(before_);
+  if (is_trained()) recall(before_);
 }
 
 void RestShape::set_shape() {
   std::ranges::copy(first_, shape_.begin());
-  if (trust_ == 0) return;
+  if (prior_weight_ == 0) return;
   for (std::size_t v = 0; v < shape_.size(); ++v) {
-    shape_[v] = first_[v] + trust_ * pose_.shape()[v];
+    shape_[v] = first_[v] + prior_weight_ * shape_fit_.shape()[v];
   }
 }
 

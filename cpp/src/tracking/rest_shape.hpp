@@ -1,5 +1,5 @@
-/// The shape to which a tracked surface returns: that of frame 0, or the one in which a rehearsal
-/// poses it.
+/// The shape to which a tracked surface returns: that of frame 0, or the one in which a training
+/// sequence poses it.
 #pragma once
 
 #include <cstddef>
@@ -13,31 +13,33 @@
 #include "detail/constants.hpp"
 #include "detail/detail_operator.hpp"
 #include "detail/modes.hpp"
-#include "detail/pose.hpp"
-#include "detail/rehearsed_shapes.hpp"
 #include "detail/rotations.hpp"
+#include "detail/shape_fit.hpp"
 #include "detail/shape_system.hpp"
+#include "detail/training_shapes.hpp"
 #include "generations/generations.hpp"
 #include "support/workers.hpp"
 
 namespace dynmesh {
 
 /// The rest shape p = m_first + k B a, in the axes of frame 0: m_first is the detail of frame 0, B
-/// are the modes of a rehearsal, a is the pose that the last frame supports and k, 0 to 1, how far
-/// the rehearsal is trusted. See docs/method.md, "Rehearsal". Without a rehearsal, p is m_first,
-/// and nothing is allocated for poses.
+/// are the modes of a training sequence, a is the pose that the last frame supports and k, 0 to 1,
+/// how far the training sequence is used. See docs/method.md, "Training". Without training, p is
+/// m_first, and nothing is allocated for poses.
 class RestShape {
  public:
   using Field = std::span<const Vector3<double>>;
 
-  /// `cells`, `workers` and `constants` must outlive this object. `take` is a rehearsal, or empty.
+  /// `cells`, `workers` and `constants` must outlive this object. `training` is a training
+  /// sequence, or empty.
   RestShape(const Cells& cells, Workers& workers, const DetailConstants& constants,
-            Take<double> take);
+            TrainingFrames<double> training);
 
-  /// Whether there is a rehearsal.
-  [[nodiscard]] bool is_rehearsed() const { return !take_.empty(); }
+  /// Whether there is a training sequence.
+  [[nodiscard]] bool is_trained() const { return !training_.empty(); }
 
-  /// Learns the modes of the rehearsal for a frame 0 with the operator `k`; none without one.
+  /// Learns the modes of the training sequence for a frame 0 with the operator `k`; none without
+  /// one.
   [[nodiscard]] Modes learn(const DetailOperator& k, Field first_frame, double mean_edge,
                             const Rounding& rounding) const;
   /// Begins a sequence. If it throws, nothing has changed.
@@ -46,9 +48,9 @@ class RestShape {
 
   /// p: (k,).
   [[nodiscard]] Field shape() const { return shape_; }
-  [[nodiscard]] double trust() const { return trust_; }
+  [[nodiscard]] double prior_weight() const { return prior_weight_; }
   /// The share of the residual that the pose explains.
-  [[nodiscard]] double explained() const { return explained_; }
+  [[nodiscard]] double prior_share() const { return prior_share_; }
 
   /// The positions X of a frame, its anchors, for which `system` is factored, and what is known of
   /// its shape.
@@ -58,16 +60,18 @@ class RestShape {
     const Anchors& anchors;
     double rounding = 0;  ///< the mean square of rounding errors of a shape
   };
-  /// Poses the rest shape by what the anchors say. `rotations` are those of X.
+  /// Fits the rest shape by what the anchors say. `rotations` are those of X.
   void pose(const Surface& surface, ShapeSystem& system, Rotations& rotations);
 
   /// What later frames depend on.
   struct Memory {
-    double trust = 0;
-    double explained = 0;
-    std::vector<double> pose;  ///< `pose_size()` numbers
+    double prior_weight = 0;
+    double prior_share = 0;
+    std::vector<double> pose;  ///< `shape_fit_size()` numbers
   };
-  [[nodiscard]] std::size_t pose_size() const { return is_rehearsed() ? pose_.memory_size() : 0; }
+  [[nodiscard]] std::size_t shape_fit_size() const {
+    return is_trained() ? shape_fit_.memory_size() : 0;
+  }
   [[nodiscard]] Memory memory() const;
   /// Whether `memory` can return this.
   [[nodiscard]] bool accepts(const Memory& memory) const;
@@ -83,14 +87,15 @@ class RestShape {
   const Cells& cells_;
   Workers& workers_;
   const DetailConstants& constants_;
-  Take<double> take_;  // the frames of the rehearsal, since a new frame 0 has other modes
-  Pose pose_;
-  double trust_ = 0;
-  double explained_ = 0;
+  TrainingFrames<double>
+      training_;  // the frames of the training sequence, since a new frame 0 has other modes
+  ShapeFit shape_fit_;
+  double prior_weight_ = 0;
+  double prior_share_ = 0;
   Memory before_;                       // of the last frame
   std::vector<Vector3<double>> first_;  // m_first
   std::vector<Vector3<double>> shape_;
-  // With a rehearsal:
+  // With training:
   Generations generations_;
   std::vector<std::uint8_t> known_;
   std::vector<Vector3<double>> kx_;                        // (k,)

@@ -19,7 +19,7 @@ namespace dynmesh {
 namespace {
 
 /// The last character is the version of the format.
-constexpr std::array<char, 8> magic = {'d', 'y', 'n', 't', 'r', 'a', 'c', '2'};
+constexpr StateFormat format = {'d', 'y', 'n', 't', 'r', 'a', 'c', '2'};
 
 using StoredRotation = std::array<double, 4>;
 
@@ -31,12 +31,12 @@ struct Facts {
   std::uint32_t iterations = 0;
   std::uint32_t uncertainty = 0;
   std::uint64_t n_vertices = 0;
-  std::uint64_t cells = 0;      // a hash
-  std::uint64_t rehearsal = 0;  // a hash of its frames, 0 without one
+  std::uint64_t cells = 0;     // a hash
+  std::uint64_t training = 0;  // a hash of its frames, 0 without one
   std::uint64_t n_frames = 0;
   double distance = 0;
-  double trust = 0;
-  double explained = 0;
+  double prior_weight = 0;
+  double prior_share = 0;
 
   template <class Self, class Visit>
   static void for_each_field(Self& self, const Visit& visit) {
@@ -47,11 +47,11 @@ struct Facts {
     visit(self.uncertainty);
     visit(self.n_vertices);
     visit(self.cells);
-    visit(self.rehearsal);
+    visit(self.training);
     visit(self.n_frames);
     visit(self.distance);
-    visit(self.trust);
-    visit(self.explained);
+    visit(self.prior_weight);
+    visit(self.prior_share);
   }
 };
 
@@ -104,10 +104,10 @@ void check_facts(const Facts& found, const Facts& expected) {
                  " vertices, but this mesh has " + std::to_string(expected.n_vertices));
   }
   if (found.cells != expected.cells) refuse_state("of a mesh with other faces");
-  if (found.rehearsal != expected.rehearsal) {
-    refuse_state(found.rehearsal == 0      ? "of a tracker without a rehearsal"
-                 : expected.rehearsal == 0 ? "of a tracker with a rehearsal"
-                                           : "of a tracker with another rehearsal");
+  if (found.training != expected.training) {
+    refuse_state(found.training == 0      ? "of a tracker without training"
+                 : expected.training == 0 ? "of a tracker with training"
+                                          : "of a tracker with another training sequence");
   }
   if (found.uncertainty != expected.uncertainty) {
     refuse_state(expected.uncertainty != 0 ? "of a tracker with uncertainty=False, not True"
@@ -125,9 +125,9 @@ template <class Real>
 std::size_t Tracker<Real>::state_size() const {
   const std::size_t of_vertex =
       3 * 3 * sizeof(Real) + sizeof(Index) + sizeof(std::uint8_t) + sizeof(StoredRotation);
-  const std::size_t of_pose = parts_->surface.rest().pose_size() * sizeof(double);
+  const std::size_t of_pose = parts_->surface.rest().shape_fit_size() * sizeof(double);
   const std::size_t of_errors = settings().uncertainty ? stored_size_of_errors(n_vertices()) : 0;
-  return sizeof magic + size_of_facts() + n_vertices() * of_vertex + of_pose + of_errors +
+  return sizeof format + size_of_facts() + n_vertices() * of_vertex + of_pose + of_errors +
          sizeof(std::uint64_t);
 }
 
@@ -142,13 +142,13 @@ std::vector<std::byte> Tracker<Real>::state() const {
                        settings().uncertainty ? 1U : 0U,
                        n_vertices(),
                        hash_of_connectivity(parts_->topology->cells),
-                       parts_->rehearsal_hash,
+                       parts_->training_hash,
                        parts_->n_frames,
                        parts_->report.distance,
-                       pose.trust,
-                       pose.explained};
+                       pose.prior_weight,
+                       pose.prior_share};
   Writer writer(state_size());
-  writer.write(std::span<const char>(magic));
+  writer.write(std::span<const char>(format));
   Facts::for_each_field(facts, [&](auto field) { writer.write(field); });
   for (const auto& frame :
        {parts_->first_frame, rounded<Real>(surface.last()), rounded<Real>(surface.before())}) {
@@ -172,16 +172,16 @@ std::vector<std::byte> Tracker<Real>::state() const {
 template <class Real>
 void Tracker<Real>::restore(std::span<const std::byte> state) {
   Reader reader(state);
-  std::array<char, magic.size()> found_magic{};
-  reader.read(std::span<char>(found_magic));
-  if (found_magic != magic) refuse_state("not a tracker state of this version");
+  StateFormat found_format{};
+  reader.read(std::span<char>(found_format));
+  check_format(found_format, format, "tracker");
   Facts facts;
   Facts::for_each_field(facts, [&]<class T>(T& field) { field = reader.read<T>(); });
   Facts expected;
   expected.real_size = sizeof(Real);
   expected.n_vertices = n_vertices();
   expected.cells = hash_of_connectivity(parts_->topology->cells);
-  expected.rehearsal = parts_->rehearsal_hash;
+  expected.training = parts_->training_hash;
   expected.uncertainty = settings().uncertainty ? 1 : 0;
   check_facts(facts, expected);
   const std::size_t k = n_vertices();
@@ -208,8 +208,8 @@ void Tracker<Real>::restore(std::span<const std::byte> state) {
     if (!is_possible)
       refuse_state("vertex " + std::to_string(i) + " has a memory that is not possible");
   }
-  RestShape::Memory pose = {facts.trust, facts.explained, {}};
-  pose.pose.resize(parts_->surface.rest().pose_size());
+  RestShape::Memory pose = {facts.prior_weight, facts.prior_share, {}};
+  pose.pose.resize(parts_->surface.rest().shape_fit_size());
   reader.read(std::span<double>(pose.pose));
   MemoryOfErrors errors;
   if (settings().uncertainty) errors = read_errors(reader, k);
@@ -241,12 +241,12 @@ void Tracker<Real>::restore(std::span<const std::byte> state) {
   parts_->n_frames = facts.n_frames;
   parts_->report.known = parts_->generations.anchors();
   parts_->report.filled = parts_->generations.reached();
-  parts_->report.unseen = parts_->generations.unseen_vertices();
+  parts_->report.disconnected = parts_->generations.disconnected_vertices();
   parts_->report.iterations = facts.iterations;
   parts_->report.distance = facts.distance;
   parts_->report.aligned = facts.aligned != 0;
-  parts_->report.stages.trust = facts.trust;
-  parts_->report.stages.explained = facts.explained;
+  parts_->report.stages.prior_weight = facts.prior_weight;
+  parts_->report.stages.prior_share = facts.prior_share;
   parts_->report.standard_error = parts_->mean_standard_error();
 }
 

@@ -11,7 +11,7 @@ namespace {
 
 DetailConstants constants_for(const TrackingConstants& tracking) {
   DetailConstants constants;
-  constants.rehearsal.largest_kept = tracking.largest_kept;
+  constants.training.largest_kept = tracking.largest_kept;
   return constants;
 }
 
@@ -19,7 +19,8 @@ DetailConstants constants_for(const TrackingConstants& tracking) {
 
 SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& topology,
                                  Workers& workers, const TrackingConstants& constants,
-                                 Take<double> take, bool has_uncertainty, double epsilon)
+                                 TrainingFrames<double> training, bool has_uncertainty,
+                                 double epsilon)
     : constants_(constants),
       detail_constants_(constants_for(constants)),
       faces_(std::move(faces)),
@@ -31,7 +32,7 @@ SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& to
       visibility_(topology.cells.size()),
       is_sheet_(find_sheets(faces_, topology.component)),
       epsilon_(epsilon),
-      rest_(topology.cells, workers, detail_constants_, std::move(take)),
+      rest_(topology.cells, workers, detail_constants_, std::move(training)),
       error_bars_(topology.cells, workers, detail_constants_, has_uncertainty, true),
       shape_(topology.cells.size()),
       last_(topology.cells.size()),
@@ -48,7 +49,7 @@ SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& to
       old_rotations_(topology.cells.size()),
       guesses_(topology.cells.size()),
       drawn_(topology.cells.size()),
-      factored_weights_(rest_.is_rehearsed() ? topology.cells.size() : 0),
+      factored_weights_(rest_.is_trained() ? topology.cells.size() : 0),
       kx_(has_uncertainty ? topology.cells.size() : 0),
       planes_(kx_.size()) {
   if (has_uncertainty) system_.take_planes(constants.steps);
@@ -82,19 +83,19 @@ SurfaceTracking::Found SurfaceTracking::find(const Measurement& measurement) {
     is_factored_ = false;
     predict();
     const bool aligned = is_first_ && measurement.size() > 0 && align(measurement);
-    look(measurement);
+    find_visible(measurement);
     const double scale = constants_.rigid_scale;
     for (int step = 0; step < constants_.rigid_steps; ++step) {
       move_as_a_whole(measurement, {constants_.rigid_radius, scale, scale, 1, rigid_stride()});
     }
     const int searches = search(measurement);
-    for (int pass = 1; pass < constants_.passes; ++pass) {
-      const double progress = static_cast<double>(pass) / (constants_.passes - 1);
-      bend(measurement, weight_at(progress), 2 * pass < constants_.passes,
-           pass == constants_.posing_pass);
+    for (int i = 1; i < constants_.iterations; ++i) {
+      const double progress = static_cast<double>(i) / (constants_.iterations - 1);
+      nonrigid_step(measurement, weight_at(progress), 2 * i < constants_.iterations,
+                    i == constants_.fitting_iteration);
     }
     Found result = observe(measurement);
-    result.passes = searches + constants_.passes - 1;
+    result.iterations = searches + constants_.iterations - 1;
     result.aligned = aligned;
     return result;
   } catch (...) {
@@ -137,17 +138,17 @@ bool SurfaceTracking::choose_components(double weight) {
   return true;
 }
 
-/// The weight of a correspondence, from the first pass to the last.
+/// The weight of a correspondence, from the first iteration to the last.
 double SurfaceTracking::weight_at(double progress) const {
   return constants_.first_weight *
          std::pow(constants_.last_weight / constants_.first_weight, progress);
 }
 
-/// Repeats the first pass until nearly all measured points are explained. Returns how often.
+/// Repeats the first iteration until nearly all measured points are explained. Returns how often.
 int SurfaceTracking::search(const Measurement& measurement) {
   for (int done = 0;; ++done) {
-    if (done > 0) look(measurement);
-    const double unexplained = bend(measurement, weight_at(0), true);
+    if (done > 0) find_visible(measurement);
+    const double unexplained = nonrigid_step(measurement, weight_at(0), true);
     if (unexplained <= constants_.lost_share || done + 1 >= constants_.most_searches) {
       return done + 1;
     }
@@ -155,15 +156,15 @@ int SurfaceTracking::search(const Measurement& measurement) {
 }
 
 /// Finds correspondences and rotations for X, and then X for these. Returns the share of the
-/// measured points that no vertex explains, in early passes.
-double SurfaceTracking::bend(const Measurement& measurement, double weight, bool is_early,
-                             bool poses) {
+/// measured points that no vertex explains, in early iterations.
+double SurfaceTracking::nonrigid_step(const Measurement& measurement, double weight, bool is_early,
+                                      bool poses) {
   const double radius = is_early ? constants_.wide_radius : constants_.narrow_radius;
   correspond(measurement, {radius, constants_.scale, constants_.side, weight});
   const double lost = is_early ? draw_towards_unexplained(measurement, weight) : 0;
   if (!choose_components(weight)) return 0;
   rotations_.fit_widely(x_);
-  if (poses && rest_.is_rehearsed()) pose();
+  if (poses && rest_.is_trained()) pose();
   for (std::size_t v = 0; v < x_.size(); ++v) {
     wanted_[v] = shape_[v] + constants_.pull * (rest_.shape()[v] - shape_[v]);
   }
@@ -184,9 +185,9 @@ void SurfaceTracking::observe_planes() {
   }
 }
 
-/// Poses the rest shape by the correspondences. Each anchor is the point of its plane that is
+/// Fits the rest shape by the correspondences. Each anchor is the point of its plane that is
 /// nearest to the vertex. The factor is that of the present weights meanwhile, and then again the
-/// preconditioner of the frame, so that a rehearsal that is not trusted changes nothing.
+/// preconditioner of the frame, so that a training sequence that is not used changes nothing.
 void SurfaceTracking::pose() {
   std::ranges::copy(anchors_.weights, factored_weights_.begin());
   observe_planes();

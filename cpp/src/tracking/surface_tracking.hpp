@@ -35,10 +35,10 @@ class SurfaceTracking {
  public:
   using Field = std::span<const Vector3<double>>;
 
-  /// `topology` and `workers` must outlive this object. `take` is a rehearsal, or empty.
-  /// `epsilon` is that of the type in which positions are given.
+  /// `topology` and `workers` must outlive this object. `training` is a training sequence, or
+  /// empty. `epsilon` is that of the type in which positions are given.
   SurfaceTracking(std::vector<Triangle> faces, const Topology& topology, Workers& workers,
-                  const TrackingConstants& constants = {}, Take<double> take = {},
+                  const TrackingConstants& constants = {}, TrainingFrames<double> training = {},
                   bool has_uncertainty = false,
                   double epsilon = std::numeric_limits<double>::epsilon());
 
@@ -49,7 +49,7 @@ class SurfaceTracking {
   struct Found {
     Field x;                                 ///< (k,) the positions
     std::span<const std::uint8_t> observed;  ///< (k,) 1 for vertices that have a measured point
-    int passes = 0;
+    int iterations = 0;
     double distance = 0;   ///< root mean square of the observed vertices from their planes
     bool aligned = false;  ///< whether a rigid alignment of the whole template was needed
   };
@@ -82,7 +82,7 @@ class SurfaceTracking {
   [[nodiscard]] const TrackingConstants& constants() const { return constants_; }
 
  private:
-  /// How correspondences are looked for and weighed.
+  /// How correspondences are found and weighed.
   struct Search {
     double radius = 0;
     double scale = 0;
@@ -98,9 +98,9 @@ class SurfaceTracking {
 
   void predict();
   void find_seen_normals();
-  void look(const Measurement& measurement);
+  void find_visible(const Measurement& measurement);
   Tally correspond(const Measurement& measurement, const Search& search);
-  void weigh_crowds(std::size_t n_points);
+  void weigh_shared_points(std::size_t n_points);
   [[nodiscard]] bool is_near(const Measurement& measurement, std::uint32_t point, std::size_t v,
                              double radius) const;
   [[nodiscard]] std::size_t rigid_stride() const;
@@ -112,7 +112,8 @@ class SurfaceTracking {
   bool choose_components(double weight);
   [[nodiscard]] double weight_at(double progress) const;
   int search(const Measurement& measurement);
-  double bend(const Measurement& measurement, double weight, bool is_early, bool poses = false);
+  double nonrigid_step(const Measurement& measurement, double weight, bool is_early,
+                       bool poses = false);
   void pose();
   void observe_planes();
   Found observe(const Measurement& measurement);
@@ -147,9 +148,9 @@ class SurfaceTracking {
   std::vector<Quaternion> old_rotations_;
   bool is_factored_ = false;
   std::vector<std::uint32_t> vertices_near_;  // a vertex near each measured point, if any is known
-  std::vector<std::uint32_t> sharing_;        // how many vertices take each measured point
-  std::vector<std::uint32_t> guesses_;        // the last measured point of each vertex
-  PointScan vertices_;                        // the surface itself
+  std::vector<std::uint32_t> vertices_per_point_;  // how many vertices take each measured point
+  std::vector<std::uint32_t> guesses_;             // the last measured point of each vertex
+  PointScan vertices_;                             // the surface itself
   std::vector<Correspondence> drawn_;
   std::vector<double> factored_weights_;  // those of the preconditioner, while the pose is found
   // With standard errors:

@@ -67,13 +67,13 @@ Tracker<Real>::Tracker(Faces faces, Points<const Real> first_frame,
 
 template <class Real>
 Tracker<Real>::Tracker(Faces faces, Points<const Real> first_frame, const TrackerSettings& settings,
-                       const Rehearsal<Real>& rehearsal) {
+                       const Training<Real>& training) {
   check_settings({.threads = settings.threads});
   const auto frame = first_frame_of(first_frame);
-  check_rehearsal(rehearsal, frame.size());
-  check_size(rehearsal, first_frame);
+  check_training(training, frame.size());
+  check_size(training, first_frame);
   parts_ = std::make_unique<Parts>(faces, frame, topology_of(faces, frame.size()), settings,
-                                   rehearsal.frames());
+                                   training.frames());
 }
 
 template <class Real>

@@ -24,7 +24,7 @@ void SurfaceTracking::move_as_a_whole(const Measurement& measurement, const Sear
 
 bool SurfaceTracking::lies_in(const Measurement& measurement, double share) {
   const Search search = {constants_.wide_radius, constants_.scale, constants_.side, 1};
-  look(measurement);
+  find_visible(measurement);
   const Tally tally = correspond(measurement, search);
   const std::size_t most = std::min(tally.seen, measurement.size());
   return tally.found > 0 && static_cast<double>(tally.found) >= share * static_cast<double>(most);
@@ -56,12 +56,12 @@ bool SurfaceTracking::align(const Measurement& measurement) {
     reach = std::max(reach, std::sqrt(squared_norm(x - centre)));
     x = x + shift;
   }
-  // From the size of the template around its centre down to the radius of the passes.
+  // From the size of the template around its centre down to the radius of the iterations.
   const double widest = std::max(reach / mean_edge_, constants_.rigid_radius);
   for (int step = 0; step < constants_.alignment_steps; ++step) {
     const double progress = static_cast<double>(step) / constants_.alignment_steps;
     const double radius = widest * std::pow(constants_.rigid_radius / widest, progress);
-    look(measurement);
+    find_visible(measurement);
     move_as_a_whole(measurement, {radius, radius, radius, 1, rigid_stride()});
   }
   const bool is_enough = measurement.size() >= static_cast<std::size_t>(constants_.least_rigid);

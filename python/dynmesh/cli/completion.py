@@ -10,10 +10,10 @@ from .. import files
 from .._errors import SettingError
 from ..files import Frame
 from ..files.scenes import every_mesh
-from ..jobs.beginning import Start, find_whole_frame
 from ..jobs.checkpoint import Source
 from ..jobs.file_completion import complete_file
 from ..jobs.job_table import start_of
+from ..jobs.start import Start, find_whole_frame
 from ..jobs.unfinished import is_unfinished
 from ..settings import Settings
 from .done import say_how_far, say_what_was_done, saying_what_is_kept
@@ -28,14 +28,14 @@ from .options import (
     Overlay,
     Overwrite,
     PrimOrAll,
-    Rehearsal,
     Resume,
+    Training,
     usage_error,
     with_settings,
     with_source,
 )
 from .scene_completion import complete_all
-from .terminal import PATIENCE, say, say_remarks, track, watch_rehearsal
+from .terminal import PATIENCE, say, say_remarks, track, watch_training
 from .zeros import Zeros
 
 
@@ -64,7 +64,7 @@ def complete(
             rich_help_panel=WHAT,
         ),
     ] = None,
-    rehearsal: Rehearsal = None,
+    training: Training = None,
     provenance: Annotated[
         bool,
         typer.Option(
@@ -91,7 +91,7 @@ def complete(
     dynmesh complete 'scans/*.ply' completed.h5 --start whole --provenance
     dynmesh complete scans 'completed/frame_%04d.obj' --template body.obj --missing zero
     dynmesh complete shot.usd completed.usd --prim all --overlay
-    dynmesh complete partial.npz completed.npz --rehearsal range_of_motion.npz
+    dynmesh complete partial.npz completed.npz --training range_of_motion.npz
     ```
     """
     if source.get("prim") == every_mesh:
@@ -101,7 +101,7 @@ def complete(
             settings,
             source,
             start=_parsed(start),
-            rehearsal=rehearsal or None,
+            training=training or None,
             output_format=output_format,
             overlay=overlay,
             provenance=provenance,
@@ -132,7 +132,7 @@ def complete(
                 output,
                 start=begin_at,
                 template=template,
-                rehearsal=rehearsal or None,
+                training=training or None,
                 source=source,
                 output_format=output_format,
                 fps=fps,
@@ -142,7 +142,7 @@ def complete(
                 resume=resume,
                 overlay=overlay,
                 watch=watch,
-                watch_rehearsal=watch_rehearsal,
+                watch_training=watch_training,
                 **settings,
             )
     except SettingError as error:

@@ -13,7 +13,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from .. import files
-from .._core import RehearsalSummary, TopologyReport
+from .._core import TopologyReport, TrainingSummary
 from .._extras import require_all
 from ..calibration import Distances, estimated, in_words
 from ..diagnosis import Diagnosis, diagnose
@@ -21,16 +21,16 @@ from ..diagnosis.finding import MOST_PLACES
 from ..draw.figures import load_pyvista
 from ..files import Frame, Header
 from ..jobs.checkpoint import Source
-from ..jobs.rehearsal import Rehearsal, check_takes
-from ..settings import file_settings
+from ..jobs.training import Training, check_training
+from ..settings import default_settings
 from .options import InputPath, with_source
 from .pictures import check_output, new_output
-from .terminal import PATIENCE, say, track, watch_rehearsal
+from .terminal import PATIENCE, say, track, watch_training
 
 _REFUSED_SHOWN = 3
 _BRIEF = 5  # indices of each finding
-_OF_REHEARSAL = ("frames", "variance_held", "rms_distance", "largest_distance")
-_ERRORS_OF = {"place": "of coordinates", "surface": "of distances from the surface"}
+_OF_TRAINING = ("frames", "variance_held", "rms_distance", "largest_distance")
+_ERRORS_OF = {"position": "of coordinates", "surface": "of distances from the surface"}
 _STYLES = {"error": "bold red", "warning": "yellow", "note": "cyan"}
 
 
@@ -55,12 +55,12 @@ def info(
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace PNG if it exists.")
     ] = False,
-    rehearsal: Annotated[
+    training: Annotated[
         list[Path] | None,
         typer.Option(
-            metavar="TAKE",
+            metavar="FILE",
             help="Also describe what method detail would learn from this file, as dynmesh complete "
-            "--rehearsal takes it. May be repeated.",
+            "--training uses it. May be repeated.",
         ),
     ] = None,
     source: Source,
@@ -78,15 +78,15 @@ def info(
         load_pyvista()
     format_name = files.format_of(path, source.get("format")).name
     with files.open(path, **source) as reader:
-        takes = check_takes(rehearsal or None, file_settings)
-        learnt = Rehearsal(takes, reader, watch_rehearsal)
+        training_files = check_training(training or None, default_settings)
+        learnt = Training(training_files, reader, watch_training)
         distances = Distances(reader.header.standard_error_of)
         diagnosis = diagnose(reader, watch=partial(_watch, distances))
         summary = learnt.summary() if learnt else None
     if as_json:
         told = diagnosis.as_dict(most_places=_BRIEF if brief else MOST_PLACES)
         if summary is not None:
-            told["rehearsal"] = {name: getattr(summary, name) for name in _OF_REHEARSAL}
+            told["training"] = {name: getattr(summary, name) for name in _OF_TRAINING}
         if reader.header.has_standard_error:
             told["within_90"] = distances.within(0.9)
             told["standard_error_of"] = reader.header.standard_error_of
@@ -113,7 +113,7 @@ def _watch(distances: Distances, frames: Iterable[Frame], total: int) -> Iterabl
         yield frame
 
 
-def _print(diagnosis: Diagnosis, format_name: str, summary: RehearsalSummary | None) -> None:
+def _print(diagnosis: Diagnosis, format_name: str, summary: TrainingSummary | None) -> None:
     console = Console()
     table = Table.grid(padding=(0, 2))
     table.add_row("format", format_name)
@@ -127,7 +127,7 @@ def _print(diagnosis: Diagnosis, format_name: str, summary: RehearsalSummary | N
         for row in _topology_rows(diagnosis.topology):
             table.add_row(*row)
     if summary is not None:
-        for row in _rehearsal_rows(summary, diagnosis.diagonal):
+        for row in _training_rows(summary, diagnosis.diagonal):
             table.add_row(*row)
     console.print(table)
     console.print()
@@ -181,11 +181,11 @@ def _topology_rows(topology: TopologyReport) -> Iterator[tuple[str, str]]:
         yield "", f"and {len(topology.refused_faces) - _REFUSED_SHOWN} more"
 
 
-def _rehearsal_rows(summary: RehearsalSummary, diagonal: float) -> Iterator[tuple[str, str]]:
+def _training_rows(summary: TrainingSummary, diagonal: float) -> Iterator[tuple[str, str]]:
     def shown(distance: float) -> str:
         return f"{distance:.3g} ({100 * distance / diagonal:.3g} % of the diagonal)"
 
-    yield "rehearsal", f"{summary.frames} frames"
+    yield "training", f"{summary.frames} frames"
     yield "its modes hold", f"{100 * summary.variance_held:.3g} % of the variance of its shapes"
     yield "its poses are", f"{shown(summary.rms_distance)} from the first whole frame,"
     yield "", f"{shown(summary.largest_distance)} at most"

@@ -50,34 +50,38 @@ def say_what_was_done(output: Path | str, report: FileReport, reject_outliers: b
         f"{output}: {report.completed} frames completed in {1e3 * seconds:.3g} ms each (median), "
         f"{1 / seconds:.0f} frames per second without reading and writing"
     )
-    whole = report.known + report.filled + report.unseen
+    whole = report.known + report.filled + report.disconnected
     if reject_outliers:
         share = 100 * report.rejected / whole
         say(f"{output}: {report.rejected} outliers rejected, {share:.3g} % of the vertices")
-    if report.filled + report.unseen == 0:
+    if report.filled + report.disconnected == 0:
         say(f"{output}: nothing was missing")
         return
-    counts = {"known": report.known, "filled in": report.filled, "unseen": report.unseen}
+    counts = {
+        "known": report.known,
+        "filled in": report.filled,
+        "disconnected": report.disconnected,
+    }
     shares = ", ".join(f"{what} {100 * n / whole:.3g} %" for what, n in counts.items())
     where = {-1: "", 0: " after frame 0"}.get(report.start, f" beside frame {report.start}")
     say(f"{output}: {shares} of the vertices{where}")
-    if report.trust is not None:
-        say(f"{output}: {of_rehearsal(report)}")
+    if report.prior_weight is not None:
+        say(f"{output}: {of_training(report)}")
     if report.empty:
         say(f"{output}: nothing was observed in {report.empty} of the frames")
     long = report.hidden_long / (whole // report.completed)
     if long >= _MANY:
         say(
             f"{output}: {100 * long:.0f} % of the vertices were hidden for {LONG} frames or more; "
-            "--method detail keeps their shape"
+            "method detail, the default, preserves their shape"
         )
 
 
-def of_rehearsal(report: FileReport) -> str:
-    """Says whether the rehearsal was used."""
-    if not report.trust:
-        return "the rehearsal did not help and was not used"
+def of_training(report: FileReport) -> str:
+    """Says whether the training sequence was used."""
+    if not report.prior_weight:
+        return "the training sequence did not help and was not used"
     return (
-        f"rehearsal: trusted {100 * report.trust:.3g} % on average; its poses explain "
-        f"{100 * (report.explained or 0):.3g} % of the residual"
+        f"training: prior weight {report.prior_weight:.2g} on average; its shapes explain "
+        f"{100 * (report.prior_share or 0):.3g} % of the residual"
     )

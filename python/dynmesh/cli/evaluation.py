@@ -14,7 +14,7 @@ from ..study import evaluation
 from .options import Axis, Faces, Prim, Seed, share_out
 from .terminal import WorkBar, say, track
 
-_ERRORS_OF = {"place": "places", "surface": "distances from the true surface"}
+_ERRORS_OF = {"position": "positions", "surface": "distances from the true surface"}
 
 
 def evaluate(
@@ -31,9 +31,10 @@ def evaluate(
     root mean square and 99th percentile per frame, averaged over the frames, and the overall
     maximum. All are in bounding-box diagonals of the reference's first frame, which is not itself
     measured; dynmesh info prints the lengths of the diagonal and of a mean edge. Standard errors,
-    if COMPLETED has them, are compared with the distances that they are of: from the true places,
-    or, in a tracked sequence, from the true surface. --json prints NMSVE as "nmsve", without the
-    factor. --faces and --prim apply to both files where their formats support them. Example:
+    if COMPLETED has them, are compared with the distances that they describe: from the true
+    positions or, in a tracked sequence, from the true surface. --json prints NMSVE as "nmsve",
+    without the factor. --faces and --prim apply to both files where their formats support them. An
+    example:
 
     ```text
     dynmesh evaluate completed.npz truth.npz

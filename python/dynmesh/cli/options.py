@@ -13,7 +13,7 @@ import typer
 from .. import files
 from .._errors import SettingError
 from ..jobs.checkpoint import Source
-from ..settings import SETTINGS, Settings, file_settings
+from ..settings import SETTINGS, Settings, default_settings
 
 format_names = files.listed(files.formats)
 """The names of all formats, as text."""
@@ -49,7 +49,7 @@ ScanUnit = Annotated[
     str | None,
     typer.Option(
         metavar="UNIT",
-        help=f"Of SCANS: {UNIT}. [as their files state, else as the mesh]",
+        help=f"Unit of length of SCANS: {UNIT}. [as their files state, else as the mesh]",
         rich_help_panel=FILES,
     ),
 ]
@@ -113,8 +113,8 @@ DropAbove = Annotated[
     typer.Option(
         "--drop-above",
         metavar="DISTANCE",
-        help="Leave vertices missing whose standard error exceeds this, in the unit of the "
-        "positions. Implies --uncertainty.",
+        help="Leave vertices missing whose standard error exceeds this, in the unit of IN. Implies "
+        "--uncertainty.",
         rich_help_panel=OUTPUT,
     ),
 ]
@@ -123,9 +123,9 @@ Resume = Annotated[
     typer.Option(
         "--resume",
         help="Continue an interrupted run with the same input and options. If OUT is already "
-        "complete, do nothing; of its job, only the numbers of frames and vertices, the faces, fps "
-        "if both state it, and whether there are provenance, standard errors and dropped vertices "
-        "are compared.",
+        "complete, do nothing. It is then checked only for the numbers of frames and vertices, the "
+        "faces, fps if both state it, and the presence of provenance, standard errors and dropped "
+        "vertices.",
         rich_help_panel=OUTPUT,
     ),
 ]
@@ -140,13 +140,13 @@ FramesPerSecond = Annotated[
 ]
 
 
-Rehearsal = Annotated[
+Training = Annotated[
     list[Path] | None,
     typer.Option(
-        "--rehearsal",
-        metavar="TAKE",
+        "--training",
+        metavar="FILE",
         help="Learn from this file how the mesh varies: complete frames of the same mesh, such as "
-        "a range-of-motion take. May be repeated.",
+        "a range-of-motion recording. May be repeated.",
         rich_help_panel=f"{HOW}: method detail",
     ),
 ]
@@ -232,7 +232,7 @@ def with_source(
 
 def with_settings(command: Callable[..., None]) -> Callable[..., None]:
     """Replaces the parameter `settings` of a command by an option for each setting."""
-    options = {name: _option(name, default) for name, default in file_settings.items()}
+    options = {name: _option(name, default) for name, default in default_settings.items()}
     return _replaced(command, "settings", options, dict)
 
 
@@ -313,7 +313,7 @@ def share(text: str) -> float:
 def usage_error(error: SettingError, settings: Settings) -> typer.BadParameter:
     """Returns the usage error of the option that stands for a refused setting."""
     name = str(error.argument)
-    method = "detail" if name in ("rehearsal", "drop_above") else None
+    method = "detail" if name in ("training", "drop_above") else None
     method = SETTINGS[name].method if name in SETTINGS else method
     other = method is not None and method != settings["method"]
     reason = f"requires --method {method}" if other else error.reason

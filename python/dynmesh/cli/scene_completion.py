@@ -7,12 +7,12 @@ from typing import Any
 import typer
 
 from .._errors import SettingError
-from ..jobs.beginning import Start
 from ..jobs.checkpoint import Source
 from ..jobs.report import FileReport
 from ..jobs.scene_completion import complete_scene
+from ..jobs.start import Start
 from ..settings import Settings
-from .done import of_rehearsal
+from .done import of_training
 from .options import usage_error
 from .terminal import say, say_remarks, track
 
@@ -24,7 +24,7 @@ def complete_all(
     source: Source,
     *,
     start: Start,
-    rehearsal: list[Path] | None,
+    training: list[Path] | None,
     output_format: str | None,
     overlay: bool,
     provenance: bool,
@@ -54,7 +54,7 @@ def complete_all(
             output,
             source=source,
             start=start,
-            rehearsal=rehearsal,
+            training=training,
             output_format=output_format,
             overlay=overlay,
             provenance=provenance,
@@ -83,11 +83,15 @@ def complete_all(
 
 def _summary(report: FileReport) -> str:
     """What was done to a mesh, in one line."""
-    whole = report.known + report.filled + report.unseen
-    if report.filled + report.unseen + report.rejected == 0:
+    whole = report.known + report.filled + report.disconnected
+    if report.filled + report.disconnected + report.rejected == 0:
         return f"{report.frames} frames, nothing was missing"
-    counts = {"known": report.known, "filled in": report.filled, "unseen": report.unseen}
+    counts = {
+        "known": report.known,
+        "filled in": report.filled,
+        "disconnected": report.disconnected,
+    }
     counts |= {"rejected": report.rejected} if report.rejected else {}
     shares = ", ".join(f"{what} {100 * n / whole:.3g} %" for what, n in counts.items())
-    learnt = "" if report.trust is None else f"; {of_rehearsal(report)}"
+    learnt = "" if report.prior_weight is None else f"; {of_training(report)}"
     return f"{report.frames} frames, {shares} of the vertices{learnt}"

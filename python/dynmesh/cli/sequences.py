@@ -29,7 +29,7 @@ from .options import (
 from .scans import SCANS, axis_of, bounding_box, simulate, size_of
 from .terminal import say, say_remarks, track
 
-_LOSS = "What to lose, and noise"
+_LOSS = "Loss and noise"
 
 
 class BuiltIn(StrEnum):
@@ -105,7 +105,7 @@ def degrade(
         typer.Option(
             metavar="SHARE",
             parser=share,
-            help="Lose this share of the frames entirely.",
+            help="Drop this share of the frames entirely.",
             rich_help_panel=_LOSS,
         ),
     ] = None,
@@ -113,7 +113,8 @@ def degrade(
         float | None,
         typer.Option(
             metavar="SIGMA",
-            help="Add Gaussian noise; SIGMA is in mean edges of frame 0. [of scans: 0.02]",
+            help="Add Gaussian noise of this standard deviation, in mean edges of frame 0. [0.02 "
+            "for scans]",
             rich_help_panel=_LOSS,
         ),
     ] = None,
@@ -122,7 +123,7 @@ def degrade(
         typer.Option(
             metavar="SHARE",
             parser=share,
-            help="Move this share of the vertices by 10 mean edges.",
+            help="Move this share of the vertices by 10 mean edges of frame 0.",
             rich_help_panel=_LOSS,
         ),
     ] = None,
@@ -145,13 +146,13 @@ def degrade(
     cameras: Annotated[
         int,
         typer.Option(
-            metavar="N", min=1, help="How many cameras stand around.", rich_help_panel=SCANS
+            metavar="N", min=1, help="Number of cameras around the subject.", rich_help_panel=SCANS
         ),
     ] = 4,
     n_points: Annotated[
         int,
         typer.Option(
-            "--points", metavar="N", min=1, help="Points of a frame.", rich_help_panel=SCANS
+            "--points", metavar="N", min=1, help="Points per frame.", rich_help_panel=SCANS
         ),
     ] = 20_000,
     flying: Annotated[
@@ -159,7 +160,7 @@ def degrade(
         typer.Option(
             metavar="SHARE",
             parser=share,
-            help="Mix this share with what is behind silhouettes.",
+            help="Share of flying pixels, which lie between a silhouette and what is behind it.",
             rich_help_panel=SCANS,
         ),
     ] = None,

@@ -80,9 +80,9 @@ def track(
         progress.stop()
 
 
-def watch_rehearsal(frames: Iterable[T], total: int) -> Iterator[T]:
-    """Passes on the frames of a rehearsal and shows a progress bar if reading takes long."""
-    return track(frames, total, "reading rehearsal", patience=PATIENCE)
+def watch_training(frames: Iterable[T], total: int) -> Iterator[T]:
+    """Passes on training frames and shows a progress bar if reading takes long."""
+    return track(frames, total, "reading training", patience=PATIENCE)
 
 
 @contextmanager

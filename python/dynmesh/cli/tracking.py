@@ -20,9 +20,9 @@ from .options import (
     OutputFormat,
     OutputPath,
     Overwrite,
-    Rehearsal,
     Resume,
     ScanUnit,
+    Training,
     WithGaps,
     as_unit,
 )
@@ -60,7 +60,8 @@ def track(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Where the cameras stand, needed for depth images. [cameras.json beside SCANS]",
+            help="Poses and intrinsics of the cameras, required for depth images. [cameras.json "
+            "beside SCANS]",
             rich_help_panel=FILES,
         ),
     ] = None,
@@ -69,7 +70,7 @@ def track(
         str | None,
         typer.Option(
             metavar="UNIT",
-            help=f"Of the template: {UNIT}. [as its file states]",
+            help=f"Unit of length of the template: {UNIT}. [as its file states]",
             rich_help_panel=FILES,
         ),
     ] = None,
@@ -78,17 +79,17 @@ def track(
         bool,
         typer.Option(
             "--align/--no-align",
-            help="Move a template that does not lie in the first scan there.",
+            help="Move the template rigidly to the first scan if it does not lie in it.",
             rich_help_panel=HOW,
         ),
     ] = True,
-    rehearsal: Rehearsal = None,
+    training: Training = None,
     uncertainty: Annotated[
         bool,
         typer.Option(
             "--uncertainty",
-            help="Estimate how far each vertex may be from the true surface, in the unit of OUT; "
-            "--provenance writes it.",
+            help="Compute the standard error of the distance of each vertex from the true surface, "
+            "in the unit of OUT; --provenance writes it.",
             rich_help_panel=HOW,
         ),
     ] = False,
@@ -122,7 +123,7 @@ def track(
     ```text
     dynmesh track scans tracked.npz --template body.obj
     dynmesh track 'depth/*.png' tracked.usd --template body.obj --cameras rig.json
-    dynmesh track scans tracked.npz --template body.obj --rehearsal range_of_motion.npz
+    dynmesh track scans tracked.npz --template body.obj --training range_of_motion.npz
     ```
     """
     was_unfinished = is_unfinished(output)
@@ -148,7 +149,7 @@ def track(
             provenance=provenance,
             overwrite=overwrite,
             resume=resume,
-            rehearsal=rehearsal or None,
+            training=training or None,
             uncertainty=uncertainty,
             threads=threads,
             watch=watch,
@@ -156,8 +157,8 @@ def track(
     _say_what_was_done(output, report)
     if uncertainty and not provenance:
         say(f"{output}: standard errors are not in the file; --provenance writes them")
-    if rehearsal and report.trust is not None:
-        say(f"{output}: the rehearsal was trusted by {100 * report.trust:.3g} %")
+    if training and report.prior_weight is not None:
+        say(f"{output}: the prior weight of the training frames was {report.prior_weight:.2g}")
 
 
 def _say_what_was_done(output: Path, report: TrackFileReport) -> None:

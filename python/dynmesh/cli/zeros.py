@@ -17,8 +17,8 @@ class Zeros:
 
     def watch(self, frames: Iterable[Frame], number: int = 0) -> Iterator[Frame]:
         """Counts while it passes frames on; `number` is that of the first frame."""
-        for place, frame in enumerate(frames, number):
-            self._count.add(place, frame.points, frame.known)
+        for t, frame in enumerate(frames, number):
+            self._count.add(t, frame.points, frame.known)
             yield frame
 
     def watch_shown(self, frames: Iterable[ShownFrame]) -> Iterator[ShownFrame]:

@@ -25,7 +25,7 @@ CODES = (
     "frames_without_anchors",
     "hardly_any_anchors",
     "never_seen",
-    "component_unseen",
+    "component_disconnected",
     "coincident_vertices",
     "isolated_vertices",
     "far_from_origin",

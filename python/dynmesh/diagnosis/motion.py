@@ -90,7 +90,7 @@ class Motion:
                 f"{counted(self._n_astray, 'outlier')} more than {_FAR} mean edges from all "
                 f"neighbours, at most {self._farthest:.3g}, in "
                 f"{frames_listed(self._astray_frames)}: {listed('vertex', places)}.",
-                "They displace the vertices that are estimated around them. Use --method detail "
+                "They displace the vertices that are estimated around them. Use "
                 "--reject-outliers, or mark them as missing in the known mask.",
                 self._farthest,
             )

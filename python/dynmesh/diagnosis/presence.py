@@ -57,7 +57,7 @@ class Presence:
         self._began_at_zero = ~mesh.first.any(axis=1) & mesh.observed
         n_components = int(mesh.component.max()) + 1
         self._sizes = np.bincount(mesh.component)
-        self._unseen_for = np.zeros(n_components, np.int64)
+        self._disconnected_for = np.zeros(n_components, np.int64)
         self._longest = np.zeros(n_components, np.int64)
         self._longest_end = np.zeros(n_components, np.int64)
         self._count(0, first, said)
@@ -74,9 +74,9 @@ class Presence:
             self._first_whole = number
         self._zeros.add(number, zero)
         known = np.bincount(self._mesh.component[observed], minlength=len(self._sizes))
-        self._unseen_for = np.where(known == 0, self._unseen_for + 1, 0)
-        longer = self._unseen_for > self._longest
-        self._longest[longer] = self._unseen_for[longer]
+        self._disconnected_for = np.where(known == 0, self._disconnected_for + 1, 0)
+        longer = self._disconnected_for > self._longest
+        self._longest[longer] = self._disconnected_for[longer]
         self._longest_end[longer] = number
         return observed & ~zero
 
@@ -90,7 +90,7 @@ class Presence:
         yield from self._shares(shares)
         if len(shares) and shares.any():
             yield from self._never_seen()
-            yield from self._long_unseen()
+            yield from self._long_disconnected()
 
     def _count(self, number: int, frame: Frame, observed: Mask) -> None:
         self.shares.append(float(observed.mean()))
@@ -191,10 +191,10 @@ class Presence:
                 longest,
             )
         ways: tuple[tuple[str, Severity, NDArray[np.int64], str, str], ...] = (
-            ("hardly_any_anchors", "warning", hardly, "2 %", "errors grow from frame to frame; use "
-             "--method detail, or --extra-iterations 10"),
-            ("few_anchors", "note", few, "10 %", "--method detail is several times "
-             "more accurate"),
+            ("hardly_any_anchors", "warning", hardly, "2 %", "errors of method motion grow from "
+             "frame to frame; use method detail, the default"),
+            ("few_anchors", "note", few, "10 %", "method motion is several times less "
+             "accurate than method detail, the default"),
         )  # fmt: skip
         for code, severity, frames, limit, what in ways:
             if len(frames):
@@ -227,10 +227,10 @@ class Presence:
             f"never known after frame 0, {'in patches' if patches else 'all next to known ones'}: "
             f"{listed('vertex', never)}.",
             "Nothing corrects their estimates. Single vertices do little harm; in patches, errors "
-            "accumulate, and --method detail preserves their shape.",
+            "of method motion accumulate, and method detail, the default, preserves their shape.",
         )
 
-    def _long_unseen(self) -> Iterator[Finding]:
+    def _long_disconnected(self) -> Iterator[Finding]:
         if len(self._sizes) == 1:
             return  # reported as frames without anchors
         long = np.flatnonzero((self._longest >= _LONG) & (self._sizes > 1))
@@ -243,15 +243,16 @@ class Presence:
         parts = f"{counted(len(long), 'component')} of {len(self._sizes)}"
         member = int(np.flatnonzero(self._mesh.component == worst)[0])
         yield Finding(
-            "component_unseen",
+            "component_disconnected",
             "warning",
             len(long),
             Where.of(vertices=vertices, frames=np.arange(end - length + 1, end + 1)),
             f"{parts} not observed for {_LONG} frames or more; longest the component of "
             f"{counted(int(self._sizes[worst]), 'vertex')} around vertex {member}, for "
             f"{length} frames, {end - length + 1} to {end}.",
-            "Meanwhile it follows the nearest components rigidly (--unseen follow), and it jumps "
-            "when it is observed again. Merge it with its neighbours if they belong together.",
+            "Meanwhile it follows the nearest components rigidly (--disconnected follow), and it "
+            "jumps when it is observed again. Merge it with its neighbours if they belong "
+            "together.",
             length,
         )
 

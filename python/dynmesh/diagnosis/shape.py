@@ -106,6 +106,6 @@ def _components(mesh: Mesh) -> Iterator[Finding]:
         Where.of(vertices=places),
         f"{len(parts)} separate components, of {shown} vertices{tail}.",
         "A component that is not observed in a frame follows the motion of the nearest components "
-        "(--unseen follow). Merge components that belong together.",
+        "(--disconnected follow). Merge components that belong together.",
         float(parts[-1]),
     )

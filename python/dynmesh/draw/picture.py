@@ -95,7 +95,7 @@ def _draw(
     faces, alone = whole_faces(reader.faces, frame.visible)
     places = np.zeros(len(frame.points), np.float32)
     if scale is not None and values is not None:
-        places = np.where(frame.visible, scale.place(values), 0)
+        places = np.where(frame.visible, scale.position(values), 0)
     return figures.render(
         faces,
         np.where(frame.visible[:, None], frame.points, 0),

@@ -51,7 +51,7 @@ def plot(
     scale, values = heatmap.scale(heatmap.colour, [frame]), frame.values.get(heatmap.colour)
     places = np.zeros(len(visible), np.float32)
     if scale is not None and values is not None:
-        places[visible] = scale.place(values[visible])
+        places[visible] = scale.position(values[visible])
     faces, alone = whole_faces(sequence.faces, visible)
     points = np.where(visible[:, None], frame.points, 0).astype(np.float32)
     surface = pyvista.PolyData.from_regular_faces(points, np.asarray(faces, np.int64))
@@ -61,7 +61,7 @@ def plot(
     if scale is None:
         figures.add_places(plotter, surface, places, (SURFACE_COLOUR,), alone)
     else:
-        labels = {tick.place: tick.label for tick in scale.ticks}
+        labels = {tick.position: tick.label for tick in scale.ticks}
         figures.add_places(plotter, surface, places, scale.colours, alone, labels)
         # A title of the bar itself would be cut off at the edge of the picture.
         plotter.add_text(scale.title, position="upper_right", font_size=10, color="black")

@@ -204,7 +204,7 @@ def _lacks_standard_error(sources: Sources) -> str | None:
 
 
 def _standard_error(sources: Sources, moment: Moment) -> Values:
-    """Returns those of distances, so that they compare with errors; the largest where unseen."""
+    """Returns those of distances, to compare with errors; the largest where disconnected."""
     bars = moment.frame.standard_error
     assert bars is not None
     coordinates = RULES[sources.reader.header.standard_error_of].coordinates
@@ -235,12 +235,14 @@ def _length_scale(name: str) -> Callable[[Sources, Sequence[Values], Range | Non
 
 def _count_scale(title: str) -> Callable[[Sources, Sequence[Values], Range | None], Scale]:
     def scale(_: Sources, values: Sequence[Values], range: Range | None) -> Scale:
-        unseen = "unseen" if any((v < 0).any() for v in values) else None
+        disconnected = "disconnected" if any((v < 0).any() for v in values) else None
         if range is not None:
             fixed, largest = max(1, int(range[0])), int(range[1])
         else:
             fixed, largest = None, max((int(v.max()) for v in values if len(v)), default=0)
-        return CountScale(title, max(largest, 0), zero="observed", minus_one=unseen, fixed=fixed)
+        return CountScale(
+            title, max(largest, 0), zero="observed", minus_one=disconnected, fixed=fixed
+        )
 
     return scale
 

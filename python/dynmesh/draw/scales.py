@@ -19,7 +19,7 @@ SINGLE_STEPS = 8  # counts with a colour each; larger ones share colours in rang
 class Tick(NamedTuple):
     """A mark on the colour bar."""
 
-    place: float
+    position: float
     label: str
 
 
@@ -29,7 +29,7 @@ class Scale(ABC):
     Attributes:
         title: what is shown, with its unit.
         colours: equal steps along the bar, each as "#rrggbb".
-        ticks: in ascending order of place.
+        ticks: in ascending order of position.
     """
 
     def __init__(self, title: str, colours: Sequence[str], ticks: Sequence[Tick]) -> None:
@@ -39,7 +39,7 @@ class Scale(ABC):
         self.ticks = tuple(ticks)
 
     @abstractmethod
-    def place(self, values: Values) -> NDArray[np.float32]:
+    def position(self, values: Values) -> NDArray[np.float32]:
         """Returns the positions of values on the bar, in 0 to 1."""
 
 
@@ -54,16 +54,16 @@ class MeasureScale(Scale):
         ends = [f"{plain(low)} {sign} or less", f"{plain(high)} {sign} or more"]
         if low == 0:
             ends[0] = f"0 {sign}"
-        places = self.place(np.array(inner)).tolist()
+        places = self.position(np.array(inner)).tolist()
         ticks = [
-            Tick(place, f"{plain(value)} {sign}")
-            for place, value in zip(places, inner, strict=True)
-            if 0.05 < place < 0.95  # the ends have labels of their own
+            Tick(position, f"{plain(value)} {sign}")
+            for position, value in zip(places, inner, strict=True)
+            if 0.05 < position < 0.95  # the ends have labels of their own
         ]
         colours = _colour_map(HEATMAP, 64)
         super().__init__(title, colours, [Tick(0.0, ends[0]), *ticks, Tick(1.0, ends[1])])
 
-    def place(self, values: Values) -> NDArray[np.float32]:
+    def position(self, values: Values) -> NDArray[np.float32]:
         """Returns the positions of measures on the bar."""
         if self._low > 0:
             shares = np.log(np.maximum(values, self._low) / self._low)
@@ -121,7 +121,7 @@ class CountScale(Scale):
         self._n_steps = len(labels)
         super().__init__(title, colours, _middles(labels))
 
-    def place(self, values: Values) -> NDArray[np.float32]:
+    def position(self, values: Values) -> NDArray[np.float32]:
         """Returns the positions of counts on the bar, each in the middle of its step."""
         step = np.searchsorted(self._starts, values, side="right") - 1
         return np.where(step < 0, 1 - 0.5 / self._n_steps, (step + 0.5) / self._n_steps).astype(
@@ -140,7 +140,7 @@ class KnownScale(Scale):
         self._n_steps = len(labels)
         super().__init__("known vertices", colours, _middles(labels))
 
-    def place(self, values: Values) -> NDArray[np.float32]:
+    def position(self, values: Values) -> NDArray[np.float32]:
         """Returns the positions of 0, filled in, and 1, observed, on the bar."""
         return np.where(values, 1 - 0.5 / self._n_steps, 0.5 / self._n_steps).astype(np.float32)
 

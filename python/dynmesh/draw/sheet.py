@@ -84,7 +84,7 @@ def _draw_legend(draw: Any, font: Any, scale: Scale, x: int, y: int) -> None:
     edges = np.linspace(y + height, y, len(scale.colours) + 1).round().astype(int).tolist()
     for colour, below, above in zip(scale.colours, edges, edges[1:], strict=False):
         draw.rectangle((x, above, x + width, below - 1), fill=colour)
-    for place, label in scale.ticks:
-        middle = y + round((1 - place) * height)
+    for position, label in scale.ticks:
+        middle = y + round((1 - position) * height)
         draw.line((x + width, middle, x + width + 4, middle), fill=_INK)
         draw.text((x + width + 10, middle), label, fill=_INK, font=font, anchor="lm")

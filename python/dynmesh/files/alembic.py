@@ -28,7 +28,7 @@ from .alembic_archive import (
     turned,
 )
 from .alembic_writer import AlembicWriter
-from .comments import said_in
+from .comments import metadata_in
 from .format import Format, Template, refuse_template
 from .header import Frame, Header, errors_of
 from .reader import Reader
@@ -76,7 +76,7 @@ class AlembicReader(Reader):
         faces, polygons = split_polygons(turned(faces_of(self._mesh)))
         self._parameters = _parameters(self._mesh.getSchema(), n_frames)
         info = library("Abc").GetArchiveInfo(archive)
-        said = said_in(info.get("userDescription", "").split(","))
+        metadata = metadata_in(info.get("userDescription", "").split(","))
         return Header(
             faces=faces,
             n_frames=n_frames,
@@ -84,8 +84,8 @@ class AlembicReader(Reader):
             dtype=np.dtype(np.float32),
             polygons=polygons,
             name=self._mesh.getFullName(),
-            up_axis=said.up_axis,
-            metres_per_unit=said.metres_per_unit,
+            up_axis=metadata.up_axis,
+            metres_per_unit=metadata.metres_per_unit,
             **timing_of(archive, self._positions)._asdict(),
             has_known="known" in self._parameters,
             has_provenance="age" in self._parameters,

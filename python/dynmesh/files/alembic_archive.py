@@ -91,8 +91,8 @@ def timing_of(archive: Any, positions: Any) -> Timing:
     kind = sampling.getTimeSamplingType()
     times = [sampling.getSampleTime(i) for i in range(positions.getNumSamples())]
     step = kind.getTimePerCycle() if kind.isUniform() else spacing(times)
-    said = library("Abc").GetArchiveInfo(archive).get("dccFPS")  # has only six decimals
-    rate = next((fps for fps in broadcast if round(fps, 6) == said), said or None)
+    metadata = library("Abc").GetArchiveInfo(archive).get("dccFPS")  # has only six decimals
+    rate = next((fps for fps in broadcast if round(fps, 6) == metadata), metadata or None)
     if step is None and len(times) > 1:
         return uneven(times, rate)
     fps = 1 / step if step else rate

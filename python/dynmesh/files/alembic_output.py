@@ -26,14 +26,16 @@ class OutputArchive:
         top: the root object.
     """
 
-    def __init__(self, path: Path, fps: float | None, description: str, said: Any = None) -> None:
+    def __init__(
+        self, path: Path, fps: float | None, description: str, metadata: Any = None
+    ) -> None:
         """Creates the file.
 
         Args:
             path: of the file.
             fps: frames per second of the program that wrote it, or None.
             description: a text for users.
-            said: further metadata of the library.
+            metadata: further metadata of the library.
         """
         self._file = path.open("w+b")
         self._index = 1 << 16
@@ -41,7 +43,7 @@ class OutputArchive:
         self._archive: Any = None
         self.reserve(0)
         rate = () if fps is None else (fps,)
-        more = () if said is None else (library("Abc").Argument(said),)
+        more = () if metadata is None else (library("Abc").Argument(metadata),)
         with translating(OSError, "cannot be written"):
             self._archive = library("Abc").CreateArchiveWithInfo(
                 self._file.name, *rate, "dynmesh", description, *more

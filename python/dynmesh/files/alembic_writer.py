@@ -52,8 +52,8 @@ class AlembicWriter(SceneWriter):
         if self.origin is None:
             # Not what the parameters say: the description stays when other meshes replace this one.
             described = replace(self.header, has_standard_error=False)
-            said = ", ".join(comments_of(described))
-            self._output = OutputArchive(self.folder / self.path.name, self.header.fps, said)
+            metadata = ", ".join(comments_of(described))
+            self._output = OutputArchive(self.folder / self.path.name, self.header.fps, metadata)
         else:
             self._begin_scene(self.origin)
         self._begin_mesh()
@@ -64,14 +64,14 @@ class AlembicWriter(SceneWriter):
         positions = scene.mesh(self.header.name).getSchema().getPositionsProperty()
         pace = (timing_of(archive, positions).fps or 1) / (fps or 1)
         info = library("Abc").GetArchiveInfo(archive)
-        said = metadata_of(archive.getTop())
-        if pace != 1 and said.get("FramesPerTimeUnit"):
-            said.set("FramesPerTimeUnit", f"{fps or 1:f}")
+        metadata = metadata_of(archive.getTop())
+        if pace != 1 and metadata.get("FramesPerTimeUnit"):
+            metadata.set("FramesPerTimeUnit", f"{fps or 1:f}")
         self._output = OutputArchive(
             self.folder / self.path.name,
             info.get("dccFPS") if pace == 1 else fps,
             info.get("userDescription", ""),
-            said,
+            metadata,
         )
         self._copy = SceneCopy(scene, origin.meshes, self._output, pace)
 
@@ -89,9 +89,9 @@ class AlembicWriter(SceneWriter):
             self.remarks += mesh.remarks
         names = ["known"] * header.has_known + list(header.provenance)
         for name in names:
-            said = library("AbcCoreAbstract").MetaData()
+            metadata = library("AbcCoreAbstract").MetaData()
             if name == "standard_error":
-                said.set(errors_of_key, header.standard_error_of)
+                metadata.set(errors_of_key, header.standard_error_of)
             self._parameters[name] = output.property(
                 f"O{parameters[name]}GeomParam",
                 mesh.parameters(),
@@ -99,7 +99,7 @@ class AlembicWriter(SceneWriter):
                 False,
                 library("AbcGeom").GeometryScope.kVertexScope,
                 1,
-                metadata=said,
+                metadata=metadata,
                 sampling=mesh.sampling,
             )
         self._mesh = mesh

@@ -9,15 +9,15 @@ from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 from ..sequence import StandardErrorOf
-from .header import Header
+from .header import Header, errors_of
 
 
-class Said(NamedTuple):
+class Metadata(NamedTuple):
     """The content of the comments, named like the fields of a header."""
 
     up_axis: str | None = None
     metres_per_unit: float | None = None
-    standard_error_of: StandardErrorOf = "place"
+    standard_error_of: StandardErrorOf = "position"
 
     def agrees_with(self, header: Header) -> bool:
         """Whether the content does not contradict the header."""
@@ -29,23 +29,23 @@ class Said(NamedTuple):
 
 def comments_of(header: Header) -> list[str]:
     """Returns the comment lines for a header."""
-    said: dict[str, Any] = Said(header.up_axis, header.metres_per_unit)._asdict()
-    said["standard_error_of"] = header.standard_error_of if header.has_standard_error else None
-    return [f"{name} {value}" for name, value in said.items() if value is not None]
+    metadata: dict[str, Any] = Metadata(header.up_axis, header.metres_per_unit)._asdict()
+    metadata["standard_error_of"] = header.standard_error_of if header.has_standard_error else None
+    return [f"{name} {value}" for name, value in metadata.items() if value is not None]
 
 
-def said_in(comments: Iterable[str]) -> Said:
+def metadata_in(comments: Iterable[str]) -> Metadata:
     """Parses comment lines."""
-    said = Said()
+    metadata = Metadata()
     for comment in comments:
         match comment.split():
             case ["up_axis", "y" | "z" as axis]:
-                said = said._replace(up_axis=axis)
+                metadata = metadata._replace(up_axis=axis)
             case ["metres_per_unit", word] if (length := _length(word)) is not None:
-                said = said._replace(metres_per_unit=length)
-            case ["standard_error_of", "place" | "surface" as errors]:
-                said = said._replace(standard_error_of=errors)
-    return said
+                metadata = metadata._replace(metres_per_unit=length)
+            case ["standard_error_of", "place" | "position" | "surface" as errors]:
+                metadata = metadata._replace(standard_error_of=errors_of(errors))
+    return metadata
 
 
 def _length(word: str) -> float | None:

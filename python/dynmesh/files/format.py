@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..polygons import Polygons
-from .comments import Said
+from .comments import Metadata
 from .reader import Reader
 from .scenes import Scene
 from .writer import Writer
@@ -26,7 +26,7 @@ class Template:
     polygons: Polygons | None
     n_vertices: int | None
     """None if only faces were given."""
-    said: Said = field(default_factory=Said)
+    metadata: Metadata = field(default_factory=Metadata)
     files: tuple[Path, ...] = ()
     """Those that it was read from."""
 
@@ -34,8 +34,8 @@ class Template:
 def template_of(reader: Reader) -> Template:
     """The mesh that is read to provide its faces."""
     header = reader.header
-    said = Said(header.up_axis, header.metres_per_unit)
-    return Template(header.faces, header.polygons, header.n_vertices, said, tuple(reader.files))
+    metadata = Metadata(header.up_axis, header.metres_per_unit)
+    return Template(header.faces, header.polygons, header.n_vertices, metadata, tuple(reader.files))
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..polygons import Polygons, as_polygons, check_polygons, split_polygons
 from ..sequence import PROVENANCE
-from .comments import Said
+from .comments import Metadata
 from .format import Gaps, Template, refuse_mesh_name, refuse_template
 from .frame_names import FrameNames
 from .header import Frame, Header
@@ -54,7 +54,7 @@ class FramesReader(Reader):
             raise ValueError("does not name a file")
         self._first = first
         with naming(first):
-            frame, polygons, said = self._load(first)
+            frame, polygons, metadata = self._load(first)
             if len(polygons.sizes) == 0 and len(frame.points):
                 polygons = _given(template, len(frame.points))
             elif template is not None:
@@ -68,7 +68,7 @@ class FramesReader(Reader):
             n_vertices=len(frame.points),
             dtype=frame.points.dtype,
             polygons=polygons_or_none,
-            **said._asdict(),
+            **metadata._asdict(),
             **timing._asdict(),
             has_known=frame.known is not None,
             has_provenance=frame.generation is not None,
@@ -87,7 +87,7 @@ class FramesReader(Reader):
         return self._lost
 
     @abstractmethod
-    def _load(self, file: Path) -> tuple[Frame, Polygons, Said]:
+    def _load(self, file: Path) -> tuple[Frame, Polygons, Metadata]:
         """Reads one file; without polygons if the file holds only points."""
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
@@ -97,9 +97,9 @@ class FramesReader(Reader):
                 yield self._lost_frame()
                 continue
             with naming(file):
-                frame, polygons, said = self._load(file)
+                frame, polygons, metadata = self._load(file)
                 self._unchanged.check([file])
-                self._compare(frame, polygons, said)
+                self._compare(frame, polygons, metadata)
             points = frame.points.astype(self.dtype, copy=False)
             yield replace(frame, points=points)
 
@@ -116,7 +116,7 @@ class FramesReader(Reader):
         }
         return Frame(np.full((k, 3), np.nan, self.dtype), nothing, **provenance)
 
-    def _compare(self, frame: Frame, polygons: Polygons, said: Said) -> None:
+    def _compare(self, frame: Frame, polygons: Polygons, metadata: Metadata) -> None:
         """Raises an error unless a frame matches the first one."""
         first = self._first.name
         n_vertices, n_faces = len(frame.points), len(polygons.sizes)
@@ -135,7 +135,7 @@ class FramesReader(Reader):
         ):
             if (values is not None) != wanted:
                 raise ValueError(f"has {'no ' if wanted else ''}{name}, unlike {first}")
-        ours, theirs = said.standard_error_of, self.header.standard_error_of
+        ours, theirs = metadata.standard_error_of, self.header.standard_error_of
         if self.header.has_standard_error and ours != theirs:
             raise ValueError(f"has standard errors of the {ours}, but {first} of the {theirs}")
 

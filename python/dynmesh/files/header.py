@@ -102,7 +102,7 @@ class Header(Description):
 
 
 def errors_of(text: str | None) -> StandardErrorOf:
-    """What a file says that its standard errors are of; files that say nothing hold places.
+    """What a file says that its standard errors are of; files that say nothing hold positions.
 
     Raises:
         ValueError: it is none of the possible values.
@@ -110,9 +110,9 @@ def errors_of(text: str | None) -> StandardErrorOf:
     for known in get_args(StandardErrorOf):
         if text == known:
             return cast(StandardErrorOf, known)
-    if text is None:
-        return "place"
-    raise InputError(f"must be 'place' or 'surface', not {text!r}", argument="standard_error_of")
+    if text in (None, "place"):  # as earlier versions called a position
+        return "position"
+    raise InputError(f"must be 'position' or 'surface', not {text!r}", argument="standard_error_of")
 
 
 def header_of(sequence: Sequence) -> Header:

@@ -83,16 +83,16 @@ class NpyReader(Reader):
             template = find_template(template, n_vertices, faces_beside)
             self._files = [_path_of(name, path) for name in self._rows]
             self._files += template.files
-            if (said := _path_of("standard_error_of", path)).exists():
-                self._files.append(said)
+            if (metadata := _path_of("standard_error_of", path)).exists():
+                self._files.append(metadata)
             header = Header(
                 faces=template.faces,
                 n_frames=n_frames,
                 n_vertices=n_vertices,
                 dtype=vertices.dtype.newbyteorder("="),
                 polygons=template.polygons,
-                up_axis=template.said.up_axis,
-                metres_per_unit=template.said.metres_per_unit,
+                up_axis=template.metadata.up_axis,
+                metres_per_unit=template.metadata.metres_per_unit,
                 has_known="known" in self._rows,
                 has_provenance="age" in self._rows,
                 has_standard_error="standard_error" in self._rows,

@@ -13,7 +13,7 @@ import numpy as np
 
 from .._core import plain_obj
 from ..polygons import Polygons, as_polygons
-from .comments import Said, comments_of, said_in
+from .comments import Metadata, comments_of, metadata_in
 from .format import Format
 from .frame_files import FramesWriter, NumberedReader
 from .header import Frame
@@ -24,7 +24,7 @@ class ObjReader(NumberedReader):
 
     suffix = ".obj"
 
-    def _load(self, file: Path) -> tuple[Frame, Polygons, Said]:
+    def _load(self, file: Path) -> tuple[Frame, Polygons, Metadata]:
         data = file.read_bytes()
         plain = plain_obj(data)
         if plain is None:
@@ -32,7 +32,7 @@ class ObjReader(NumberedReader):
         else:
             points, sizes, corners = plain
             frame, polygons = Frame(points), Polygons(sizes, corners)
-        return frame, polygons, said_in(_first_comments(data))
+        return frame, polygons, metadata_in(_first_comments(data))
 
 
 def _first_comments(data: bytes) -> Iterator[str]:

@@ -29,7 +29,7 @@ from .._errors import InputError
 from .._extras import require
 from ..polygons import Polygons, as_polygons
 from ..sequence import PROVENANCE
-from .comments import Said, comments_of, said_in
+from .comments import Metadata, comments_of, metadata_in
 from .format import Format, Gaps, Template, refuse_mesh_name
 from .frame_files import FramesReader, FramesWriter
 from .frame_names import FrameNames, single
@@ -70,7 +70,7 @@ class PvdReader(FramesReader):
         """The files that are read."""
         return [self._index, *super().files]
 
-    def _load(self, file: Path) -> tuple[Frame, Polygons, Said]:
+    def _load(self, file: Path) -> tuple[Frame, Polygons, Metadata]:
         mesh = _read_mesh(file)
         for cells, what in (("Verts", "points as cells"), ("Lines", "lines"), ("Strips", "strips")):
             if getattr(mesh, f"GetNumberOf{cells}")():
@@ -91,7 +91,7 @@ class PvdReader(FramesReader):
         corners = _as_numpy(polygons.GetConnectivityArray())
         mask = None if known is None else known.astype(np.bool_)
         frame = Frame(points, mask, **provenance)
-        return frame, Polygons(sizes, corners), said_in(_notes(mesh))
+        return frame, Polygons(sizes, corners), metadata_in(_notes(mesh))
 
 
 def _read_index(path: Path) -> tuple[list[float], list[Path]]:

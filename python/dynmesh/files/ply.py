@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..polygons import Polygons, as_polygons
 from ..sequence import PROVENANCE, Positions
-from .comments import Said, comments_of, said_in
+from .comments import Metadata, comments_of, metadata_in
 from .format import Format
 from .frame_files import FramesWriter, NumberedReader
 from .header import Frame
@@ -32,10 +32,10 @@ class PlyReader(NumberedReader):
 
     suffix = ".ply"
 
-    def _load(self, file: Path) -> tuple[Frame, Polygons, Said]:
+    def _load(self, file: Path) -> tuple[Frame, Polygons, Metadata]:
         columns, comments = read_elements(file)
         polygons = _polygons(columns.get("face", {}))
-        return _frame(columns["vertex"]), polygons, said_in(comments)
+        return _frame(columns["vertex"]), polygons, metadata_in(comments)
 
 
 def read_elements(file: Path) -> tuple[dict[str, Columns], list[str]]:

@@ -65,7 +65,7 @@ class PointCacheReader(Reader):
                 dtype=np.dtype(np.float32),
                 fps=fps,
                 polygons=template.polygons,
-                **template.said._asdict(),
+                **template.metadata._asdict(),
                 start=start,
             )
             super().__init__(path, header)
@@ -163,7 +163,9 @@ class PointCacheWriter(Writer):
         there, wanted = (as_polygons(m.faces, m.polygons) for m in (mesh, header))
         same_size = mesh.n_vertices == header.n_vertices
         return (
-            same_size and all(map(np.array_equal, there, wanted)) and mesh.said.agrees_with(header)
+            same_size
+            and all(map(np.array_equal, there, wanted))
+            and mesh.metadata.agrees_with(header)
         )
 
     def _append(self, frame: Frame) -> None:

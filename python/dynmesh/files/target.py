@@ -13,8 +13,8 @@ from .frame_names import FrameNames
 from .header import Header, frame_of, header_of
 from .kept import Pieces
 from .naming import naming
-from .placing import finish_placing
 from .reader import Reader
+from .replacement import finish_placing
 from .scene_writer import SceneWriter
 from .scenes import Origin, Scene
 from .writer import Writer

@@ -81,8 +81,8 @@ def timing(stage: Any, times: Sequence[float]) -> Timing:
     the same second. If frames are unevenly spaced or the rate is unknown, the numbers are time
     codes.
     """
-    said = any(map(stage.HasAuthoredMetadata, ("timeCodesPerSecond", "framesPerSecond")))
-    rate = float(stage.GetTimeCodesPerSecond()) if said else None
+    metadata = any(map(stage.HasAuthoredMetadata, ("timeCodesPerSecond", "framesPerSecond")))
+    rate = float(stage.GetTimeCodesPerSecond()) if metadata else None
     step = 1.0 if len(times) == 1 else spacing(times)
     if step is None or (rate is None and step != 1):
         return Timing(rate, times[0], np.array(times))

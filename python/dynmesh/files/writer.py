@@ -28,7 +28,7 @@ from .header import Frame, Header
 from .kept import Pieces, Sums
 from .lock import working_folder
 from .naming import naming
-from .placing import put_in_place, remove_placed
+from .replacement import put_in_place, remove_placed
 
 
 class Writer(ABC):

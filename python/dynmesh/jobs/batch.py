@@ -13,15 +13,15 @@ from .._errors import InputError, KindError, SettingError
 from ..files import CannotResumeError, PathLike, Target
 from ..files.frame_names import FrameNames, single
 from ..files.scenes import every_mesh
-from ..settings import Settings, all_settings, file_settings
-from .beginning import Start, check_beginning
+from ..settings import Settings, all_settings
 from .checkpoint import OtherJobError, Source
-from .file_completion import How, complete_into, with_uncertainty
-from .rehearsal import Takes, check_takes
+from .file_completion import CompletionOptions, complete_into, with_uncertainty
 from .report import FileReport
 from .scene_completion import SceneReport, complete_scene
+from .start import Start, check_start
 from .track_report import TrackFileReport
 from .tracking_job import TrackingJob
+from .training import TrainingFiles, check_training
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Job:
         overlay: whether to write a USD layer over the input.
         start: the number of a whole frame, or "whole", as :func:`dynmesh.complete_file` documents.
         template: a mesh file that stands before frame 0, or None.
-        rehearsal: files with complete frames of the same mesh, or None.
+        training: files with complete frames of the same mesh, or None.
         drop_above: see :func:`dynmesh.complete_file`.
     """
 
@@ -55,7 +55,7 @@ class Job:
     overlay: bool = False
     start: Start = 0
     template: PathLike | None = None
-    rehearsal: Takes | None = None
+    training: TrainingFiles | None = None
     drop_above: float | None = None
 
 
@@ -175,20 +175,20 @@ def _make(
 
 
 def _complete(job: Job, target: Target, overwrite: bool, *, resume: bool) -> FileReport:
-    check_beginning(job.start, job.template)
-    settings = with_uncertainty(all_settings(job.settings, file_settings), job.drop_above)
-    takes = check_takes(job.rehearsal, settings)
-    how = How(
+    check_start(job.start, job.template)
+    settings = with_uncertainty(all_settings(job.settings), job.drop_above)
+    training_files = check_training(job.training, settings)
+    options = CompletionOptions(
         job.start,
         job.template,
-        takes,
+        training_files,
         job.fps,
         job.provenance,
         overwrite,
         resume,
         drop_above=job.drop_above,
     )
-    return complete_into(Path(job.input), target, job.source, how, settings)
+    return complete_into(Path(job.input), target, job.source, options, settings)
 
 
 def _complete_meshes(job: Job, overwrite: bool) -> SceneReport:
@@ -204,7 +204,7 @@ def _complete_meshes(job: Job, overwrite: bool) -> SceneReport:
         job.input,
         job.output,
         start=job.start,
-        rehearsal=job.rehearsal,
+        training=job.training,
         source=job.source,
         output_format=job.output_format,
         overlay=job.overlay,

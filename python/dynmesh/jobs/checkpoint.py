@@ -199,7 +199,7 @@ def describe_job(
 ) -> str:
     """Everything on which the output depends, as JSON. All settings must be given.
 
-    `inputs` are the files that are read; `start` describes the beginning and the rehearsal.
+    `inputs` are the files that are read; `start` describes the beginning and the training sequence.
     """
     masks = source.get("known")
     description: dict[str, Any] = {
@@ -234,7 +234,7 @@ def _differences(one: dict[str, Any], other: dict[str, Any]) -> list[str]:
             continue
         if name in ("known", "faces"):
             told.append(f"{name} changed")
-        elif name in ("input", "cameras", "template", "rehearsal"):
+        elif name in ("input", "cameras", "template", "training"):
             told.append(_changed_files(name, before or [], now or []))
         else:
             told.append(changed(name, before, now))

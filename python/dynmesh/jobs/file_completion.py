@@ -10,25 +10,25 @@ from .. import files
 from .._checks import check_callable, check_path, check_positive
 from .._errors import InputError, SettingError
 from ..files import Header, PathLike, Reader, Target, Writer
-from ..settings import Settings, all_settings, file_settings, takes_settings
-from .beginning import Beginning, Start, check_beginning, open_at_beginning
+from ..settings import Settings, all_settings, takes_settings
 from .checkpoint import Progress, Source, describe_job
-from .passes import Passes
-from .rehearsal import Rehearsal, Takes, WatchTakes, check_takes
+from .directions import Directions
 from .report import FileReport, Tally
 from .resumable import ResumableOutput, check_resumable
+from .start import Start, StartFrame, check_start, open_at_start
+from .training import Training, TrainingFiles, WatchTraining, check_training
 
 Watch = Callable[[Iterator[Any], int, int], Iterator[Any]]
 
 
-@takes_settings(file_settings)
+@takes_settings
 def complete_file(
     path: PathLike,
     output: PathLike,
     *,
     start: Start = 0,
     template: PathLike | None = None,
-    rehearsal: Takes | None = None,
+    training: TrainingFiles | None = None,
     source: Source | None = None,
     output_format: str | None = None,
     fps: float | None = None,
@@ -38,7 +38,7 @@ def complete_file(
     resume: bool = False,
     overlay: bool = False,
     watch: Watch | None = None,
-    watch_rehearsal: WatchTakes | None = None,
+    watch_training: WatchTraining | None = None,
     **settings: Unpack[Settings],
 ) -> FileReport:
     """Completes a sequence and writes the result to a file, in constant memory.
@@ -61,8 +61,8 @@ def complete_file(
         start: the number of a whole frame, counted from 0, or "whole" for the first one.
         template: a mesh file of any format, whose first frame stands before frame 0, which may then
             be incomplete. It has the vertices and faces of the sequence, or provides its faces.
-        rehearsal: one or several files, of any format, with complete frames of the same mesh, for
-            example a range-of-motion take, from which method detail learns; see
+        training: one or several files, of any format, with complete frames of the same mesh, for
+            example a range-of-motion recording, from which method detail learns; see
             :class:`dynmesh.Completer`. Of several meshes in a file, it is the one at the path of
             the sequence's mesh.
         source: how to read the input.
@@ -86,8 +86,8 @@ def complete_file(
             them, with the input, a USD stage, as its sublayer.
         watch: called with the frames in the order in which they are completed, their number and the
             number of frames already completed; it must pass the frames on.
-        watch_rehearsal: called with the frames of the rehearsal and their number; it must pass the
-            frames on.
+        watch_training: called with the training frames and their number; it must pass the frames
+            on.
         **settings: `method`, `noise` and the other settings of :class:`dynmesh.Completer`, which
             explains them. The method is detail unless another one is given.
 
@@ -98,49 +98,48 @@ def complete_file(
         CannotResumeError: `resume` finds files that are damaged or of another version, which are
             kept; the message names one.
         ValueError: `resume` is set, but the format cannot be resumed; there is no frame `start`, or
-            it is not whole; the template or a frame of the rehearsal is not whole or has another
-            mesh.
+            it is not whole; the template or a training frame is not whole or has another mesh.
         OSError, ImportError, TypeError, ValueError: the errors of :func:`dynmesh.open`,
             :func:`dynmesh.create` and :func:`dynmesh.complete`, with the name of the file unless a
             setting is refused.
     """
     check_path("path", path)
     check_path("output", output)
-    check_beginning(start, template)
-    wanted = with_uncertainty(all_settings(settings, file_settings), drop_above)
-    takes = check_takes(rehearsal, wanted)
+    check_start(start, template)
+    wanted = with_uncertainty(all_settings(settings), drop_above)
+    training_files = check_training(training, wanted)
     check_callable("watch", watch)
-    check_callable("watch_rehearsal", watch_rehearsal)
+    check_callable("watch_training", watch_training)
     target = files.target_of(output, output_format, overlay=overlay)
     if resume:
         check_resumable(target)
-    how = How(
+    options = CompletionOptions(
         start,
         template,
-        takes,
+        training_files,
         fps,
         provenance,
         overwrite,
         resume,
         watch,
-        watch_rehearsal,
+        watch_training,
         drop_above,
     )
-    return complete_into(Path(path), target, source or {}, how, wanted)
+    return complete_into(Path(path), target, source or {}, options, wanted)
 
 
-class How(NamedTuple):
+class CompletionOptions(NamedTuple):
     """The arguments of :func:`complete_file` that are neither files nor settings."""
 
     start: Start = 0
     template: PathLike | None = None
-    takes: tuple[Path, ...] = ()
+    training_files: tuple[Path, ...] = ()
     fps: float | None = None
     provenance: bool = False
     overwrite: bool = False
     resume: bool = False
     watch: Watch | None = None
-    watch_rehearsal: WatchTakes | None = None
+    watch_training: WatchTraining | None = None
     drop_above: float | None = None
 
 
@@ -170,42 +169,47 @@ def output_header(
         has_known=drop_above is not None,
         has_provenance=provenance,
         has_standard_error=provenance and settings["uncertainty"],
-        standard_error_of="place",
+        standard_error_of="position",
     )
 
 
 def complete_into(
-    path: Path, target: Target, source: Source, how: How, settings: Settings
+    path: Path, target: Target, source: Source, options: CompletionOptions, settings: Settings
 ) -> FileReport:
     """As :func:`complete_file`, with the output's format chosen and all settings given."""
-    with open_at_beginning(path, source, how.start, how.template) as (reader, beginning):
+    with open_at_start(path, source, options.start, options.template) as (reader, start_frame):
         header = replace(
             output_header(
-                reader.header, settings, provenance=how.provenance, drop_above=how.drop_above
+                reader.header,
+                settings,
+                provenance=options.provenance,
+                drop_above=options.drop_above,
             ),
-            fps=reader.fps if how.fps is None else how.fps,
+            fps=reader.fps if options.fps is None else options.fps,
         )
-        rehearsal = Rehearsal(how.takes, reader, how.watch_rehearsal)
-        start = {**beginning.described(), **rehearsal.described()}
-        start["drop_above"] = how.drop_above
+        training = Training(options.training_files, reader, options.watch_training)
+        start = {**start_frame.described(), **training.described()}
+        start["drop_above"] = options.drop_above
         job = describe_job(reader.files, header, source, start, target.format, settings)
-        completion = _Completion(reader, beginning, settings, rehearsal, how.watch, how.drop_above)
+        completion = _Completion(
+            reader, start_frame, settings, training, options.watch, options.drop_above
+        )
         outcome = ResumableOutput(
             target,
             header,
             job,
             path,
-            overwrite=how.overwrite,
-            resume=how.resume,
+            overwrite=options.overwrite,
+            resume=options.resume,
             reader=reader,
-            others=[*beginning.files, *rehearsal.files],
+            others=[*start_frame.files, *training.files],
         ).write(completion.begin)
     remarks: tuple[str, ...] = ()
     if not outcome.was_complete:
         told = completion.tally.remarks(header.metres_per_unit)
-        remarks = (*outcome.remarks, *beginning.remarks(settings["noise"]), *told)
+        remarks = (*outcome.remarks, *start_frame.remarks(settings["noise"]), *told)
     n_frames, done = header.n_frames, outcome.resumed_at
-    report = completion.tally.report(n_frames, done, remarks, beginning.number)
+    report = completion.tally.report(n_frames, done, remarks, start_frame.number)
     return replace(report, existed=outcome.existed)
 
 
@@ -215,20 +219,20 @@ class _Completion:
     def __init__(
         self,
         reader: Reader,
-        beginning: Beginning,
+        start_frame: StartFrame,
         settings: Settings,
-        rehearsal: Rehearsal,
+        training: Training,
         watch: Watch | None,
         drop_above: float | None,
     ) -> None:
-        self._arguments = reader, beginning, settings, rehearsal
+        self._arguments = reader, start_frame, settings, training
         self._drop_above = drop_above
         self._watch = watch
         self._n_frames = reader.n_frames
         self.tally = Tally(settings["method"])
 
     def begin(self, progress: Progress) -> "_Completion":
-        self._passes = Passes(*self._arguments, progress, self._drop_above)
+        self._passes = Directions(*self._arguments, progress, self._drop_above)
         self._done = progress.done
         self.tally = self._passes.tally
         return self

@@ -10,8 +10,8 @@ from typing import Any, cast
 from ..files.scans import UNITS
 from ..settings import SETTINGS, Setting, Settings
 from .batch import Job, Result
-from .beginning import Start
 from .checkpoint import Source
+from .start import Start
 from .tracking_job import TrackingJob
 
 
@@ -20,13 +20,13 @@ def read_jobs(path: Path) -> list[Job | TrackingJob]:
 
     Args:
         path: comma-separated values. The first line names the columns: `input`, `output` and,
-            optionally, `start`, `template`, `rehearsal`, `gaps`, `format`, `output_format`,
+            optionally, `start`, `template`, `training`, `gaps`, `format`, `output_format`,
             `faces`, `prim`, `mask`, `missing`, `fps`, `provenance`, `overlay`, `drop_above` and the
             settings of :class:`dynmesh.Completer`, named like the options of ``dynmesh complete``.
             A line with a value in `scans` instead of `input` is tracked, see :func:`track_file`; it
             needs a `template`, and may have `cameras`, `scan_unit` and `template_unit`. An empty
             value stands for the default. Paths are relative to the table; several paths
-            in `rehearsal` are separated by semicolons.
+            in `training` are separated by semicolons.
 
     Raises:
         OSError: the table cannot be read.
@@ -108,8 +108,8 @@ def _job_of(path: Path, line: int, row: Mapping[str, Any]) -> Job | TrackingJob:
     for column in ("faces", "mask", "template", "cameras"):
         if column in values:
             values[column] = path.parent / values[column]
-    if "rehearsal" in values:
-        values["rehearsal"] = tuple(path.parent / take for take in values["rehearsal"])
+    if "training" in values:
+        values["training"] = tuple(path.parent / take for take in values["training"])
     files = path.parent / row[kind], path.parent / row["output"]
     if kind == "scans":
         if "template" not in values:
@@ -192,7 +192,7 @@ def _parser_of(setting: Setting) -> Callable[[str], Any]:
 _of_job = (
     "start",
     "template",
-    "rehearsal",
+    "training",
     "output_format",
     "fps",
     "provenance",
@@ -206,7 +206,7 @@ _columns: dict[str, Callable[[str], Any]] = {
     "cameras": str,
     "scan_unit": _unit,
     "template_unit": _unit,
-    "rehearsal": _paths,
+    "training": _paths,
     "gaps": _one_of("refuse", "lost"),
     "format": str,
     "output_format": str,

@@ -26,7 +26,7 @@ class FileReport:
         known: number of known vertices, summed over the frames that this call completed. A whole
             frame from which completion starts is not among them.
         filled: number of vertices that were filled in.
-        unseen: number of vertices that no edges connected to a known one.
+        disconnected: number of vertices that no edges connected to a known one.
         rejected: number of vertices that were observed but treated as missing: see
             `reject_outliers`.
         remarks: remarks about the output for the user, one line each.
@@ -36,9 +36,9 @@ class FileReport:
         hidden_long: number of vertices that were hidden for 20 frames or more; 0 with method
             detail, which keeps their shape.
         start: the number of the whole frame from which completion started, or -1 for a template.
-        trust: with a rehearsal, how far its poses were used, from 0 to 1, on average over the
+        prior_weight: with training, how far its poses were used, from 0 to 1, on average over the
             frames in which some vertices were known and others missing; None if there are none.
-        explained: the share of the residual that the poses explained, over the same frames.
+        prior_share: the share of the residual that the poses prior_share, over the same frames.
         within_90: with `uncertainty`, the distance within which 90 % of the vertices that were
             filled in are expected to be, in the unit of the positions; None if there are none.
         dropped: the number of vertices that were left missing, since their standard error exceeds
@@ -50,7 +50,7 @@ class FileReport:
     seconds_per_frame: float | None
     known: int
     filled: int
-    unseen: int
+    disconnected: int
     rejected: int
     remarks: tuple[str, ...] = ()
     existed: bool = False
@@ -58,8 +58,8 @@ class FileReport:
     empty: int = 0
     hidden_long: int = 0
     start: int = 0
-    trust: float | None = None
-    explained: float | None = None
+    prior_weight: float | None = None
+    prior_share: float | None = None
     within_90: float | None = None
     dropped: int = 0
 
@@ -69,15 +69,15 @@ class Tally:
     """Adds up the reports of the frames that a method completed."""
 
     method: str
-    rehearsed: bool = False
+    trained: bool = False
     seconds: list[float] = field(default_factory=list)
     known: int = 0
     filled: int = 0
-    unseen: int = 0
+    disconnected: int = 0
     rejected: int = 0
     empty: int = 0
-    trust: list[float] = field(default_factory=list)
-    explained: list[float] = field(default_factory=list)
+    prior_weight: list[float] = field(default_factory=list)
+    prior_share: list[float] = field(default_factory=list)
     distances: Distances = field(default_factory=Distances)
     dropped: int = 0
     hidden_long: Mask = field(default_factory=lambda: np.zeros(0, np.bool_))
@@ -91,12 +91,12 @@ class Tally:
         self.seconds.append(report.seconds)
         self.known += report.known
         self.filled += report.filled
-        self.unseen += report.unseen
+        self.disconnected += report.disconnected
         self.rejected += report.rejected
         self.empty += report.known == 0
-        if self.rehearsed and report.known and report.filled:
-            self.trust.append(report.trust)
-            self.explained.append(report.explained)
+        if self.trained and report.known and report.filled:
+            self.prior_weight.append(report.prior_weight)
+            self.prior_share.append(report.prior_share)
         if completer.settings["uncertainty"]:
             kept = completer.generation > 0
             if drop_above is not None:
@@ -112,7 +112,7 @@ class Tally:
         if words is not None:
             yield words
         if self.dropped:
-            share = 100 * self.dropped / (self.filled + self.unseen)
+            share = 100 * self.dropped / (self.filled + self.disconnected)
             yield (
                 f"{self.dropped} vertices were left missing, {share:.3g} % of those that were not "
                 "observed, all frames together: their standard error is too large"
@@ -128,15 +128,15 @@ class Tally:
             float(np.median(self.seconds)) if self.seconds else None,
             self.known,
             self.filled,
-            self.unseen,
+            self.disconnected,
             self.rejected,
             remarks,
             completed=len(self.seconds),
             empty=self.empty,
             hidden_long=int(np.count_nonzero(self.hidden_long)),
             start=start,
-            trust=float(np.mean(self.trust)) if self.trust else None,
-            explained=float(np.mean(self.explained)) if self.explained else None,
+            prior_weight=float(np.mean(self.prior_weight)) if self.prior_weight else None,
+            prior_share=float(np.mean(self.prior_share)) if self.prior_share else None,
             within_90=self.distances.within(0.9),
             dropped=self.dropped,
         )

@@ -17,13 +17,13 @@ from ..files.masks import check_missing
 from ..files.scene_files import open_mesh, open_scene
 from ..files.scene_writer import SceneWriter
 from ..files.scenes import Origin, Scene, every_mesh, listed
-from ..settings import Settings, all_settings, file_settings, takes_settings
-from .beginning import Start, beginning_in, check_beginning
+from ..settings import Settings, all_settings, takes_settings
 from .checkpoint import Source
+from .directions import Directions
 from .file_completion import Watch, output_header, with_uncertainty
-from .passes import Passes
-from .rehearsal import Rehearsal, Takes, check_takes, files_in
 from .report import FileReport
+from .start import Start, check_start, start_in
+from .training import Training, TrainingFiles, check_training, files_in
 from .unfinished import set_aside
 from .zeros import ZeroCount
 
@@ -45,13 +45,13 @@ class SceneReport:
     remarks: tuple[str, ...] = ()
 
 
-@takes_settings(file_settings)
+@takes_settings
 def complete_scene(
     path: PathLike,
     output: PathLike,
     *,
     start: Start = 0,
-    rehearsal: Takes | None = None,
+    training: TrainingFiles | None = None,
     source: Source | None = None,
     output_format: str | None = None,
     overlay: bool = False,
@@ -74,7 +74,7 @@ def complete_scene(
         output: path of the result, USD or Alembic.
         start: the number of a frame that is whole in every mesh, counted from 0, or "whole" for the
             first whole frame of each; see :func:`complete_file`.
-        rehearsal: see :func:`complete_file`. A scene with the meshes at the same paths, or a file
+        training: see :func:`complete_file`. A scene with the meshes at the same paths, or a file
             with the only mesh that moves.
         source: how to read the input: `format` and `missing` as in :func:`dynmesh.open`.
         output_format: "usd" or "alembic"; None means the format of the suffix.
@@ -97,9 +97,9 @@ def complete_scene(
     """
     check_path("path", path)
     check_path("output", output)
-    check_beginning(start, None)
-    wanted = with_uncertainty(all_settings(settings, file_settings), drop_above)
-    takes = check_takes(rehearsal, wanted)
+    check_start(start, None)
+    wanted = with_uncertainty(all_settings(settings), drop_above)
+    training_files = check_training(training, wanted)
     check_callable("watch", watch)
     source = _checked(source or {})
     target = files.target_of(output, output_format, overlay=overlay)
@@ -115,7 +115,7 @@ def complete_scene(
             "meshes in a USD stage",
             file=scene.path,
         )
-    job = _Job(scene, target, start, takes, source, provenance, wanted, drop_above)
+    job = _Job(scene, target, start, training_files, source, provenance, wanted, drop_above)
     return job.run(overwrite=overwrite, watch=watch)
 
 
@@ -141,7 +141,7 @@ class _Job:
         scene: Scene,
         target: Target,
         start: Start,
-        takes: tuple[Path, ...],
+        training_files: tuple[Path, ...],
         source: Source,
         provenance: bool,
         settings: Settings,
@@ -150,7 +150,7 @@ class _Job:
         self._scene = scene
         self._target = target
         self._start = start
-        self._takes = takes
+        self._training_files = training_files
         self._missing = source.get("missing")
         self._provenance = provenance
         self._drop_above = drop_above
@@ -169,8 +169,8 @@ class _Job:
         if not self._moving:
             found = f"none of {listed(list(self._still))} moves" if self._still else "has no mesh"
             raise InputError(f"{found}, so there is nothing to complete", file=self._scene.path)
-        takes = files_in(self._takes)
-        self._target.check(overwrite=overwrite, reader=self._scene, others=takes)
+        training_files = files_in(self._training_files)
+        self._target.check(overwrite=overwrite, reader=self._scene, others=training_files)
         lengths = self._lengths()
         folder = unfinished_folder(output)
         aside = []
@@ -215,10 +215,10 @@ class _Job:
                     provenance=self._provenance,
                     drop_above=self._drop_above,
                 )
-                beginning = beginning_in(reader, self._start)
-                rehearsal = Rehearsal(self._takes, reader)
-                passes = Passes(
-                    reader, beginning, self._settings, rehearsal, drop_above=self._drop_above
+                start_frame = start_in(reader, self._start)
+                training = Training(self._training_files, reader)
+                passes = Directions(
+                    reader, start_frame, self._settings, training, drop_above=self._drop_above
                 )
                 zeros = ZeroCount()
                 with spool.create(header) as waiting:
@@ -227,8 +227,8 @@ class _Job:
                         zeros.add(number, frame.points, frame.known)
                         yield frame
                 told = passes.tally.remarks(header.metres_per_unit)
-                remarks = (*beginning.remarks(self._settings["noise"]), *told, *zeros.hint())
-                n_frames, first = header.n_frames, beginning.number
+                remarks = (*start_frame.remarks(self._settings["noise"]), *told, *zeros.hint())
+                n_frames, first = header.n_frames, start_frame.number
                 self._reports[mesh] = passes.tally.report(n_frames, 0, remarks, first)
             if mesh in self._reports:
                 self._take_over(spool.path, header, writing)
@@ -256,8 +256,10 @@ class _Job:
         except SettingError:
             raise
         except DynmeshError as error:
-            take = error.file if error.file in self._takes else None
-            place = type(error)(error.reason, argument=error.argument, frame=error.frame, file=take)
+            training_file = error.file if error.file in self._training_files else None
+            place = type(error)(
+                error.reason, argument=error.argument, frame=error.frame, file=training_file
+            )
             self._failed[mesh] = str(place)
         except (ValueError, TypeError) as error:
             self._failed[mesh] = str(error)
@@ -281,7 +283,7 @@ class _Job:
         yield f"holds the completed meshes without {lost}; {advice}"
 
 
-def _completing(passes: Passes, writer: Writer, waiting: Path) -> Iterator[Frame]:
+def _completing(passes: Directions, writer: Writer, waiting: Path) -> Iterator[Frame]:
     """Completes all frames of a mesh and yields each after its completion, as it was read."""
     read: list[Frame] = []
 

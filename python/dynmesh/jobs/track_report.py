@@ -20,8 +20,8 @@ class TrackFileReport:
         alignment: the rigid motion of the template that put it into the first scan; None if it lay
             there already.
         distance: of the template from the first scan, in mean edges, before an alignment.
-        trust: how far the poses of a rehearsal were used, from 0 to 1, on average over the same
-            frames; 0 without one.
+        prior_weight: how far the shapes of the training frames were used, from 0 to 1, on average
+            over the same frames; 0 without them.
         remarks: remarks about the output for the user, one line each.
         existed: whether `resume` found a complete output, so that nothing was done.
     """
@@ -33,6 +33,6 @@ class TrackFileReport:
     empty: int = 0
     alignment: Alignment | None = None
     distance: float | None = None
-    trust: float | None = None
+    prior_weight: float | None = None
     remarks: tuple[str, ...] = ()
     existed: bool = False

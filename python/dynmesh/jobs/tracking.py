@@ -26,11 +26,11 @@ from .alignment import (
     lies_within,
     ratio_of_sizes,
 )
-from .beginning import check_whole
 from .checkpoint import Progress, describe_job, identity
-from .rehearsal import Rehearsal, Takes, paths_of
 from .resumable import ResumableOutput, check_resumable
+from .start import check_whole
 from .track_report import TrackFileReport
+from .training import Training, TrainingFiles, paths_of
 
 Align = Literal["auto", "never"]
 """Whether a template that does not lie in the first scan is moved there."""
@@ -54,7 +54,7 @@ def track_file(
     provenance: bool = False,
     overwrite: bool = False,
     resume: bool = False,
-    rehearsal: Takes | None = None,
+    training: TrainingFiles | None = None,
     uncertainty: bool = False,
     threads: int = 1,
     watch: WatchScans | None = None,
@@ -85,7 +85,7 @@ def track_file(
         overwrite: whether to replace an existing output.
         resume: whether to continue an interrupted run of the same job; see :func:`complete_file`,
             also for what is compared if the output is complete.
-        rehearsal: files with complete frames of the template's mesh, from which the tracker learns
+        training: files with complete frames of the template's mesh, from which the tracker learns
             how it varies.
         uncertainty: whether to estimate how far each vertex may be from the true surface.
         threads: of the tracker, at least 1.
@@ -109,7 +109,7 @@ def track_file(
     check_integer("threads", threads, 1)
     if not isinstance(uncertainty, bool):
         raise KindError(f"must be True or False, not {uncertainty!r}", argument="uncertainty")
-    takes = paths_of(rehearsal)
+    training_files = paths_of(training)
     check_callable("watch", watch)
     target = files.target_of(output, output_format)
     if resume:
@@ -131,7 +131,7 @@ def track_file(
             has_standard_error=provenance and uncertainty,
             standard_error_of="surface",
         )
-        rehearsed = Rehearsal(takes, mesh)
+        trained = Training(training_files, mesh)
         start = {
             "template": list(map(identity, mesh.files)),
             "cameras": list(map(identity, reader.camera_files)),
@@ -139,13 +139,13 @@ def track_file(
             "template_unit": units[1],
             "align": align,
             "uncertainty": uncertainty,
-            **rehearsed.described(),
+            **trained.described(),
         }
         inputs = [file for file in reader.files if file not in reader.camera_files]
         job = describe_job(inputs, header, {"gaps": gaps}, start, target.format, {})
 
         def tracker_at(placed: Positions) -> Tracker:
-            return rehearsed.tracker(placed, threads=threads, uncertainty=uncertainty)
+            return trained.tracker(placed, threads=threads, uncertainty=uncertainty)
 
         tracking = _Tracking(reader, mesh, factor, align, tracker_at, watch)
         outcome = ResumableOutput(
@@ -155,7 +155,7 @@ def track_file(
             Path(scans),
             overwrite=overwrite,
             resume=resume,
-            others=[*mesh.files, *reader.files, *rehearsed.files],
+            others=[*mesh.files, *reader.files, *trained.files],
         ).write(tracking.begin)
     report = tracking.report(header, outcome.resumed_at)
     return replace(report, remarks=outcome.remarks, existed=outcome.existed)
@@ -181,7 +181,7 @@ class _Tracking:
         self._watch = watch
         self._seconds: list[float] = []
         self._observed: list[float] = []
-        self._trust: list[float] = []
+        self._prior_weight: list[float] = []
         self._empty = 0
         self._alignment: Alignment | None = None
         self._distance: float | None = None
@@ -232,7 +232,7 @@ class _Tracking:
             self._empty,
             self._alignment,
             self._distance,
-            trust=float(np.mean(self._trust)) if self._trust else None,
+            prior_weight=float(np.mean(self._prior_weight)) if self._prior_weight else None,
         )
 
     def _push(self, scan: Scan | None) -> Positions:
@@ -248,7 +248,7 @@ class _Tracking:
             points = tracker.push_depth(scan.depth, scan.intrinsics, scan.poses)
         self._seconds.append(tracker.report.seconds)
         self._observed.append(float(np.mean(tracker.observed)))
-        self._trust.append(tracker.report.trust)
+        self._prior_weight.append(tracker.report.prior_weight)
         return points
 
     def _placed(self, points: Positions) -> Positions:

@@ -6,9 +6,9 @@ from pathlib import Path
 from .._errors import DynmeshError
 from ..files import PathLike
 from ..files.format import Gaps
-from .rehearsal import Takes
 from .track_report import TrackFileReport
 from .tracking import track_file
+from .training import TrainingFiles
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class TrackingJob:
         output_format: None means the format of the suffix of `output`.
         fps: frames per second of the output.
         provenance: whether to write the generation and the age of every vertex.
-        rehearsal: files with complete frames of the same mesh, or None.
+        training: files with complete frames of the same mesh, or None.
         uncertainty: whether to estimate how far each vertex may be from the true surface.
         threads: of the tracker, at least 1.
     """
@@ -41,7 +41,7 @@ class TrackingJob:
     output_format: str | None = None
     fps: float | None = None
     provenance: bool = False
-    rehearsal: Takes | None = None
+    training: TrainingFiles | None = None
     uncertainty: bool = False
     threads: int = 1
 

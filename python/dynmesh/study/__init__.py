@@ -2,7 +2,7 @@
 
 This needs the extra `reproduce`. If libigl is missing or cannot complete a sequence, the comparison
 with it is left out, and the report says so. The benchmarks use the same sequences, losses, methods,
-rivals and tables.
+baselines and tables.
 """
 
 from collections.abc import Callable, Iterable

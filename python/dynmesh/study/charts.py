@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from .baselines import BEYOND
 from .completion import Method
 from .fits import LinearFit
 from .losses import PAPER_SHARES, SCENARIOS
 from .measure import Run
 from .methods import COMPARED, LIA_ON_MOTION, MOTION, ONCE
-from .rivals import BEYOND
 from .sequence_study import Study
 from .style import NMSVE_LABEL, new_figure, save
 from .tables import NMSVE_UNIT, percent
@@ -56,7 +56,7 @@ def figure9(studies: list[Study], folder: Path) -> Path:
 
 
 def figure14(studies: list[Study], folder: Path) -> Path:
-    """Draw the same for motion, detail and rivals, without bands, which would hide each other."""
+    """Draw the same for motion, detail and baselines, without bands, which would overlap."""
     methods = {
         study.subject.name: [MOTION, *study.beyond[:1], LIA_ON_MOTION, *study.beyond[1:]]
         for study in studies

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .baselines import BASELINES, BIHARMONIC
 from .charts import linear_fit
 from .completion import Method
 from .losses import SCENARIOS
 from .measure import Run
 from .methods import DETAIL, LIA, LIA_HARMONIC, LIA_ON_MOTION, LSM, MOTION
-from .rivals import BIHARMONIC, RIVALS
 from .sequence_study import Study
 from .tables import NMSVE_NAME, nmsve_cell, percent
 
@@ -58,9 +58,9 @@ def verdicts(study: Study) -> list[Verdict]:
 
 
 def detail_verdicts(study: Study) -> list[Verdict]:
-    """Judge the claims about detail, as far as its rivals could be measured."""
+    """Judge the claims about detail, as far as its baselines could be measured."""
     found: dict[str, tuple[bool, str]] = {}
-    for method in (MOTION, LIA_ON_MOTION, *RIVALS):
+    for method in (MOTION, LIA_ON_MOTION, *BASELINES):
         if method.key not in study.missing:
             name = "motion" if method is MOTION else method.label
             claim = f"Detail is more accurate than {name}, however vertices are lost."
@@ -74,31 +74,31 @@ def detail_verdicts(study: Study) -> list[Verdict]:
 
 @dataclass(frozen=True)
 class Comparison:
-    """The mean error and median time of a rival relative to ours; above 1, ours is better."""
+    """The mean error and median time of a baseline relative to ours; above 1, ours is better."""
 
     error: float
     time: float
 
 
-def compare(study: Study, ours: Method, rival: Method) -> dict[str, Comparison]:
-    """Compare one of our methods with a rival for every loss on which both were measured."""
+def compare(study: Study, ours: Method, baseline: Method) -> dict[str, Comparison]:
+    """Compare one of our methods with a baseline for every loss on which both were measured."""
     return {
         setting: Comparison(
             _ratio(float(theirs.nmsve.mean()), float(own.nmsve.mean())),
             float(np.median(theirs.seconds) / np.median(own.seconds)),
         )
-        for setting, (own, theirs) in _settings(study, ours, rival).items()
+        for setting, (own, theirs) in _settings(study, ours, baseline).items()
     }
 
 
-def _settings(study: Study, ours: Method, rival: Method) -> dict[str, tuple[Run, Run]]:
-    shares = [share for share in study.shares(ours) if share in study.shares(rival)]
+def _settings(study: Study, ours: Method, baseline: Method) -> dict[str, tuple[Run, Run]]:
+    shares = [share for share in study.shares(ours) if share in study.shares(baseline)]
     runs = {
-        f"{percent(share)} known": (study.grid[ours.key, share], study.grid[rival.key, share])
+        f"{percent(share)} known": (study.grid[ours.key, share], study.grid[baseline.key, share])
         for share in shares
     }
     for name, words in SCENARIOS.items():
-        runs[words] = study.scenarios[name, ours.key], study.scenarios[name, rival.key]
+        runs[words] = study.scenarios[name, ours.key], study.scenarios[name, baseline.key]
     return runs
 
 
@@ -147,14 +147,14 @@ def _ratio(a: float, b: float) -> float:
     return a / b if b > 0 else float("inf")
 
 
-def _better_than(study: Study, rivals: tuple[Method, ...]) -> tuple[bool, str]:
-    theirs = [_errors(study, rival) for rival in rivals]
+def _better_than(study: Study, baselines: tuple[Method, ...]) -> tuple[bool, str]:
+    theirs = [_errors(study, baseline) for baseline in baselines]
     ratios = {
         share: _ratio(min(errors[share] for errors in theirs), error)
         for share, error in _errors(study, MOTION).items()
     }
-    names = " and ".join(rival.label for rival in rivals)
-    words = f"error of {names} (the better one)" if len(rivals) > 1 else f"error of {names}"
+    names = " and ".join(baseline.label for baseline in baselines)
+    words = f"error of {names} (the better one)" if len(baselines) > 1 else f"error of {names}"
     return min(ratios.values()) > 1, f"{words} relative to that of motion: {_at_shares(ratios)}"
 
 
@@ -168,8 +168,8 @@ def _better_than_lsm(study: Study) -> tuple[bool, str]:
 
 def _faster(study: Study) -> tuple[bool, str]:
     ours = _times(study, MOTION)
-    rivals = [_times(study, method) for method in (LIA, LIA_HARMONIC, LSM)]
-    ratios = {share: min(rival[share] for rival in rivals) / ours[share] for share in ours}
+    baselines = [_times(study, method) for method in (LIA, LIA_HARMONIC, LSM)]
+    ratios = {share: min(baseline[share] for baseline in baselines) / ours[share] for share in ours}
     return min(
         ratios.values()
     ) > 1, f"time of the fastest relative to that of motion: {_at_shares(ratios)}"
@@ -216,9 +216,9 @@ def _real_time(study: Study) -> tuple[bool, str]:
     return most < _REAL_TIME, f"{words}{milliseconds.max():.3g} ms"
 
 
-def _detail_better_than(study: Study, rival: Method) -> tuple[bool, str]:
-    errors = {setting: c.error for setting, c in compare(study, DETAIL, rival).items()}
-    words = f"error of {rival.label} relative to that of detail: {_listed(errors)}"
+def _detail_better_than(study: Study, baseline: Method) -> tuple[bool, str]:
+    errors = {setting: c.error for setting, c in compare(study, DETAIL, baseline).items()}
+    words = f"error of {baseline.label} relative to that of detail: {_listed(errors)}"
     return min(errors.values()) > 1, words
 
 

@@ -27,8 +27,8 @@ class Completion(Protocol):
         return 0
 
     @property
-    def trust(self) -> float:
-        """How far the last frame used a rehearsal, from 0 to 1."""
+    def prior_weight(self) -> float:
+        """How far the last frame used a training sequence, from 0 to 1."""
         return 0.0
 
     def reset(self) -> None:

@@ -26,7 +26,7 @@ class Run:
         seconds: the processor time of the method alone, which runs in one thread.
         iterations: the number of iterations, or 0 if the method does not iterate.
         unknown: the number of unknown vertices.
-        trust: how far a rehearsal was used, from 0 to 1.
+        prior_weight: how far a training sequence was used, from 0 to 1.
         frames: the completed frames that were to be kept, by number.
         masks: the known masks of these frames.
         complete: whether every position of every frame is finite.
@@ -36,7 +36,7 @@ class Run:
     seconds: Floats
     iterations: NDArray[np.int64]
     unknown: NDArray[np.int64]
-    trust: Floats
+    prior_weight: Floats
     frames: dict[int, Positions]
     masks: dict[int, Mask]
     complete: bool = True
@@ -62,7 +62,7 @@ class Run:
             "milliseconds_p75": float(1e3 * np.percentile(self.seconds, 75)),
             "iterations_mean": float(self.iterations.mean()),
             "unknown_mean": float(self.unknown.mean()),
-            "trust_mean": float(self.trust.mean()),
+            "prior_weight_mean": float(self.prior_weight.mean()),
         }
 
 
@@ -100,7 +100,7 @@ def run(
         frame, result.seconds[number - 1] = timed(completion, points, known, time.thread_time)
         completed = frame.astype(points.dtype)  # a copy, as the method may overwrite the frame
         result.iterations[number - 1] = completion.iterations
-        result.trust[number - 1] = completion.trust
+        result.prior_weight[number - 1] = completion.prior_weight
         result.unknown[number - 1] = len(known) - np.count_nonzero(known)
         if number in kept:
             result.frames[number] = completed

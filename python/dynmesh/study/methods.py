@@ -19,10 +19,10 @@ class _Streaming(Completion):
         faces: Faces,
         first_frame: Positions,
         settings: Settings,
-        rehearsal: Positions | None = None,
+        training: Positions | None = None,
     ) -> None:
         self._first = first_frame
-        self._completer = Completer(faces, first_frame, rehearsal=rehearsal, **settings)
+        self._completer = Completer(faces, first_frame, training=training, **settings)
         self._completed = first_frame.copy()
 
     @property
@@ -30,8 +30,8 @@ class _Streaming(Completion):
         return self._completer.report.iterations
 
     @property
-    def trust(self) -> float:
-        return self._completer.report.trust
+    def prior_weight(self) -> float:
+        return self._completer.report.prior_weight
 
     def reset(self) -> None:
         self._completer.reset(self._first)
@@ -72,11 +72,15 @@ def dynmesh_method(
     return Method(key, label, colour, dash, lambda faces, first: _Streaming(faces, first, settings))
 
 
-def rehearsed(key: str, label: str, take: Positions) -> Method:
-    """Return method detail after a rehearsal, (n, k, 3) complete frames of the same mesh."""
+def trained(key: str, label: str, training: Positions) -> Method:
+    """Return method detail after training, (n, k, 3) complete frames of the same mesh."""
     settings: Settings = {"method": "detail"}
     return Method(
-        key, label, "#882255", "-", lambda faces, first: _Streaming(faces, first, settings, take)
+        key,
+        label,
+        "#882255",
+        "-",
+        lambda faces, first: _Streaming(faces, first, settings, training),
     )
 
 
@@ -92,8 +96,10 @@ def _harmonic(faces: Faces, n_vertices: int) -> LaplacianInterpolation:
     return LaplacianInterpolation(faces, n_vertices, objective="harmonic")
 
 
-MOTION = dynmesh_method("motion", "motion (dynmesh)", "#0072b2", "-")
-ONCE = dynmesh_method("once_only", "motion, once only", "#56b4e9", "--", revisit=False)
+MOTION = dynmesh_method("motion", "motion (dynmesh)", "#0072b2", "-", method="motion")
+ONCE = dynmesh_method(
+    "once_only", "motion, once only", "#56b4e9", "--", method="motion", revisit=False
+)
 DETAIL = dynmesh_method("detail", "detail (dynmesh)", "#cc79a7", "-", method="detail")
 LIA = Method("lia", "LIA, least squares", "#d55e00", "-", _alone(LaplacianInterpolation))
 LIA_HARMONIC = Method("lia_harmonic", "LIA, harmonic", "#e69f00", "-", _alone(_harmonic))

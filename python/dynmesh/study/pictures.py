@@ -114,7 +114,7 @@ def figure12(study: Study, name: str, folder: Path) -> Path:
 
 
 def figure15(study: Study, folder: Path) -> Path:
-    """Draw the original, motion, detail and rivals, where few vertices are known."""
+    """Draw the original, motion, detail and baselines, where few vertices are known."""
     subject, share = study.subject, PAPER_SHARES[0]
     (number,) = pictured_frames(subject)["figure15"]
     methods = [MOTION, *study.beyond]

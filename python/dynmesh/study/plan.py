@@ -18,7 +18,7 @@ class Plan:
             methods are compared at those of the paper.
         sweep: the shares of known vertices at which the time of motion is measured.
         second_half: the shares of known vertices at which the second half of each sequence is
-            completed, after a rehearsal and by offline methods.
+            completed, after training and by offline methods.
         second_scenarios: the names of the other losses there.
     """
 

@@ -42,7 +42,7 @@ def reliability(
     subject: Subject,
     masks: Iterable[Mask],
     *,
-    rehearsal: Positions | None = None,
+    training: Positions | None = None,
     noise: float | None = None,
     advance: Callable[[int], object] = lambda _: None,
 ) -> Reliability | None:
@@ -51,7 +51,7 @@ def reliability(
     Args:
         subject: the sequence.
         masks: (k,) bool for every frame, that of frame 0 included.
-        rehearsal: see :class:`dynmesh.Completer`.
+        training: see :class:`dynmesh.Completer`.
         noise: the standard deviation of the noise that is added to the known positions, of which
             the completer is told; None adds none.
         advance: called with the number of frames that were completed since the last call.
@@ -61,7 +61,7 @@ def reliability(
         subject.vertices[0],
         method="detail",
         uncertainty=True,
-        rehearsal=rehearsal,
+        training=training,
         noise=noise,
     )
     rng = np.random.default_rng(0)
@@ -80,8 +80,8 @@ def reliability(
         calibrating.add(error, bars, filled=filled, generation=generation, age=completer.age)
         off, expected = error[filled], bars[filled].astype(np.float64)
         counted = expected > 0
-        places = share_within(off[counted] / expected[counted])
-        shares += np.histogram(places, _INTERVALS, (0, 1))[0]
+        shares_within = share_within(off[counted] / expected[counted])
+        shares += np.histogram(shares_within, _INTERVALS, (0, 1))[0]
         _add_by_prediction(sums, off[counted], np.sqrt(3) * expected[counted], subject.diagonal)
         advance(1)
     calibration = calibrating.result()

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from .._core import __version__
+from .baselines import BEYOND
 from .charts import linear_fit
 from .claims import Claims
 from .losses import SCENARIOS
 from .methods import COMPARED, DETAIL, LIA_ON_MOTION, MOTION
-from .result_tables import comparison_table, evidence_table, rehearsal_table, sequence_table
-from .rivals import BEYOND
+from .result_tables import comparison_table, evidence_table, sequence_table, training_table
 from .sequence_study import Study
 from .tables import html
 
@@ -28,12 +28,12 @@ td, th { border: 1px solid #ccc; padding: 0.25em 0.6em; text-align: left; vertic
 td b, p b { color: #b34700; }
 """
 
-_REHEARSAL = (
-    "<h2>Beyond the paper: rehearsal, and matrix completion</h2>"
-    "<p>The first half of each sequence, at most 50 frames of it, was rehearsed, and the second "
-    "half, of which at most 50 frames, completed. Errors are relative to that of detail without a "
-    "rehearsal; <b>below 1</b>, the method is more accurate. The trust tells how far detail used "
-    "the rehearsal, from 0 to 1; the time is relative to that of detail. Matrix completion "
+_TRAINING = (
+    "<h2>Beyond the paper: training, and matrix completion</h2>"
+    "<p>The training frames are at most 50 of the first half of each sequence. At most 50 frames "
+    "of the second half were completed. Errors are relative to that of detail without training; "
+    "<b>below 1</b>, the method is more accurate. The prior weight tells how far detail used the "
+    "training frames, from 0 to 1; the time is relative to that of detail. Matrix completion "
     "(Candes and Recht 2012) fills in all frames of the second half at once, from later frames "
     "too, by low rank, and with the graph of the mesh (Vlachos et al. 2017) also by smoothness; it "
     "cannot work live. Its parameters were chosen by 5 % of the vertices, held out.</p>"
@@ -116,7 +116,7 @@ def write_report(
         study.subject.name: study.second_half.numbers() for study in studies if study.second_half
     }
     if second_halves:
-        parts += [_REHEARSAL, html(rehearsal_table(second_halves))]
+        parts += [_TRAINING, html(training_table(second_halves))]
     for study in studies:
         parts.append(f"<h2>{escape(study.subject.name)}: error and time of every method</h2>")
         parts.append(html(sequence_table(_numbers(study))))

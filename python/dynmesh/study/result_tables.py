@@ -3,12 +3,11 @@
 from collections.abc import Iterable
 from typing import Any
 
+from .baselines import BEYOND, BIHARMONIC, OFFLINE
 from .claims import Verdict, compare
 from .completion import Method
 from .losses import PAPER_SHARES, SCENARIOS
 from .methods import COMPARED, DETAIL, MOTION, ONCE
-from .rehearsal_study import REHEARSED
-from .rivals import BEYOND, BIHARMONIC, OFFLINE
 from .sequence_study import Study
 from .tables import (
     ABSENT,
@@ -19,6 +18,7 @@ from .tables import (
     percent,
     ratio,
 )
+from .training_study import TRAINED
 
 Results = dict[str, Any]
 """A part of results.json."""
@@ -64,9 +64,9 @@ def evidence_table(claims: list[Verdict]) -> list[Line]:
 
 def comparison_table(study: Study, ours: Method, methods: Iterable[Method]) -> list[Line]:
     """Tabulate the error and time of methods relative to one of ours."""
-    rivals = [method for method in methods if method is not ours]
-    columns = [compare(study, ours, rival) for rival in rivals]
-    lines: list[Line] = [(study.subject.name, *(rival.label for rival in rivals))]
+    baselines = [method for method in methods if method is not ours]
+    columns = [compare(study, ours, baseline) for baseline in baselines]
+    lines: list[Line] = [(study.subject.name, *(baseline.label for baseline in baselines))]
     for setting in columns[0]:
         cells = [
             f"error {bold_below_one(column[setting].error)}\n"
@@ -77,17 +77,17 @@ def comparison_table(study: Study, ours: Method, methods: Iterable[Method]) -> l
     return lines
 
 
-def rehearsal_table(halves: dict[str, Results]) -> list[Line]:
+def training_table(halves: dict[str, Results]) -> list[Line]:
     """Tabulate errors on the second halves of sequences, by name, relative to that of detail.
 
-    Errors below that of detail are bold. Times are those of a frame, relative to detail. Rehearsals
+    Errors below that of detail are bold. Times are those of a frame, relative to detail. Training
     that are of no use have rows of their own.
     """
-    columns = (MOTION.key, BIHARMONIC.key, REHEARSED, *(method.key for method in OFFLINE))
+    columns = (MOTION.key, BIHARMONIC.key, TRAINED, *(method.key for method in OFFLINE))
     lines: list[Line] = [
         ("NMSVE", "known", "detail, x 1e4", "motion", "biharmonic (libigl)",
-         "detail, rehearsed", "matrix completion, offline", "with the graph, offline",
-         "trust", "time, rehearsed", "time, matrix completion", "time, with the graph")
+         "detail, trained", "matrix completion, offline", "with the graph, offline",
+         "prior weight", "time, trained", "time, matrix completion", "time, with the graph")
     ]  # fmt: skip
     for name, half in halves.items():
         for loss, runs in half["runs"].items():
@@ -95,26 +95,26 @@ def rehearsal_table(halves: dict[str, Results]) -> list[Line]:
             cells = [_relative(runs.get(key), detail) for key in columns]
             error = nmsve_cell(detail["nmsve_mean"])
             times = [_slower(runs.get(key), detail) for key in columns[2:]]
-            lines.append((name, loss, error, *cells, _trust(runs.get(REHEARSED)), *times))
+            lines.append((name, loss, error, *cells, _prior_weight(runs.get(TRAINED)), *times))
             for key in runs:
-                if key.startswith(f"{REHEARSED} by"):
+                if key.startswith(f"{TRAINED} on"):
                     cells = ["", "", "", _relative(runs[key], detail), "", ""]
-                    use = _trust(runs[key]), _slower(runs[key], detail)
+                    use = _prior_weight(runs[key]), _slower(runs[key], detail)
                     lines.append((f"{name}, {key}", loss, *cells, *use, "", ""))
     return lines
 
 
-def rehearsal_summary(halves: dict[str, Results]) -> list[Line]:
-    """Tabulate the errors of rehearsed detail, then those of the better matrix completion.
+def training_summary(halves: dict[str, Results]) -> list[Line]:
+    """Tabulate the errors of trained detail, then those of the better matrix completion.
 
     Both are relative to detail. Losses that were not measured on a sequence have an empty place.
     """
     losses = list(dict.fromkeys(loss for half in halves.values() for loss in half["runs"]))
-    heads = [f"{kind}{loss}" for kind in ("rehearsed, ", "offline, ") for loss in losses]
+    heads = [f"{kind}{loss}" for kind in ("trained, ", "offline, ") for loss in losses]
     lines: list[Line] = [("", *heads)]
     for name, half in halves.items():
         cells = []
-        for methods in ((REHEARSED,), tuple(method.key for method in OFFLINE)):
+        for methods in ((TRAINED,), tuple(method.key for method in OFFLINE)):
             for loss in losses:
                 runs = half["runs"].get(loss, {})
                 measured = [runs[key] for key in methods if key in runs]
@@ -124,8 +124,8 @@ def rehearsal_summary(halves: dict[str, Results]) -> list[Line]:
     return lines
 
 
-def _trust(run: Results | None) -> str:
-    return ABSENT if run is None else f"{run['trust_mean']:.2f}"
+def _prior_weight(run: Results | None) -> str:
+    return ABSENT if run is None else f"{run['prior_weight_mean']:.2f}"
 
 
 def _slower(run: Results | None, detail: Results) -> str:

@@ -6,17 +6,17 @@ from dataclasses import dataclass, field, replace
 
 from .. import metrics
 from ..sequence import Mask
+from .baselines import BEYOND, BIHARMONIC
 from .completion import Method
 from .losses import PAPER_SHARES, SCENARIOS, random_masks, scenario_masks
 from .measure import Run, run
 from .methods import COMPARED, DETAIL, MOTION, ONCE
 from .plan import Plan
-from .rehearsal_study import RehearsalStudy, halves, rehearsal_study
-from .rehearsal_study import seconds_of_work as seconds_of_rehearsal
 from .reliability import Reliability, reliability
-from .rivals import BEYOND, BIHARMONIC
 from .subjects import Subject
 from .tables import percent
+from .training_study import TrainingStudy, halves, training_study
+from .training_study import seconds_of_work as seconds_of_training
 
 BAR_SHARES = (0.1, 0.3)
 """The shares of known vertices with which error bars are measured, beside the scenarios."""
@@ -35,7 +35,7 @@ class Study:
         once: the runs with the other reading of the weights, by share.
         scenarios: the runs by scenario and method key.
         missing: why methods of `BEYOND` were left out, by key.
-        second_half: what was measured after a rehearsal, or None if there are too few frames.
+        second_half: what was measured after training, or None if there are too few frames.
         bars: what the error bars of detail are worth, by loss.
     """
 
@@ -45,7 +45,7 @@ class Study:
     once: dict[float, Run]
     scenarios: dict[tuple[str, str], Run]
     missing: dict[str, str]
-    second_half: RehearsalStudy | None = None
+    second_half: TrainingStudy | None = None
     bars: dict[str, Reliability] = field(default_factory=dict)
 
     @property
@@ -120,7 +120,7 @@ def _seconds_of_second_half(subject: Subject, plan: Plan, tried: Trial) -> float
     costs = tried.seconds
     frame = costs[MOTION.key] + 5 * costs[DETAIL.key] + costs.get(BIHARMONIC.key, 0.0)
     n_losses = len(plan.second_half) + len(plan.second_scenarios)
-    return seconds_of_rehearsal(parts[1], frame, n_losses)
+    return seconds_of_training(parts[1], frame, n_losses)
 
 
 def study(
@@ -133,7 +133,7 @@ def study(
 ) -> Study:
     """Measure everything on one sequence; call `advance` with the seconds of work done.
 
-    `others` are other sequences; those with the same mesh are rehearsed to show that it does no
+    `others` are other sequences; those with the same mesh are trained to show that it does no
     harm.
     """
 
@@ -166,7 +166,7 @@ def study(
     for method in result.beyond:
         try:
             measure_everywhere(method, PAPER_SHARES)
-        except RuntimeError as error:  # a rival cannot solve the system of a frame
+        except RuntimeError as error:  # a baseline cannot solve the system of a frame
             result.missing[method.key] = str(error)
     losses = {percent(share): list(masks(share)) for share in BAR_SHARES} | hidden
     for name, known in losses.items():
@@ -181,7 +181,7 @@ def study(
         return result
     take, second = parts
     seconds = _seconds_of_second_half(subject, plan, tried)
-    measured = rehearsal_study(
+    measured = training_study(
         second,
         take,
         others=others,

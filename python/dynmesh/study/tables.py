@@ -83,7 +83,7 @@ def ratio(value: float, reference: float) -> str:
 
 
 def bold_below_one(value: float) -> str:
-    """Return a rival's value relative to ours, in bold if the rival is better."""
+    """Return a baseline's value relative to ours, in bold if the baseline is better."""
     return f"**{value:.2f}**" if value < 1 else number(value)
 
 

@@ -14,7 +14,7 @@ class TrueSurface:
     """The surface of a mesh whose true positions are known.
 
     The distance of a vertex is measured along the normal of the nearest true vertex, which is
-    sought from the vertex's own true place on, from neighbour to neighbour. So a limb that was
+    sought from the vertex's own true position on, from neighbour to neighbour. So a limb that was
     found on another limb is far from the surface.
     """
 

@@ -85,14 +85,14 @@ class Case:
         raise AssertionError(f"{self.call}, {self.given}: was accepted, and gave {result!r}")
 
 
-class Told(Exception):  # noqa: N818 (no error of this project)
+class Printed(Exception):  # noqa: N818 (no error of this project)
     """The message of an error that is printed or returned instead of raised."""
 
 
 def shown(error: Exception) -> str:
     """Formats an error message for the page."""
     text = str(error).replace("\0", "\\0")
-    return text if isinstance(error, Told) else f"{type(error).__name__}: {text}"
+    return text if isinstance(error, Printed) else f"{type(error).__name__}: {text}"
 
 
 @contextlib.contextmanager

@@ -11,7 +11,7 @@ from commands import run_here
 
 import dynmesh
 
-from .case import Case, Told, World
+from .case import Case, Printed, World
 from .files import on_a_full_disk
 
 
@@ -58,7 +58,7 @@ def prepare(world: World) -> None:
         "scans_uncertain": "scans,output,template,uncertainty\ncloud,new.npz,template.npz,yes\n",
         "input_cameras": "input,output,cameras\nbody.npz,new.npz,rig.json\n",
         "no_start": "input,output,start\nbody.npz,new.npz,first\n",
-        "no_take": "input,output,rehearsal\nbody.npz,new.npz,;take.npz\n",
+        "no_take": "input,output,training\nbody.npz,new.npz,;training.npz\n",
         "failing": "input,output\nnone.npz,new.npz\n",
         "tabs": "input\toutput\nbody.npz\tnew.npz\n",
         "nothing": "",
@@ -79,7 +79,7 @@ def dynmesh_command(*arguments: str) -> None:
     """Runs `dynmesh` in this process.
 
     Raises:
-        Told: what it printed, with the exit code.
+        Printed: what it printed, with the exit code.
     """
     result = run_here(*arguments)
     assert result.stdout == ""
@@ -87,7 +87,7 @@ def dynmesh_command(*arguments: str) -> None:
         # The help on the usage takes several lines, and a batch prints one for each job.
         several = result.returncode == 2 or arguments[0] == "batch"
         assert several or len(result.stderr.splitlines()) == 1, result.stderr
-        raise Told(f"{_essence(result.stderr)} (exit code {result.returncode})")
+        raise Printed(f"{_essence(result.stderr)} (exit code {result.returncode})")
 
 
 def _essence(printed: str) -> str:
@@ -106,7 +106,7 @@ def shell_case(line: str, *names: str, full: bool = False) -> Case:
             dynmesh_command(*line.split())
 
     given = f"`{line}`" + (", where no file may exceed 20 kB" if full else "")
-    return Case(f"dynmesh {line.split()[0]}", given, run, Told, names)
+    return Case(f"dynmesh {line.split()[0]}", given, run, Printed, names)
 
 
 shell = [
@@ -140,7 +140,9 @@ shell = [
     shell_case("complete none new.npz", "none:", "no such file or folder", "exit code 1"),
     shell_case("complete no* new.npz", "no*:", "no suffix", "exit code 1"),
     shell_case("complete body.npz new.npz --method lsm", "--method", "'lsm'", "exit code 2"),
-    shell_case("complete body.npz new.npz --unseen x", "--unseen", "'x'", "exit code 2"),
+    shell_case(
+        "complete body.npz new.npz --disconnected x", "--disconnected", "'x'", "exit code 2"
+    ),
     shell_case("complete body.npz new.npz --missing nan", "--missing", "'nan'", "exit code 2"),
     shell_case(
         "complete body.npz new.npz --extra-iterations -1", "--extra-iterations", "-1", "code 2"
@@ -353,22 +355,27 @@ def compiled(programs: Path) -> list[Case]:
             if ended.returncode:
                 printed = ended.stderr.strip().replace(str(command[0]), "dynmesh-complete")
                 printed = " / ".join(printed.splitlines())
-                raise Told(f"{printed} (exit code {ended.returncode})")
+                raise Printed(f"{printed} (exit code {ended.returncode})")
 
-        return Case("dynmesh-complete", f"`{line}`", run, Told, names)
+        return Case("dynmesh-complete", f"`{line}`", run, Printed, names)
 
     body = "--template body.obj --input body.raw"
     new = "--output new.raw"
-    detail = f"{body} {new} --method detail --rehearsal"
+    detail = f"{body} {new} --method detail --training"
     return [
         case(f"{body}", "--output is missing", "exit code 2"),
         case(f"--template body.obj {new}", "--input is missing", "exit code 2"),
         case(f"--input body.raw {new}", "--template is missing", "exit code 2"),
         case(f"{body} {new} more", "'more'", "exit code 2"),
         case(f"{body} {new} --speed", "'--speed'", "exit code 2"),
-        case(f"{body} {new} --unseen vanish", "--unseen:", "'vanish'", "exit code 2"),
+        case(f"{body} {new} --disconnected vanish", "--disconnected:", "'vanish'", "exit code 2"),
         case(f"{body} {new} --extra-iterations many", "--extra-iterations:", "'many'", "code 2"),
-        case(f"{body} {new} --extra-iterations -1", "--extra-iterations:", "-1", "exit code 2"),
+        case(
+            f"{body} {new} --method motion --extra-iterations -1",
+            "--extra-iterations:",
+            "-1",
+            "exit code 2",
+        ),
         case(f"{body} {new} --extra-iterations 99999999999", "out of range", "exit code 2"),
         case(f"{body} {new} --extra-iterations 1.5", "'1.5'", "exit code 2"),
         case(f"--template none.obj --input body.raw {new}", "none.obj:", "exit code 1"),
@@ -383,20 +390,25 @@ def compiled(programs: Path) -> list[Case]:
         case(f"--template body.obj --input other.pc2 {new}", "other.pc2:", "7", "49", "code 1"),
         case(f"--template body.obj --input renamed.raw {new}", "renamed.raw:", "PC2", "code 1"),
         case(f"--template body.obj --input wild.raw {new}", "wild.raw: frame 1:", "row 4", "e+30"),
-        case(f"{body} {new} --rehearsal body.raw", "--rehearsal:", "--method detail", "code 2"),
+        case(
+            f"{body} {new} --method motion --training body.raw",
+            "--training:",
+            "--method detail",
+            "code 2",
+        ),
         case(f"{detail} none.raw", "none.raw:", "exit code 1"),
         case(f"{detail} body.npz", "body.npz:", ".pc2", "exit code 2"),
         case(f"{detail} other.pc2", "other.pc2:", "7", "49", "exit code 1"),
         case(f"{detail} cut.raw", "cut.raw: frame 3", "bytes", "exit code 1"),
         case(f"{detail} holed.raw", "holed.raw: frame 2: vertex 4", "nan", "exit code 1"),
-        case(f"{detail} body.raw --rehearsal holed.raw", "holed.raw: frame 2: vertex 4", "code 1"),
+        case(f"{detail} body.raw --training holed.raw", "holed.raw: frame 2: vertex 4", "code 1"),
         case(f"{detail} two.raw", "two.raw:", "2", "3", "exit code 1"),
-        case(f"{detail} none_in.raw --rehearsal body.raw", "none_in.raw: has no frames", "code 1"),
+        case(f"{detail} none_in.raw --training body.raw", "none_in.raw: has no frames", "code 1"),
         case(f"{detail} in_mm.raw", "in_mm.raw:", "2836", "unit", "exit code 1"),
-        case(f"{detail} - --rehearsal -", "standard input", "once", "exit code 2"),
+        case(f"{detail} - --training -", "standard input", "once", "exit code 2"),
         case(
-            f"{body} --output two.raw --overwrite --method detail --rehearsal two.raw",
-            "two.raw: is also a rehearsal",
+            f"{body} --output two.raw --overwrite --method detail --training two.raw",
+            "two.raw: is also a training sequence",
             "exit code 2",
         ),
         case(f"{body} --output done.raw", "done.raw:", "--overwrite", "exit code 1"),

@@ -11,7 +11,7 @@ import numpy as np
 import dynmesh
 from dynmesh.jobs.batch import Job, complete_files
 
-from .case import Case, Told, World, without_rights
+from .case import Case, Printed, World, without_rights
 from .functions import of
 
 _NAN = float("nan")
@@ -206,7 +206,7 @@ def _job(world: World, path: str, **more: Any) -> Any:  # noqa: ARG001
     """Raises the error of a failed job of a batch."""
     (result,) = complete_files([Job(Path(path), Path("new.npz"), **more)])
     assert result.status == "failed"
-    raise Told(result.reason)
+    raise Printed(result.reason)
 
 
 completing = [
@@ -247,10 +247,10 @@ completing = [
     _batch("`jobs`: None", lambda _: complete_files(None), TypeError, "jobs:", "NoneType"),  # type: ignore[arg-type]
     _batch("names, not jobs", lambda _: complete_files(["body.npz"]), TypeError, "jobs: item 0", "'body.npz'"),  # type: ignore[list-item]
     _batch("one output twice", lambda _: complete_files([Job(Path("a.npz"), Path("new.npz"))] * 2), ValueError, "new.npz:", "more than one job"),
-    _batch("a file that is not there (the job's reason)", lambda w: _job(w, "none.npz"), Told, "none.npz:"),
-    _batch("half a file (the job's reason)", lambda w: _job(w, "cut.npz"), Told, "cut.npz:", "damaged"),
-    _batch("`drop_above=-1` (the job's reason)", lambda w: _job(w, "body.npz", drop_above=-1.0), Told, "body.npz: drop_above:", "not -1"),
-    _batch("`extra_iterations=-1` (the job's reason)", lambda w: _job(w, "body.npz", settings={"method": "motion", "extra_iterations": -1}), Told, "body.npz: extra_iterations:", "-1"),
+    _batch("a file that is not there (the job's reason)", lambda w: _job(w, "none.npz"), Printed, "none.npz:"),
+    _batch("half a file (the job's reason)", lambda w: _job(w, "cut.npz"), Printed, "cut.npz:", "damaged"),
+    _batch("`drop_above=-1` (the job's reason)", lambda w: _job(w, "body.npz", drop_above=-1.0), Printed, "body.npz: drop_above:", "not -1"),
+    _batch("`extra_iterations=-1` (the job's reason)", lambda w: _job(w, "body.npz", settings={"method": "motion", "extra_iterations": -1}), Printed, "body.npz: extra_iterations:", "-1"),
 ]  # fmt: skip
 
 cases = [*sequences, *frames, *reading, *writing, *completing]

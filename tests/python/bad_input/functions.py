@@ -159,7 +159,7 @@ def _interpolation(world: World, **more: Any) -> Any:
     return baselines.laplacian_interpolation(world.faces, world.points, world.known, **more)
 
 
-rivals = [
+other_methods = [
     _lsm("nothing known", lambda w: _mesh(w, w.points, ~_whole), ValueError, "known: component 0", "49 vertices"),
     _lsm("the second component not known", lambda _: _two_parts(baselines.least_squares_mesh, lambda v: v < 49), ValueError, "known: component 1", "16 vertices", "49"),
     _lia("the first component not known", lambda _: _two_parts(baselines.laplacian_interpolation, lambda v: v > 48), ValueError, "known: component 0", "49 vertices"),
@@ -179,4 +179,4 @@ rivals = [
     _class("`n_vertices`: text", lambda w: baselines.LeastSquaresMesh(w.faces, "49"), TypeError, "n_vertices:", "str"),  # type: ignore[arg-type]
 ]  # fmt: skip
 
-cases = [*streams, *topology, *measures, *rivals]
+cases = [*streams, *topology, *measures, *other_methods]

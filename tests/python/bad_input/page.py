@@ -12,10 +12,10 @@ from . import (
     files,
     functions,
     losses,
-    rehearsals,
     scans,
     scenes,
     tracking,
+    training,
 )
 from .case import Case, World, shown
 
@@ -36,7 +36,7 @@ def prepared(folder: Path) -> World:
     files.prepare(world)
     scenes.prepare(world)
     commands.prepare(world)
-    rehearsals.prepare(world)
+    training.prepare(world)
     scans.prepare(world)
     return world
 
@@ -50,7 +50,7 @@ def python_sections() -> dict[str, list[Case]]:
         "Python: losses and built-in sequences": losses.cases,
         "Python: sequences and files": files.cases,
         "Python: scenes": scenes.cases,
-        "Rehearsals": rehearsals.cases,
+        "Training": training.cases,
         "Scans and tracking": scans.cases,
         "The command dynmesh": commands.shell,
     }

@@ -8,7 +8,7 @@ import numpy as np
 import dynmesh
 from dynmesh.jobs.batch import Job, complete_files
 
-from .case import Told, World
+from .case import Printed, World
 from .functions import of
 
 
@@ -43,7 +43,7 @@ def _job(path: str, **more: Any) -> Any:
     """Raises the error of a failed job of a batch."""
     (result,) = complete_files([Job(Path(path), Path("new.usda"), **more)])
     assert result.status == "failed"
-    raise Told(result.reason)
+    raise Printed(result.reason)
 
 
 cases = [
@@ -70,9 +70,9 @@ cases = [
     _scene("`source` with faces", lambda w: _all(source={"faces": w.faces}), ValueError, "faces:", "one mesh"),
     _scene("`source` with one mesh", lambda _: _all(source={"prim": "/mesh"}), ValueError, "prim:", "'/mesh'", "complete_file"),
     _scene("`missing='nan'`", lambda _: _all(source={"missing": "nan"}), ValueError, "missing:", "'nan'"),
-    _batch("all meshes of which none can be completed (the job's reason)", lambda _: _job("no_start.usda", source={"prim": "all"}), Told, "no_start.usda: no mesh", "/mesh"),
-    _batch("all meshes, and `fps` (the job's reason)", lambda _: _job("scene.usda", source={"prim": "all"}, fps=25), Told, "scene.usda: fps:", "one mesh"),
-    _batch("`overlay` and `fps` (the job's reason)", lambda _: _job("scene.usda", overlay=True, fps=25), Told, "fps:", "be 25"),
+    _batch("all meshes of which none can be completed (the job's reason)", lambda _: _job("no_start.usda", source={"prim": "all"}), Printed, "no_start.usda: no mesh", "/mesh"),
+    _batch("all meshes, and `fps` (the job's reason)", lambda _: _job("scene.usda", source={"prim": "all"}, fps=25), Printed, "scene.usda: fps:", "one mesh"),
+    _batch("`overlay` and `fps` (the job's reason)", lambda _: _job("scene.usda", overlay=True, fps=25), Printed, "fps:", "be 25"),
     _scene("`threads`: 0", lambda _: _all(threads=0), ValueError, "threads:", "not 0"),
     _scene("`speed=1`", lambda _: _all(speed=1), TypeError, "speed:", "threads"),
     _scene("`watch`: a number", lambda _: _all(watch=3), TypeError, "watch:", "3"),

@@ -33,11 +33,11 @@ function showScale({ scale }) {
   const stops = colours.map((colour, i) => `${colour} ${i * step}% ${(i + 1) * step}%`);
   bar.style.setProperty('--stops', stops.join());
   bar.style.setProperty('--height', `${Math.min(260, 36 * colours.length)}px`);
-  for (const { place, label } of ticks) {
+  for (const { position, label } of ticks) {
     const text = document.createElement('span');
     text.textContent = label;
-    text.style.bottom = `${100 * place}%`;
-    const index = Math.min(Math.floor(place * colours.length), colours.length - 1);
+    text.style.bottom = `${100 * position}%`;
+    const index = Math.min(Math.floor(position * colours.length), colours.length - 1);
     text.style.setProperty('--colour', colours[index]);
     bar.append(text);
   }

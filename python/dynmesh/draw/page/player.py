@@ -206,7 +206,7 @@ def _told(name: Colour, scale: Scale | None, frames: Sequence[ShownFrame]) -> di
     if scale is not None:
         places = np.zeros((len(frames), len(frames[0].points)), np.uint8)
         for row, frame in zip(places, frames, strict=True):
-            row[frame.visible] = np.round(255 * scale.place(frame.values[name][frame.visible]))
+            row[frame.visible] = np.round(255 * scale.position(frame.values[name][frame.visible]))
         told["values"] = packed_bytes(places)
         told["scale"] = {
             "title": scale.title,

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...sequence import Positions
-from ..comments import Said, said_in
+from ..comments import Metadata, metadata_in
 from ..naming import naming
 from ..npz import check_members, explaining
 from ..ply import coordinates, read_elements
@@ -34,7 +34,7 @@ class PointFile(NamedTuple):
     """
 
     scan: PointScan
-    said: Said = Said()
+    metadata: Metadata = Metadata()
 
 
 def read_points(file: Path) -> PointFile:
@@ -77,7 +77,7 @@ def _read_ply(file: Path) -> PointFile:
     names = ("nx", "ny", "nz")
     has_any = any(name in vertices for name in names)
     normals = coordinates(vertices, names) if has_any else None
-    return PointFile(_checked(points, normals, _point), said_in(comments))
+    return PointFile(_checked(points, normals, _point), metadata_in(comments))
 
 
 def _read_xyz(file: Path) -> PointFile:
@@ -100,7 +100,7 @@ def _read_xyz(file: Path) -> PointFile:
         lines.append(number)
     table = np.array(rows).reshape(len(rows), len(rows[0]) if rows else 3)
     comments = (line.partition("#")[2] for line in text.split("\n") if line.startswith("#"))
-    return PointFile(_split(table, lambda row: f"line {lines[row]}"), said_in(comments))
+    return PointFile(_split(table, lambda row: f"line {lines[row]}"), metadata_in(comments))
 
 
 def _number(word: str, line: int) -> float:

@@ -81,7 +81,7 @@ class PointReader(ScanReader):
         self._files = found.files
         present = [file for file in found.files if file is not None]
         super().__init__(path, rig, found, present, also)
-        said = read_points(present[0]).said.metres_per_unit
+        said = read_points(present[0]).metadata.metres_per_unit
         if None not in (said, self.metres_per_unit) and said != self.metres_per_unit:
             raise ValueError(
                 f"{present[0].name} states {said} metres per unit, but the cameras "
@@ -115,7 +115,7 @@ class DepthReader(ScanReader):
             names = ", ".join(f"*_{camera.name}{SUFFIX}" for camera in rig.cameras)
             raise ValueError(f"holds no depth image of a camera; their names would be {names}")
         if gaps == "refuse":
-            _refuse_unseen(by_camera)
+            _refuse_lost(by_camera)
         step = int(np.gcd.reduce(np.diff(numbers))) if len(numbers) > 1 else 1
         every = range(numbers[0], numbers[-1] + 1, step)
         if gaps == "refuse":
@@ -256,7 +256,7 @@ def _numbered(files: list[Path]) -> dict[int, Path]:
     return numbered
 
 
-def _refuse_unseen(by_camera: dict[str, dict[int, Path]]) -> None:
+def _refuse_lost(by_camera: dict[str, dict[int, Path]]) -> None:
     """Refuses cameras without any image, since their names may be wrong."""
     for name, images in by_camera.items():
         if not images:

@@ -1,0 +1,41 @@
+/// The frames of a training sequence, as a completer and a tracker keep them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "completer/stored_numbers.hpp"
+#include "detail/training_shapes.hpp"
+#include "mesh/numbering.hpp"
+
+namespace dynmesh {
+
+/// Brings frames, x y z of each vertex in the caller's order, into the internal order.
+template <class Kept, class Real>
+TrainingFrames<Kept> take_in_internal_order(std::span<const std::vector<Real>> frames,
+                                            const Numbering& numbering) {
+  TrainingFrames<Kept> training;
+  training.reserve(frames.size());
+  for (const auto& positions : frames) {
+    auto& frame = training.emplace_back(positions.size() / 3);
+    for (std::size_t v = 0; v < frame.size(); ++v) {
+      frame[numbering.internal_index(v)] = {positions[3 * v], positions[3 * v + 1],
+                                            positions[3 * v + 2]};
+    }
+  }
+  return training;
+}
+
+/// A hash of the frames, by which a state recognises its training sequence; 0 without frames.
+template <class Real>
+std::uint64_t hash_of_frames(std::span<const std::vector<Real>> frames) {
+  std::uint64_t hash = 0;
+  for (const auto& positions : frames) {
+    hash = hash * 31 + (hash_of(std::as_bytes(std::span(positions))) | 1);
+  }
+  return hash;
+}
+
+}  // namespace dynmesh

@@ -1,0 +1,95 @@
+#include "completer/training_summary.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <vector>
+
+#include "completer/arguments.hpp"
+#include "detail/modes.hpp"
+#include "detail/surface_parts.hpp"
+#include "detail/training_shapes.hpp"
+#include "disconnected/rigid_motion.hpp"
+#include "support/workers.hpp"
+
+namespace dynmesh {
+namespace {
+
+/// The part that holds every vertex, alone.
+SurfaceParts whole_surface(std::size_t n_vertices) {
+  SurfaceParts whole;
+  whole.offsets.resize(n_vertices + 1);
+  std::iota(whole.offsets.begin(), whole.offsets.end(), 0);
+  whole.entries.assign(n_vertices, {0, 1.0});
+  return whole;
+}
+
+/// The root mean square distance of the vertices after the best rigid motion.
+template <class Real>
+double distance_between(std::span<const Vector3<Real>> frame,
+                        std::span<const Vector3<double>> first) {
+  std::vector<Vector3<double>> before(frame.size());
+  std::ranges::transform(frame, before.begin(), in_double<Real>);
+  std::vector<Index> all(frame.size());
+  std::iota(all.begin(), all.end(), 0);
+  const RigidMotion motion = fit_rigid_motion<double>(all, before, first);
+  double squares = 0;
+  for (std::size_t v = 0; v < before.size(); ++v) {
+    const Vector3<double> left = motion.apply(before[v]) - first[v];
+    squares += left.x * left.x + left.y * left.y + left.z * left.z;
+  }
+  return std::sqrt(squares / static_cast<double>(before.size()));
+}
+
+template <class Real>
+std::vector<Vector3<Real>> in_vectors(const std::vector<Real>& positions) {
+  std::vector<Vector3<Real>> frame(positions.size() / 3);
+  for (std::size_t v = 0; v < frame.size(); ++v) {
+    frame[v] = {positions[3 * v], positions[3 * v + 1], positions[3 * v + 2]};
+  }
+  return frame;
+}
+
+}  // namespace
+
+template <class Real>
+TrainingSummary summarise(Faces faces, Points<const Real> first_frame,
+                          const Training<Real>& training) {
+  const auto frame = first_frame_of(first_frame);
+  check_training(training, frame.size());
+  check_size(training, first_frame);
+  const Topology topology = topology_of(faces, frame.size());
+
+  std::vector<Vector3<double>> first(frame.size());
+  std::ranges::transform(frame, first.begin(), in_double<Real>);
+  TrainingFrames<Real> frames;
+  TrainingSummary summary;
+  summary.frames = training.n_added();
+  for (const auto& positions : training.frames()) {
+    frames.push_back(in_vectors(positions));
+    const double distance = distance_between<Real>(frames.back(), first);
+    summary.rms_distance += distance * distance;
+    summary.largest_distance = std::max(summary.largest_distance, distance);
+  }
+  summary.rms_distance = std::sqrt(summary.rms_distance / static_cast<double>(frames.size()));
+
+  std::vector<Triangle> triangles(faces.count);
+  for (std::size_t f = 0; f < faces.count; ++f) triangles[f] = faces[f];
+  const DetailConstants constants;
+  const auto k = build_detail_operator<Real>(triangles, topology.cells, frame, constants);
+  const auto mean_edge = static_cast<double>(mean_edge_length<Real>(topology.cells, frame));
+  Workers workers(1);
+  const auto shapes = training_shapes<Real>(frames, k, topology.cells, first, mean_edge,
+                                            constants.largest_stiff_angle, workers);
+  const Rounding rounding(k, mean_edge, std::numeric_limits<Real>::epsilon());
+  const Modes modes(whole_surface(first.size()), shapes, frames.size(), constants.training,
+                    scale_of<Real>(frames, rounding, mean_edge));
+  summary.variance_held = modes.variance_held();
+  return summary;
+}
+
+template TrainingSummary summarise(Faces, Points<const float>, const Training<float>&);
+template TrainingSummary summarise(Faces, Points<const double>, const Training<double>&);
+
+}  // namespace dynmesh

@@ -1,0 +1,52 @@
+/// Completes the vertices that are not connected to any anchor.
+#pragma once
+
+#include <cstddef>
+#include <dynmesh/settings.hpp>
+#include <dynmesh/topology.hpp>
+#include <dynmesh/types.hpp>
+#include <span>
+#include <vector>
+
+#include "generations/generations.hpp"
+
+namespace dynmesh {
+
+/// Moves the components of a frame that contain no anchor. Allocates memory only in `reset`.
+template <class Real>
+class Disconnected {
+ public:
+  using Frame = std::span<const Vector3<Real>>;
+
+  /// `topology` must outlive this object.
+  Disconnected(const Topology& topology, DisconnectedRule rule);
+
+  /// Begins a sequence whose frame 0 is `first_frame`. The donor of each vertex is the vertex of
+  /// another component that is nearest to it in that frame.
+  void reset(Frame first_frame);
+
+  /// Estimates the disconnected vertices of `points`, in which the anchors and satellites are
+  /// already complete.
+  ///
+  /// Under `follow`, a component moves with the rigid motion, from the previous to the current
+  /// frame, of its distinct donors whose component contains at least four anchors. If there are
+  /// fewer than four such donors, it moves with that of all anchors. If there are fewer than three
+  /// anchors or all lie on a line, it moves with their mean translation, and without any anchor it
+  /// stays. The time is linear in the number of vertices, and nothing is done if no vertex is
+  /// disconnected.
+  void complete(Frame previous, std::span<Vector3<Real>> points, const Generations& generations);
+
+ private:
+  [[nodiscard]] std::span<const Index> usable_donors(std::size_t component);
+
+  const Topology* topology_;
+  DisconnectedRule rule_;
+  std::vector<Index> donors_;            // the distinct donors of each component, one after another
+  std::vector<std::size_t> donor_ends_;  // the donors of component c end at donor_ends_[c + 1]
+  std::vector<Index> members_;           // the vertices of each component, one after another
+  std::vector<std::size_t> member_ends_;  // the members of component c end at member_ends_[c + 1]
+  std::vector<Index> anchors_in_;         // the number of anchors in each component
+  std::vector<Index> chosen_;             // the vertices to which a motion is fitted
+};
+
+}  // namespace dynmesh

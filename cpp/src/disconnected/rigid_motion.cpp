@@ -1,0 +1,64 @@
+#include "disconnected/rigid_motion.hpp"
+
+#include <Eigen/Dense>
+
+namespace dynmesh {
+namespace {
+
+/// If the squared spread of points across a line is below this fraction of that along the line, the
+/// points count as collinear. The precision of float coordinates does not allow a finer
+/// distinction.
+constexpr double collinear = 1e-10;
+
+template <class Real>
+Eigen::Vector3d to_eigen(const Vector3<Real>& v) {
+  return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)};
+}
+
+}  // namespace
+
+template <class Real>
+RigidMotion fit_rigid_motion(std::span<const Index> vertices, std::span<const Vector3<Real>> before,
+                             std::span<const Vector3<Real>> after) {
+  Eigen::Vector3d from = Eigen::Vector3d::Zero();
+  Eigen::Vector3d to = Eigen::Vector3d::Zero();
+  for (const Index vertex : vertices) {
+    const auto v = static_cast<std::size_t>(vertex);
+    from += to_eigen(before[v]);
+    to += to_eigen(after[v]);
+  }
+  from /= static_cast<double>(vertices.size());
+  to /= static_cast<double>(vertices.size());
+
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  for (const Index vertex : vertices) {
+    const auto v = static_cast<std::size_t>(vertex);
+    covariance += (to_eigen(after[v]) - to) * (to_eigen(before[v]) - from).transpose();
+  }
+
+  RigidMotion motion;
+  motion.from = {from.x(), from.y(), from.z()};
+  motion.to = {to.x(), to.y(), to.z()};
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance,
+                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Vector3d& spread = svd.singularValues();
+  if (!(spread[1] > collinear * spread[0])) return motion;
+
+  const double handedness = (svd.matrixU() * svd.matrixV().transpose()).determinant();
+  const Eigen::Vector3d signs(1, 1, handedness < 0 ? -1 : 1);
+  const Eigen::Matrix3d rotation = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      motion.rotation[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)] =
+          rotation(row, column);
+    }
+  }
+  return motion;
+}
+
+template RigidMotion fit_rigid_motion(std::span<const Index>, std::span<const Vector3<float>>,
+                                      std::span<const Vector3<float>>);
+template RigidMotion fit_rigid_motion(std::span<const Index>, std::span<const Vector3<double>>,
+                                      std::span<const Vector3<double>>);
+
+}  // namespace dynmesh

@@ -1,0 +1,248 @@
+"""The whole frame from which completion starts: a frame of the sequence, or a template."""
+
+import contextlib
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+
+from .. import files
+from .._checks import check_path
+from .._errors import InputError, KindError, locating
+from ..diagnosis.presence import observed_in
+from ..diagnosis.stray_zeros import edges_of, lengths_of, stray_zeros
+from ..files import Frame, PathLike, Reader
+from ..metrics import bounding_box_diagonal
+from ..sequence import Positions
+from .checkpoint import Source, identity
+
+Start: TypeAlias = int | Literal["whole"]
+"""The number of a whole frame, counted from 0, or "whole" for the first one."""
+
+_MUCH_NOISE = 0.02  # bounding-box diagonals
+_OTHER_UNIT = 3.0
+_ENOUGH = 10  # edges
+
+
+@dataclass(frozen=True, eq=False)
+class StartFrame:
+    """A whole frame.
+
+    Attributes:
+        points: (k, 3), with the dtype of the sequence.
+        number: of the frame in the sequence, or -1 for a template, which stands before frame 0.
+        files: those that hold a template.
+        zeros: how many of the points are probably zeros that a sensor wrote for missing vertices.
+        scale: of a template: how many times as long its edges are as those of frame 0 (median).
+    """
+
+    points: Positions
+    number: int = 0
+    files: tuple[Path, ...] = field(default=())
+    zeros: int = 0
+    scale: float = 1.0
+
+    @property
+    def n_before(self) -> int:
+        """The number of frames that are completed backwards."""
+        return max(0, self.number)
+
+    def described(self) -> dict[str, Any]:
+        """What a checkpoint remembers of it."""
+        return {"start": self.number, "template": list(map(identity, self.files))}
+
+    def remarks(self, noise: float | None) -> Iterator[str]:
+        """Yields what is probably wrong with it, or with the noise that is to be smoothed."""
+        if self.zeros:
+            where = f"frame {self.number}" if self.number >= 0 else "the template"
+            many = "1 vertex" if self.zeros == 1 else f"{self.zeros} vertices"
+            yield (
+                f"{many} of {where} at exactly (0, 0, 0), far from their neighbours, were taken as "
+                "positions; if nothing was observed there, use --missing zero with --start whole "
+                "or --template FILE"
+            )
+        if not 1 / _OTHER_UNIT < self.scale < _OTHER_UNIT:
+            times = float(f"{self.scale:.3g}")
+            yield (
+                f"the edges of the template are {times:g} times as long as those of frame "
+                "0; it must be in the unit of the sequence"
+            )
+        share = (noise or 0.0) / (bounding_box_diagonal(self.points) or np.inf)
+        if share > _MUCH_NOISE:
+            yield (
+                f"a noise of {noise:g} is {100 * share:.3g} % of the bounding-box diagonal; it "
+                "must be in the unit of the positions"
+            )
+
+
+def check_start(start: object, template: object) -> None:
+    """Refuses what cannot name a whole frame."""
+    if isinstance(start, str):
+        if start != "whole":
+            raise InputError(f"must be 'whole' or a frame, not {start!r}", argument="start")
+    elif not isinstance(start, int | np.integer) or isinstance(start, bool):
+        raise KindError(f"must be 'whole' or a whole number, not {start!r}", argument="start")
+    elif start < 0:
+        raise InputError(f"must be 0 or more, not {start}", argument="start")
+    if template is not None:
+        check_path("template", template)
+        if start != 0:
+            raise InputError(
+                "stands before frame 0, so completion cannot also start at a frame: leave out one "
+                "of start and template",
+                argument="template",
+            )
+
+
+@contextlib.contextmanager
+def open_at_start(
+    path: Path, source: Source, start: Start, template: PathLike | None
+) -> Iterator[tuple[Reader, StartFrame]]:
+    """Opens a sequence and finds the whole frame from which its completion starts.
+
+    Raises:
+        OSError, ImportError, TypeError, ValueError: the errors of :func:`dynmesh.open`; also if
+            that frame does not exist or is not whole, or if the template has another mesh.
+    """
+    if template is not None:
+        with _open_with(Path(template), path, source) as (reader, first):
+            yield reader, first
+        return
+    with files.open(path, **source) as reader:
+        yield reader, start_in(reader, start)
+
+
+def start_in(reader: Reader, start: Start) -> StartFrame:
+    """Returns the frame of the sequence from which its completion starts, which must be whole."""
+    number = find_whole_frame(reader) if start == "whole" else int(start)
+    reader.whole = number
+    return _frame_of(reader, number)
+
+
+def find_whole_frame(
+    reader: Reader,
+    watch: Callable[[Iterable[Frame], int], Iterable[Frame]] = lambda frames, _: frames,
+) -> int:
+    """Returns the number of the first frame in which every vertex was observed.
+
+    Args:
+        reader: of the sequence.
+        watch: called with the frames and their number; it must pass the frames on.
+
+    Raises:
+        ValueError: no frame is whole.
+    """
+    reader.whole = None
+    fullest, least = 0, reader.n_vertices + 1
+    with contextlib.closing(reader.frames()) as frames:
+        for number, frame in enumerate(watch(frames, reader.n_frames)):
+            missing = int(np.count_nonzero(~observed_in(frame)))
+            if missing == 0:
+                return number
+            if missing < least:
+                fullest, least = number, missing
+    raise InputError(
+        f"no frame is whole; frame {fullest} lacks the fewest, {least} of {reader.n_vertices} "
+        "vertices; take a whole mesh from a file with --template FILE (in Python, template=)",
+        file=reader.path,
+    )
+
+
+def _frame_of(reader: Reader, number: int) -> StartFrame:
+    """The frame with this number, which must be whole."""
+    n = reader.n_frames
+    if number >= n:
+        raise InputError(
+            f"must be less than the number of frames of {reader.path}, which is {n}, not {number}; "
+            "frames are counted from 0, whatever their numbers in the file",
+            argument="start",
+        )
+    with contextlib.closing(reader.frames(number, number + 1)) as frames:
+        frame = next(frames)
+    with locating(frame=number, file=reader.path):
+        check_whole(
+            frame,
+            "; completion starts from a whole frame: --start whole begins at the first one, and "
+            "--template FILE takes one from a file (in Python, start='whole' and template=)",
+        )
+    return StartFrame(np.array(frame.points), number, zeros=_zeros_in(frame.points, reader))
+
+
+@contextlib.contextmanager
+def _open_with(template: Path, path: Path, source: Source) -> Iterator[tuple[Reader, StartFrame]]:
+    """Opens a sequence that has the mesh of a template, or no faces of its own."""
+    with files.open(template) as whole:
+        with contextlib.closing(whole.frames(0, 1)) as frames:
+            frame = next(frames)
+        with locating(file=template):
+            check_whole(frame, "; a template must be whole")
+        try:
+            reader = files.open(path, **source)
+        except files.NoFacesError:
+            with_faces: Source = {**source, "faces": template}
+            reader = files.open(path, **with_faces)
+        with reader:
+            reader.whole = None
+            check_same_mesh(whole, reader)
+            points = np.array(frame.points, reader.dtype)
+            zeros, scale = _zeros_in(points, reader), _scale_of(points, reader)
+            yield reader, StartFrame(points, -1, tuple(whole.files), zeros, scale)
+
+
+def _scale_of(points: Positions, reader: Reader) -> float:
+    """Compares the edges with those of which both ends were observed in frame 0."""
+    with contextlib.closing(reader.frames(0, 1)) as frames:
+        first = next(frames)
+    there = observed_in(first) & first.points.any(axis=1)
+    ends = edges_of(reader.faces)
+    ends = ends[there[ends].all(axis=1)]
+    ours, theirs = lengths_of(points, ends), lengths_of(first.points, ends)
+    both = (ours > 0) & (theirs > 0)
+    return float(np.median(ours[both] / theirs[both])) if both.sum() >= _ENOUGH else 1.0
+
+
+def _zeros_in(points: Positions, reader: Reader) -> int:
+    if points.any(axis=1).all():
+        return 0
+    everywhere = np.ones(len(points), np.bool_)
+    return int(np.count_nonzero(stray_zeros(points, everywhere, reader.faces)))
+
+
+def check_whole(frame: Frame, advice: str) -> None:
+    """Refuses a frame with missing vertices; the advice ends the message."""
+    missing = np.flatnonzero(~observed_in(frame))
+    if len(missing):
+        raise InputError(
+            f"{len(missing)} of {len(frame.points)} vertices "
+            f"{'is' if len(missing) == 1 else 'are'} missing, the first is vertex {missing[0]}"
+            f"{advice}"
+        )
+
+
+def check_same_mesh(other: Reader, reader: Reader) -> None:
+    """Refuses another file whose mesh, unit or up axis is not that of the sequence."""
+    for name, what in (
+        ("n_vertices", "number of vertices"),
+        ("metres_per_unit", "unit in metres"),
+        ("up_axis", "up axis"),
+    ):
+        theirs, ours = getattr(other.header, name), getattr(reader.header, name)
+        if None not in (theirs, ours) and theirs != ours:
+            raise InputError(
+                f"its {what} is {theirs}, but {ours} in {reader.path}", file=other.path
+            )
+    theirs, ours = other.faces, reader.faces
+    if len(ours) != len(theirs):
+        raise InputError(
+            f"has {len(theirs)} triangles, but {reader.path} has {len(ours)}", file=other.path
+        )
+    different = np.flatnonzero((ours != theirs).any(axis=1))
+    if len(different):
+        face = int(different[0])
+        raise InputError(
+            f"its triangle {face} is {theirs[face].tolist()}, "
+            f"but {ours[face].tolist()} in {reader.path}",
+            file=other.path,
+        )

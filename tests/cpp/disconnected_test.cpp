@@ -1,0 +1,142 @@
+#include <doctest/doctest.h>
+
+#include <dynmesh/completer.hpp>
+
+#include "disconnected/rigid_motion.hpp"
+#include "meshes.hpp"
+
+namespace dynmesh::testing {
+namespace {
+
+/// A sheet of 25 vertices, one of 16 vertices beside it, and an isolated vertex.
+Mesh<double> three_parts() {
+  auto mesh = join(sheet<double>(5), sheet<double>(4, 6.0));
+  mesh.vertices.insert(mesh.vertices.end(), {2.0, 2.0, 1.0});
+  return mesh;
+}
+
+std::vector<double> complete(const Mesh<double>& mesh, const std::vector<double>& moved,
+                             const std::vector<std::uint8_t>& known, DisconnectedRule rule) {
+  Completer<double> completer(mesh.faces(), mesh.points(), {.disconnected = rule});
+  std::vector<double> completed(moved.size());
+  completer.push({moved.data(), mesh.size()}, {known.data(), known.size()},
+                 {completed.data(), mesh.size()});
+  return completed;
+}
+
+TEST_CASE("a component without anchors follows the rigid motion of the nearest surface") {
+  const auto mesh = three_parts();
+  const auto moved = translated(turned(mesh.vertices, 0.7), 3.0, -1.0, 2.0);
+  auto known = std::vector<std::uint8_t>(mesh.size(), 0);
+  std::fill_n(known.begin(), 25, std::uint8_t{1});
+  const auto completed = complete(mesh, moved, known, DisconnectedRule::follow);
+  CHECK(largest_difference(completed, moved) < 1e-12);
+}
+
+TEST_CASE("with hold, a component without anchors keeps its position") {
+  const auto mesh = three_parts();
+  const auto moved = turned(mesh.vertices, 0.7);
+  auto known = std::vector<std::uint8_t>(mesh.size(), 0);
+  std::fill_n(known.begin(), 25, std::uint8_t{1});
+  const auto completed = complete(mesh, moved, known, DisconnectedRule::hold);
+  for (std::size_t i = 0; i < 75; ++i) CHECK(completed[i] == moved[i]);
+  for (std::size_t i = 75; i < completed.size(); ++i) CHECK(completed[i] == mesh.vertices[i]);
+}
+
+TEST_CASE("with fewer than four donors, a component follows all anchors") {
+  const auto mesh = three_parts();
+  // Only four vertices of the large sheet are observed. Its vertices may be donors, but the
+  // isolated vertex has only one donor. The four anchors move rigidly with a known motion.
+  const auto moved = turned(mesh.vertices, -0.4);
+  const auto known = mask(mesh.size(), {0, 4, 20, 24});
+  const auto completed = complete(mesh, moved, known, DisconnectedRule::follow);
+  const std::size_t single = 3 * (mesh.size() - 1);
+  for (std::size_t c = 0; c < 3; ++c) {
+    CHECK(completed[single + c] == doctest::Approx(moved[single + c]));
+  }
+}
+
+TEST_CASE("a component with four donors follows them, and one with three does not") {
+  for (const int n : {3, 4}) {
+    Mesh<double> above;
+    above.vertices = {0, 0, 1, 1, 0, 1, 0, 1, 1, 1, 1, 1};
+    above.vertices.resize(3 * static_cast<std::size_t>(n));
+    above.indices = {0, 1, 2, 1, 3, 2};
+    above.indices.resize(n == 3 ? 3 : 6);
+    const auto mesh = join(sheet<double>(5), above);
+    // The donors, at the corner of the sheet, move by 1, and all others by 0.
+    auto moved = mesh.vertices;
+    for (const std::size_t v : {0, 1, 5, 6}) moved[3 * v + 2] += 1;
+    auto known = std::vector<std::uint8_t>(mesh.size(), 1);
+    std::fill_n(known.begin() + 25, n, std::uint8_t{0});
+    const auto completed = complete(mesh, moved, known, DisconnectedRule::follow);
+    const double shift = completed[77] - mesh.vertices[77];
+    CAPTURE(shift);
+    if (n == 4) CHECK(shift == doctest::Approx(1));
+    if (n == 3) CHECK(shift < 0.9);
+  }
+}
+
+TEST_CASE("points turn about a line unless they are nearer to it than rounding") {
+  const std::vector<Index> chosen = {0, 1, 2, 3};
+  for (const double width : {1e-1, 1e-3, 1e-4, 1e-6}) {
+    const std::vector<Vector3<double>> before = {
+        {0, 0, -1}, {0, 0, 1}, {width, 0, 0}, {-width, 0, 0}};
+    const std::vector<Vector3<double>> after = {
+        {0, 0, -1}, {0, 0, 1}, {0, width, 0}, {0, -width, 0}};
+    const auto motion = fit_rigid_motion<double>(chosen, before, after);
+    const auto turned = motion.apply(Vector3<double>{1, 0, 0});
+    CHECK(turned.x == doctest::Approx(width > 1e-5 ? 0 : 1));
+    CHECK(turned.y == doctest::Approx(width > 1e-5 ? 1 : 0));
+  }
+}
+
+TEST_CASE("collinear anchors, or fewer than three, give their mean translation") {
+  Mesh<double> mesh = three_parts();
+  auto moved = turned(mesh.vertices, 1.5);
+  for (const auto& known : {mask(mesh.size(), {0, 1}), mask(mesh.size(), {7})}) {
+    const auto completed = complete(mesh, moved, known, DisconnectedRule::follow);
+    double mean[3] = {0, 0, 0};
+    double count = 0;
+    for (std::size_t v = 0; v < mesh.size(); ++v) {
+      if (known[v] == 0) continue;
+      ++count;
+      for (std::size_t c = 0; c < 3; ++c) mean[c] += moved[3 * v + c] - mesh.vertices[3 * v + c];
+    }
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::size_t single = 3 * (mesh.size() - 1) + c;
+      CHECK(completed[single] == doctest::Approx(mesh.vertices[single] + mean[c] / count));
+    }
+  }
+}
+
+TEST_CASE("a mirrored neighbour does not mirror the component that follows it") {
+  const auto mesh = three_parts();
+  auto moved = mesh.vertices;
+  for (std::size_t i = 0; i < moved.size(); i += 3) moved[i] = -moved[i];
+  auto known = std::vector<std::uint8_t>(mesh.size(), 0);
+  std::fill_n(known.begin(), 25, std::uint8_t{1});
+  const auto completed = complete(mesh, moved, known, DisconnectedRule::follow);
+  const auto volume = [&](const std::vector<double>& v) {  // at a corner of the second sheet
+    const auto edge = [&](std::size_t to, std::size_t c) {
+      return v[3 * (25 + to) + c] - v[75 + c];
+    };
+    double sum = 0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::size_t d = (c + 1) % 3;
+      const std::size_t e = (c + 2) % 3;
+      sum += edge(1, c) * (edge(4, d) * edge(10, e) - edge(4, e) * edge(10, d));
+    }
+    return sum;
+  };
+  CHECK(volume(completed) == doctest::Approx(volume(mesh.vertices)));
+}
+
+TEST_CASE("if no vertex is known, none moves") {
+  const auto mesh = three_parts();
+  const std::vector<std::uint8_t> known(mesh.size(), 0);
+  CHECK(complete(mesh, mesh.vertices, known, DisconnectedRule::follow) == mesh.vertices);
+}
+
+}  // namespace
+}  // namespace dynmesh::testing

@@ -1,0 +1,348 @@
+"""Files completed from a whole frame anywhere, or from a template."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from commands import dynmesh_command as run
+
+import dynmesh
+from dynmesh.jobs import directions
+from dynmesh.jobs.batch import Job, complete_files
+from dynmesh.jobs.checkpoint import Checkpoint
+from dynmesh.jobs.job_table import read_jobs
+from dynmesh.jobs.reversed_frames import ReversedFrames
+
+WHOLE = 7
+
+
+@pytest.fixture(scope="module")
+def truth() -> dynmesh.Sequence:
+    return dynmesh.synth.ocean(15, grid=12, seed=3)
+
+
+@pytest.fixture(scope="module")
+def partial(truth: dynmesh.Sequence) -> dynmesh.Sequence:
+    """An ocean of which only frame 7 is whole."""
+    known = np.stack(list(dynmesh.degrade.random_known(15, 144, 0.3, seed=1)))
+    known[0] = known[14]
+    known[WHOLE] = True
+    return replace(truth, known=known, fps=25.0)
+
+
+def completed(sequence: dynmesh.Sequence, order: list[int], **settings: Any) -> dict[int, Any]:
+    """The frames with these numbers, completed in this order, with their provenance."""
+    assert sequence.known is not None
+    completer = dynmesh.Completer(sequence.faces, sequence.vertices[order[0]], **settings)
+    frames = {order[0]: (sequence.vertices[order[0]], completer.generation, completer.age)}
+    for number in order[1:]:
+        points = completer.push(sequence.vertices[number], sequence.known[number])
+        frames[number] = (points, completer.generation, completer.age)
+    return frames
+
+
+def expected_of(sequence: dynmesh.Sequence, whole: int, **settings: Any) -> dynmesh.Sequence:
+    """The sequence completed from its whole frame, backwards and forwards, in memory."""
+    n = len(sequence.vertices)
+    frames = completed(sequence, list(range(whole, -1, -1)), **settings)
+    frames |= completed(sequence, list(range(whole, n)), **settings)
+    points, generation, age = (np.stack([frames[i][part] for i in range(n)]) for part in range(3))
+    return dynmesh.Sequence(points, sequence.faces, generation=generation, age=age)
+
+
+def assert_same(made: dynmesh.Sequence, expected: dynmesh.Sequence) -> None:
+    for name in ("vertices", "generation", "age"):
+        np.testing.assert_array_equal(getattr(made, name), getattr(expected, name), err_msg=name)
+
+
+@pytest.fixture
+def stored(tmp_path: Path, partial: dynmesh.Sequence) -> Path:
+    dynmesh.write(tmp_path / "partial.npz", partial)
+    return tmp_path / "partial.npz"
+
+
+@pytest.mark.parametrize("settings", [{}, {"method": "motion"}, {"reject_outliers": True}])
+def test_frames_are_completed_backwards_and_forwards(
+    tmp_path: Path, stored: Path, partial: dynmesh.Sequence, settings: Any
+) -> None:
+    report = dynmesh.complete_file(
+        stored, tmp_path / "out.npz", start=WHOLE, provenance=True, **settings
+    )
+    made = dynmesh.read(tmp_path / "out.npz")
+    assert_same(made, expected_of(partial, WHOLE, **{"method": "detail", **settings}))
+    assert made.fps == 25
+    assert (report.frames, report.completed, report.start) == (15, 14, WHOLE)
+    assert partial.known is not None
+    if not settings.get("reject_outliers"):
+        assert report.known == np.count_nonzero(partial.known) - 144
+
+
+@pytest.mark.parametrize("frames_in_a_block", [1, 3])
+def test_only_a_few_frames_are_in_memory(
+    tmp_path: Path,
+    stored: Path,
+    partial: dynmesh.Sequence,
+    monkeypatch: pytest.MonkeyPatch,
+    frames_in_a_block: int,
+) -> None:
+    held: list[int] = []
+    read = dynmesh.files.Reader.frames
+
+    def counted(self: Any, *numbers: int) -> Iterator[Any]:
+        held.append(len(range(15)[slice(*numbers)]))
+        yield from read(self, *numbers)
+
+    size = partial.vertices[0].nbytes * frames_in_a_block
+    monkeypatch.setattr(directions, "_BLOCK", size)
+    monkeypatch.setattr(dynmesh.files.Reader, "frames", counted)
+    dynmesh.complete_file(stored, tmp_path / "out.npz", start=WHOLE, provenance=True)
+    monkeypatch.undo()
+    made = dynmesh.read(tmp_path / "out.npz")
+    assert_same(made, expected_of(partial, WHOLE, method="detail"))
+    assert max(held[1:-1]) == frames_in_a_block  # the last call streams the frames after the start
+    assert sum(held[1:-1]) == WHOLE
+
+
+@pytest.mark.parametrize("name", ["out.npz", "out_%04d.ply", "out.h5"])
+@pytest.mark.parametrize("stops", [(3,), (WHOLE,), (2, 5, 9), (WHOLE + 1, 14)])
+def test_both_passes_can_be_resumed(
+    tmp_path: Path,
+    stored: Path,
+    partial: dynmesh.Sequence,
+    monkeypatch: pytest.MonkeyPatch,
+    name: str,
+    stops: tuple[int, ...],
+) -> None:
+    monkeypatch.setattr(Checkpoint, "is_due", lambda _: True)
+    output = tmp_path / "made" / name
+    output.parent.mkdir()
+
+    for stop in stops:
+
+        def watch(frames: Iterator[Any], n: int, done: int, stop: int = stop) -> Iterator[Any]:
+            assert n == 15
+            for number, frame in enumerate(frames, done):
+                if number == stop:
+                    raise KeyboardInterrupt
+                yield frame
+
+        with pytest.raises(KeyboardInterrupt):
+            dynmesh.complete_file(
+                stored, output, start=WHOLE, provenance=True, resume=True, watch=watch
+            )
+    report = dynmesh.complete_file(stored, output, start=WHOLE, provenance=True, resume=True)
+    assert report.resumed_at == stops[-1]
+    assert_same(dynmesh.read(output), expected_of(partial, WHOLE, method="detail"))
+
+
+def test_copying_what_waits_can_be_resumed(
+    tmp_path: Path, stored: Path, partial: dynmesh.Sequence, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Checkpoint, "is_due", lambda _: True)
+    original = ReversedFrames.frame
+
+    def broken(self: Any, number: int) -> Any:
+        if number == 4:
+            raise KeyboardInterrupt
+        return original(self, number)
+
+    monkeypatch.setattr(ReversedFrames, "frame", broken)
+    output = tmp_path / "out.npz"
+    with pytest.raises(KeyboardInterrupt):
+        dynmesh.complete_file(stored, output, start=WHOLE, provenance=True)
+    monkeypatch.setattr(ReversedFrames, "frame", original)
+    report = dynmesh.complete_file(stored, output, start=WHOLE, provenance=True, resume=True)
+    assert report.resumed_at == WHOLE
+    assert_same(dynmesh.read(output), expected_of(partial, WHOLE, method="detail"))
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["out.npz", "partial.npz"]
+
+
+def test_the_first_whole_frame_is_found(
+    tmp_path: Path, stored: Path, partial: dynmesh.Sequence
+) -> None:
+    report = dynmesh.complete_file(stored, tmp_path / "out.npz", start="whole", provenance=True)
+    assert report.start == WHOLE
+    expected = expected_of(partial, WHOLE, method="detail")
+    assert_same(dynmesh.read(tmp_path / "out.npz"), expected)
+    said = run("complete", stored, tmp_path / "shell.npz", "--start", "whole", "--provenance")
+    assert "frame 7 is the first whole one" in said.stderr
+    assert_same(dynmesh.read(tmp_path / "shell.npz"), expected)
+
+
+def test_zeros_are_missing_in_every_frame_but_the_whole_one(
+    tmp_path: Path, partial: dynmesh.Sequence
+) -> None:
+    assert partial.known is not None
+    vertices = np.where(partial.known[:, :, None], partial.vertices, np.float32(0))
+    vertices[WHOLE, 3] = 0
+    zeros = replace(partial, vertices=vertices, known=None)
+    dynmesh.write(tmp_path / "zeros.npz", zeros)
+    output = tmp_path / "out.npz"
+    source: Any = {"missing": "zero"}
+    dynmesh.complete_file(
+        tmp_path / "zeros.npz", output, start=WHOLE, source=source, provenance=True
+    )
+    masked = replace(zeros, known=(vertices != 0).any(axis=2))
+    assert_same(dynmesh.read(output), expected_of(masked, WHOLE, method="detail"))
+    with pytest.raises(ValueError, match="no frame is whole; frame 7 lacks the fewest, 1 of 144"):
+        dynmesh.complete_file(
+            tmp_path / "zeros.npz", output, start="whole", source=source, overwrite=True
+        )
+
+
+def test_a_template_stands_before_frame_0(
+    tmp_path: Path, stored: Path, truth: dynmesh.Sequence, partial: dynmesh.Sequence
+) -> None:
+    template = replace(truth, vertices=truth.vertices[9:10])
+    dynmesh.write(tmp_path / "template.obj", template)
+    points = dynmesh.read(tmp_path / "template.obj").vertices[0]
+    assert partial.known is not None
+    completer = dynmesh.Completer(partial.faces, points.astype(np.float32), method="detail")
+    expected = [
+        completer.push(*frame) for frame in zip(partial.vertices, partial.known, strict=True)
+    ]
+    output = tmp_path / "out.npz"
+    report = dynmesh.complete_file(stored, output, template=tmp_path / "template.obj")
+    assert (report.frames, report.completed, report.start) == (15, 15, -1)
+    np.testing.assert_array_equal(dynmesh.read(output).vertices, expected)
+
+
+def test_a_template_lends_its_faces(
+    tmp_path: Path, truth: dynmesh.Sequence, partial: dynmesh.Sequence
+) -> None:
+    """Scanners write points alone, and point caches hold no faces."""
+    dynmesh.write(tmp_path / "template.ply", replace(truth, vertices=truth.vertices[:1]))
+    assert partial.known is not None
+    dynmesh.write(tmp_path / "partial.npz", partial)
+    holed = np.where(partial.known[:, :, None], partial.vertices, np.float32(np.nan))
+    np.save(tmp_path / "points.npy", holed)
+    for number, points in enumerate(holed):
+        lines = [f"{x:.9g} {y:.9g} {z:.9g}" for x, y, z in points.tolist()]
+        header = f"ply\nformat ascii 1.0\nelement vertex {len(points)}\n"
+        axes = "".join(f"property float {axis}\n" for axis in "xyz")
+        text = header + axes + "end_header\n" + "\n".join(lines) + "\n"
+        (tmp_path / f"scan_{number}.ply").write_text(text)
+    made: list[dynmesh.Sequence] = []
+    for name in ("partial.npz", "points.npy", "scan_%d.ply"):
+        output = tmp_path / f"{len(made)}.npz"
+        dynmesh.complete_file(tmp_path / name, output, template=tmp_path / "template.ply")
+        made.append(dynmesh.read(output))
+    for other in made[1:]:
+        np.testing.assert_array_equal(other.vertices, made[0].vertices)
+        np.testing.assert_array_equal(other.faces, truth.faces)
+
+
+def test_another_template_is_another_job(
+    tmp_path: Path, stored: Path, truth: dynmesh.Sequence, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Checkpoint, "is_due", lambda _: True)
+    for number in (0, 1):
+        one = replace(truth, vertices=truth.vertices[number : number + 1])
+        dynmesh.write(tmp_path / f"t{number}.ply", one)
+
+    def watch(frames: Iterator[Any], *_: int) -> Iterator[Any]:
+        yield next(frames)
+        raise KeyboardInterrupt
+
+    output = tmp_path / "out.npz"
+    with pytest.raises(KeyboardInterrupt):
+        dynmesh.complete_file(stored, output, template=tmp_path / "t0.ply", watch=watch)
+    with pytest.raises(ValueError, match=r"is of another job: template changed \(it was .*t0"):
+        dynmesh.complete_file(stored, output, template=tmp_path / "t1.ply", resume=True)
+    with pytest.raises(ValueError, match=r"start changed \(it was -1, now it is 7\)"):
+        dynmesh.complete_file(stored, output, start=WHOLE, resume=True)
+
+
+def test_tables_of_jobs_name_the_beginning(
+    tmp_path: Path, stored: Path, truth: dynmesh.Sequence
+) -> None:
+    dynmesh.write(tmp_path / "t.ply", replace(truth, vertices=truth.vertices[:1]))
+    table = "input,output,start,template\npartial.npz,a.npz,whole,\npartial.npz,b.npz,,t.ply\n"
+    (tmp_path / "jobs.csv").write_text(table + "partial.npz,c.npz,7,\npartial.npz,d.npz,,\n")
+    jobs = read_jobs(tmp_path / "jobs.csv")
+    found = [(job.start, job.template) for job in jobs[1:3] if isinstance(job, Job)]
+    assert found == [(0, tmp_path / "t.ply"), (7, None)]
+    results = complete_files(jobs)
+    assert [result.status for result in results] == ["done", "done", "done", "failed"]
+    a, b, c = (dynmesh.read(tmp_path / f"{name}.npz").vertices for name in "abc")
+    np.testing.assert_array_equal(a, c)
+    dynmesh.complete_file(stored, tmp_path / "e.npz", template=tmp_path / "t.ply")
+    np.testing.assert_array_equal(b, dynmesh.read(tmp_path / "e.npz").vertices)
+    assert Job(stored, stored).start == 0
+
+
+def test_files_are_completed_by_detail_and_streams_by_motion(
+    tmp_path: Path, truth: dynmesh.Sequence, partial: dynmesh.Sequence
+) -> None:
+    known = np.array(partial.known)
+    known[0] = True
+    dynmesh.write(tmp_path / "in.npz", replace(partial, known=known))
+    (tmp_path / "jobs.csv").write_text("input,output\nin.npz,batch.npz\n")
+    run("complete", tmp_path / "in.npz", tmp_path / "shell.npz")
+    run("batch", tmp_path / "jobs.csv")
+    dynmesh.complete_file(tmp_path / "in.npz", tmp_path / "python.npz")
+    frames = (truth.faces, partial.vertices, known)
+    detail = list(dynmesh.complete(*frames, method="detail"))
+    for name in ("shell", "batch", "python"):
+        np.testing.assert_array_equal(dynmesh.read(tmp_path / f"{name}.npz").vertices, detail)
+    assert not np.array_equal(list(dynmesh.complete(*frames, method="motion")), detail)
+
+
+def test_motion_says_what_stayed_hidden(tmp_path: Path) -> None:
+    ocean = dynmesh.synth.ocean(30, grid=10)
+    known = np.ones((30, 100), np.bool_)
+    known[3:22, :50] = False  # 19 frames
+    known[2:22, 50:73] = False  # 20 frames
+    dynmesh.write(tmp_path / "in.npz", replace(ocean, known=known))
+    told = "23 % of the vertices were hidden for 20 frames or more; method detail"
+    motion = run("complete", tmp_path / "in.npz", tmp_path / "a.npz", "--method", "motion")
+    assert told in motion.stderr
+    assert "hidden" not in run("complete", tmp_path / "in.npz", tmp_path / "b.npz").stderr
+    report = dynmesh.complete_file(tmp_path / "in.npz", tmp_path / "c.npz", method="motion")
+    assert report.hidden_long == 23
+
+
+def test_zeros_in_the_whole_frame_are_reported(truth: dynmesh.Sequence, tmp_path: Path) -> None:
+    vertices = truth.vertices.copy()
+    vertices[0, [70, 71, 90]] = 0  # what a scanner writes for missing vertices
+    lost, whole, output = tmp_path / "lost.npz", tmp_path / "whole.npz", tmp_path / "a.npz"
+    dynmesh.write(lost, replace(truth, vertices=vertices))
+    dynmesh.write(whole, truth)
+    options = ("--missing", "zero", "--overwrite")
+    said = run("complete", lost, output, *options).stderr
+    assert "3 vertices of frame 0 at exactly (0, 0, 0), far from their neighbours" in said
+    assert "use --missing zero with --start whole or --template FILE" in said
+    assert "(0, 0, 0)" not in run("complete", lost, output, *options, "--start", "whole").stderr
+    assert "(0, 0, 0)" not in run("complete", lost, output, *options, "--template", whole).stderr
+    said = run("complete", whole, output, *options, "--template", lost).stderr
+    assert "3 vertices of the template at exactly (0, 0, 0)" in said
+
+
+def test_noise_in_another_unit_is_reported(truth: dynmesh.Sequence, tmp_path: Path) -> None:
+    dynmesh.write(tmp_path / "a.npz", truth)
+    diagonal = dynmesh.metrics.bounding_box_diagonal(truth.vertices[0])
+    for share, is_much in ((0.01, False), (0.3, True)):
+        noise = share * diagonal
+        report = dynmesh.complete_file(
+            tmp_path / "a.npz", tmp_path / "b.npz", noise=noise, overwrite=True
+        )
+        assert any("30 % of the bounding-box diagonal" in r for r in report.remarks) == is_much
+        assert bool(report.remarks) == is_much
+
+
+def test_a_template_in_another_unit_is_reported(partial: dynmesh.Sequence, tmp_path: Path) -> None:
+    dynmesh.write(tmp_path / "a.npz", partial)
+    whole = partial.vertices[WHOLE : WHOLE + 1]
+    for factor in (1, 1000, 0.01):
+        template = dynmesh.Sequence(np.float32(factor) * whole, partial.faces)
+        dynmesh.write(tmp_path / "whole.npz", template)
+        report = dynmesh.complete_file(
+            tmp_path / "a.npz", tmp_path / "b.npz", template=tmp_path / "whole.npz", overwrite=True
+        )
+        assert len(report.remarks) == (factor != 1)
+        for remark in report.remarks:
+            assert "it must be in the unit of the sequence" in remark
+            assert float(remark.split()[6]) == pytest.approx(factor, rel=0.2)

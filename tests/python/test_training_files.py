@@ -1,0 +1,286 @@
+"""Files, scenes and tables of jobs completed with frames from which method detail learns."""
+
+import json
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from commands import dynmesh_command as run
+from meshes import Array, sheet
+
+import dynmesh
+from dynmesh import _core
+from dynmesh.jobs.batch import complete_files
+from dynmesh.jobs.checkpoint import Checkpoint
+from dynmesh.jobs.job_table import read_jobs
+
+pytestmark = pytest.mark.usefixtures("partial")  # which stores it
+
+WHOLE = 4
+REST = sheet(10)
+
+
+def poses(n: int, seed: int) -> Array:
+    """Frames of a sheet that bends in two ways, by random amounts."""
+    x, y, z = REST.vertices.T
+    frames = []
+    for bend, twist in np.random.default_rng(seed).normal(size=(n, 2)):
+        height = 0.05 * bend * (x - x.mean()) ** 2 + 0.08 * twist * x * np.sin(0.7 * y)
+        frames.append(np.stack([x, y, z + height], axis=1))
+    return np.stack(frames)
+
+
+def training_of(n: int, seed: int) -> dynmesh.Sequence:
+    return dynmesh.Sequence(poses(n, seed), REST.faces)
+
+
+@pytest.fixture
+def partial(tmp_path: Path) -> dynmesh.Sequence:
+    """A sequence of which frames 0 and 4 are whole, stored as partial.npz."""
+    known = np.random.default_rng(2).random((9, 100)) < 0.4
+    known[[0, WHOLE]] = True
+    sequence = replace(training_of(9, 1), known=known)
+    dynmesh.write(tmp_path / "partial.npz", sequence)
+    return sequence
+
+
+@pytest.fixture
+def recordings(tmp_path: Path) -> list[Path]:
+    paths = [tmp_path / "take0.npz", tmp_path / "take1.npz"]
+    for seed, path in enumerate(paths):
+        dynmesh.write(path, training_of(8, 10 + seed))
+    return paths
+
+
+def expected_of(
+    sequence: dynmesh.Sequence, training: Array | None, order: list[int]
+) -> dict[int, Array]:
+    """The frames with these numbers, completed in this order in memory."""
+    assert sequence.known is not None
+    first = sequence.vertices[order[0]]
+    completer = dynmesh.Completer(sequence.faces, first, method="detail", training=training)
+    frames = {order[0]: first}
+    for i in order[1:]:
+        frames[i] = completer.push(sequence.vertices[i], sequence.known[i])
+    return frames
+
+
+def both_ways(sequence: dynmesh.Sequence, training: Array | None) -> Array:
+    frames = expected_of(sequence, training, list(range(WHOLE, -1, -1)))
+    frames |= expected_of(sequence, training, list(range(WHOLE, 9)))
+    return np.stack([frames[i] for i in range(9)])
+
+
+def test_both_directions_learn_from_all_files(
+    tmp_path: Path, partial: dynmesh.Sequence, recordings: list[Path]
+) -> None:
+    read: list[int] = []
+
+    def watch(frames: Iterator[Any], total: int) -> Iterator[Any]:
+        read.append(total)
+        for frame in frames:
+            read[-1] -= 1
+            yield frame
+
+    report = dynmesh.complete_file(
+        tmp_path / "partial.npz",
+        tmp_path / "out.npz",
+        start=WHOLE,
+        training=recordings,
+        watch_training=watch,
+    )
+    both = np.concatenate([dynmesh.read(training).vertices for training in recordings])
+    expected = both_ways(partial, both)
+    made = dynmesh.read(tmp_path / "out.npz").vertices
+    np.testing.assert_array_equal(made, expected)
+    assert np.abs(made - both_ways(partial, None)).max() > 0.01
+    assert read == [0]  # once, all frames
+    assert report.prior_weight is not None
+    assert report.prior_share is not None
+    assert 0.5 < report.prior_weight <= 1
+    assert 0 < report.prior_share <= 1
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "training.pc2",
+        "training.mdd",
+        "training.npy",
+        "training.h5",
+        "training.usda",
+        "frames/frame_%04d.ply",
+    ],
+)
+def test_a_take_may_have_any_format(tmp_path: Path, partial: dynmesh.Sequence, name: str) -> None:
+    """Those that hold positions alone have the faces of the sequence."""
+    (tmp_path / "frames").mkdir()
+    dynmesh.write(tmp_path / name, training_of(8, 10))
+    for faces in tmp_path.glob("training.*.*"):
+        faces.unlink()  # which stand beside files of positions
+    dynmesh.complete_file(
+        tmp_path / "partial.npz", tmp_path / "out.npz", training=str(tmp_path / name)
+    )
+    stored = dynmesh.read(tmp_path / name, faces=_faces_for(name))
+    expected = expected_of(partial, stored.vertices, list(range(9)))
+    made = dynmesh.read(tmp_path / "out.npz").vertices
+    np.testing.assert_array_equal(made, np.stack([expected[i] for i in range(9)]))
+
+
+def _faces_for(name: str) -> Any:
+    return REST.faces if name.endswith(("pc2", "mdd", "npy")) else None
+
+
+def interrupted(*arguments: Any, **options: Any) -> None:
+    """Starts to complete a file, and interrupts it in the middle."""
+
+    def watch(frames: Iterator[Any], *_: int) -> Iterator[Any]:
+        for _number in range(6):
+            yield next(frames)
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        dynmesh.complete_file(*arguments, **options, watch=watch)
+
+
+@pytest.mark.parametrize("start", [0, WHOLE])
+def test_an_interrupted_run_continues_with_the_same_training_only(
+    tmp_path: Path, recordings: list[Path], monkeypatch: pytest.MonkeyPatch, start: int
+) -> None:
+    monkeypatch.setattr(Checkpoint, "is_due", lambda _: True)
+    files = tmp_path / "partial.npz", tmp_path / "out.npz"
+    dynmesh.complete_file(files[0], tmp_path / "whole.npz", start=start, training=recordings)
+    interrupted(*files, start=start, training=recordings)
+    for others, what in (
+        (recordings[:1], f"(it was {recordings[1]}, now it is not given; 2 files, now 1)"),
+        (recordings[::-1], f"(it was {recordings[0]}, now it is {recordings[1]})"),
+        (None, f"(it was {recordings[0]}, now it is not given)"),
+    ):
+        told = re.escape(f"is of another job: training changed {what}; run")
+        with pytest.raises(ValueError, match=told):
+            dynmesh.complete_file(*files, start=start, training=others, resume=True)
+    report = dynmesh.complete_file(*files, start=start, training=recordings, resume=True)
+    assert 0 < report.resumed_at < 9
+    made, whole = (dynmesh.read(tmp_path / name).vertices for name in ("out.npz", "whole.npz"))
+    np.testing.assert_array_equal(made, whole)
+    interrupted(files[0], tmp_path / "late.npz", start=start, training=recordings)
+    dynmesh.write(recordings[0], training_of(8, 99))
+    with pytest.raises(ValueError, match="training changed"):
+        dynmesh.complete_file(
+            files[0], tmp_path / "late.npz", start=start, training=recordings, resume=True
+        )
+
+
+def test_the_command_says_whether_the_training_was_used(
+    tmp_path: Path, partial: dynmesh.Sequence, recordings: list[Path]
+) -> None:
+    options = [option for training in recordings for option in ("--training", training)]
+    said = run("complete", tmp_path / "partial.npz", tmp_path / "out.npz", *options).stderr
+    dynmesh.complete_file(tmp_path / "partial.npz", tmp_path / "other.npz", training=recordings)
+    made, other = (dynmesh.read(tmp_path / name).vertices for name in ("out.npz", "other.npz"))
+    np.testing.assert_array_equal(made, other)
+    assert "training: prior weight " in said
+    still = dynmesh.Sequence(np.stack([partial.vertices[0]] * 3), REST.faces)
+    dynmesh.write(tmp_path / "still.npz", still)
+    said = run(
+        "complete",
+        tmp_path / "partial.npz",
+        tmp_path / "b.npz",
+        "--training",
+        tmp_path / "still.npz",
+    ).stderr
+    assert "did not help and was not used" in said
+    said = run("complete", tmp_path / "partial.npz", tmp_path / "c.npz").stderr
+    assert "training" not in said
+
+
+def test_a_table_of_jobs_names_training(tmp_path: Path, recordings: list[Path]) -> None:
+    rows = [
+        "partial.npz,a.npz,take0.npz; take1.npz",
+        "partial.npz,b.npz,take0.npz",
+        "partial.npz,c.npz,",
+    ]
+    (tmp_path / "jobs.csv").write_text("\n".join(["input,output,training", *rows]))
+    jobs = read_jobs(tmp_path / "jobs.csv")
+    assert [job.training for job in jobs] == [tuple(recordings), (recordings[0],), None]
+    assert [result.status for result in complete_files(jobs)] == ["done"] * 3
+    for name, training in (("a", recordings), ("b", recordings[0]), ("c", None)):
+        expected = tmp_path / f"{name}_expected.npz"
+        dynmesh.complete_file(tmp_path / "partial.npz", expected, training=training)
+        one, other = (dynmesh.read(path).vertices for path in (tmp_path / f"{name}.npz", expected))
+        np.testing.assert_array_equal(one, other)
+
+
+@pytest.fixture
+def stage(tmp_path: Path, partial: dynmesh.Sequence) -> Path:
+    """A stage that shows the sequence twice, one of them bent the other way."""
+    pytest.importorskip("pxr.Usd")
+    dynmesh.write(tmp_path / "one.usda", partial)
+    mirrored = replace(partial, vertices=partial.vertices * [1, 1, -1])
+    dynmesh.write(tmp_path / "other.usda", mirrored)
+    return beside(tmp_path / "shot.usda", one="one.usda", other="other.usda")
+
+
+def beside(path: Path, **files: str) -> Path:
+    """A stage that has these files side by side."""
+    prims = [f'def "{name}" (references = @{file}@) {{}}' for name, file in files.items()]
+    path.write_text("\n".join(["#usda 1.0", *prims, ""]))
+    return path
+
+
+def test_every_mesh_of_a_scene_learns_from_the_mesh_at_its_path(
+    tmp_path: Path, stage: Path
+) -> None:
+    for seed in (0, 1):
+        dynmesh.write(tmp_path / f"training{seed}.usda", training_of(8, 10 + seed))
+    pair = beside(tmp_path / "pair.usda", one="training0.usda", other="training1.usda")
+    report = dynmesh.complete_scene(stage, tmp_path / "out.usda", training=pair)
+    assert list(report.meshes) == ["/one", "/other"]
+    for seed, mesh in enumerate(report.meshes):
+        assert report.meshes[mesh].prior_weight is not None
+        single = tmp_path / f"single{seed}.usda"
+        training = tmp_path / f"training{seed}.usda"  # whose only mesh has another path
+        dynmesh.complete_file(stage, single, source={"prim": mesh}, training=training)
+        made = dynmesh.read(tmp_path / "out.usda", prim=mesh).vertices
+        np.testing.assert_array_equal(made, dynmesh.read(single).vertices)
+    said = run("complete", stage, tmp_path / "b.usda", "--prim", "all", "--training", pair).stderr
+    assert "/one: 9 frames" in said
+    assert said.count("; training: prior weight") == 2
+
+
+def test_a_mesh_that_is_not_in_the_training_file_is_not_completed(
+    tmp_path: Path, stage: Path
+) -> None:
+    for seed in (0, 1):
+        dynmesh.write(tmp_path / f"training{seed}.usda", training_of(8, 10 + seed))
+    pair = beside(tmp_path / "pair.usda", one="training0.usda", third="training1.usda")
+    report = dynmesh.complete_scene(stage, tmp_path / "out.usda", training=pair)
+    assert list(report.meshes) == ["/one"]
+    assert list(report.failed) == ["/other"]
+    assert report.failed["/other"].startswith(f"{pair}: has no mesh '/other'")
+    assert "/third" in report.failed["/other"]
+
+
+def test_info_describes_what_would_be_learnt(
+    tmp_path: Path, partial: dynmesh.Sequence, recordings: list[Path]
+) -> None:
+    options = [option for training in recordings for option in ("--training", training)]
+    told = json.loads(run("info", tmp_path / "partial.npz", "--json", *options).stdout)
+    both = np.concatenate([dynmesh.read(training).vertices for training in recordings])
+    expected = _core.training_summary(partial.faces, partial.vertices[0], both)
+    assert told["training"] == {
+        "frames": 16,
+        "variance_held": expected.variance_held,
+        "rms_distance": expected.rms_distance,
+        "largest_distance": expected.largest_distance,
+    }
+    assert 0 < expected.rms_distance < expected.largest_distance
+    shown = run("info", tmp_path / "partial.npz", *options).stdout
+    for distance in (expected.rms_distance, expected.largest_distance):
+        share = 100 * distance / told["mesh"]["diagonal"]
+        assert f"{distance:.3g} ({share:.3g} % of the diagonal)" in shown
+    assert "training" not in json.loads(run("info", tmp_path / "partial.npz", "--json").stdout)
