@@ -20,6 +20,7 @@
 #include "detail/detail.hpp"
 #include "generations/estimator.hpp"
 #include "generations/generations.hpp"
+#include "generations/in_double_precision.hpp"
 #include "motion/motion.hpp"
 #include "support/workers.hpp"
 
@@ -132,8 +133,9 @@ std::unique_ptr<Estimator<float>> detail(Faces faces, const Topology& topology, 
                                          const DetailConstants& constants) {
   std::vector<Triangle> triangles(faces.count);
   for (std::size_t f = 0; f < faces.count; ++f) triangles[f] = faces[f];
-  return std::make_unique<Detail<float>>(std::move(triangles), topology, std::nullopt, workers,
-                                         constants);
+  return std::make_unique<InDoublePrecision>(
+      std::make_unique<Detail>(std::move(triangles), topology, std::nullopt, workers, constants),
+      topology.cells.size());
 }
 
 /// Method detail with standard errors.
@@ -142,8 +144,10 @@ std::unique_ptr<Estimator<float>> detail_with_errors(Faces faces, const Topology
                                                      const DetailConstants& constants) {
   std::vector<Triangle> triangles(faces.count);
   for (std::size_t f = 0; f < faces.count; ++f) triangles[f] = faces[f];
-  return std::make_unique<Detail<float>>(std::move(triangles), topology, std::nullopt, workers,
-                                         constants, TrainingFrames<float>{}, false, true);
+  return std::make_unique<InDoublePrecision>(
+      std::make_unique<Detail>(std::move(triangles), topology, std::nullopt, workers, constants,
+                               TrainingFrames{}, false, true),
+      topology.cells.size());
 }
 
 /// Does the same as the other `scale` for the constants of error bars; shares that are kept are

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "support/workers.hpp"
-#include "tracking/camera_arguments.hpp"
+#include "tracker/camera_arguments.hpp"
 #include "tracking/depth_images.hpp"
 #include "tracking/point_scan.hpp"
 #include "tracking/surface_tracking.hpp"
@@ -98,7 +98,7 @@ class Subject {
   }
 
   SurfaceTracking::Found track(const Measurement& measurement) {
-    const auto found = surface_.find(measurement);
+    const auto found = surface_.track(measurement);
     surface_.remember(found.x, found.iterations > 0);
     return found;
   }

@@ -6,15 +6,15 @@
 #include <cstdio>
 #include <deque>
 #include <dynmesh/version.hpp>
-#include <sstream>
 #include <stdexcept>
 #include <system_error>
 #include <type_traits>
 #include <vector>
 
-#include "completer/settings_table.hpp"
 #include "frame_files.hpp"
+#include "stream/settings_table.hpp"
 #include "support/parse_number.hpp"
+#include "support/wrapped_text.hpp"
 
 namespace dynmesh::app {
 namespace {
@@ -98,28 +98,35 @@ Value value_of(const Setting& setting, Value Settings::*member, const char* text
   }
 }
 
+/// What a help text says of a default; truth values have options that only change it.
+template <class Value>
+std::string default_of(const Value& value) {
+  if constexpr (std::is_enum_v<Value>) {
+    return " The default is '" + std::string(names_of<Value>[static_cast<std::size_t>(value)]) +
+           "'.";
+  } else if constexpr (std::is_same_v<Value, Index>) {
+    return " The default is " + std::to_string(value) + ".";
+  }
+  return "";
+}
+
 void print_help() {
   constexpr std::size_t indent = 21;
   constexpr std::size_t width = 86;
   std::string text = help_before_settings;
-  for_each_setting([&](const Setting& setting, auto member) {
-    std::string line = "  --" + option_of(setting, member) + ' ' + setting.value;
-    line.resize(std::max(line.size() + 1, indent), ' ');
+  for_each_setting([&](const Setting& setting, auto member, auto...) {
+    const std::string head = "  --" + option_of(setting, member) + ' ' + setting.value;
     std::string sentence = setting.help;
+    if constexpr (std::is_same_v<decltype(member), bool Settings::*>) {
+      if (Settings{}.*member) sentence = setting.without;
+    }
+    sentence += default_of(Settings{}.*member);
     if (setting.method) {
       sentence = "(method " +
                  std::string(names_of<Method>.at(static_cast<std::size_t>(*setting.method))) +
                  ") " + sentence;
     }
-    std::istringstream words(sentence);
-    for (std::string word; words >> word;) {
-      if (line.size() + word.size() > width) {
-        text += line.substr(0, line.find_last_not_of(' ') + 1) + '\n';
-        line.assign(indent, ' ');
-      }
-      line += word + ' ';
-    }
-    text += line.substr(0, line.find_last_not_of(' ') + 1) + '\n';
+    text += wrapped_text(head, sentence, indent, width);
   });
   std::fputs((text + help_after_settings).c_str(), stdout);
 }
@@ -144,7 +151,7 @@ std::optional<Options> parse_options(int argc, char** argv) {
                                {"help", no_argument, nullptr, 'h'},
                                {"version", no_argument, nullptr, 'v'}};
   std::deque<std::string> names;  // which the options point to
-  for_each_setting([&]<class Value>(const Setting& setting, Value Settings::*member) {
+  for_each_setting([&]<class Value>(const Setting& setting, Value Settings::*member, auto...) {
     const int takes = std::is_same_v<Value, bool> ? no_argument : required_argument;
     names.push_back(option_of(setting, member));
     known.push_back(
@@ -183,7 +190,7 @@ std::optional<Options> parse_options(int argc, char** argv) {
           if (c < first_setting)
             throw UsageError("see dynmesh-complete --help");  // getopt says why
           int number = first_setting;
-          for_each_setting([&](const Setting& setting, auto member) {
+          for_each_setting([&](const Setting& setting, auto member, auto...) {
             if (number++ == c) options.settings.*member = value_of(setting, member, optarg);
           });
         }

@@ -26,49 +26,15 @@ Args:
     first_frame: Frame 0, (k, 3) float32 or float64, complete and finite. Later positions are
         converted to its dtype. When float64 is converted to float32, a finite number out of range
         becomes the largest float32 of its sign; a known position with such a coordinate is refused
-        as too large and does not count as missing.
-    method: "detail", the default, preserves the shape of frame 0 and of the last frame, rotated
-        with the motion. "motion" averages motion vectors as in the paper (Arvanitis et al. 2017,
-        section 3). A frame takes tenths of a millisecond instead of milliseconds, but the error is
-        several times larger. Both are described in docs/method.md.
-    revisit: If True, the default, every iteration estimates all vertices reached so far. If
-        False, each vertex is estimated once, when it is reached, and errors accumulate from frame
-        to frame. False requires "motion".
-    extra_iterations: The number of iterations after the one that reaches the last vertex, from
-        0, the default, to 1 000 000. They have no effect without `revisit`. More than 0 requires
-        "motion".
-    disconnected: How vertices are completed that no chain of edges connects to a known vertex of
-        the frame. "follow", the default: their component moves rigidly, with the surface that was
-        nearest to it in frame 0. "hold": they keep their previous positions.
-    noise: The standard deviation of the noise of the known positions, positive and in the unit
-        of the positions. Known vertices then move as well, according to the shape around them.
-        With None, the default, known positions are exact. Requires "detail".
-    reject_outliers: If True, known vertices whose motion contradicts that of the known vertices
-        around them are treated as unknown, estimated, and counted as `report.rejected`. The default
-        is False. Requires "detail".
-    learn: If True, the completer learns how the shape of the subject varies from the frames that it
-        completes. Useful where motions recur. A frame takes about twice as long. The default is
-        False. Requires "detail". Cannot be combined with `training`.
-    uncertainty: If True, `standard_error` is computed. The completed frames are the same. The
-        default is False. Requires "detail".
-    threads: The number of threads that may work on a frame, from 1, the default, to 256. They are
-        used for meshes of 23 553 vertices or more, and with "detail" of 5 889 or more; smaller
-        meshes are completed by the calling thread alone. Without `revisit`, threads are only used
-        to read and write positions. Results are identical for any number of threads. Whether more
-        threads are faster depends on the machine and the mesh.
-    training: Complete frames of the same mesh, of this subject or one like it: an array (n, k, 3)
+        as too large and does not count as missing.)doc";
+
+/// After the settings.
+constexpr const char* training_doc =
+    R"doc(    training: Complete frames of the same mesh, of this subject or one like it: an array (n, k, 3)
         or any iterable of at least three frames, of which at most 75 are kept. From them, "detail"
         learns how the shape of the subject varies, which usually makes it more accurate.
         Training frames that do not describe the subject have no effect: `report.prior_weight` is
         then 0. Requires "detail".)doc";
-
-constexpr const char* init_doc =
-    R"doc(__init__(self, faces, first_frame, *, method="detail", revisit=True, extra_iterations=0,
-         disconnected="follow", noise=None, reject_outliers=False, learn=False, uncertainty=False,
-         threads=1, training=None)
---
-
-Start at a complete frame.)doc";
 
 constexpr const char* standard_error_doc =
     R"doc((k,), in the completer's dtype and the unit of the positions: the standard error of a

@@ -1,20 +1,16 @@
 #include <algorithm>
 #include <array>
 #include <dynmesh/tracker.hpp>
-#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "arrays.hpp"
 #include "bindings.hpp"
-#include "completer/one_at_a_time.hpp"
-#include "scalars.hpp"
+#include "stream.hpp"
 #include "tracker_docs.hpp"
-#include "training.hpp"
 
 namespace dynmesh {
 namespace {
@@ -100,50 +96,10 @@ class ImagesArgument {
   std::vector<DepthImage> views_;
 };
 
-/// A Python class for both precisions; see AnyCompleter.
-class AnyTracker {
-  template <class Call>
-  static void released(const Call& call) {
-    const py::gil_scoped_release release;
-    call();
-  }
-
-  template <class Call>
-  auto exclusively(const Call& call) {
-    return turns_.enter(
-        [&] { return std::visit([&](auto& tracker) { return call(*tracker); }, tracker_); });
-  }
-
-  template <class Real>
-  void construct(const IndicesArgument& faces, const py::array& first_frame,
-                 const TrackerSettings& settings, const py::object& training) {
-    const PointsArgument<Real> frame("first_frame", first_frame, "(k, 3)");
-    if (training.is_none()) {
-      released([&] {
-        tracker_ = std::make_unique<Tracker<Real>>(faces.faces(), frame.view(), settings);
-      });
-    } else {
-      const auto trained = training_of<Real>(training, frame.view().count);
-      released([&] {
-        tracker_ = std::make_unique<Tracker<Real>>(faces.faces(), frame.view(), settings, trained);
-      });
-    }
-  }
-
+class AnyTracker : public AnyStream<Tracker, TrackerSettings> {
  public:
-  AnyTracker(const py::object& faces, const py::object& first_frame, const py::object& threads,
-             const py::object& training, const py::object& uncertainty) {
-    const IndicesArgument indices("faces", faces, 3, "(m, 3)");
-    const py::array frame = to_array("first_frame", first_frame);
-    check_floating("first_frame", frame);
-    const TrackerSettings settings = {.threads = integer_argument("threads", threads),
-                                      .uncertainty = truth_argument("uncertainty", uncertainty)};
-    if (frame.itemsize() == sizeof(float)) {
-      construct<float>(indices, frame, settings, training);
-    } else {
-      construct<double>(indices, frame, settings, training);
-    }
-  }
+  AnyTracker(const py::object& faces, const py::object& first_frame, const py::kwargs& settings)
+      : AnyStream(faces, first_frame, settings, "tracker") {}
 
   py::object push(const py::object& points, const py::object& normals, const py::object& viewpoints,
                   const py::object& out) {
@@ -179,45 +135,6 @@ class AnyTracker {
     });
   }
 
-  py::object skip(const py::object& out) {
-    return exclusively([&]<class Real>(Tracker<Real>& tracker) {
-      OutputArgument<Real> output(out, tracker.n_vertices());
-      released([&] { tracker.skip(output.view()); });
-      return output.array();
-    });
-  }
-
-  void reset(const py::object& frame) {
-    exclusively([&]<class Real>(Tracker<Real>& tracker) {
-      const PointsArgument<Real> given("frame", frame, "(k, 3)");
-      released([&] { tracker.reset(given.view()); });
-    });
-  }
-
-  py::bytes state() {
-    return exclusively([]<class Real>(Tracker<Real>& tracker) {
-      const auto bytes = tracker.state();
-      return py::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    });
-  }
-
-  void restore(const py::object& state) {
-    const BytesArgument bytes("state", state);
-    exclusively([&]<class Real>(Tracker<Real>& tracker) { tracker.restore(bytes.view()); });
-  }
-
-  py::array_t<Index> generation() {
-    return exclusively([]<class Real>(Tracker<Real>& tracker) {
-      const auto values = tracker.generation();
-      return py::array_t<Index>(static_cast<py::ssize_t>(values.size()), values.data());
-    });
-  }
-  py::array_t<Index> age() {
-    return exclusively([]<class Real>(Tracker<Real>& tracker) {
-      const auto values = tracker.age();
-      return py::array_t<Index>(static_cast<py::ssize_t>(values.size()), values.data());
-    });
-  }
   py::array_t<bool> observed() {
     return exclusively([]<class Real>(Tracker<Real>& tracker) {
       const auto values = tracker.observed();
@@ -227,38 +144,6 @@ class AnyTracker {
       return mask;
     });
   }
-  py::array standard_error() {
-    return exclusively([]<class Real>(Tracker<Real>& tracker) -> py::array {
-      const std::span<const Real> values = tracker.standard_error();
-      return py::array_t<Real>(static_cast<py::ssize_t>(values.size()), values.data());
-    });
-  }
-  TrackingReport report() {
-    return exclusively([]<class Real>(Tracker<Real>& tracker) { return tracker.report(); });
-  }
-  std::size_t n_frames() {
-    return exclusively([]<class Real>(Tracker<Real>& tracker) { return tracker.n_frames(); });
-  }
-
-  // Properties that never change can be read at any time.
-  [[nodiscard]] TopologyReport topology() const {
-    return std::visit([](const auto& tracker) { return tracker->topology(); }, tracker_);
-  }
-  [[nodiscard]] std::size_t n_vertices() const {
-    return std::visit([](const auto& tracker) { return tracker->n_vertices(); }, tracker_);
-  }
-  [[nodiscard]] std::size_t n_edges() const {
-    return std::visit([](const auto& tracker) { return tracker->n_edges(); }, tracker_);
-  }
-  [[nodiscard]] py::dtype dtype() const {
-    return std::holds_alternative<std::unique_ptr<Tracker<float>>>(tracker_)
-               ? py::dtype::of<float>()
-               : py::dtype::of<double>();
-  }
-
- private:
-  std::variant<std::unique_ptr<Tracker<float>>, std::unique_ptr<Tracker<double>>> tracker_;
-  OneAtATime turns_{"tracker"};
 };
 
 }  // namespace
@@ -275,46 +160,28 @@ void bind_tracker(py::module_& module) {
                         report.aligned, report.iterations, report.seconds);
       });
 
-  py::class_<AnyTracker>(module, "Tracker", tracker_doc)
-      .def(py::init([](const py::object& faces, const py::object& first_frame,
-                       const py::object& threads, const py::object& training,
-                       const py::object& uncertainty) {
-             return std::make_unique<AnyTracker>(faces, first_frame, threads, training,
-                                                 uncertainty);
-           }),
-           py::arg("faces"), py::arg("first_frame"), py::kw_only(), py::arg("threads") = 1,
-           py::arg("training") = py::none(), py::arg("uncertainty") = false, tracker_init_doc)
+  const std::string doc =
+      tracker_doc + ("\n" + settings_doc<TrackerSettings>()) + tracker_training_doc;
+  py::class_<AnyTracker> tracker(module, "Tracker", doc.c_str());
+  const std::string init_doc = init_doc_of<TrackerSettings>("Start at a template.");
+  bind_stream(tracker, {init_doc.c_str(), tracker_skip_doc, tracker_reset_doc, tracker_state_doc,
+                        tracker_restore_doc,
+                        "(k,) int32, for the last frame: 0 for an observed vertex, the number of "
+                        "edges to the nearest observed vertex for others, -1 where there is none.",
+                        tracker_standard_error_doc, "The TrackingReport of the last frame.",
+                        "The number of frames since construction or `reset`; `restore` restores "
+                        "it."});
+  tracker
       .def("push", &AnyTracker::push, py::arg("points"), py::arg("normals") = py::none(),
            py::kw_only(), py::arg("viewpoints") = py::none(), py::arg("out") = py::none(),
            tracker_push_doc)
       .def("push_depth", &AnyTracker::push_depth, py::arg("depth"), py::arg("intrinsics"),
            py::arg("pose"), py::kw_only(), py::arg("out") = py::none(), tracker_push_depth_doc)
-      .def("skip", &AnyTracker::skip, py::kw_only(), py::arg("out") = py::none(), tracker_skip_doc)
-      .def("reset", &AnyTracker::reset, py::arg("frame"), tracker_reset_doc)
-      .def("state", &AnyTracker::state, tracker_state_doc)
-      .def("restore", &AnyTracker::restore, py::arg("state"), tracker_restore_doc)
       .def_property_readonly("observed", &AnyTracker::observed,
                              "(k,) bool: whether the vertex has a measured point in the last "
                              "frame.")
-      .def_property_readonly("generation", &AnyTracker::generation,
-                             "(k,) int32, for the last frame: 0 for an observed vertex, g for one "
-                             "that g edges separate from it, -1 where there is none.")
-      .def_property_readonly("age", &AnyTracker::age,
-                             "(k,) int32: the number of frames since the vertex was last observed.")
-      .def_property_readonly("standard_error", &AnyTracker::standard_error,
-                             tracker_standard_error_doc)
-      .def_property_readonly("report", &AnyTracker::report, "The TrackingReport of the last frame.")
-      .def_property_readonly("topology", &AnyTracker::topology, "The TopologyReport of the mesh.")
-      .def_property_readonly("n_frames", &AnyTracker::n_frames,
-                             "The number of frames since construction or `reset`; `restore` "
-                             "restores it.")
-      .def_property_readonly("n_vertices", &AnyTracker::n_vertices, "The number of vertices, k.")
-      .def_property_readonly("n_edges", &AnyTracker::n_edges, "The number of edges of the mesh.")
-      .def_property_readonly("dtype", &AnyTracker::dtype,
-                             "float32 or float64, the dtype of first_frame.")
-      .def("__repr__", [](const AnyTracker& tracker) {
-        return py::str("Tracker({} vertices, {} edges)")
-            .format(tracker.n_vertices(), tracker.n_edges());
+      .def("__repr__", [](const AnyTracker& self) {
+        return py::str("Tracker({} vertices, {} edges)").format(self.n_vertices(), self.n_edges());
       });
 }
 

@@ -26,19 +26,13 @@ RuntimeError.
 Args:
     faces: The triangles, (m, 3) integers; see Completer.
     first_frame: The template, (k, 3) float32 or float64, complete and finite, in the pose of the
-        first scan.
-    threads: The number of threads that may work on a frame, from 1, the default, to 256. Results
-        are identical for any number of threads.
-    training: None, or complete frames of the same mesh, as Completer takes them, from which the
+        first scan.)doc";
+
+/// After the settings.
+constexpr const char* tracker_training_doc =
+    R"doc(    training: None, or complete frames of the same mesh, as Completer takes them, from which the
         tracker learns how the shape of the subject varies. Training frames that do not describe the
-        subject have no effect: `report.prior_weight` is then 0.
-    uncertainty: Whether to compute `standard_error`. The tracked frames are the same.)doc";
-
-constexpr const char* tracker_init_doc =
-    R"doc(__init__(self, faces, first_frame, *, threads=1, training=None, uncertainty=False)
---
-
-Start at a template.)doc";
+        subject have no effect: `report.prior_weight` is then 0.)doc";
 
 constexpr const char* tracker_push_doc =
     R"doc(push(self, points, normals=None, *, viewpoints=None, out=None)

@@ -1,10 +1,12 @@
 from collections.abc import Iterable
 from collections.abc import Sequence as SequenceOf
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import Buffer
+
+from ._settings import Settings
 
 __version__: str
 
@@ -78,6 +80,7 @@ class TrainingSummary:
 def training_summary(
     faces: _Integers, first_frame: _Positions, frames: Iterable[_Positions]
 ) -> TrainingSummary: ...
+def setting_table() -> list[dict[str, Any]]: ...
 
 class Completer:
     def __init__(
@@ -85,16 +88,8 @@ class Completer:
         faces: _Integers,
         first_frame: _Positions,
         *,
-        method: Literal["motion", "detail"] = "detail",
-        revisit: bool = True,
-        extra_iterations: int = 0,
-        disconnected: Literal["follow", "hold"] = "follow",
-        noise: float | None = None,
-        reject_outliers: bool = False,
-        learn: bool = False,
-        uncertainty: bool = False,
-        threads: int = 1,
         training: Iterable[_Positions] | None = None,
+        **settings: Unpack[Settings],
     ) -> None: ...
     def push(
         self, points: _Positions, known: _Mask | None = None, *, out: _Positions | None = None
@@ -140,9 +135,9 @@ class Tracker:
         faces: _Integers,
         first_frame: _Positions,
         *,
+        uncertainty: bool = False,
         threads: int = 1,
         training: Iterable[_Positions] | None = None,
-        uncertainty: bool = False,
     ) -> None: ...
     def push(
         self,
@@ -176,6 +171,8 @@ class Tracker:
     def report(self) -> TrackingReport: ...
     @property
     def topology(self) -> TopologyReport: ...
+    @property
+    def settings(self) -> dict[str, Any]: ...
     @property
     def n_frames(self) -> int: ...
     @property

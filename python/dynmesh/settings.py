@@ -1,11 +1,13 @@
 """The settings of a completer: one table from which every interface of the package is made."""
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, TypedDict, TypeVar, cast
+from typing import Any, Literal, TypeVar, cast
 
+from ._core import setting_table
 from ._errors import KindError
+from ._settings import Settings as Settings  # also for users of this module
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -15,102 +17,35 @@ class Setting:
     """One setting of :class:`dynmesh.Completer`.
 
     Attributes:
-        kind: the type of its values; None is a value too if it is the default.
+        name: in Python; command lines have hyphens in it.
         default: the value if none is given.
-        help: what it does, in a sentence for the command line.
+        help: what it does, in a sentence or two for the command line.
+        changes_results: whether the completed frames depend on it.
         choices: all values, if there are few.
         method: the only method that has this setting; None if both have it.
         least: the smallest value of an integer.
+        most: the largest one.
         metavar: what the command line calls a value.
-        changes_results: whether the completed frames depend on it.
     """
 
-    kind: type[Any]
+    name: str
     default: Any
     help: str
-    choices: tuple[str, ...] = ()
+    changes_results: bool
+    choices: Sequence[str] = ()
     method: Literal["motion", "detail"] | None = None
     least: int | None = None
-    metavar: str | None = None
-    changes_results: bool = True
+    most: int | None = None
+    metavar: str = ""
+
+    @property
+    def kind(self) -> type[Any]:
+        """The type of its values; None is a value too if it is the default."""
+        return float if self.default is None else type(self.default)
 
 
-SETTINGS: dict[str, Setting] = {
-    "method": Setting(
-        str,
-        "detail",
-        "detail keeps the shape of the mesh; motion is less accurate, but fast.",
-        choices=("motion", "detail"),
-    ),
-    "revisit": Setting(
-        bool,
-        True,
-        "Estimate each unknown vertex again in every iteration, or only once.",
-        method="motion",
-    ),
-    "extra_iterations": Setting(
-        int,
-        0,
-        "Further iterations after every unknown vertex is reached.",
-        method="motion",
-        least=0,
-        metavar="N",
-    ),
-    "disconnected": Setting(
-        str,
-        "follow",
-        "Parts without a known vertex follow the nearest surface, or stay where they are.",
-        choices=("follow", "hold"),
-    ),
-    "noise": Setting(
-        float,
-        None,
-        "Smooth known positions with noise of this standard deviation, in the unit of positions.",
-        method="detail",
-        metavar="SIGMA",
-    ),
-    "reject_outliers": Setting(
-        bool,
-        False,
-        "Treat known vertices as unknown if they do not move like those around them.",
-        method="detail",
-    ),
-    "learn": Setting(
-        bool,
-        False,
-        "Learn from the completed frames; more accurate if motions recur, and slower.",
-        method="detail",
-    ),
-    "uncertainty": Setting(
-        bool,
-        False,
-        "Compute the standard error of each estimated vertex; --provenance writes it.",
-        method="detail",
-    ),
-    "threads": Setting(
-        int,
-        1,
-        "Threads per frame of a large mesh, 256 at most.",
-        least=1,
-        metavar="N",
-        changes_results=False,
-    ),
-}
-"""All settings by name. `tests/python/test_settings.py` compares them with the compiled core."""
-
-
-class Settings(TypedDict, total=False):
-    """The table as a type, for editors and type checkers."""
-
-    method: Literal["motion", "detail"]
-    revisit: bool
-    extra_iterations: int
-    disconnected: Literal["follow", "hold"]
-    noise: float | None
-    reject_outliers: bool
-    learn: bool
-    uncertainty: bool
-    threads: int
+SETTINGS: dict[str, Setting] = {row["name"]: Setting(**row) for row in setting_table()}
+"""All settings by name, as the compiled core has them."""
 
 
 default_settings = cast(Settings, {name: setting.default for name, setting in SETTINGS.items()})

@@ -215,9 +215,10 @@ TEST_CASE("a forged state is refused if later frames could not handle it") {
     refused(ages - sizeof(float), 1e30F, "position of vertex 15");
     refused(ages + sizeof(Index), Index{-1}, "vertex 1 has the age -1");
     refused(masks + 2, std::uint8_t{2}, "the mask 2");
-    refused(rows, std::uint64_t{15}, method == Method::detail ? "memory" : "truncated");
-    refused(state.size() - 16, -1.0, "memory");
-    if (method == Method::detail) refused(rows + 8, 2.0, "memory");
+    if (method == Method::detail) {
+      refused(rows, 2.0, "memory");
+      refused(state.size() - 16, -1.0, "memory");
+    }
     // It is refused for no other reason.
     CHECK_NOTHROW(completer.restore(state));
   }

@@ -18,7 +18,7 @@ inline SymmetricMatrix system_of(const Mesh<double>& mesh) {
   }
   std::vector<Triangle> faces;
   for (std::size_t f = 0; f < mesh.faces().count; ++f) faces.push_back(mesh.faces()[f]);
-  return normal_matrix(build_detail_operator<double>(faces, topology.cells, frame));
+  return normal_matrix(build_detail_operator(faces, topology.cells, frame));
 }
 
 }  // namespace dynmesh::testing

@@ -52,7 +52,7 @@ TEST_CASE("flips preserve the surface and satisfy the Delaunay condition") {
     mesh.vertices[i + 2] = 0;
   }
   const Surface surface = surface_of(mesh);
-  const auto triangles = intrinsic_delaunay<double>(surface.faces, surface.frame, 1);
+  const auto triangles = intrinsic_delaunay(surface.faces, surface.frame, 1);
   CHECK(triangles.size() == surface.faces.size());
   CHECK(area_of(triangles) == doctest::Approx(121));  // a shear preserves the area
   std::size_t interior = 0;
@@ -66,8 +66,8 @@ TEST_CASE("flips preserve the surface and satisfy the Delaunay condition") {
 
 TEST_CASE("a flat Delaunay triangulation is not changed") {
   const Surface surface = surface_of(sheet<double>(6));
-  const auto triangles = intrinsic_delaunay<double>(surface.faces, surface.frame, 1);
-  const auto again = intrinsic_delaunay<double>(surface.faces, surface.frame, 2);
+  const auto triangles = intrinsic_delaunay(surface.faces, surface.frame, 1);
+  const auto again = intrinsic_delaunay(surface.faces, surface.frame, 2);
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     CHECK(triangles[t].vertices == again[t].vertices);
     CHECK(triangles[t].lengths[0] == doctest::Approx(2 * again[t].lengths[0]));
@@ -79,7 +79,7 @@ TEST_CASE("degenerate triangles and non-manifold edges are handled") {
                                               {0, 1, 0}, {0.5, 9, 0}, {0.5, -1e-9, 0}};
   const std::vector<Triangle> faces = {{0, 1, 2}, {0, 1, 3}, {0, 1, 4}, {1, 0, 5}, {0, 1, 6},
                                        {3, 3, 4}, {0, 1, 4}, {1, 0, 4}, {4, 3, 5}, {5, 3, 4}};
-  const auto triangles = intrinsic_delaunay<double>(faces, frame, 1);
+  const auto triangles = intrinsic_delaunay(faces, frame, 1);
   CHECK(triangles.size() == 9);
   for (const auto& t : triangles) {
     CHECK(t.area() > 0);

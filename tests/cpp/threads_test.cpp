@@ -12,10 +12,10 @@
 #include <thread>
 #include <vector>
 
-#include "completer/one_at_a_time.hpp"
 #include "meshes.hpp"
 #include "push.hpp"
 #include "shared_work.hpp"
+#include "stream/one_at_a_time.hpp"
 
 namespace dynmesh::testing {
 namespace {

@@ -11,10 +11,10 @@
 #include <string>
 #include <vector>
 
-#include "completer/settings_table.hpp"
 #include "meshes.hpp"
 #include "push.hpp"
 #include "scans.hpp"
+#include "stream/settings_table.hpp"
 #include "training_data.hpp"
 
 namespace dynmesh::testing {
@@ -47,7 +47,7 @@ std::vector<Settings> all_settings() {
   std::vector<Settings> all;
   for (const Method method : {Method::motion, Method::detail}) {
     all.push_back({.method = method});
-    for_each_setting([&](const Setting& setting, auto member) {
+    for_each_setting([&](const Setting& setting, auto member, auto...) {
       if (setting.method && *setting.method != method) return;
       Settings settings = {.method = method};
       change(settings.*member);
@@ -97,7 +97,7 @@ TEST_CASE_TEMPLATE("completed frames do not depend on the unit of length", Real,
     for (const bool is_trained : {false, true}) {
       if (is_trained && (settings.method != Method::detail || settings.learn)) continue;
       std::string changed;
-      for_each_setting([&](const Setting& setting, auto member) {
+      for_each_setting([&](const Setting& setting, auto member, auto...) {
         if (settings.*member != Settings{}.*member) changed += std::string(" ") + setting.name;
       });
       CAPTURE(changed);

@@ -155,13 +155,13 @@ def test_size_of_a_state(dtype: str, share: int) -> None:
     truth = dynmesh.synth.ocean(1)
     first = truth.vertices[0].astype(dtype)
     completer = dynmesh.Completer(truth.faces, first, method="motion")
-    assert len(completer.state()) == 172 + share * completer.n_vertices
+    assert len(completer.state()) == 156 + share * completer.n_vertices
     detail = dynmesh.Completer(truth.faces, first, method="detail")
-    assert len(detail.state()) == 172 + (share + 56) * detail.n_vertices
+    assert len(detail.state()) == 164 + (share + 56) * detail.n_vertices
     take = dynmesh.synth.ocean(3).vertices.astype(dtype)
     trained = dynmesh.Completer(truth.faces, first, method="detail", training=take)
     assert len(trained.state()) == len(detail.state()) + 1688
-    assert "172 bytes, and for each vertex" in DOCUMENT
+    assert "156 bytes, and for each vertex" in DOCUMENT
     assert "1 688 with training" in DOCUMENT
     assert f"{share} with `{'float' if share == 29 else 'double'}`" in DOCUMENT
     assert "and 56 more with method\ndetail" in DOCUMENT

@@ -15,19 +15,13 @@ MAY_INCLUDE = {
     "factor": {"kernels", "support"},
     "motion": {"generations", "kernels", "support"},
     "detail": {"factor", "generations", "kernels", "support"},
+    "tracking": {"detail", "factor", "generations", "kernels", "support"},
     "disconnected": {"generations", "support"},
-    "completer": {"mesh", "motion", "detail", "disconnected", "generations", "kernels", "support"},
-    "tracking": {
-        "completer",
-        "mesh",
-        "detail",
-        "disconnected",
-        "generations",
-        "kernels",
-        "support",
-    },
+    "stream": {"mesh", "detail", "disconnected", "generations", "kernels", "support"},
+    "completer": {"stream", "mesh", "motion", "detail", "disconnected", "generations", "support"},
+    "tracker": {"stream", "mesh", "tracking", "support"},
     "evaluation": {"support"},
-    "c": {"completer", "support"},
+    "c": {"stream", "support"},
 }
 """What each folder may include beside itself and the public headers."""
 

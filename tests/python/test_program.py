@@ -404,7 +404,9 @@ def test_help_and_version(programs: Path) -> None:
 
     assert run("--version").strip() == f"dynmesh-complete {dynmesh.__version__}"
     assert "--template" in run("--help") == run("-h")
-    assert "--no-revisit (method motion) Estimate every" in " ".join(run("-h").split())
+    assert "--no-revisit (method motion) Estimate each vertex only once" in " ".join(
+        run("-h").split()
+    )
 
 
 def test_the_capture_loop_completes_or_drops_every_frame(

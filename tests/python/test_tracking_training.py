@@ -147,7 +147,7 @@ def test_a_state_continues_and_belongs_to_its_training(rng: np.random.Generator)
     for other, why in (
         (made(None), "of a tracker with training"),
         (made(training(mesh, 4)), "of a tracker with another training sequence"),
-        (made(uncertainty=False), "uncertainty=True, not False"),
+        (made(uncertainty=False), "uncertainty is True, not False"),
     ):
         with pytest.raises(ValueError, match=f"state: .*{why}"):
             other.restore(first.state())

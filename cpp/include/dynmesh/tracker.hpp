@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <dynmesh/export.hpp>
 #include <dynmesh/frame_report.hpp>
+#include <dynmesh/settings.hpp>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/training.hpp>
 #include <dynmesh/types.hpp>
@@ -23,6 +24,9 @@ struct TrackerSettings {
   /// Whether to estimate how far vertices may be off. The tracked frames are the same.
   bool uncertainty = false;
 };
+
+/// Throws SettingError, which names the setting and its value.
+DYNMESH_EXPORT void check_settings(const TrackerSettings& settings);
 
 /// A scan: points of the surface in any order and of any number, in the axes and the unit of the
 /// template.

@@ -3,17 +3,21 @@
 
 #include <dynmesh/dynmesh.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/settings.hpp>
 #include <dynmesh/types.hpp>
 #include <limits>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
 
+#include "stream/settings_table.hpp"
 #include "support/checks.hpp"
 
 namespace dynmesh {
@@ -77,19 +81,38 @@ inline std::span<const Index> indices_of(const std::int32_t* indices, std::int64
   return {indices, count};
 }
 
-inline Method method_of(std::int32_t method) {
-  if (method == DYNMESH_METHOD_MOTION) return Method::motion;
-  if (method == DYNMESH_METHOD_DETAIL) return Method::detail;
-  refuse("method", "must be DYNMESH_METHOD_MOTION (0) or DYNMESH_METHOD_DETAIL (1), not " +
-                       std::to_string(method));
+/// The value of a setting in C: an enumeration or a truth value as int32, and NaN for none.
+template <class Value>
+auto to_c(const Value& value) {
+  if constexpr (std::is_same_v<Value, std::optional<double>>) {
+    return value.value_or(std::numeric_limits<double>::quiet_NaN());
+  } else {
+    return static_cast<std::int32_t>(value);
+  }
 }
 
-inline DisconnectedRule disconnected_rule_of(std::int32_t rule) {
-  if (rule == DYNMESH_DISCONNECTED_HOLD) return DisconnectedRule::hold;
-  if (rule == DYNMESH_DISCONNECTED_FOLLOW) return DisconnectedRule::follow;
-  refuse("disconnected",
-         "must be DYNMESH_DISCONNECTED_HOLD (0) or DYNMESH_DISCONNECTED_FOLLOW (1), not " +
-             std::to_string(rule));
+template <class Value, class Given>
+Value setting_from_c(const char* name, Given given) {
+  if constexpr (std::is_same_v<Value, std::optional<double>>) {
+    return std::isnan(given) ? std::nullopt : Value(given);
+  } else if constexpr (std::is_same_v<Value, bool>) {
+    return given != 0;
+  } else if constexpr (std::is_enum_v<Value>) {
+    const auto& names = names_of<Value>;
+    if (given >= 0 && static_cast<std::size_t>(given) < names.size()) {
+      return static_cast<Value>(given);
+    }
+    std::string listed;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      std::string constant = std::string("DYNMESH_") + name + '_' + std::string(names[i]);
+      std::ranges::transform(constant, constant.begin(),
+                             [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+      listed += (i == 0 ? "" : " or ") + constant + " (" + std::to_string(i) + ")";
+    }
+    refuse(name, "must be " + listed + ", not " + std::to_string(given));
+  } else {
+    return given;
+  }
 }
 
 /// Later versions may support several sizes, with default values for the fields that smaller ones
@@ -108,15 +131,10 @@ inline Settings settings_of(const dynmesh_settings* chosen) {
   if (chosen == nullptr) return settings;
   const dynmesh_settings& given = *chosen;
   check_settings_size("settings.size", given.size);
-  settings.method = method_of(given.method);
-  settings.revisit = given.revisit != 0;
-  settings.extra_iterations = given.extra_iterations;
-  settings.disconnected = disconnected_rule_of(given.disconnected);
-  if (!std::isnan(given.noise)) settings.noise = given.noise;
-  settings.reject_outliers = given.reject_outliers != 0;
-  settings.learn = given.learn != 0;
-  settings.uncertainty = given.uncertainty != 0;
-  settings.threads = given.threads;
+  for_each_setting(
+      [&]<class Value>(const Setting& setting, Value Settings::*member, auto member_in_c) {
+        settings.*member = setting_from_c<Value>(setting.name, given.*member_in_c);
+      });
   return settings;
 }
 

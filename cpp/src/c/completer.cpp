@@ -56,16 +56,10 @@ dynmesh_status dynmesh_default_settings(dynmesh_settings* settings, int64_t size
     check_pointer("settings", settings);
     check_settings_size("size", size);
     const Settings defaults;
-    *settings = {size,
-                 DYNMESH_METHOD_DETAIL,
-                 defaults.revisit ? 1 : 0,
-                 defaults.extra_iterations,
-                 DYNMESH_DISCONNECTED_FOLLOW,
-                 defaults.noise.value_or(std::numeric_limits<double>::quiet_NaN()),
-                 defaults.reject_outliers ? 1 : 0,
-                 defaults.threads,
-                 defaults.learn ? 1 : 0,
-                 defaults.uncertainty ? 1 : 0};
+    settings->size = size;
+    for_each_setting([&](const Setting&, auto member, auto member_in_c) {
+      settings->*member_in_c = to_c(defaults.*member);
+    });
   });
 }
 

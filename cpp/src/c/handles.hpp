@@ -15,7 +15,7 @@
 
 #include "c/arguments.hpp"
 #include "c/status.hpp"
-#include "completer/one_at_a_time.hpp"
+#include "stream/one_at_a_time.hpp"
 
 struct dynmesh_completer {
   static constexpr const char* name = "completer";

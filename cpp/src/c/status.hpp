@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "completer/one_at_a_time.hpp"
+#include "stream/one_at_a_time.hpp"
 
 namespace dynmesh {
 

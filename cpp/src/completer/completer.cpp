@@ -1,71 +1,144 @@
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <dynmesh/completer.hpp>
 #include <limits>
+#include <memory>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
 
-#include "completer/arguments.hpp"
-#include "completer/parts.hpp"
+#include "completer/outliers.hpp"
+#include "detail/detail.hpp"
+#include "generations/estimator.hpp"
+#include "generations/in_double_precision.hpp"
+#include "motion/fast_motion.hpp"
+#include "motion/motion.hpp"
+#include "stream/arguments.hpp"
+#include "stream/state.hpp"
+#include "stream/stream.hpp"
+#include "stream/training_frames.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {
+namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Executes algorithm 1 of the paper for one frame. The public functions below have checked all
-/// arguments, so only the estimate can fail, if memory is exhausted. Nothing that is kept between
-/// calls changes before it.
+/// The last character is the version of the format.
+constexpr StateKind kind = {{'d', 'y', 'n', 'm', 'e', 's', 'h', '9'}, "completer"};
+
+template <class Real>
+std::unique_ptr<Estimator<Real>> estimator_of(Faces faces, const Numbering& numbering,
+                                              const Topology& topology, const Settings& settings,
+                                              Workers& workers,
+                                              std::span<const std::vector<Real>> training) {
+  if (settings.method == Method::detail) {
+    auto detail = std::make_unique<Detail>(
+        faces_in_internal_order(faces, numbering), topology, settings.noise, workers,
+        DetailConstants{}, take_in_internal_order(training, numbering), settings.learn,
+        settings.uncertainty, std::numeric_limits<Real>::epsilon());
+    if constexpr (std::is_same_v<Real, double>) {
+      return detail;
+    } else {
+      return std::make_unique<InDoublePrecision>(std::move(detail), topology.cells.size());
+    }
+  }
+  const Cells& cells = topology.cells;
+  if (settings.revisit && FastMotion<Real>::supports(cells.size())) {
+    return std::make_unique<FastMotion<Real>>(cells, settings.extra_iterations, workers);
+  }
+  return std::make_unique<Motion<Real>>(cells, settings.revisit, settings.extra_iterations);
+}
+
+}  // namespace
+
+/// Completes frames after the public functions have checked the arguments.
+template <class Real>
+struct Completer<Real>::Parts {
+  using Frame = std::vector<Vector3<Real>>;
+
+  /// `first_frame` and the training frames, x y z of each vertex, are in the caller's order.
+  Parts(Faces faces, const Frame& first_frame, Topology topology, const Settings& chosen,
+        std::span<const std::vector<Real>> training = {})
+      : settings(chosen),
+        stream(first_frame, std::move(topology), chosen.disconnected, chosen.threads,
+               chosen.uncertainty),
+        outliers(chosen.reject_outliers ? std::make_unique<Outliers<Real>>(stream.topology->cells)
+                                        : nullptr),
+        estimator(estimator_of<Real>(faces, stream.numbering, *stream.topology, chosen,
+                                     stream.workers, training)),
+        training_hash(hash_of_frames(training)) {
+    begin(first_frame);
+  }
+
+  void begin(const Frame& first_frame);
+  void read(Points<const Real> points, KnownMask mask);
+  FrameReport complete(Points<Real> completed, Clock::time_point start);
+  [[nodiscard]] double mean_standard_error() const;
+
+  Settings settings;
+  Stream<Real> stream;
+  std::unique_ptr<Outliers<Real>> outliers;  // null if outliers are not rejected
+  std::unique_ptr<Estimator<Real>> estimator;
+  std::uint64_t training_hash = 0;  // of its frames; 0 without training
+  FrameReport report;
+};
+
+/// Begins a sequence. If memory is exhausted, nothing has changed.
+template <class Real>
+void Completer<Real>::Parts::begin(const Frame& first_frame) {
+  auto prepared = stream.prepare(first_frame);
+  estimator->reset(prepared.first_frame);
+  // Nothing below can throw.
+  stream.begin(std::move(prepared));
+  if (outliers) outliers->reset(stream.first_frame);
+  report = {};
+  stream.count(report);
+}
+
+/// Reads a row for each vertex. Without a mask, finite rows are anchors. Refuses anchors that are
+/// out of range.
+template <class Real>
+void Completer<Real>::Parts::read(Points<const Real> points, KnownMask mask) {
+  if (stream.exchange.read(points, mask, stream.current, stream.known)) return;
+  for (std::size_t i = 0; i < points.count; ++i) {  // find the one that is out of range
+    const std::size_t v = stream.numbering.internal_index(i);
+    if (stream.known[v] != 0) check_known_position(i, row(points, i));
+  }
+}
+
+/// Executes algorithm 1 of the paper for the frame whose anchors have been read. Only the estimate
+/// can fail, if memory is exhausted. Nothing that is kept between calls changes before it.
 template <class Real>
 FrameReport Completer<Real>::Parts::complete(Points<Real> completed, Clock::time_point start) {
-  const std::size_t rejected = outliers ? outliers->drop(previous, current, known) : 0;
-  // Classify the vertices and estimate the satellites: eq. (3) and (4) of method motion.
-  const Index iterations = estimator->estimate(previous, current, known, generations);
-  disconnected.complete(previous, current, generations);
-  // Vertices whose estimate has diverged are first reset to the previous frame, since a NaN would
-  // spread to later frames.
-  exchange.write(current, previous, completed);
-  estimator->remember(current);
-  std::swap(previous, current);
-  update_ages();
-  ++n_frames;
-  report = report_of(iterations, rejected, start);
-  return report;
-}
-
-template <class Real>
-void Completer<Real>::Parts::update_ages() {
-  for (std::size_t v = 0; v < n_vertices(); ++v) {
-    const Index older = age[v] + (age[v] < std::numeric_limits<Index>::max() ? 1 : 0);
-    age[v] = known[v] != 0 ? 0 : older;
-  }
-  generation_for_caller_.clear();
-  age_for_caller_.clear();
-  standard_error_for_caller_.clear();
-}
-
-template <class Real>
-FrameReport Completer<Real>::Parts::report_of(Index iterations, std::size_t rejected,
-                                              Clock::time_point start) const {
   FrameReport made;
-  made.rejected = rejected;
-  made.known = generations.anchors();
-  made.filled = generations.reached();
-  made.disconnected = generations.disconnected_vertices();
-  made.iterations = static_cast<std::size_t>(iterations);
+  if (outliers) made.rejected = outliers->drop(stream.previous, stream.current, stream.known);
+  // Classify the vertices and estimate the satellites: eq. (3) and (4) of method motion.
+  made.iterations = static_cast<std::size_t>(
+      estimator->estimate(stream.previous, stream.current, stream.known, stream.generations));
+  stream.write(completed);
+  estimator->remember(stream.current);
+  stream.advance();
+  stream.count(made);
   made.standard_error = mean_standard_error();
   made.stages = estimator->stages();
   made.seconds = std::chrono::duration<double>(Clock::now() - start).count();
-  return made;
+  report = made;
+  return report;
 }
 
+/// The root mean square of the standard errors of the satellites; 0 without any.
 template <class Real>
-void Completer<Real>::Parts::read(Points<const Real> points, KnownMask mask) {
-  if (exchange.read(points, mask, current, known)) return;
-  for (std::size_t i = 0; i < points.count; ++i) {  // find the one that is out of range
-    if (known[numbering.internal_index(i)] != 0) check_known_position(i, row(points, i));
+double Completer<Real>::Parts::mean_standard_error() const {
+  const std::span<const double> values = estimator->standard_error();
+  const std::span<const Index> generation = stream.generations.of_vertices();
+  double sum = 0;
+  for (std::size_t v = 0; v < values.size(); ++v) {
+    if (generation[v] > 0) sum += values[v] * values[v];
   }
+  return sum > 0 ? std::sqrt(sum / static_cast<double>(stream.generations.reached())) : 0;
 }
 
 template <class Real>
@@ -104,7 +177,7 @@ Completer<Real>& Completer<Real>::operator=(Completer&&) noexcept = default;
 template <class Real>
 void Completer<Real>::reset(Points<const Real> frame) {
   check_rows("frame", frame, n_vertices());
-  parts_->begin(to_internal_order(parts_->numbering, complete_frame("frame", frame)));
+  parts_->begin(complete_frame("frame", frame));
 }
 
 template <class Real>
@@ -139,7 +212,8 @@ FrameReport Completer<Real>::push_sparse(std::span<const Index> indices, Points<
   check_view("points", points);
   check_output(completed, n_vertices(),
                {{"indices", Extent::of(indices)}, {"points", Extent::of(points)}});
-  std::ranges::fill(parts_->known, std::uint8_t{0});
+  Stream<Real>& stream = parts_->stream;
+  std::ranges::fill(stream.known, std::uint8_t{0});
   for (std::size_t i = 0; i < indices.size(); ++i) {
     const Index index = indices[i];
     if (index < 0 || static_cast<std::size_t>(index) >= n_vertices()) {
@@ -147,16 +221,16 @@ FrameReport Completer<Real>::push_sparse(std::span<const Index> indices, Points<
                                   std::to_string(index) + ", but the mesh has " +
                                   std::to_string(n_vertices()) + " vertices, counted from 0");
     }
-    const std::size_t v = parts_->numbering.internal_index(static_cast<std::size_t>(index));
-    if (parts_->known[v] != 0) {
+    const std::size_t v = stream.numbering.internal_index(static_cast<std::size_t>(index));
+    if (stream.known[v] != 0) {
       const auto first = std::ranges::find(indices, index) - indices.begin();
       throw std::invalid_argument("indices: vertex " + std::to_string(index) +
                                   " is listed twice, at positions " + std::to_string(first) +
                                   " and " + std::to_string(i));
     }
-    parts_->known[v] = 1;
-    parts_->current[v] = row(points, i);
-    check_known_position(i, parts_->current[v]);
+    stream.known[v] = 1;
+    stream.current[v] = row(points, i);
+    check_known_position(i, stream.current[v]);
   }
   return parts_->complete(completed, start);
 }
@@ -165,21 +239,21 @@ template <class Real>
 FrameReport Completer<Real>::skip(Points<Real> completed) {
   const auto start = Clock::now();
   check_output(completed, n_vertices(), {});
-  std::ranges::fill(parts_->known, std::uint8_t{0});
+  std::ranges::fill(parts_->stream.known, std::uint8_t{0});
   return parts_->complete(completed, start);
 }
 
 template <class Real>
 std::size_t Completer<Real>::n_vertices() const {
-  return parts_->n_vertices();
+  return parts_->stream.n_vertices();
 }
 template <class Real>
 std::size_t Completer<Real>::n_edges() const {
-  return parts_->topology->cells.neighbours.size() / 2;
+  return parts_->stream.topology->cells.neighbours.size() / 2;
 }
 template <class Real>
 std::size_t Completer<Real>::n_frames() const {
-  return parts_->n_frames;
+  return parts_->stream.n_frames;
 }
 template <class Real>
 const Settings& Completer<Real>::settings() const {
@@ -187,26 +261,56 @@ const Settings& Completer<Real>::settings() const {
 }
 template <class Real>
 const TopologyReport& Completer<Real>::topology() const {
-  return parts_->topology->report;
+  return parts_->stream.topology->report;
 }
 template <class Real>
 std::span<const Index> Completer<Real>::generation() const {
-  return parts_->generation();
+  return parts_->stream.generation_of_caller();
 }
 template <class Real>
 std::span<const Index> Completer<Real>::age() const {
-  return parts_->age_of_vertices();
+  return parts_->stream.age_of_caller();
 }
 template <class Real>
 std::span<const Real> Completer<Real>::standard_error() const {
   if (!settings().uncertainty) {
     throw std::invalid_argument("standard_error: requires uncertainty=True");
   }
-  return parts_->standard_error();
+  return parts_->stream.in_caller_order(parts_->estimator->standard_error());
 }
 template <class Real>
 const FrameReport& Completer<Real>::report() const {
   return parts_->report;
+}
+
+template <class Real>
+std::size_t Completer<Real>::state_size() const {
+  return size_of_state<Settings>(parts_->stream, parts_->estimator->memory_size());
+}
+
+template <class Real>
+std::vector<std::byte> Completer<Real>::state() const {
+  Writer writer(state_size());
+  write_stream(writer, kind, parts_->stream, parts_->settings, parts_->training_hash,
+               parts_->report);
+  parts_->estimator->write_memory(writer);
+  return writer.take_sealed();
+}
+
+template <class Real>
+void Completer<Real>::restore(std::span<const std::byte> state) {
+  Reader reader(state);
+  auto stored = read_stream(reader, state, state_size(), kind, parts_->stream, parts_->settings,
+                            parts_->training_hash);
+  const auto memory = parts_->estimator->read_memory(reader);
+  parts_->begin(stored.first_frame);
+  // Nothing below can throw.
+  parts_->stream.recall(std::move(stored.previous), std::move(stored.age), std::move(stored.known),
+                        stored.n_frames);
+  parts_->estimator->recall(memory.get(), parts_->stream.previous);
+  parts_->report = stored.report;
+  parts_->stream.count(parts_->report);
+  parts_->report.standard_error = parts_->mean_standard_error();
 }
 
 template class Completer<float>;

@@ -6,11 +6,11 @@
 #include <numeric>
 #include <vector>
 
-#include "completer/arguments.hpp"
 #include "detail/modes.hpp"
 #include "detail/surface_parts.hpp"
 #include "detail/training_shapes.hpp"
 #include "disconnected/rigid_motion.hpp"
+#include "stream/arguments.hpp"
 #include "support/workers.hpp"
 
 namespace dynmesh {
@@ -26,12 +26,9 @@ SurfaceParts whole_surface(std::size_t n_vertices) {
 }
 
 /// The root mean square distance of the vertices after the best rigid motion.
-template <class Real>
-double distance_between(std::span<const Vector3<Real>> frame,
+double distance_between(std::span<const Vector3<double>> before,
                         std::span<const Vector3<double>> first) {
-  std::vector<Vector3<double>> before(frame.size());
-  std::ranges::transform(frame, before.begin(), in_double<Real>);
-  std::vector<Index> all(frame.size());
+  std::vector<Index> all(before.size());
   std::iota(all.begin(), all.end(), 0);
   const RigidMotion motion = fit_rigid_motion<double>(all, before, first);
   double squares = 0;
@@ -43,10 +40,11 @@ double distance_between(std::span<const Vector3<Real>> frame,
 }
 
 template <class Real>
-std::vector<Vector3<Real>> in_vectors(const std::vector<Real>& positions) {
-  std::vector<Vector3<Real>> frame(positions.size() / 3);
+std::vector<Vector3<double>> in_vectors(const std::vector<Real>& positions) {
+  std::vector<Vector3<double>> frame(positions.size() / 3);
   for (std::size_t v = 0; v < frame.size(); ++v) {
-    frame[v] = {positions[3 * v], positions[3 * v + 1], positions[3 * v + 2]};
+    frame[v] =
+        in_double(Vector3<Real>{positions[3 * v], positions[3 * v + 1], positions[3 * v + 2]});
   }
   return frame;
 }
@@ -63,12 +61,12 @@ TrainingSummary summarise(Faces faces, Points<const Real> first_frame,
 
   std::vector<Vector3<double>> first(frame.size());
   std::ranges::transform(frame, first.begin(), in_double<Real>);
-  TrainingFrames<Real> frames;
+  TrainingFrames frames;
   TrainingSummary summary;
   summary.frames = training.n_added();
   for (const auto& positions : training.frames()) {
     frames.push_back(in_vectors(positions));
-    const double distance = distance_between<Real>(frames.back(), first);
+    const double distance = distance_between(frames.back(), first);
     summary.rms_distance += distance * distance;
     summary.largest_distance = std::max(summary.largest_distance, distance);
   }
@@ -77,14 +75,14 @@ TrainingSummary summarise(Faces faces, Points<const Real> first_frame,
   std::vector<Triangle> triangles(faces.count);
   for (std::size_t f = 0; f < faces.count; ++f) triangles[f] = faces[f];
   const DetailConstants constants;
-  const auto k = build_detail_operator<Real>(triangles, topology.cells, frame, constants);
-  const auto mean_edge = static_cast<double>(mean_edge_length<Real>(topology.cells, frame));
+  const auto k = build_detail_operator(triangles, topology.cells, first, constants);
+  const double mean_edge = mean_edge_length<double>(topology.cells, first);
   Workers workers(1);
-  const auto shapes = training_shapes<Real>(frames, k, topology.cells, first, mean_edge,
-                                            constants.largest_stiff_angle, workers);
+  const auto shapes = training_shapes(frames, k, topology.cells, first, mean_edge,
+                                      constants.largest_stiff_angle, workers);
   const Rounding rounding(k, mean_edge, std::numeric_limits<Real>::epsilon());
   const Modes modes(whole_surface(first.size()), shapes, frames.size(), constants.training,
-                    scale_of<Real>(frames, rounding, mean_edge));
+                    scale_of(frames, rounding, mean_edge));
   summary.variance_held = modes.variance_held();
   return summary;
 }

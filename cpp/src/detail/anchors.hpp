@@ -44,8 +44,7 @@ struct Anchors {
   [[nodiscard]] bool any_solved() const { return n_solved > 0; }
 
   /// Sets the anchors of a frame. `lambda` is the weight of noisy anchors.
-  template <class Real>
-  void set_frame(std::span<const Vector3<double>> previous, std::span<const Vector3<Real>> points,
+  void set_frame(std::span<const Vector3<double>> previous, std::span<const Vector3<double>> points,
                  const Generations& generations, double lambda) {
     const auto generation = generations.of_vertices();
     number = generations.anchors();

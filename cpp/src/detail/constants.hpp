@@ -39,7 +39,7 @@ struct TrainingConstants {
   int steps = 3;
   /// They stop if the square of the preconditioned gradient falls to this fraction of the first.
   double settled = 1e-8;
-  /// The pose is forgotten if a coefficient exceeds this, which only positions far out of the range
+  /// The fit is forgotten if a coefficient exceeds this, which only positions far out of the range
   /// of the subject cause. Coefficients of any size would not be finite in single precision.
   double largest_coefficient = 1e6;
   /// How often the known mask is averaged with the neighbours.

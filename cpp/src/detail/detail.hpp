@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -37,35 +38,25 @@ namespace dynmesh {
 /// earlier frames, with the noise of the anchors.
 ///
 /// Allocates memory in `reset`, and in `estimate` if the factor is larger than all earlier ones.
-template <class Real>
-class Detail final : public Estimator<Real> {
+class Detail final : public Estimator<double> {
  public:
-  using typename Estimator<Real>::Frame;
-  using typename Estimator<Real>::Memory;
-
   /// `topology` and `workers` must outlive this object. `noise` is the standard deviation of the
   /// anchors, positive; without it, they are exact. `training` is a training sequence, or empty.
   /// `learns` is whether modes are made of completed frames, which requires that `training` is
-  /// empty.
+  /// empty. `epsilon` is that of the type in which positions are given.
   Detail(std::vector<Triangle> faces, const Topology& topology, std::optional<double> noise,
-         Workers& workers, const DetailConstants& constants = {},
-         TrainingFrames<Real> training = {}, bool learns = false, bool has_uncertainty = false);
+         Workers& workers, const DetailConstants& constants = {}, TrainingFrames training = {},
+         bool learns = false, bool has_uncertainty = false,
+         double epsilon = std::numeric_limits<double>::epsilon());
 
   void reset(Frame first_frame) override;
-  Index estimate(Frame previous, std::span<Vector3<Real>> points,
+  Index estimate(Frame previous, std::span<Vector3<double>> points,
                  std::span<const std::uint8_t> known, Generations& generations) override;
   void remember(Frame completed) override;
-  [[nodiscard]] Memory memory() const override;
-  [[nodiscard]] std::size_t memory_rows() const override { return topology_.cells.size(); }
-  [[nodiscard]] std::size_t shape_fit_size() const override {
-    if (learned_) return shape_fit_.memory_size() + LearnedModes::memory_size(constants_.training);
-    return training_.empty() ? 0 : shape_fit_.memory_size();
-  }
-  [[nodiscard]] std::size_t shape_rows() const override {
-    return learned_ ? topology_.cells.size() : 0;
-  }
-  [[nodiscard]] bool accepts(const Memory& memory) const override;
-  void recall(const Memory& memory, Frame completed) override;
+  void write_memory(Writer& writer) const override;
+  [[nodiscard]] std::size_t memory_size() const override;
+  [[nodiscard]] std::unique_ptr<EstimatorMemory> read_memory(Reader& reader) const override;
+  void recall(const EstimatorMemory* memory, Frame completed) override;
   [[nodiscard]] std::span<const double> standard_error() const override {
     return error_bars_.of_vertices();
   }
@@ -81,13 +72,13 @@ class Detail final : public Estimator<Real> {
   };
 
   Field in_workspace(Frame frame);
-  const Anchors& hold(Field previous, std::span<const Vector3<Real>> points,
+  const Anchors& hold(Field previous, std::span<const Vector3<double>> points,
                       const Generations& generations);
   Positions move_smoothly(Field previous, const Anchors& anchors);
   void fit_rotations(Field positions);
   Field turned_shapes(const Positions& positions);
   ResidualField find_directions(const Positions& positions, Field shapes, const Anchors& anchors);
-  ResidualField pose_shapes(ResidualField directions, const Generations& generations);
+  ResidualField fit_modes(ResidualField directions, const Generations& generations);
   [[nodiscard]] Field shapes_in_memory() const;
   [[nodiscard]] Blend bounded(Blend blend) const;
   Positions take_directions(Positions positions, const ResidualField& directions,
@@ -96,7 +87,9 @@ class Detail final : public Estimator<Real> {
   Field blended(Field shapes, std::span<const double> b, double c);
   void weigh_anchors(const Positions& positions, Field shape, const Anchors& anchors);
   Field detail_turned_back(Field completed);
-  [[nodiscard]] bool accepts_shape_fit(const Memory& memory) const;
+  struct StoredMemory;
+  [[nodiscard]] std::size_t shape_fit_size() const;
+  [[nodiscard]] bool accepts(const StoredMemory& memory) const;
 
   std::vector<Triangle> faces_;
   const Topology& topology_;
@@ -105,7 +98,7 @@ class Detail final : public Estimator<Real> {
   Rotations rotations_;
   LocalBlend local_blend_;
   ShapeMemory memory_;
-  TrainingFrames<Real>
+  TrainingFrames
       training_;  // the frames of the training sequence, since a new frame 0 has other modes
   ShapeFit shape_fit_;
   bool learns_;
@@ -114,6 +107,7 @@ class Detail final : public Estimator<Real> {
   std::optional<double> noise_;
   Generations next_generations_;  // of the current frame, until nothing can throw any more
   double mean_edge_ = 1;          // the mean edge length of frame 0
+  double epsilon_;
   Rounding rounding_;
   double lambda_ = 0;  // in the unit of K
   StageReport report_;
@@ -121,18 +115,18 @@ class Detail final : public Estimator<Real> {
 
   /// The arrays to which the steps of a frame return views. None is kept from frame to frame.
   struct Workspace {
-    Workspace(std::size_t n_vertices, bool is_noisy, bool has_pose);
+    Workspace(std::size_t n_vertices, bool is_noisy, bool has_modes);
 
     Anchors anchors;
     std::vector<Vector3<double>> x;
     std::vector<Vector3<double>> kx;
     std::vector<Vector3<double>> shape;    // (k,)
     std::vector<Vector3<double>> k_steps;  // (3 k,)
-    // With a pose, (3 k,):
+    // With modes, (3 k,):
     std::vector<Vector3<double>> steps;
     std::vector<Vector3<double>> wanted;
     std::vector<Vector3<double>> shapes;  // the memory, with m_first or m fitted
-    bool is_posed = false;
+    bool is_fitted = false;
     /// Whether the rotations of the frame are averaged widely; empty before the first fit.
     std::optional<bool> is_stiff;
   };

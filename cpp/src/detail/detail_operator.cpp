@@ -66,9 +66,8 @@ void check_size(const DetailOperator& k) {
 
 }  // namespace
 
-template <class Real>
 DetailOperator build_detail_operator(std::span<const Triangle> faces, const Cells& cells,
-                                     std::span<const Vector3<Real>> frame,
+                                     std::span<const Vector3<double>> frame,
                                      const DetailConstants& constants) {
   DetailOperator result;
   auto& areas = result.scale;
@@ -135,12 +134,5 @@ SymmetricMatrix normal_matrix(const DetailOperator& k) {
   }
   return normal;
 }
-
-template DetailOperator build_detail_operator(std::span<const Triangle>, const Cells&,
-                                              std::span<const Vector3<float>>,
-                                              const DetailConstants&);
-template DetailOperator build_detail_operator(std::span<const Triangle>, const Cells&,
-                                              std::span<const Vector3<double>>,
-                                              const DetailConstants&);
 
 }  // namespace dynmesh

@@ -35,9 +35,8 @@ inline OperatorData data_of(const DetailOperator& k) {
 /// mean edge lengths of `frame`, so the result does not depend on the scale of the mesh. An edge of
 /// a face with a repeated vertex, which has no area, gets a constant weight for each such face. All
 /// values are finite for any mesh.
-template <class Real>
 DetailOperator build_detail_operator(std::span<const Triangle> faces, const Cells& cells,
-                                     std::span<const Vector3<Real>> frame,
+                                     std::span<const Vector3<double>> frame,
                                      const DetailConstants& constants = {});
 
 /// products = K x, for one or three fields of Vector3 per vertex, side by side.

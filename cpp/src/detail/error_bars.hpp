@@ -1,6 +1,7 @@
 /// The standard errors of completed positions; see docs/method.md, "Error bars".
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/topology.hpp>
@@ -15,8 +16,8 @@
 #include "detail/persistence.hpp"
 #include "detail/rotations.hpp"
 #include "detail/shape_system.hpp"
-#include "generations/estimator.hpp"
 #include "generations/generations.hpp"
+#include "support/stored_numbers.hpp"
 #include "support/workers.hpp"
 
 namespace dynmesh {
@@ -64,9 +65,15 @@ class ErrorBars {
   /// change and the changes (nine each), the last residual (three), whether all of its cell was
   /// seen, its energies (two), and its standard error. Those of the mesh are the energies of recent
   /// frames and in the long run, the products of residuals, and the number of frames.
-  using Memory = MemoryOfErrors;
-  [[nodiscard]] Memory memory() const;
-  /// Whether `memory` can return this.
+  struct Memory {
+    using Row = std::array<double, 34>;
+    std::vector<Row> rows;  ///< one for each vertex, or empty
+    std::array<double, 7> sums{};
+  };
+  [[nodiscard]] std::size_t memory_size() const;
+  void write_memory(Writer& writer) const;
+  [[nodiscard]] Memory read_memory(Reader& reader) const;
+  /// Whether `write_memory` can have written this.
   [[nodiscard]] bool accepts(const Memory& memory) const;
   void recall(const Memory& memory);
 

@@ -13,28 +13,39 @@ constexpr double largest_frame = 9e15;
 
 }  // namespace
 
-ErrorBars::Memory ErrorBars::memory() const {
-  Memory memory;
-  memory.rows.resize(standard_errors_.size());
-  for (std::size_t v = 0; v < memory.rows.size(); ++v) {
-    auto number = memory.rows[v].begin();
-    const auto append = [&](const Vector3<double>& x) {
-      for (const double coordinate : {x.x, x.y, x.z}) *number++ = coordinate;
-    };
+std::size_t ErrorBars::memory_size() const {
+  return exist() ? standard_errors_.size() * sizeof(Memory::Row) + sizeof Memory{}.sums : 0;
+}
+
+void ErrorBars::write_memory(Writer& writer) const {
+  if (!exist()) return;
+  const auto write = [&](const Vector3<double>& x) {
+    for (const double coordinate : {x.x, x.y, x.z}) writer.write(coordinate);
+  };
+  for (std::size_t v = 0; v < standard_errors_.size(); ++v) {
     for (const Members* of : {&errors_, &errors_of_change_, &changes_}) {
-      for (std::size_t i = members * v; i < members * (v + 1); ++i) append((*of)[i]);
+      for (std::size_t i = members * v; i < members * (v + 1); ++i) write((*of)[i]);
     }
     const auto [residual, was_seen] = persistence_.of_vertex(v);
-    append(residual);
-    *number++ = was_seen ? 1 : 0;
-    *number++ = sizes_.energy(v).found;
-    *number++ = sizes_.energy(v).expected;
-    *number++ = standard_errors_[v];
+    write(residual);
+    writer.write(was_seen ? 1.0 : 0.0);
+    writer.write(sizes_.energy(v).found);
+    writer.write(sizes_.energy(v).expected);
+    writer.write(standard_errors_[v]);
   }
   const auto& [product, square] = persistence_.sums();
-  memory.sums = {
-      recent_.found, recent_.expected,           long_run_.found, long_run_.expected, product,
-      square,        static_cast<double>(frame_)};
+  for (const double sum : {recent_.found, recent_.expected, long_run_.found, long_run_.expected,
+                           product, square, static_cast<double>(frame_)}) {
+    writer.write(sum);
+  }
+}
+
+ErrorBars::Memory ErrorBars::read_memory(Reader& reader) const {
+  Memory memory;
+  if (!exist()) return memory;
+  memory.rows.resize(standard_errors_.size());
+  for (auto& row : memory.rows) reader.read(std::span<double>(row));
+  reader.read(std::span<double>(memory.sums));
   return memory;
 }
 

@@ -177,9 +177,8 @@ double IntrinsicTriangle::cotangent(std::size_t side) const {
   return (b * b + c * c - a * a) / std::max(4 * area(), std::numeric_limits<double>::min());
 }
 
-template <class Real>
 std::vector<IntrinsicTriangle> intrinsic_delaunay(std::span<const Triangle> faces,
-                                                  std::span<const Vector3<Real>> frame,
+                                                  std::span<const Vector3<double>> frame,
                                                   double unit) {
   std::vector<IntrinsicTriangle> triangles;
   double missing = 0;
@@ -206,11 +205,5 @@ std::vector<IntrinsicTriangle> intrinsic_delaunay(std::span<const Triangle> face
   }
   return Flipping(std::move(triangles)).run();
 }
-
-template std::vector<IntrinsicTriangle> intrinsic_delaunay(std::span<const Triangle>,
-                                                           std::span<const Vector3<float>>, double);
-template std::vector<IntrinsicTriangle> intrinsic_delaunay(std::span<const Triangle>,
-                                                           std::span<const Vector3<double>>,
-                                                           double);
 
 }  // namespace dynmesh

@@ -29,9 +29,8 @@ struct IntrinsicTriangle {
 /// opposite orientation are not flipped. Lengths are in units of `unit`, and all of them are
 /// increased by the smallest amount for which no triangle is degenerate (Sharp and Crane 2020).
 /// Faces with a repeated vertex are omitted.
-template <class Real>
 std::vector<IntrinsicTriangle> intrinsic_delaunay(std::span<const Triangle> faces,
-                                                  std::span<const Vector3<Real>> frame,
+                                                  std::span<const Vector3<double>> frame,
                                                   double unit);
 
 }  // namespace dynmesh

@@ -16,10 +16,10 @@
 
 namespace dynmesh {
 
-/// Makes the modes of a pose from a library of shapes that grows with the sequence. After every
+/// Makes the modes of a fit from a library of shapes that grows with the sequence. After every
 /// fourth frame that is offered, new modes are begun, in slices of one frame each: first the
 /// leading eigenvectors of all parts, then the modes of a third of the vertices at a time. When all
-/// are complete, they replace the modes of the pose. Allocates memory only in the constructor.
+/// are complete, they replace the modes in use. Allocates memory only in the constructor.
 class LearnedModes {
  public:
   using Field = ShapeLibrary::Field;
@@ -40,7 +40,7 @@ class LearnedModes {
   /// Whether modes with these constants can have this memory.
   [[nodiscard]] static bool accepts(std::span<const double> memory, std::span<const Row> rows,
                                     const TrainingConstants& constants);
-  /// Restores the modes of the pose as well.
+  /// Restores the modes in use as well.
   void recall(std::span<const double> memory, std::span<const Row> rows, ShapeFit& fit);
 
  private:

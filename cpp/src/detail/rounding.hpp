@@ -32,10 +32,9 @@ class Rounding {
   /// The mean square of the rounding errors of the detail vectors of a frame. Its positions are
   /// rounded, the more the farther they are from the origin, and solutions are accurate to a
   /// billionth of a mean edge length.
-  template <class Real>
-  [[nodiscard]] double mean_square(std::span<const Vector3<Real>> frame) const {
+  [[nodiscard]] double mean_square(std::span<const Vector3<double>> frame) const {
     double square = 0;
-    for (const auto& x : frame) square += squared_norm(in_double(x));
+    for (const auto& x : frame) square += squared_norm(x);
     square /= static_cast<double>(frame.size());
     return mean_squared_row_ * (solution_ * solution_ + epsilon_ * epsilon_ * square);
   }

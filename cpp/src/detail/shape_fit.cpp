@@ -1,21 +1,15 @@
 #include "detail/shape_fit.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <utility>
 
+#include "support/conjugate_gradients.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {
-namespace {
-
-double product(std::span<const double> a, std::span<const double> b) {
-  return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
-}
-
-}  // namespace
-
 ShapeFit::ShapeFit(const Cells& cells, Workers& workers, const TrainingConstants& constants,
                    bool is_change)
     : cells_(cells), workers_(workers), constants_(constants), is_change_(is_change) {}
@@ -146,8 +140,8 @@ ShapeFit::Energies ShapeFit::measure(const ResidualField& residuals) {
 }
 
 /// What a coefficient is, as far as is known before the frame: 0 if the anchors determine it, so
-/// that the pose is no larger than they demand, and otherwise what it was, so that a limb that is
-/// hidden keeps its pose.
+/// that the fit is no larger than they demand, and otherwise what it was, so that a limb that is
+/// hidden keeps its shape.
 double ShapeFit::expected(std::size_t j) const {
   const double largest = constants_.largest_kept;
   return std::clamp((1 - shares_[j]) * coefficients_[j], -largest, largest);
@@ -158,22 +152,17 @@ double ShapeFit::expected(std::size_t j) const {
 /// Adds d to a.
 double ShapeFit::descend(const Anchors& anchors, ShapeSystem& system, const Rotations& rotations) {
   std::vector<double>& a = coefficients_;
-  const auto precondition = [&] {
-    for (std::size_t j = 0; j < a.size(); ++j) {
-      preconditioned_[j] = gradient_[j] / (squares_[j] + penalties_[j]);
-    }
-    return product(gradient_, preconditioned_);
-  };
   // The gradient, downhill: B^T Q^T r, which it is before, - lambda (a - e).
   for (std::size_t j = 0; j < a.size(); ++j) {
     gradient_[j] -= penalties_[j] * (a[j] - expected(j));
   }
-  double slope = precondition();
-  const double first_slope = slope;
-  std::ranges::copy(preconditioned_, direction_.begin());
-  for (int n = 0; n < constants_.steps; ++n) {
-    if (!(slope > constants_.settled * first_slope)) break;  // also if it is 0 or NaN
-    // S p = -B^T Q^T F(B p) + lambda p, lambda by coefficient
+  const auto precondition = [&] {
+    for (std::size_t j = 0; j < a.size(); ++j) {
+      preconditioned_[j] = gradient_[j] / (squares_[j] + penalties_[j]);
+    }
+  };
+  // S p = -B^T Q^T F(B p) + lambda p, lambda by coefficient
+  const auto multiply = [&] {
     modes_.combine(direction_, mode_shape_, workers_);
     rotations.turn(mode_shape_, mode_wanted_);
     step_towards(mode_wanted_, anchors, system, mode_steps_, mode_k_steps_);
@@ -183,24 +172,19 @@ double ShapeFit::descend(const Anchors& anchors, ShapeSystem& system, const Rota
     rotations.turn_back(residual_, mode_shape_);
     modes_.project(mode_shape_, product_, workers_);
     for (std::size_t j = 0; j < a.size(); ++j) product_[j] += penalties_[j] * direction_[j];
-    const double curvature = product(direction_, product_);
-    if (!(curvature > 0)) break;
-    const double length = slope / curvature;
-    for (std::size_t j = 0; j < a.size(); ++j) {
-      a[j] += length * direction_[j];
-      gradient_[j] -= length * product_[j];
-    }
+  };
+  const auto advance = [&](const std::array<double, 1>& lengths) {
+    const double length = lengths[0];
+    for (std::size_t j = 0; j < a.size(); ++j) a[j] += length * direction_[j];
     for (std::size_t v = 0; v < steps_.size(); ++v) {
       steps_[v] = steps_[v] + length * mode_steps_[v];
       k_steps_[v] = k_steps_[v] + length * mode_k_steps_[v];
       wanted_[v] = wanted_[v] + length * mode_wanted_[v];
     }
-    const double last_slope = std::exchange(slope, precondition());
-    for (std::size_t j = 0; j < a.size(); ++j) {
-      direction_[j] = preconditioned_[j] + slope / last_slope * direction_[j];
-    }
-  }
-  return first_slope;
+  };
+  const ConjugateVectors<double> vectors = {gradient_, preconditioned_, direction_, product_};
+  return conjugate_gradients<1>(vectors, constants_.steps, constants_.settled, precondition,
+                                multiply, advance)[0];
 }
 
 bool ShapeFit::are_plausible(std::span<const double> coefficients) const {
@@ -252,7 +236,7 @@ ShapeFit::Found ShapeFit::find(const ResidualField& residuals, ShapeSystem& syst
   const double residual_variance =
       found.is_first ? energies.with / coordinates : residual_variance_;
   const double ratio = residual_variance / variance();
-  // Rounding errors say nothing about the pose, nor about how well the modes fit.
+  // Rounding errors say nothing about the coefficients, nor about how well the modes fit.
   const double rounding =
       residuals.rounding * std::accumulate(anchors.counts.begin(), anchors.counts.end(), 0.0);
   const bool is_at_rest = energies.with <= rounding;

@@ -1,4 +1,4 @@
-/// The pose of a subject that was seen before: which of its training shapes the anchors support.
+/// The fit of modes to a frame: which of the shapes of a training sequence the anchors support.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,7 @@ namespace dynmesh {
 
 /// Finds coefficients a so that m_first + B a, the fitted rest shape, explains what the shapes of
 /// the last frame and of frame 0 leave unexplained; see docs/method.md. Without modes, there is no
-/// pose, and nothing is allocated.
+/// fit, and nothing is allocated.
 ///
 /// With modes that are learned on the way, a is the change since the last frame, so that m + B a
 /// explains what m leaves unexplained: the frames from which they are learned contain the errors of
@@ -35,29 +35,29 @@ class ShapeFit {
   /// Begins a sequence with these modes.
   void reset(Modes modes);
 
-  /// Continues a pose that is a change with other modes of the same parts, which are swapped with
+  /// Continues a fit that is a change with other modes of the same parts, which are swapped with
   /// the present ones.
   void replace(Modes& modes);
 
   [[nodiscard]] bool exists() const { return modes_.size() > 0; }
   [[nodiscard]] const Modes& modes() const { return modes_; }
 
-  /// The number of values in the memory of a pose.
+  /// The number of values in the memory of a fit.
   [[nodiscard]] std::size_t memory_size() const;
   /// What later frames depend on.
   [[nodiscard]] std::vector<double> memory() const;
   /// The same into an array of that size, without allocating memory.
   void store(std::span<double> memory) const;
-  /// Whether a pose can have this memory.
+  /// Whether a fit can have this memory.
   [[nodiscard]] bool accepts(std::span<const double> memory) const;
   void recall(std::span<const double> memory);
 
-  /// What a frame says about the pose.
+  /// What a frame says about the coefficients.
   struct Found {
     double prior_weight = 0;  ///< k, 0 to 1
-    double prior_share = 0;   ///< the share of |r0 + r1|^2, or of |r0|^2, that the pose explains
+    double prior_share = 0;   ///< the share of |r0 + r1|^2, or of |r0|^2, that the modes explain
     bool is_first = false;    ///< whether this is the first frame
-    Field steps;              ///< (k,) Y3, the step that the pose adds
+    Field steps;              ///< (k,) Y3, the step that the modes add
     Field k_steps;            ///< (k,) K Y3
     Field wanted;             ///< (k,) Q B a
   };

@@ -13,21 +13,13 @@ ShapeSystem::ShapeSystem(const Cells& cells, Workers& workers)
       solution_(3 * cells.size()),
       steps_(3 * cells.size()) {}
 
-template <class Real>
 ShapeSystem::Prepared ShapeSystem::prepare(std::span<const Triangle> faces,
-                                           std::span<const Vector3<Real>> first_frame,
+                                           std::span<const Vector3<double>> first_frame,
                                            const DetailConstants& constants) const {
-  auto k = build_detail_operator<Real>(faces, cells_, first_frame, constants);
+  auto k = build_detail_operator(faces, cells_, first_frame, constants);
   auto factor = std::make_unique<MaskedFactor>(normal_matrix(k), workers_);
   return {std::move(k), std::move(factor)};
 }
-
-template ShapeSystem::Prepared ShapeSystem::prepare(std::span<const Triangle>,
-                                                    std::span<const Vector3<float>>,
-                                                    const DetailConstants&) const;
-template ShapeSystem::Prepared ShapeSystem::prepare(std::span<const Triangle>,
-                                                    std::span<const Vector3<double>>,
-                                                    const DetailConstants&) const;
 
 void ShapeSystem::reset(Prepared prepared) noexcept {
   operator_ = std::move(prepared.k);
@@ -40,31 +32,6 @@ void ShapeSystem::apply(Field x, int fields, std::span<Vector3<double>> detail) 
 
 void ShapeSystem::factorize(const Anchors& anchors) {
   factor_->factorize(anchors.is_solved, anchors.weights);
-}
-
-void ShapeSystem::apply_transposed(Field residual, std::span<Vector3<double>> pull) {
-  for (std::size_t v = 0; v < residual.size(); ++v) {
-    scaled_residual_[v] = operator_.scale[v] * residual[v];
-  }
-  multiply_transposed(1);
-  from_order_of_elimination(pull);
-}
-
-void ShapeSystem::solve_normal(Field right_hand_side, std::span<Vector3<double>> x) {
-  const auto rows = solved();
-  for (std::size_t r = 0; r < rows.size(); ++r) {
-    solution_[r] = right_hand_side[static_cast<std::size_t>(rows[r])];
-  }
-  factor_->solve(solution_, 1);
-  from_order_of_elimination(x);
-}
-
-void ShapeSystem::from_order_of_elimination(std::span<Vector3<double>> values) const {
-  const auto rows = solved();
-  if (rows.size() < values.size()) std::ranges::fill(values, Vector3<double>{});
-  for (std::size_t r = 0; r < rows.size(); ++r) {
-    values[static_cast<std::size_t>(rows[r])] = solution_[r];
-  }
 }
 
 /// Sets the solution to K^T of the residual at the vertices that are solved for.

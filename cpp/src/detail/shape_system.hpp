@@ -33,9 +33,8 @@ class ShapeSystem {
     DetailOperator k;
     std::unique_ptr<MaskedFactor> factor;
   };
-  template <class Real>
   [[nodiscard]] Prepared prepare(std::span<const Triangle> faces,
-                                 std::span<const Vector3<Real>> first_frame,
+                                 std::span<const Vector3<double>> first_frame,
                                  const DetailConstants& constants) const;
   /// Begins a sequence.
   void reset(Prepared prepared) noexcept;
@@ -45,13 +44,6 @@ class ShapeSystem {
 
   /// Factors N, plus the weights of noisy anchors, restricted to the vertices that are solved for.
   void factorize(const Anchors& anchors);
-
-  /// pull = K^T residual (k,), 0 for vertices that are not solved for.
-  void apply_transposed(Field residual, std::span<Vector3<double>> pull);
-
-  /// Solves (N + weights) x = right_hand_side, both (k,), with the last factor. x is 0 for vertices
-  /// that are not solved for.
-  void solve_normal(Field right_hand_side, std::span<Vector3<double>> x);
 
   /// The vertices that are solved for.
   [[nodiscard]] std::span<const Index> solved() const { return factor_->order(); }
@@ -89,7 +81,7 @@ class ShapeSystem {
         }
       }
     }
-    return anchors.are_planes() ? descend_to_planes(fields, anchors) : solve_and_scatter(fields);
+    return anchors.are_planes() ? descend_to_planes<fields>(anchors) : solve_and_scatter(fields);
   }
 
   /// Lets `solve` take anchors that are planes: it then takes this many steps of conjugate
@@ -100,9 +92,9 @@ class ShapeSystem {
   void multiply_transposed(int fields);
   Field solve_and_scatter(int fields);
   Field scatter(std::span<const Vector3<double>> rows, std::size_t width);
-  Field descend_to_planes(int fields, const Anchors& anchors);
+  template <int fields>
+  Field descend_to_planes(const Anchors& anchors);
   void multiply_with_planes(std::size_t width, const Anchors& anchors);
-  void from_order_of_elimination(std::span<Vector3<double>> values) const;
 
   const Cells& cells_;
   Workers& workers_;

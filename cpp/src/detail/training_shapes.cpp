@@ -60,8 +60,7 @@ double largest_change(std::span<const Quaternion> before, std::span<const Quater
 
 }  // namespace
 
-template <class Real>
-std::vector<Vector3<double>> training_shapes(const TrainingFrames<Real>& training,
+std::vector<Vector3<double>> training_shapes(const TrainingFrames& training,
                                              const DetailOperator& k, const Cells& cells,
                                              std::span<const Vector3<double>> first,
                                              double mean_edge, double largest_stiff_angle,
@@ -79,7 +78,7 @@ std::vector<Vector3<double>> training_shapes(const TrainingFrames<Real>& trainin
   const auto find_shapes = [&](const auto& fit) {
     double sum_of_angles = 0;
     for (std::size_t frame = 0; frame < training.size(); ++frame) {
-      std::ranges::transform(training[frame], x.begin(), in_double<Real>);
+      std::ranges::copy(training[frame], x.begin());
       std::ranges::fill(rotations.quaternions(), whole_rotation(first, x));
       double angle = 0;
       for (int n = 0; n < most_fits; ++n) {
@@ -106,14 +105,5 @@ std::vector<Vector3<double>> training_shapes(const TrainingFrames<Real>& trainin
   }
   return shapes;
 }
-
-template std::vector<Vector3<double>> training_shapes(const TrainingFrames<float>&,
-                                                      const DetailOperator&, const Cells&,
-                                                      std::span<const Vector3<double>>, double,
-                                                      double, Workers&);
-template std::vector<Vector3<double>> training_shapes(const TrainingFrames<double>&,
-                                                      const DetailOperator&, const Cells&,
-                                                      std::span<const Vector3<double>>, double,
-                                                      double, Workers&);
 
 }  // namespace dynmesh

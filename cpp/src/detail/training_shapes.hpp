@@ -15,8 +15,7 @@
 namespace dynmesh {
 
 /// Frames of the same mesh, each (k,).
-template <class Real>
-using TrainingFrames = std::vector<std::vector<Vector3<Real>>>;
+using TrainingFrames = std::vector<std::vector<Vector3<double>>>;
 
 /// Returns z = Q^T K V - m_0 of each frame V of the training frames: for each vertex, the
 /// deviations in all frames, (k, n_frames). Q is fitted to the frame until it no longer changes,
@@ -24,20 +23,18 @@ using TrainingFrames = std::vector<std::vector<Vector3<Real>>>;
 /// sequence that was moved and turned as a whole has the same shapes. The rotations of all frames
 /// are averaged widely, unless neighbouring clusters are turned against each other by more than
 /// `largest_stiff_angle` degrees, on average over the training frames.
-template <class Real>
-std::vector<Vector3<double>> training_shapes(const TrainingFrames<Real>& training,
+std::vector<Vector3<double>> training_shapes(const TrainingFrames& training,
                                              const DetailOperator& k, const Cells& cells,
                                              std::span<const Vector3<double>> first,
                                              double mean_edge, double largest_stiff_angle,
                                              Workers& workers);
 
 /// What their modes are measured by.
-template <class Real>
-ModeScale scale_of(const TrainingFrames<Real>& training, const Rounding& rounding,
-                   double mean_edge) {
+inline ModeScale scale_of(const TrainingFrames& training, const Rounding& rounding,
+                          double mean_edge) {
   ModeScale scale = {mean_edge, 0};
   for (const auto& frame : training) {
-    scale.rounding = std::max(scale.rounding, rounding.mean_square<Real>(frame));
+    scale.rounding = std::max(scale.rounding, rounding.mean_square(frame));
   }
   return scale;
 }

@@ -1,23 +1,27 @@
 /// The interface between the completer and its methods.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/frame_report.hpp>
 #include <dynmesh/types.hpp>
+#include <memory>
 #include <span>
-#include <vector>
 
 #include "generations/generations.hpp"
+#include "support/stored_numbers.hpp"
 
 namespace dynmesh {
 
-/// What the standard errors of later frames depend on; see error_bars.hpp.
-struct MemoryOfErrors {
-  using Row = std::array<double, 34>;
-  std::vector<Row> rows;         ///< one for each vertex, or empty
-  std::array<double, 7> sums{};  ///< over the mesh
+/// What later estimates depend on in addition to frame 0 and the last completed frame, as it is
+/// read from a state. Only the method knows what is in it.
+struct EstimatorMemory {
+  EstimatorMemory() = default;
+  EstimatorMemory(const EstimatorMemory&) = delete;
+  EstimatorMemory& operator=(const EstimatorMemory&) = delete;
+  EstimatorMemory(EstimatorMemory&&) = delete;
+  EstimatorMemory& operator=(EstimatorMemory&&) = delete;
+  virtual ~EstimatorMemory() = default;
 };
 
 /// A method of estimating the satellites of a frame. Frames have one Vector3 per vertex.
@@ -25,20 +29,6 @@ template <class Real>
 class Estimator {
  public:
   using Frame = std::span<const Vector3<Real>>;
-  /// The memory of one vertex. For method detail it is the rotation, as a quaternion w x y z, and
-  /// the recent change of the shape.
-  using Row = std::array<double, 7>;
-  /// The shapes of up to 32 frames at one vertex: x of all, then y, then z.
-  using Shapes = std::array<float, std::size_t{3} * 32>;
-  /// What a method stores in addition to frames. Only method detail stores anything.
-  struct Memory {
-    std::vector<Row> rows;  ///< one for each vertex, or empty
-    double anchor_weight = 0;
-    std::vector<double> pose;    ///< of a subject seen before, `shape_fit_size()` numbers
-    std::vector<Shapes> shapes;  ///< learned on the way, `shape_rows()` of them
-    MemoryOfErrors errors;       ///< of the standard errors, if they are computed
-  };
-
   Estimator() = default;
   Estimator(const Estimator&) = delete;
   Estimator& operator=(const Estimator&) = delete;
@@ -61,19 +51,16 @@ class Estimator {
   /// Called before the next `estimate`.
   virtual void remember(Frame completed) = 0;
 
-  /// Returns what later estimates depend on in addition to frame 0 and the last completed frame.
-  [[nodiscard]] virtual Memory memory() const { return {}; }
-  /// The number of rows of that memory, which is constant.
-  [[nodiscard]] virtual std::size_t memory_rows() const { return 0; }
-  [[nodiscard]] virtual std::size_t shape_fit_size() const { return 0; }
-  [[nodiscard]] virtual std::size_t shape_rows() const { return 0; }
-  /// Whether this method can have produced this memory.
-  [[nodiscard]] virtual bool accepts(const Memory& memory) const {
-    return memory.rows.size() == memory_rows() && memory.anchor_weight == 0 &&
-           memory.pose.empty() && memory.shapes.empty() && memory.errors.rows.empty();
+  /// Writes the memory of the method, which has always the same size in bytes, in the internal
+  /// order of vertices, which follows from the faces.
+  virtual void write_memory(Writer& /*writer*/) const {}
+  [[nodiscard]] virtual std::size_t memory_size() const { return 0; }
+  /// Reads it again. Refuses a memory that this method cannot have produced.
+  [[nodiscard]] virtual std::unique_ptr<EstimatorMemory> read_memory(Reader& /*reader*/) const {
+    return nullptr;
   }
   /// Restores the memory after `reset`. `completed` is the last completed frame.
-  virtual void recall(const Memory& /*memory*/, Frame /*completed*/) {}
+  virtual void recall(const EstimatorMemory* /*memory*/, Frame /*completed*/) {}
 
   /// (k,) the standard errors of the last estimate, or empty if they are not computed.
   [[nodiscard]] virtual std::span<const double> standard_error() const { return {}; }

@@ -2,6 +2,8 @@
 /// lengths of frame 0.
 #pragma once
 
+#include <cmath>
+
 namespace dynmesh {
 
 /// docs/reference/tracking.md has their reasons, and how much the error changes if a value is
@@ -31,6 +33,9 @@ struct TrackingConstants {
   /// factors. The stiff surface first comes to lie right as a whole.
   double first_weight = 0.0025;
   double last_weight = 0.4;
+  [[nodiscard]] double weight_at(double progress) const {
+    return first_weight * std::pow(last_weight / first_weight, progress);
+  }
   /// How far the first half of the iterations searches for points, and the second.
   double wide_radius = 8;
   double narrow_radius = 3;
@@ -49,8 +54,8 @@ struct TrackingConstants {
   /// The iteration in which the modes of a training sequence are fitted, counted from 0. Its weight
   /// is small, so that the noise of the points and what is between them say little.
   int fitting_iteration = 1;
-  /// The size up to which coefficients of the pose are kept that the points do not determine. The
-  /// shape of the last frame keeps hidden parts as they were; a pose that keeps them as well would
+  /// The size up to which coefficients of the modes are kept that the points do not determine. The
+  /// shape of the last frame keeps hidden parts as they were; modes that keep them as well would
   /// confirm positions that were found wrongly.
   double largest_kept = 0;
 

@@ -1,74 +1,100 @@
-/// Which measured point each vertex of a tracked surface follows.
+#include "tracking/correspondences.hpp"
+
 #include <algorithm>
 #include <cmath>
 
 #include "support/geometry.hpp"
-#include "tracking/surface_tracking.hpp"
 #include "tracking/vertex_normals.hpp"
 
 namespace dynmesh {
 
-/// Which vertices the sensors can see. It changes little while X moves by few edges, so it is found
-/// only where X has just been predicted, or moved as a whole.
-void SurfaceTracking::find_visible(const Measurement& measurement) {
-  find_vertex_normals(faces_, x_, normals_);
+Correspondences::Correspondences(std::span<const Triangle> faces, const Topology& topology,
+                                 Workers& workers, const TrackingConstants& constants)
+    : faces_(faces),
+      is_sheet_(find_sheets(faces_, topology.component)),
+      workers_(workers),
+      constants_(constants),
+      visibility_(topology.cells.size()),
+      visible_(topology.cells.size()),
+      normals_(topology.cells.size()),
+      found_(topology.cells.size()),
+      guesses_(topology.cells.size()),
+      drawn_(topology.cells.size()) {}
+
+void Correspondences::begin(const Measurement& measurement, double mean_edge) {
+  vertices_near_.assign(measurement.size(), Measurement::no_guess);
+  std::ranges::fill(guesses_, Measurement::no_guess);
+  measurement_ = &measurement;
+  mean_edge_ = mean_edge;
+}
+
+void Correspondences::find_visible(Field x) {
+  find_vertex_normals(faces_, x, normals_);
   const Visibility::Tolerances tolerances = {constants_.pixel * mean_edge_,
                                              constants_.thickness * mean_edge_,
                                              constants_.back_thickness * mean_edge_};
-  visibility_.find(faces_, x_, normals_, measurement.viewpoints(), is_sheet_, tolerances, seen_);
+  visibility_.find(faces_, x, normals_, measurement_->viewpoints(), is_sheet_, tolerances,
+                   visible_);
 }
 
 /// The normals of X, on the side that the sensors see.
-void SurfaceTracking::find_seen_normals() {
-  find_vertex_normals(faces_, x_, normals_);
-  for (std::size_t v = 0; v < x_.size(); ++v) {
-    if (seen_[v] == Sight::back) normals_[v] = -1.0 * normals_[v];
+void Correspondences::find_visible_normals(Field x) {
+  find_vertex_normals(faces_, x, normals_);
+  for (std::size_t v = 0; v < x.size(); ++v) {
+    if (visible_[v] == Sight::back) normals_[v] = -1.0 * normals_[v];
   }
 }
 
-/// Finds the points of every `stride`th of the vertices that the sensors can see. Each begins with
-/// its own last point, not with that of a vertex before it: in sparse images what is found depends
-/// on the beginning, and would on the order of the vertices and on where chunks end.
-SurfaceTracking::Tally SurfaceTracking::correspond(const Measurement& measurement,
-                                                   const Search& search) {
-  find_seen_normals();
+bool Correspondences::have_share(double share) const {
+  const auto hidden = std::ranges::count(visible_, Sight::hidden);
+  const std::size_t most =
+      std::min(visible_.size() - static_cast<std::size_t>(hidden), measurement_->size());
+  return n_found_ > 0 && static_cast<double>(n_found_) >= share * static_cast<double>(most);
+}
+
+/// Each search begins with the vertex's own last point, not with that of a vertex before it: in
+/// sparse images what is found depends on the beginning, and would on the order of the vertices and
+/// on where chunks end.
+std::span<Correspondence> Correspondences::find(Field x, const Search& search) {
+  find_visible_normals(x);
+  const Measurement& measurement = *measurement_;
   const double scale = search.scale * mean_edge_;
   const double side = search.side * mean_edge_;
-  workers_.for_each_short_chunk(static_cast<Index>(x_.size()), [&](Index first, Index last) {
+  workers_.for_each_short_chunk(static_cast<Index>(x.size()), [&](Index first, Index last) {
     for (auto v = static_cast<std::size_t>(first); v < static_cast<std::size_t>(last); ++v) {
       Correspondence& c = found_[v];
       c = {};
-      if (seen_[v] == Sight::hidden || v % search.stride != 0) continue;
+      if (visible_[v] == Sight::hidden || v % search.stride != 0) continue;
       const std::uint32_t guess = guesses_[v];
-      if (search.takes_any && is_near(measurement, guess, v, search.radius)) {
+      if (search.takes_any && is_near(x, guess, v, search.radius)) {
         c = {measurement.point(guess), measurement.normal(guess), 1, guess};
         continue;
       }
-      c = measurement.nearest(x_[v], normals_[v], search.radius * mean_edge_, constants_.agreement,
+      c = measurement.nearest(x[v], normals_[v], search.radius * mean_edge_, constants_.agreement,
                               guess);
       if (c.weight == 0) continue;
       guesses_[v] = c.number;
-      const auto offset = c.point - x_[v];
+      const auto offset = c.point - x[v];
       const double distance = squared_norm(offset);
       const double ahead = dot(offset, c.normal);
       const double aside = distance - ahead * ahead;
       c.weight = search.weight / ((1 + distance / (scale * scale)) * (1 + aside / (side * side)));
     }
   });
-  if (!search.takes_any) weigh_shared_points(measurement.size());
-  Tally tally;
-  for (std::size_t v = 0; v < x_.size(); ++v) {
-    tally.seen += seen_[v] == Sight::hidden ? 0 : 1;
+  if (!search.takes_any) weigh_shared_points();
+  n_found_ = 0;
+  for (std::size_t v = 0; v < x.size(); ++v) {
     if (!(found_[v].weight > 0)) continue;
-    ++tally.found;
+    ++n_found_;
     vertices_near_[found_[v].number] = static_cast<std::uint32_t>(v);
   }
-  return tally;
+  return found_;
 }
 
 /// Where the measured surface ends, many vertices take the points of its edge. At most one of them
 /// is there, and the positions of the others were not measured, so they count less.
-void SurfaceTracking::weigh_shared_points(std::size_t n_points) {
+void Correspondences::weigh_shared_points() {
+  const std::size_t n_points = measurement_->size();
   vertices_per_point_.assign(n_points, 0);
   double n_found = 0;
   for (const Correspondence& c : found_) {
@@ -86,35 +112,34 @@ void SurfaceTracking::weigh_shared_points(std::size_t n_points) {
 }
 
 /// Whether a measured point is within some mean edges of a vertex, and their normals agree.
-bool SurfaceTracking::is_near(const Measurement& measurement, std::uint32_t point, std::size_t v,
-                              double radius) const {
-  if (point == Measurement::no_guess || v >= x_.size()) return false;
+bool Correspondences::is_near(Field x, std::uint32_t point, std::size_t v, double radius) const {
+  const Measurement& measurement = *measurement_;
+  if (point == Measurement::no_guess || v >= x.size()) return false;
   const double reach = radius * mean_edge_;
-  if (!(squared_norm(measurement.point(point) - x_[v]) < reach * reach)) return false;
+  if (!(squared_norm(measurement.point(point) - x[v]) < reach * reach)) return false;
   const double cosine = dot(measurement.normal(point), normals_[v]);
   return (measurement.is_undecided(point) ? std::abs(cosine) : cosine) >= constants_.agreement;
 }
 
 /// The share of the vertices that a sensor should see and that have no point within some mean
 /// edges.
-double SurfaceTracking::share_without_point(double distance) const {
+double Correspondences::share_without_point(Field x, double distance) const {
   const double reach = distance * mean_edge_;
   double n_seen = 0;
   double n_without = 0;
-  for (std::size_t v = 0; v < x_.size(); ++v) {
-    if (seen_[v] == Sight::hidden) continue;
+  for (std::size_t v = 0; v < x.size(); ++v) {
+    if (visible_[v] == Sight::hidden) continue;
     n_seen += 1;
     const Correspondence& c = found_[v];
-    const bool is_near = c.weight > 0 && squared_norm(c.point - x_[v]) < reach * reach;
+    const bool is_near = c.weight > 0 && squared_norm(c.point - x[v]) < reach * reach;
     n_without += is_near ? 0 : 1;
   }
   return n_seen > 0 ? n_without / n_seen : 0;
 }
 
-/// Measured points that are far from all vertices draw the nearest one: so a limb that lies on the
-/// wrong one comes back. Returns their share.
-double SurfaceTracking::draw_towards_unexplained(const Measurement& measurement, double weight) {
-  vertices_.points.assign(x_.begin(), x_.end());
+double Correspondences::draw_towards_unexplained(Field x, double weight) {
+  const Measurement& measurement = *measurement_;
+  vertices_.points.assign(x.begin(), x.end());
   vertices_.normals.assign(normals_.begin(), normals_.end());
   vertices_.index();
   std::ranges::fill(drawn_, Correspondence{});
@@ -125,7 +150,7 @@ double SurfaceTracking::draw_towards_unexplained(const Measurement& measurement,
   double n_near = 0;
   double n_unexplained = 0;
   for (std::size_t i = 0; i < measurement.size(); i += stride) {
-    if (is_near(measurement, static_cast<std::uint32_t>(i), vertices_near_[i],
+    if (is_near(x, static_cast<std::uint32_t>(i), vertices_near_[i],
                 constants_.least_unexplained)) {
       n_near += 1;
       continue;
@@ -146,7 +171,8 @@ double SurfaceTracking::draw_towards_unexplained(const Measurement& measurement,
     if (nearest.squared_distance < least * least) continue;
     // A vertex that lies on the measured surface stays there: the point is of something else.
     const Correspondence& own = found_[nearest.index];
-    if (own.weight > 0 && squared_norm(own.point - x_[nearest.index]) < least * least) continue;
+    if (visible_[nearest.index] == Sight::hidden) continue;
+    if (own.weight > 0 && squared_norm(own.point - x[nearest.index]) < least * least) continue;
     n_unexplained += 1;
     Correspondence& drawn = drawn_[nearest.index];
     drawn.point = drawn.point + point;
@@ -154,16 +180,17 @@ double SurfaceTracking::draw_towards_unexplained(const Measurement& measurement,
     drawn.weight += 1;
   }
   const double unexplained = n_near > 0 ? n_unexplained / n_near : 0;
-  if (unexplained > constants_.largest_limb + share_without_point(constants_.least_unexplained)) {
+  if (unexplained >
+      constants_.largest_limb + share_without_point(x, constants_.least_unexplained)) {
     return 0;
   }
   const double scale = constants_.drawing_scale * mean_edge_;
-  for (std::size_t v = 0; v < x_.size(); ++v) {
+  for (std::size_t v = 0; v < x.size(); ++v) {
     const Correspondence& drawn = drawn_[v];
     const double length = std::sqrt(squared_norm(drawn.normal));
     if (!(length > 0)) continue;
     const auto point = (1 / drawn.weight) * drawn.point;
-    const double distance = squared_norm(point - x_[v]);
+    const double distance = squared_norm(point - x[v]);
     found_[v] = {point, (1 / length) * drawn.normal,
                  constants_.drawing_weight * weight / (1 + distance / (scale * scale)), 0};
   }

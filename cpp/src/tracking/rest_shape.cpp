@@ -10,7 +10,7 @@
 namespace dynmesh {
 
 RestShape::RestShape(const Cells& cells, Workers& workers, const DetailConstants& constants,
-                     TrainingFrames<double> training)
+                     TrainingFrames training)
     : cells_(cells),
       workers_(workers),
       constants_(constants),
@@ -30,10 +30,10 @@ Modes RestShape::learn(const DetailOperator& k, Field first_frame, double mean_e
                        const Rounding& rounding) const {
   if (!is_trained()) return {};
   const auto parts = divide_surface(cells_, first_frame, constants_.training);
-  const auto shapes = training_shapes<double>(training_, k, cells_, first_frame, mean_edge,
-                                              constants_.largest_stiff_angle, workers_);
+  const auto shapes = training_shapes(training_, k, cells_, first_frame, mean_edge,
+                                      constants_.largest_stiff_angle, workers_);
   return Modes(parts, shapes, training_.size(), constants_.training,
-               scale_of<double>(training_, rounding, mean_edge));
+               scale_of(training_, rounding, mean_edge));
 }
 
 void RestShape::reset(Modes modes) {
@@ -47,7 +47,7 @@ void RestShape::set_first(Field first_shape) {
   std::ranges::copy(first_shape, shape_.begin());
 }
 
-void RestShape::pose(const Surface& surface, ShapeSystem& system, Rotations& rotations) {
+void RestShape::fit(const Surface& surface, ShapeSystem& system, Rotations& rotations) {
   const Anchors& anchors = surface.anchors;
   if (!shape_fit_.exists() || anchors.number == 0) return;
   for (std::size_t v = 0; v < known_.size(); ++v) {
@@ -81,15 +81,15 @@ RestShape::Memory RestShape::memory() const {
 bool RestShape::accepts(const Memory& memory) const {
   const auto is_share = [&](double x) { return x >= 0 && x <= (is_trained() ? 1 : 0); };
   return is_share(memory.prior_weight) && is_share(memory.prior_share) &&
-         memory.pose.size() == shape_fit_size() &&
-         (!is_trained() || shape_fit_.accepts(memory.pose));
+         memory.shape_fit.size() == shape_fit_size() &&
+         (!is_trained() || shape_fit_.accepts(memory.shape_fit));
 }
 
 void RestShape::recall(const Memory& memory) {
   prior_weight_ = memory.prior_weight;
   prior_share_ = memory.prior_share;
   if (!is_trained()) return;
-  shape_fit_.recall(memory.pose);
+  shape_fit_.recall(memory.shape_fit);
   set_shape();
 }
 
@@ -97,7 +97,7 @@ void RestShape::begin_frame() {
   if (!is_trained()) return;
   before_.prior_weight = prior_weight_;
   before_.prior_share = prior_share_;
-  shape_fit_.store(before_.pose);
+  shape_fit_.store(before_.shape_fit);
 }
 
 void RestShape::undo_frame() {

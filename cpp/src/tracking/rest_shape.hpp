@@ -1,5 +1,5 @@
 /// The shape to which a tracked surface returns: that of frame 0, or the one in which a training
-/// sequence poses it.
+/// sequence shows it.
 #pragma once
 
 #include <cstddef>
@@ -23,9 +23,9 @@
 namespace dynmesh {
 
 /// The rest shape p = m_first + k B a, in the axes of frame 0: m_first is the detail of frame 0, B
-/// are the modes of a training sequence, a is the pose that the last frame supports and k, 0 to 1,
-/// how far the training sequence is used. See docs/method.md, "Training". Without training, p is
-/// m_first, and nothing is allocated for poses.
+/// are the modes of a training sequence, a are the coefficients that the last frame supports and k,
+/// 0 to 1, how far the training sequence is used. See docs/method.md, "Training". Without training,
+/// p is m_first, and nothing is allocated for modes.
 class RestShape {
  public:
   using Field = std::span<const Vector3<double>>;
@@ -33,7 +33,7 @@ class RestShape {
   /// `cells`, `workers` and `constants` must outlive this object. `training` is a training
   /// sequence, or empty.
   RestShape(const Cells& cells, Workers& workers, const DetailConstants& constants,
-            TrainingFrames<double> training);
+            TrainingFrames training);
 
   /// Whether there is a training sequence.
   [[nodiscard]] bool is_trained() const { return !training_.empty(); }
@@ -49,7 +49,7 @@ class RestShape {
   /// p: (k,).
   [[nodiscard]] Field shape() const { return shape_; }
   [[nodiscard]] double prior_weight() const { return prior_weight_; }
-  /// The share of the residual that the pose explains.
+  /// The share of the residual that the modes explain.
   [[nodiscard]] double prior_share() const { return prior_share_; }
 
   /// The positions X of a frame, its anchors, for which `system` is factored, and what is known of
@@ -61,13 +61,13 @@ class RestShape {
     double rounding = 0;  ///< the mean square of rounding errors of a shape
   };
   /// Fits the rest shape by what the anchors say. `rotations` are those of X.
-  void pose(const Surface& surface, ShapeSystem& system, Rotations& rotations);
+  void fit(const Surface& surface, ShapeSystem& system, Rotations& rotations);
 
   /// What later frames depend on.
   struct Memory {
     double prior_weight = 0;
     double prior_share = 0;
-    std::vector<double> pose;  ///< `shape_fit_size()` numbers
+    std::vector<double> shape_fit;  ///< `shape_fit_size()` numbers
   };
   [[nodiscard]] std::size_t shape_fit_size() const {
     return is_trained() ? shape_fit_.memory_size() : 0;
@@ -87,7 +87,7 @@ class RestShape {
   const Cells& cells_;
   Workers& workers_;
   const DetailConstants& constants_;
-  TrainingFrames<double>
+  TrainingFrames
       training_;  // the frames of the training sequence, since a new frame 0 has other modes
   ShapeFit shape_fit_;
   double prior_weight_ = 0;

@@ -266,7 +266,7 @@ def _option(name: str, default: object) -> inspect.Parameter:
         *flag,
         help=setting.help,
         min=setting.least,
-        metavar=setting.metavar,
+        metavar=None if setting.choices else setting.metavar or None,
         rich_help_panel=HOW if setting.method is None else f"{HOW}: method {setting.method}",
     )
     return inspect.Parameter(

@@ -6,23 +6,24 @@
 #include <span>
 #include <vector>
 
-#include "completer/stored_numbers.hpp"
 #include "detail/training_shapes.hpp"
 #include "mesh/numbering.hpp"
+#include "support/geometry.hpp"
+#include "support/stored_numbers.hpp"
 
 namespace dynmesh {
 
 /// Brings frames, x y z of each vertex in the caller's order, into the internal order.
-template <class Kept, class Real>
-TrainingFrames<Kept> take_in_internal_order(std::span<const std::vector<Real>> frames,
-                                            const Numbering& numbering) {
-  TrainingFrames<Kept> training;
+template <class Real>
+TrainingFrames take_in_internal_order(std::span<const std::vector<Real>> frames,
+                                      const Numbering& numbering) {
+  TrainingFrames training;
   training.reserve(frames.size());
   for (const auto& positions : frames) {
     auto& frame = training.emplace_back(positions.size() / 3);
     for (std::size_t v = 0; v < frame.size(); ++v) {
-      frame[numbering.internal_index(v)] = {positions[3 * v], positions[3 * v + 1],
-                                            positions[3 * v + 2]};
+      frame[numbering.internal_index(v)] =
+          in_double(Vector3<Real>{positions[3 * v], positions[3 * v + 1], positions[3 * v + 2]});
     }
   }
   return training;

@@ -3,7 +3,7 @@
 #include <string>
 #include <utility>
 
-#include "completer/arguments.hpp"
+#include "stream/arguments.hpp"
 
 namespace dynmesh {
 

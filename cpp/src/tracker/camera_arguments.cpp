@@ -1,4 +1,4 @@
-#include "tracking/camera_arguments.hpp"
+#include "tracker/camera_arguments.hpp"
 
 #include <algorithm>
 #include <array>

@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-#include "completer/overlap.hpp"
+#include "stream/overlap.hpp"
 #include "support/checks.hpp"
 #include "support/geometry.hpp"
 

@@ -1,4 +1,4 @@
-#include "completer/exchange.hpp"
+#include "stream/exchange.hpp"
 
 #include <atomic>
 

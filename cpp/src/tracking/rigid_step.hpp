@@ -4,6 +4,8 @@
 #include <dynmesh/types.hpp>
 #include <span>
 
+#include "tracking/constants.hpp"
+#include "tracking/correspondences.hpp"
 #include "tracking/measurement.hpp"
 
 namespace dynmesh {
@@ -23,5 +25,14 @@ SmallMotion fit_to_planes(std::span<const Vector3<double>> frame,
 
 /// Applies it as a proper rotation.
 void move_rigidly(const SmallMotion& motion, std::span<Vector3<double>> frame);
+
+/// Moves X as a whole to the points that a search finds, unless there are too few.
+void rigid_step(Correspondences& correspondences, const Search& search,
+                const TrackingConstants& constants, std::span<Vector3<double>> x);
+
+/// A search for a rigid motion. It has six unknowns, so some of the vertices are enough. `radius`
+/// and `scale` are in mean edges.
+Search rigid_search(double radius, double scale, std::size_t n_vertices,
+                    const TrackingConstants& constants);
 
 }  // namespace dynmesh

@@ -1,4 +1,4 @@
-#include "tracking/rigid_alignment.hpp"
+#include "tracking/rigid_step.hpp"
 
 #include <Eigen/Dense>
 #include <cmath>
@@ -56,6 +56,19 @@ void move_rigidly(const SmallMotion& motion, std::span<Vector3<double>> frame) {
   for (auto& x : frame) {
     x = from_eigen(rotation * to_eigen(x - motion.centre)) + motion.centre + motion.shift;
   }
+}
+
+void rigid_step(Correspondences& correspondences, const Search& search,
+                const TrackingConstants& constants, std::span<Vector3<double>> x) {
+  const auto found = correspondences.find(x, search);
+  if (correspondences.n_found() < static_cast<std::size_t>(constants.least_rigid)) return;
+  move_rigidly(fit_to_planes(x, found, constants.rigid_caution), x);
+}
+
+Search rigid_search(double radius, double scale, std::size_t n_vertices,
+                    const TrackingConstants& constants) {
+  const std::size_t stride = 1 + n_vertices / static_cast<std::size_t>(constants.rigid_vertices);
+  return {radius, scale, scale, 1, stride};
 }
 
 }  // namespace dynmesh

@@ -6,7 +6,7 @@
 #include <string>
 #include <type_traits>
 
-#include "completer/settings_table.hpp"
+#include "stream/settings_table.hpp"
 
 namespace dynmesh {
 namespace {
@@ -35,12 +35,18 @@ void check_value(const Setting& setting, const std::optional<double>& value) {
 
 void check_settings(const Settings& settings) {
   const Settings defaults;
-  for_each_setting([&](const Setting& setting, auto member) {
+  for_each_setting([&](const Setting& setting, auto member, auto...) {
     const bool is_given = settings.*member != defaults.*member;
     if (is_given && setting.method && *setting.method != settings.method) {
       const auto method = names_of<Method>.at(static_cast<std::size_t>(*setting.method));
       refuse(setting.name, "requires method='" + std::string(method) + "'");
     }
+    check_value(setting, settings.*member);
+  });
+}
+
+void check_settings(const TrackerSettings& settings) {
+  for_each_setting<TrackerSettings>([&](const Setting& setting, auto member, auto...) {
     check_value(setting, settings.*member);
   });
 }

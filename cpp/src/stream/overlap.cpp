@@ -1,4 +1,4 @@
-#include "completer/overlap.hpp"
+#include "stream/overlap.hpp"
 
 #include <algorithm>
 #include <cstdlib>

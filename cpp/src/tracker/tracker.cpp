@@ -1,0 +1,341 @@
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <dynmesh/settings.hpp>
+#include <dynmesh/tracker.hpp>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "stream/arguments.hpp"
+#include "stream/state.hpp"
+#include "stream/stream.hpp"
+#include "stream/training_frames.hpp"
+#include "support/geometry.hpp"
+#include "tracker/camera_arguments.hpp"
+#include "tracking/depth_images.hpp"
+#include "tracking/point_scan.hpp"
+#include "tracking/surface_tracking.hpp"
+
+namespace dynmesh {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// The last character is the version of the format.
+constexpr StateKind kind = {{'d', 'y', 'n', 't', 'r', 'a', 'c', '3'}, "tracker"};
+
+/// More points than 32-bit indices can count are refused.
+template <class Real>
+void check_scan(const char* argument, const Points<const Real>& rows) {
+  if (rows.count > static_cast<std::size_t>(std::numeric_limits<Index>::max())) {
+    throw std::invalid_argument(std::string(argument) + ": has " + std::to_string(rows.count) +
+                                " rows, more than 32-bit indices can count");
+  }
+  check_view(argument, rows);
+  for (std::size_t i = 0; i < rows.count; ++i) {
+    check_position(argument, "row", i, row(rows, i), "all rows must be finite");
+  }
+}
+
+template <class Real>
+void copy(const Points<const Real>& rows, std::vector<Vector3<double>>& copies) {
+  copies.resize(rows.count);
+  for (std::size_t i = 0; i < rows.count; ++i) copies[i] = in_double(row(rows, i));
+}
+
+/// Copies normals at unit length. Those of length 0 stay 0.
+template <class Real>
+void copy_directions(const Points<const Real>& rows, std::vector<Vector3<double>>& copies) {
+  copies.resize(rows.count);
+  for (std::size_t i = 0; i < rows.count; ++i) {
+    const auto normal = in_double(row(rows, i));
+    // Divided by the largest coordinate first, so that squares stay in range.
+    const double largest = std::max({std::abs(normal.x), std::abs(normal.y), std::abs(normal.z)});
+    if (!(largest > 0)) {
+      copies[i] = {};
+      continue;
+    }
+    const Vector3<double> scaled = {normal.x / largest, normal.y / largest, normal.z / largest};
+    copies[i] = (1 / std::sqrt(squared_norm(scaled))) * scaled;
+  }
+}
+
+template <class Real>
+std::vector<Vector3<double>> widened(const std::vector<Vector3<Real>>& frame) {
+  std::vector<Vector3<double>> result(frame.size());
+  std::ranges::transform(frame, result.begin(), in_double<Real>);
+  return result;
+}
+
+}  // namespace
+
+/// Tracks frames after the public functions have checked the arguments.
+template <class Real>
+struct Tracker<Real>::Parts {
+  using Frame = std::vector<Vector3<Real>>;
+
+  /// `first_frame` and the training frames, x y z of each vertex, are in the caller's order.
+  Parts(Faces faces, const Frame& first_frame, Topology topology, const TrackerSettings& chosen,
+        std::span<const std::vector<Real>> training = {})
+      : settings(chosen),
+        stream(first_frame, std::move(topology), DisconnectedRule::follow, chosen.threads,
+               chosen.uncertainty),
+        surface(faces_in_internal_order(faces, stream.numbering), *stream.topology, stream.workers,
+                {}, take_in_internal_order(training, stream.numbering), chosen.uncertainty,
+                std::numeric_limits<Real>::epsilon()),
+        completed(first_frame.size()),
+        training_hash(hash_of_frames(training)) {
+    begin(first_frame);
+  }
+
+  void begin(const Frame& first_frame);
+  TrackingReport track(const Measurement& measurement, Points<Real> tracked,
+                       Clock::time_point start);
+  [[nodiscard]] double mean_standard_error() const;
+
+  TrackerSettings settings;
+  Stream<Real> stream;
+  SurfaceTracking surface;
+  PointScan scan;
+  DepthImages images;
+  std::vector<Vector3<double>> completed;  // the current frame in double precision
+  std::uint64_t training_hash = 0;         // of its frames; 0 without training
+  TrackingReport report;
+};
+
+/// Begins a sequence. If memory is exhausted, nothing has changed.
+template <class Real>
+void Tracker<Real>::Parts::begin(const Frame& first_frame) {
+  auto prepared = stream.prepare(first_frame);
+  surface.reset(widened(prepared.first_frame));
+  // Nothing below can throw.
+  stream.begin(std::move(prepared));
+  report = {};
+  stream.count(report);
+}
+
+/// Finds the frame in what was measured. Only this can fail, and nothing that is kept between calls
+/// changes before it is done.
+template <class Real>
+TrackingReport Tracker<Real>::Parts::track(const Measurement& measurement, Points<Real> tracked,
+                                           Clock::time_point start) {
+  const SurfaceTracking::Found found = surface.track(measurement);
+  std::ranges::copy(found.observed, stream.known.begin());
+  stream.generations.classify(stream.topology->cells, stream.known);
+  const auto generation = stream.generations.of_vertices();
+  for (std::size_t v = 0; v < stream.current.size(); ++v) {
+    const Vector3<double>& x = found.x[v];
+    const bool is_found = generation[v] != Generations::disconnected;
+    stream.current[v] =
+        is_found ? Vector3<Real>{saturated<Real>(x.x), saturated<Real>(x.y), saturated<Real>(x.z)}
+                 : stream.previous[v];
+  }
+  stream.write(tracked);
+  surface.measure_errors(stream.generations);
+  std::ranges::transform(stream.current, completed.begin(), in_double<Real>);
+  surface.remember(completed, stream.generations.anchors() > 0);
+  stream.advance();
+  TrackingReport made;
+  stream.count(made);
+  made.iterations = static_cast<std::size_t>(found.iterations);
+  made.distance = found.distance;
+  made.aligned = found.aligned;
+  made.stages.prior_weight = surface.shape().rest().prior_weight();
+  made.stages.prior_share = surface.shape().rest().prior_share();
+  made.standard_error = mean_standard_error();
+  made.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  report = made;
+  return report;
+}
+
+/// The root mean square of the standard errors that are finite; 0 without any.
+template <class Real>
+double Tracker<Real>::Parts::mean_standard_error() const {
+  double sum = 0;
+  std::size_t n = 0;
+  for (const double value : surface.shape().error_bars().of_vertices()) {
+    if (!std::isfinite(value)) continue;
+    sum += value * value;
+    ++n;
+  }
+  return n > 0 ? std::sqrt(sum / static_cast<double>(n)) : 0;
+}
+
+template <class Real>
+Tracker<Real>::Tracker(Faces faces, Points<const Real> first_frame,
+                       const TrackerSettings& settings) {
+  check_settings(settings);
+  const auto frame = first_frame_of(first_frame);
+  parts_ = std::make_unique<Parts>(faces, frame, topology_of(faces, frame.size()), settings);
+}
+
+template <class Real>
+Tracker<Real>::Tracker(Faces faces, Points<const Real> first_frame, const TrackerSettings& settings,
+                       const Training<Real>& training) {
+  check_settings(settings);
+  const auto frame = first_frame_of(first_frame);
+  check_training(training, frame.size());
+  check_size(training, first_frame);
+  parts_ = std::make_unique<Parts>(faces, frame, topology_of(faces, frame.size()), settings,
+                                   training.frames());
+}
+
+template <class Real>
+Tracker<Real>::~Tracker() = default;
+template <class Real>
+Tracker<Real>::Tracker(Tracker&&) noexcept = default;
+template <class Real>
+Tracker<Real>& Tracker<Real>::operator=(Tracker&&) noexcept = default;
+
+template <class Real>
+void Tracker<Real>::reset(Points<const Real> frame) {
+  check_rows("frame", frame, n_vertices());
+  parts_->begin(complete_frame("frame", frame));
+}
+
+template <class Real>
+TrackingReport Tracker<Real>::push(const Scan<Real>& scan, Points<Real> tracked) {
+  const auto start = Clock::now();
+  check_scan("points", scan.points);
+  const bool has_normals = scan.normals.data != nullptr;
+  if (has_normals) {
+    if (scan.normals.count != scan.points.count) {
+      throw std::invalid_argument("normals: has " + std::to_string(scan.normals.count) +
+                                  " rows, but points has " + std::to_string(scan.points.count));
+    }
+    check_scan("normals", scan.normals);
+  }
+  check_scan("viewpoints", scan.viewpoints);
+  check_output(tracked, n_vertices(),
+               {{"points", Extent::of(scan.points)},
+                {"normals", Extent::of(scan.normals)},
+                {"viewpoints", Extent::of(scan.viewpoints)}});
+  PointScan& measured = parts_->scan;
+  copy(scan.points, measured.points);
+  copy(scan.viewpoints, measured.sensors);
+  measured.index();
+  if (has_normals) {
+    copy_directions(scan.normals, measured.normals);
+    measured.undecided.clear();
+  } else {
+    measured.estimate_normals(parts_->stream.workers);
+  }
+  return parts_->track(measured, tracked, start);
+}
+
+template <class Real>
+TrackingReport Tracker<Real>::push_depth(std::span<const DepthImage> images, Points<Real> tracked) {
+  const auto start = Clock::now();
+  check_output(tracked, n_vertices(), {});
+  for (std::size_t i = 0; i < images.size(); ++i) check_depth_image(i, images[i]);
+  DepthImages& measured = parts_->images;
+  measured.clear();
+  for (const DepthImage& image : images) {
+    copy_depths(image, measured.add(camera_of(image), image.height, image.width));
+  }
+  measured.prepare(parts_->surface.constants().jump * parts_->surface.mean_edge(),
+                   parts_->stream.workers);
+  return parts_->track(measured, tracked, start);
+}
+
+template <class Real>
+TrackingReport Tracker<Real>::skip(Points<Real> tracked) {
+  const auto start = Clock::now();
+  check_output(tracked, n_vertices(), {});
+  parts_->images.clear();
+  return parts_->track(parts_->images, tracked, start);
+}
+
+template <class Real>
+std::size_t Tracker<Real>::n_vertices() const {
+  return parts_->stream.n_vertices();
+}
+template <class Real>
+std::size_t Tracker<Real>::n_edges() const {
+  return parts_->stream.topology->cells.neighbours.size() / 2;
+}
+template <class Real>
+std::size_t Tracker<Real>::n_frames() const {
+  return parts_->stream.n_frames;
+}
+template <class Real>
+const TrackerSettings& Tracker<Real>::settings() const {
+  return parts_->settings;
+}
+template <class Real>
+const TopologyReport& Tracker<Real>::topology() const {
+  return parts_->stream.topology->report;
+}
+template <class Real>
+std::span<const std::uint8_t> Tracker<Real>::observed() const {
+  return parts_->stream.known_of_caller();
+}
+template <class Real>
+std::span<const Index> Tracker<Real>::generation() const {
+  return parts_->stream.generation_of_caller();
+}
+template <class Real>
+std::span<const Index> Tracker<Real>::age() const {
+  return parts_->stream.age_of_caller();
+}
+template <class Real>
+std::span<const Real> Tracker<Real>::standard_error() const {
+  if (!settings().uncertainty) {
+    throw std::invalid_argument("standard_error: requires uncertainty=True");
+  }
+  return parts_->stream.in_caller_order(parts_->surface.shape().error_bars().of_vertices());
+}
+template <class Real>
+const TrackingReport& Tracker<Real>::report() const {
+  return parts_->report;
+}
+
+template <class Real>
+std::size_t Tracker<Real>::state_size() const {
+  const std::size_t of_report = sizeof(double) + sizeof(std::uint8_t);
+  return size_of_state<TrackerSettings>(parts_->stream, of_report + parts_->surface.memory_size());
+}
+
+template <class Real>
+std::vector<std::byte> Tracker<Real>::state() const {
+  Writer writer(state_size());
+  write_stream(writer, kind, parts_->stream, parts_->settings, parts_->training_hash,
+               parts_->report);
+  writer.write(parts_->report.distance);
+  writer.write(static_cast<std::uint8_t>(parts_->report.aligned ? 1 : 0));
+  parts_->surface.write_memory(writer);
+  return writer.take_sealed();
+}
+
+template <class Real>
+void Tracker<Real>::restore(std::span<const std::byte> state) {
+  Reader reader(state);
+  auto stored = read_stream(reader, state, state_size(), kind, parts_->stream, parts_->settings,
+                            parts_->training_hash);
+  TrackingReport report;
+  static_cast<FrameReport&>(report) = stored.report;
+  report.distance = reader.read<double>();
+  const auto aligned = reader.read<std::uint8_t>();
+  report.aligned = aligned != 0;
+  if (aligned > 1 || !(report.distance >= 0) || !std::isfinite(report.distance)) {
+    refuse_state("reports what no tracker can report");
+  }
+  const auto memory = parts_->surface.read_memory(reader);
+  const auto last = widened(stored.previous);
+  parts_->begin(stored.first_frame);
+  // Nothing below can throw.
+  parts_->stream.recall(std::move(stored.previous), std::move(stored.age), std::move(stored.known),
+                        stored.n_frames);
+  parts_->surface.recall(memory, last);
+  parts_->report = report;
+  parts_->stream.count(parts_->report);
+  parts_->report.standard_error = parts_->mean_standard_error();
+}
+
+template class Tracker<float>;
+template class Tracker<double>;
+
+}  // namespace dynmesh

@@ -1,0 +1,106 @@
+/// The shape of a tracked surface, and the step that brings the surface to measured points while
+/// this shape resists.
+#pragma once
+
+#include <cstdint>
+#include <dynmesh/topology.hpp>
+#include <dynmesh/types.hpp>
+#include <span>
+#include <vector>
+
+#include "detail/anchors.hpp"
+#include "detail/constants.hpp"
+#include "detail/error_bars.hpp"
+#include "detail/rotations.hpp"
+#include "detail/rounding.hpp"
+#include "detail/shape_system.hpp"
+#include "generations/generations.hpp"
+#include "support/stored_numbers.hpp"
+#include "support/workers.hpp"
+#include "tracking/constants.hpp"
+#include "tracking/measurement.hpp"
+#include "tracking/rest_shape.hpp"
+
+namespace dynmesh {
+
+/// The positions X of a frame minimise |K X - Q m|^2 + sum_i w_i (n_i . (q_i - X_i))^2. K and Q are
+/// those of method detail, m is between the shapes of the last frame and of frame 0, and q_i, n_i
+/// is the measured point, with its normal, of vertex i. The planes tie the three coordinates
+/// together, so the system has 3 k unknowns, but N + w, which has k, is a good preconditioner, even
+/// with the w of another step: a few steps of conjugate gradients suffice.
+///
+/// Allocates memory in `reset`, and in a step if the factor is larger than all earlier ones.
+class NonrigidStep {
+ public:
+  using Field = std::span<const Vector3<double>>;
+
+  /// `topology`, `workers` and `constants` must outlive this object. `training` is a training
+  /// sequence, or empty. `epsilon` is that of the type in which positions are given.
+  NonrigidStep(const Topology& topology, Workers& workers, const TrackingConstants& constants,
+               TrainingFrames training, bool has_uncertainty, double epsilon);
+
+  /// Begins a sequence. If it throws, nothing has changed.
+  void reset(std::span<const Triangle> faces, Field first_frame, double mean_edge);
+
+  /// Begins a frame, which `undo_frame` forgets again.
+  void begin_frame();
+  void undo_frame();
+
+  /// Finds Q for X, and then X for the correspondences, whose weight is `weight` without any
+  /// distance. Those of components that have hardly any get the weight 0; if all have, X stays and
+  /// the result is false. `fits_modes` is whether the modes of the training sequence are fitted.
+  bool take(std::span<Correspondence> found, double weight, bool fits_modes,
+            std::span<Vector3<double>> x);
+  /// (k,) 1 for the vertices of components that the last step moved.
+  [[nodiscard]] std::span<const std::uint8_t> moved() const { return anchors_.is_solved; }
+
+  /// Keeps the correspondences of the last step for the standard errors of the frame.
+  void keep_planes(std::span<const Correspondence> found, Field x);
+  /// Finds the standard errors of X. `generations` are those of its vertices.
+  void measure_errors(const Generations& generations, Field x);
+
+  /// Remembers the shape of the completed frame.
+  void remember(Field completed);
+
+  [[nodiscard]] const RestShape& rest() const { return rest_; }
+  [[nodiscard]] const ErrorBars& error_bars() const { return error_bars_; }
+
+  /// What later frames depend on, beside frame 0 and the last frame.
+  struct Memory {
+    std::vector<Quaternion> rotations;
+    RestShape::Memory rest;
+    ErrorBars::Memory errors;
+  };
+  [[nodiscard]] std::size_t memory_size() const;
+  void write_memory(Writer& writer) const;
+  /// Refuses a memory that `write_memory` cannot have written.
+  [[nodiscard]] Memory read_memory(Reader& reader) const;
+  void recall(const Memory& memory, Field last);
+
+ private:
+  bool choose_components(std::span<Correspondence> found, double weight);
+  void observe_planes(std::span<const Correspondence> found, Field x);
+  void fit_modes(std::span<const Correspondence> found, Field x);
+
+  const Topology& topology_;
+  const TrackingConstants& constants_;
+  DetailConstants detail_constants_;
+  ShapeSystem system_;
+  Rotations rotations_;
+  double epsilon_;
+  Rounding rounding_;
+  RestShape rest_;
+  ErrorBars error_bars_;
+  std::vector<Vector3<double>> shape_;  // m = Q^T K X of the last frame
+  std::vector<Quaternion> last_rotations_;
+
+  // Of the current frame:
+  Anchors anchors_;
+  std::vector<Vector3<double>> wanted_, turned_, kx_;
+  std::vector<Vector3<double>> planes_;   // the normals of the correspondences
+  std::vector<double> found_in_;          // the correspondences of each component, weighed
+  std::vector<double> factored_weights_;  // those of the preconditioner
+  bool is_factored_ = false;
+};
+
+}  // namespace dynmesh
