@@ -250,12 +250,12 @@ TEST_CASE_TEMPLATE("a completer learns from a training sequence, which it does n
   c_settings.method = DYNMESH_METHOD_DETAIL;
   Twins<Real> twins(parts<Real>(), settings, &c_settings);
   const Mesh<Real>& mesh = twins.mesh;
-  const auto take = take_of(mesh.vertices, 6);
+  const auto shown = training_frames_of(mesh.vertices, 6);
   dynmesh_training* made = nullptr;
   const auto k = static_cast<std::int64_t>(mesh.size());
   REQUIRE(dynmesh_training_create(k, type_of<Real>, &made) == DYNMESH_OK);
   TrainingHandle training(made);
-  for (const auto& frame : take) {
+  for (const auto& frame : shown) {
     const auto points = in(frame);
     REQUIRE(dynmesh_training_add(training.get(), &points) == DYNMESH_OK);
   }
@@ -266,7 +266,7 @@ TEST_CASE_TEMPLATE("a completer learns from a training sequence, which it does n
     REQUIRE(dynmesh_create_trained(mesh.indices.data(), n_faces, &first_frame, &c_settings,
                                    training.get(), &completer) == DYNMESH_OK);
     twins.handle.reset(completer);
-    twins.completer = {mesh.faces(), mesh.points(), settings, training_of(take)};
+    twins.completer = {mesh.faces(), mesh.points(), settings, training_of(shown)};
     if (is_destroyed_first) training.reset();
     for (unsigned number = 4; number < 11; ++number) twins.step(number);
     CHECK(state_of(completer) == twins.completer.state());

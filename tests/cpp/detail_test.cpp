@@ -43,8 +43,8 @@ void check_rest(const Settings& settings, double step, bool is_trained) {
     };
     const Mesh<Real> first = {as_real(translated(mesh.vertices, x, -0.4 * x, 0.2 * x)),
                               mesh.indices};
-    const auto take = training_of(take_of(as_real(mesh.vertices), 6));
-    auto completer = is_trained ? Completer<Real>(first.faces(), first.points(), settings, take)
+    const auto shown = training_of(training_frames_of(as_real(mesh.vertices), 6));
+    auto completer = is_trained ? Completer<Real>(first.faces(), first.points(), settings, shown)
                                 : Completer<Real>(first.faces(), first.points(), settings);
     std::vector<std::vector<double>> results;
     for (unsigned n = 1; n <= 6; ++n) {

@@ -170,7 +170,7 @@ TEST_CASE("modes that are too small to be seen, in mean edges or by rounding, ar
   }
 }
 
-TEST_CASE("a take in which nothing moves, or a part, has no modes there") {
+TEST_CASE("a training sequence in which nothing moves, or a part, has no modes there") {
   Workers workers(1);
   SurfaceParts parts = some_parts();
   auto shapes = random_field(k * n_frames, 3);

@@ -60,7 +60,7 @@ struct World {
   std::vector<std::byte> start;
 
   explicit World(const Subject& subject) : settings(subject.settings) {
-    if (subject.is_trained) training = training_of(take_of(mesh.vertices, 4));
+    if (subject.is_trained) training = training_of(training_frames_of(mesh.vertices, 4));
     Completer<Real> completer = make();
     const auto other_start = turned(mesh.vertices, 1.0);
     completer.reset({other_start.data(), k});

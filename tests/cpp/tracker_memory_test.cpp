@@ -27,7 +27,7 @@ struct Sequence {
   [[nodiscard]] Tracker<double> begun() const {
     Tracker<double> tracker =
         is_trained ? Tracker<double>(mesh.faces(), mesh.points(), {.uncertainty = true},
-                                     training_of(take_of(mesh.vertices, 3)))
+                                     training_of(training_frames_of(mesh.vertices, 3)))
                    : Tracker<double>(mesh.faces(), mesh.points());
     track(tracker, first);
     return tracker;

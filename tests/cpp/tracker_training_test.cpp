@@ -16,7 +16,7 @@
 namespace dynmesh::testing {
 namespace {
 
-/// The torus while it moves as in a take of it.
+/// The torus while it moves as in training frames of it.
 std::vector<double> at(const Mesh<double>& mesh, int n) { return bent(mesh.vertices, 0.4 * n); }
 
 template <class Real>
@@ -28,7 +28,7 @@ std::vector<Real> bars(const Tracker<Real>& tracker) {
 TEST_CASE("with training and errors, the result does not depend on the number of threads") {
   const SharedWork shared;
   const auto mesh = as_floats(bumpy_torus(16));
-  const auto training = training_of(take_of(mesh.vertices, 4));
+  const auto training = training_of(training_frames_of(mesh.vertices, 4));
   Tracker<float> one(mesh.faces(), mesh.points(), {.uncertainty = true}, training);
   Tracker<float> three(mesh.faces(), mesh.points(), {.threads = 3, .uncertainty = true}, training);
   const auto shape = bumpy_torus(16);
@@ -60,16 +60,16 @@ TEST_CASE("standard errors do not change the frames, and 0 frames have none") {
 
 TEST_CASE("a training sequence of a tracker is checked as that of a completer") {
   const auto mesh = bumpy_torus(10);
-  const auto take = take_of(mesh.vertices, 3);
+  const auto shown = training_frames_of(mesh.vertices, 3);
   const auto refused = [&](const Training<double>& training) {
     return message_of(
         [&] { const Tracker<double> tracker(mesh.faces(), mesh.points(), {}, training); });
   };
   Training<double> two(mesh.size());
-  for (int n = 0; n < 2; ++n) two.add({take[0].data(), mesh.size()});
+  for (int n = 0; n < 2; ++n) two.add({shown[0].data(), mesh.size()});
   CHECK(refused(two) == "training: has 2 frames, but at least 3 are needed");
   CHECK(refused(Training<double>(7)).starts_with("training: its frames have 7 vertices"));
-  auto large = take;
+  auto large = shown;
   for (auto& frame : large) {
     for (double& x : frame) x *= 1000;
   }
@@ -79,8 +79,8 @@ TEST_CASE("a training sequence of a tracker is checked as that of a completer") 
 TEST_CASE("the C interface trains on and measures errors as the C++ interface does") {
   const auto mesh = bumpy_torus(16);
   const auto k = static_cast<std::int64_t>(mesh.size());
-  const auto take = take_of(mesh.vertices, 4);
-  Tracker<double> expected(mesh.faces(), mesh.points(), {.uncertainty = true}, training_of(take));
+  const auto shown = training_frames_of(mesh.vertices, 4);
+  Tracker<double> expected(mesh.faces(), mesh.points(), {.uncertainty = true}, training_of(shown));
   const auto n_faces = static_cast<std::int64_t>(mesh.faces().count);
   const dynmesh_points first = {mesh.vertices.data(), k, 3, 1, DYNMESH_FLOAT64};
   dynmesh_training* training = nullptr;
@@ -90,7 +90,7 @@ TEST_CASE("the C interface trains on and measures errors as the C++ interface do
                                     &tracker) == DYNMESH_INVALID_ARGUMENT);
   CHECK(tracker == nullptr);
   CHECK(std::string(dynmesh_last_message()).starts_with("training: has 0 frames"));
-  for (const auto& frame : take) {
+  for (const auto& frame : shown) {
     const dynmesh_points rows = {frame.data(), k, 3, 1, DYNMESH_FLOAT64};
     REQUIRE(dynmesh_training_add(training, &rows) == DYNMESH_OK);
   }

@@ -1,4 +1,4 @@
-/// Takes for training: frames of a mesh that bends in a few ways.
+/// Training frames: those of a mesh that bends in a few ways.
 #pragma once
 
 #include <cmath>
@@ -25,26 +25,27 @@ std::vector<Real> bent(const std::vector<Real>& vertices, double time) {
   return frame;
 }
 
-/// Frames of a take, at times that no whole number has.
+/// Training frames, at times that no whole number has.
 template <class Real>
-std::vector<std::vector<Real>> take_of(const std::vector<Real>& vertices, int n_frames) {
-  std::vector<std::vector<Real>> take;
-  for (int n = 0; n < n_frames; ++n) take.push_back(bent(vertices, 0.37 + 0.71 * n));
-  return take;
+std::vector<std::vector<Real>> training_frames_of(const std::vector<Real>& vertices, int n_frames) {
+  std::vector<std::vector<Real>> shown;
+  for (int n = 0; n < n_frames; ++n) shown.push_back(bent(vertices, 0.37 + 0.71 * n));
+  return shown;
 }
 
 template <class Real>
-Training<Real> training_of(const std::vector<std::vector<Real>>& take) {
-  Training<Real> training(take.front().size() / 3);
-  for (const auto& frame : take) training.add({frame.data(), frame.size() / 3});
+Training<Real> training_of(const std::vector<std::vector<Real>>& shown) {
+  Training<Real> training(shown.front().size() / 3);
+  for (const auto& frame : shown) training.add({frame.data(), frame.size() / 3});
   return training;
 }
 
-/// A completer of method detail that has trained `n_frames` of a take of the mesh.
+/// A completer of method detail that has learned from `n_frames` of the mesh.
 template <class Real>
 Completer<Real> trained(const Mesh<Real>& mesh, Settings settings = {}, int n_frames = 6) {
   settings.method = Method::detail;
-  return {mesh.faces(), mesh.points(), settings, training_of(take_of(mesh.vertices, n_frames))};
+  return {mesh.faces(), mesh.points(), settings,
+          training_of(training_frames_of(mesh.vertices, n_frames))};
 }
 
 }  // namespace dynmesh::testing

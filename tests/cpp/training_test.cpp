@@ -42,17 +42,17 @@ TEST_CASE("frames of any layout are kept packed") {
 }
 
 TEST_CASE("a frame that is refused changes nothing") {
-  const auto take = take_of(sheet<float>(3).vertices, 4);
+  const auto shown = training_frames_of(sheet<float>(3).vertices, 4);
   Training<float> training(9);
-  for (const auto& frame : take) training.add({frame.data(), 9});
+  for (const auto& frame : shown) training.add({frame.data(), 9});
   for (const float bad : {std::numeric_limits<float>::quiet_NaN(), 1e30F}) {
-    auto frame = take[0];
+    auto frame = shown[0];
     frame[13] = bad;
     CHECK_THROWS_AS(training.add({frame.data(), 9}), std::invalid_argument);
   }
-  CHECK_THROWS_AS(training.add({take[0].data(), 8}), std::invalid_argument);
+  CHECK_THROWS_AS(training.add({shown[0].data(), 8}), std::invalid_argument);
   CHECK(training.n_added() == 4);
-  CHECK(std::ranges::equal(training.frames(), take));
+  CHECK(std::ranges::equal(training.frames(), shown));
 }
 
 /// The sum of squared errors over a clip whose first frame is the mesh itself.
@@ -75,7 +75,7 @@ TEST_CASE("a subject that was trained is completed more accurately") {
   CHECK(error_of(trained(mesh, {}, 40), mesh) < 0.85 * without);
 }
 
-TEST_CASE("a take in which nothing moves has no effect") {
+TEST_CASE("a training sequence in which nothing moves has no effect") {
   const auto mesh = sheet<double>(8);
   const Settings detail = {.method = Method::detail};
   const std::vector<std::vector<double>> still(3, mesh.vertices);
@@ -145,10 +145,10 @@ TEST_CASE("the result does not depend on the unit of length") {
     };
     Mesh<double> larger = mesh;
     larger.vertices = scaled(mesh.vertices);
-    auto take = take_of(mesh.vertices, 6);
-    for (auto& frame : take) frame = scaled(frame);
+    auto shown = training_frames_of(mesh.vertices, 6);
+    for (auto& frame : shown) frame = scaled(frame);
     const Settings detail = {.method = Method::detail};
-    Completer<double> completer(larger.faces(), larger.points(), detail, training_of(take));
+    Completer<double> completer(larger.faces(), larger.points(), detail, training_of(shown));
     std::vector<double> completed;
     for (unsigned n = 1; n < 6; ++n) {
       completed =
@@ -164,19 +164,19 @@ TEST_CASE("the result does not depend on the unit of length") {
   }
 }
 
-TEST_CASE_TEMPLATE("a take that moves as a whole is not used, and changes nothing", Real, float,
-                   double) {
+TEST_CASE_TEMPLATE("a training sequence that moves as a whole is not used, and changes nothing",
+                   Real, float, double) {
   const auto mesh = sheet<Real>(10);
-  std::vector<std::vector<Real>> take;
+  std::vector<std::vector<Real>> shown;
   Real shift = 0;
   SUBCASE("in place") {}
   SUBCASE("far away") { shift = 2000; }
   for (int n = 0; n < 8; ++n) {
     const Real along = static_cast<Real>(n) * shift;
-    take.push_back(translated(turned(mesh.vertices, 0.3 * n), along, along, Real{0}));
+    shown.push_back(translated(turned(mesh.vertices, 0.3 * n), along, along, Real{0}));
   }
   const Settings detail = {.method = Method::detail};
-  Completer<Real> with(mesh.faces(), mesh.points(), detail, training_of(take));
+  Completer<Real> with(mesh.faces(), mesh.points(), detail, training_of(shown));
   Completer<Real> without(mesh.faces(), mesh.points(), detail);
   for (unsigned n = 1; n < 16; ++n) {
     auto frame = n < 8 ? mesh.vertices : bent(mesh.vertices, 0.1 * (n - 7));
@@ -199,9 +199,9 @@ TEST_CASE("after a rest, the pose does not depend on rounding errors") {
     };
     Mesh<double> elsewhere = mesh;
     elsewhere.vertices = moved(mesh.vertices);
-    const std::vector<std::vector<double>> take(3, moved(bent(mesh.vertices, 0.5)));
+    const std::vector<std::vector<double>> shown(3, moved(bent(mesh.vertices, 0.5)));
     Completer<double> completer(elsewhere.faces(), elsewhere.points(), {.method = Method::detail},
-                                training_of(take));
+                                training_of(shown));
     push(completer, translated(elsewhere.vertices, 0.1, 0.2, 0.3),
          random_mask(mesh.size(), 0.05, 1));
     const auto completed =
@@ -225,13 +225,13 @@ TEST_CASE_TEMPLATE("frames are finite and states can be restored for every known
     CAPTURE(scale);
     auto scaled = mesh;
     for (Real& x : scaled.vertices) x = std::ldexp(x, scale);
-    auto take = take_of(mesh.vertices, 5);
-    for (auto& frame : take) {
+    auto shown = training_frames_of(mesh.vertices, 5);
+    for (auto& frame : shown) {
       for (Real& x : frame) x = std::ldexp(x, scale);
     }
     const Settings detail = {.method = Method::detail};
-    Completer<Real> completer(scaled.faces(), scaled.points(), detail, training_of(take));
-    Completer<Real> other(scaled.faces(), scaled.points(), detail, training_of(take));
+    Completer<Real> completer(scaled.faces(), scaled.points(), detail, training_of(shown));
+    Completer<Real> other(scaled.faces(), scaled.points(), detail, training_of(shown));
     for (unsigned n = 0; n < 12; ++n) {
       auto frame = bent(mesh.vertices, n);
       for (Real& x : frame) x = std::ldexp(x, scale);

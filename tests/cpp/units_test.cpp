@@ -71,12 +71,13 @@ std::vector<std::vector<Real>> completed(Settings settings, bool is_trained, int
   const auto original = mesh.vertices;
   mesh.vertices = scaled(original, exponent);
   if (settings.noise) settings.noise = std::ldexp(*settings.noise, exponent);
-  std::vector<std::vector<Real>> take;
+  std::vector<std::vector<Real>> shown;
   if (is_trained) {
-    for (const auto& frame : take_of(original, 6)) take.push_back(scaled(frame, exponent));
+    for (const auto& frame : training_frames_of(original, 6))
+      shown.push_back(scaled(frame, exponent));
   }
   auto completer = is_trained
-                       ? Completer<Real>(mesh.faces(), mesh.points(), settings, training_of(take))
+                       ? Completer<Real>(mesh.faces(), mesh.points(), settings, training_of(shown))
                        : Completer<Real>(mesh.faces(), mesh.points(), settings);
   std::vector<std::vector<Real>> results;
   for (unsigned n = 1; n <= 24; ++n) {
@@ -118,13 +119,13 @@ std::vector<std::vector<Real>> tracked(bool is_trained, bool sees_images, int ex
   scaled_mesh.vertices = scaled(scaled_mesh.vertices, exponent);
   const Mesh<Real> first = {{scaled_mesh.vertices.begin(), scaled_mesh.vertices.end()},
                             mesh.indices};
-  std::vector<std::vector<Real>> take;
-  for (const auto& frame : take_of(mesh.vertices, is_trained ? 5 : 0)) {
-    take.push_back(scaled(std::vector<Real>(frame.begin(), frame.end()), exponent));
+  std::vector<std::vector<Real>> shown;
+  for (const auto& frame : training_frames_of(mesh.vertices, is_trained ? 5 : 0)) {
+    shown.push_back(scaled(std::vector<Real>(frame.begin(), frame.end()), exponent));
   }
   const TrackerSettings settings = {.uncertainty = true};
   auto tracker = is_trained
-                     ? Tracker<Real>(first.faces(), first.points(), settings, training_of(take))
+                     ? Tracker<Real>(first.faces(), first.points(), settings, training_of(shown))
                      : Tracker<Real>(first.faces(), first.points(), settings);
   std::vector<std::vector<Real>> results;
   for (int n = 1; n <= 6; ++n) {

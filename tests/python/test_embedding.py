@@ -158,8 +158,8 @@ def test_size_of_a_state(dtype: str, share: int) -> None:
     assert len(completer.state()) == 156 + share * completer.n_vertices
     detail = dynmesh.Completer(truth.faces, first, method="detail")
     assert len(detail.state()) == 164 + (share + 56) * detail.n_vertices
-    take = dynmesh.synth.ocean(3).vertices.astype(dtype)
-    trained = dynmesh.Completer(truth.faces, first, method="detail", training=take)
+    shown = dynmesh.synth.ocean(3).vertices.astype(dtype)
+    trained = dynmesh.Completer(truth.faces, first, method="detail", training=shown)
     assert len(trained.state()) == len(detail.state()) + 1688
     assert "156 bytes, and for each vertex" in DOCUMENT
     assert "1 688 with training" in DOCUMENT

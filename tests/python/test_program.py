@@ -166,7 +166,7 @@ def test_method_detail(
 
 
 class TrainingFile:
-    """Frames of the ocean, as a take from which to complete the ocean of a job."""
+    """Frames of the ocean, as training frames for the ocean of a job."""
 
     def __init__(self, folder: Path) -> None:
         self.frames: Floats = dynmesh.synth.ocean(100).vertices.astype(np.float32)[20:]

@@ -11,7 +11,7 @@ from dynmesh import Tracker
 
 
 def waved(vertices: Array, time: float) -> Array:
-    """Bends and twists the surface; times differ between a take and a sequence."""
+    """Bends and twists the surface; times differ between the training frames and the sequence."""
     x, y, z = bent(vertices, 0.5 * np.sin(time)).T
     return np.stack([x, y + 0.15 * np.cos(1.3 * time) * z * x, z], axis=1)
 

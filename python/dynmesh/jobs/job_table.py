@@ -109,7 +109,7 @@ def _job_of(path: Path, line: int, row: Mapping[str, Any]) -> Job | TrackingJob:
         if column in values:
             values[column] = path.parent / values[column]
     if "training" in values:
-        values["training"] = tuple(path.parent / take for take in values["training"])
+        values["training"] = tuple(path.parent / name for name in values["training"])
     files = path.parent / row[kind], path.parent / row["output"]
     if kind == "scans":
         if "template" not in values:

@@ -179,11 +179,11 @@ def study(
             result.bars[name] = found
     if (parts := halves(subject)) is None:
         return result
-    take, second = parts
+    training, second = parts
     seconds = _seconds_of_second_half(subject, plan, tried)
     measured = training_study(
         second,
-        take,
+        training,
         others=others,
         shares=plan.second_half,
         scenarios=plan.second_scenarios,

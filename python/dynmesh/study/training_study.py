@@ -61,12 +61,12 @@ def halves(subject: Subject) -> tuple[Positions, Subject] | None:
     half = subject.n_frames // 2
     if half < FEWEST_FRAMES:
         return None
-    take = subject.vertices[np.unique(np.linspace(0, half - 1, MOST_FRAMES).astype(int))]
-    return take, replace(subject, vertices=subject.vertices[half : half + MOST_FRAMES])
+    training = subject.vertices[np.unique(np.linspace(0, half - 1, MOST_FRAMES).astype(int))]
+    return training, replace(subject, vertices=subject.vertices[half : half + MOST_FRAMES])
 
 
 def useless(
-    take: Positions, faces: Faces, others: Iterable[Subject], seed: int = 0
+    training: Positions, faces: Faces, others: Iterable[Subject], seed: int = 0
 ) -> Iterator[tuple[str, Positions]]:
     """Yield training sequences that say nothing about the subject, each with what it is.
 
@@ -74,10 +74,13 @@ def useless(
     the training frames of other sequences that have the same mesh.
     """
     rng = np.random.default_rng(seed)
-    still = np.broadcast_to(take[0], take.shape)
-    spread = np.abs(take - take[0]).mean()
-    yield "noise", (still + spread * rng.normal(size=take.shape)).astype(take.dtype)
-    yield "moves of other vertices", still + (take - take[0])[:, rng.permutation(len(take[0]))]
+    still = np.broadcast_to(training[0], training.shape)
+    spread = np.abs(training - training[0]).mean()
+    yield "noise", (still + spread * rng.normal(size=training.shape)).astype(training.dtype)
+    yield (
+        "moves of other vertices",
+        still + (training - training[0])[:, rng.permutation(len(training[0]))],
+    )
     for other in others:
         if np.array_equal(other.faces, faces) and (parts := halves(other)) is not None:
             yield other.name, parts[0]
@@ -109,7 +112,7 @@ def held_out(subject: Subject, loss: str, masks: list[Mask], seed: int) -> list[
 
 def training_study(
     subject: Subject,
-    take: Positions | None,
+    training: Positions | None,
     *,
     others: Iterable[Subject] = (),
     shares: Iterable[float] = (0.1, 0.3),
@@ -121,7 +124,7 @@ def training_study(
 
     Args:
         subject: the frames to complete.
-        take: the training sequence, or None to measure the other methods only.
+        training: the training sequence, or None to measure the other methods only.
         others: other sequences; the first halves of those with the same mesh are trained too, to
             show what harm they do.
         shares: the shares of vertices that are known at random.
@@ -131,10 +134,12 @@ def training_study(
     """
     result = TrainingStudy(subject, {}, {}, {})
     methods = [MOTION, BIHARMONIC, DETAIL]
-    useful = [] if take is None else [trained(TRAINED, "detail, trained", take)]
+    useful = [] if training is None else [trained(TRAINED, "detail, trained", training)]
     misled = [
         trained(f"trained on {what}", f"detail, trained on {what}", frames)
-        for what, frames in ([] if take is None else useless(take, subject.faces, others, seed))
+        for what, frames in (
+            [] if training is None else useless(training, subject.faces, others, seed)
+        )
     ]
     all_masks = losses(subject, shares, scenarios, seed)
     for loss, masks in all_masks.items():

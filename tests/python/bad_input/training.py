@@ -1,4 +1,4 @@
-"""Cases of training: frames that a completer learns from, and the takes that hold them."""
+"""Cases of training: frames that a completer learns from, and the files that hold them."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -16,7 +16,7 @@ from .functions import of
 
 
 def prepare(world: World) -> None:
-    """Creates further takes, in addition to the files of other modules."""
+    """Creates further training files, in addition to the files of other modules."""
     folder, sequence = world.folder, world.sequence
     dynmesh.write(folder / "training.npz", sequence)
     dynmesh.write(folder / "big.npz", replace(sequence, vertices=1000 * sequence.vertices))
@@ -26,9 +26,9 @@ def prepare(world: World) -> None:
     dynmesh.write(folder / "training.pc2", sequence)
     whole = (folder / "training.pc2").read_bytes()
     (folder / "cut.pc2").write_bytes(whole[:-100])
-    dynmesh.write(folder / "take.usda", sequence)
+    dynmesh.write(folder / "training.usda", sequence)
     fewer = replace(sequence, vertices=sequence.vertices[:, :7], faces=np.array([[0, 1, 2]]))
-    dynmesh.write(folder / "other_take.usda", fewer)
+    dynmesh.write(folder / "other_training.usda", fewer)
 
 
 def _make(training: Any, **settings: Any) -> Callable[[World], Any]:
@@ -45,17 +45,17 @@ def _stream(world: World, training: Any, **settings: Any) -> Any:
     return list(dynmesh.complete(world.faces, frames, training=training, **settings))
 
 
-def _file(take: Any, path: str = "body.npz", output: str = "new.npz", **options: Any) -> Any:
-    return dynmesh.complete_file(path, output, training=take, **options)
+def _file(training: Any, path: str = "body.npz", output: str = "new.npz", **options: Any) -> Any:
+    return dynmesh.complete_file(path, output, training=training, **options)
 
 
-def _all(take: Any, **options: Any) -> Any:
-    return dynmesh.complete_scene("scene.usda", "new.usda", training=take, **options)
+def _all(training: Any, **options: Any) -> Any:
+    return dynmesh.complete_scene("scene.usda", "new.usda", training=training, **options)
 
 
-def _job(take: Any, path: str = "body.npz", **more: Any) -> Any:
+def _job(training: Any, path: str = "body.npz", **more: Any) -> Any:
     """Raises the error of a failed job of a batch."""
-    (result,) = complete_files([Job(Path(path), Path("new.usda"), training=take, **more)])
+    (result,) = complete_files([Job(Path(path), Path("new.usda"), training=training, **more)])
     assert result.status == "failed"
     raise Printed(result.reason)
 
@@ -92,37 +92,37 @@ cases = [
     _completed("`training`: frames, not a file", lambda w: _file(w.sequence.vertices), TypeError, "training:", "path", "ndarray"),
     _completed("`training`: an empty list", lambda _: _file([]), ValueError, "training:", "no file"),
     _completed("`training` with method motion", lambda _: _file("training.npz", method="motion"), ValueError, "training:", "'detail'"),
-    _completed("a take that is not there", lambda _: _file("none.npz"), FileNotFoundError, "none.npz"),
+    _completed("a training file that is not there", lambda _: _file("none.npz"), FileNotFoundError, "none.npz"),
     _completed("a second take that is not there", lambda _: _file(["training.npz", "none.npz"]), FileNotFoundError, "none.npz"),
-    _completed("a take that is damaged", lambda _: _file("cut.npz"), ValueError, "cut.npz:"),
-    _completed("a take that is cut short", lambda _: _file("cut.pc2"), ValueError, "cut.pc2:"),
-    _completed("a take with fewer vertices", lambda _: _file("fewer.npz"), ValueError, "fewer.npz:", "7", "49 in body.npz"),
-    _completed("a take with fewer triangles", lambda _: _file("fewer_faces.npz"), ValueError, "fewer_faces.npz:", "71", "72"),
-    _completed("a take with another triangle", lambda _: _file("turned_face.npz"), ValueError, "turned_face.npz:", "triangle 3"),
-    _completed("a take with positions alone, of fewer vertices", lambda _: _file("other.pc2"), ValueError, "other.pc2:", "7"),
-    _completed("a take with a hole in frame 1", lambda _: _file("late_holes.npz"), ValueError, "late_holes.npz: frame 1:", "vertex 4", "whole"),
+    _completed("a training file that is damaged", lambda _: _file("cut.npz"), ValueError, "cut.npz:"),
+    _completed("a training file that is cut short", lambda _: _file("cut.pc2"), ValueError, "cut.pc2:"),
+    _completed("a training file with fewer vertices", lambda _: _file("fewer.npz"), ValueError, "fewer.npz:", "7", "49 in body.npz"),
+    _completed("a training file with fewer triangles", lambda _: _file("fewer_faces.npz"), ValueError, "fewer_faces.npz:", "71", "72"),
+    _completed("a training file with another triangle", lambda _: _file("turned_face.npz"), ValueError, "turned_face.npz:", "triangle 3"),
+    _completed("a training file with positions alone, of fewer vertices", lambda _: _file("other.pc2"), ValueError, "other.pc2:", "7"),
+    _completed("a training file with a hole in frame 1", lambda _: _file("late_holes.npz"), ValueError, "late_holes.npz: frame 1:", "vertex 4", "whole"),
     _completed("a second take with a hole in frame 0", lambda _: _file(["training.npz", "holes.npz"]), ValueError, "holes.npz: frame 0:", "vertex 4"),
-    _completed("a take of two frames", lambda _: _file("two.npz"), ValueError, "two.npz: training: has 2 frames", "3"),
-    _completed("a take that states another unit", lambda _: _file("in_metres.npz", "in_millimetres.npz"), ValueError, "in_metres.npz:", "unit", "0.001"),
-    _completed("a take that states another up axis", lambda _: _file("y_up.npz", "z_up.npz"), ValueError, "y_up.npz:", "up axis", "z"),
-    _completed("a take in another unit by its size", lambda _: _file("big.npz"), ValueError, "big.npz: training: its size", "unit"),
-    _completed("a take as output", lambda _: _file("training.npz", output="training.npz", overwrite=True), ValueError, "training.npz:", "input"),
+    _completed("a training file of two frames", lambda _: _file("two.npz"), ValueError, "two.npz: training: has 2 frames", "3"),
+    _completed("a training file that states another unit", lambda _: _file("in_metres.npz", "in_millimetres.npz"), ValueError, "in_metres.npz:", "unit", "0.001"),
+    _completed("a training file that states another up axis", lambda _: _file("y_up.npz", "z_up.npz"), ValueError, "y_up.npz:", "up axis", "z"),
+    _completed("a training file in another unit by its size", lambda _: _file("big.npz"), ValueError, "big.npz: training: its size", "unit"),
+    _completed("a training file as output", lambda _: _file("training.npz", output="training.npz", overwrite=True), ValueError, "training.npz:", "input"),
     _completed("a template as output", lambda _: dynmesh.complete_file("body.npz", "single.npz", template="single.npz", overwrite=True), ValueError, "single.npz:", "input"),
     _completed("`watch_training`: a number", lambda _: _file("training.npz", watch_training=3), TypeError, "watch_training:", "3"),
     _scene("`training`: a number", lambda _: _all(3), TypeError, "training:", "path", "3"),
-    _scene("a take that is not there", lambda _: _all("none.usda"), FileNotFoundError, "none.usda"),
-    _scene("a take with another mesh", lambda _: _all("other_take.usda"), ValueError, "/mesh: other_take.usda:", "7", "49"),
-    _scene("a take as output", lambda _: dynmesh.complete_scene("scene.usda", "take.usda", training="take.usda", overwrite=True), ValueError, "take.usda:", "input"),
-    _scene("`training` with method motion", lambda _: _all("take.usda", method="motion"), ValueError, "training:", "'detail'"),
-    _batch("a take with a hole (the job's reason)", lambda _: _job(Path("late_holes.npz")), Printed, "late_holes.npz: frame 1:", "vertex 4"),
+    _scene("a training file that is not there", lambda _: _all("none.usda"), FileNotFoundError, "none.usda"),
+    _scene("a training file with another mesh", lambda _: _all("other_training.usda"), ValueError, "/mesh: other_training.usda:", "7", "49"),
+    _scene("a training file as output", lambda _: dynmesh.complete_scene("scene.usda", "training.usda", training="training.usda", overwrite=True), ValueError, "training.usda:", "input"),
+    _scene("`training` with method motion", lambda _: _all("training.usda", method="motion"), ValueError, "training:", "'detail'"),
+    _batch("a training file with a hole (the job's reason)", lambda _: _job(Path("late_holes.npz")), Printed, "late_holes.npz: frame 1:", "vertex 4"),
     _batch("`training` with method motion (the job's reason)", lambda _: _job("training.npz", settings={"method": "motion"}), Printed, "body.npz: training:", "'detail'"),
-    _batch("all meshes, and a take that is not there (the job's reason)", lambda _: _job("none.usda", "scene.usda", source={"prim": "all"}), Printed, "none.usda"),
+    _batch("all meshes, and a training file that is not there (the job's reason)", lambda _: _job("none.usda", "scene.usda", source={"prim": "all"}), Printed, "none.usda"),
     _shell("complete body.npz new.npz --training none.npz", "none.npz:", "exit code 1"),
     _shell("complete body.npz new.npz --training two.npz", "two.npz: training: has 2 frames", "exit code 1"),
     _shell("complete body.npz new.npz --training training.npz --training fewer.npz", "fewer.npz:", "49 in body.npz", "exit code 1"),
     _shell("complete body.npz new.npz --training training.npz --method motion", "'--training'", "--method detail", "exit code 2"),
-    _shell("complete scene.usda new.usda --prim all --training other_take.usda", "other_take.usda:", "7", "exit code 1"),
-    _shell("complete scene.usda new.usda --prim all --training take.usda --method motion", "'--training'", "exit code 2"),
+    _shell("complete scene.usda new.usda --prim all --training other_training.usda", "other_training.usda:", "7", "exit code 1"),
+    _shell("complete scene.usda new.usda --prim all --training training.usda --method motion", "'--training'", "exit code 2"),
     _shell("info body.npz --training none.npz", "none.npz:", "exit code 1"),
     _shell("info body.npz --training fewer.npz", "fewer.npz:", "49 in body.npz", "exit code 1"),
     _shell("info body.npz --training late_holes.npz", "late_holes.npz: frame 1:", "vertex 4", "exit code 1"),
