@@ -221,6 +221,15 @@ TEST_CASE("a forged state is refused if later frames could not handle it") {
     }
     // It is refused for no other reason.
     CHECK_NOTHROW(completer.restore(state));
+    // The number of frames does not start again at 0, where ages would exceed it.
+    auto bytes = state;
+    const auto most = std::numeric_limits<std::uint64_t>::max();
+    std::memcpy(&bytes[facts + 40], &most, sizeof most);
+    seal(bytes);
+    completer.restore(bytes);
+    std::vector<float> out(3 * k);
+    for (int n = 0; n < 2; ++n) completer.skip({out.data(), k});
+    CHECK_NOTHROW(completer.restore(completer.state()));
   }
 
   SUBCASE("of a training sequence") {

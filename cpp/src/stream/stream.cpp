@@ -61,7 +61,7 @@ void Stream<Real>::advance() {
     const Index older = age[v] + (age[v] < std::numeric_limits<Index>::max() ? 1 : 0);
     age[v] = known[v] != 0 ? 0 : older;
   }
-  ++n_frames;
+  if (n_frames < std::numeric_limits<std::size_t>::max()) ++n_frames;
   forget_copies();
 }
 
