@@ -16,8 +16,6 @@ import numpy as np
 
 import dynmesh
 from dynmesh import degrade
-from dynmesh.degrade.shared import mean_edge_of
-from dynmesh.jobs.alignment import align, distance_between, lies_within
 from dynmesh.study.tables import Line, markdown
 
 FRAMES, POSES, POINTS = 8, 8, 5000
@@ -28,20 +26,17 @@ ERRORS = (0.0, 1.0, 3.0, np.inf)
 def measure(sequence: dynmesh.Sequence, cameras: int) -> list[tuple[float, float]]:
     """Return the distance and the error of each template that was moved."""
     frames, faces = sequence.vertices.astype(np.float64), sequence.faces
-    mean_edge = mean_edge_of(frames[0], faces)
     truth = frames[:FRAMES]
     scans = list(degrade.scan_points(truth, faces, cameras, points=POINTS))
     found = []
     for pose in np.linspace(0, len(frames) - 1, POSES).astype(int):
-        template, cloud = frames[pose], scans[0].points
-        before = distance_between(template, faces, cloud, mean_edge)
-        if lies_within(before, template, mean_edge):
+        motion = dynmesh.find_alignment(faces, frames[pose], scans[0].points)
+        if motion.lies_in_scan:
             continue
-        motion = align(template, faces, cloud, mean_edge)
-        tracker = dynmesh.Tracker(faces, motion.moved(template))
+        tracker = dynmesh.Tracker(faces, frames[pose] @ motion.rotation.T + motion.shift)
         for scan in scans:
             tracked = tracker.push(scan.points, scan.normals, viewpoints=scan.viewpoints)
-        off = np.linalg.norm(tracked - truth[-1], axis=1).mean() / mean_edge
+        off = np.linalg.norm(tracked - truth[-1], axis=1).mean() / motion.mean_edge
         found.append((motion.after, float(off)))
     return found
 

@@ -4,6 +4,7 @@
 
 namespace dynmesh {
 
+void bind_alignment(pybind11::module_& module);
 void bind_baselines(pybind11::module_& module);
 void bind_topology(pybind11::module_& module);
 void bind_completer(pybind11::module_& module);

@@ -1,44 +1,102 @@
 #include <pybind11/numpy.h>
 
 #include "bindings.hpp"
-#include "plain_obj.hpp"
+#include "mesh/obj_file.hpp"
+#include "mesh/ply_file.hpp"
 
 namespace dynmesh {
 namespace {
 
 namespace py = pybind11;
 
-py::object plain_obj(const py::bytes& text) {
-  std::optional<PlainObj> mesh;
-  {
-    const std::string_view view = text;
-    const py::gil_scoped_release release;
-    mesh = read_plain_obj(view);
-  }
-  if (!mesh) return py::none();
-  const auto to_numpy = []<class T>(const std::vector<T>& values) {
-    return py::array_t<T>(static_cast<py::ssize_t>(values.size()), values.data());
-  };
-  return py::make_tuple(to_numpy(mesh->positions).reshape({-1, 3}), to_numpy(mesh->sizes),
-                        to_numpy(mesh->corners));
+template <class T>
+py::array_t<T> to_numpy(const std::vector<T>& values) {
+  return py::array_t<T>(static_cast<py::ssize_t>(values.size()), values.data());
 }
 
-constexpr const char* plain_obj_doc = R"doc(plain_obj(text)
+py::array to_numpy(const PlyNumbers& numbers) {
+  return std::visit([](const auto& values) -> py::array { return to_numpy(values); }, numbers);
+}
+
+/// Files do not state the encoding of names. In Latin-1, any bytes are valid.
+py::str to_text(std::string_view bytes) {
+  return py::reinterpret_steal<py::str>(
+      PyUnicode_DecodeLatin1(bytes.data(), static_cast<py::ssize_t>(bytes.size()), nullptr));
+}
+
+template <class Comments>
+py::list to_list(const Comments& comments) {
+  py::list texts;
+  for (const auto& comment : comments) texts.append(to_text(comment));
+  return texts;
+}
+
+py::tuple py_parse_obj(const py::bytes& data) {
+  const std::string_view text = data;
+  const ObjFile file = [&] {
+    const py::gil_scoped_release release;
+    return parse_obj(text);
+  }();
+  return py::make_tuple(to_numpy(file.mesh.positions).reshape({-1, 3}), to_numpy(file.mesh.sizes),
+                        to_numpy(file.mesh.corners), to_list(file.comments));
+}
+
+py::tuple py_parse_ply(const py::bytes& data) {
+  const std::string_view view = data;
+  const PlyFile file = [&] {
+    const py::gil_scoped_release release;
+    return parse_ply(view);
+  }();
+  py::dict elements;
+  for (const PlyElement& element : file.elements) {
+    py::dict columns;
+    for (const PlyProperty& property : element.properties) {
+      py::object column = to_numpy(property.values);
+      if (property.counts) {
+        column = py::make_tuple(to_numpy(*property.counts).attr("astype")("int64"), column);
+      }
+      columns[to_text(property.name)] = column;
+    }
+    elements[to_text(element.name)] = columns;
+  }
+  return py::make_tuple(elements, to_list(file.comments));
+}
+
+constexpr const char* parse_obj_doc = R"doc(parse_obj(data)
 --
 
-Read the text of an OBJ file that uses only the common syntax.
+Parse the content of an OBJ file.
 
 Args:
-    text: The bytes of the whole file.
+    data: The bytes of the file.
 
 Returns:
-    The positions (n, 3) float64, the number of corners of each face (m,) int64, and the vertex
-    indices of all corners int64, counted from 0. None if a line is invalid or uses other syntax.)doc";
+    The positions (n, 3) float64, the number of corners of each face (m,) int64, the vertices of
+    all corners int64, counted from 0, and the comments at the beginning.
+
+Raises:
+    ValueError: A vertex or face is invalid. The message begins with the line.)doc";
+
+constexpr const char* parse_ply_doc = R"doc(parse_ply(data)
+--
+
+Parse the content of a PLY file, in text or binary.
+
+Args:
+    data: The bytes of the file.
+
+Returns:
+    The properties of the n records of each element, by their names: an (n,) array, or for a list
+    the lengths (n,) int64 and an array of all values; and the comments of the header.
+
+Raises:
+    ValueError: The file is damaged. The message names the line, or the element and the record.)doc";
 
 }  // namespace
 
 void bind_files(py::module_& module) {
-  module.def("plain_obj", &plain_obj, py::arg("text"), plain_obj_doc);
+  module.def("parse_obj", &py_parse_obj, py::arg("data"), parse_obj_doc);
+  module.def("parse_ply", &py_parse_ply, py::arg("data"), parse_ply_doc);
 }
 
 }  // namespace dynmesh

@@ -15,13 +15,14 @@ PYBIND11_MODULE(_core, module) {
   dynmesh::bind_completer(module);
   dynmesh::bind_training(module);
   dynmesh::bind_tracker(module);
+  dynmesh::bind_alignment(module);
   dynmesh::bind_metrics(module);
   dynmesh::bind_baselines(module);
   dynmesh::bind_task_sharing(module);
   dynmesh::bind_files(module);
   // Users know these classes as dynmesh.Completer and so on.
-  for (const char* name :
-       {"Completer", "FrameReport", "RefusedFace", "TopologyReport", "Tracker", "TrackingReport"}) {
+  for (const char* name : {"Alignment", "Completer", "FrameReport", "RefusedFace", "TopologyReport",
+                           "Tracker", "TrackingReport"}) {
     module.attr(name).attr("__module__") = "dynmesh";
   }
   dynmesh::refuse_other_calls(module);

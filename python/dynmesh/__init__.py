@@ -19,6 +19,7 @@ Effective Dynamic Mesh Completion" (WSCG 2017).
 
 from . import baselines, degrade, metrics, synth
 from ._core import (
+    Alignment,
     Completer,
     FrameReport,
     RefusedFace,
@@ -27,6 +28,7 @@ from ._core import (
     TrackingReport,
     __version__,
     cells,
+    find_alignment,
 )
 from ._errors import DynmeshError
 from .diagnosis import Diagnosis, Finding, diagnose
@@ -43,6 +45,7 @@ from .sequence import Description, Sequence
 from .streaming import complete
 
 __all__ = [
+    "Alignment",
     "Completer",
     "Description",
     "Diagnosis",
@@ -74,6 +77,7 @@ __all__ = [
     "create_like",
     "degrade",
     "diagnose",
+    "find_alignment",
     "laplacian",
     "metrics",
     "open",

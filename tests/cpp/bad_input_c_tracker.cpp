@@ -102,6 +102,20 @@ void try_c_tracker(World& world) {
   bad.pose[0] = -1;
   tried(push_depth, "`pose`: mirrored", {"pose:", "not rigid"}, seen(bad));
 
+  const char* find = "dynmesh_find_alignment";
+  dynmesh_alignment alignment{};
+  const auto aligned = [&](const dynmesh_points* first, const dynmesh_points* scan) {
+    return dynmesh_find_alignment(faces, n_faces, first, scan, &alignment);
+  };
+  tried(find, "`first_frame`: a null pointer", {"first_frame:", "null pointer"},
+        aligned(nullptr, &frame));
+  tried(find, "`scan`: a null pointer", {"scan:", "null pointer"}, aligned(&frame, nullptr));
+  tried(find, "`scan`: of the other type", {"scan:", "type"}, aligned(&frame, &single));
+  tried(find, "`alignment`: a null pointer", {"alignment:", "null pointer"},
+        dynmesh_find_alignment(faces, n_faces, &frame, &frame, nullptr));
+  tried(find, "`scan`: NaN in it", {"scan: row 4", "nan"}, aligned(&frame, &incomplete));
+  if (alignment.mean_edge != 0) fault(find, "bad input", "wrote to its output");
+
   std::vector<std::byte> room(before.size());
   tried("dynmesh_tracker_state", "`size`: too small", {"state:", std::to_string(size - 1)},
         dynmesh_tracker_state(t, room.data(), size - 1));

@@ -244,6 +244,14 @@ void try_cpp(World& world) {
   });
   tried("summary", "no error", {"errors:", "is empty"}, [] { summary({}); });
 
+  const auto align = [&](Faces triangles, Points<const double> measured) {
+    return [=] { (void)find_alignment<double>(triangles, frame, measured); };
+  };
+  tried("find_alignment", "`scan`: no point", {"scan:", "no points"}, align(faces, {none, 0}));
+  tried("find_alignment", "`scan`: NaN in it", {"scan: row 4", "nan"},
+        align(faces, {holed.data(), k}));
+  tried("find_alignment", "no faces", {"faces:", "is empty"}, align({}, points));
+
   Tracker<double> tracker(faces, frame);
   const auto tracked = [&](const char* call, const char* given, Names names,
                            const std::function<void()>& run) {

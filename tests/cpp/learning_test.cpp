@@ -29,8 +29,8 @@ struct Heights {
   }
 
   bool offer(double height) {
-    std::vector<Vector3<double>> memory(6);
-    memory[4].y = -height;
+    std::vector<ShapeTerms> memory(2);
+    memory[1].to_rest.y = -height;
     return library.offer(memory);
   }
   /// The heights of the shapes, the oldest first.
@@ -107,10 +107,10 @@ TEST_CASE("a shape out of any range does not enter") {
   parts.entries = {{0, 1.0}};
   Workers workers(1);
   ShapeLibrary library(parts, workers, 1);
-  std::vector<Vector3<double>> memory(3);
+  std::vector<ShapeTerms> memory(1);
   for (const double bad : {1e7, -1e300, std::numeric_limits<double>::infinity(),
                            std::numeric_limits<double>::quiet_NaN()}) {
-    memory[1].z = bad;
+    memory[0].to_rest.z = bad;
     CHECK_FALSE(library.offer(memory));
     CHECK_FALSE(library.offer(memory));
     CHECK(library.members().empty());
@@ -119,10 +119,10 @@ TEST_CASE("a shape out of any range does not enter") {
   // The range is that of the mesh, whatever its unit.
   for (const double mean_edge : {1e-12, 1e12}) {
     ShapeLibrary other(parts, workers, mean_edge);
-    memory[1].z = 1e7 * mean_edge;
+    memory[0].to_rest.z = 1e7 * mean_edge;
     other.offer(memory);
     CHECK_FALSE(other.offer(memory));
-    memory[1].z = 1e5 * mean_edge;
+    memory[0].to_rest.z = 1e5 * mean_edge;
     other.offer(memory);
     CHECK(other.offer(memory));
   }

@@ -91,33 +91,35 @@ TEST_CASE("text preserves single precision") {
 }
 
 TEST_CASE("incomplete and invalid data is refused") {
-  CHECK(refusal("nan.obj", "v 0 0 0\nv nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
-            .ends_with("line 2 has 'nan' instead of a finite number; a template must be complete"));
+  CHECK(
+      refusal("nan.obj", "v 0 0 0\nv nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+          .find("vertex 1, counted from 0, has the coordinate nan; a template must be complete") !=
+      std::string::npos);
   CHECK(refusal("short.obj", "v 0 0 0\nv 1 0\nv 0 1 0\nf 1 2 3\n").find("line 2") !=
         std::string::npos);
   CHECK(refusal("twice.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 1 2\n")
-            .ends_with("line 5 has a face with vertex 1 twice; remove the face"));
+            .ends_with("line 5: a face has vertex 1 twice; remove the face"));
   CHECK(refusal("two.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2\n")
-            .ends_with("line 4 has a face of 2 vertices"));
+            .ends_with("line 4: a face has 2 corners, but needs 3"));
   CHECK(refusal("high.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n")
-            .ends_with("line 4 refers to vertex 9, but there are 3"));
-  CHECK(refusal("zero.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n").find("line 4 has '0'") !=
-        std::string::npos);
-  CHECK(refusal("text.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf a b c\n").find("line 4 has 'a'") !=
+            .ends_with("line 4: there is no vertex 9, only 3"));
+  CHECK(refusal("zero.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n")
+            .find("line 4: there is no vertex 0") != std::string::npos);
+  CHECK(refusal("text.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf a b c\n").find("line 4: 'a'") !=
         std::string::npos);
   CHECK(refusal("word.obj", "v 0 0 0\nv 1 0 x\nv 0 1 0\nf 1 2 3\n").find("'x'") !=
         std::string::npos);
   CHECK(refusal("nan.ply", std::string(triangle_ply) + "0 0 0\nnan 0 0\n0 1 0\n3 0 1 2\n")
-            .find("line 11 has 'nan'") != std::string::npos);
-  CHECK(refusal("nan.off", "OFF\n3 1 0\n0 0 0\ninf 0 0\n0 1 0\n3 0 1 2\n").find("'inf'") !=
-        std::string::npos);
+            .find("vertex 1, counted from 0, has the coordinate nan") != std::string::npos);
+  CHECK(refusal("nan.off", "OFF\n3 1 0\n0 0 0\ninf 0 0\n0 1 0\n3 0 1 2\n")
+            .find("vertex 1, counted from 0, has the coordinate inf") != std::string::npos);
   CHECK(refusal("cut.ply", std::string(triangle_ply) + "0 0 0\n1 0 0\n0 1 0\n") != "");
   CHECK(refusal("cut.off", "OFF\n3 2 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n") != "");
   CHECK(refusal("empty.obj", "") != "");
   CHECK(refusal("empty.off", "").find("ends before") != std::string::npos);
   CHECK(refusal("empty.ply", "") != "");
-  CHECK(refusal("long.obj", "v 0 0 0\nv 1 0 1e39\nv 0 1 0\nf 1 2 3\n").find("'1e39'") !=
-        std::string::npos);
+  CHECK(refusal("long.obj", "v 0 0 0\nv 1 0 1e39\nv 0 1 0\nf 1 2 3\n")
+            .find("vertex 1, counted from 0, has the coordinate 1e+39") != std::string::npos);
   CHECK(refusal("hexadecimal.obj", "v 0 0 0\nv 1 0 0x10\nv 0 1 0\nf 1 2 3\n").find("'0x10'") !=
         std::string::npos);
   CHECK(refusal("a.stl", "solid\n").find("a template must be an .obj, .ply or .off file") !=
@@ -136,9 +138,9 @@ std::string binary_ply(const std::string& x_type, const std::string& count_type,
 TEST_CASE("malformed headers and counts are refused") {
   const std::string header = "ply\nformat ascii 1.0\n";
   CHECK(refusal("head.ply", header + "element vertex 3\nproperty float x\n")
-            .ends_with("ends within its header"));
+            .ends_with("it has no line 'end_header'"));
   CHECK(refusal("order.ply", header + "property float x\nelement vertex 3\nend_header\n")
-            .ends_with("line 3 does not belong in the header of a PLY file"));
+            .ends_with("line 3: 'property float x' is not valid here"));
   CHECK(refusal("bare.ply", header + "element vertex 9999999999\nend_header\n") != "");
   CHECK(refusal("bare.ply", header + "element q 99999999999999\nend_header\n").find("'q'") !=
         std::string::npos);
@@ -151,14 +153,15 @@ TEST_CASE("malformed headers and counts are refused") {
   const std::string zeros(36, '\0');
   CHECK(refusal("face.ply", binary_ply("float", "int", zeros + "\xff\xff\xff\x7f")) != "");
   CHECK(refusal("face.ply", binary_ply("float", "int", zeros + "\xff\xff\xff\xff")) != "");
-  std::string far(9 * sizeof(double), '\0');
+  const std::string face = '\3' + std::string(12, '\0');
+  std::string far(48, '\0');
   const double coordinate = -1e300;
-  std::memcpy(&far[4 * sizeof coordinate], &coordinate, sizeof coordinate);
-  CHECK(refusal("far.ply", binary_ply("double", "uchar", far + zeros))
-            .ends_with("has the coordinate -1e+300, too large for a template"));
+  std::memcpy(&far[32], &coordinate, sizeof coordinate);
+  CHECK(refusal("far.ply", binary_ply("double", "uchar", far + face))
+            .find("vertex 2, counted from 0, has the coordinate -1e+300") != std::string::npos);
   // OpenMesh would read zeros and print a message to standard error.
-  CHECK(refusal("int.ply", binary_ply("int", "uchar", zeros)).find("must be float or double") !=
-        std::string::npos);
+  CHECK(refusal("int.ply", binary_ply("int", "uchar", zeros + face))
+            .find("must be float or double") != std::string::npos);
 }
 
 TEST_CASE("unusual files are read correctly") {

@@ -1,10 +1,15 @@
-/// Mesh files with arbitrary bytes: a valid template or an error that names the file. A template is
-/// the same after it is written and read again.
+/// Mesh files with arbitrary bytes: consistent content, or an error of one line; a valid template
+/// or an error that names the file. A template is the same after it is written and read again.
 #include <cmath>
 #include <dynmesh/template_mesh.hpp>
+#include <numeric>
 #include <stdexcept>
 
 #include "input.hpp"
+#include "mesh/mesh_text.hpp"
+#include "mesh/obj_file.hpp"
+#include "mesh/off_file.hpp"
+#include "mesh/ply_file.hpp"
 
 using namespace dynmesh;
 using namespace dynmesh::fuzz;
@@ -38,13 +43,66 @@ bool has_distinct_corners(const TemplateMesh& mesh) {
   return true;
 }
 
+void check(const PolygonMesh& mesh, std::size_t n_bytes) {
+  const auto k = static_cast<std::int64_t>(mesh.positions.size() / 3);
+  require(mesh.positions.size() % 3 == 0, "positions have three coordinates");
+  require(mesh.positions.size() <= n_bytes && mesh.corners.size() <= n_bytes,
+          "every number has its own bytes");
+  const std::int64_t n_corners = std::accumulate(mesh.sizes.begin(), mesh.sizes.end(), 0LL);
+  require(n_corners == static_cast<std::int64_t>(mesh.corners.size()), "corners belong to faces");
+  for (const std::int64_t size : mesh.sizes) require(size >= 3, "faces have an area");
+  for (const std::int64_t v : mesh.corners) require(v >= 0 && v < k, "corners are vertices");
+}
+
+void check(const PlyFile& file, std::size_t n_bytes) {
+  const auto size_of = [](const PlyNumbers& numbers) {
+    return std::visit([](const auto& values) { return values.size(); }, numbers);
+  };
+  for (const PlyElement& element : file.elements) {
+    for (const PlyProperty& property : element.properties) {
+      std::size_t n_values = element.n_records;
+      if (property.counts) {
+        require(size_of(*property.counts) == element.n_records, "every list has a length");
+        const auto sum = [](const auto& counts) {
+          return std::accumulate(counts.begin(), counts.end(), 0.0);
+        };
+        n_values = static_cast<std::size_t>(std::visit(sum, *property.counts));
+      }
+      require(size_of(property.values) == n_values, "every number was read");
+      require(n_values <= n_bytes, "every number has its own bytes");
+    }
+  }
+}
+
+/// Parses the content without the checks of a template.
+void parse(std::size_t format, std::string_view text) {
+  try {
+    if (format == 0) {
+      const ObjFile file = parse_obj(text);
+      check(file.mesh, text.size());
+      require(file.vertices.size() == file.mesh.positions.size() / 3, "vertices have statements");
+      require(file.faces.size() == file.mesh.sizes.size(), "faces have statements");
+    } else if (format == 1) {
+      check(parse_ply(text), text.size());
+    } else {
+      check(parse_off(text), text.size());
+    }
+  } catch (const MalformedFile& error) {
+    for (const char c : std::string_view(error.what())) {
+      require(c >= ' ' && c <= '~', "the error is one line of ASCII");
+    }
+  }
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static constexpr std::array<const char*, 3> names = {"a.obj", "a.ply", "a.off"};
   Input input(data, size);
-  const char* name = names[input.below(names.size())];
+  const std::size_t format = input.below(names.size());
+  const char* name = names[format];
   const auto content = input.take_rest();
+  parse(format, {reinterpret_cast<const char*>(content.data()), content.size()});
   const std::string path = write_scratch(name, content);
   try {
     const TemplateMesh mesh = read_template(path);

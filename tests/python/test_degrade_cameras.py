@@ -144,7 +144,7 @@ def test_the_grid_has_no_influence(cells: int, monkeypatch: pytest.MonkeyPatch) 
 def test_work_in_small_portions_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     mesh = potato(np.random.default_rng(4))
     expected = seen(mesh, NEAR_X)
-    monkeypatch.setattr(inspect.getmodule(Camera), "_PAIRS_AT_ONCE", 10)
+    monkeypatch.setattr("dynmesh.degrade.rays._PAIRS_AT_ONCE", 10)
     np.testing.assert_array_equal(seen(mesh, NEAR_X), expected)
 
 

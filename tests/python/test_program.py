@@ -360,8 +360,8 @@ def test_errors_and_exit_codes(complete: Any, programs: Path, job: Job, tmp_path
         (1, tmp_path / "other.pc2", [], "has frames of 7 vertices, but the template has 2500"),
         (1, tmp_path / "renamed.raw", [], "begins like a PC2 file, but is read as raw frames"),
         (1, job.raw, ["--template", tmp_path / "none.obj"], "none.obj: cannot be opened"),
-        (1, job.raw, ["--template", hole], "line 2 has 'nan'"),
-        (1, job.raw, ["--template", wild], "line 4 refers to vertex 9, but there are 3"),
+        (1, job.raw, ["--template", hole], "vertex 1, counted from 0, has the coordinate nan"),
+        (1, job.raw, ["--template", wild], "line 4: there is no vertex 9, only 3"),
         (1, job.raw, ["--template", job.raw], "a template must be an .obj, .ply or .off file"),
         (2, tmp_path / "a.npz", [], "the suffix must be .pc2, or"),
         (

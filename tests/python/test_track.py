@@ -34,7 +34,6 @@ from dynmesh.files.scans import (
     read_cameras,
     write_ply,
 )
-from dynmesh.jobs.alignment import align, distance_between
 from dynmesh.jobs.checkpoint import Checkpoint
 from dynmesh.jobs.tracking import track_file
 
@@ -398,15 +397,16 @@ def test_a_rigid_motion_is_found_from_one_side(seed: int) -> None:
     shift = 20 * rng.normal(size=3)
     placed = mesh.vertices @ turn.T + shift
     (scan,) = degrade.scan_points([placed], mesh.faces, 2, points=1500)
-    edge = mean_edge(dynmesh.Sequence(mesh.vertices[None], mesh.faces))
-    found = align(mesh.vertices, mesh.faces, scan.points, edge)
+    found = dynmesh.find_alignment(mesh.faces, mesh.vertices, scan.points)
     assert found.before > 5
     assert found.after < 0.7
     np.testing.assert_allclose(found.rotation @ found.rotation.T, np.eye(3), atol=1e-9)
-    off = np.linalg.norm(found.moved(mesh.vertices) - placed, axis=1) / edge
+    moved = mesh.vertices @ found.rotation.T + found.shift
+    off = np.linalg.norm(moved - placed, axis=1) / found.mean_edge
     assert off.mean() < 1.0
-    again = distance_between(found.moved(mesh.vertices), mesh.faces, scan.points, edge)
-    assert again == pytest.approx(found.after, rel=1e-6)
+    again = dynmesh.find_alignment(mesh.faces, moved, scan.points)
+    assert again.before == pytest.approx(found.after, rel=1e-6)
+    assert again.lies_in_scan
 
 
 @pytest.fixture(scope="module")

@@ -406,6 +406,32 @@ DYNMESH_EXPORT dynmesh_status dynmesh_tracker_standard_error(const dynmesh_track
                                                              void* values, int64_t count,
                                                              int32_t type);
 
+/// A rigid motion of a template, and what is known of it and a scan; see Alignment in
+/// alignment.hpp. `before` and `after` are distances in mean edges of the template.
+typedef struct dynmesh_alignment {
+  double rotation[9];  ///< row by row; the new position of a vertex x is rotation * x + shift
+  double shift[3];     ///< in the unit of the positions
+  double mean_edge;    ///< of the template, in the unit of the positions
+  double before;       ///< how far the template is from the scan without the motion
+  double after;        ///< how far it is with the motion
+  double ratio;        ///< how many times as large as the template the scan is
+  /// 1 if a tracker can bridge the distance without the motion, which then is the identity; else 0.
+  int32_t lies_in_scan;
+  /// 1 if the template lies in the scan with the motion. If 0, it has another pose than the scan,
+  /// or is another mesh.
+  int32_t matches;
+  /// 1 if a unit of length is probably wrong. Then, no motion is sought, and `matches` is 0.
+  int32_t other_unit;
+} dynmesh_alignment;
+
+/// Finds the rigid motion that puts a template into a scan, from any rotation and position; see
+/// alignment.hpp. The trackers above bridge small distances only. `scan` has one row or more, and
+/// the type of `first_frame`.
+DYNMESH_EXPORT dynmesh_status dynmesh_find_alignment(const int32_t* faces, int64_t n_faces,
+                                                     const dynmesh_points* first_frame,
+                                                     const dynmesh_points* scan,
+                                                     dynmesh_alignment* alignment);
+
 // The connectivity -------------------------------------------------------------------------------
 
 typedef struct dynmesh_topology_report {

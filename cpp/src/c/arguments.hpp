@@ -66,6 +66,20 @@ Points<Real> points_of(const char* argument, const View* view,
 
 constexpr const char* known_types = "DYNMESH_FLOAT32 (32) or DYNMESH_FLOAT64 (64)";
 
+/// Calls `call` with the positions of a view, which are float or double as its type says.
+template <class Call>
+void with_type_of(const char* argument, const dynmesh_points* view, const Call& call) {
+  check_pointer(argument, view);
+  if (view->type == DYNMESH_FLOAT32) {
+    call(points_of<const float>(argument, view));
+  } else if (view->type == DYNMESH_FLOAT64) {
+    call(points_of<const double>(argument, view));
+  } else {
+    refuse(argument,
+           std::string("type must be ") + known_types + ", not " + std::to_string(view->type));
+  }
+}
+
 inline Faces faces_of(const std::int32_t* faces, std::int64_t n_faces) {
   return {faces, count_of("faces", n_faces)};
 }

@@ -7,47 +7,14 @@
 #include <dynmesh/completer.hpp>
 #include <dynmesh/settings.hpp>
 #include <dynmesh/types.hpp>
-#include <limits>
-#include <span>
 #include <string>
 
 #include "c/arguments.hpp"
 #include "c/handles.hpp"
 #include "c/status.hpp"
+#include "c/stream.hpp"
 
-namespace dynmesh {
-namespace {
-
-dynmesh_frame_report to_c(const FrameReport& report) {
-  return {static_cast<std::int64_t>(report.known),
-          static_cast<std::int64_t>(report.filled),
-          static_cast<std::int64_t>(report.disconnected),
-          static_cast<std::int64_t>(report.rejected),
-          static_cast<std::int64_t>(report.iterations),
-          report.seconds,
-          report.stages.blend,
-          report.stages.prior_weight,
-          report.stages.prior_share,
-          report.standard_error};
-}
-
-void store(const FrameReport& report, dynmesh_frame_report* where) {
-  if (where != nullptr) *where = to_c(report);
-}
-
-template <class Real>
-dynmesh_completer* create(Faces faces, const dynmesh_points* first_frame,
-                          const Settings& settings) {
-  const auto frame = points_of<const Real>("first_frame", first_frame);
-  return new dynmesh_completer{Completer<Real>(faces, frame, settings)};
-}
-
-}  // namespace
-}  // namespace dynmesh
-
-// C has no namespaces, so the functions of the interface are global. The functions they call are
-// above.
-using namespace dynmesh;
+using namespace dynmesh;  // C has no namespaces
 
 const char* dynmesh_version() { return DYNMESH_VERSION; }
 
@@ -69,20 +36,10 @@ dynmesh_status dynmesh_create(const int32_t* faces, int64_t n_faces,
   return guarded([&] {
     check_pointer("completer", completer);
     *completer = nullptr;
-    check_pointer("first_frame", first_frame);
-    const Faces triangles = faces_of(faces, n_faces);
-    const auto chosen = settings_of(settings);
-    switch (first_frame->type) {
-      case DYNMESH_FLOAT32:
-        *completer = create<float>(triangles, first_frame, chosen);
-        break;
-      case DYNMESH_FLOAT64:
-        *completer = create<double>(triangles, first_frame, chosen);
-        break;
-      default:
-        refuse("first_frame", std::string("type must be ") + known_types + ", not " +
-                                  std::to_string(first_frame->type));
-    }
+    with_type_of("first_frame", first_frame, [&]<class Real>(Points<const Real> frame) {
+      *completer = new dynmesh_completer{
+          Completer<Real>(faces_of(faces, n_faces), frame, settings_of(settings))};
+    });
   });
 }
 
@@ -112,30 +69,23 @@ dynmesh_status dynmesh_push_sparse(dynmesh_completer* completer, const int32_t* 
 
 dynmesh_status dynmesh_skip(dynmesh_completer* completer, const dynmesh_output* out,
                             dynmesh_frame_report* report) {
-  return with(completer, [&]<class Real>(Completer<Real>& c) {
-    store(c.skip(points_of<Real>("out", out)), report);
-  });
+  return skip(completer, out, report);
 }
 
 dynmesh_status dynmesh_reset(dynmesh_completer* completer, const dynmesh_points* frame) {
-  return with(completer, [&]<class Real>(Completer<Real>& c) {
-    c.reset(points_of<const Real>("frame", frame));
-  });
+  return reset(completer, frame);
 }
 
 dynmesh_status dynmesh_state_size(const dynmesh_completer* completer, int64_t* size) {
-  return with_constant(completer, [&](const auto& c) {
-    check_pointer("size", size);
-    *size = static_cast<int64_t>(c.state_size());
-  });
+  return state_size(completer, size);
 }
 
 dynmesh_status dynmesh_state(const dynmesh_completer* completer, void* state, int64_t size) {
-  return with(completer, [&](const auto& c) { write_state(c, state, size); });
+  return write_state(completer, state, size);
 }
 
 dynmesh_status dynmesh_restore(dynmesh_completer* completer, const void* state, int64_t size) {
-  return with(completer, [&](auto& c) { read_state(c, state, size); });
+  return restore(completer, state, size);
 }
 
 int64_t dynmesh_n_vertices(const dynmesh_completer* completer) {
@@ -145,20 +95,14 @@ int64_t dynmesh_n_vertices(const dynmesh_completer* completer) {
 }
 
 const int32_t* dynmesh_generation(const dynmesh_completer* completer) {
-  const int32_t* generation = nullptr;
-  (void)with(completer, [&](const auto& c) { generation = c.generation().data(); });
-  return generation;
+  return generation(completer);
 }
 
-const int32_t* dynmesh_age(const dynmesh_completer* completer) {
-  const int32_t* age = nullptr;
-  (void)with(completer, [&](const auto& c) { age = c.age().data(); });
-  return age;
-}
+const int32_t* dynmesh_age(const dynmesh_completer* completer) { return age(completer); }
 
 dynmesh_status dynmesh_standard_error(const dynmesh_completer* completer, void* values,
                                       int64_t count, int32_t type) {
-  return with(completer, [&](const auto& c) { write_standard_error(c, values, count, type); });
+  return standard_error(completer, values, count, type);
 }
 
 dynmesh_status dynmesh_report(const dynmesh_completer* completer, dynmesh_frame_report* report) {

@@ -3,14 +3,9 @@
 
 #include <dynmesh/dynmesh.h>
 
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
 #include <dynmesh/completer.hpp>
 #include <dynmesh/tracker.hpp>
 #include <dynmesh/training.hpp>
-#include <span>
-#include <string>
 #include <variant>
 
 #include "c/arguments.hpp"
@@ -54,43 +49,6 @@ dynmesh_status with(Handle* handle, const Call& call) noexcept {
     check_pointer(Handle::name, handle);
     handle->turns.enter([&] { std::visit(call, handle->any); });
   });
-}
-
-/// Writes the state of `object` to a buffer of `size` bytes.
-template <class Object>
-void write_state(const Object& object, void* state, std::int64_t size) {
-  check_pointer("state", state);
-  const std::size_t needed = object.state_size();
-  if (size < static_cast<std::int64_t>(needed)) {
-    refuse("state", "has room for " + std::to_string(size) + " bytes, but the state has " +
-                        std::to_string(needed));
-  }
-  std::ranges::copy(object.state(), static_cast<std::byte*>(state));
-}
-
-template <class Object>
-void read_state(Object& object, const void* state, std::int64_t size) {
-  check_pointer("state", state);
-  if (size < 0) refuse("state", "cannot have " + std::to_string(size) + " bytes");
-  object.restore({static_cast<const std::byte*>(state), static_cast<std::size_t>(size)});
-}
-
-/// Writes the standard errors of the last frame to an array of `count` numbers of `type`.
-template <template <class> class Object, class Real>
-void write_standard_error(const Object<Real>& object, void* values, std::int64_t count,
-                          std::int32_t type) {
-  check_pointer("values", values);
-  const std::span<const Real> found = object.standard_error();
-  if (count != static_cast<std::int64_t>(found.size())) {
-    refuse("count", "is " + std::to_string(count) + ", but the mesh has " +
-                        std::to_string(found.size()) + " vertices");
-  }
-  const std::int32_t expected = sizeof(Real) == 4 ? DYNMESH_FLOAT32 : DYNMESH_FLOAT64;
-  if (type != expected) {
-    refuse("type", "must be " + std::to_string(expected) + ", that of the first frame, not " +
-                       std::to_string(type));
-  }
-  std::ranges::copy(found, static_cast<Real*>(values));
 }
 
 }  // namespace dynmesh

@@ -13,35 +13,10 @@
 #include "c/arguments.hpp"
 #include "c/handles.hpp"
 #include "c/status.hpp"
+#include "c/stream.hpp"
 
 namespace dynmesh {
 namespace {
-
-void store(const TrackingReport& report, dynmesh_tracking_report* where) {
-  if (where == nullptr) return;
-  *where = {static_cast<std::int64_t>(report.known),
-            static_cast<std::int64_t>(report.filled),
-            static_cast<std::int64_t>(report.disconnected),
-            static_cast<std::int64_t>(report.iterations),
-            report.aligned ? 1 : 0,
-            report.distance,
-            report.seconds};
-}
-
-template <class Real>
-dynmesh_tracker* create_tracker(Faces faces, const dynmesh_points* first_frame,
-                                const TrackerSettings& settings) {
-  const auto frame = points_of<const Real>("first_frame", first_frame);
-  return new dynmesh_tracker{Tracker<Real>(faces, frame, settings)};
-}
-
-template <class Real>
-dynmesh_tracker* create_trained_tracker(Faces faces, const dynmesh_points* first_frame,
-                                        const TrackerSettings& settings,
-                                        const Training<Real>& training) {
-  const auto frame = points_of<const Real>("first_frame", first_frame, "the training sequence");
-  return new dynmesh_tracker{Tracker<Real>(faces, frame, settings, training)};
-}
 
 std::size_t side_of(std::size_t number, const char* side, std::int64_t value) {
   if (value < 0) {
@@ -68,7 +43,7 @@ DepthImage image_of(std::size_t number, const dynmesh_depth_image& given) {
 }  // namespace
 }  // namespace dynmesh
 
-using namespace dynmesh;
+using namespace dynmesh;  // C has no namespaces
 
 dynmesh_status dynmesh_tracker_create(const int32_t* faces, int64_t n_faces,
                                       const dynmesh_points* first_frame, int32_t threads,
@@ -86,19 +61,15 @@ dynmesh_status dynmesh_tracker_create_with(const int32_t* faces, int64_t n_faces
     *tracker = nullptr;
     check_pointer("first_frame", first_frame);
     if (training != nullptr) return;
-    const Faces triangles = faces_of(faces, n_faces);
-    if (first_frame->type == DYNMESH_FLOAT32) {
-      *tracker = create_tracker<float>(triangles, first_frame, settings);
-    } else if (first_frame->type == DYNMESH_FLOAT64) {
-      *tracker = create_tracker<double>(triangles, first_frame, settings);
-    } else {
-      refuse("first_frame", std::string("type must be ") + known_types + ", not " +
-                                std::to_string(first_frame->type));
-    }
+    with_type_of("first_frame", first_frame, [&]<class Real>(Points<const Real> frame) {
+      *tracker = new dynmesh_tracker{Tracker<Real>(faces_of(faces, n_faces), frame, settings)};
+    });
   });
   if (status != DYNMESH_OK || training == nullptr) return status;
-  return with(training, [&](const auto& frames) {
-    *tracker = create_trained_tracker(faces_of(faces, n_faces), first_frame, settings, frames);
+  return with(training, [&]<class Real>(const Training<Real>& frames) {
+    const auto frame = points_of<const Real>("first_frame", first_frame, "the training sequence");
+    *tracker =
+        new dynmesh_tracker{Tracker<Real>(faces_of(faces, n_faces), frame, settings, frames)};
   });
 }
 
@@ -131,51 +102,36 @@ dynmesh_status dynmesh_tracker_push_depth(dynmesh_tracker* tracker,
 
 dynmesh_status dynmesh_tracker_skip(dynmesh_tracker* tracker, const dynmesh_output* out,
                                     dynmesh_tracking_report* report) {
-  return with(tracker, [&]<class Real>(Tracker<Real>& t) {
-    store(t.skip(points_of<Real>("out", out)), report);
-  });
+  return skip(tracker, out, report);
 }
 
 dynmesh_status dynmesh_tracker_reset(dynmesh_tracker* tracker, const dynmesh_points* frame) {
-  return with(tracker, [&]<class Real>(Tracker<Real>& t) {
-    t.reset(points_of<const Real>("frame", frame));
-  });
+  return reset(tracker, frame);
 }
 
 dynmesh_status dynmesh_tracker_state_size(const dynmesh_tracker* tracker, int64_t* size) {
-  return with_constant(tracker, [&](const auto& t) {
-    check_pointer("size", size);
-    *size = static_cast<int64_t>(t.state_size());
-  });
+  return state_size(tracker, size);
 }
 
 dynmesh_status dynmesh_tracker_state(const dynmesh_tracker* tracker, void* state, int64_t size) {
-  return with(tracker, [&](const auto& t) { write_state(t, state, size); });
+  return write_state(tracker, state, size);
 }
 
 dynmesh_status dynmesh_tracker_restore(dynmesh_tracker* tracker, const void* state, int64_t size) {
-  return with(tracker, [&](auto& t) { read_state(t, state, size); });
+  return restore(tracker, state, size);
 }
 
 const uint8_t* dynmesh_tracker_observed(const dynmesh_tracker* tracker) {
-  const uint8_t* observed = nullptr;
-  (void)with(tracker, [&](const auto& t) { observed = t.observed().data(); });
-  return observed;
+  return data_of(tracker, [](const auto& t) { return t.observed(); });
 }
 
 const int32_t* dynmesh_tracker_generation(const dynmesh_tracker* tracker) {
-  const int32_t* generation = nullptr;
-  (void)with(tracker, [&](const auto& t) { generation = t.generation().data(); });
-  return generation;
+  return generation(tracker);
 }
 
-const int32_t* dynmesh_tracker_age(const dynmesh_tracker* tracker) {
-  const int32_t* age = nullptr;
-  (void)with(tracker, [&](const auto& t) { age = t.age().data(); });
-  return age;
-}
+const int32_t* dynmesh_tracker_age(const dynmesh_tracker* tracker) { return age(tracker); }
 
 dynmesh_status dynmesh_tracker_standard_error(const dynmesh_tracker* tracker, void* values,
                                               int64_t count, int32_t type) {
-  return with(tracker, [&](const auto& t) { write_standard_error(t, values, count, type); });
+  return standard_error(tracker, values, count, type);
 }

@@ -78,11 +78,9 @@ TrainingSummary summarise(Faces faces, Points<const Real> first_frame,
   const auto k = build_detail_operator(triangles, topology.cells, first, constants);
   const double mean_edge = mean_edge_length<double>(topology.cells, first);
   Workers workers(1);
-  const auto shapes = training_shapes(frames, k, topology.cells, first, mean_edge,
-                                      constants.largest_stiff_angle, workers);
   const Rounding rounding(k, mean_edge, std::numeric_limits<Real>::epsilon());
-  const Modes modes(whole_surface(first.size()), shapes, frames.size(), constants.training,
-                    scale_of(frames, rounding, mean_edge));
+  const Modes modes = training_modes(frames, whole_surface(first.size()), k, topology.cells, first,
+                                     mean_edge, rounding, constants, workers);
   summary.variance_held = modes.variance_held();
   return summary;
 }

@@ -21,8 +21,8 @@ ResidualSums sum_products(const ResidualField& residuals, double mean_edge) {
   double counted = 0;
   for (std::size_t v = 0; v < residuals.size(); ++v) {
     residuals.visit(v, [&](const Residuals& at_vertex) { sums.add(at_vertex); });
-    shape += residuals.anchors.counts[v] * squared_norm(residuals.wanted[3 * v + 1]);
-    change += residuals.anchors.counts[v] * squared_norm(residuals.wanted[3 * v + 2]);
+    shape += residuals.anchors.counts[v] * squared_norm(residuals.wanted[v].to_rest);
+    change += residuals.anchors.counts[v] * squared_norm(residuals.wanted[v].change);
     counted += residuals.anchors.counts[v];
   }
   sums.mean_edges = counted * mean_edge * mean_edge;

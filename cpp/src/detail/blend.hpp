@@ -10,6 +10,7 @@
 
 #include "detail/anchors.hpp"
 #include "detail/constants.hpp"
+#include "detail/shape_terms.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {
@@ -28,16 +29,15 @@ struct Residuals {
   double weight = 1;
 };
 
-/// The residuals of step 2 at all vertices with `counts` 1. An array of size 3 k stores three
-/// vectors per vertex: for the shape of the last frame, for a unit of b and for a unit of c.
+/// The residuals of step 2 at all vertices with `counts` 1. All arrays are (k,).
 struct ResidualField {
   const Anchors& anchors;
-  std::span<const Vector3<double>> x;        ///< (k,) X before the step
-  std::span<const Vector3<double>> kx;       ///< (k,) K X
-  std::span<const Vector3<double>> wanted;   ///< (3 k,) Q m, Q (m_first - m) and Q u
-  std::span<const Vector3<double>> steps;    ///< (3 k,) the best steps towards these
-  std::span<const Vector3<double>> k_steps;  ///< (3 k,) K times the steps
-  double rounding = 0;                       ///< the mean square of rounding errors of a shape
+  std::span<const Vector3<double>> x;   ///< X before the step
+  std::span<const Vector3<double>> kx;  ///< K X
+  std::span<const ShapeTerms> wanted;   ///< Q m, Q (m_first - m) and Q u
+  std::span<const ShapeTerms> steps;    ///< the best steps towards these
+  std::span<const ShapeTerms> k_steps;  ///< K times the steps
+  double rounding = 0;                  ///< the mean square of rounding errors of a shape
 
   [[nodiscard]] std::size_t size() const { return x.size(); }
 
@@ -46,10 +46,10 @@ struct ResidualField {
   template <class Visit>
   void visit(std::size_t v, const Visit& visit) const {
     if (anchors.counts[v] == 0) return;
-    visit(Residuals{kx[v] + k_steps[3 * v] - wanted[3 * v], k_steps[3 * v + 1] - wanted[3 * v + 1],
-                    k_steps[3 * v + 2] - wanted[3 * v + 2]});
+    visit(Residuals{kx[v] + k_steps[v].last - wanted[v].last,
+                    k_steps[v].to_rest - wanted[v].to_rest, k_steps[v].change - wanted[v].change});
     if (!anchors.are_noisy()) return;
-    visit(Residuals{x[v] + steps[3 * v] - anchors.observed[v], steps[3 * v + 1], steps[3 * v + 2],
+    visit(Residuals{x[v] + steps[v].last - anchors.observed[v], steps[v].to_rest, steps[v].change,
                     anchors.weights[v]});
   }
 };

@@ -8,13 +8,10 @@
 #include <tuple>
 
 #include "support/geometry.hpp"
+#include "support/indices.hpp"
 
 namespace dynmesh {
 namespace {
-
-constexpr Index none = -1;
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// Packs lists of equal keys: `add(visit)` calls `visit(key, value)` in the order of the values.
 template <class Add>

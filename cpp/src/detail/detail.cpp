@@ -15,9 +15,9 @@ Detail::Workspace::Workspace(std::size_t n_vertices, bool is_noisy, bool has_mod
       x(n_vertices),
       kx(n_vertices),
       shape(n_vertices),
-      k_steps(3 * n_vertices),
-      steps(has_modes ? 3 * n_vertices : 0),
-      wanted(steps.size()),
+      turned(n_vertices),
+      k_steps(n_vertices),
+      steps(has_modes ? n_vertices : 0),
       shapes(steps.size()) {}
 
 Detail::Detail(std::vector<Triangle> faces, const Topology& topology, std::optional<double> noise,
@@ -31,7 +31,7 @@ Detail::Detail(std::vector<Triangle> faces, const Topology& topology, std::optio
       local_blend_(topology.cells, constants_),
       memory_(topology.cells.size(), constants_),
       training_(std::move(training)),
-      shape_fit_(topology.cells, workers, constants_.training, learns),
+      rest_fit_(topology.cells, workers, constants_.training),
       learns_(learns),
       error_bars_(topology.cells, workers, constants_, has_uncertainty, noise.has_value()),
       noise_(noise),
@@ -47,19 +47,15 @@ void Detail::reset(Frame first_frame) {
   const Field first = in_workspace(first_frame);
   auto prepared_rotations = rotations_.prepare(first);
   if (!training_.empty()) {
-    const TrainingConstants& constants = constants_.training;
-    const auto parts = divide_surface(topology_.cells, first, constants);
-    const auto shapes = training_shapes(training_, prepared.k, topology_.cells, first, mean_edge,
-                                        constants_.largest_stiff_angle, workers_);
-    shape_fit_.reset(Modes(parts, shapes, training_.size(), constants,
-                           scale_of(training_, rounding, mean_edge)));
+    const auto parts = divide_surface(topology_.cells, first, constants_.training);
+    rest_fit_.reset(training_modes(training_, parts, prepared.k, topology_.cells, first, mean_edge,
+                                   rounding, constants_, workers_));
   }
   if (learns_) {
     const auto parts = divide_surface(topology_.cells, first, constants_.training);
     const ModeScale scale = {mean_edge, rounding.mean_square(first)};
-    auto learned = std::make_unique<LearnedModes>(parts, workers_, constants_.training, scale);
-    shape_fit_.reset(Modes(parts, mean_edge));
-    learned_ = std::move(learned);
+    learned_ = std::make_unique<LearnedModes>(parts, topology_.cells, workers_, constants_.training,
+                                              scale);
   }
   // Nothing below can throw.
   system_.reset(std::move(prepared));
@@ -79,8 +75,7 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
   next_generations_.classify(topology_.cells, known);
   const Anchors& anchors = hold(in_workspace(previous), points, next_generations_);  // may throw
   std::swap(generations, next_generations_);
-  workspace_.is_fitted = false;
-  workspace_.is_stiff.reset();
+  is_stiff_.reset();
   if (!anchors.any_solved()) {
     if (error_bars_.exist()) error_bars_.pass(generations, rotations_);
     return 0;
@@ -88,15 +83,16 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
 
   // Step 1: find the smoothest motion.
   Positions positions = move_smoothly(workspace_.x, anchors);
+  const bool is_stiff = fit_rotations(positions.x, std::nullopt);
+  is_stiff_ = is_stiff;
 
-  // Step 2: find the global b and c.
-  Field shapes = turned_shapes(positions);
-  const ResidualField unfitted = find_directions(positions, shapes, anchors);
-  // With modes, a fitted shape takes the place of m_first or m from here on.
-  const ResidualField directions =
-      shape_fit_.exists() ? fit_modes(unfitted, generations) : unfitted;
+  // Step 2: find the global b and c. With modes, a fitted shape takes the place of m_first or m.
+  const auto [directions, shapes, is_first] =
+      fit_modes(find_directions(positions, turn(memory_.shapes()), anchors), generations);
   const ResidualSums sums = sum_products(directions, mean_edge_);
-  const Blend blend = bounded(global_blend(sums, constants_));
+  Blend blend = global_blend(sums, constants_);
+  // The rest shape that is fitted first hardly differs from the last one, and b could be anything.
+  if (is_first) blend.b = std::clamp(blend.b, constants_.least_blend, constants_.largest_blend);
 
   // Step 3: find the local b_i.
   const std::span<const double> b = local_blend_.find(directions, sums, blend);
@@ -105,8 +101,8 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
   // Step 4: fit rotations and solve again.
   Field shape;
   for (int round = 1; round < constants_.rounds; ++round) {
-    shapes = turned_shapes(positions);
-    shape = blended(shapes, b, blend.c);
+    fit_rotations(positions.x, is_stiff);
+    shape = blended(turn(shapes), b, blend.c);
     positions = take_shape(positions, shape, anchors);
   }
 
@@ -143,9 +139,9 @@ Detail::Positions Detail::move_smoothly(Field previous, const Anchors& anchors) 
   std::vector<Vector3<double>>& moved = workspace_.shape;  // K times the motion of the anchors
   if (!anchors.are_noisy()) {
     for (std::size_t v = 0; v < previous.size(); ++v) {
-      workspace_.k_steps[v] = anchors.observed[v] - previous[v];
+      workspace_.kx[v] = anchors.observed[v] - previous[v];
     }
-    system_.apply(workspace_.k_steps, 1, moved);
+    system_.apply(workspace_.kx, 1, moved);
     std::ranges::copy(anchors.observed, workspace_.x.begin());
   } else {
     std::ranges::fill(moved, Vector3<double>{});
@@ -158,108 +154,90 @@ Detail::Positions Detail::move_smoothly(Field previous, const Anchors& anchors) 
   return positions;
 }
 
-/// Fits Q to the positions, with the same averages in all fits of a frame.
-void Detail::fit_rotations(Field positions) {
-  std::optional<bool>& is_stiff = workspace_.is_stiff;
-  const bool is_first = !is_stiff.has_value();
-  if (is_first || *is_stiff) {
-    const double angle = rotations_.fit_widely(positions);
-    if (is_first) is_stiff = angle <= constants_.largest_stiff_angle;
-  }
-  if (!*is_stiff) rotations_.fit_narrowly(positions);
-}
-
-/// Fits Q to the positions and returns Q m, Q (m_first - m) and Q u: (3 k,).
-Detail::Field Detail::turned_shapes(const Positions& positions) {
+/// Fits Q to the positions, with wide averages if the surface `is_stiff`. Returns whether it is,
+/// which the first fit of a frame finds out.
+bool Detail::fit_rotations(Field positions, std::optional<bool> is_stiff) {
   const Stopwatch stopwatch(report_.rotation_seconds);
-  fit_rotations(positions.x);
-  return rotations_.turn(shapes_in_memory());
+  const double angle = is_stiff.value_or(true) ? rotations_.fit_widely(positions) : 0;
+  if (!is_stiff) is_stiff = angle <= constants_.largest_stiff_angle;
+  if (!*is_stiff) rotations_.fit_narrowly(positions);
+  return *is_stiff;
 }
 
-/// m, m_first - m and u; once the modes are fitted, with the fitted rest shape as m_first.
-Detail::Field Detail::shapes_in_memory() const {
-  return workspace_.is_fitted ? Field(workspace_.shapes) : memory_.shapes();
+/// Q m, Q (m_first - m) and Q u.
+std::span<const ShapeTerms> Detail::turn(std::span<const ShapeTerms> shapes) {
+  const Stopwatch stopwatch(report_.rotation_seconds);
+  rotations_.turn(shapes, workspace_.turned);
+  return workspace_.turned;
 }
 
 /// Computes the steps towards Q m, those that a unit of b and of c add, and the residuals they
 /// leave.
-ResidualField Detail::find_directions(const Positions& positions, Field shapes,
-                                      const Anchors& anchors) {
+ResidualField Detail::find_directions(const Positions& positions,
+                                      std::span<const ShapeTerms> turned, const Anchors& anchors) {
   const Stopwatch stopwatch(report_.solve_seconds);
-  const Field steps = system_.solve<3>(
-      [&](std::size_t v, std::size_t field) {
-        return field == 0 ? shapes[3 * v] - positions.kx[v] : shapes[3 * v + field];
-      },
-      positions.x, anchors);
-  system_.apply(steps, 3, workspace_.k_steps);
+  const auto steps = system_.solve_terms(turned, positions.x, positions.kx, anchors);
+  system_.apply(steps, workspace_.k_steps);
   return {anchors,
           positions.x,
           positions.kx,
-          shapes,
+          turned,
           steps,
           workspace_.k_steps,
           rounding_.mean_square(positions.x)};
 }
 
-/// Fits the rest shape by what the anchors say: p = m_first + k B a takes the place of m_first. If
-/// the fit is a change, m + k B a takes the place of m.
-ResidualField Detail::fit_modes(ResidualField directions, const Generations& generations) {
-  const Stopwatch stopwatch(report_.solve_seconds);
-  system_.keep_steps(workspace_.steps);  // the next solutions overwrite them
-  std::ranges::copy(directions.wanted, workspace_.wanted.begin());
-  directions.steps = workspace_.steps;
-  directions.wanted = workspace_.wanted;
-  const ShapeFit::Found fit = shape_fit_.find(directions, system_, rotations_, generations);
-  report_.prior_weight = fit.prior_weight;
-  report_.prior_share = fit.prior_share;
-  blend_is_uncertain_ = fit.is_first && !shape_fit_.is_change();
-  if (fit.prior_weight == 0) return directions;
-  std::ranges::copy(memory_.shapes(), workspace_.shapes.begin());
-  const auto add = [&](std::size_t row, std::size_t v, double k) {
-    workspace_.steps[row] = workspace_.steps[row] + k * fit.steps[v];
-    workspace_.k_steps[row] = workspace_.k_steps[row] + k * fit.k_steps[v];
-    workspace_.wanted[row] = workspace_.wanted[row] + k * fit.wanted[v];
-    workspace_.shapes[row] = workspace_.shapes[row] + k * shape_fit_.shape()[v];
-  };
-  for (std::size_t v = 0; v < directions.size(); ++v) {
-    if (shape_fit_.is_change()) {
-      add(3 * v, v, fit.prior_weight);
-      add(3 * v + 1, v, -fit.prior_weight);
-    } else {
-      add(3 * v + 1, v, fit.prior_weight);
-    }
+/// Fits the modes, if there are any, by what the anchors say.
+Detail::Fitted Detail::fit_modes(const ResidualField& directions, const Generations& generations) {
+  if (rest_fit_.exists()) return add_modes(rest_fit_, directions, generations);
+  if (learned_ && learned_->fit().exists()) {
+    return add_modes(learned_->fit(), directions, generations);
   }
-  workspace_.is_fitted = true;
-  return directions;
+  return {directions, memory_.shapes()};
 }
 
-/// In the first frame, the fitted rest shape hardly differs from the last one, and b could be any
-/// number.
-Blend Detail::bounded(Blend blend) const {
-  if (workspace_.is_fitted && blend_is_uncertain_) {
-    blend.b = std::clamp(blend.b, constants_.least_blend, constants_.largest_blend);
+/// Adds what the fit finds to the shapes, and to the directions, which are in the workspace.
+template <class Fit>
+Detail::Fitted Detail::add_modes(Fit& fit, ResidualField directions,
+                                 const Generations& generations) {
+  const Stopwatch stopwatch(report_.solve_seconds);
+  system_.keep_steps(workspace_.steps);  // the next solutions overwrite them
+  directions.steps = workspace_.steps;
+  const FittedModes found = fit.find(directions, system_, rotations_, generations);
+  const double k = found.prior_weight;
+  report_.prior_weight = k;
+  report_.prior_share = found.prior_share;
+  if (k == 0) return {directions, memory_.shapes()};
+  std::ranges::copy(memory_.shapes(), workspace_.shapes.begin());
+  const AddedShape& added = fit.added();
+  for (std::size_t v = 0; v < directions.size(); ++v) {
+    Fit::add(k * added.shape[v], workspace_.shapes[v]);
+    Fit::add(k * added.wanted[v], workspace_.turned[v]);
+    Fit::add(k * added.steps[v], workspace_.steps[v]);
+    Fit::add(k * added.k_steps[v], workspace_.k_steps[v]);
   }
-  return blend;
+  return {directions, workspace_.shapes, found.is_first};
 }
 
 Detail::Positions Detail::take_directions(Positions positions, const ResidualField& directions,
                                           const Blend& blend) {
   const Stopwatch stopwatch(report_.solve_seconds);
-  const auto combined = [&](const Vector3<double>& from, Field triples, std::size_t v) {
-    return from + triples[3 * v] + blend.b * triples[3 * v + 1] + blend.c * triples[3 * v + 2];
+  const auto step = [&](Vector3<double>& from, const ShapeTerms& by) {
+    from = from + by.last + blend.b * by.to_rest + blend.c * by.change;
   };
   for (std::size_t v = 0; v < positions.x.size(); ++v) {
-    positions.x[v] = combined(positions.x[v], directions.steps, v);
-    positions.kx[v] = combined(positions.kx[v], directions.k_steps, v);
+    step(positions.x[v], directions.steps[v]);
+    step(positions.kx[v], directions.k_steps[v]);
   }
   return positions;
 }
 
 /// Returns Q (m + b_i (m_first - m) + c u): (k,).
-Detail::Field Detail::blended(Field shapes, std::span<const double> b, double c) {
+Detail::Field Detail::blended(std::span<const ShapeTerms> turned, std::span<const double> b,
+                              double c) {
   const Stopwatch stopwatch(report_.solve_seconds);
   for (std::size_t v = 0; v < b.size(); ++v) {
-    workspace_.shape[v] = shapes[3 * v] + b[v] * shapes[3 * v + 1] + c * shapes[3 * v + 2];
+    workspace_.shape[v] = turned[v].last + b[v] * turned[v].to_rest + c * turned[v].change;
   }
   return workspace_.shape;
 }
@@ -292,51 +270,52 @@ void Detail::weigh_anchors(const Positions& positions, Field shape, const Anchor
 /// Returns Q^T K X of a completed frame to which Q has been fitted.
 Detail::Field Detail::detail_turned_back(Field completed) {
   system_.apply(completed, 1, workspace_.kx);
-  return rotations_.turn_back(workspace_.kx);
+  rotations_.turn_back(workspace_.kx, workspace_.shape);
+  return workspace_.shape;
 }
 
 void Detail::remember(Frame completed) {
-  const Stopwatch stopwatch(report_.rotation_seconds);
   const Field x = in_workspace(completed);
-  fit_rotations(x);
+  fit_rotations(x, is_stiff_);
+  const Stopwatch stopwatch(report_.rotation_seconds);
   memory_.learn(detail_turned_back(x));
-  if (learned_) learned_->advance(memory_.shapes(), workspace_.anchors.number > 0, shape_fit_);
+  if (learned_) learned_->advance(memory_.shapes(), workspace_.anchors.number > 0);
 }
 
 /// What a state keeps of the method.
 struct Detail::StoredMemory final : EstimatorMemory {
   std::vector<std::array<double, 7>> rows;  // Q, as a quaternion w x y z, and u
   double lambda = 0;
-  std::vector<double> shape_fit;          // with modes
+  std::vector<double> fit;                // with modes
   std::vector<LearnedModes::Row> shapes;  // if it learns
   ErrorBars::Memory errors;
 };
 
-std::size_t Detail::shape_fit_size() const {
-  if (learned_) return shape_fit_.memory_size() + LearnedModes::memory_size(constants_.training);
-  return training_.empty() ? 0 : shape_fit_.memory_size();
+std::size_t Detail::fit_size() const {
+  if (learned_) return learned_->memory_size();
+  return training_.empty() ? 0 : rest_fit_.memory_size();
 }
 
 std::size_t Detail::memory_size() const {
   const std::size_t k = topology_.cells.size();
-  return k * 7 * sizeof(double) + sizeof(double) + shape_fit_size() * sizeof(double) +
+  return (7 * k + 1 + fit_size()) * sizeof(double) +
          (learned_ ? k * sizeof(LearnedModes::Row) : 0) + error_bars_.memory_size();
 }
 
 void Detail::write_memory(Writer& writer) const {
   for (std::size_t v = 0; v < topology_.cells.size(); ++v) {
     const Quaternion& q = rotations_.quaternions()[v];
-    const Vector3<double>& u = memory_.change(v);
+    const Vector3<double>& u = memory_.shapes()[v].change;
     for (const double number : {q.w, q.x, q.y, q.z, u.x, u.y, u.z}) writer.write(number);
   }
   writer.write(lambda_);
-  if (shape_fit_size() > 0) {
-    std::vector<double> numbers = shape_fit_.memory();
-    if (learned_) learned_->append_memory(numbers);
-    writer.write(std::span<const double>(numbers));
-  }
   if (learned_) {
+    writer.write(std::span<const double>(learned_->memory()));
     for (const auto& shapes : learned_->rows()) writer.write(std::span<const float>(shapes));
+  } else if (!training_.empty()) {
+    std::vector<double> fit(fit_size());
+    rest_fit_.store(fit);
+    writer.write(std::span<const double>(fit));
   }
   error_bars_.write_memory(writer);
 }
@@ -346,8 +325,8 @@ std::unique_ptr<EstimatorMemory> Detail::read_memory(Reader& reader) const {
   memory->rows.resize(topology_.cells.size());
   for (auto& row : memory->rows) reader.read(std::span<double>(row));
   memory->lambda = reader.read<double>();
-  memory->shape_fit.resize(shape_fit_size());
-  reader.read(std::span<double>(memory->shape_fit));
+  memory->fit.resize(fit_size());
+  reader.read(std::span<double>(memory->fit));
   memory->shapes.resize(learned_ ? topology_.cells.size() : 0);
   for (auto& shapes : memory->shapes) reader.read(std::span<float>(shapes));
   memory->errors = error_bars_.read_memory(reader);
@@ -362,20 +341,10 @@ bool Detail::accepts(const StoredMemory& memory) const {
     const double norm = row[0] * row[0] + row[1] * row[1] + row[2] * row[2] + row[3] * row[3];
     return std::abs(norm - 1) <= rounding && is_in_range(Vector3<double>{row[4], row[5], row[6]});
   };
-  if (!std::ranges::all_of(memory.rows, is_sound)) return false;
-  if (!(memory.lambda >= constants_.least_lambda && memory.lambda <= constants_.largest_lambda)) {
-    return false;
-  }
-  if (shape_fit_size() > 0) {
-    const std::span<const double> numbers = memory.shape_fit;
-    const std::size_t of_fit = shape_fit_.memory_size();
-    if (!shape_fit_.accepts(numbers.first(of_fit))) return false;
-    if (learned_ &&
-        !LearnedModes::accepts(numbers.subspan(of_fit), memory.shapes, constants_.training)) {
-      return false;
-    }
-  }
-  return error_bars_.accepts(memory.errors);
+  return std::ranges::all_of(memory.rows, is_sound) && memory.lambda >= constants_.least_lambda &&
+         memory.lambda <= constants_.largest_lambda &&
+         (!learned_ || learned_->accepts(memory.fit, memory.shapes)) &&
+         (training_.empty() || rest_fit_.accepts(memory.fit)) && error_bars_.accepts(memory.errors);
 }
 
 void Detail::recall(const EstimatorMemory* stored, Frame completed) {
@@ -385,16 +354,13 @@ void Detail::recall(const EstimatorMemory* stored, Frame completed) {
   });
   lambda_ = memory.lambda;
   const Field detail = detail_turned_back(in_workspace(completed));
-  std::ranges::transform(memory.rows, workspace_.shape.begin(), [](const auto& row) {
+  std::ranges::transform(memory.rows, workspace_.kx.begin(), [](const auto& row) {
     return Vector3<double>{row[4], row[5], row[6]};
   });
-  memory_.recall(detail, workspace_.shape);
+  memory_.recall(detail, workspace_.kx);
   error_bars_.recall(memory.errors);
-  if (shape_fit_size() == 0) return;
-  const std::span<const double> numbers = memory.shape_fit;
-  const std::size_t of_fit = shape_fit_.memory_size();
-  if (learned_) learned_->recall(numbers.subspan(of_fit), memory.shapes, shape_fit_);
-  shape_fit_.recall(numbers.first(of_fit));
+  if (learned_) learned_->recall(memory.fit, memory.shapes);
+  if (!training_.empty()) rest_fit_.recall(memory.fit);
 }
 
 }  // namespace dynmesh

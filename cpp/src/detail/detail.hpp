@@ -21,6 +21,7 @@
 #include "detail/rounding.hpp"
 #include "detail/shape_fit.hpp"
 #include "detail/shape_system.hpp"
+#include "detail/shape_terms.hpp"
 #include "detail/training_shapes.hpp"
 #include "generations/estimator.hpp"
 #include "generations/generations.hpp"
@@ -70,25 +71,32 @@ class Detail final : public Estimator<double> {
     std::span<Vector3<double>> x;
     std::span<Vector3<double>> kx;
   };
+  /// What the blend of a frame is found from, with a fitted shape in the place of m_first or m.
+  struct Fitted {
+    ResidualField directions;
+    std::span<const ShapeTerms> shapes;  // m, m_first - m and u
+    bool is_first = false;               // as in FittedModes
+  };
 
   Field in_workspace(Frame frame);
   const Anchors& hold(Field previous, std::span<const Vector3<double>> points,
                       const Generations& generations);
   Positions move_smoothly(Field previous, const Anchors& anchors);
-  void fit_rotations(Field positions);
-  Field turned_shapes(const Positions& positions);
-  ResidualField find_directions(const Positions& positions, Field shapes, const Anchors& anchors);
-  ResidualField fit_modes(ResidualField directions, const Generations& generations);
-  [[nodiscard]] Field shapes_in_memory() const;
-  [[nodiscard]] Blend bounded(Blend blend) const;
+  bool fit_rotations(Field positions, std::optional<bool> is_stiff);
+  std::span<const ShapeTerms> turn(std::span<const ShapeTerms> shapes);
+  ResidualField find_directions(const Positions& positions, std::span<const ShapeTerms> turned,
+                                const Anchors& anchors);
+  Fitted fit_modes(const ResidualField& directions, const Generations& generations);
+  template <class Fit>
+  Fitted add_modes(Fit& fit, ResidualField directions, const Generations& generations);
   Positions take_directions(Positions positions, const ResidualField& directions,
                             const Blend& blend);
+  Field blended(std::span<const ShapeTerms> turned, std::span<const double> b, double c);
   Positions take_shape(Positions positions, Field shape, const Anchors& anchors);
-  Field blended(Field shapes, std::span<const double> b, double c);
   void weigh_anchors(const Positions& positions, Field shape, const Anchors& anchors);
   Field detail_turned_back(Field completed);
   struct StoredMemory;
-  [[nodiscard]] std::size_t shape_fit_size() const;
+  [[nodiscard]] std::size_t fit_size() const;
   [[nodiscard]] bool accepts(const StoredMemory& memory) const;
 
   std::vector<Triangle> faces_;
@@ -100,35 +108,29 @@ class Detail final : public Estimator<double> {
   ShapeMemory memory_;
   TrainingFrames
       training_;  // the frames of the training sequence, since a new frame 0 has other modes
-  ShapeFit shape_fit_;
+  RestFit rest_fit_;
   bool learns_;
   std::unique_ptr<LearnedModes> learned_;  // null before `reset`, and if it does not learn
   ErrorBars error_bars_;
   std::optional<double> noise_;
   Generations next_generations_;  // of the current frame, until nothing can throw any more
-  double mean_edge_ = 1;          // the mean edge length of frame 0
+  // Whether the rotations of the frame are averaged widely; empty if nothing was estimated.
+  std::optional<bool> is_stiff_;
+  double mean_edge_ = 1;  // the mean edge length of frame 0
   double epsilon_;
   Rounding rounding_;
   double lambda_ = 0;  // in the unit of K
   StageReport report_;
-  bool blend_is_uncertain_ = false;
 
-  /// The arrays to which the steps of a frame return views. None is kept from frame to frame.
+  /// The arrays, (k,), to which the steps of a frame return views. None is kept from frame to
+  /// frame.
   struct Workspace {
     Workspace(std::size_t n_vertices, bool is_noisy, bool has_modes);
 
     Anchors anchors;
-    std::vector<Vector3<double>> x;
-    std::vector<Vector3<double>> kx;
-    std::vector<Vector3<double>> shape;    // (k,)
-    std::vector<Vector3<double>> k_steps;  // (3 k,)
-    // With modes, (3 k,):
-    std::vector<Vector3<double>> steps;
-    std::vector<Vector3<double>> wanted;
-    std::vector<Vector3<double>> shapes;  // the memory, with m_first or m fitted
-    bool is_fitted = false;
-    /// Whether the rotations of the frame are averaged widely; empty before the first fit.
-    std::optional<bool> is_stiff;
+    std::vector<Vector3<double>> x, kx, shape;
+    std::vector<ShapeTerms> turned, k_steps;
+    std::vector<ShapeTerms> steps, shapes;  // with modes
   };
   Workspace workspace_;
   Workers& workers_;

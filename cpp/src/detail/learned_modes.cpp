@@ -17,6 +17,13 @@ using Products = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most_l
 constexpr Index remade_after = 4;
 constexpr std::size_t fewest_shapes = 2;
 
+/// Takes the first `n` numbers away.
+std::span<const double> take(std::span<const double>& memory, std::size_t n) {
+  const auto taken = memory.first(n);
+  memory = memory.subspan(n);
+  return taken;
+}
+
 }  // namespace
 
 /// Factors of modes that there are not are 0.
@@ -32,7 +39,7 @@ std::size_t LearnedModes::Combination::n_modes() const {
   return n;
 }
 
-LearnedModes::LearnedModes(const SurfaceParts& parts, Workers& workers,
+LearnedModes::LearnedModes(const SurfaceParts& parts, const Cells& cells, Workers& workers,
                            const TrainingConstants& constants, const ModeScale& scale)
     : workers_(workers),
       constants_(constants),
@@ -40,12 +47,13 @@ LearnedModes::LearnedModes(const SurfaceParts& parts, Workers& workers,
       n_parts_(static_cast<std::size_t>(parts.n_parts)),
       weights_(weights_of(parts)),
       library_(parts, workers, scale.mean_edge),
+      fit_(cells, workers, constants, Modes(parts, scale.mean_edge)),
       next_(parts, scale.mean_edge),
       used_(static_cast<std::size_t>(constants.local_parts + 1)),
       making_(static_cast<std::size_t>(constants.local_parts + 1)) {}
 
-void LearnedModes::advance(Field memory, bool is_evident, ShapeFit& fit) {
-  if (n_slices_ > 0) make_slice(fit);
+void LearnedModes::advance(std::span<const ShapeTerms> memory, bool is_evident) {
+  if (n_slices_ > 0) make_slice();
   if (!is_evident) return;
   has_changed_ |= library_.offer(memory);
   // The slices of earlier modes are made by now.
@@ -59,14 +67,15 @@ void LearnedModes::advance(Field memory, bool is_evident, ShapeFit& fit) {
   n_slices_ = 1;
 }
 
-void LearnedModes::make_slice(ShapeFit& fit) {
+void LearnedModes::make_slice() {
   if (n_slices_ == 1) {
     combine();
   } else {
     form(n_slices_ - 2);
   }
   if (++n_slices_ <= remade_after) return;
-  hand_over(fit);
+  std::swap(used_, making_);
+  fit_.replace(next_);
   n_slices_ = 0;
 }
 
@@ -112,17 +121,14 @@ void LearnedModes::form(Index slice) {
   next_.form(library_.shapes(), making_.data(), bound(slice), bound(slice + 1), workers_);
 }
 
-void LearnedModes::hand_over(ShapeFit& fit) {
-  std::swap(used_, making_);
-  fit.replace(next_);
+std::size_t LearnedModes::memory_size() const {
+  return ChangeFit::memory_size + ShapeLibrary::memory_size + 2 + 2 * (1 + slots) +
+         used_.factors.size();
 }
 
-std::size_t LearnedModes::memory_size(const TrainingConstants& constants) {
-  return ShapeLibrary::memory_size + 2 + 2 * (1 + slots) +
-         static_cast<std::size_t>(constants.local_parts + 1) * slots * modes_of_part;
-}
-
-void LearnedModes::append_memory(std::vector<double>& memory) const {
+std::vector<double> LearnedModes::memory() const {
+  std::vector<double> memory(ChangeFit::memory_size);
+  fit_.store(memory);
   library_.append_memory(memory);
   memory.push_back(static_cast<double>(n_slices_));
   memory.push_back(has_changed_ ? 1 : 0);
@@ -130,24 +136,22 @@ void LearnedModes::append_memory(std::vector<double>& memory) const {
     memory.push_back(static_cast<double>(combination->n_members));
     for (const Index slot : combination->members) memory.push_back(static_cast<double>(slot));
   }
-  for (const float factor : used_.factors) memory.push_back(static_cast<double>(factor));
+  memory.insert(memory.end(), used_.factors.begin(), used_.factors.end());
+  return memory;
 }
 
-bool LearnedModes::accepts(std::span<const double> memory, std::span<const Row> rows,
-                           const TrainingConstants& constants) {
-  if (memory.size() != memory_size(constants)) return false;
-  if (!ShapeLibrary::accepts(memory.first(ShapeLibrary::memory_size), rows)) return false;
-  memory = memory.subspan(ShapeLibrary::memory_size);
-  if (!is_count(memory[0], remade_after) || !is_count(memory[1], 1)) return false;
-  const bool is_making = memory[0] > 0;
-  memory = memory.subspan(2);
+bool LearnedModes::accepts(std::span<const double> memory, std::span<const Row> rows) const {
+  if (memory.size() != memory_size() || !fit_.accepts(take(memory, ChangeFit::memory_size)) ||
+      !ShapeLibrary::accepts(take(memory, ShapeLibrary::memory_size), rows)) {
+    return false;
+  }
+  const double n_slices = take(memory, 1)[0];
+  if (!is_count(n_slices, remade_after) || !is_count(take(memory, 1)[0], 1)) return false;
   const auto is_slot = [](double slot) { return is_count(slot, slots - 1); };
-  for (int n = 0; n < 2; ++n) {
-    if (!is_count(memory[0], slots) || !std::ranges::all_of(memory.subspan(1, slots), is_slot)) {
-      return false;
-    }
-    if (n == 1 && is_making && memory[0] < 1) return false;
-    memory = memory.subspan(1 + slots);
+  for (const double fewest : {0, n_slices > 0 ? 1 : 0}) {  // of the modes in use and in the making
+    const double n_members = take(memory, 1)[0];
+    if (!is_count(n_members, slots) || n_members < fewest) return false;
+    if (!std::ranges::all_of(take(memory, slots), is_slot)) return false;
   }
   // A component of a unit vector, divided by a root.
   return std::ranges::all_of(memory, [](double factor) {
@@ -155,24 +159,22 @@ bool LearnedModes::accepts(std::span<const double> memory, std::span<const Row> 
   });
 }
 
-void LearnedModes::recall(std::span<const double> memory, std::span<const Row> rows,
-                          ShapeFit& fit) {
-  library_.recall(memory.first(ShapeLibrary::memory_size), rows);
-  memory = memory.subspan(ShapeLibrary::memory_size);
-  n_slices_ = static_cast<Index>(memory[0]);
-  has_changed_ = memory[1] != 0;
-  memory = memory.subspan(2);
+void LearnedModes::recall(std::span<const double> memory, std::span<const Row> rows) {
+  const auto of_fit = take(memory, ChangeFit::memory_size);
+  library_.recall(take(memory, ShapeLibrary::memory_size), rows);
+  n_slices_ = static_cast<Index>(take(memory, 1)[0]);
+  has_changed_ = take(memory, 1)[0] != 0;
   for (Combination* combination : {&used_, &making_}) {
-    combination->n_members = static_cast<std::size_t>(memory[0]);
-    std::ranges::transform(memory.subspan(1, slots), combination->members.begin(),
+    combination->n_members = static_cast<std::size_t>(take(memory, 1)[0]);
+    std::ranges::transform(take(memory, slots), combination->members.begin(),
                            [](double slot) { return static_cast<Index>(slot); });
-    memory = memory.subspan(1 + slots);
   }
-  std::ranges::transform(memory.first(used_.factors.size()), used_.factors.begin(),
+  std::ranges::transform(memory, used_.factors.begin(),
                          [](double factor) { return static_cast<float>(factor); });
   next_.form(library_.shapes(), used_.data(), 0, static_cast<Index>(rows.size()), workers_);
   next_.set_size(used_.n_modes());
-  fit.replace(next_);
+  fit_.replace(next_);
+  fit_.recall(of_fit);
   // The slices that had been made.
   if (n_slices_ > 1) combine();
   for (Index slice = 2; slice < n_slices_; ++slice) form(slice - 2);

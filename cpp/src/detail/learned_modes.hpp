@@ -1,8 +1,9 @@
-/// Learning on the way: the modes of the frames that were completed.
+/// Learning on the way: the modes of the frames that were completed, and the fit of these modes.
 #pragma once
 
 #include <array>
 #include <cstddef>
+#include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <span>
 #include <vector>
@@ -22,26 +23,27 @@ namespace dynmesh {
 /// are complete, they replace the modes in use. Allocates memory only in the constructor.
 class LearnedModes {
  public:
-  using Field = ShapeLibrary::Field;
   using Row = ShapeLibrary::Row;
 
-  /// `workers` and `constants` must outlive this object.
-  LearnedModes(const SurfaceParts& parts, Workers& workers, const TrainingConstants& constants,
-               const ModeScale& scale);
+  /// `cells`, `workers` and `constants` must outlive this object.
+  LearnedModes(const SurfaceParts& parts, const Cells& cells, Workers& workers,
+               const TrainingConstants& constants, const ModeScale& scale);
+
+  /// The fit of the modes in use.
+  [[nodiscard]] ChangeFit& fit() { return fit_; }
 
   /// Continues after a completed frame. `memory` is as for ShapeLibrary::offer; the frame is
   /// offered only if it `is_evident`.
-  void advance(Field memory, bool is_evident, ShapeFit& fit);
+  void advance(std::span<const ShapeTerms> memory, bool is_evident);
 
   /// The number of values of a memory; with `rows`, all that later frames depend on.
-  [[nodiscard]] static std::size_t memory_size(const TrainingConstants& constants);
-  void append_memory(std::vector<double>& memory) const;
+  [[nodiscard]] std::size_t memory_size() const;
+  [[nodiscard]] std::vector<double> memory() const;
   [[nodiscard]] std::span<const Row> rows() const { return library_.rows(); }
-  /// Whether modes with these constants can have this memory.
-  [[nodiscard]] static bool accepts(std::span<const double> memory, std::span<const Row> rows,
-                                    const TrainingConstants& constants);
+  /// Whether such modes can have this memory.
+  [[nodiscard]] bool accepts(std::span<const double> memory, std::span<const Row> rows) const;
   /// Restores the modes in use as well.
-  void recall(std::span<const double> memory, std::span<const Row> rows, ShapeFit& fit);
+  void recall(std::span<const double> memory, std::span<const Row> rows);
 
  private:
   static constexpr std::size_t slots = most_learned_shapes;
@@ -62,11 +64,10 @@ class LearnedModes {
     std::vector<float> factors;  // (n_parts, slots, 16), U / sqrt(n)
   };
 
-  void make_slice(ShapeFit& fit);
+  void make_slice();
   void combine();
   void combine_part(std::size_t part);
   void form(Index slice);
-  void hand_over(ShapeFit& fit);
 
   Workers& workers_;
   const TrainingConstants& constants_;
@@ -74,6 +75,7 @@ class LearnedModes {
   std::size_t n_parts_;
   std::vector<double> weights_;  // of the parts
   ShapeLibrary library_;
+  ChangeFit fit_;
   Modes next_;                // in the making
   Index n_slices_ = 0;        // the slice that comes next, from 1; 0 if no modes are in the making
   bool has_changed_ = false;  // whether the library has, since modes were last begun

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "detail/constants.hpp"
+#include "detail/shape_terms.hpp"
 
 namespace dynmesh {
 
@@ -29,17 +30,13 @@ class ShapeMemory {
   /// Restores m and u.
   void recall(Field detail, Field change);
 
-  /// m, m_first - m and u of each vertex, side by side: (3 k,).
-  [[nodiscard]] Field shapes() const { return shapes_; }
-  /// u of vertex v.
-  [[nodiscard]] const Vector3<double>& change(std::size_t v) const { return shapes_[3 * v + 2]; }
+  /// m, m_first - m and u: (k,).
+  [[nodiscard]] std::span<const ShapeTerms> shapes() const { return shapes_; }
 
  private:
-  void set(std::size_t v, const Vector3<double>& detail, const Vector3<double>& change);
-
   double newest_;
   std::vector<Vector3<double>> first_;
-  std::vector<Vector3<double>> shapes_;
+  std::vector<ShapeTerms> shapes_;
   double mean_edge_ = 1;
 };
 

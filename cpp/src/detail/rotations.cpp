@@ -15,8 +15,7 @@ Rotations::Rotations(const Cells& cells, Workers& workers, const RotationKernels
       turning_(best_kernels().products),
       rest_edges_(cells.neighbours.size()),
       covariances_(cells.size()),
-      quaternions_(cells.size()),
-      turned_(3 * cells.size()) {}
+      quaternions_(cells.size()) {}
 
 Rotations::Prepared Rotations::prepare(std::span<const Vector3<double>> first_frame) const {
   Clusters clusters = cluster_vertices(cells_, first_frame);
@@ -109,13 +108,6 @@ double Rotations::mean_angle_between_clusters() const {
   return n_pairs == 0 ? 0 : sum / static_cast<double>(n_pairs) * 180 / std::numbers::pi;
 }
 
-std::span<const Vector3<double>> Rotations::turn(std::span<const Vector3<double>> triples) {
-  workers_.for_each_short_chunk(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
-    turning_.turn(quaternions_.data(), triples.data(), 3, turned_.data(), first, last);
-  });
-  return turned_;
-}
-
 void Rotations::turn(std::span<const Vector3<double>> field,
                      std::span<Vector3<double>> turned) const {
   workers_.for_each_short_chunk(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
@@ -123,9 +115,11 @@ void Rotations::turn(std::span<const Vector3<double>> field,
   });
 }
 
-std::span<const Vector3<double>> Rotations::turn_back(std::span<const Vector3<double>> field) {
-  turn_back(field, turned_);
-  return {turned_.data(), cells_.size()};
+void Rotations::turn(std::span<const ShapeTerms> terms, std::span<ShapeTerms> turned) const {
+  workers_.for_each_short_chunk(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
+    turning_.turn(quaternions_.data(), side_by_side(terms).data(), 3, side_by_side(turned).data(),
+                  first, last);
+  });
 }
 
 void Rotations::turn_back(std::span<const Vector3<double>> field,

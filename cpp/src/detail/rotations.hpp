@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "detail/clusters.hpp"
+#include "detail/shape_terms.hpp"
 #include "kernels/kernels.hpp"
 #include "support/workers.hpp"
 
@@ -45,14 +46,12 @@ class Rotations {
   /// there is one cluster.
   double fit_widely(std::span<const Vector3<double>> frame);
 
-  /// Multiplies each of three fields (3 k,), stored side by side, by Q, which rotates them from the
-  /// axes of frame 0 to those of the fitted frame. The result is valid until the next call, and so
-  /// is that of `turn_back`.
-  std::span<const Vector3<double>> turn(std::span<const Vector3<double>> triples);
-  /// Multiplies a field (k,) by Q^T.
-  std::span<const Vector3<double>> turn_back(std::span<const Vector3<double>> field);
-  /// The same for one field, into the caller's array, which must not be `field`.
+  /// Multiplies a field (k,) by Q, which rotates it from the axes of frame 0 to those of the fitted
+  /// frame. The result may be the same memory.
   void turn(std::span<const Vector3<double>> field, std::span<Vector3<double>> turned) const;
+  /// The same for three fields.
+  void turn(std::span<const ShapeTerms> terms, std::span<ShapeTerms> turned) const;
+  /// Multiplies a field (k,) by Q^T. The result may be the same memory.
   void turn_back(std::span<const Vector3<double>> field, std::span<Vector3<double>> turned) const;
 
   /// The rotations (k,), as unit quaternions.
@@ -74,7 +73,6 @@ class Rotations {
   std::vector<Vector3<double>> rest_edges_;  // of each half-edge, divided by its squared length
   std::vector<Covariance> covariances_;
   std::vector<Quaternion> quaternions_;
-  std::vector<Vector3<double>> turned_;
   Prepared wide_;
 };
 

@@ -1,10 +1,11 @@
-/// The fit of modes to a frame: which of the shapes of a training sequence the anchors support.
+/// The fit of modes to a frame: which of the shapes that they span the anchors support.
 #pragma once
 
 #include <cstddef>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "detail/anchors.hpp"
@@ -18,83 +19,82 @@
 
 namespace dynmesh {
 
-/// Finds coefficients a so that m_first + B a, the fitted rest shape, explains what the shapes of
-/// the last frame and of frame 0 leave unexplained; see docs/method.md. Without modes, there is no
-/// fit, and nothing is allocated.
-///
-/// With modes that are learned on the way, a is the change since the last frame, so that m + B a
-/// explains what m leaves unexplained: the frames from which they are learned contain the errors of
-/// m where nothing was known, and a shape that is fitted anew would confirm these.
-class ShapeFit {
+/// A shape that modes add to another one, and what it changes in a frame. All arrays are (k,).
+struct AddedShape {
+  std::vector<Vector3<double>> shape;    ///< B a
+  std::vector<Vector3<double>> wanted;   ///< Q B a
+  std::vector<Vector3<double>> steps;    ///< Y3, the steps towards it
+  std::vector<Vector3<double>> k_steps;  ///< K Y3
+};
+
+/// What a frame says about the coefficients.
+struct FittedModes {
+  double prior_weight = 1;  ///< k, 0 to 1
+  double prior_share = 0;   ///< the share of |r|^2 that the modes explain
+  bool is_first = false;    ///< whether this is the first fit of a rest shape
+};
+
+/// Finds coefficients a so that B a, the columns of B being modes, explains a residual r of the
+/// frames; see docs/method.md. RestFit and ChangeFit say what r is, and where a begins.
+class ModeFit {
  public:
-  using Field = std::span<const Vector3<double>>;
+  [[nodiscard]] bool exists() const { return modes_.size() > 0; }
+  /// B a, and what it changes in the last frame.
+  [[nodiscard]] const AddedShape& added() const { return added_; }
 
-  ShapeFit(const Cells& cells, Workers& workers, const TrainingConstants& constants,
-           bool is_change = false);
+ protected:
+  using Residual = Vector3<double> (*)(const Residuals&);
 
-  /// Begins a sequence with these modes.
+  /// `largest_variance` is that of v.
+  ModeFit(const Cells& cells, Workers& workers, const TrainingConstants& constants,
+          double largest_variance, Residual residual)
+      : constants_(constants),
+        cells_(cells),
+        workers_(workers),
+        largest_variance_(largest_variance),
+        residual_(residual) {}
+
   void reset(Modes modes);
-
-  /// Continues a fit that is a change with other modes of the same parts, which are swapped with
-  /// the present ones.
   void replace(Modes& modes);
 
-  [[nodiscard]] bool exists() const { return modes_.size() > 0; }
-  [[nodiscard]] const Modes& modes() const { return modes_; }
+  void begin_at_zero();
+  void begin_at_last(const Anchors& anchors, ShapeSystem& system, const Rotations& rotations);
+  /// Changes a by what the residuals say, and updates the evidence.
+  FittedModes find(const ResidualField& residuals, ShapeSystem& system, const Rotations& rotations,
+                   const Generations& generations);
 
-  /// The number of values in the memory of a fit.
-  [[nodiscard]] std::size_t memory_size() const;
-  /// What later frames depend on.
-  [[nodiscard]] std::vector<double> memory() const;
-  /// The same into an array of that size, without allocating memory.
+  [[nodiscard]] const TrainingConstants& constants() const { return constants_; }
+  [[nodiscard]] bool is_first() const { return residual_variance_ < 0; }
+  [[nodiscard]] double variance() const;
+  [[nodiscard]] std::span<const double> coefficients() const { return coefficients_; }
+  void recall_coefficients(std::span<const double> coefficients);
+  [[nodiscard]] bool are_plausible(std::span<const double> coefficients) const;
+
+  /// The evidence in a memory of a fit: its first numbers.
+  static constexpr std::size_t n_evidence = 3;
   void store(std::span<double> memory) const;
-  /// Whether a fit can have this memory.
   [[nodiscard]] bool accepts(std::span<const double> memory) const;
   void recall(std::span<const double> memory);
 
-  /// What a frame says about the coefficients.
-  struct Found {
-    double prior_weight = 0;  ///< k, 0 to 1
-    double prior_share = 0;   ///< the share of |r0 + r1|^2, or of |r0|^2, that the modes explain
-    bool is_first = false;    ///< whether this is the first frame
-    Field steps;              ///< (k,) Y3, the step that the modes add
-    Field k_steps;            ///< (k,) K Y3
-    Field wanted;             ///< (k,) Q B a
-  };
-
-  /// Fits a to the residuals and updates the evidence. `rotations` are those of the residuals. The
-  /// result is valid until the next call.
-  Found find(const ResidualField& residuals, ShapeSystem& system, const Rotations& rotations,
-             const Generations& generations);
-
-  /// B a: (k,).
-  [[nodiscard]] Field shape() const { return shape_; }
-  /// Whether it is added to the shape of the last frame, and not to that of frame 0.
-  [[nodiscard]] bool is_change() const { return is_change_; }
-
  private:
   struct Energies {
-    double without = 0;  // |r0 + r1|^2, or |r0|^2 of a change
-    double with = 0;     // with r3 added
+    double without = 0;  // |r|^2
+    double with = 0;     // |r + r3|^2, with the residual r3 of what is added
   };
 
   void begin();
-  [[nodiscard]] double variance() const;
   Energies measure(const ResidualField& residuals);
   void weigh_seen(const Generations& generations);
   void penalize(double ratio);
   [[nodiscard]] double expected(std::size_t coefficient) const;
   double descend(const Anchors& anchors, ShapeSystem& system, const Rotations& rotations);
-  [[nodiscard]] bool are_plausible(std::span<const double> coefficients) const;
-  void forget();
   void update_evidence();
-  void step_towards(Field wanted, const Anchors& anchors, ShapeSystem& system,
-                    std::vector<Vector3<double>>& steps, std::vector<Vector3<double>>& k_steps);
 
+  const TrainingConstants& constants_;
   const Cells& cells_;
   Workers& workers_;
-  const TrainingConstants& constants_;
-  bool is_change_;
+  double largest_variance_;
+  Residual residual_;  // r
   Modes modes_;
   std::vector<double> coefficients_;  // a
   double residual_variance_ = -1;     // sigma^2; negative before the first frame
@@ -104,9 +104,70 @@ class ShapeFit {
   std::vector<double> penalties_;  // lambda_j
   std::vector<double> shares_;     // g_j
   std::vector<double> seen_, averaged_;
-  std::vector<Vector3<double>> shape_, wanted_, steps_, k_steps_;
-  std::vector<Vector3<double>> residual_;  // r0 + r1 + r3, 0 where vertices do not count
-  std::vector<Vector3<double>> mode_shape_, mode_wanted_, mode_steps_, mode_k_steps_;
+  AddedShape added_, direction_added_;
+  std::vector<Vector3<double>> left_;  // r + r3, 0 where vertices do not count
+};
+
+/// Fits the rest shape by modes of a training sequence: m_first + k B a explains what m and m_first
+/// leave unexplained, r = r0 + r1. a continues from frame to frame, and k depends on how much of it
+/// the frames confirm. Without modes, there is no fit, and nothing is allocated.
+class RestFit : public ModeFit {
+ public:
+  /// The arguments must outlive this object.
+  RestFit(const Cells& cells, Workers& workers, const TrainingConstants& constants)
+      : ModeFit(cells, workers, constants, constants.largest_variance,
+                [](const Residuals& r) { return r.r0 + r.r1; }) {}
+
+  /// Begins a sequence with these modes. If it throws, nothing has changed.
+  using ModeFit::reset;
+
+  /// Fits a to the residuals. `rotations` are those of the residuals.
+  FittedModes find(const ResidualField& residuals, ShapeSystem& system, const Rotations& rotations,
+                   const Generations& generations);
+  /// Lets m_first + `p` take the place of m_first.
+  static void add(const Vector3<double>& p, ShapeTerms& to) { to.to_rest = to.to_rest + p; }
+
+  /// The number of values in a memory, which is what later frames depend on.
+  [[nodiscard]] std::size_t memory_size() const;
+  void store(std::span<double> memory) const;
+  /// Whether `store` can have stored these.
+  [[nodiscard]] bool accepts(std::span<const double> memory) const;
+  void recall(std::span<const double> memory);
+};
+
+/// Fits the change since the last frame by modes that are learned on the way: m + B a explains what
+/// m leaves unexplained, r = r0. The frames from which they are learned contain the errors of m
+/// where nothing was known, and a rest shape would confirm these; so a begins at 0 in each frame.
+class ChangeFit : public ModeFit {
+ public:
+  /// There is no fit until `modes`, which are zero, are replaced. The other arguments must outlive
+  /// this object.
+  ChangeFit(const Cells& cells, Workers& workers, const TrainingConstants& constants, Modes modes)
+      : ModeFit(cells, workers, constants, constants.largest_variance_of_change,
+                [](const Residuals& r) { return r.r0; }) {
+    reset(std::move(modes));
+  }
+
+  /// Continues with other modes of the same parts, which are swapped with the present ones.
+  using ModeFit::replace;
+
+  /// Fits a to the residuals. `rotations` are those of the residuals.
+  FittedModes find(const ResidualField& residuals, ShapeSystem& system, const Rotations& rotations,
+                   const Generations& generations) {
+    begin_at_zero();
+    return ModeFit::find(residuals, system, rotations, generations);
+  }
+  /// Lets m + `p` take the place of m.
+  static void add(const Vector3<double>& p, ShapeTerms& to) {
+    to.last = to.last + p;
+    to.to_rest = to.to_rest - p;
+  }
+
+  /// The memory, as of RestFit.
+  static constexpr std::size_t memory_size = n_evidence;
+  using ModeFit::accepts;
+  using ModeFit::recall;
+  using ModeFit::store;
 };
 
 }  // namespace dynmesh

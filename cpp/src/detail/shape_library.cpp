@@ -42,10 +42,10 @@ ShapeLibrary::ShapeLibrary(const SurfaceParts& parts, Workers& workers, double m
   partial_products_.resize((rows_.size() + chunk - 1) / chunk * n_parts_ * slots);
 }
 
-bool ShapeLibrary::offer(Field memory) {
+bool ShapeLibrary::offer(std::span<const ShapeTerms> memory) {
   if (++n_offered_ % interval != 0) return false;
   for (std::size_t v = 0; v < rows_.size(); ++v) {
-    const Vector3<double>& back = memory[3 * v + 1];
+    const Vector3<double>& back = memory[v].to_rest;
     const auto is_small = [&](double x) { return std::abs(x) <= largest_coordinate_; };
     if (!is_small(back.x) || !is_small(back.y) || !is_small(back.z)) return false;
   }
@@ -56,10 +56,10 @@ bool ShapeLibrary::offer(Field memory) {
   return true;
 }
 
-void ShapeLibrary::store(Field memory, Index slot) {
+void ShapeLibrary::store(std::span<const ShapeTerms> memory, Index slot) {
   const auto s = static_cast<std::size_t>(slot);
   for (std::size_t v = 0; v < rows_.size(); ++v) {
-    const Vector3<double>& back = memory[3 * v + 1];
+    const Vector3<double>& back = memory[v].to_rest;
     rows_[v][s] = static_cast<float>(-back.x);
     rows_[v][slots + s] = static_cast<float>(-back.y);
     rows_[v][2 * slots + s] = static_cast<float>(-back.z);

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "detail/shape_terms.hpp"
 #include "detail/surface_parts.hpp"
 #include "kernels/kernels.hpp"
 #include "support/large_vector.hpp"
@@ -33,15 +34,14 @@ inline bool is_count(double number, double most) {
 /// need is free for eight frames before it is taken, and by then modes made without it are in use.
 class ShapeLibrary {
  public:
-  using Field = std::span<const Vector3<double>>;
   /// The numbers of one vertex: x of all slots, then y, then z.
   using Row = std::array<float, std::size_t{3} * most_learned_shapes>;
 
   ShapeLibrary(const SurfaceParts& parts, Workers& workers, double mean_edge);
 
-  /// Offers the shape of a completed frame, as the second of three fields m, m_first - m and u:
-  /// (3 k,). Every second one enters. Returns whether this one has entered.
-  bool offer(Field memory);
+  /// Offers the shape of a completed frame, (k,) m, m_first - m and u. Every second one enters.
+  /// Returns whether this one has entered.
+  bool offer(std::span<const ShapeTerms> memory);
 
   /// How many shapes were offered.
   [[nodiscard]] std::uint64_t n_offered() const { return n_offered_; }
@@ -67,7 +67,7 @@ class ShapeLibrary {
   static constexpr std::size_t slots = most_learned_shapes;
   static constexpr std::size_t most_members = 28;
 
-  void store(Field memory, Index slot);
+  void store(std::span<const ShapeTerms> memory, Index slot);
   void multiply(Index slot);
   [[nodiscard]] std::size_t least_needed() const;
   void release(std::size_t member);

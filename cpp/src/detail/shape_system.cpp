@@ -11,7 +11,7 @@ ShapeSystem::ShapeSystem(const Cells& cells, Workers& workers)
       kernels_(best_kernels().products),
       scaled_residual_(3 * cells.size()),
       solution_(3 * cells.size()),
-      steps_(3 * cells.size()) {}
+      steps_(cells.size()) {}
 
 ShapeSystem::Prepared ShapeSystem::prepare(std::span<const Triangle> faces,
                                            std::span<const Vector3<double>> first_frame,
@@ -52,11 +52,11 @@ ShapeSystem::Field ShapeSystem::solve_and_scatter(int fields) {
 
 ShapeSystem::Field ShapeSystem::scatter(std::span<const Vector3<double>> rows, std::size_t width) {
   const auto order = solved();
-  const Field steps = {steps_.data(), width * cells_.size()};
-  if (order.size() < cells_.size()) std::fill_n(steps_.begin(), steps.size(), Vector3<double>{});
+  const auto steps = side_by_side(std::span(steps_)).first(width * cells_.size());
+  if (order.size() < cells_.size()) std::ranges::fill(steps, Vector3<double>{});
   for (std::size_t r = 0; r < order.size(); ++r) {
     const auto v = static_cast<std::size_t>(order[r]);
-    for (std::size_t f = 0; f < width; ++f) steps_[width * v + f] = rows[width * r + f];
+    for (std::size_t f = 0; f < width; ++f) steps[width * v + f] = rows[width * r + f];
   }
   return steps;
 }

@@ -9,6 +9,7 @@
 
 #include "detail/anchors.hpp"
 #include "detail/detail_operator.hpp"
+#include "detail/shape_terms.hpp"
 #include "factor/masked_factor.hpp"
 #include "kernels/kernels.hpp"
 #include "support/geometry.hpp"
@@ -41,6 +42,9 @@ class ShapeSystem {
 
   /// detail = K x.
   void apply(Field x, int fields, std::span<Vector3<double>> detail) const;
+  void apply(std::span<const ShapeTerms> x, std::span<ShapeTerms> detail) const {
+    apply(side_by_side(x), 3, side_by_side(detail));
+  }
 
   /// Factors N, plus the weights of noisy anchors, restricted to the vertices that are solved for.
   void factorize(const Anchors& anchors);
@@ -57,9 +61,6 @@ class ShapeSystem {
     const auto to_observed = [&](std::size_t v, std::size_t) { return anchors.observed[v] - x[v]; };
     return solve<fields, 1>(residual, to_observed, anchors);
   }
-
-  /// Exchanges the array of the last result of `solve` with `kept`, (3 k,), where it stays valid.
-  void keep_steps(std::vector<Vector3<double>>& kept) noexcept { std::swap(steps_, kept); }
 
   /// The same with another pull: in the first `pulled` fields, the step of noisy anchors is drawn
   /// to `pull(v, field)`, which is not called if anchors are exact.
@@ -84,6 +85,20 @@ class ShapeSystem {
     return anchors.are_planes() ? descend_to_planes<fields>(anchors) : solve_and_scatter(fields);
   }
 
+  /// Returns the step that brings K (x + D) closest to the shape of the last frame, and those that
+  /// a unit of each of the other two terms adds. `kx` is K x.
+  std::span<const ShapeTerms> solve_terms(std::span<const ShapeTerms> wanted, Field x, Field kx,
+                                          const Anchors& anchors) {
+    const auto residual = [&](std::size_t v, std::size_t term) {
+      return term == 0 ? wanted[v].last - kx[v] : term == 1 ? wanted[v].to_rest : wanted[v].change;
+    };
+    solve<3>(residual, x, anchors);
+    return steps_;
+  }
+  /// Exchanges the array of the last result of `solve_terms` with `kept`, (k,), where it stays
+  /// valid.
+  void keep_steps(std::vector<ShapeTerms>& kept) noexcept { std::swap(steps_, kept); }
+
   /// Lets `solve` take anchors that are planes: it then takes this many steps of conjugate
   /// gradients, from 0.
   void take_planes(int steps);
@@ -104,7 +119,7 @@ class ShapeSystem {
   std::vector<Vector3<double>>
       scaled_residual_;                    // M^-1/2 times the vector that is multiplied by K^T
   std::vector<Vector3<double>> solution_;  // in the order of elimination
-  std::vector<Vector3<double>> steps_;     // in the order of vertices
+  std::vector<ShapeTerms> steps_;          // in the order of vertices, for up to three fields
   // For planes, in the order of elimination:
   int plane_steps_ = 0;
   std::vector<Vector3<double>> residual_, direction_, found_;

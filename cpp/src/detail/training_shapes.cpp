@@ -58,8 +58,11 @@ double largest_change(std::span<const Quaternion> before, std::span<const Quater
   return largest;
 }
 
-}  // namespace
-
+/// Returns z of all frames: for each vertex, those in all frames, (k, n_frames). Q is fitted to a
+/// frame until it no longer changes, from the rotation that fits the whole frame best, since its
+/// pose may be far from `first`. The rotations of all frames are averaged widely, unless
+/// neighbouring clusters are turned against each other by more than `largest_stiff_angle` degrees,
+/// on average over the training frames.
 std::vector<Vector3<double>> training_shapes(const TrainingFrames& training,
                                              const DetailOperator& k, const Cells& cells,
                                              std::span<const Vector3<double>> first,
@@ -88,9 +91,9 @@ std::vector<Vector3<double>> training_shapes(const TrainingFrames& training,
       }
       sum_of_angles += angle;
       apply_operator(k, x, 1, kx, workers);
-      const auto shape = rotations.turn_back(kx);
+      rotations.turn_back(kx, kx);
       for (std::size_t v = 0; v < n_vertices; ++v) {
-        shapes[v * training.size() + frame] = shape[v] - first_shape[v];
+        shapes[v * training.size() + frame] = kx[v] - first_shape[v];
       }
     }
     return sum_of_angles / static_cast<double>(training.size());
@@ -104,6 +107,21 @@ std::vector<Vector3<double>> training_shapes(const TrainingFrames& training,
     });
   }
   return shapes;
+}
+
+}  // namespace
+
+Modes training_modes(const TrainingFrames& training, const SurfaceParts& parts,
+                     const DetailOperator& k, const Cells& cells,
+                     std::span<const Vector3<double>> first, double mean_edge,
+                     const Rounding& rounding, const DetailConstants& constants, Workers& workers) {
+  const auto shapes =
+      training_shapes(training, k, cells, first, mean_edge, constants.largest_stiff_angle, workers);
+  ModeScale scale = {mean_edge, 0};
+  for (const auto& frame : training) {
+    scale.rounding = std::max(scale.rounding, rounding.mean_square(frame));
+  }
+  return Modes(parts, shapes, training.size(), constants.training, scale);
 }
 
 }  // namespace dynmesh

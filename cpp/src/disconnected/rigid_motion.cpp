@@ -2,6 +2,8 @@
 
 #include <Eigen/Dense>
 
+#include "support/eigen_points.hpp"
+
 namespace dynmesh {
 namespace {
 
@@ -9,11 +11,6 @@ namespace {
 /// points count as collinear. The precision of float coordinates does not allow a finer
 /// distinction.
 constexpr double collinear = 1e-10;
-
-template <class Real>
-Eigen::Vector3d to_eigen(const Vector3<Real>& v) {
-  return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)};
-}
 
 }  // namespace
 

@@ -4,11 +4,10 @@
 #include <numeric>
 
 #include "kernels/kernels.hpp"
+#include "support/indices.hpp"
 
 namespace dynmesh {
 namespace {
-
-constexpr Index none = -1;
 
 std::vector<Index> inverse(const std::vector<Index>& order) {
   std::vector<Index> positions(order.size());
@@ -17,8 +16,6 @@ std::vector<Index> inverse(const std::vector<Index>& order) {
   }
   return positions;
 }
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// Calls `visit(other)` for the positions before `position` at which its column has entries.
 template <class Visit>

@@ -2,15 +2,9 @@
 #include <array>
 
 #include "factor/masked_factor.hpp"
+#include "support/indices.hpp"
 
 namespace dynmesh {
-namespace {
-
-constexpr Index none = -1;
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
 
 bool MaskedFactor::factorize(std::span<const std::uint8_t> mask, std::span<const double> added) {
   const bool is_same_mask = std::ranges::equal(mask, mask_);

@@ -4,16 +4,15 @@
 #include <numeric>
 #include <utility>
 
+#include "support/indices.hpp"
+
 namespace dynmesh {
 namespace {
-
-constexpr Index none = -1;
 
 /// Pivots below this fraction of the diagonal of the matrix are zero except for rounding errors.
 constexpr double singular = 1e-14;
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
+/// The lower triangle, with rows and columns by positions.
 SymmetricMatrix permuted(const SymmetricMatrix& matrix, const Elimination& plan) {
   SymmetricMatrix result;
   result.offsets.push_back(0);
@@ -21,7 +20,8 @@ SymmetricMatrix permuted(const SymmetricMatrix& matrix, const Elimination& plan)
   for (const Index j : plan.column_at) {
     column.clear();
     for (Index e = matrix.offsets[at(j)]; e < matrix.offsets[at(j) + 1]; ++e) {
-      column.emplace_back(plan.position_of[at(matrix.rows[at(e)])], matrix.values[at(e)]);
+      const Index row = plan.position_of[at(matrix.rows[at(e)])];
+      if (row >= plan.position_of[at(j)]) column.emplace_back(row, matrix.values[at(e)]);
     }
     std::sort(column.begin(), column.end());
     for (const auto& [row, value] : column) {
@@ -44,23 +44,12 @@ MaskedFactor::MaskedFactor(const SymmetricMatrix& matrix, Workers& workers, Orde
       workspaces_(workers.threads() + 1, matrix.size()) {
   matrix_ = permuted(matrix, plan_);
   const std::size_t n = matrix_.size();
-  // Only the lower triangle is needed from here on.
   least_pivots_.resize(n);
-  SymmetricMatrix lower;
-  lower.offsets.push_back(0);
   for (std::size_t j = 0; j < n; ++j) {
-    for (Index e = matrix_.offsets[j]; e < matrix_.offsets[j + 1]; ++e) {
-      if (matrix_.rows[at(e)] < static_cast<Index>(j)) continue;
-      if (matrix_.rows[at(e)] == static_cast<Index>(j)) {
-        least_pivots_[j] = singular * matrix_.values[at(e)];
-      }
-      lower.rows.push_back(matrix_.rows[at(e)]);
-      lower.values.push_back(matrix_.values[at(e)]);
-    }
-    lower.offsets.push_back(static_cast<Index>(lower.rows.size()));
+    const Index e = matrix_.offsets[j];  // the diagonal, if it has an entry
+    if (e == matrix_.offsets[j + 1] || at(matrix_.rows[at(e)]) != j) continue;
+    least_pivots_[j] = singular * matrix_.values[at(e)];
   }
-  matrix_ = std::move(lower);
-
   const auto supernodes = at(plan_.supernodes());
   mask_.reserve(n);
   added_.reserve(n);

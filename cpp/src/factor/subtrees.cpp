@@ -4,16 +4,14 @@
 #include <cstddef>
 #include <numeric>
 
+#include "support/indices.hpp"
+
 namespace dynmesh {
 namespace {
-
-constexpr Index none = -1;
 
 /// A subtree has at most this share of the work. With smaller ones, threads wait less for the last
 /// of them, but more work is left above them.
 constexpr double largest_share = 1.0 / 10;
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 

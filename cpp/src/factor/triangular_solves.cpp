@@ -1,13 +1,9 @@
 #include <algorithm>
 
 #include "factor/masked_factor.hpp"
+#include "support/indices.hpp"
 
 namespace dynmesh {
-namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
 
 void MaskedFactor::solve(std::span<Vector3<double>> values, int fields) {
   double* numbers = &values[0].x;

@@ -46,42 +46,35 @@ void combine(const ModeData& modes, const float* coefficients, Vector3<double>* 
   }
 }
 
-void project(const ModeData& modes, const Vector3<double>* field, float* sums, Index first,
-             Index last) {
+template <bool with_squares>
+[[gnu::always_inline]] inline void add_projections(const ModeData& modes,
+                                                   const Vector3<double>* field,
+                                                   const double* weights, float* sums,
+                                                   float* squares, Index first, Index last) {
   for (Index i = first; i < last; ++i) {
     const auto x = static_cast<float>(field[i].x);
     const auto y = static_cast<float>(field[i].y);
     const auto z = static_cast<float>(field[i].z);
+    const auto weight = with_squares ? static_cast<float>(weights[i]) : 0.0F;
     for (Index e = modes.offsets[i]; e < modes.offsets[i + 1]; ++e) {
       const Floats* mode = of_entry(modes, e);
       auto* sum = of_part<float, Floats>(sums, modes, e);
-      for (int q = 0; q < quads; ++q) {
-        sum[q] += x * mode[q] + y * mode[quads + q] + z * mode[2 * quads + q];
-      }
-    }
-  }
-}
-
-void project_and_weigh(const ModeData& modes, const Vector3<double>* field, const double* weights,
-                       float* sums, float* squares, Index first, Index last) {
-  for (Index i = first; i < last; ++i) {
-    const auto x = static_cast<float>(field[i].x);
-    const auto y = static_cast<float>(field[i].y);
-    const auto z = static_cast<float>(field[i].z);
-    const auto weight = static_cast<float>(weights[i]);
-    for (Index e = modes.offsets[i]; e < modes.offsets[i + 1]; ++e) {
-      const Floats* mode = of_entry(modes, e);
-      auto* sum = of_part<float, Floats>(sums, modes, e);
-      auto* square = of_part<float, Floats>(squares, modes, e);
+      auto* square = with_squares ? of_part<float, Floats>(squares, modes, e) : nullptr;
       for (int q = 0; q < quads; ++q) {
         const Floats& mode_x = mode[q];
         const Floats& mode_y = mode[quads + q];
         const Floats& mode_z = mode[2 * quads + q];
         sum[q] += x * mode_x + y * mode_y + z * mode_z;
+        if constexpr (!with_squares) continue;
         square[q] += weight * (mode_x * mode_x + mode_y * mode_y + mode_z * mode_z);
       }
     }
   }
+}
+
+void project(const ModeData& modes, const Vector3<double>* field, float* sums, Index first,
+             Index last) {
+  add_projections<false>(modes, field, nullptr, sums, nullptr, first, last);
 }
 
 void form(const ModeData& modes, const ShapeData& shapes, const CombinationData& combinations,
@@ -141,6 +134,6 @@ void add_products(const ModeData& modes, const ShapeData& shapes, Index slot, do
 }  // namespace
 
 extern const ModeKernels mode_kernels;
-const ModeKernels mode_kernels = {combine, project, project_and_weigh, form, add_products};
+const ModeKernels mode_kernels = {combine, project, add_projections<true>, form, add_products};
 
 }  // namespace dynmesh::DYNMESH_KERNELS

@@ -11,8 +11,8 @@
 /// - Each cell has eight slots for neighbours, of which the last may be empty. The few vertices
 ///   with more neighbours are processed separately by a slower loop.
 ///
-/// sweeps.cpp is compiled once for each kind of processor, and `runnable_sweeps` returns those that
-/// may be used.
+/// sweeps.cpp is compiled once for each kind of processor, and `runnable_kernels` returns those
+/// that may be used.
 #pragma once
 
 #include <dynmesh/types.hpp>

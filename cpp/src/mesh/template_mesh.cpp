@@ -4,14 +4,25 @@
 #include <dynmesh/template_mesh.hpp>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <limits>
+#include <span>
+#include <sstream>
 #include <string>
+#include <type_traits>
 
-#include "mesh/template_files.hpp"
+#include "mesh/mesh_text.hpp"
+#include "mesh/obj_file.hpp"
+#include "mesh/off_file.hpp"
+#include "mesh/ply_file.hpp"
 #include "support/paths.hpp"
 
 namespace dynmesh {
 namespace {
+
+[[noreturn]] void refuse_file(const std::string& path, const std::string& why) {
+  throw UnreadableFile(path + ": " + why);
+}
 
 std::filesystem::path checked_path(const std::string& path) {
   try {
@@ -21,21 +32,97 @@ std::filesystem::path checked_path(const std::string& path) {
   }
 }
 
-/// Checks what the readers do not: finite coordinates and valid indices.
-void check(const std::string& path, const TemplateMesh& mesh) {
-  const std::size_t k = mesh.points().count;
-  const auto wrong =
-      std::ranges::find_if_not(mesh.vertices, [](float x) { return std::isfinite(x); });
-  if (wrong != mesh.vertices.end()) {
-    const auto vertex = static_cast<std::size_t>(wrong - mesh.vertices.begin()) / 3;
-    refuse_file(path, "vertex " + std::to_string(vertex) + ", counted from 0, is not finite; " +
-                          "a template must be complete");
+/// Returns the mesh of an OBJ file. Refuses faces that repeat a vertex.
+PolygonMesh mesh_of_obj(const std::string& text) {
+  ObjFile file = parse_obj(text);
+  std::vector<std::int64_t> face;
+  auto corner = file.mesh.corners.begin();
+  for (std::size_t f = 0; f < file.mesh.sizes.size(); corner += file.mesh.sizes[f++]) {
+    face.assign(corner, corner + file.mesh.sizes[f]);
+    std::ranges::sort(face);
+    const auto repeated = std::ranges::adjacent_find(face);
+    if (repeated == face.end()) continue;
+    refuse_line(text, file.faces[f],
+                "a face has vertex " + std::to_string(*repeated + 1) + " twice; remove the face");
   }
-  for (const Index corner : mesh.faces) {
-    if (corner >= 0 && static_cast<std::size_t>(corner) < k) continue;
-    refuse_file(path, "a face refers to vertex " + std::to_string(corner) + ", but there are " +
-                          std::to_string(k) + ", counted from 0");
+  return std::move(file.mesh);
+}
+
+/// Returns the positions and faces of a PLY file.
+PolygonMesh mesh_of_ply(const std::string& data) {
+  const PlyFile file = parse_ply(data);
+  PolygonMesh mesh;
+  if (const PlyElement* vertices = file.find("vertex")) {
+    mesh.positions.resize(3 * vertices->n_records);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const PlyProperty* property = vertices->find(std::string_view("xyz").substr(axis, 1));
+      if (!property) throw MalformedFile("its vertices need x, y and z");
+      const auto copy = [&](const auto& values) {
+        if (property->counts || std::is_integral_v<std::decay_t<decltype(values[0])>>) {
+          throw MalformedFile("the coordinates of its vertices must be float or double");
+        }
+        for (std::size_t v = 0; v < values.size(); ++v) mesh.positions[3 * v + axis] = values[v];
+      };
+      std::visit(copy, property->values);
+    }
   }
+  if (const PlyElement* faces = file.find("face"); faces && faces->n_records > 0) {
+    const PlyProperty* property = faces->find("vertex_indices");
+    const PlyProperty* other = faces->find("vertex_index");
+    if (!property == !other) throw MalformedFile("its faces need one list 'vertex_indices'");
+    if (!property) property = other;
+    const auto copy = [](const auto& values, std::vector<std::int64_t>& copied) {
+      if (std::is_floating_point_v<std::decay_t<decltype(values[0])>>) {
+        throw MalformedFile("the vertices of its faces must be integers");
+      }
+      for (const auto value : values) copied.push_back(static_cast<std::int64_t>(value));
+    };
+    if (!property->counts) throw MalformedFile("its faces need one list 'vertex_indices'");
+    std::visit([&](const auto& counts) { copy(counts, mesh.sizes); }, *property->counts);
+    std::visit([&](const auto& values) { copy(values, mesh.corners); }, property->values);
+  }
+  return mesh;
+}
+
+/// Returns positions in single precision. Refuses what a complete first frame cannot have.
+std::vector<float> checked_positions(const std::vector<double>& positions) {
+  std::vector<float> vertices;
+  for (const double coordinate : positions) {
+    vertices.push_back(static_cast<float>(coordinate));
+    if (std::isfinite(vertices.back())) continue;
+    std::ostringstream why;
+    why << "vertex " << (vertices.size() - 1) / 3 << ", counted from 0, has the coordinate "
+        << coordinate << "; a template must be complete, with coordinates in the range of float";
+    throw MalformedFile(why.str());
+  }
+  if (vertices.empty()) throw MalformedFile("has no vertices");
+  return vertices;
+}
+
+/// Splits every polygon into a fan of triangles from its first vertex. Refuses polygons of fewer
+/// than three corners and vertices that do not exist.
+std::vector<Index> checked_triangles(const PolygonMesh& mesh) {
+  const auto n_vertices = static_cast<std::int64_t>(mesh.positions.size() / 3);
+  std::vector<Index> faces;
+  auto first = mesh.corners.begin();
+  for (std::size_t f = 0; f < mesh.sizes.size(); first += mesh.sizes[f++]) {
+    const std::span polygon(first, static_cast<std::size_t>(mesh.sizes[f]));
+    const auto refuse = [&](const std::string& why) {
+      throw MalformedFile("face " + std::to_string(f) + " " + why + ", both counted from 0");
+    };
+    if (polygon.size() < 3) refuse("has " + std::to_string(polygon.size()) + " vertices");
+    for (const std::int64_t vertex : polygon) {
+      if (vertex >= 0 && vertex < n_vertices) continue;
+      refuse("refers to vertex " + std::to_string(vertex) + ", but there are " +
+             std::to_string(n_vertices));
+    }
+    for (std::size_t c = 2; c < polygon.size(); ++c) {
+      for (const std::int64_t vertex : {polygon[0], polygon[c - 1], polygon[c]}) {
+        faces.push_back(static_cast<Index>(vertex));
+      }
+    }
+  }
+  return faces;
 }
 
 }  // namespace
@@ -48,16 +135,20 @@ TemplateMesh read_template(const std::string& path) {
   }
   std::ifstream file(system_path, std::ios::binary);
   if (!file || std::filesystem::is_directory(system_path)) refuse_file(path, "cannot be opened");
-  TemplateMesh mesh = suffix == ".obj"   ? read_obj(path, file)
-                      : suffix == ".ply" ? read_ply(path, file)
-                                         : read_off(path, file);
-  const std::size_t most = std::max(mesh.points().count, mesh.triangles().count);
-  if (mesh.vertices.empty()) refuse_file(path, "has no vertices");
-  if (most > static_cast<std::size_t>(std::numeric_limits<Index>::max())) {
-    refuse_file(path, "has more than 2^31 - 1 vertices or triangles");
+  const std::string data(std::istreambuf_iterator<char>(file), {});
+  try {
+    const PolygonMesh mesh = suffix == ".obj"   ? mesh_of_obj(data)
+                             : suffix == ".ply" ? mesh_of_ply(data)
+                                                : parse_off(data);
+    TemplateMesh checked{checked_positions(mesh.positions), checked_triangles(mesh)};
+    const std::size_t most = std::max(checked.points().count, checked.triangles().count);
+    if (most > static_cast<std::size_t>(std::numeric_limits<Index>::max())) {
+      throw MalformedFile("has more than 2^31 - 1 vertices or triangles");
+    }
+    return checked;
+  } catch (const MalformedFile& error) {
+    refuse_file(path, error.what());
   }
-  check(path, mesh);
-  return mesh;
 }
 
 }  // namespace dynmesh

@@ -14,6 +14,7 @@
 #include "stream/training_frames.hpp"
 #include "support/geometry.hpp"
 #include "tracker/camera_arguments.hpp"
+#include "tracker/scan_arguments.hpp"
 #include "tracking/depth_images.hpp"
 #include "tracking/point_scan.hpp"
 #include "tracking/surface_tracking.hpp"
@@ -26,25 +27,6 @@ using Clock = std::chrono::steady_clock;
 
 /// The last character is the version of the format.
 constexpr StateKind kind = {{'d', 'y', 'n', 't', 'r', 'a', 'c', '3'}, "tracker"};
-
-/// More points than 32-bit indices can count are refused.
-template <class Real>
-void check_scan(const char* argument, const Points<const Real>& rows) {
-  if (rows.count > static_cast<std::size_t>(std::numeric_limits<Index>::max())) {
-    throw std::invalid_argument(std::string(argument) + ": has " + std::to_string(rows.count) +
-                                " rows, more than 32-bit indices can count");
-  }
-  check_view(argument, rows);
-  for (std::size_t i = 0; i < rows.count; ++i) {
-    check_position(argument, "row", i, row(rows, i), "all rows must be finite");
-  }
-}
-
-template <class Real>
-void copy(const Points<const Real>& rows, std::vector<Vector3<double>>& copies) {
-  copies.resize(rows.count);
-  for (std::size_t i = 0; i < rows.count; ++i) copies[i] = in_double(row(rows, i));
-}
 
 /// Copies normals at unit length. Those of length 0 stay 0.
 template <class Real>
@@ -61,13 +43,6 @@ void copy_directions(const Points<const Real>& rows, std::vector<Vector3<double>
     const Vector3<double> scaled = {normal.x / largest, normal.y / largest, normal.z / largest};
     copies[i] = (1 / std::sqrt(squared_norm(scaled))) * scaled;
   }
-}
-
-template <class Real>
-std::vector<Vector3<double>> widened(const std::vector<Vector3<Real>>& frame) {
-  std::vector<Vector3<double>> result(frame.size());
-  std::ranges::transform(frame, result.begin(), in_double<Real>);
-  return result;
 }
 
 }  // namespace

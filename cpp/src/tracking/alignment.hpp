@@ -1,20 +1,18 @@
-/// Moves a template rigidly to a first scan that lies elsewhere.
+/// The rigid motion that puts a template into a scan, from any rotation and position.
 #pragma once
 
+#include <dynmesh/alignment.hpp>
 #include <dynmesh/types.hpp>
 #include <span>
 
+#include "detail/intrinsic_delaunay.hpp"
 #include "tracking/constants.hpp"
-#include "tracking/correspondences.hpp"
-#include "tracking/measurement.hpp"
 
 namespace dynmesh {
 
-/// If the template X is not where the measurement is, moves it there, from centre to centre and
-/// then by rigid steps whose radius falls from the size of the template. Returns whether that was
-/// needed. `measurement`, in which `correspondences` began a frame, is not empty. Throws
-/// std::invalid_argument if it was not possible.
-bool align(const Measurement& measurement, Correspondences& correspondences,
-           const TrackingConstants& constants, double mean_edge, std::span<Vector3<double>> x);
+/// As `find_alignment`, for arguments that have been checked and coordinates of at most about 1.
+Alignment align(std::span<const Triangle> faces, std::span<const Vector3<double>> first_frame,
+                double mean_edge, std::span<const Vector3<double>> scan,
+                const AlignmentConstants& constants);
 
 }  // namespace dynmesh

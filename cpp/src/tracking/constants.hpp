@@ -101,4 +101,36 @@ struct TrackingConstants {
   double jump = 3;
 };
 
+/// The constants of the rigid alignment that is tried from several rotations.
+struct AlignmentConstants {
+  /// A template lies in a scan if typical distances are at most this many mean edges, which a
+  /// tracker can bridge in one frame, and at most this share of its size, for coarse meshes.
+  double within = 5;
+  double within_share = 0.1;
+  /// After the best rigid motion, a template has another pose than the scan, or is another mesh, if
+  /// typical distances are more than this many mean edges, and more than this share of its size,
+  /// which the noise of scans of fine meshes does not reach.
+  double far = 2.5;
+  double far_share = 0.02;
+  /// A scan so many times larger or smaller than a template is in another unit.
+  double other_unit = 20;
+
+  /// About so many points of the scan and of the surface are compared, at first and at last.
+  int coarse_scan = 250;
+  int coarse_surface = 600;
+  int fine_scan = 1000;
+  int fine_surface = 4000;
+  /// How often their pairs are found.
+  int coarse_steps = 12;
+  int fine_steps = 15;
+  /// How many of the coarse results are refined.
+  int candidates = 4;
+  /// The share of the pairs that is used. Scans may contain more than the subject.
+  double kept = 0.8;
+  /// The share of a surface that a single camera sees at least.
+  double seen = 0.4;
+  /// What the planes do not determine stays small, as `rigid_caution`; but steps are not shortened.
+  double caution = 1e-9;
+};
+
 }  // namespace dynmesh

@@ -165,8 +165,7 @@ void NonrigidStep::remember(Field completed) {
 }
 
 std::size_t NonrigidStep::memory_size() const {
-  return (4 * shape_.size() + 2 + rest_.shape_fit_size()) * sizeof(double) +
-         error_bars_.memory_size();
+  return (4 * shape_.size() + 2 + rest_.fit_size()) * sizeof(double) + error_bars_.memory_size();
 }
 
 void NonrigidStep::write_memory(Writer& writer) const {
@@ -176,7 +175,7 @@ void NonrigidStep::write_memory(Writer& writer) const {
   const RestShape::Memory rest = rest_.memory();
   writer.write(rest.prior_weight);
   writer.write(rest.prior_share);
-  writer.write(std::span<const double>(rest.shape_fit));
+  writer.write(std::span<const double>(rest.fit));
   error_bars_.write_memory(writer);
 }
 
@@ -193,8 +192,8 @@ NonrigidStep::Memory NonrigidStep::read_memory(Reader& reader) const {
   }
   memory.rest.prior_weight = reader.read<double>();
   memory.rest.prior_share = reader.read<double>();
-  memory.rest.shape_fit.resize(rest_.shape_fit_size());
-  reader.read(std::span<double>(memory.rest.shape_fit));
+  memory.rest.fit.resize(rest_.fit_size());
+  reader.read(std::span<double>(memory.rest.fit));
   memory.errors = error_bars_.read_memory(reader);
   if (!rest_.accepts(memory.rest) || !error_bars_.accepts(memory.errors)) {
     refuse_state("does not contain a valid rest shape and valid errors");

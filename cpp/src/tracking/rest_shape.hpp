@@ -61,17 +61,15 @@ class RestShape {
     double rounding = 0;  ///< the mean square of rounding errors of a shape
   };
   /// Fits the rest shape by what the anchors say. `rotations` are those of X.
-  void fit(const Surface& surface, ShapeSystem& system, Rotations& rotations);
+  void fit(const Surface& surface, ShapeSystem& system, const Rotations& rotations);
 
   /// What later frames depend on.
   struct Memory {
     double prior_weight = 0;
     double prior_share = 0;
-    std::vector<double> shape_fit;  ///< `shape_fit_size()` numbers
+    std::vector<double> fit;  ///< `fit_size()` numbers
   };
-  [[nodiscard]] std::size_t shape_fit_size() const {
-    return is_trained() ? shape_fit_.memory_size() : 0;
-  }
+  [[nodiscard]] std::size_t fit_size() const { return is_trained() ? fit_.memory_size() : 0; }
   [[nodiscard]] Memory memory() const;
   /// Whether `memory` can return this.
   [[nodiscard]] bool accepts(const Memory& memory) const;
@@ -89,7 +87,7 @@ class RestShape {
   const DetailConstants& constants_;
   TrainingFrames
       training_;  // the frames of the training sequence, since a new frame 0 has other modes
-  ShapeFit shape_fit_;
+  RestFit fit_;
   double prior_weight_ = 0;
   double prior_share_ = 0;
   Memory before_;                       // of the last frame
@@ -98,8 +96,8 @@ class RestShape {
   // With training:
   Generations generations_;
   std::vector<std::uint8_t> known_;
-  std::vector<Vector3<double>> kx_;                        // (k,)
-  std::vector<Vector3<double>> wanted_, steps_, k_steps_;  // (3 k,)
+  std::vector<Vector3<double>> kx_;
+  std::vector<ShapeTerms> wanted_, steps_, k_steps_;
 };
 
 }  // namespace dynmesh

@@ -3,15 +3,10 @@
 #include <Eigen/Dense>
 #include <cmath>
 
+#include "support/eigen_points.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {
-namespace {
-
-Eigen::Vector3d to_eigen(const Vector3<double>& v) { return {v.x, v.y, v.z}; }
-Vector3<double> from_eigen(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-
-}  // namespace
 
 SmallMotion fit_to_planes(std::span<const Vector3<double>> frame,
                           std::span<const Correspondence> found, double caution) {

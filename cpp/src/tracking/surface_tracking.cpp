@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "support/geometry.hpp"
-#include "tracking/alignment.hpp"
+#include "tracking/first_scan.hpp"
 #include "tracking/rigid_step.hpp"
 
 namespace dynmesh {
@@ -38,8 +38,9 @@ SurfaceTracking::Found SurfaceTracking::track(const Measurement& measurement) {
   try {
     correspondences_.begin(measurement, mean_edge_);
     predict();
-    const bool aligned = is_first_ && measurement.size() > 0 &&
-                         align(measurement, correspondences_, constants_, mean_edge_, x_);
+    const bool aligned =
+        is_first_ && measurement.size() > 0 &&
+        move_to_first_scan(measurement, correspondences_, constants_, mean_edge_, x_);
     correspondences_.find_visible(x_);
     const Search rigid =
         rigid_search(constants_.rigid_radius, constants_.rigid_scale, x_.size(), constants_);

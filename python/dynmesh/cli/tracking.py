@@ -4,7 +4,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
+from numpy.typing import NDArray
 
 from ..files.scans import Scan
 from ..jobs.track_report import TrackFileReport
@@ -168,7 +170,8 @@ def _say_what_was_done(output: Path, report: TrackFileReport) -> None:
         found = report.alignment
         say(
             f"{output}: the template was {found.before:.3g} mean edges from the first scan; a "
-            f"rotation by {found.degrees:.3g} degrees and a shift put it {found.after:.3g} from it"
+            f"rotation by {_degrees(found.rotation):.3g} degrees and a shift put it "
+            f"{found.after:.3g} from it"
         )
         if found.after > _FAR:
             say(
@@ -193,3 +196,9 @@ def _say_what_was_done(output: Path, report: TrackFileReport) -> None:
     if report.empty:
         say(f"{output}: {report.empty} of the frames had no points")
     say_remarks(output, report.remarks)
+
+
+def _degrees(rotation: NDArray[np.float64]) -> float:
+    """Returns the angle of a rotation."""
+    cosine = (np.trace(rotation) - 1) / 2
+    return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))

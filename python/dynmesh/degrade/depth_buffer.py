@@ -6,24 +6,17 @@ depths are exact at the centres, and triangles that cross the plane of the camer
 
 import math
 from collections.abc import Iterator
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..sequence import Positions
-from .visibility import Camera, axes_of, bounding_boxes, ranges
+from .rays import TOLERANCE, Triangles, in_axes, portions, ranges, rows_of
+from .visibility import Camera, axes_of
 
 _Integers = NDArray[np.integer[Any]]
 _Floats = NDArray[np.float64]
-
-_TOLERANCE = 1e-9
-"""Triangles are enlarged by this share of their size, so that no ray slips between two of them."""
-
-_PAIRS_AT_ONCE = 1 << 18
-"""The number of pairs of a triangle and a pixel that are compared at a time. It bounds the memory;
-more pairs would not fit in the processor's cache."""
 
 
 class DepthBuffer(NamedTuple):
@@ -97,51 +90,25 @@ class _Hits(NamedTuple):
 def _in_pixels(points: Positions, camera: Camera, width: int, height: int) -> _Floats:
     """Returns x and y of the image, both multiplied by the depth, and the depth."""
     pose = pose_of(camera)
-    finite = np.isfinite(points).all(axis=1, keepdims=True)
-    local = (np.where(finite, points, np.nan) - pose[:3, 3]) @ pose[:3, :3]
+    local = in_axes(points, pose[:3, 3], pose[:3, :3])
     return np.asarray(local @ intrinsics_of(camera, width, height).T)
 
 
 def _hits(corners: _Floats, width: int, height: int) -> Iterator[_Hits]:
-    """Intersects the rays of the pixels with triangles, whose (3, m, 3) corners are in pixels.
-
-    A ray (x, y, 1) meets a triangle at volume / (u + v + w) times itself, where u, v, w are the
-    volumes that it spans with the sides: none is negative if it passes inside.
-    """
-    normals = np.cross(np.roll(corners, -1, axis=0), np.roll(corners, -2, axis=0))
-    volumes = np.einsum("tx,tx->t", corners[0], normals[0])
-    low, high = bounding_boxes(corners)
+    """Intersects the rays of the pixels with triangles, whose (3, m, 3) corners are in pixels."""
     last = np.array([width - 1, height - 1])
-    # Comparisons are False for triangles with a corner that is not finite.
-    kept = np.flatnonzero((low <= last).all(axis=1) & (high >= 0).all(axis=1) & (volumes != 0))
-    normals = normals[:, kept] * np.sign(volumes[kept])[:, None]
-    volumes = np.abs(volumes[kept])
-    first = np.ceil(np.clip(low[kept], 0, last) - _TOLERANCE).astype(np.int64)
-    end = np.floor(np.clip(high[kept], 0, last) + _TOLERANCE).astype(np.int64) + 1
-    rows = end[:, 1] - first[:, 1]
-    of_row = np.repeat(np.arange(len(kept)), rows)
-    row = ranges(first[:, 1], rows)
-    lengths = (end - first)[of_row, 0]
-    for run in _portions(lengths):
-        which = np.repeat(of_row[run], lengths[run])
-        x, y = ranges(first[of_row[run], 0], lengths[run]), np.repeat(row[run], lengths[run])
-        ray = np.stack([x, y, np.ones_like(x)], axis=1).astype(np.float64)
-        shares = np.stack([np.einsum("px,px->p", normal[which], ray) for normal in normals], axis=1)
-        whole = shares.sum(axis=1)
-        inside = (whole > 0) & (shares.min(axis=1) >= -_TOLERANCE * whole)
-        whole, which = whole[inside], which[inside]
+    triangles = Triangles(corners, 0, last)
+    low = np.ceil(np.clip(triangles.low, 0, last) - TOLERANCE).astype(np.int64)
+    high = np.floor(np.clip(triangles.high, 0, last) + TOLERANCE).astype(np.int64)
+    triangle, row = rows_of(low[:, 1], high[:, 1])
+    lengths = (high - low)[triangle, 0] + 1
+    for run in portions(lengths):
+        which = np.repeat(triangle[run], lengths[run])
+        x, y = ranges(low[triangle[run], 0], lengths[run]), np.repeat(row[run], lengths[run])
+        hits = triangles.meet(which, np.stack([x, y, np.ones_like(x)], axis=1).astype(np.float64))
         yield _Hits(
-            (y * width + x)[inside],
-            kept[which],
-            volumes[which] / whole,
-            shares[inside] / whole[:, None],
+            (y * width + x)[hits.pair],
+            triangles.number[which[hits.pair]],
+            hits.volume / hits.whole,
+            (hits.shares / hits.whole).T,
         )
-
-
-def _portions(lengths: _Integers) -> Iterator[slice]:
-    """Divides runs of these lengths into portions of about equally many pairs."""
-    ends = np.cumsum(lengths)
-    total = int(ends[-1]) if len(ends) else 0
-    limits = np.searchsorted(ends, np.arange(0, total, _PAIRS_AT_ONCE))
-    for begin, end in pairwise([*limits, len(ends)]):
-        yield slice(begin, end)

@@ -10,7 +10,6 @@ bias, and the grid that finds the samples below a triangle has no influence on t
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -27,20 +26,14 @@ from .._checks import (
 )
 from .._errors import InputError
 from ..sequence import Mask, Positions
+from .rays import TOLERANCE, Triangles, in_axes, portions, ranges, rows_of
 
 _Integers = NDArray[np.integer[Any]]
 _Floats = NDArray[np.float64]
 
-_TOLERANCE = 1e-9
-"""Triangles are enlarged by this share of their size, so that no ray slips between two of them."""
-
 _CONTACT = 1e-6
 """A triangle hides a vertex only if it is nearer by this share of the distance. This exceeds the
 rounding of float32, so that vertices at one position, as along a seam, do not hide each other."""
-
-_PAIRS_AT_ONCE = 1 << 18
-"""The number of pairs of a triangle and a vertex that are compared at a time. It bounds the memory;
-more pairs would not fit in the processor's cache."""
 
 _GRID = 512
 """Cells along either side of the image; affects only speed and memory."""
@@ -153,55 +146,21 @@ def visible(points: Positions, faces: _Integers, camera: Camera, among: Mask | N
     Returns:
         (k,) bool.
     """
-    local = _to_camera(points, camera)
+    scale = 1 / math.tan(math.radians(camera.field_of_view) / 2)
+    # Axes to the right, up and ahead, scaled such that the image is |x|, |y| <= z > 0.
+    local = in_axes(points, np.array(camera.position), axes_of(camera) * [scale, scale, 1])
     seen = _inside_image(local)
     if among is not None:
         seen &= among
     samples = _Samples(local, np.flatnonzero(seen))
-    triangles = _Triangles(local, faces)
+    triangles = Triangles(local[faces.T], -1, 1)
     for triangle, vertex in samples.below(triangles):
-        seen[vertex[triangles.hide(triangle, vertex)]] = False
-    return seen
-
-
-class _Triangles:
-    """The triangles that may hide vertices, in camera coordinates.
-
-    Attributes:
-        low: (t, 2) lower corners of the bounding boxes in the image.
-        high: (t, 2) upper corners.
-    """
-
-    def __init__(self, local: _Floats, faces: _Integers) -> None:
-        corners = local[faces.T]  # (3, m, 3): numpy is slow along short last axes
-        normals = np.cross(np.roll(corners, -1, axis=0), np.roll(corners, -2, axis=0))
-        # a . (b x c): six times the volume between triangle and camera, 0 if it is seen edge-on.
-        volumes = np.einsum("tx,tx->t", corners[0], normals[0])
-        low, high = bounding_boxes(corners)
-        # Comparisons are False for triangles with a corner that is not finite.
-        touches = (low <= 1).all(axis=1) & (high >= -1).all(axis=1)
-        kept = np.flatnonzero(touches & (volumes != 0))
-        self.low, self.high = low[kept], high[kept]
-        self._local = local
-        self._faces = faces[kept]
-        self._volumes = np.abs(volumes[kept])  # both sides hide
-        self._normals = normals[:, kept] * np.sign(volumes[kept])[:, None]
-
-    def hide(self, triangle: _Integers, vertex: _Integers) -> NDArray[np.intp]:
-        """Returns in which pairs of a triangle and a vertex the triangle hides the vertex.
-
-        The ray through a vertex p meets the triangle at p times volume / (u + v + w), where u, v, w
-        are the volumes that p spans with the sides: none is negative if it passes inside.
-        """
-        ray = self._local[vertex]
-        u, v, w = (np.einsum("px,px->p", normal[triangle], ray) for normal in self._normals)
-        whole = u + v + w
-        inside = np.minimum(np.minimum(u, v), w) >= -_TOLERANCE * whole
-        nearer = self._volumes[triangle] < (1 - _CONTACT) * whole
-        hidden = np.flatnonzero(inside & nearer)
+        hits = triangles.meet(triangle, local[vertex])
+        hidden = hits.pair[hits.volume < (1 - _CONTACT) * hits.whole]
         # A triangle never hides its own corners, except by rounding if it is seen edge-on.
-        own = (self._faces[triangle[hidden]] == vertex[hidden, None]).any(axis=1)
-        return np.asarray(hidden[~own])
+        own = (faces[triangles.number[triangle[hidden]]] == vertex[hidden, None]).any(axis=1)
+        seen[vertex[hidden[~own]]] = False
+    return seen
 
 
 class _Samples:
@@ -214,27 +173,21 @@ class _Samples:
         counts = np.bincount(cell, minlength=_GRID * _GRID)
         self._starts = np.concatenate([[0], np.cumsum(counts)])
 
-    def below(self, triangles: _Triangles) -> Iterator[tuple[_Integers, _Integers]]:
+    def below(self, triangles: Triangles) -> Iterator[tuple[_Integers, _Integers]]:
         """Yields pairs of a triangle and a vertex in the grid cells of its bounding box."""
         triangle, first, last = self._runs(triangles)
         lengths = last - first
-        ends = np.cumsum(lengths)
-        total = int(lengths.sum())
-        limits = np.searchsorted(ends, np.arange(0, total, _PAIRS_AT_ONCE))
-        for begin, end in pairwise([*limits, len(ends)]):
-            run = slice(begin, end)
+        for run in portions(lengths):
             places = ranges(first[run], lengths[run])
             yield np.repeat(triangle[run], lengths[run]), self._vertices[places]
 
-    def _runs(self, triangles: _Triangles) -> tuple[_Integers, _Integers, _Integers]:
+    def _runs(self, triangles: Triangles) -> tuple[_Integers, _Integers, _Integers]:
         """Returns runs of consecutive vertices, one for each row of cells of each bounding box."""
-        low = self._cell(triangles.low - _TOLERANCE)
-        high = self._cell(triangles.high + _TOLERANCE)
-        rows = high[:, 1] - low[:, 1] + 1
-        triangle = np.repeat(np.arange(len(low)), rows)
-        row = ranges(low[:, 1], rows) * _GRID
-        first = self._starts[row + low[triangle, 0]]
-        last = self._starts[row + high[triangle, 0] + 1]
+        low = self._cell(triangles.low - TOLERANCE)
+        high = self._cell(triangles.high + TOLERANCE)
+        triangle, row = rows_of(low[:, 1], high[:, 1])
+        first = self._starts[row * _GRID + low[triangle, 0]]
+        last = self._starts[row * _GRID + high[triangle, 0] + 1]
         filled = first < last
         return triangle[filled], first[filled], last[filled]
 
@@ -242,14 +195,6 @@ class _Samples:
         """Returns column and row, of the nearest cell for points outside the image."""
         cell = np.floor((image + 1) * (_GRID / 2))
         return np.clip(cell, 0, _GRID - 1).astype(np.int64)
-
-
-def _to_camera(points: Positions, camera: Camera) -> _Floats:
-    """Returns axes to the right, up and ahead, scaled such that the image is |x|, |y| <= z > 0."""
-    scale = 1 / math.tan(math.radians(camera.field_of_view) / 2)
-    axes = axes_of(camera) * [scale, scale, 1]
-    finite = np.isfinite(points).all(axis=1, keepdims=True)
-    return np.asarray((np.where(finite, points, np.nan) - np.array(camera.position)) @ axes)
 
 
 def axes_of(camera: Camera) -> _Floats:
@@ -262,25 +207,6 @@ def axes_of(camera: Camera) -> _Floats:
 def _inside_image(local: _Floats) -> Mask:
     x, y, z = local.T
     return np.asarray((z > 0) & (np.abs(x) <= z) & (np.abs(y) <= z))
-
-
-def bounding_boxes(corners: _Floats) -> tuple[_Floats, _Floats]:
-    """Returns the image bounds, (t, 2) each, of the triangles with (3, t, 3) corners."""
-    depth = corners[:, :, 2]
-    image = corners[:, :, :2] / np.where(depth > 0, depth, 1)[:, :, None]
-    low, high = image.min(axis=0), image.max(axis=0)
-    # A triangle that crosses the plane of the camera has an unbounded image; one behind the camera
-    # has an empty one.
-    crosses = depth.min(axis=0) <= 0
-    low[crosses], high[crosses] = -np.inf, np.inf
-    low[depth.max(axis=0) <= 0] = np.inf
-    return low, high
-
-
-def ranges(starts: _Integers, lengths: _Integers) -> _Integers:
-    """Returns consecutive integers from each start, as many as its length, as one array."""
-    before = np.cumsum(lengths) - lengths
-    return np.asarray(np.repeat(starts - before, lengths) + np.arange(lengths.sum()))
 
 
 def _bounding_box(first_frame: Positions) -> tuple[_Floats, float]:

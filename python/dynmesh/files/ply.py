@@ -7,24 +7,37 @@ of a unit.
 
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .._core import parse_ply
 from ..polygons import Polygons, as_polygons
 from ..sequence import PROVENANCE, Positions
 from .comments import Metadata, comments_of, metadata_in
 from .format import Format
 from .frame_files import FramesWriter, NumberedReader
 from .header import Frame
-from .ply_binary import read_binary
-from .ply_elements import Columns, Lists, read_header, scalar_types
-from .ply_text import read_text
 
 Integers = NDArray[np.integer[Any]]
 
 corner_lists = ("vertex_indices", "vertex_index")
+
+_written_types = {"uchar": "<u1", "int": "<i4", "float": "<f4", "double": "<f8"}
+
+
+class Lists(NamedTuple):
+    """The numbers of a list property in n records."""
+
+    sizes: NDArray[np.int64]
+    """(n,) the length of each list."""
+    values: NDArray[Any]
+    """(sum of sizes,) the numbers, one list after another."""
+
+
+Columns = dict[str, NDArray[Any] | Lists]
+"""The n records of an element, by the name of the property: (n,) numbers, or lists."""
 
 
 class PlyReader(NumberedReader):
@@ -44,15 +57,17 @@ def read_elements(file: Path) -> tuple[dict[str, Columns], list[str]]:
     Raises:
         ValueError: the file is damaged, or has no vertices.
     """
-    data = file.read_bytes()
-    header = read_header(data)
-    if header.is_text:
-        columns = read_text(header.elements, data[header.n_bytes :], header.n_lines + 1)
-    else:
-        columns = read_binary(header.elements, data, header.n_bytes)
-    if "vertex" not in columns:
+    elements, comments = parse_ply(file.read_bytes())
+    if "vertex" not in elements:
         raise ValueError("has no vertices")
-    return columns, header.comments
+    columns: dict[str, Columns] = {
+        element: {
+            name: Lists(*column) if isinstance(column, tuple) else column
+            for name, column in properties.items()
+        }
+        for element, properties in elements.items()
+    }
+    return columns, comments
 
 
 def coordinates(vertices: Columns, axes: tuple[str, str, str]) -> Positions:
@@ -87,7 +102,7 @@ def _floats(vertices: Columns, name: str) -> NDArray[np.floating[Any]]:
     column = vertices[name]
     if not isinstance(column, np.ndarray) or column.dtype.kind != "f":
         raise ValueError(f"its vertices need a property '{name}', float or double")
-    return column.astype(column.dtype.newbyteorder("="))
+    return column
 
 
 def _integers(vertices: Columns, name: str, dtype: np.dtype[Any]) -> Integers:
@@ -122,7 +137,7 @@ class PlyWriter(FramesWriter):
         kinds |= {
             name: "float" if PROVENANCE[name].kind == "f" else "int" for name in header.provenance
         }
-        columns = [(name, scalar_types[kind].newbyteorder("<")) for name, kind in kinds.items()]
+        columns = [(name, _written_types[kind]) for name, kind in kinds.items()]
         self._vertices = np.zeros(header.n_vertices, columns)
         # The bytes before and after the vertices are the same in every frame.
         sizes, corners = as_polygons(header.faces, header.polygons)
@@ -138,7 +153,7 @@ class PlyWriter(FramesWriter):
             "end_header\n",
         ]
         self._before = "\n".join(lines).encode("ascii")
-        self._after = _face_records(sizes, corners, scalar_types[count].newbyteorder("<"))
+        self._after = _face_records(sizes, corners, np.dtype(_written_types[count]))
 
     def _save(self, file: Path, frame: Frame) -> None:
         for i, axis in enumerate("xyz"):

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from .alignment import Alignment
+from .._core import Alignment
 
 
 @dataclass(frozen=True)

@@ -10,22 +10,12 @@ import numpy as np
 
 from .. import files
 from .._checks import check_callable, check_integer, check_path
-from .._core import Tracker
+from .._core import Alignment, Tracker, find_alignment
 from .._errors import InputError, KindError, locating
-from ..degrade.shared import mean_edge_of
 from ..files import Header, PathLike, Reader, Writer
 from ..files.format import Gaps
 from ..files.scans import PointScan, Scan, ScanReader, given_unit, open_scans
 from ..sequence import Positions
-from .alignment import (
-    Alignment,
-    align,
-    distance_between,
-    is_far,
-    is_other_unit,
-    lies_within,
-    ratio_of_sizes,
-)
 from .checkpoint import Progress, describe_job, identity
 from .resumable import ResumableOutput, check_resumable
 from .start import check_whole
@@ -261,34 +251,32 @@ class _Tracking:
         if first is None:
             raise InputError("no frame has points", file=self._scans.path)
         cloud = first.scaled(self._factor).cloud
-        mean_edge = mean_edge_of(points, self._mesh.faces)
-        self._distance = distance_between(points, self._mesh.faces, cloud, mean_edge)
-        ratio = ratio_of_sizes(points, cloud)
-        other_unit = is_other_unit(ratio)
-        if lies_within(self._distance, points, mean_edge) and not other_unit:
+        found = find_alignment(self._mesh.faces, points, cloud)
+        self._distance = found.before
+        if found.lies_in_scan:
             return points
         told = (
-            f"the template does not lie in the first scan: it is {self._distance:.3g} mean edges "
-            f"({self._distance * mean_edge:.3g} in its unit) away"
+            f"the template does not lie in the first scan: it is {found.before:.3g} mean edges "
+            f"({found.before * found.mean_edge:.3g} in its unit) away"
         )
-        if other_unit:
+        if found.other_unit:
             told += (
-                f"; the scan is {ratio:.3g} times as large: state both units by --scan-unit and "
-                "--template-unit (in Python, scan_unit= and template_unit=)"
+                f"; the scan is {found.ratio:.3g} times as large: state both units by --scan-unit "
+                "and --template-unit (in Python, scan_unit= and template_unit=)"
             )
         doubt = self._scans.doubt()
         doubt = f"; {doubt}" if doubt else ""
-        if other_unit or self._align == "never":
+        if found.other_unit or self._align == "never":
             raise InputError(told + doubt, file=self._mesh.path)
-        found = align(points, self._mesh.faces, cloud, mean_edge)
-        if is_far(found.after, points, mean_edge):
+        if not found.matches:
             raise InputError(
                 f"{told}, and {found.after:.3g} mean edges after the best rigid motion; it must be "
                 f"the mesh of what was scanned, in the pose of the first scan{doubt}",
                 file=self._mesh.path,
             )
         self._alignment = found
-        return found.moved(points)
+        moved = points.astype(np.float64) @ found.rotation.T + found.shift
+        return moved.astype(points.dtype)
 
 
 def _has_points(scan: Scan) -> bool:

@@ -1,4 +1,4 @@
-"""Cases of dynmesh.Tracker."""
+"""Cases of dynmesh.Tracker and dynmesh.find_alignment."""
 
 from typing import Any
 
@@ -66,7 +66,39 @@ def _changed(matrix: Any, row: int, column: int, value: float) -> Any:
     return changed
 
 
+def _find(given: str, run: Any, error: type[Exception], *names: str) -> Case:
+    return _case("find_alignment", given, run, error, *names, start=False)
+
+
 cases = [
+    _find(
+        "`scan`: no point",
+        lambda w: dynmesh.find_alignment(w.faces, w.vertices, w.empty),
+        ValueError,
+        "scan:",
+        "no points",
+    ),
+    _find(
+        "`scan`: infinity in it",
+        lambda w: dynmesh.find_alignment(w.faces, w.vertices, w.with_value(np.inf)),
+        ValueError,
+        "scan: row 4",
+        "inf",
+    ),
+    _find(
+        "`scan`: shape (49, 2)",
+        lambda w: dynmesh.find_alignment(w.faces, w.vertices, w.points[:, :2]),
+        ValueError,
+        "scan:",
+        "(49, 2)",
+    ),
+    _find(
+        "`first_frame`: one row too few",
+        lambda w: dynmesh.find_alignment(w.faces, w.vertices[:48], w.points),
+        ValueError,
+        "faces: face 71",
+        "vertex 48",
+    ),
     _case(
         "Tracker",
         "`threads=0`",

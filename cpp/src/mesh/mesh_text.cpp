@@ -1,0 +1,85 @@
+#include "mesh/mesh_text.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <limits>
+#include <system_error>
+
+#include "support/parse_number.hpp"
+
+namespace dynmesh {
+namespace {
+
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+char lowercase(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
+
+/// Whether the whole word is a number.
+template <class Number>
+bool parse(std::string_view word, Number& value) {
+  const char* last = word.data() + word.size();
+  const auto [end, error] = parse_number(word.data(), last, value);
+  return error == std::errc() && end == last;
+}
+
+}  // namespace
+
+void refuse_line(std::string_view text, std::string_view place, const std::string& why) {
+  Lines lines(text.substr(0, static_cast<std::size_t>(place.data() - text.data())));
+  std::size_t number = 1;
+  while (lines.next()) number += lines.is_ended() ? 1 : 0;
+  throw MalformedFile("line " + std::to_string(number) + ": " + why);
+}
+
+std::string quoted(std::string_view word) {
+  std::string shown = "'";
+  for (const char c : word.substr(0, 60)) {
+    char escaped[8];
+    const bool is_printable = c >= ' ' && c <= '~';
+    (void)std::snprintf(escaped, sizeof escaped, is_printable ? "%c" : "\\x%02x",
+                        static_cast<unsigned char>(c));
+    shown += escaped;
+  }
+  return shown + (word.size() > 60 ? "...'" : "'");
+}
+
+bool Lines::next() {
+  if (begin_ == text_.size()) return false;
+  // Both are remembered, so that a text without one of them is searched only once.
+  const auto find = [&](char c, std::size_t& found) {
+    if (found < begin_ || begin_ == 0) found = std::min(text_.find(c, begin_), text_.size());
+  };
+  find('\n', next_newline_);
+  find('\r', next_return_);
+  const std::size_t end = std::min(next_newline_, next_return_);
+  line_ = text_.substr(begin_, end - begin_);
+  const bool ends_with_both = next_return_ + 1 == next_newline_;
+  begin_ = std::min(end + (ends_with_both ? 2 : 1), text_.size());
+  return true;
+}
+
+std::optional<double> number_in(std::string_view word) {
+  const bool has_sign = word.starts_with('-') || word.starts_with('+');
+  const std::string_view magnitude = word.substr(has_sign ? 1 : 0);
+  const auto is = [&](std::string_view name) {
+    return std::ranges::equal(magnitude, name, {}, lowercase);
+  };
+  double value = 0;
+  if (!magnitude.empty() && (is_digit(magnitude[0]) || magnitude[0] == '.')) {
+    if (!parse(magnitude, value)) return std::nullopt;
+  } else if (is("nan")) {
+    value = std::numeric_limits<double>::quiet_NaN();
+  } else if (is("inf") || is("infinity")) {
+    value = std::numeric_limits<double>::infinity();
+  } else {
+    return std::nullopt;
+  }
+  return word.starts_with('-') ? -value : value;
+}
+
+std::optional<std::size_t> count_in(std::string_view word) {
+  std::size_t count = 0;
+  return parse(word, count) ? std::optional(count) : std::nullopt;
+}
+
+}  // namespace dynmesh

@@ -1,0 +1,79 @@
+/// The text in mesh files: lines, words, numbers, and errors that name the line.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace dynmesh {
+
+/// Thrown if the content of a mesh file is invalid. The message has one line of ASCII. It begins
+/// with the line of the file, or names the element and the record of a binary file; it does not
+/// contain the path.
+class MalformedFile : public std::invalid_argument {
+ public:
+  using std::invalid_argument::invalid_argument;
+};
+
+/// Throws MalformedFile. `place` is a part of `text`, from whose position the line follows.
+[[noreturn]] void refuse_line(std::string_view text, std::string_view place,
+                              const std::string& why);
+
+/// Returns `word` in quotes, shortened if it is long, with escapes for all but printable ASCII.
+std::string quoted(std::string_view word);
+
+/// Iterates over the lines of a text. A line ends with "\n", "\r\n" or "\r".
+class Lines {
+ public:
+  explicit Lines(std::string_view text) : text_(text) {}
+
+  /// Moves to the next line. Returns false if there is none.
+  bool next();
+  /// Returns the line, without its end.
+  [[nodiscard]] std::string_view line() const { return line_; }
+  /// Whether the line ends before the text does.
+  [[nodiscard]] bool is_ended() const {
+    return line_.data() + line_.size() < text_.data() + text_.size();
+  }
+
+ private:
+  std::string_view text_;
+  std::string_view line_;
+  std::size_t begin_ = 0;         // of the next line
+  std::size_t next_newline_ = 0;  // "\n" and "\r" at or after begin_, once they have been found
+  std::size_t next_return_ = 0;
+};
+
+inline bool is_blank(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
+
+/// Iterates over the words of a line, which are separated by white space.
+class Words {
+ public:
+  explicit Words(std::string_view line) : at_(line.data()), end_(line.data() + line.size()) {}
+
+  /// Moves to the next word. Returns false if there is none.
+  bool next() {
+    while (at_ != end_ && is_blank(*at_)) ++at_;
+    const char* const begin = at_;
+    while (at_ != end_ && !is_blank(*at_)) ++at_;
+    word_ = {begin, static_cast<std::size_t>(at_ - begin)};
+    return !word_.empty();
+  }
+  [[nodiscard]] std::string_view word() const { return word_; }
+
+ private:
+  const char* at_;
+  const char* end_;
+  std::string_view word_;
+};
+
+/// Returns the value of a decimal number, "nan" or "inf", with or without a sign. Returns nothing
+/// if `word` is anything else or exceeds the range of double. Does not depend on the locale.
+std::optional<double> number_in(std::string_view word);
+
+/// Returns the value of a word of digits. Returns nothing if `word` is anything else or too large.
+std::optional<std::size_t> count_in(std::string_view word);
+
+}  // namespace dynmesh

@@ -1,0 +1,123 @@
+"""Intersections of the rays of a camera with triangles, exact but for rounding.
+
+Points are given as (x, y, z) such that their image is (x / z, y / z), and z is positive in front of
+the camera. A triangle that crosses the plane of the camera needs no clipping, as no point of it is
+projected: a ray is compared with the planes through the camera and the sides of the triangle.
+"""
+
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..sequence import Positions
+
+_Integers = NDArray[np.integer[Any]]
+_Floats = NDArray[np.float64]
+
+TOLERANCE = 1e-9
+"""Triangles are enlarged by this share of their size, so that no ray slips between two of them."""
+
+_PAIRS_AT_ONCE = 1 << 18
+"""The number of pairs of a triangle and a ray that are compared at a time. It bounds the memory;
+more pairs would not fit in the processor's cache."""
+
+
+class Hits(NamedTuple):
+    """Pairs of a triangle and a ray that meets it, at `volume` / `whole` times the ray.
+
+    Attributes:
+        pair: (n,) the numbers of these pairs among all that were compared.
+        volume: (n,) six times the volume between the triangle and the camera, positive.
+        whole: (n,) the sum of `shares`, positive.
+        shares: (3, n) the part of each corner in the point where they meet, times `whole`.
+    """
+
+    pair: _Integers
+    volume: _Floats
+    whole: _Floats
+    shares: _Floats
+
+
+class Triangles:
+    """The triangles that rays within an image can meet.
+
+    Attributes:
+        number: (t,) their numbers among all triangles.
+        low: (t, 2) lower corners of their bounding boxes in the image.
+        high: (t, 2) upper corners.
+    """
+
+    def __init__(self, corners: _Floats, least: Any, most: Any) -> None:
+        """Selects triangles.
+
+        Args:
+            corners: (3, m, 3): numpy is slow along short last axes. A triangle with a corner that
+                is not finite is left out, as is one that is seen edge-on.
+            least: the lower bounds of the image, two numbers or one for both.
+            most: its upper bounds.
+        """
+        normals = np.cross(np.roll(corners, -1, axis=0), np.roll(corners, -2, axis=0))
+        # a . (b x c): six times the volume between triangle and camera, 0 if it is seen edge-on.
+        volumes = np.einsum("tx,tx->t", corners[0], normals[0])
+        low, high = _bounding_boxes(corners)
+        # Comparisons are False for triangles with a corner that is not finite.
+        touches = (low <= most).all(axis=1) & (high >= least).all(axis=1)
+        self.number = np.flatnonzero(touches & (volumes != 0))
+        self.low, self.high = low[self.number], high[self.number]
+        self._volumes = np.abs(volumes[self.number])  # both sides are met
+        self._normals = normals[:, self.number] * np.sign(volumes[self.number])[:, None]
+
+    def meet(self, triangle: _Integers, ray: _Floats) -> Hits:
+        """Compares (n,) of these triangles with (n, 3) rays, pair by pair.
+
+        A ray p meets the triangle at p times volume / (u + v + w), where u, v, w are the volumes
+        that p spans with the sides: none is negative if it passes inside.
+        """
+        u, v, w = (np.einsum("px,px->p", normal[triangle], ray) for normal in self._normals)
+        whole = u + v + w
+        inside = (whole > 0) & (np.minimum(np.minimum(u, v), w) >= -TOLERANCE * whole)
+        pair = np.flatnonzero(inside)
+        shares = np.stack([u[pair], v[pair], w[pair]])
+        return Hits(pair, self._volumes[triangle[pair]], whole[pair], shares)
+
+
+def in_axes(points: Positions, origin: Any, axes: _Floats) -> _Floats:
+    """Returns (k, 3) positions in other axes, the columns of a matrix; NaN if one is not finite."""
+    finite = np.isfinite(points).all(axis=1, keepdims=True)
+    return np.asarray((np.where(finite, points, np.nan) - origin) @ axes)
+
+
+def ranges(starts: _Integers, lengths: _Integers) -> _Integers:
+    """Returns consecutive integers from each start, as many as its length, as one array."""
+    before = np.cumsum(lengths) - lengths
+    return np.asarray(np.repeat(starts - before, lengths) + np.arange(lengths.sum()))
+
+
+def rows_of(first: _Integers, last: _Integers) -> tuple[_Integers, _Integers]:
+    """Returns the rows from `first` to `last` of each box, as one array, preceded by its box."""
+    n_rows = last - first + 1
+    return np.repeat(np.arange(len(first)), n_rows), ranges(first, n_rows)
+
+
+def portions(lengths: _Integers) -> Iterator[slice]:
+    """Divides runs of these lengths into portions of about equally many pairs."""
+    ends = np.cumsum(lengths)
+    limits = np.searchsorted(ends, np.arange(0, int(lengths.sum()), _PAIRS_AT_ONCE))
+    for begin, end in pairwise([*limits, len(ends)]):
+        yield slice(begin, end)
+
+
+def _bounding_boxes(corners: _Floats) -> tuple[_Floats, _Floats]:
+    """Returns the image bounds, (t, 2) each, of the triangles with (3, t, 3) corners."""
+    depth = corners[:, :, 2]
+    image = corners[:, :, :2] / np.where(depth > 0, depth, 1)[:, :, None]
+    low, high = image.min(axis=0), image.max(axis=0)
+    # A triangle that crosses the plane of the camera has an unbounded image; one behind the camera
+    # has an empty one.
+    crosses = depth.min(axis=0) <= 0
+    low[crosses], high[crosses] = -np.inf, np.inf
+    low[depth.max(axis=0) <= 0] = np.inf
+    return low, high
