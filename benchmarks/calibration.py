@@ -2,100 +2,119 @@
 
     python -m benchmarks.calibration FOLDER [NAME ...] [--frames N] [--training] [--noise SHARE]
 
-FOLDER contains sequences in files NAME.npz. Vertices are known at random (10 % and 30 %), seen by a
-circling camera, or hidden by patches (30 %, each for ten frames). The table shows the shares of the
-filled-in vertices whose error is within the intervals of 50 % and of 90 %, the root mean square
-error over the root mean square standard error, and the rank correlation of error with standard
-error, generation and age, the mean over frames. With --training, the first half of each sequence
-is a training sequence for the second. With --noise, the known positions have noise of that share of
-the mean edge, which the completer is told.
+Vertices are known at random (10 % and 30 %), seen by a circling camera, or hidden by patches (30 %,
+each for ten frames). The table shows the shares of the filled-in vertices whose error is within the
+intervals of 50 % and of 90 %, the root mean square error over the root mean square standard error,
+and the rank correlation of error with standard error, generation and age, the mean over frames.
+With --training, the first half of each sequence is a training sequence for the second. With
+--noise, the known positions have noise of that share of the mean edge, which the completer is told.
 """
 
-import argparse
+from collections.abc import Iterable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
-from dynmesh import degrade
-from dynmesh.sequence import Mask
-from dynmesh.study.losses import random_masks, scenario_masks
-from dynmesh.study.reliability import reliability
-from dynmesh.study.subjects import Subject, from_file
-from dynmesh.study.tables import Line, markdown
-from dynmesh.study.training_study import halves
+from dynmesh import Completer, degrade
+from dynmesh.calibration import Calibrating, Calibration
+from dynmesh.degrade.shared import mean_edge_of
+from dynmesh.sequence import Mask, Positions
+from dynmesh.study.losses import losses
+from dynmesh.study.subjects import Subject
+from dynmesh.study.tables import ABSENT, Line
+
+from .harness import Table, parser, progress, sequences, show
+from .training_study import halves
 
 LIFETIME = 10
+HIDDEN = ("camera", "patches")
 
 
 def cases(subject: Subject) -> dict[str, list[Mask]]:
     """Return the known masks by the name of the case."""
-    patches = degrade.patch_known(
-        subject.faces, subject.n_frames, subject.n_vertices, 0.3, lifetime=LIFETIME
+    shape = (subject.n_frames, subject.n_vertices)
+    patches = degrade.patch_known(subject.faces, *shape, 0.3, lifetime=LIFETIME)
+    return losses(subject, (0.1, 0.3), ("camera",)) | {"patches": list(patches)}
+
+
+def measure(
+    subject: Subject, masks: Iterable[Mask], training: Positions | None, noise: float | None
+) -> Calibration | None:
+    """Complete the frames after frame 0, and compare; None if nothing was filled in.
+
+    Args:
+        subject: the sequence.
+        masks: (k,) bool for every frame, that of frame 0 included.
+        training: see :class:`dynmesh.Completer`.
+        noise: the standard deviation of the noise that is added to the known positions, of which
+            the completer is told; None adds none.
+    """
+    completer = Completer(
+        subject.faces,
+        subject.vertices[0],
+        method="detail",
+        uncertainty=True,
+        training=training,
+        noise=noise,
     )
-    return {
-        "10 %": list(random_masks(subject, 0.1)),
-        "30 %": list(random_masks(subject, 0.3)),
-        "camera": scenario_masks("camera", subject),
-        "patches": list(patches),
-    }
+    rng = np.random.default_rng(0)
+    calibrating = Calibrating()
+    for number, known in enumerate(masks):
+        if number == 0:
+            continue
+        points = subject.vertices[number]
+        seen = points if noise is None else points + noise * rng.normal(size=points.shape)
+        error = np.linalg.norm(completer.push(seen.astype(points.dtype), known) - points, axis=1)
+        bars, generation = completer.standard_error, completer.generation
+        filled = (generation > 0) & np.isfinite(bars)
+        calibrating.add(error, bars, filled=filled, generation=generation, age=completer.age)
+    return calibrating.result()
 
 
-def mean_edge(subject: Subject) -> float:
-    """Return the mean edge length of frame 0."""
-    corners = subject.vertices[0][subject.faces]
-    return float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean())
+def values(found: Calibration) -> list[float]:
+    """Return the numbers of a row; NaN is what could not be measured."""
+    ranks = found.rank_correlation, found.generation_correlation, found.age_correlation
+    known = [np.nan if rank is None else rank for rank in ranks]
+    return [found.coverage_50, found.coverage_90, found.rms_ratio, *known]
+
+
+def cell(value: float) -> str:
+    """Return a number of a row as it is shown."""
+    return ABSENT if np.isnan(value) else f"{value:.2f}"
 
 
 def main() -> None:
     """Measure, and print the table."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("names", nargs="*", help="the sequences; the default is all of them")
-    parser.add_argument("--frames", type=int, default=100, help="at most this many, default 100")
-    parser.add_argument("--training", action="store_true", help="train the first half")
-    parser.add_argument("--noise", type=float, help="in mean edges of frame 0")
-    arguments = parser.parse_args()
-    names = arguments.names or sorted(path.stem for path in arguments.folder.glob("*.npz"))
+    made = parser(__doc__)
+    made.add_argument("--frames", type=int, default=100, help="at most this many, default 100")
+    made.add_argument("--training", action="store_true", help="train the first half")
+    made.add_argument("--noise", type=float, help="in mean edges of frame 0")
+    arguments = made.parse_args()
+    rows: list[tuple[str, str, list[float]]] = []
+    for sequence in sequences(arguments):
+        parts = halves(sequence) if arguments.training else (None, sequence)
+        if parts is None:
+            made.error(f"{sequence.name} has too few frames to train one half of them")
+        training, subject = parts
+        subject = replace(subject, vertices=subject.vertices[: arguments.frames])
+        noise = arguments.noise and arguments.noise * mean_edge_of(
+            subject.vertices[0], subject.faces
+        )
+        for case, masks in progress(cases(subject).items(), subject.name):
+            found = measure(subject, masks, training, noise)
+            if found is not None:
+                rows.append((subject.name, case, values(found)))
+    for title, chosen in {
+        "mean": {case for _, case, _ in rows},
+        "mean, hidden regions": set(HIDDEN),
+    }.items():
+        of_cases = [numbers for _, case, numbers in rows if case in chosen]
+        rows.append((title, "", list(np.nanmean(of_cases, axis=0))))
     lines: list[Line] = [
         ("sequence", "known", "in 50 %", "in 90 %", "rms ratio", "rank: bars", "generation", "age"),
+        *((name, case, *map(cell, numbers)) for name, case, numbers in rows),
     ]
-    rows: list[tuple[str, list[float]]] = []
-    for name in names:
-        subject, training_frames = from_file(arguments.folder / f"{name}.npz"), None
-        if arguments.training:
-            if (parts := halves(subject)) is None:
-                parser.error(f"{name} has too few frames to train one half of them")
-            training_frames, subject = parts
-        subject = replace(subject, vertices=subject.vertices[: arguments.frames])
-        noise = arguments.noise and arguments.noise * mean_edge(subject)
-        for case, masks in cases(subject).items():
-            measured = reliability(subject, masks, training=training_frames, noise=noise)
-            if measured is None:
-                continue
-            found = measured.calibration
-            values = [
-                found.coverage_50,
-                found.coverage_90,
-                found.rms_ratio,
-                *(
-                    np.nan if value is None else value
-                    for value in (
-                        found.rank_correlation,
-                        found.generation_correlation,
-                        found.age_correlation,
-                    )
-                ),
-            ]
-            rows.append((case, values))
-            lines.append((name, case, *(f"{value:.2f}" for value in values)))
-    for title, chosen in {
-        "mean": ("10 %", "30 %", "camera", "patches"),
-        "mean, hidden regions": ("camera", "patches"),
-    }.items():
-        means = np.nanmean([values for case, values in rows if case in chosen], axis=0)
-        lines.append((title, "", *(f"{value:.2f}" for value in means)))
-    print(markdown(lines))
+    show(arguments, Table("calibration", lines))
 
 
 if __name__ == "__main__":

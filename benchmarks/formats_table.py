@@ -1,46 +1,26 @@
-"""Measures the time to write and to read the same sequence in every file format.
+"""Prints the time to write and to read the same sequence in every file format, as a table.
 
     python -m benchmarks.formats_table [--frames 100] [--repeats 3]
 
 The sequence is the built-in walker (10 002 vertices) in single precision with 30 % of its vertices
-known. The table in Markdown shows the median times to write and to read all frames, the size of the
-files, and what was read back. The first row is a lower bound: NumPy saves and loads the same bytes
-without compression. All files stay in the file cache of the system.
+known. The table shows the median times to write and to read all frames, the size of the files, and
+what was read back. The first row is a lower bound: NumPy saves and loads the same bytes without
+compression. All files stay in the file cache of the system.
 """
 
-import argparse
-import shutil
 import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 import dynmesh
 from dynmesh import files
-from dynmesh.study.tables import Line, markdown, median
+from dynmesh.study.tables import Line, median
 
-
-def main() -> None:
-    """Measure, and print the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--frames", type=int, default=100)
-    parser.add_argument("--repeats", type=int, default=3)
-    arguments = parser.parse_args()
-    sequence = partial_walker(arguments.frames)
-    print(f"{arguments.frames} frames of {sequence.vertices.shape[1]} vertices\n")
-    lines: list[Line] = [
-        ("format", "write, s", "read, s", "MB", "ms a frame, both", "what came back")
-    ]
-    with tempfile.TemporaryDirectory() as folder:
-        plain = plain_copy(Path(folder), sequence, arguments.repeats)
-        lines.append(row(*plain, arguments.frames))
-        for name, format in files.formats.items():
-            if format.writer is not None:
-                result = round_trip(Path(folder), name, sequence, arguments.repeats)
-                lines.append(row(name, *result, arguments.frames))
-    print(markdown(lines))
+from .harness import Table, parser, progress, show
 
 
 def partial_walker(n_frames: int) -> dynmesh.Sequence:
@@ -52,45 +32,16 @@ def partial_walker(n_frames: int) -> dynmesh.Sequence:
     return dynmesh.Sequence(vertices, walker.faces, known, fps=walker.fps, up_axis=walker.up_axis)
 
 
-def row(name: str, write: float, read: float, size: int, verdict: str, n_frames: int) -> Line:
-    """Return a line of the table."""
-    each = 1e3 * (write + read) / n_frames
-    return name, f"{write:.2f}", f"{read:.2f}", f"{size / 1e6:.1f}", f"{each:.2f}", verdict
-
-
-def plain_copy(
-    folder: Path, sequence: dynmesh.Sequence, repeats: int
-) -> tuple[str, float, float, int, str]:
-    """Measure NumPy alone with the same bytes."""
-    path = folder / "plain.npz"
-    names = ("vertices", "faces", "known")
-    write = median_seconds(lambda: save(path, sequence), repeats)
-    read = median_seconds(lambda: [np.load(path)[name] for name in names], repeats)
-    size = path.stat().st_size
-    path.unlink()
-    return "*numpy.savez, load*", write, read, size, ""
-
-
 def save(path: Path, sequence: dynmesh.Sequence) -> None:
     """Save all arrays of a sequence by NumPy."""
-    known = np.asarray(sequence.known)
-    np.savez(path, vertices=sequence.vertices, faces=sequence.faces, known=known)
+    np.savez(path, sequence.vertices, sequence.faces, np.asarray(sequence.known))
 
 
-def round_trip(
-    folder: Path, name: str, sequence: dynmesh.Sequence, repeats: int
-) -> tuple[float, float, int, str]:
-    """Write and read the sequence in one format."""
-    home = folder / name
-    home.mkdir()
-    suffix = files.formats[name].suffixes[0]
-    path = home / (f"frame_%04d{suffix}" if name in ("ply", "obj") else f"walker{suffix}")
-    write = median_seconds(lambda: dynmesh.write(path, sequence), repeats)
-    read = median_seconds(lambda: read_through(path), repeats)
-    size = sum(file.stat().st_size for file in home.rglob("*") if file.is_file())
-    verdict = compare(dynmesh.read(path), sequence)
-    shutil.rmtree(home)
-    return write, read, size, verdict
+def load(path: Path) -> None:
+    """Load what `save` saved."""
+    with np.load(path) as arrays:
+        for name in arrays:
+            arrays[name]
 
 
 def read_through(path: Path) -> None:
@@ -123,6 +74,39 @@ def median_seconds(action: Callable[[], object], repeats: int) -> float:
         action()
         seconds.append(time.perf_counter() - began)
     return median(seconds)
+
+
+def main() -> None:
+    """Measure, and print the table."""
+    made = parser(__doc__, folder=False)
+    made.add_argument("--frames", type=int, default=100)
+    made.add_argument("--repeats", type=int, default=3)
+    arguments = made.parse_args()
+    sequence = partial_walker(arguments.frames)
+    lines: list[Line] = [
+        ("format", "write, s", "read, s", "MB", "ms a frame, both", "what came back")
+    ]
+    written = [name for name, format in files.formats.items() if format.writer is not None]
+    for name in progress(("*numpy.savez, load*", *written), "measuring"):
+        with tempfile.TemporaryDirectory() as temporary:
+            folder = Path(temporary)
+            write: Callable[[Path, dynmesh.Sequence], None] = save
+            read: Callable[[Path], None] = load
+            path = folder / "plain.npz"
+            if name in written:
+                suffix = files.formats[name].suffixes[0]
+                numbered = "frame_%04d" if name in ("ply", "obj") else "walker"
+                write, read, path = dynmesh.write, read_through, folder / f"{numbered}{suffix}"
+            times = (
+                median_seconds(partial(write, path, sequence), arguments.repeats),
+                median_seconds(partial(read, path), arguments.repeats),
+            )
+            verdict = compare(dynmesh.read(path), sequence) if name in written else ""
+            size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
+        each = 1e3 * sum(times) / arguments.frames
+        shown = [f"{seconds:.2f}" for seconds in times]
+        lines.append((name, *shown, f"{size / 1e6:.1f}", f"{each:.2f}", verdict))
+    show(arguments, Table("format-speed", lines))
 
 
 if __name__ == "__main__":

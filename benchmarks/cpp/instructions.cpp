@@ -3,7 +3,7 @@
 ///
 ///     dynmesh-instructions MASK
 ///
-/// `benchmarks/instructions.py` runs it.
+/// `benchmarks/speed/instructions.py` runs it.
 #include <array>
 #include <cstddef>
 #include <cstdint>

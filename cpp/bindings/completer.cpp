@@ -53,11 +53,6 @@ class AnyCompleter : public AnyStream<Completer, Settings> {
   }
 };
 
-/// The words are made in Python, by a module that is only imported if a completer is shown.
-py::object in_words(const char* function, const py::object& completer) {
-  return py::module_::import("dynmesh.draw.notebook").attr(function)(completer);
-}
-
 }  // namespace
 
 void bind_completer(py::module_& module) {
@@ -105,11 +100,7 @@ void bind_completer(py::module_& module) {
       .def("push", &AnyCompleter::push, py::arg("points"), py::arg("known") = py::none(),
            py::kw_only(), py::arg("out") = py::none(), push_doc)
       .def("push_sparse", &AnyCompleter::push_sparse, py::arg("indices"), py::arg("points"),
-           py::kw_only(), py::arg("out") = py::none(), push_sparse_doc)
-      .def("__repr__", [](const py::object& self) { return in_words("completer_line", self); })
-      .def(
-          "_repr_html_", [](const py::object& self) { return in_words("completer_shown", self); },
-          "_repr_html_(self)\n--\n\nShow the completer in a notebook.");
+           py::kw_only(), py::arg("out") = py::none(), push_sparse_doc);
 }
 
 }  // namespace dynmesh

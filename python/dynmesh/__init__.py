@@ -17,7 +17,7 @@ The method of the completer is that of Arvanitis, Lalos, Moustakas and Fakotakis
 Effective Dynamic Mesh Completion" (WSCG 2017).
 """
 
-from . import baselines, degrade, metrics, synth
+from . import baselines, degrade, draw, metrics, synth
 from ._core import (
     Alignment,
     Completer,
@@ -32,7 +32,11 @@ from ._core import (
 )
 from ._errors import DynmeshError
 from .diagnosis import Diagnosis, Finding, diagnose
-from .files import Frame, Header, Reader, Writer, create, create_like, open, read, write
+from .draw import notebook as _notebook
+from .files import Writer, create, create_like, open, read, write
+from .frames.frame import Frame
+from .frames.header import Header
+from .frames.reader import Reader
 from .jobs import batch
 from .jobs.file_completion import complete_file
 from .jobs.report import FileReport
@@ -77,6 +81,7 @@ __all__ = [
     "create_like",
     "degrade",
     "diagnose",
+    "draw",
     "find_alignment",
     "laplacian",
     "metrics",
@@ -86,3 +91,5 @@ __all__ = [
     "track_file",
     "write",
 ]
+
+_notebook.show_objects()

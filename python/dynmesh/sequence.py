@@ -1,8 +1,8 @@
 """A dynamic mesh held in memory."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args, overload
+from dataclasses import dataclass, fields, replace
+from typing import Any, Literal, TypeAlias, get_args, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +17,8 @@ from ._checks import (
     frame_index,
 )
 from ._errors import InputError, KindError
+from .frames.attributes import ATTRIBUTES, VertexAttributes, check_needed
 from .polygons import Polygons, check_polygons
-
-if TYPE_CHECKING:
-    import pyvista
 
 Positions: TypeAlias = NDArray[np.floating[Any]]
 """float32 or float64, x, y, z on the last axis, in any unit of length."""
@@ -28,23 +26,10 @@ Positions: TypeAlias = NDArray[np.floating[Any]]
 Mask: TypeAlias = NDArray[np.bool_]
 """True where a position was observed in its frame."""
 
-Provenance: TypeAlias = NDArray[np.integer[Any]]
-"""The generation or the age of vertices, as :class:`dynmesh.Completer` reports them."""
-
-StandardError = NDArray[np.floating[Any]]
-"""How far each vertex may be off; see :data:`StandardErrorOf`."""
-
 StandardErrorOf: TypeAlias = Literal["position", "surface"]
 """What standard errors are of: a coordinate of the position of a vertex, as
 :class:`dynmesh.Completer` reports them, or its distance from the true surface, as
 :class:`dynmesh.Tracker` does, which says nothing of how far it is off along the surface."""
-
-PROVENANCE = {
-    "generation": np.dtype(np.int32),
-    "age": np.dtype(np.int32),
-    "standard_error": np.dtype(np.float32),
-}
-"""What files may hold of the origin of each position, and its dtype."""
 
 largest_start = 2**53
 """float64 cannot represent all larger whole numbers."""
@@ -116,7 +101,7 @@ class Description:
 
 
 @dataclass(frozen=True, eq=False)
-class Sequence(Description):
+class Sequence(Description, VertexAttributes):
     """Frames of one fixed connectivity.
 
     ``len(sequence)`` is the number of frames n, and iteration yields the positions of one frame
@@ -128,6 +113,7 @@ class Sequence(Description):
 
     In a notebook, a sequence shows itself: as a player that needs no network if the extra `view` is
     installed, with a simplified mesh and fewer frames if it is large, and as a table.
+    :func:`dynmesh.draw.plot` draws one frame.
 
     Attributes:
         vertices: (n, k, 3) float32 or float64. Values are arbitrary where ``known`` is False.
@@ -156,30 +142,21 @@ class Sequence(Description):
     vertices: Positions
     faces: NDArray[np.integer[Any]]
     known: Mask | None = None
-    generation: Provenance | None = field(default=None, kw_only=True)
-    age: Provenance | None = field(default=None, kw_only=True)
-    standard_error: StandardError | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         """Raises an error unless the arrays are consistent."""
-        for name in ("vertices", "faces", "known", "times", *PROVENANCE):
-            value = getattr(self, name)
-            optional = name not in ("vertices", "faces")
-            if value is not None or not optional:
-                check_array(name, value)
+        arrays = {"vertices": self.vertices, "faces": self.faces, **self.attributes()}
+        if self.times is not None:
+            arrays["times"] = self.times
+        for name, array in arrays.items():
+            check_array(name, array)
         check_vertices(self.vertices.dtype, self.vertices.shape)
         check_faces(self.faces.dtype, self.faces.shape)
         check_corners(self.faces, self.vertices.shape[1])
         frames = self.vertices.shape[:2]
-        if self.known is not None:
-            check_known(self.known.dtype, self.known.shape, frames)
-        if (self.generation is None) != (self.age is None):
-            raise ValueError("generation, age: must be given both or neither")
-        if self.standard_error is not None and self.age is None:
-            raise ValueError("standard_error: requires generation and age")
-        for name in PROVENANCE:
-            if (values := getattr(self, name)) is not None:
-                check_provenance(name, values.dtype, values.shape, frames)
+        check_needed(self.attributes())
+        for name, values in self.attributes().items():
+            ATTRIBUTES[name].check(values.dtype, values.shape, frames)
         self._check_description(len(self.vertices))
 
     def __repr__(self) -> str:
@@ -212,72 +189,11 @@ class Sequence(Description):
             check_integer("step", frames.step, 1)
         first, _, step = frames.indices(len(self))
         numbers = numbers_of(self, len(self))[frames]
-        cut = {
-            name: values[frames]
-            for name in ("vertices", "known", *PROVENANCE)
-            if (values := getattr(self, name)) is not None
-        }
+        cut: dict[str, Any] = {name: values[frames] for name, values in self.attributes().items()}
+        cut["vertices"] = self.vertices[frames]
         consecutive = self.times is None and step == 1
         start = float(numbers[0]) if len(numbers) else self.start + first
         return replace(self, **cut, start=start, times=None if consecutive else numbers)
-
-    def plot(
-        self,
-        frame: int | np.integer[Any] = 0,
-        *,
-        colour: Literal["error", "generation", "age", "standard_error", "known", "plain"]
-        | None = None,
-        reference: "Sequence | None" = None,
-        up: Literal["x", "y", "z"] | None = None,
-        azimuth: float = 60.0,
-        off_screen: bool | None = None,
-    ) -> "pyvista.Plotter":
-        """Draws one frame with PyVista, which the extra `view` installs.
-
-        Triangles with a missing vertex are left out; remaining vertices without a triangle become
-        dots.
-
-        Args:
-            frame: the number of the frame; negative numbers count from the end.
-            colour: what the colour of a vertex shows. None chooses the error if there is a
-                reference, otherwise the generation or the known mask if the sequence has them,
-                otherwise nothing.
-            reference: the true sequence, for errors, with the same faces and number of frames.
-            up: the up axis; None means `up_axis`, of the sequence or the reference, or if that is
-                unknown, z for a flat sheet and otherwise y.
-            azimuth: the viewing angle around the up axis, in degrees.
-            off_screen: True to draw without a window; None leaves the choice to PyVista, which
-                opens none in a notebook.
-
-        Returns:
-            A plotter to which you can add more. Its method ``show`` opens a window, or shows the
-            picture in a notebook; ``screenshot`` writes or returns the picture if `off_screen` is
-            True.
-
-        Raises:
-            ImportError: pyvista is not installed.
-            IndexError: there is no such frame.
-            TypeError, ValueError: the sequence does not hold what `colour` requires, does not match
-                the reference, no vertex of the frame is known, or an argument is not valid.
-        """
-        from .draw.plot import plot
-
-        plotter: pyvista.Plotter = plot(
-            self,
-            frame_index(frame, len(self)),
-            colour=colour,
-            reference=reference,
-            up=up,
-            azimuth=azimuth,
-            off_screen=off_screen,
-        )
-        return plotter
-
-    def _repr_html_(self) -> str:
-        """Shows the sequence in a notebook."""
-        from .draw.notebook import sequence_shown
-
-        return sequence_shown(self)
 
 
 def numbers_of(description: Description, n_frames: int) -> NDArray[np.float64]:
@@ -324,30 +240,3 @@ def check_corners(faces: NDArray[np.integer[Any]], n_vertices: int) -> None:
         f"but the mesh has {n_vertices} vertices, counted from 0",
         argument="faces",
     )
-
-
-def check_known(dtype: np.dtype[Any], shape: tuple[int, ...], expected: tuple[int, ...]) -> None:
-    """Raises an error unless this describes known masks of (n, k) = ``expected`` vertices."""
-    if dtype.kind != "b":
-        raise KindError(
-            f"must be bool, not {dtype}; if it holds a flag for each vertex, "
-            "convert it with .astype(bool)",
-            argument="known",
-        )
-    if shape != expected:
-        raise InputError(
-            f"must have shape {expected} to match vertices, not {shape}", argument="known"
-        )
-
-
-def check_provenance(
-    name: str, dtype: np.dtype[Any], shape: tuple[int, ...], expected: tuple[int, ...]
-) -> None:
-    """Raises an error unless this is provenance of that name of (n, k) = ``expected`` vertices."""
-    kinds, words = ("f", "floats") if name == "standard_error" else ("iu", "integers")
-    if dtype.kind not in kinds:
-        raise KindError(f"must be {words}, not {dtype}", argument=name)
-    if shape != expected:
-        raise InputError(
-            f"must have shape {expected} to match vertices, not {shape}", argument=name
-        )

@@ -1,8 +1,8 @@
 """The settings of a completer: one table from which every interface of the package is made."""
 
 import inspect
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import MISSING, dataclass
 from typing import Any, Literal, TypeVar, cast
 
 from ._core import setting_table
@@ -68,6 +68,16 @@ def all_settings(given: Settings) -> Settings:
 
 def takes_settings(function: Function) -> Function:
     """Shows the settings of a function with ``**settings`` as keywords, with their defaults."""
+    return with_keywords(function, default_settings, Settings.__annotations__)
+
+
+def with_keywords(
+    function: Function, defaults: Mapping[str, Any], types: Mapping[str, Any]
+) -> Function:
+    """Shows keywords in the place of the last parameter of a function, which takes the rest.
+
+    A keyword with the default `dataclasses.MISSING` must be given.
+    """
     signature = inspect.signature(function)
     *others, rest = signature.parameters.values()
     assert rest.kind == rest.VAR_KEYWORD
@@ -75,10 +85,10 @@ def takes_settings(function: Function) -> Function:
         inspect.Parameter(
             name,
             inspect.Parameter.KEYWORD_ONLY,
-            default=value,
-            annotation=Settings.__annotations__[name],
+            default=inspect.Parameter.empty if default is MISSING else default,
+            annotation=types[name],
         )
-        for name, value in default_settings.items()
+        for name, default in defaults.items()
     ]
     vars(function)["__signature__"] = signature.replace(parameters=[*others, *keywords])
     return function

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from ._core import Completer
 from ._errors import InputError, KindError, locating
-from .sequence import Mask, Positions, check_known
+from .frames.attributes import ATTRIBUTES
+from .sequence import Mask, Positions
 from .settings import Settings, all_settings, takes_settings
 
 
@@ -70,7 +71,7 @@ def _begin(
     completer = Completer(faces, points, training=training, **all_settings(settings))
     if known is not None:
         mask = np.asarray(known)
-        check_known(mask.dtype, mask.shape, (completer.n_vertices,))
+        ATTRIBUTES["known"].check(mask.dtype, mask.shape, (completer.n_vertices,))
     return completer
 
 

@@ -84,68 +84,6 @@ TEST_CASE_TEMPLATE("anchors are returned unchanged for every memory layout", Rea
   }
 }
 
-TEST_CASE("age counts the frames since a vertex was observed; skip observes none") {
-  const auto mesh = sheet<double>(4);
-  Completer<double> completer(mesh.faces(), mesh.points());
-  std::vector<double> out(mesh.vertices.size());
-  const Points<double> completed(out.data(), mesh.size());
-  CHECK(completer.report().known == mesh.size());
-  completer.skip(completed);
-  CHECK(out == mesh.vertices);
-  CHECK(completer.report().disconnected == mesh.size());
-  CHECK(completer.generation()[3] == -1);
-  const auto known = mask(mesh.size(), {3});
-  completer.push(mesh.points(), {known.data(), known.size()}, completed);
-  CHECK(completer.age()[3] == 0);
-  CHECK(completer.age()[4] == 2);
-}
-
-TEST_CASE("completed frames are counted since construction or reset") {
-  const auto mesh = sheet<double>(4);
-  Completer<double> completer(mesh.faces(), mesh.points());
-  CHECK(completer.n_edges() == 33);  // of 9 squares: 24 sides and 9 diagonals
-  std::vector<double> out(mesh.vertices.size());
-  const Points<double> completed(out.data(), mesh.size());
-  const auto wrong = mask(mesh.size() - 1, {3});
-  for (std::size_t frame = 0; frame < 3; ++frame) {
-    CHECK(completer.n_frames() == frame);
-    CHECK_THROWS(completer.push(mesh.points(), {wrong.data(), wrong.size()}, completed));
-    completer.push(mesh.points(), completed);
-  }
-  completer.skip(completed);
-  CHECK(completer.n_frames() == 4);
-  Completer<double> restored(mesh.faces(), mesh.points());
-  restored.restore(completer.state());
-  CHECK(restored.n_frames() == 4);
-  completer.reset(mesh.points());
-  CHECK(completer.n_frames() == 0);
-}
-
-TEST_CASE("a restored completer gives identical results") {
-  const auto mesh = join(sheet<double>(6), sheet<double>(3, 9.0));
-  const std::size_t k = mesh.size();
-  const auto push = [&](Completer<double>& completer, int frame) {
-    const auto moved = turned(mesh.vertices, 0.05 * frame);
-    const auto known = random_mask(k, 0.3, static_cast<unsigned>(frame));
-    std::vector<double> out(3 * k);
-    completer.push({moved.data(), k}, {known.data(), k}, {out.data(), k});
-    return out;
-  };
-  Completer<double> original(mesh.faces(), mesh.points());
-  const auto other_start = turned(mesh.vertices, 2.0);
-  original.reset({other_start.data(), k});
-  for (int frame = 1; frame < 4; ++frame) push(original, frame);
-  const auto state = original.state();
-
-  Completer<double> restored(mesh.faces(), mesh.points());
-  restored.restore(state);
-  CHECK(std::ranges::equal(restored.age(), original.age()));
-  CHECK(std::ranges::equal(restored.generation(), original.generation()));
-  CHECK(restored.report().filled == original.report().filled);
-  CHECK(restored.state() == state);
-  for (int frame = 4; frame < 8; ++frame) CHECK(push(restored, frame) == push(original, frame));
-}
-
 TEST_CASE_TEMPLATE("equal runs have equal states of the size that state_size returns", Real, float,
                    double) {
   const auto mesh = join(sheet<Real>(6), sheet<Real>(3, 9.0));
@@ -369,30 +307,6 @@ TEST_CASE("a completer can be moved") {
   for (int i = 0; i < 5; ++i) completers.emplace_back(mesh.faces(), mesh.points());
   Completer<double> last = std::move(completers[0]);
   CHECK(push(last) == push(completers[1]));
-}
-
-TEST_CASE("bad input is reported and changes nothing") {
-  const auto mesh = sheet<double>(4);
-  const std::size_t k = mesh.size();
-  auto known = random_mask(k, 0.5, 1);
-  known[7] = 0;
-  const auto moved = turned(mesh.vertices, 0.3);
-  auto holed = moved;
-  holed[3 * 7 + 1] = nan;
-  std::vector<double> expected(3 * k);
-  std::vector<double> completed(3 * k);
-  Completer<double> first(mesh.faces(), mesh.points());
-  Completer<double> second(mesh.faces(), mesh.points());
-  first.push({moved.data(), k}, {known.data(), k}, {expected.data(), k});
-  second.push({holed.data(), k}, {known.data(), k}, {completed.data(), k});
-  CHECK(completed == expected);
-}
-
-TEST_CASE("a method is found by its name") {
-  CHECK(method_from_name("motion") == Method::motion);
-  CHECK(method_from_name("detail") == Method::detail);
-  CHECK(disconnected_rule_from_name("hold") == DisconnectedRule::hold);
-  CHECK(disconnected_rule_from_name("follow") == DisconnectedRule::follow);
 }
 
 TEST_CASE("very small and very large meshes are completed in the same way") {

@@ -141,17 +141,14 @@ TEST_CASE("the result does not depend on the number of threads") {
   SUBCASE("noisy") { noise = 0.01; }
   Settings settings = {.method = Method::detail, .noise = noise, .reject_outliers = true};
   Completer<double> one(mesh.faces(), mesh.points(), settings);
-  for (const Index threads : {2, 3}) {
-    settings.threads = threads;
-    Completer<double> many(mesh.faces(), mesh.points(), settings);
-    one.reset(mesh.points());
-    for (unsigned n = 1; n < 4; ++n) {
-      const auto frame = turned(mesh.vertices, 0.1 * n);
-      const auto known = random_mask(mesh.size(), 0.3, n);
-      std::vector<double> completed;
-      CHECK(shared_pieces([&] { completed = push(many, frame, known); }) > 0);
-      CHECK(completed == push(one, frame, known));
-    }
+  settings.threads = 3;
+  Completer<double> many(mesh.faces(), mesh.points(), settings);
+  for (unsigned n = 1; n < 4; ++n) {
+    const auto frame = turned(mesh.vertices, 0.1 * n);
+    const auto known = random_mask(mesh.size(), 0.3, n);
+    std::vector<double> completed;
+    CHECK(shared_pieces([&] { completed = push(many, frame, known); }) > 0);
+    CHECK(completed == push(one, frame, known));
   }
 }
 

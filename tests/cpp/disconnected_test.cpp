@@ -24,25 +24,6 @@ std::vector<double> complete(const Mesh<double>& mesh, const std::vector<double>
   return completed;
 }
 
-TEST_CASE("a component without anchors follows the rigid motion of the nearest surface") {
-  const auto mesh = three_parts();
-  const auto moved = translated(turned(mesh.vertices, 0.7), 3.0, -1.0, 2.0);
-  auto known = std::vector<std::uint8_t>(mesh.size(), 0);
-  std::fill_n(known.begin(), 25, std::uint8_t{1});
-  const auto completed = complete(mesh, moved, known, DisconnectedRule::follow);
-  CHECK(largest_difference(completed, moved) < 1e-12);
-}
-
-TEST_CASE("with hold, a component without anchors keeps its position") {
-  const auto mesh = three_parts();
-  const auto moved = turned(mesh.vertices, 0.7);
-  auto known = std::vector<std::uint8_t>(mesh.size(), 0);
-  std::fill_n(known.begin(), 25, std::uint8_t{1});
-  const auto completed = complete(mesh, moved, known, DisconnectedRule::hold);
-  for (std::size_t i = 0; i < 75; ++i) CHECK(completed[i] == moved[i]);
-  for (std::size_t i = 75; i < completed.size(); ++i) CHECK(completed[i] == mesh.vertices[i]);
-}
-
 TEST_CASE("with fewer than four donors, a component follows all anchors") {
   const auto mesh = three_parts();
   // Only four vertices of the large sheet are observed. Its vertices may be donors, but the
@@ -130,12 +111,6 @@ TEST_CASE("a mirrored neighbour does not mirror the component that follows it") 
     return sum;
   };
   CHECK(volume(completed) == doctest::Approx(volume(mesh.vertices)));
-}
-
-TEST_CASE("if no vertex is known, none moves") {
-  const auto mesh = three_parts();
-  const std::vector<std::uint8_t> known(mesh.size(), 0);
-  CHECK(complete(mesh, mesh.vertices, known, DisconnectedRule::follow) == mesh.vertices);
 }
 
 }  // namespace

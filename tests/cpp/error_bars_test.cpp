@@ -113,6 +113,8 @@ TEST_CASE("forged standard errors in a state are refused, or harmless") {
     CHECK(message_of([&] { completer.restore(with(place, nan)); }) ==
           "state: does not contain a valid memory of this method");
     CHECK(completer.state() == state);
+    // All numbers of a row and all after the rows, with those of some vertices.
+    if (place % 7 != 0 && place < row * k) continue;
     for (const double value : {0.0, -1.0, 1.0, 1e-300, 1e49, 1e300, infinite}) {
       try {
         completer.restore(with(place, value));

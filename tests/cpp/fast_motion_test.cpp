@@ -81,7 +81,7 @@ void check_against_plain(Real tolerance, std::size_t k, Index extra_iterations, 
 
 TEST_CASE("the fast implementation agrees with the readable one, for every kind of processor") {
   unsigned seed = 0;
-  for (const std::size_t k : {1, 2, 5, 30, 300, 5000}) {
+  for (const std::size_t k : {1, 2, 5, 30, 300, 1000}) {
     for (const double share : {0.0, 0.01, 0.1, 0.5, 0.9, 1.0}) {
       for (const Index extra : {0, 1, 7}) {
         CAPTURE(k);

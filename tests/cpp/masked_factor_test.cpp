@@ -190,10 +190,10 @@ TEST_CASE("the same with every order, and with threads") {
 
 TEST_CASE("the solution is the same with any number of threads, to the last bit") {
   // Large enough that threads share the subtrees, the steps above them, and the solves.
-  const Matrix matrix = smooth_matrix(torus(64));
+  const Matrix matrix = smooth_matrix(torus(40));
   for (const Ordering ordering : {Ordering::minimum_degree, Ordering::nested_dissection}) {
     std::vector<std::vector<Vector3<double>>> expected;
-    for (const Index threads : {1, 2, 3, 4, -1}) {
+    for (const Index threads : {1, 2, 3, -1}) {
       TaskSharing task_sharing = in_small_pieces();
       task_sharing.backwards = threads < 0;  // one thread that does everything in another order
       Workers workers(std::abs(threads), task_sharing);

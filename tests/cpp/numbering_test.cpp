@@ -73,7 +73,7 @@ TEST_CASE("results do not depend on the order of vertices and the number of thre
   const Renumbered shuffled(mesh, shuffled_numbers());
   Completer<float> natural(mesh.faces(), view(mesh.vertices));
   std::vector<Completer<float>> others;
-  for (const Index threads : {1, 2, 3}) {
+  for (const Index threads : {1, 3}) {
     others.emplace_back(faces_of(shuffled.indices), view(shuffled.vertices),
                         Settings{.threads = threads});
   }
@@ -82,7 +82,7 @@ TEST_CASE("results do not depend on the order of vertices and the number of thre
   std::bernoulli_distribution is_known(0.1);
   std::normal_distribution<float> step(0, 0.1F);
   std::vector<float> expected(3 * k);
-  for (int frame = 0; frame < 6; ++frame) {
+  for (int frame = 0; frame < 3; ++frame) {
     std::vector<float> points = mesh.vertices;
     for (float& x : points) x += static_cast<float>(frame) + step(random);
     std::vector<std::uint8_t> known(k);

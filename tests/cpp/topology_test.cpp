@@ -40,25 +40,6 @@ std::set<std::pair<Index, Index>> edges_of(const std::vector<Index>& faces) {
   return edges;
 }
 
-TEST_CASE("a tetrahedron is closed and all of its vertices are neighbours") {
-  const std::vector<Index> faces = {0, 1, 2, 0, 3, 1, 1, 3, 2, 2, 3, 0};
-  const Topology topology = build_topology(faces_of(faces), 4);
-  CHECK(topology.cells.offsets == std::vector<Index>{0, 3, 6, 9, 12});
-  CHECK(topology.cells.neighbours == std::vector<Index>{1, 2, 3, 0, 2, 3, 0, 1, 3, 0, 1, 2});
-  CHECK(topology.report.boundary_edges == 0);
-  CHECK(topology.report.components == 1);
-  CHECK(topology.report.refused_faces.empty());
-}
-
-TEST_CASE("components and isolated vertices are counted") {
-  const std::vector<Index> faces = {1, 2, 3, 5, 6, 7};
-  const Topology topology = build_topology(faces_of(faces), 9);
-  CHECK(topology.report.components == 5);
-  CHECK(topology.report.isolated_vertices == 3);
-  CHECK(topology.report.boundary_edges == 6);
-  CHECK(topology.component == std::vector<Index>{0, 1, 1, 1, 2, 3, 3, 3, 4});
-}
-
 TEST_CASE("faces that a half-edge mesh cannot represent are reported, and their edges kept") {
   SUBCASE("degenerate") {
     const std::vector<Index> faces = {0, 1, 2, 3, 3, 2, 4, 4, 4};
@@ -116,16 +97,6 @@ std::vector<Index> soup(unsigned seed, int& k) {
   std::vector<Index> faces(3 * std::uniform_int_distribution<std::size_t>(1, 40)(random));
   for (auto& v : faces) v = vertex(random);
   return faces;
-}
-
-TEST_CASE("the cells of random faces contain exactly the edges of the faces") {
-  for (unsigned seed = 0; seed < 200; ++seed) {
-    int k = 0;
-    const std::vector<Index> faces = soup(seed, k);
-    const Topology topology = build_topology(faces_of(faces), static_cast<std::size_t>(k));
-    CHECK(edges_of(topology.cells) == edges_of(faces));
-    for (int v = 0; v < k; ++v) CHECK(std::ranges::is_sorted(topology.cells[v]));
-  }
 }
 
 TEST_CASE("the refused faces are those that OpenMesh refuses, and nothing is printed") {

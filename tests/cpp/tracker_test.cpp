@@ -21,39 +21,6 @@ std::vector<double> track_images(Tracker<double>& tracker, const std::vector<Ima
   return tracked;
 }
 
-TEST_CASE("a template that moves as a whole is found again") {
-  const auto mesh = bumpy_torus(24);
-  Tracker<double> tracker(mesh.faces(), mesh.points());
-  double worst = 0;
-  for (int n = 0; n < 5; ++n) {
-    const auto truth = translated(turned(mesh.vertices, 0.03 * n), 0.1 * n, 0.0, -0.05 * n);
-    const auto found = track(tracker, scan_of(mesh, truth));
-    worst = std::max(worst, largest_difference(found, truth));
-    CHECK(tracker.report().known == mesh.size());
-    CHECK_FALSE(tracker.report().aligned);
-  }
-  CHECK(worst < 0.1 * mean_edge(mesh));
-}
-
-TEST_CASE("the frame moves with the scan and the template, and grows with them") {
-  const auto mesh = bumpy_torus(16);
-  const auto moved = [](std::vector<double> x) {
-    for (double& c : x) c *= 8;
-    return translated(turned(x, 1.0), 5.0, -7.0, 3.0);
-  };
-  const auto truth = turned(mesh.vertices, 0.05);
-  const auto scan = scan_of(mesh, truth);
-  Tracker<double> here(mesh.faces(), mesh.points());
-  Mesh<double> other = mesh;
-  other.vertices = moved(mesh.vertices);
-  Tracker<double> there(other.faces(), other.points());
-  auto other_scan = scan;
-  other_scan.points = moved(scan.points);
-  other_scan.normals = turned(scan.normals, 1.0);
-  const auto expected = moved(track(here, scan));
-  CHECK(largest_difference(track(there, other_scan), expected) < 1e-6);
-}
-
 TEST_CASE("the result does not depend on the number of threads") {
   const SharedWork shared;
   const auto mesh = bumpy_torus(16);
@@ -66,24 +33,6 @@ TEST_CASE("the result does not depend on the number of threads") {
     CHECK(shared_pieces([&] { found = track(three, scan); }) > 0);
     CHECK(found == track(one, scan));
   }
-}
-
-TEST_CASE("a tracker continues from its state with identical results") {
-  const auto mesh = bumpy_torus(16);
-  const auto scan = [&](int n) { return scan_of(mesh, turned(mesh.vertices, 0.03 * n)); };
-  Tracker<double> tracker(mesh.faces(), mesh.points());
-  Tracker<double> other(mesh.faces(), mesh.points());
-  track(other, scan(3));
-  for (int n = 1; n < 3; ++n) track(tracker, scan(n));
-  other.restore(tracker.state());
-  CHECK(other.state() == tracker.state());
-  CHECK(other.state().size() == other.state_size());
-  CHECK(other.n_frames() == 2);
-  for (int n = 3; n < 5; ++n) CHECK(track(other, scan(n)) == track(tracker, scan(n)));
-  CHECK(other.state() == tracker.state());
-  auto damaged = tracker.state();
-  damaged[100] ^= std::byte{1};
-  CHECK(message_of([&] { other.restore(damaged); }).find("state: ") == 0);
 }
 
 TEST_CASE("where nothing was measured, the template stays") {
@@ -137,27 +86,6 @@ TEST_CASE("a component without points follows the others") {
   CHECK(largest_difference(found, truth) < 0.2 * mean_edge(left));
   CHECK(tracker.report().disconnected == right.size());
   CHECK(tracker.generation()[mesh.size() - 1] == -1);
-}
-
-TEST_CASE("depth images of four cameras are as good as a scan") {
-  const auto mesh = bumpy_torus(24);
-  Tracker<double> tracker(mesh.faces(), mesh.points());
-  const auto truth = translated(turned(mesh.vertices, 0.03), 0.05, 0.0, 0.0);
-  const auto images = images_of(mesh, truth, 4, 200);
-  std::vector<DepthImage> views;
-  for (const auto& image : images) views.push_back(image.view());
-  std::vector<double> out(3 * mesh.size());
-  const auto report = tracker.push_depth(views, {out.data(), mesh.size()});
-  CHECK(report.known > mesh.size() / 2);
-  CHECK(largest_difference(out, truth) < 0.5 * mean_edge(mesh));
-  const auto before = tracker.state();
-  views[1].intrinsics[0] = 0;
-  CHECK(message_of([&] {
-          tracker.push_depth(views, {out.data(), mesh.size()});
-        }) ==
-        "intrinsics: of image 1 are singular: the focal lengths are 0 and 300 pixels, but must be "
-        "positive");
-  CHECK(tracker.state() == before);
 }
 
 TEST_CASE("rounding does not decide what is found in depth images") {

@@ -42,22 +42,6 @@ TEST_CASE("with training and errors, the result does not depend on the number of
   CHECK(one.report().stages.prior_weight > 0);
 }
 
-TEST_CASE("standard errors do not change the frames, and 0 frames have none") {
-  const auto mesh = bumpy_torus(16);
-  Tracker<double> with(mesh.faces(), mesh.points(), {.uncertainty = true});
-  Tracker<double> without(mesh.faces(), mesh.points());
-  CHECK(std::ranges::all_of(bars(with), [](double x) { return x == 0; }));
-  for (int n = 1; n < 4; ++n) {
-    const auto scan = scan_of(mesh, at(mesh, n));
-    CHECK(track(with, scan) == track(without, scan));
-    CHECK(std::ranges::all_of(bars(with), [](double x) { return x > 0; }));
-    CHECK(with.report().standard_error > 0);
-    CHECK(without.report().standard_error == 0);
-  }
-  CHECK(message_of([&] { (void)without.standard_error(); }) ==
-        "standard_error: requires uncertainty=True");
-}
-
 TEST_CASE("a training sequence of a tracker is checked as that of a completer") {
   const auto mesh = bumpy_torus(10);
   const auto shown = training_frames_of(mesh.vertices, 3);

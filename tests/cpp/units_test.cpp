@@ -20,9 +20,9 @@
 namespace dynmesh::testing {
 namespace {
 
-/// 30 is from metres to nanometres. Squares of lengths of the first one are out of the range of
-/// float.
-constexpr int exponents[] = {-70, -30, 30, 40};
+/// 30 would be from metres to nanometres. Squares of lengths of the first one are out of the range
+/// of float.
+constexpr int exponents[] = {-70, -30, 40};
 
 template <class Real>
 std::vector<Real> scaled(std::span<const Real> values, int exponent) {

@@ -1,6 +1,7 @@
 """The modules of the package import one another in one direction."""
 
 import ast
+import re
 from collections.abc import Iterator
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -11,27 +12,21 @@ PACKAGE = REPOSITORY / "python" / "dynmesh"
 
 LAYERS = (
     ("_settings", "_core", "_checks", "_errors", "_extras", "settings"),
+    ("frames.attributes",),
     ("polygons", "sequence", "metrics", "calibration", "matrices", "baselines"),
-    ("degrade", "synth", "files", "streaming"),
-    ("diagnosis", "draw"),
+    ("frames",),
+    ("degrade", "synth", "streaming"),
+    ("files",),
+    ("draw",),
+    ("diagnosis",),
     ("jobs",),
     ("study",),
     ("cli",),
 )
-"""What is at the top of the package, from low to high; `__init__` and `__main__` are above all."""
+"""The parts of the package from low to high, at its top but for one; above all are `__init__` and
+`__main__`. Imports in functions count like all others."""
 
-MOST_AT_THE_TOP = 19
-
-SHOWING = {
-    ("dynmesh.sequence", "plot"): "dynmesh.draw.plot",
-    ("dynmesh.sequence", "_repr_html_"): "dynmesh.draw.notebook",
-}
-"""Methods that show their object, and the one higher module that each imports when it is called.
-
-Notebooks and users expect these methods in the class itself. Nothing else of a low layer may
-depend on drawing: the imports count as imports anywhere else, even in the same module. The
-compiled `Completer` asks dynmesh.draw.notebook for its words in the same way.
-"""
+MOST_AT_THE_TOP = 20
 
 
 def modules_in(package: Path) -> dict[str, Path]:
@@ -43,20 +38,11 @@ def modules_in(package: Path) -> dict[str, Path]:
     return found
 
 
-def by_method(node: ast.AST, method: str = "") -> Iterator[tuple[str, ast.AST]]:
-    """All parts of a module, each with the method of a class that contains it, or ""."""
-    for child in ast.iter_child_nodes(node):
-        inside = isinstance(node, ast.ClassDef) and isinstance(child, ast.FunctionDef)
-        within = child.name if inside and isinstance(child, ast.FunctionDef) else method
-        yield within, child
-        yield from by_method(child, within)
-
-
 def imported_by(name: str, modules: dict[str, Path]) -> Iterator[str]:
     """The modules of the package that a module imports, wherever in its text."""
     file = modules[name]
     here = name.split(".") if file.stem == "__init__" else name.split(".")[:-1]
-    for method, node in by_method(ast.parse(file.read_text(encoding="utf-8"))):
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names if alias.name in modules)
         elif isinstance(node, ast.ImportFrom):
@@ -65,7 +51,7 @@ def imported_by(name: str, modules: dict[str, Path]) -> Iterator[str]:
             for alias in node.names:
                 inner = f"{base}.{alias.name}"
                 found = inner if inner in modules else base
-                if found in modules and SHOWING.get((name, method)) != found:
+                if found in modules:
                     yield found
 
 
@@ -99,48 +85,32 @@ def test_a_cycle_would_be_found(tmp_path: Path) -> None:
     assert set(cycle_in(package)) == {"dynmesh.a", "dynmesh.b", "dynmesh.inner"}
 
 
-def test_only_the_methods_that_show_are_excused(tmp_path: Path) -> None:
-    package = tmp_path / "dynmesh"
-    (package / "draw").mkdir(parents=True)
-    for file in ("__init__", "draw/__init__", "draw/plot", "draw/notebook"):
-        (package / f"{file}.py").touch()
-    text = "class Sequence:\n    def {}(self):\n        from .draw import {}\n"
-    for method, module, excused in (
-        ("plot", "plot", True),
-        ("plot", "notebook", False),
-        ("size", "plot", False),
-    ):
-        (package / "sequence.py").write_text(text.format(method, module))
-        found = list(imported_by("dynmesh.sequence", modules_in(package)))
-        assert found == ([] if excused else [f"dynmesh.draw.{module}"])
-    (package / "sequence.py").write_text("def plot():\n    from .draw import plot\n")
-    assert list(imported_by("dynmesh.sequence", modules_in(package))) == ["dynmesh.draw.plot"]
-
-
-def test_the_methods_that_show_import_what_they_are_excused_for() -> None:
-    modules = modules_in(PACKAGE)
-    for (name, method), module in SHOWING.items():
-        text = modules[name].read_text(encoding="utf-8")
-        imports = [
-            node.module
-            for within, node in by_method(ast.parse(text))
-            if within == method and isinstance(node, ast.ImportFrom)
-        ]
-        assert imports == [module.removeprefix("dynmesh.")]
+def level_of(name: str) -> int:
+    """The number of the layer of a module, by the longest name of a part that it begins with."""
+    parts = {f"dynmesh.{part}": number for number, names in enumerate(LAYERS) for part in names}
+    parts |= {"dynmesh": len(LAYERS), "dynmesh.__main__": len(LAYERS) + 1}
+    return max(
+        (len(part), level) for part, level in parts.items() if f"{name}.".startswith(f"{part}.")
+    )[1]
 
 
 def test_no_part_imports_a_higher_one() -> None:
-    level = {part: number for number, parts in enumerate(LAYERS) for part in parts}
-    level |= {"": len(LAYERS), "__main__": len(LAYERS) + 1}
     modules = modules_in(PACKAGE)
-    assert {at_the_top(name) for name in modules} == level.keys()
+    listed = {part for parts in LAYERS for part in parts if "." not in part}
+    assert {at_the_top(name) for name in modules} == listed | {"", "__main__"}
     upwards = [
         f"{name} imports {other}"
         for name in modules
         for other in imported_by(name, modules)
-        if level[at_the_top(other)] > level[at_the_top(name)]
+        if level_of(other) > level_of(name)
     ]
     assert upwards == []
+
+
+def test_the_compiled_core_imports_errors_alone() -> None:
+    sources = (REPOSITORY / "cpp" / "bindings").glob("*.cpp")
+    found = [re.findall(r'import\("dynmesh\.(\w+)', source.read_text()) for source in sources]
+    assert {module for modules in found for module in modules} == {"_errors"}
 
 
 def test_the_top_of_the_package_stays_small() -> None:

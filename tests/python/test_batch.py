@@ -24,7 +24,7 @@ from dynmesh.files.lock import unfinished_folder
 from dynmesh.files.scans import Scan
 from dynmesh.jobs.batch import Job, Result, complete_files
 from dynmesh.jobs.checkpoint import Checkpoint
-from dynmesh.jobs.job_table import optional_columns, read_jobs
+from dynmesh.jobs.job_table import read_jobs
 from dynmesh.jobs.tracking_job import TrackingJob
 
 
@@ -104,7 +104,7 @@ def test_a_table_is_read(tmp_path: Path) -> None:
     assert first == Job(
         tmp_path / "a.npz",
         tmp_path / "b.npz",
-        {"known": tmp_path / "a, mask.npy"},
+        source={"known": tmp_path / "a, mask.npy"},
         fps=25.0,
         provenance=True,
         settings={"extra_iterations": 3, "disconnected": "hold"},
@@ -143,7 +143,7 @@ def test_lines_with_scans_are_tracked(tmp_path: Path) -> None:
     assert read_jobs(table)[1] == TrackingJob(
         tmp_path / "scans",
         tmp_path / "new" / "tracked.npz",
-        tmp_path / "sea.obj",
+        template=tmp_path / "sea.obj",
         cameras=tmp_path / "scans" / "cameras.json",
         provenance=True,
         scan_unit="mm",
@@ -186,7 +186,7 @@ def test_an_interrupted_tracking_job_is_continued(
     monkeypatch.setattr(Checkpoint, "least_seconds_between", 0.0)
     monkeypatch.setattr(Checkpoint, "most_of_the_time", 1e9)
     write_scans(tmp_path)
-    job = TrackingJob(tmp_path / "scans", tmp_path / "out.npz", tmp_path / "sea.obj")
+    job = TrackingJob(tmp_path / "scans", tmp_path / "out.npz", template=tmp_path / "sea.obj")
 
     def stopping(scans: Iterator[Scan | None], *_: int) -> Iterator[Scan | None]:
         yield next(scans)
@@ -226,7 +226,9 @@ def test_an_interrupted_tracking_job_is_continued(
 
 def test_errors_of_a_tracking_job_name_the_scans(tmp_path: Path) -> None:
     write_scans(tmp_path)
-    job = TrackingJob(tmp_path / "scans", tmp_path / "out.npz", tmp_path / "sea.obj", threads=0)
+    job = TrackingJob(
+        tmp_path / "scans", tmp_path / "out.npz", template=tmp_path / "sea.obj", threads=0
+    )
     (result,) = complete_files([job])
     assert result.reason.startswith(f"{tmp_path / 'scans'}: threads: must be")
 
@@ -273,13 +275,6 @@ def test_formats_that_cannot_be_resumed_are_written(tmp_path: Path) -> None:
     job = Job(tmp_path / "in.npz", tmp_path / "out.usdc")
     assert [result.status for result in complete_files([job])] == ["done"]
     assert_equal(job, expected)
-
-
-def test_help_lists_the_columns() -> None:
-    shown = run("batch", "--help").stdout
-    for column in ("input", "scans", "output", *optional_columns):
-        assert column in shown
-    assert "input,output,missing" in shown
 
 
 @contextlib.contextmanager

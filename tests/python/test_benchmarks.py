@@ -1,154 +1,243 @@
-"""The benchmarks run and their tables are complete; the measurements are not tested."""
+"""The benchmarks run and their tables are whole; the measurements are not tested."""
 
+import csv
+import importlib
 import json
-import os
 import re
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
+import meshes
+import numpy as np
 import pytest
 from conftest import REPOSITORY
 
-PAGE = REPOSITORY / "docs" / "speed.md"
-OTHERS = {"ocean", "crane", "ocean_sim_50x50", "methods", "claims", "training", "whole"}
-"""The tables of docs/reference/measurements.md that docs/results.md refers to."""
-SECTIONS = (
-    "low-resolution",
-    "subdivided",
-    "largest",
-    "training",
-    "sizes",
-    "unknown",
-    "overhead",
-    "latency",
-)
+import dynmesh
+from benchmarks import harness, methods, methods_table
+from benchmarks.baselines import BASELINES
+from benchmarks.harness import Table
+from benchmarks.speed import scenes
+from benchmarks.speed.comparison import compare
+from benchmarks.speed.plan import SpeedPlan
+from dynmesh.study.methods import DETAIL, MOTION
+
+Run = Any
+"""A function that runs a benchmark with arguments, and returns the tables that it printed."""
+
+DOCS = REPOSITORY / "docs"
+
+SECTIONS = ("low-resolution", "subdivided", "largest", "sizes", "overhead", "latency")
 
 
-def benchmarks(
-    programs: Path, *arguments: str | Path, module: str = "benchmarks"
-) -> subprocess.CompletedProcess[str]:
-    """Runs them as script/bench does."""
+def tables(text: str) -> list[list[list[str]]]:
+    """Returns the cells of each table, starting with the header."""
+    found = re.findall(r"(?:^\|.*\|$\n?)+", text, flags=re.MULTILINE)
+    return [
+        [[c.strip() for c in row.split("|")[1:-1]] for row in part.splitlines() if "---" not in row]
+        for part in found
+    ]
+
+
+def head_of(table: Path) -> list[str]:
+    """Returns the names of the columns of a CSV file."""
+    with table.open(newline="") as file:
+        return next(csv.reader(file))
+
+
+@pytest.fixture
+def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+    def start(name: str, *arguments: str | Path) -> list[list[list[str]]]:
+        monkeypatch.setattr(sys, "argv", [name, *map(str, arguments)])
+        importlib.import_module(f"benchmarks.{name}").main()
+        found = tables(capsys.readouterr().out)
+        for head, *rows in found:
+            assert rows
+            assert all(len(row) == len(head) for row in rows)
+            assert "nan" not in str(rows)
+        return found
+
+    return start
+
+
+@pytest.fixture
+def compiled(programs: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     parts = programs / "benchmarks" / "cpp"
     if not (parts / "dynmesh-subjects.so").exists():
         pytest.skip("the C++ part is not built: cmake --preset develop; cmake --build ...")
-    command = [sys.executable, "-m", module, *map(str, arguments)]
-    environment = os.environ | {"DYNMESH_BENCHMARKS": str(parts)}
-    return subprocess.run(
-        command, cwd=REPOSITORY, env=environment, capture_output=True, text=True, check=False
-    )
+    monkeypatch.setenv("DYNMESH_BENCHMARKS", str(parts))
 
 
 @pytest.fixture(scope="module")
-def measured(programs: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of a run on small meshes."""
-    folder = tmp_path_factory.mktemp("measured")
-    result = benchmarks(programs, "--tiny", "--out", folder, "--only", *SECTIONS)
-    assert result.returncode == 0, result.stderr
-    return folder
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a sheet that turns and bends, and a longer one."""
+    made = tmp_path_factory.mktemp("sequences")
+    mesh = meshes.sheet(9)
+    for name, n in (("sheet", 12), ("long", 40)):
+        frames = [meshes.turned(mesh.vertices, 0.05 * i) for i in range(n)]
+        bent = np.stack(frames)
+        bent[..., 2] += 0.1 * np.sin(np.arange(n))[:, None] * mesh.vertices[:, 0] ** 2 / 9
+        dynmesh.write(made / f"{name}.npz", dynmesh.Sequence(bent.astype(np.float32), mesh.faces))
+    return made
 
 
-def named_tables(text: str) -> dict[str, list[list[str]]]:
-    """Returns the cells of each table, starting with the header."""
-    parts = re.split(r"^\*\*(.*)\*\*$", text, flags=re.MULTILINE)[1:]
-    named = zip(parts[::2], parts[1::2], strict=True)
-    return {
-        name: [[cell.strip() for cell in row.split("|")[1:-1]] for row in rows if "---" not in row]
-        for name, part in named
-        if (rows := re.findall(r"^\|.*\|$", part, flags=re.MULTILINE))
+@pytest.mark.parametrize(
+    ("name", "arguments", "sizes"),
+    [
+        ("calibration", "sheet --frames 8", [7]),
+        ("drift", "sheet --cycles 2", [4]),
+        ("learning_table", "sheet:6", [5]),
+        ("learning_table", "sheet:6 --cycles 2", [3]),
+        ("nmsve_table", "sheet:4", [5]),
+        ("tracking_calibration", "sheet --frames 4 --cameras 2 --training", [2]),
+        ("tracking_gaps", "long --starts 2", [2]),
+        ("tracking_poses", "sheet --cameras 2", [5]),
+        ("tracking_table", "sheet:4 --cameras 1 --depth", [2]),
+        ("tracking_table", "sheet:8 --frames 2 --cameras 2 --training --baselines 1", [8]),
+    ],
+)
+def test_a_table_is_whole(
+    name: str, arguments: str, sizes: list[int], folder: Path, run: Run, tmp_path: Path
+) -> None:
+    if "baselines" in arguments:
+        pytest.importorskip("trimesh")
+    found = run(name, folder, *arguments.split(), "--csv", tmp_path)
+    assert [len(table) for table in found] == sizes
+    for path in tmp_path.iterdir():
+        if (DOCS / "tables" / path.name).exists():
+            assert head_of(path) == head_of(DOCS / "tables" / path.name)
+
+
+@pytest.mark.parametrize("part", ["detail", "error-bars", "tracking"])
+@pytest.mark.usefixtures("compiled")
+def test_constants_have_an_effect(part: str, folder: Path, run: Run) -> None:
+    constant = {"detail": "pull", "error-bars": "averagings", "tracking": "steps"}[part]
+    few = ("--frames", "6", "--cameras", "2", "--constants")
+    ((_, *rows),) = run("constants", part, folder, "sheet", *few, constant)
+    numbers = [cell for row in rows for cell in row[2:]]
+    assert len(set(numbers)) > 1
+    assert all(float(number) > 0 for number in numbers)
+    with pytest.raises(SystemExit):
+        run("constants", part, folder, "sheet", *few, "nothing")
+
+
+def test_the_table_of_methods_is_whole(folder: Path, run: Run, tmp_path: Path) -> None:
+    pytest.importorskip("igl", reason="libigl is not installed")
+    (_, *errors), (_, *times) = run("methods_table", folder, "sheet:4", "--csv", tmp_path)
+    assert [row[:2] for row in errors] == [row[:2] for row in times]
+    assert [row[1] for row in errors] == ["10 %", "30 %", "50 %", "70 %", "camera"]
+    for row in errors[:-1]:  # the camera sees all of a sheet
+        detail, *baselines = (cell.strip("*") for cell in row[3:])
+        bold = [cell.startswith("**") for cell in row[4:]]
+        assert bold == [float(baseline) < float(detail) for baseline in baselines]
+    stored = list(csv.reader((tmp_path / "methods.csv").read_text().splitlines()))
+    assert stored[1:] == [[cell.replace("**", "") for cell in row] for row in errors]
+
+
+def test_the_tables_of_training_are_whole(folder: Path, run: Run) -> None:
+    pytest.importorskip("igl", reason="libigl is not installed")
+    losses = ["10 %", "30 %", "camera", "patches"]
+    (_, *summary), (head, *rows) = run("training_table", folder, "sheet:8")
+    assert [row[0] for row in summary] == ["sheet"]
+    assert [row[1] for row in rows] == [loss for loss in losses for _ in range(3)]
+    ((head, *rows),) = run("training_table", folder, "sheet:4", "--whole")
+    assert [row[1] for row in rows] == losses
+    trained = head.index("detail, trained")
+    assert {row[trained] for row in rows} == {"-"}
+
+
+def test_the_comparison_beyond_the_paper_is_whole(folder: Path, run: Run, tmp_path: Path) -> None:
+    pytest.importorskip("igl", reason="libigl is not installed")
+    (_, *rows), (_, *claims) = run("beyond", folder, "sheet:4", "--out", tmp_path)
+    assert [row[0] for row in rows[-3:]] == [*(m.label for m in BASELINES), "motion, once only"]
+    assert len(claims) == 6
+    names = {path.stem for path in tmp_path.glob("*.png")}
+    assert names == {path.stem for path in tmp_path.glob("*.svg")}
+    assert names == {
+        "figure12_camera_and_patches",
+        "figure12_camera_sheet",
+        "figure12_patches_sheet",
+        "figure13_two_readings",
+        "figure14_detail_and_libigl",
+        "figure15_sheet",
     }
+    verdict = {"claim": "a claim", "sequence": "sheet", "holds": True, "evidence": "1 > 0"}
+    (tmp_path / "results.json").write_text(json.dumps({"claims": [verdict]}))
+    assert run("claims", tmp_path) == [
+        [["claim", "sheet"], ["a claim", "holds"]],
+        [["claim", "sheet"], *claims],
+    ]
 
 
-def is_number(cell: str) -> bool:
-    """Whether a cell is a positive number, bold or not."""
-    return re.fullmatch(r"(\*\*)?\d+(\.\d+)?(e-\d+)?(\*\*)?", cell) is not None
-
-
-def test_tables_are_whole(measured: Path) -> None:
-    tables = named_tables((measured / "tables.md").read_text())
-    for name, (head, *rows) in tables.items():
-        assert rows, name
-        assert all(len(row) == len(head) for row in rows), name
-        assert not re.search("nan|inf", str(rows)), name
+@pytest.mark.usefixtures("compiled")
+def test_the_tables_of_speed_are_whole(run: Run, tmp_path: Path) -> None:
+    run("speed.__main__", "--tiny", "--csv", tmp_path, "--only", *SECTIONS)
+    files = tmp_path.glob("*.csv")
+    stored = {path.stem: list(csv.reader(path.read_text().splitlines())) for path in files}
     for part in ("low-resolution", "subdivided"):
-        for kind in ("ratios", "errors", "detail"):
-            head, *rows = tables[f"{part}-{kind}"]
+        for kind, n in (("ratios", 5), ("errors", 3), ("detail", 5)):
+            head, *rows = stored[f"{part}-{kind}"]
             assert head[1:] == ["10 %", "30 %", "50 %", "70 %", "camera", "patches"]
-            # Results with threads and libigl are dashes on machines without them.
-            own = [r for r in rows if not re.search("threads|libigl", r[0])]
-            assert len(own) == {"ratios": 5, "errors": 3, "detail": 5}[kind]
-            assert all(is_number(cell) for row in own for cell in row[1:])
-    head, *rows = tables["training-speed"]
-    assert head[1:] == ["10 %", "30 %", "50 %", "70 %", "camera", "patches"]
-    assert rows[0][0] == "time of detail, trained, times detail"
-    assert all(is_number(cell) for row in rows for cell in row[1:])
-    assert tables["numbering"][0][-1] == "ratio"
-    assert all(is_number(r[-1]) for r in tables["numbering"][1:] if "threads" not in r[2])
-    assert all(is_number(cell) for row in tables["latency"][1:] for cell in row[4:])
+            # Threads and libigl are not there on every machine.
+            own = [row for row in rows if not re.search("threads|libigl", row[0])]
+            assert len(own) == n
+            assert all(float(cell) > 0 for row in own for cell in row[1:])
+    assert stored["numbering"][0][-1] == "ratio"
+    figures = {path.name for path in tmp_path.glob("*.png")}
+    assert figures == {path.name for path in (DOCS / "figures" / "speed").iterdir()}
+    text = "".join(page.read_text() for page in DOCS.rglob("*.md"))
+    assert re.findall(r"^<!-- (?!end)(.*) -->$", text, flags=re.MULTILINE) == ["machine"]
+    shown = stored.keys() & {path.stem for path in (DOCS / "tables").iterdir()}
+    assert len(shown) == 6
+    for name in shown:  # the first column names the mesh
+        assert head_of(DOCS / "tables" / f"{name}.csv")[1:] == stored[name][0][1:]
 
 
-def test_the_plain_implementation_has_the_same_errors(measured: Path) -> None:
-    rows: list[dict[str, Any]] = json.loads((measured / "results.json").read_text())["comparison"]
-    natural = [row for row in rows if row["numbering"] == "natural"]
-    nmsve = {(row["part"], row["mask"], row["method"]): row["nmsve"] for row in natural}
-    pairs = [(part, mask) for part, mask, method in nmsve if method == "motion"]
-    assert len(pairs) == 18
-    for part, mask in pairs:
-        plain = nmsve[part, mask, "plain"]
-        assert nmsve[part, mask, "motion"] == pytest.approx(plain, rel=1e-3)
+@pytest.mark.usefixtures("compiled")
+def test_the_plain_implementation_has_the_same_errors() -> None:
+    scene = scenes.low_resolution(SpeedPlan.smallest())
+    found = compare(scene, 1, 0, {}, [MOTION, methods.PLAIN])
+    assert len(found.runs) == 6
+    assert found.errors("plain") == pytest.approx(found.errors("motion"), rel=1e-3)
 
 
-def test_tables_and_figures_come_from_the_stored_run_too(measured: Path, programs: Path) -> None:
-    again = measured / "again"
-    result = benchmarks(programs, "--results", measured / "results.json", "--out", again)
-    assert result.returncode == 0, result.stderr
-    assert (again / "tables.md").read_text() == (measured / "tables.md").read_text()
-    figures = {path.name for path in again.glob("*.png")}
-    assert figures == {path.name for path in (REPOSITORY / "docs/figures/speed").iterdir()}
+def test_every_comparison_has_the_same_methods() -> None:
+    everywhere = {MOTION, DETAIL, *BASELINES}
+    for shown in (methods.ALL, methods_table.METHODS):
+        assert everywhere <= set(shown)
+        assert len({method.colour for method in shown}) == len(shown)
 
 
-def test_the_page_has_a_place_for_each_table(measured: Path) -> None:
-    more = REPOSITORY / "docs" / "reference" / "measurements.md"
-    text = PAGE.read_text() + more.read_text()
-    found = re.findall(r"^<!-- (?!end)(.*) -->$", text, flags=re.MULTILINE)
-    places = [place for place in found if place not in OTHERS]
-    named = re.findall(r"^\*\*(.*)\*\*$", (measured / "tables.md").read_text(), re.MULTILINE)
-    program = "from benchmarks.page import LONG; print(*LONG)"
-    command = [sys.executable, "-c", program]
-    listed = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True, check=True)
-    assert sorted(places) == sorted({*named, "instructions"} - set(listed.stdout.split()))
+def test_tables_are_replaced_in_the_documentation(tmp_path: Path) -> None:
+    (tmp_path / "tables").mkdir()
+    (tmp_path / "tables" / "here.csv").write_text("old\n")
+    for name in ("here", "nowhere"):
+        harness.replace_in(tmp_path, Table(name, [("a", "b"), ("`c`", "**1**")], "a note"))
+    (path,) = (tmp_path / "tables").iterdir()
+    assert path.read_bytes() == b"a,b\nc,1\n"
 
 
-def test_every_method_of_the_study_that_the_paper_lacks_is_benchmarked() -> None:
-    program = """
-from dynmesh.study.methods import MOTION
-from dynmesh.study.baselines import BEYOND
-from benchmarks import methods, methods_table
-everywhere = {MOTION, *BEYOND}
-assert everywhere <= set(methods.ALL)
-assert everywhere - set(methods_table.OTHERS) == {methods_table.MOTION, methods_table.DETAIL}
-for shown in (methods.ALL, methods_table.OTHERS):
-    assert len({method.colour for method in shown}) == len(shown)
-"""
-    command = [sys.executable, "-c", program]
-    subprocess.run(command, cwd=REPOSITORY, check=True)
+def test_notes_are_replaced_in_the_documentation(tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text("<!-- here -->\nold\n<!-- end -->\n<!-- there -->\nkept\n<!-- end -->\n")
+    harness.replace_in(tmp_path, Table("here", [], "new"))
+    harness.replace_in(tmp_path, Table("nowhere", [], "new"))
+    written = "<!-- here -->\nnew\n<!-- end -->\n<!-- there -->\nkept\n<!-- end -->\n"
+    assert page.read_text() == written
+    (tmp_path / "more.md").write_text("<!-- here -->\nold\n<!-- end -->\n")
+    with pytest.raises(ValueError, match="2 places for here"):
+        harness.replace_in(tmp_path, Table("here", [], "newer"))
+    assert page.read_text() == written
 
 
-def test_a_frame_takes_no_more_instructions_than_recorded(programs: Path) -> None:
-    result = benchmarks(programs, "--instructions")
-    if result.returncode == 2:  # no valgrind, or another compiler or processor
-        pytest.skip(result.stderr.strip())
-    assert result.returncode == 0, result.stderr + "script/bench --record-instructions accepts it"
-
-
-def test_the_constants_of_tracking_have_an_effect(programs: Path) -> None:
-    few = ("--frames", "2", "--cameras", "1", "--constants")
-    result = benchmarks(programs, *few, "pull", "steps", module="benchmarks.tracking_constants")
-    assert result.returncode == 0, result.stderr
-    rows = [line.split("|")[1:-1] for line in result.stdout.splitlines()[2:]]
-    assert [row[0].strip() for row in rows] == ["`pull`", "`steps`"]
-    assert all(float(cell) > 0 for row in rows for cell in row[1:])
-    assert any(float(cell) != 1 for row in rows for cell in row[2:])
-    unknown = benchmarks(programs, *few, "nothing", module="benchmarks.tracking_constants")
-    assert "there is no constant nothing" in unknown.stderr
+@pytest.mark.usefixtures("compiled")
+def test_a_frame_takes_no_more_instructions_than_recorded(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["speed", "--instructions"])
+    with pytest.raises(SystemExit) as left:
+        importlib.import_module("benchmarks.speed.__main__").main()
+    told = capsys.readouterr().err
+    if left.value.code == 2:  # no valgrind, or another compiler or processor
+        pytest.skip(told.strip())
+    assert left.value.code == 0, told + "script/bench --record-instructions accepts it"

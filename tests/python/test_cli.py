@@ -70,6 +70,10 @@ def test_settings_reach_the_completer(folder: Path, tmp_path: Path) -> None:
         (["--method", "motion", "--no-revisit"], {"method": "motion", "revisit": False}),
         (["--method=motion", "--extra-iterations=4"], {"method": "motion", "extra_iterations": 4}),
         (["--disconnected", "hold"], {"method": "detail", "disconnected": "hold"}),
+        (
+            ["--noise", "0.01", "--reject-outliers", "--learn", "--threads", "2"],
+            {"noise": 0.01, "reject_outliers": True, "learn": True},
+        ),
     ]:
         out = tmp_path / "out.npz"
         run("complete", folder / "partial.npz", out, "--overwrite", *options)
@@ -307,24 +311,6 @@ def test_a_sequence_is_converted_there_and_back(folder: Path, tmp_path: Path) ->
     run("convert", folder / "partial.npz", tmp_path / "scan", "--output-format", "hdf5")
     shown = run("info", tmp_path / "scan", "--format", "hdf5").stdout
     assert "30.0 %" in shown
-
-
-def test_the_method_can_be_chosen(folder: Path, tmp_path: Path) -> None:
-    partial = dynmesh.read(folder / "partial.npz")
-    run("complete", folder / "partial.npz", tmp_path / "out.npz", "--method", "detail")
-    expected = list(
-        dynmesh.complete(partial.faces, partial.vertices, partial.known, method="detail")
-    )
-    np.testing.assert_array_equal(dynmesh.read(tmp_path / "out.npz").vertices, expected)
-    run(
-        "complete", folder / "partial.npz", tmp_path / "smooth.npz", "--method", "detail",
-        "--noise", "0.01", "--reject-outliers", "--learn", "--threads", "2",
-    )  # fmt: skip
-    smooth = dynmesh.complete(
-        partial.faces, partial.vertices, partial.known, method="detail", noise=0.01,
-        reject_outliers=True, learn=True,
-    )  # fmt: skip
-    np.testing.assert_array_equal(dynmesh.read(tmp_path / "smooth.npz").vertices, list(smooth))
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no signals of other processes")

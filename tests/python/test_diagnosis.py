@@ -21,7 +21,6 @@ import dynmesh
 from dynmesh import Sequence, cli, degrade, synth
 from dynmesh.cli import terminal
 from dynmesh.diagnosis.finding import CODES, MOST_PLACES, SEVERITIES, frames_listed, listed
-from dynmesh.files import formats
 
 
 def info(*arguments: str | Path, code: int = 0) -> str:
@@ -292,15 +291,10 @@ def test_places_are_listed_in_words() -> None:
     assert frames_listed([1, 2, 3, 7, 9, 10]) == "frames 1 to 3, 7, 9 and 10"
 
 
-@pytest.mark.parametrize("format", [name for name in formats if formats[name].writer])
-def test_a_file_has_the_findings_of_its_sequence(format: str, tmp_path: Path) -> None:
+def test_a_file_has_the_findings_of_its_sequence(tmp_path: Path) -> None:
     sequence, _ = BROKEN["outliers"]()
-    suffix = formats[format].suffixes[0]
-    path = tmp_path / (f"a_%04d{suffix}" if format in ("ply", "obj") else f"a{suffix}")
-    try:
-        dynmesh.write(path, sequence)
-    except ImportError as error:
-        pytest.skip(str(error))
+    path = tmp_path / "a.npz"
+    dynmesh.write(path, sequence)
     (finding,) = dynmesh.diagnose(path).findings
     assert (finding.code, finding.where.frames.tolist()) == ("outliers", [4])
     with dynmesh.open(path) as reader:

@@ -1,23 +1,32 @@
 """The commands and code in the documentation work as described."""
 
+import csv
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+import typer
 from bad_input.page import PATH, page
 from conftest import REPOSITORY
 
 import dynmesh
+from dynmesh.cli import app
 
 README = (REPOSITORY / "README.md").read_text()
+DOCS = REPOSITORY / "docs"
+PROGRAMS = DOCS / "programs"
+TABLE = re.compile(r"^\[[^\]]+\]\(([^)\s]+\.csv)\)$", re.MULTILINE)
+"""A reference to a table of measurements, in whose place the site shows it."""
 
 
 SHORTER = {
-    "docs/make_figures --page": "docs/make_figures --draft --page",
+    "benchmarks.figures --page": "benchmarks.figures --draft --page",
     "dynmesh synth walker walker.npz\n": "dynmesh synth walker walker.npz --frames 8\n",
     "dynmesh synth walker figure.npz --frames 20\n": "dynmesh synth walker figure.npz --frames 5\n",
     "dynmesh.synth.walker()[:60]": "dynmesh.synth.walker()[:3]",
@@ -84,9 +93,9 @@ def test_cpp(tmp_path: Path, programs: Path) -> None:
 
 def test_the_budget_of_the_guide(tmp_path: Path, programs: Path) -> None:
     guide = (REPOSITORY / "docs" / "guides" / "capture_pipeline.md").read_text()
-    (project,), (program,) = blocks("cmake", guide), blocks("cpp", guide)
+    (project,) = blocks("cmake", guide)
     (tmp_path / "CMakeLists.txt").write_text(project)
-    (tmp_path / "budget.cpp").write_text(program)
+    shutil.copy(PROGRAMS / "budget.cpp", tmp_path)
     build(tmp_path, programs)
     shown = run("bash", "-euc", "\n".join(blocks("bash", guide)), cwd=tmp_path)
     assert re.findall(r"^(\w+): (\d+) frames, longest ", shown, flags=re.MULTILINE) == [
@@ -110,10 +119,24 @@ def rows(document: str) -> list[list[str]]:
     return [[cell.strip() for cell in line.split("|")] for line in lines]
 
 
+def cells(table: Path) -> list[list[str]]:
+    """Returns the rows of a table of measurements, the head first."""
+    with table.open(newline="") as file:
+        return list(csv.reader(file))
+
+
+def with_tables(page: Path) -> str:
+    """Returns a page as its site shows it, with tables in the place of references to them."""
+
+    def shown(match: re.Match[str]) -> str:
+        head, *rows = (f"| {' | '.join(row)} |\n" for row in cells(page.parent / match[1]))
+        return "".join([head, f"|{'---|' * (head.count('|') - 1)}\n", *rows])
+
+    return TABLE.sub(shown, page.read_text())
+
+
 def test_the_table_of_methods_is_that_of_the_results() -> None:
-    results = (REPOSITORY / "docs" / "results.md").read_text()
-    (walker,) = re.findall(r"<!-- walker -->\n(.*?)<!-- end -->", results, flags=re.DOTALL)
-    head, *measured = rows(walker)
+    head, *measured = cells(DOCS / "tables" / "walker.csv")
     columns = dict(zip(head, zip(*measured, strict=True), strict=True))
     where = {
         "10 % known": "10 % known",
@@ -124,14 +147,51 @@ def test_the_table_of_methods_is_that_of_the_results() -> None:
     }
     shown = {row[0]: tuple(row[1:]) for row in rows(README)}
     for here, there in where.items():
-        cells = dict(zip(columns["method"], columns[there], strict=True))
-        assert shown[here] == (cells["motion (dynmesh)"], cells["detail (dynmesh)"])
+        by_method = dict(zip(columns["method"], columns[there], strict=True))
+        assert shown[here] == (by_method["motion (dynmesh)"], by_method["detail (dynmesh)"])
 
 
 def test_the_table_of_errors_is_what_the_command_prints(data: Path) -> None:
-    printed = run(sys.executable, "-m", "benchmarks.nmsve_table", data, cwd=REPOSITORY)
-    page = REPOSITORY / "docs" / "reference" / "measurements.md"
-    assert printed.strip() in page.read_text()
+    command = (sys.executable, "-m", "benchmarks.nmsve_table", data, "crane", "horse_gallop")
+    printed = run(*command, cwd=REPOSITORY)
+    assert printed.strip() in with_tables(DOCS / "reference" / "measurements.md")
+
+
+def test_every_table_is_shown_and_whole() -> None:
+    shown = {
+        (page.parent / name).resolve()
+        for page in DOCS.rglob("*.md")
+        for name in TABLE.findall(page.read_text())
+    }
+    assert shown == {path.resolve() for path in (DOCS / "tables").iterdir()}
+    for path in shown:
+        head, *rows = cells(path)
+        assert rows
+        assert all(len(row) == len(head) for row in rows), path
+
+
+def constants() -> dict[str, set[float]]:
+    """Returns the values of the members of all structs of constants."""
+    found: dict[str, set[float]] = {}
+    for folder in ("detail", "tracking"):
+        text = (REPOSITORY / "cpp" / "src" / folder / "constants.hpp").read_text()
+        for name, value in re.findall(r"^  \w+ (\w+) = ([-+\d.e]+);", text, flags=re.MULTILINE):
+            found.setdefault(name, set()).add(float(value))
+    return found
+
+
+def test_the_constants_in_the_pages_are_those_of_the_code() -> None:
+    defined = constants()
+    assert len(defined) > 50
+    quoted = [
+        (name, float(value))
+        for page in DOCS.rglob("*.md")
+        for name, value in re.findall(r"`(\w+)`\s=\s(-?\d+(?:\.\d+)?)", page.read_text())
+    ]
+    assert len(quoted) > 10
+    assert not [(name, value) for name, value in quoted if value not in defined.get(name, ())]
+    tracking = cells(DOCS / "tables" / "tracking-constants.csv")[1:]
+    assert not [row[0] for row in tracking if float(row[1]) not in defined[row[0]]]
 
 
 PAGES = (
@@ -157,7 +217,7 @@ def outputs(snippets: list[str], cwd: Path) -> list[str]:
 
 @pytest.mark.parametrize("name", PAGES)
 def test_pages_do_what_they_say(name: str, tmp_path: Path) -> None:
-    document = (REPOSITORY / name).read_text()
+    document = with_tables(REPOSITORY / name)
     for folder in ("benchmarks", "docs"):  # commands name files of the repository
         (tmp_path / folder).symlink_to(REPOSITORY / folder)
     for whole, less in SHORTER.items():
@@ -179,6 +239,12 @@ def test_pages_do_what_they_say(name: str, tmp_path: Path) -> None:
     folder = f"figures/{Path(name).stem}"
     shown = set(re.findall(rf"\]\((?:\.\./)?({folder}/.*?)\)", document))
     assert shown == {str(p.relative_to(tmp_path)) for p in tmp_path.glob(f"{folder}/*")}
+
+
+@pytest.mark.parametrize("name", ["motion", "properties"])
+def test_the_programs_of_the_method_hold(name: str, tmp_path: Path) -> None:
+    """They end with assertions."""
+    run(sys.executable, PROGRAMS / f"{name}.py", cwd=tmp_path)
 
 
 def test_the_diagonal_of_the_walker_in_mean_edges() -> None:
@@ -219,16 +285,24 @@ def test_the_notes_on_dependencies_name_files_that_exist() -> None:
     }
 
 
-def test_the_documents_are_short() -> None:
-    def words(path: Path) -> int:
-        return len(path.read_text().split())
+GENERATED = ("bad_input.md", "constants.md", "commands")
+"""The pages in docs/reference that the site completes from the code."""
 
-    pages = (REPOSITORY / "docs").rglob("*.md")
-    reference = REPOSITORY / "docs" / "reference"
-    readme = words(REPOSITORY / "README.md")
-    assert readme <= 900
-    others = sum(words(path) for path in pages if not path.is_relative_to(reference))
-    assert readme + others <= 25_000
+
+def test_the_documents_are_short() -> None:
+    generated = [DOCS / "reference" / name for name in GENERATED]
+    pages = [
+        page
+        for page in (REPOSITORY / "README.md", *DOCS.rglob("*.md"))
+        if not any(page.is_relative_to(path) for path in generated)
+    ]
+    assert sum(len(page.read_text().split()) for page in pages) <= 21_000
+
+
+def test_every_command_has_a_page() -> None:
+    group: Any = typer.main.get_command(app)
+    pages = {page.stem for page in (DOCS / "reference" / "commands").glob("*.md")}
+    assert pages == {"index", *group.commands}
 
 
 def test_the_site_is_whole(tmp_path: Path, programs: Path) -> None:
@@ -239,6 +313,11 @@ def test_the_site_is_whole(tmp_path: Path, programs: Path) -> None:
     shown = (tmp_path / "reference" / "python" / "index.html").read_text()
     assert "Complete the next frame." in shown  # a docstring of the compiled module
     assert "push_sparse" in (tmp_path / "reference" / "cpp" / "index.html").read_text()
+    assert "--drop-above" in (tmp_path / "reference/commands/complete/index.html").read_text()
+    table = (tmp_path / "reference" / "constants" / "index.html").read_text()
+    for name, value in (("least_weight", 0.15), ("modes_of_part", 16), ("jump", 3)):
+        assert re.search(rf"<code>{name}\b.*?</td>\s*<td>{value}</td>", table), name
+    assert "<td>biharmonic on motion (libigl)</td>" in (tmp_path / "results/index.html").read_text()
     method = (tmp_path / "method" / "index.html").read_text()
     assert "<math" in method
     assert "arithmatex" not in method

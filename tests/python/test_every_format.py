@@ -1,6 +1,5 @@
 """Requirements for all file formats, including their errors."""
 
-import shutil
 import sys
 from collections.abc import Callable
 from dataclasses import replace
@@ -82,12 +81,6 @@ def format(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 
 
-def test_no_format_is_forgotten() -> None:
-    assert set(FORMATS) == {
-        "npz", "npy", "hdf5", "ply", "obj", "usd", "alembic", "pc2", "mdd", "pvd",
-    }  # fmt: skip
-
-
 def test_a_sequence_survives(tmp_path: Path, partial: dynmesh.Sequence, format: str) -> None:
     path = place(tmp_path, format)
     dynmesh.write(path, partial)
@@ -114,7 +107,7 @@ def test_a_sequence_survives(tmp_path: Path, partial: dynmesh.Sequence, format: 
         assert again.name == "/world/body"
 
 
-@pytest.mark.parametrize("fps", [None, 25.0, 30000 / 1001])
+@pytest.mark.parametrize("fps", [None, 30000 / 1001])
 def test_the_first_frame_keeps_its_number(
     tmp_path: Path, partial: dynmesh.Sequence, format: str, fps: float | None
 ) -> None:
@@ -138,7 +131,7 @@ def test_the_first_frame_keeps_its_number(
         assert files.target_of(source).existing() == [one_file(source, i) for i in range(7)]
 
 
-@pytest.mark.parametrize("fps", [None, 25.0, 30000 / 1001])
+@pytest.mark.parametrize("fps", [None, 30000 / 1001])
 @pytest.mark.parametrize(
     "times", [[1.0, 2, 3, 7, 8, 9, 10], [-4.5, -3.5, 1001, 1002, 1003.25, 1003.75, 1004.75]]
 )
@@ -186,12 +179,12 @@ def test_any_frames_can_be_requested(
     with dynmesh.open(path) as reader:
         assert (reader.n_frames, reader.n_vertices) == (7, 144)
         for numbers in (slice(2, 6, 2), slice(5, None), slice(3, 3), slice(None, 1)):
-            frames = [
-                f.points for f in reader.frames(numbers.start or 0, numbers.stop, numbers.step or 1)
-            ]
-            np.testing.assert_array_equal(
-                np.array(frames).reshape(-1, 144, 3), partial.vertices[numbers]
-            )
+            frames = list(reader.frames(numbers.start or 0, numbers.stop, numbers.step or 1))
+            points = np.array([frame.points for frame in frames]).reshape(-1, 144, 3)
+            np.testing.assert_array_equal(points, partial.vertices[numbers])
+            if format in MASKED:
+                known = np.array([frame.known for frame in frames], bool).reshape(-1, 144)
+                np.testing.assert_array_equal(known, partial.known[numbers])  # type: ignore[index]
         first, second = iter(reader), iter(reader)
         next(first)
         np.testing.assert_array_equal(next(second).points, partial.vertices[0])
@@ -210,6 +203,27 @@ def test_double_precision_is_kept_where_it_can(
     else:
         assert again.dtype == np.float64
         np.testing.assert_array_equal(again, vertices)
+
+
+@pytest.mark.parametrize("format", sorted(SINGLE_PRECISION))
+def test_what_float32_cannot_hold_is_refused(
+    tmp_path: Path, partial: dynmesh.Sequence, format: str
+) -> None:
+    path = place(tmp_path, format)
+    vertices = np.nan_to_num(partial.vertices.astype(np.float64))
+    vertices[1, 5, 0] = np.inf  # not finite, so it is missing
+    dynmesh.write(path, dynmesh.Sequence(vertices, partial.faces))
+    assert np.isinf(dynmesh.read(path).vertices).sum() == 1
+    before = path.read_bytes()
+    vertices[2, 7, 1] = -1e39
+    with pytest.raises(ValueError, match=r"frame 2: vertex 7 at \[.*-1e\+39.* range of") as caught:
+        dynmesh.write(path, dynmesh.Sequence(vertices, partial.faces))
+    assert str(caught.value).startswith(f"{path}: ")
+    assert path.read_bytes() == before
+    if format not in MASKED:
+        known = vertices[..., 1] > -1e38
+        dynmesh.write(path, dynmesh.Sequence(vertices, partial.faces, known))
+        assert np.isnan(dynmesh.read(path).vertices[2, 7]).all()
 
 
 def test_completion_is_the_same_through_each(
@@ -234,11 +248,10 @@ def test_completion_is_the_same_through_each(
     assert (completed.polygons is None) == (format == "npy")
 
 
+@pytest.mark.parametrize("format", sorted({*FORMATS} - TRACED))
 def test_provenance_is_refused_by_formats_without_it(
     tmp_path: Path, partial: dynmesh.Sequence, format: str
 ) -> None:
-    if format in TRACED:
-        pytest.skip("it can")
     source = tmp_path / "in.npz"
     dynmesh.write(source, partial)
     with pytest.raises(ValueError, match=r"generation|provenance") as caught:
@@ -259,6 +272,10 @@ def truncated(file: Path) -> None:
     file.write_bytes(file.read_bytes()[: file.stat().st_size * 3 // 5])
 
 
+def shortened(file: Path) -> None:
+    file.write_bytes(file.read_bytes()[:-9])
+
+
 def emptied(file: Path) -> None:
     file.write_bytes(b"")
 
@@ -271,7 +288,7 @@ def binary_zeros(file: Path) -> None:
     file.write_bytes(bytes(5000))
 
 
-@pytest.mark.parametrize("spoil", [truncated, emptied, mislabelled, binary_zeros])
+@pytest.mark.parametrize("spoil", [truncated, shortened, emptied, mislabelled, binary_zeros])
 def test_damaged_files_are_refused_in_one_line(
     tmp_path: Path,
     partial: dynmesh.Sequence,
@@ -335,14 +352,14 @@ def test_a_full_disk_leaves_nothing_half_done(
     assert output == ""
     assert len(error.strip().splitlines()) == 1, error
     assert "out" in error
+    assert "File too large" in error
     assert [path.name for path in tmp_path.iterdir()] == ["in.npz"]
 
 
+@pytest.mark.parametrize("format", LIBRARY)
 def test_a_missing_library_is_named(
     tmp_path: Path, partial: dynmesh.Sequence, format: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    if format not in LIBRARY:
-        pytest.skip("it needs none")
     module, extra = LIBRARY[format]
     path = place(tmp_path, format)
     dynmesh.write(path, partial)
@@ -359,11 +376,11 @@ def test_a_missing_library_is_named(
     assert sorted(tmp_path.rglob("*")) == before
 
 
+@pytest.mark.parametrize("format", ["npz", "hdf5", "alembic"])
 def test_the_suffix_can_be_overridden(
     tmp_path: Path, partial: dynmesh.Sequence, format: str
 ) -> None:
-    if format in ("ply", "obj", "pvd", "usd", "pc2", "mdd", "npy"):
-        pytest.skip("of several files, or of a library that insists on the suffix")
+    """The other formats have several files, or libraries that insist on the suffix."""
     path = tmp_path / "scan.dat"
     dynmesh.write(path, partial, format=format)
     np.testing.assert_array_equal(dynmesh.read(path, format=format).vertices, partial.vertices)
@@ -386,8 +403,6 @@ def test_masks_may_be_in_another_file(
     ):
         again = dynmesh.read(path, **options)
         np.testing.assert_array_equal(again.known, partial.known)
-    with pytest.raises(ValueError, match=r"known: must have shape \(7, 144\)"):
-        dynmesh.read(path, known=partial.known[1:])
 
 
 def test_a_vertex_at_the_origin_in_frame_0_is_known(tmp_path: Path) -> None:
@@ -404,4 +419,3 @@ def test_sequences_without_frames_are_refused(tmp_path: Path, partial: dynmesh.S
     dynmesh.write(tmp_path / "a.npz", none)
     with pytest.raises(ValueError, match=r"a\.npz: has no frames"):
         dynmesh.open(tmp_path / "a.npz")
-    shutil.rmtree(tmp_path)

@@ -16,9 +16,9 @@ from commands import dynmesh_command as run
 import dynmesh
 from dynmesh import cli, files
 from dynmesh.files.lock import unfinished_folder
-from dynmesh.jobs import file_completion
 from dynmesh.jobs.batch import Job, complete_files
 from dynmesh.jobs.checkpoint import Checkpoint, OtherJobError
+from dynmesh.jobs.directions import Watch
 from dynmesh.jobs.file_completion import complete_file
 from dynmesh.settings import default_settings
 
@@ -44,7 +44,7 @@ def eager(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Checkpoint, "most_of_the_time", 1e9)
 
 
-def interrupted_after(n: int, error: BaseException) -> file_completion.Watch:
+def interrupted_after(n: int, error: BaseException) -> Watch:
     """Passes n frames on, then raises an error like one of the user or the system."""
 
     def watch(frames: Iterator[Any], _: int, done: int) -> Iterator[Any]:
@@ -100,7 +100,7 @@ def test_a_resumed_run_equals_an_uninterrupted_one(
     np.testing.assert_array_equal(one.vertices, other.vertices)
 
 
-def pressing_after(*moments: int) -> file_completion.Watch:
+def pressing_after(*moments: int) -> Watch:
     """Passes frames on, and presses Ctrl+C before these."""
 
     def watch(frames: Iterator[Any], _: int, done: int) -> Iterator[Any]:

@@ -14,27 +14,12 @@ from sequences import GOOD, NO_SEQUENCE
 import dynmesh
 
 
-def sequence_of(mesh: Mesh, *, masked: bool = True, dtype: Any = np.float32) -> dynmesh.Sequence:
+def sequence_of(mesh: Mesh) -> dynmesh.Sequence:
     rng = np.random.default_rng(0)
-    vertices = (mesh.vertices + rng.normal(size=(5, 1, 3))).astype(dtype)
-    known = rng.random((5, len(mesh.vertices))) < 0.5 if masked else None
-    return dynmesh.Sequence(vertices, mesh.faces, known, fps=25.0 if masked else None)
-
-
-@pytest.mark.parametrize("masked", [True, False])
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_what_is_written_is_read(tmp_path: Path, mesh: Mesh, dtype: Any, masked: bool) -> None:
-    sequence = sequence_of(mesh, masked=masked, dtype=dtype)
-    dynmesh.write(tmp_path / "a.npz", sequence)
-    again = dynmesh.read(tmp_path / "a.npz")
-    assert again.vertices.dtype == dtype
-    np.testing.assert_array_equal(again.vertices, sequence.vertices)
-    np.testing.assert_array_equal(again.faces, sequence.faces)
-    np.testing.assert_array_equal(again.known, sequence.known)
-    assert again.fps == sequence.fps
-    assert [path.name for path in tmp_path.iterdir()] == ["a.npz"]
-    with np.load(tmp_path / "a.npz") as plain:
-        np.testing.assert_array_equal(plain["vertices"], sequence.vertices)
+    vertices = (mesh.vertices + rng.normal(size=(5, 1, 3))).astype(np.float32)
+    return dynmesh.Sequence(
+        vertices, mesh.faces, rng.random((5, len(mesh.vertices))) < 0.5, fps=25.0
+    )
 
 
 def test_what_numpy_writes_is_read(tmp_path: Path, mesh: Mesh) -> None:
@@ -57,25 +42,6 @@ def test_what_numpy_writes_is_read(tmp_path: Path, mesh: Mesh) -> None:
         np.testing.assert_array_equal(again.vertices, sequence.vertices)
         np.testing.assert_array_equal(again.known, known)
         assert again.vertices.dtype == np.float32
-
-
-def test_a_reader_can_be_iterated_again(tmp_path: Path, mesh: Mesh) -> None:
-    sequence = sequence_of(mesh)
-    dynmesh.write(tmp_path / "a.npz", sequence)
-    with dynmesh.open(tmp_path / "a.npz") as reader:
-        assert (reader.n_frames, reader.n_vertices, reader.has_known, reader.fps) == (
-            5,
-            49,
-            True,
-            25,
-        )
-        first, second = iter(reader), iter(reader)
-        next(first)
-        for i in range(5):
-            points, known = next(second)
-            np.testing.assert_array_equal(points, sequence.vertices[i])
-            np.testing.assert_array_equal(known, sequence.known[i])  # type: ignore[index]
-        np.testing.assert_array_equal(next(first).points, sequence.vertices[1])
 
 
 def test_memory_does_not_grow_with_the_frames(tmp_path: Path, mesh: Mesh) -> None:
@@ -140,24 +106,15 @@ def test_files_that_hold_no_sequence_are_refused(
     assert str(caught.value).startswith(f"{path}: ")
 
 
-def test_damaged_files_are_refused(tmp_path: Path, mesh: Mesh) -> None:
-    whole = tmp_path / "whole.npz"
-    dynmesh.write(whole, sequence_of(mesh))
-    data = whole.read_bytes()
+def test_an_array_with_fewer_frames_than_it_announces_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "damaged.npz"
-    for damaged in (b"", b"solid", data[: len(data) // 2], data[:400] + b"\1" + data[401:]):
-        path.write_bytes(damaged)
-        with pytest.raises(ValueError, match=r"damaged\.npz: "):
-            dynmesh.read(path)
-
-    buffer = io.BytesIO()
-    np.save(buffer, np.zeros((100, 4, 3)))
     with zipfile.ZipFile(path, "w") as archive:
-        archive.writestr(
-            "vertices.npy", buffer.getvalue()[:1000]
-        )  # complete, but with too few frames
-        buffer = io.BytesIO()
-        np.save(buffer, GOOD["faces"])
-        archive.writestr("faces.npy", buffer.getvalue())
-    with pytest.raises(ValueError, match="ends in the middle of frame 9 of 100"):
+        for name, array, size in (
+            ("vertices", np.zeros((100, 4, 3)), 1000),
+            ("faces", GOOD["faces"], None),
+        ):
+            buffer = io.BytesIO()
+            np.save(buffer, array)
+            archive.writestr(f"{name}.npy", buffer.getvalue()[:size])
+    with pytest.raises(ValueError, match=r"damaged\.npz: .*ends in the middle of frame 9 of 100"):
         dynmesh.read(path)

@@ -3,7 +3,6 @@
 import subprocess
 import sys
 import threading
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,51 +20,38 @@ h5py = pytest.importorskip("h5py", reason="h5py is not installed")
 N, K = 6, 49
 
 
-def sequence(dtype: Any = np.float32, **more: Any) -> dynmesh.Sequence:
+def sequence() -> dynmesh.Sequence:
     """A sheet with missing vertices, provenance and all optional attributes."""
     rng = np.random.default_rng(3)
     mesh = sheet(7)
     known = rng.random((N, K)) < 0.5
-    vertices = (mesh.vertices + rng.normal(size=(N, 1, 3))).astype(dtype)
+    vertices = (mesh.vertices + rng.normal(size=(N, 1, 3))).astype(np.float32)
     vertices[~known] = np.nan
-    everything: dict[str, Any] = {
-        "known": known,
-        "fps": 30000 / 1001,
-        "up_axis": "z",
-        "name": "/welt/Körper",
-        "start": 1000.5,
-        "times": np.array([1000.5, 1001, 1002, 1007, 1008, 1009.25]),
-        "metres_per_unit": 0.01,
-        "generation": rng.integers(-1, 9, (N, K)).astype(np.int32),
-        "age": rng.integers(0, 2**31 - 1, (N, K)).astype(np.int32),
-    }
-    return dynmesh.Sequence(vertices, mesh.faces, **(everything | more))
+    return dynmesh.Sequence(
+        vertices,
+        mesh.faces,
+        known,
+        fps=30000 / 1001,
+        name="/welt/Körper",
+        generation=rng.integers(-1, 9, (N, K)).astype(np.int32),
+        age=rng.integers(0, 2**31 - 1, (N, K)).astype(np.int32),
+    )
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_hdf5_keeps_everything(tmp_path: Path, dtype: Any) -> None:
-    pieces = [np.array(p) for p in ([0, 1, 8, 7], [1, 2, 3, 10, 9, 8], [20, 21, 22])]
-    polygons = Polygons(np.array([len(p) for p in pieces]), np.concatenate(pieces))
-    before = replace(sequence(dtype), faces=triangulate(polygons), polygons=polygons)
-    for suffix in (".h5", ".hdf5"):
-        dynmesh.write(tmp_path / f"a{suffix}", before)
-        again = dynmesh.read(tmp_path / f"a{suffix}")
-        said = ("fps", "up_axis", "name", "start", "times", "metres_per_unit")
-        assert_same(before, again, *HISTORY, *said)
-        assert again.polygons is not None
-        np.testing.assert_array_equal(again.polygons.sizes, polygons.sizes)
-        np.testing.assert_array_equal(again.polygons.corners, polygons.corners)
-    assert (tmp_path / "a.h5").read_bytes() == (tmp_path / "a.hdf5").read_bytes()
-    with h5py.File(tmp_path / "a.h5") as plain:
+def test_others_read_what_is_written_to_hdf5(tmp_path: Path) -> None:
+    before = sequence()
+    dynmesh.write(tmp_path / "a.hdf5", before)
+    with h5py.File(tmp_path / "a.hdf5") as plain:
         np.testing.assert_array_equal(plain["vertices"][:], before.vertices)
         assert plain["known"].dtype == np.bool_
         assert plain["fps"][()] == before.fps
+        assert plain["name"].asstr()[()] == "/welt/Körper"
+    assert dynmesh.read(tmp_path / "a.hdf5").name == before.name
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_npy_keeps_the_arrays(tmp_path: Path, dtype: Any) -> None:
+def test_npy_keeps_the_arrays(tmp_path: Path) -> None:
     path = tmp_path / "a.b.npy"
-    before = sequence(dtype)
+    before = sequence()
     dynmesh.write(path, before)
     assert_same(before, dynmesh.read(path), *HISTORY)
     np.testing.assert_array_equal(np.load(path), before.vertices)
@@ -78,7 +64,7 @@ def test_npy_keeps_the_arrays(tmp_path: Path, dtype: Any) -> None:
     assert sorted(files.target_of(path).existing()) == sorted(tmp_path.iterdir())
 
     (tmp_path / "a.b.age.npy").unlink()
-    with pytest.raises(ValueError, match="generation and age must both exist or neither"):
+    with pytest.raises(ValueError, match="generation, age: must be given both or neither"):
         dynmesh.read(path)
 
 
@@ -242,14 +228,14 @@ def test_damaged_hdf5_is_refused_quietly(tmp_path: Path, capfd: pytest.CaptureFi
         except ValueError as error:
             refusals.append(str(error))
 
-    for size in range(0, len(whole), len(whole) // 50):
+    for size in range(0, len(whole), len(whole) // 20):
         read(whole[:size])
-    assert len(refusals) >= 50
+    assert len(refusals) >= 20
     described = whole.index(sequence().vertices.tobytes())  # everything before it is a description
-    for _ in range(300):
+    for _ in range(100):
         place, value = rng.integers(0, described), rng.integers(0, 256)
         read(whole[:place] + bytes([value]) + whole[place + 1 :])
-    assert len(refusals) >= 100
+    assert len(refusals) >= 35
     thread = threading.Thread(target=read, args=[whole[:1000]])
     thread.start()
     thread.join()

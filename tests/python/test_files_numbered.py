@@ -121,10 +121,10 @@ def test_gaps_in_a_folder_and_a_glob_are_refused(
 
 def test_a_shorter_sequence_replaces_a_longer_one(tmp_path: Path, mesh: Mesh) -> None:
     path = tmp_path / "f_%03d.ply"
-    dynmesh.write(path, sequence_of(mesh, 1002))
+    dynmesh.write(path, replace(sequence_of(mesh, 5), start=997))
     (tmp_path / "f_12.ply").touch()
     (tmp_path / "g_001.ply").touch()
-    assert len(files.target_of(path).existing()) == 1002
+    assert len(files.target_of(path).existing()) == 5
     assert files.target_of(path).existing()[-1].name == "f_1001.ply"
     dynmesh.write(path, sequence_of(mesh, 2))
     assert names(tmp_path) == ["f_000.ply", "f_001.ply", "f_12.ply", "g_001.ply"]
@@ -186,12 +186,6 @@ def test_a_failed_write_leaves_nothing(tmp_path: Path, mesh: Mesh) -> None:
     ):
         with pytest.raises(ValueError, match=message):
             dynmesh.write(tmp_path / path, sequence)
-    traced = np.zeros((3, 49), np.int32)
-    with pytest.raises(ValueError, match="cannot hold generation and age"):
-        dynmesh.write(
-            tmp_path / "new" / "f_%04d.obj",
-            dynmesh.Sequence(sequence.vertices, mesh.faces, generation=traced, age=traced),
-        )
     with pytest.raises(ValueError, match="the sequence has no faces"):
         dynmesh.write(tmp_path / "a%d.ply", dynmesh.Sequence(sequence.vertices, mesh.faces[:0]))
     with pytest.raises(FileNotFoundError):

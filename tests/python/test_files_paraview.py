@@ -15,7 +15,6 @@ from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLPolyDataWriter
 
 import dynmesh
 from dynmesh import files
-from dynmesh.polygons import Polygons, triangulate
 
 Adjust = Callable[[Any], object]
 
@@ -45,38 +44,6 @@ def index(*entries: str) -> str:
 
 
 # Written by dynmesh
-
-
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_everything_is_read_again(tmp_path: Path, dtype: Any) -> None:
-    rng = np.random.default_rng(2)
-    sizes = np.array([4, 3, 6], np.int32)
-    polygons = Polygons(sizes, rng.integers(0, 20, 13).astype(np.int32))
-    vertices = rng.normal(size=(3, 20, 3)).astype(dtype)
-    known = rng.random((3, 20)) < 0.5
-    vertices[~known] = np.nan
-    vertices[0, 0] = np.inf
-    generation, age = rng.integers(-1, 70_000, (2, 3, 20)).astype(np.int32)
-    sequence = dynmesh.Sequence(
-        vertices,
-        triangulate(polygons),
-        known,
-        fps=29.97,
-        polygons=polygons,
-        generation=generation,
-        age=age,
-    )
-    dynmesh.write(tmp_path / "walk.pvd", sequence)
-    assert names(tmp_path) == ["walk", "walk.pvd"]
-    assert names(tmp_path / "walk") == ["walk_0000.vtp", "walk_0001.vtp", "walk_0002.vtp"]
-    again = dynmesh.read(tmp_path / "walk.pvd")
-    assert again.vertices.dtype == dtype
-    for name in ("vertices", "faces", "known", "generation", "age"):
-        np.testing.assert_array_equal(getattr(again, name), getattr(sequence, name))
-    assert again.polygons is not None
-    np.testing.assert_array_equal(again.polygons.sizes, polygons.sizes)
-    np.testing.assert_array_equal(again.polygons.corners, polygons.corners)
-    assert again.fps == 29.97
 
 
 def test_vtk_reads_what_is_written(tmp_path: Path, mesh: Mesh) -> None:
@@ -134,20 +101,6 @@ def test_a_shorter_sequence_replaces_a_longer_one(tmp_path: Path, mesh: Mesh) ->
         assert [file.name for file in reader.files] == [
             "walk.pvd", "walk_0000.vtp", "walk_0001.vtp",
         ]  # fmt: skip
-
-
-def test_an_interrupted_sequence_can_be_resumed(tmp_path: Path, mesh: Mesh) -> None:
-    sequence = moving(mesh)
-    path, folder = tmp_path / "walk.pvd", tmp_path / "work"
-    header = files.Header(mesh.faces, 4, 49, np.dtype(np.float64), fps=30.0)
-    files.target_of(path).create(header, folder=folder).append(sequence.vertices[0])
-    with files.target_of(path).create(header, folder=folder, resume_at=1) as writer:
-        for points in sequence.vertices[1:]:
-            writer.append(points)
-    again = dynmesh.read(path)
-    np.testing.assert_array_equal(again.vertices, sequence.vertices)
-    assert again.fps == 30
-    assert names(tmp_path) == ["walk", "walk.pvd"]
 
 
 def test_a_failed_write_leaves_nothing(tmp_path: Path, mesh: Mesh) -> None:

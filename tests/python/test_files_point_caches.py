@@ -2,7 +2,6 @@
 
 import struct
 import subprocess
-from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -13,16 +12,15 @@ from meshes import Array, sheet
 import dynmesh
 from dynmesh import files
 from dynmesh.files.mdd import timing
-from dynmesh.polygons import Polygons, triangulate
 
 K = 49
 SUFFIXES = [".pc2", ".mdd"]
 
 
-def sequence(n: int = 10, dtype: Any = np.float32, **more: Any) -> dynmesh.Sequence:
+def sequence(n: int = 10, **more: Any) -> dynmesh.Sequence:
     mesh = sheet(7)
     vertices = mesh.vertices + np.random.default_rng(0).normal(size=(n, 1, 3))
-    return dynmesh.Sequence(vertices.astype(dtype), mesh.faces, **more)
+    return dynmesh.Sequence(vertices.astype(np.float32), mesh.faces, **more)
 
 
 def pc2(frames: Array, version: int = 1, n: int | None = None, k: int | None = None) -> bytes:
@@ -71,20 +69,6 @@ def test_what_is_written_is_what_the_format_says(tmp_path: Path, suffix: str) ->
         np.testing.assert_array_equal(reader.faces, before.faces)
 
 
-@pytest.mark.parametrize("suffix", SUFFIXES)
-def test_the_mesh_beside_keeps_polygons(tmp_path: Path, suffix: str) -> None:
-    path = tmp_path / f"a{suffix}"
-    pieces = [np.array(p) for p in ([0, 1, 8, 7], [1, 2, 3, 10, 9, 8], [20, 21, 22])]
-    polygons = Polygons(np.array([len(p) for p in pieces]), np.concatenate(pieces))
-    one = dynmesh.Sequence(sequence(1).vertices, triangulate(polygons), polygons=polygons)
-    dynmesh.write(path, one)
-    again = dynmesh.read(path)
-    assert again.polygons is not None
-    np.testing.assert_array_equal(again.polygons.sizes, polygons.sizes)
-    np.testing.assert_array_equal(again.polygons.corners, polygons.corners)
-    np.testing.assert_array_equal(dynmesh.read(tmp_path / "a.obj").vertices, one.vertices)
-
-
 def test_an_existing_mesh_with_the_same_faces_is_kept(tmp_path: Path) -> None:
     path, mesh = tmp_path / "a.pc2", tmp_path / "a.obj"
     dynmesh.write(path, sequence())
@@ -129,38 +113,10 @@ def test_faces_come_from_a_mesh(tmp_path: Path, suffix: str) -> None:
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
-def test_doubles_are_rounded_and_never_become_infinite(tmp_path: Path, suffix: str) -> None:
-    path = tmp_path / f"a{suffix}"
-    before = sequence(3, np.float64)
-    dynmesh.write(path, before)
-    np.testing.assert_array_equal(dynmesh.read(path).vertices, before.vertices.astype(np.float32))
-
-    known = np.ones((3, K), bool)
-    known[2, 7] = False
-    before.vertices[2, 7, 1] = 1e39
-    dynmesh.write(path, dynmesh.Sequence(before.vertices, before.faces, known))
-    good = path.read_bytes()
-    with pytest.raises(
-        ValueError, match=r"frame 2: vertex 7 at \[.*1e\+39.* range of float32"
-    ) as e:
-        dynmesh.write(path, before)
-    assert str(e.value).startswith(f"{path}: ")
-    assert path.read_bytes() == good
-    before.vertices[2, 7, 1] = np.inf  # not finite, so unknown
-    dynmesh.write(path, before)
-    assert np.isinf(dynmesh.read(path).vertices).sum() == 1
-
-
-@pytest.mark.parametrize("suffix", SUFFIXES)
-def test_values_beyond_a_point_cache_are_refused(tmp_path: Path, suffix: str) -> None:
-    path = tmp_path / f"a{suffix}"
-    ages = np.zeros((10, K), np.int32)
-    with pytest.raises(ValueError, match=r"cannot hold generation and age; \.npz, .* can") as e:
-        dynmesh.write(path, sequence(generation=ages, age=ages))
-    assert str(e.value).startswith(f"{path}: ")
+def test_more_frames_than_a_point_cache_can_count_are_refused(tmp_path: Path, suffix: str) -> None:
     header = dynmesh.Header(sheet(7).faces, 2**31, K, np.dtype(np.float32))
     with pytest.raises(ValueError, match="can hold at most 2147483647 frames, not 2147483648"):
-        files.create(path, header)
+        files.create(tmp_path / f"a{suffix}", header)
     assert not list(tmp_path.iterdir())
 
 
@@ -214,10 +170,7 @@ def test_damaged_caches_are_refused(tmp_path: Path, name: str, data: bytes, mess
     assert str(caught.value).startswith(f"{path}: ")
 
 
-@pytest.mark.parametrize(
-    ("start", "n"),
-    [*product([0, 1, -7, 1001, 86400], [2, 3, 100]), (-7, 5000), (86400, 5000)],
-)
+@pytest.mark.parametrize(("start", "n"), [(0, 2), (1, 3), (1001, 100), (86400, 2)])
 @pytest.mark.parametrize("fps", [24.0, 25.0, 29.97, 23.976, 60.0, 120.0, 12.5, 0.5, 7.0])
 def test_mdd_stores_rate_and_start(tmp_path: Path, fps: float, start: int, n: int) -> None:
     path = tmp_path / "a.mdd"
@@ -228,6 +181,9 @@ def test_mdd_stores_rate_and_start(tmp_path: Path, fps: float, start: int, n: in
     assert (again.fps, again.start) == (fps, start)
     later = (5 + np.arange(n) / fps).astype(np.float32)
     assert timing(later.astype(np.float64)) == pytest.approx((fps, 5 * fps), rel=1e-5)
+    for first in (-7, 86400):
+        long = ((first + np.arange(5000)) / fps).astype(np.float32)
+        assert timing(long.astype(np.float64)) == (fps, first)
 
 
 def test_mdd_has_no_rate_if_it_is_unknown(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from dynmesh import open as open_sequence
 from dynmesh.draw.heatmap import Heatmap, likely_up, stated_up, whole_faces
 from dynmesh.draw.quantities import QUANTITIES, Colour
 from dynmesh.draw.scales import CountScale, KnownScale, MeasureScale, plain, round_up
-from dynmesh.files.memory import SequenceReader
+from dynmesh.frames.memory import SequenceReader
 
 
 @pytest.fixture

@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -224,20 +223,3 @@ def test_the_topology_report_lists_problems() -> None:
     assert report.refused_faces[1].reason == "duplicate of face 0"
     expected = "RefusedFace(index=11, kind='duplicate', reason='duplicate of face 0')"
     assert repr(report.refused_faces[1]) == expected
-
-
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_threads_change_nothing(dtype: Any, shared_pieces: Callable[[], int]) -> None:
-    mesh = sheet(30)
-    rng = np.random.default_rng(3)
-    frame = mesh.vertices.astype(dtype)
-    completers = [dynmesh.Completer(mesh.faces, frame, threads=n) for n in (1, 2, 4)]
-    for i in range(5):
-        points = (mesh.vertices + rng.normal(size=mesh.vertices.shape) * 0.1 + i).astype(dtype)
-        known = rng.random(len(points)) < 0.2
-        first = completers[0].push(points, known)
-        for completer in completers[1:]:
-            before = shared_pieces()
-            np.testing.assert_array_equal(completer.push(points, known), first)
-            assert shared_pieces() > before
-    assert len({completer.state() for completer in completers}) == 1

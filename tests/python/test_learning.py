@@ -146,17 +146,6 @@ def test_frames_in_which_nothing_moves_teach_nothing(
     np.testing.assert_allclose(learned, plain, atol=1e-9)
 
 
-def test_a_completer_learns_from_frames_or_from_a_training(sheet: Mesh) -> None:
-    with pytest.raises(ValueError, match=r"learn: .*own frames or from a training sequence"):
-        dynmesh.Completer(
-            sheet.faces,
-            sheet.vertices,
-            method="detail",
-            learn=True,
-            training=swinging(sheet.vertices, 4),
-        )
-
-
 @pytest.mark.parametrize(("name", "most"), [("ea_bone", 0.80), ("ocean_sim_50x50", 1.02)])
 def test_recorded_subjects(data: Path, name: str, most: float) -> None:
     """One recurs, the other does not."""

@@ -1,6 +1,5 @@
-"""The methods of libigl, and the evaluation without libigl."""
+"""The methods of libigl, and the comparison with and without libigl."""
 
-import json
 import sys
 from pathlib import Path
 from typing import Any
@@ -9,12 +8,9 @@ import meshes
 import numpy as np
 import pytest
 
-import dynmesh
-from dynmesh.study import charts, pictures, report, style
-from dynmesh.study.claims import Claims, detail_verdicts, verdicts
-from dynmesh.study.libigl import Arap, Harmonic
-from dynmesh.study.plan import Plan
-from dynmesh.study.sequence_study import Study, study, trial
+from benchmarks import beyond
+from benchmarks.baselines import BASELINES
+from benchmarks.libigl import Arap, Harmonic
 from dynmesh.study.subjects import Subject
 
 
@@ -40,8 +36,6 @@ def test_known_vertices_stay_as_given_and_the_rest_is_not_read(rng: np.random.Ge
             completed = baseline.complete(points, known)
             np.testing.assert_array_equal(completed[known], points[known], err_msg=name)
             np.testing.assert_allclose(completed, moved, atol=close, err_msg=name)
-        baseline.reset()
-        np.testing.assert_array_equal(baseline.completed, mesh.vertices)
 
 
 def test_each_libigl_method_meets_its_definition(rng: np.random.Generator) -> None:
@@ -67,8 +61,7 @@ def test_each_libigl_method_meets_its_definition(rng: np.random.Generator) -> No
     harmonic, biharmonic, *_ = baselines(flat).values()
     np.testing.assert_allclose(harmonic.complete(sheared, border), sheared, atol=1e-9)
     np.testing.assert_allclose(biharmonic.complete(sheared, two_rings), sheared, atol=1e-9)
-    for baseline in (harmonic, biharmonic):
-        baseline.reset()
+    harmonic, biharmonic, *_ = baselines(flat).values()
     assert np.abs(harmonic.complete(bowed, two_rings) - bowed).max() > 0.01
     np.testing.assert_allclose(biharmonic.complete(bowed, two_rings), bowed, atol=1e-9)
 
@@ -80,66 +73,40 @@ def small_subject(*, degenerate: bool) -> Subject:
     return Subject("sheet", frames.astype(np.float32), faces, "z", 60.0)
 
 
-def test_unsolvable_frames_of_libigl_are_reported() -> None:
+def test_unsolvable_frames_of_libigl_are_reported(capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("igl", reason="libigl is not installed")
-    assert trial(small_subject(degenerate=False), 0).missing == {}
-    missing = trial(small_subject(degenerate=True), 0).missing
-    assert missing == dict.fromkeys(["biharmonic_on_motion", "arap"], "its solution is not finite")
+    assert beyond.measured(beyond.study(small_subject(degenerate=False)), BASELINES)
+    done = beyond.study(small_subject(degenerate=True))
+    assert not beyond.measured(done, BASELINES)
+    told = capsys.readouterr().err
+    for method in BASELINES:
+        assert f"sheet: {method.label} is left out: its solution is not finite" in told
 
 
-def test_the_evaluation_works_without_libigl(
+def test_the_comparison_works_without_libigl(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pytest.importorskip("matplotlib")
-    pytest.importorskip("pyvista")
     monkeypatch.setitem(sys.modules, "igl", None)  # as if it were not installed
-    subject = small_subject(degenerate=False)
-    tried = trial(subject, 0)
-    done: Study = study(subject, Plan.quick(), 0, tried, lambda _: None)
-    claims = Claims(verdicts(done), detail_verdicts(done))
-    assert [v for v in claims.detail if "libigl" in v.claim or "biharmonic" in v.claim] == []
-    assert len(claims.detail) == 3
-    drawn = [
-        charts.figure12([done], tmp_path),
-        charts.figure14([done], tmp_path),
-        pictures.figure12(done, "camera", tmp_path),
-    ]
-    page = report.write_report([done], claims, "test", drawn, tmp_path).read_text()
-    assert "Left out on sheet: biharmonic on motion (libigl); this needs igl" in page
-    assert "Left out on sheet: ARAP (libigl); this needs igl" in page
-    numbers = json.loads(report.write_results([done], claims, "test", 0, tmp_path).read_text())
-    sheet = numbers["sequences"]["sheet"]
-    assert set(sheet["missing"]) == {"biharmonic_on_motion", "arap"}
-    assert "detail" in sheet["grid"]
-    assert "detail" in sheet["scenarios"]["camera"]
-    assert "arap" not in sheet["grid"]
-    assert dynmesh.__version__ == numbers["dynmesh"]
+    done = beyond.study(small_subject(degenerate=False))
+    claims = beyond.verdicts(done)
+    assert [v for v in claims if "libigl" in v.claim or "biharmonic" in v.claim] == []
+    assert len(claims) == 3
+    beyond.draw([done], tmp_path)
+    assert len(list(tmp_path.glob("*.png"))) == 6
 
 
-def test_axes_show_nmsve_in_the_unit_of_the_tables(
+def test_figures_show_nmsve_in_the_unit_of_the_tables(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pytest.importorskip("matplotlib")
     drawn: list[Any] = []
-
-    def keep(figure: Any, *_: Any, **__: Any) -> Path:
-        drawn.append(figure)
-        return tmp_path
-
-    monkeypatch.setattr(charts, "save", keep)
+    monkeypatch.setattr(beyond, "save", lambda figure, *_, **__: drawn.append(figure))
     monkeypatch.setitem(sys.modules, "igl", None)  # not needed here
-    subject = small_subject(degenerate=False)
-    done = study(subject, Plan.quick(), 0, trial(subject, 0), lambda _: None)
-    for draw in (charts.figure9, charts.figure12, charts.figure13, charts.figure14):
-        draw([done], tmp_path)
+    done = beyond.study(small_subject(degenerate=False))
+    beyond.hidden_parts([done], tmp_path)
+    beyond.two_readings([done], tmp_path)
     labelled = [axis for f in drawn for axis in f.axes if "NMSVE" in axis.get_ylabel()]
-    assert len(labelled) == 2 + 1 + 1 + 2
-    assert all(style.NMSVE_LABEL in axis.get_ylabel() for axis in labelled)
+    assert len(labelled) == 2
+    under_patches = done.scenarios["patches", "motion"].nmsve.mean()
+    assert drawn[0].axes[1].patches[0].get_height() == pytest.approx(1e4 * under_patches)
     errors = done.grid["motion", 0.3].nmsve
-    along_frames = drawn[0].axes[2].lines[0]
-    np.testing.assert_allclose(along_frames.get_ydata(), 1e4 * errors)
-    np.testing.assert_allclose(drawn[2].axes[1].lines[0].get_ydata(), 1e4 * errors)
-    of_camera = done.scenarios["camera", "motion"].nmsve.mean()
-    assert drawn[1].axes[0].patches[0].get_height() == pytest.approx(1e4 * of_camera)
-    by_share = drawn[3].axes[0].lines[0].get_ydata()
-    assert by_share[1] == pytest.approx(1e4 * errors.mean())
+    np.testing.assert_allclose(drawn[1].axes[1].lines[0].get_ydata(), 1e4 * errors)

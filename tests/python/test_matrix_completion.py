@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from dynmesh.study.matrix_completion import _problem, complete_at_once, shrunk
+from benchmarks.matrix_completion import _problem, complete_at_once, shrunk
 
 Floats = NDArray[np.float64]
 

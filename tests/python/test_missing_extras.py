@@ -10,7 +10,6 @@ import pytest
 from meshes import sheet
 
 import dynmesh
-import dynmesh.study
 from dynmesh import cli
 from dynmesh.files import Reader
 
@@ -84,15 +83,3 @@ def test_missing_libraries_are_reported_first(
     told = f"dynmesh: this needs {module.partition('.')[0]}: pip install 'dynmesh[{extra}]'\n"
     assert capfd.readouterr() == ("", told)
     assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
-
-
-def test_an_evaluation_without_libigl_is_announced_as_such(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
-    def evaluate(*_: Any, **__: Any) -> Path:
-        assert "with libigl: this needs igl: pip install" in capfd.readouterr().err
-        return tmp_path
-
-    hide(monkeypatch, "igl")
-    monkeypatch.setattr(dynmesh.study, "reproduce", evaluate)
-    assert run("reproduce", str(tmp_path)) == 0

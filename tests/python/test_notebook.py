@@ -54,7 +54,7 @@ def assert_upright(png: str) -> None:
 
 
 def test_the_notebook_is_stored_with_its_pictures(notebook: Any) -> None:
-    """As docs/make_figures/notebook.py stores it: who opens it sees results, but no players."""
+    """As benchmarks.figures.notebook stores it: who opens it sees results, but no players."""
     assert NOTEBOOK.stat().st_size < 400_000
     for cell, n_pictures in (("hide", 1), ("errors", 1), ("where", 2)):
         kinds = [kind for output in outputs(notebook, cell) for kind in output.get("data", {})]

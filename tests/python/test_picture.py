@@ -149,15 +149,6 @@ def test_a_reference_is_only_for_errors(sequence: Sequence, tmp_path: Path) -> N
         draw(sequence, tmp_path, numbers=[0], reference=reference, colour="age")
 
 
-def test_missing_frames_are_refused(sequence: Sequence, tmp_path: Path) -> None:
-    for number in (-1, 4):
-        with pytest.raises(
-            ValueError, match=rf"sheet.npz: has no frame {number}, only 0 to 3; frames are"
-        ):
-            draw(sequence, tmp_path, numbers=[0, number])
-    assert not (tmp_path / "sheet.png").exists()
-
-
 def test_nothing_to_see_is_refused(sequence: Sequence, tmp_path: Path) -> None:
     vertices = sequence.vertices.copy()
     vertices[2] = np.nan

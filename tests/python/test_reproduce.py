@@ -2,8 +2,6 @@
 
 import json
 import re
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +9,12 @@ import meshes
 import numpy as np
 import pytest
 from commands import dynmesh_command, dynmesh_process
-from conftest import REPOSITORY
 
 import dynmesh
 from dynmesh.draw import figures
-from dynmesh.study import reproduce, style
+from dynmesh.study import charts, reproduce, style
+from dynmesh.study.sequence_study import Plan, seconds_of_frame, seconds_of_work, study
+from dynmesh.study.subjects import Subject
 
 pytest.importorskip("pyvista")
 pytest.importorskip("matplotlib")
@@ -53,17 +52,10 @@ def test_every_figure_is_there_and_wide_enough(results: Path) -> None:
     names = {path.stem for path in results.glob("*.png")}
     assert names == {
         "figure7",
-        "figure16_error_bars",
         "figure8_sheet",
         "figure9",
         "figure10_sheet",
         "figure11_sheet",
-        "figure12_camera_and_patches",
-        "figure12_camera_sheet",
-        "figure12_patches_sheet",
-        "figure13_two_readings",
-        "figure14_detail_and_libigl",
-        "figure15_sheet",
     }
     assert names == {path.stem for path in results.glob("*.svg")}
     for path in results.glob("*.png"):
@@ -100,114 +92,25 @@ def test_the_numbers_are_those_of_the_library(results: Path) -> None:
     detail = dynmesh.metrics.nmsve(sequence.faces, sequence.vertices, detailed)[1:]
     assert sheet["grid"]["detail"]["0.3"]["nmsve_mean"] == pytest.approx(detail.mean() / diagonal)
     assert set(sheet["grid"]["detail"]) == {"0.1", "0.3", "0.5", "0.7"}
-    assert set(sheet["once_only"]) == {"0.1", "0.3", "0.5", "0.7"}
-
-
-def test_the_second_half_is_completed_after_the_first(results: Path) -> None:
-    half = json.loads((results / "results.json").read_text())["sequences"]["sheet"]["second_half"]
-    assert half["frames"] == 5
-    assert set(half["runs"]) == {"10 %", "camera"}
-    assert {"detail", "trained", "matrix_completion", "graph_completion"} <= set(half["labels"])
-    misled = [key for key in half["runs"]["10 %"] if key.startswith("trained on")]
-    assert misled == ["trained on noise", "trained on moves of other vertices"]
-    assert "<td>sheet, trained on noise</td>" in (results / "report.html").read_text()
 
 
 def test_the_report_stands_alone_and_judges_every_claim(results: Path) -> None:
     page = (results / "report.html").read_text()
     assert not re.search(r"""(src|href)=["'](?!data:)""", page)
-    assert page.count("data:image/png;base64,") == 12
+    assert page.count("data:image/png;base64,") == 5
     numbers = json.loads((results / "results.json").read_text())
     claims, of_detail = numbers["claims"], numbers["detail_claims"]
     assert len(claims) == 12
-    left_out = numbers["sequences"]["sheet"]["missing"]
-    assert len(of_detail) == 3 if left_out else 6
+    assert len(of_detail) == 3
     for claim in (*claims, *of_detail):
         assert claim["evidence"]
         assert isinstance(claim["holds"], bool)
     judged = re.findall(r"<td>(?:holds|<b>does not hold</b>)</td>", page)
     assert len(judged) == len(claims) + len(of_detail)
-    assert "<td>seen by one camera</td>" in page
     # The tables show NMSVE in units of 1e-4 diagonals; the JSON file has diagonals.
     run = numbers["sequences"]["sheet"]["grid"]["motion"]["0.1"]
     cell = f"{1e4 * run['nmsve_mean']:.3g}; {run['milliseconds_median']:.3g} ms"
     assert f"<td>motion (dynmesh)</td><td>{cell}</td>" in page
-
-
-def module(name: str, *arguments: str | Path) -> str:
-    """Runs a module of the repository, and returns what it printed."""
-    command = [sys.executable, "-m", f"benchmarks.{name}", *map(str, arguments)]
-    result = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True, check=False)
-    assert result.returncode == 0, result.stderr
-    return result.stdout
-
-
-def test_the_page_of_results_is_made_from_the_runs(results: Path, tmp_path: Path) -> None:
-    places = {"sheet", "claims", "detail_claims", "methods"}
-    places |= {"training", "training-summary", "whole"}
-    page, methods = tmp_path / "page.md", tmp_path / "methods.md"
-    other = tmp_path / "other.md"
-    page.write_text(
-        "".join(f"<!-- {name} -->\nbefore\n<!-- end -->\n" for name in places - {"methods"})
-    )
-    other.write_text("<!-- methods -->\nbefore\n<!-- end -->\n")
-    methods.write_text("| a table |\n\n| another |\n")
-    module("results_page", results, results, *[methods] * 3, "--pages", page, other)
-    text = page.read_text() + other.read_text()
-    assert "before" not in text
-    assert text.count("| a table |\n<!-- end -->") == text.count("| another |\n<!-- end -->") == 2
-    run = json.loads((results / "results.json").read_text())["sequences"]["sheet"]["grid"]["motion"]
-    first = f"{1e4 * run['0.1']['nmsve_mean']:.3g}; {run['0.1']['milliseconds_median']:.3g} ms"
-    assert f"| motion (dynmesh) | {first} |" in text
-    assert text.count("| Fast enough for real time (16 ms a frame). |") == 1
-    assert (tmp_path / "figures" / "recorded" / "figure9.png").exists()
-
-    docs = REPOSITORY / "docs"
-    pages = [docs / "results.md", docs / "reference" / "measurements.md"]
-    theirs = re.findall(
-        r"^<!-- (?!end)(.*) -->$", "".join(page.read_text() for page in pages), re.MULTILINE
-    )
-    sequences = {"walker", "ocean", "crane", "ocean_sim_50x50"}
-    speed = {"low-resolution-detail", "subdivided-ratios"}  # tables of docs/speed.md
-    assert sorted(theirs) == sorted(places - {"sheet"} | sequences | speed)
-
-
-def test_the_table_of_methods_is_whole(results: Path) -> None:
-    pytest.importorskip("igl", reason="libigl is not installed")
-    printed = module("methods_table", results.parent, "sheet:4")
-    rows = [[cell.strip() for cell in row.split("|")[1:-1]] for row in printed.splitlines() if row]
-    errors, times = rows[:7], rows[7:]
-    assert [row[:2] for row in errors[2:]] == [row[:2] for row in times[2:]]
-    assert [row[1] for row in errors[2:]] == ["10 %", "30 %", "50 %", "70 %", "camera"]
-    assert errors[-1][2:] == ["0", *["-"] * 5]  # the camera sees all of a sheet
-    for row in (*errors[2:-1], *times[2:]):
-        assert row[0] == "sheet, 4 frames"
-        assert all(float(cell.strip("*")) >= 0 for cell in row[2:])  # detail is exact here
-    for row in errors[2:-1]:
-        detail, *baselines = row[3:]
-        for baseline in baselines:
-            assert (float(baseline.strip("*")) < float(detail)) == baseline.startswith("**")
-
-
-def test_the_table_of_training_is_whole(results: Path) -> None:
-    for options, shown in (
-        ((), [loss for loss in ("10 %", "30 %", "camera", "patches") for _ in range(3)]),
-        (("--whole",), None),
-    ):
-        printed = module("training_table", results.parent, "sheet:8", *options)
-        summary, table = printed.strip().split("\n\n")
-        head, _, *rows = [
-            [cell.strip() for cell in row.split("|")[1:-1]] for row in table.splitlines()
-        ]
-        assert len(summary.splitlines()) == 3
-        assert all(len(row) == len(head) for row in rows)
-        assert [row[1] for row in rows] == (shown or ["10 %", "30 %", "camera", "patches"])
-        by_loss = {row[1]: dict(zip(head, row, strict=True)) for row in reversed(rows)}
-        for loss in ("10 %", "30 %", "patches"):
-            row = by_loss[loss]
-            for name in ("motion", "matrix completion, offline", "with the graph, offline"):
-                assert float(row[name].strip("*")) > 0
-            assert (row["detail, trained"] == "-") == (shown is None)
 
 
 def test_what_cannot_be_evaluated_is_refused(tmp_path: Path) -> None:
@@ -238,6 +141,26 @@ def test_what_cannot_be_evaluated_is_refused(tmp_path: Path) -> None:
     )
     assert "none.npz: No such file" in missing.stderr
     assert not (tmp_path / "out").exists()
+
+
+def test_axes_show_nmsve_in_the_unit_of_the_tables(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn: list[Any] = []
+    monkeypatch.setattr(charts, "save", lambda figure, *_, **__: drawn.append(figure))
+    subject = Subject.of("sheet", small_sequence(), "z", 60.0, None)
+    worked: list[float] = []
+    seconds = seconds_of_frame(subject, 0)
+    done = study(subject, Plan.quick(), 0, seconds, worked.append)
+    charts.figure9([done], tmp_path)
+    labelled = [axis for axis in drawn[0].axes if "NMSVE" in axis.get_ylabel()]
+    assert len(labelled) == 2
+    assert all(style.NMSVE_LABEL in axis.get_ylabel() for axis in labelled)
+    errors = done.grid["motion", 0.3].nmsve
+    by_share, _, along_frames = (axis.lines[0].get_ydata() for axis in drawn[0].axes)
+    np.testing.assert_allclose(along_frames, 1e4 * errors)
+    assert by_share[1] == pytest.approx(1e4 * errors.mean())
+    assert sum(worked) == pytest.approx(seconds_of_work(subject, Plan.quick(), seconds))
 
 
 @pytest.mark.filterwarnings("ignore:Data has no positive values:UserWarning")

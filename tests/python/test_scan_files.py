@@ -270,17 +270,6 @@ def test_a_changed_field_of_a_camera_is_refused_or_kept(
     assert f"camera 0: {name}: " in found
 
 
-@given(st.binary(max_size=60))
-@settings(max_examples=60 * LONGER)
-def test_any_bytes_are_refused_as_cameras(
-    tmp_path_factory: pytest.TempPathFactory, content: bytes
-) -> None:
-    file = tmp_path_factory.getbasetemp() / "bytes.json"
-    file.write_bytes(content)
-    with pytest.raises(DynmeshError, match=r"bytes\.json: "):
-        read_cameras(file)
-
-
 @pytest.mark.parametrize("unit", [None, 1.0, 0.01, 0.001, 0.0254])
 def test_cameras_come_back(tmp_path: Path, unit: float | None) -> None:
     rig = a_rig(3, unit=unit)
@@ -346,7 +335,6 @@ def noisy() -> bytes:
     [
         (png("L"), "one channel of 16 bits, .* but has one channel of 8 bits$"),
         (png("P"), "one channel of 16 bits, .* but has a palette of 1 bit$"),
-        (png("RGB"), "one channel of 16 bits, .* but has colours .RGB. of 8 bits$"),
         (png("I;16", (4, 4)), "has 4 x 4 pixels, but camera 'c0' has 8 x 6"),
         (png("I;16")[:48], "is a PNG image that is cut or damaged; it has 48 bytes$"),
         (png("I;16")[:5], "is a PNG image that is cut or damaged; it has 5 bytes$"),
@@ -358,7 +346,6 @@ def noisy() -> bytes:
         (with_data(zlib.compress(bytes(103))), "should be 102 bytes .* but go on$"),
         (with_data(zlib.compress(b"\x09" * 102)), "is a PNG image that is cut or damaged: "),
         (b"P5 2 2 65535\n" + struct.pack(">4H", 1, 2, 3, 4), "is not a PNG image: it begins with"),
-        (b"", "is empty"),
     ],
 )
 def test_other_images_are_refused(tmp_path: Path, content: bytes, told: str) -> None:
@@ -368,11 +355,17 @@ def test_other_images_are_refused(tmp_path: Path, content: bytes, told: str) -> 
         list(open_scans(tmp_path))
 
 
-def test_each_flipped_bit_of_an_image_is_noticed(tmp_path: Path) -> None:
+def test_each_flipped_bit_and_each_lost_byte_of_an_image_is_noticed(tmp_path: Path) -> None:
     content, camera = noisy(), replace(a_rig(1).cameras[0], size=None)
     file = tmp_path / "image.png"
     file.write_bytes(content)
     read_depth(file, camera)
+    for length in range(len(content)):
+        file.write_bytes(content[:length])
+        with pytest.raises(
+            DynmeshError, match=r"image\.png: is (empty|not a PNG|a PNG image that)"
+        ):
+            read_depth(file, camera)
     for place in range(8 * len(content)):
         damaged = bytearray(content)
         damaged[place // 8] ^= 1 << place % 8
@@ -426,43 +419,9 @@ def test_a_vast_image_is_refused_before_it_is_decompressed(tmp_path: Path, state
         tracemalloc.stop()
 
 
-@given(st.lists(st.tuples(st.integers(8, 67), st.integers(0, 255)), max_size=3), st.integers(0, 70))
-@example([(0, 0)], 70)
-@settings(max_examples=150 * LONGER)
-def test_any_damage_of_an_image_is_read_or_refused(
-    tmp_path_factory: pytest.TempPathFactory, changes: list[tuple[int, int]], length: int
-) -> None:
-    content = bytearray(png("I;16"))
-    for place, value in changes:
-        content[place] = value
-    file = tmp_path_factory.getbasetemp() / "image.png"
-    file.write_bytes(content[:length])
-    told = ""
-    try:
-        read_depth(file, a_rig(1).cameras[0])
-    except DynmeshError as error:
-        told = str(error)
-    kinds = "is empty|is not a PNG|is a PNG image that is cut|is damaged, or too|must have|has "
-    assert re.match(f"$|{re.escape(str(file))}: ({kinds})", told)
-
-
-def test_images_of_a_camera_have_one_size(tmp_path: Path) -> None:
-    """Also where `cameras.json` does not state it."""
-    (camera,) = a_rig(1).cameras
-    write_cameras(tmp_path / "cameras.json", Rig((replace(camera, size=None),)))
-    for number, size in enumerate([(8, 6), (8, 6), (4, 3)]):
-        (tmp_path / f"depth_{number}_c0.png").write_bytes(png("I;16", size))
-    told = r"depth_2_c0\.png: has 4 x 3 pixels, but depth_0_c0\.png, of the same camera, 8 x 6"
-    with pytest.raises(ValueError, match=told):
-        list(open_scans(tmp_path))
-
-
-def test_a_camera_without_images_is_refused_or_lost(tmp_path: Path) -> None:
+def test_a_camera_without_images_may_be_lost(tmp_path: Path) -> None:
     write_cameras(tmp_path / "cameras.json", a_rig(2))
     (tmp_path / "depth_0_c0.png").write_bytes(png("I;16"))
-    told = r"there is no image of camera 'c1'; their names would be \*_c1\.png; --gaps lost"
-    with pytest.raises(ValueError, match=told):
-        open_scans(tmp_path)
     (scan,) = open_scans(tmp_path, gaps="lost")
     assert isinstance(scan, DepthScan)
     assert len(scan.depth) == 1

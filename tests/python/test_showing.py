@@ -28,6 +28,11 @@ def moving() -> dynmesh.Sequence:
     return dynmesh.Sequence(vertices, mesh.faces, fps=10.0, generation=generation, age=generation)
 
 
+def html_of(shown: Any) -> str:
+    """What a notebook shows of an object."""
+    return str(shown._repr_html_())
+
+
 def in_colour(picture: Array) -> Array:
     """Which pixels are not white."""
     return np.asarray((picture < 240).any(axis=2))
@@ -35,7 +40,7 @@ def in_colour(picture: Array) -> Array:
 
 def pixels(sequence: dynmesh.Sequence, frame: int, **options: Any) -> Array:
     """A plot from the front, with x to the right, as (height, width, 3) without the texts."""
-    plotter = sequence.plot(frame, up="z", azimuth=-90, off_screen=True, **options)
+    plotter = dynmesh.draw.plot(sequence, frame, up="z", azimuth=-90, off_screen=True, **options)
     for name in list(plotter.scalar_bars.keys()):
         plotter.remove_scalar_bar(name)
     picture = np.asarray(plotter.screenshot(return_img=True)).astype(int)
@@ -87,11 +92,11 @@ def test_a_plot_has_holes_and_dots(moving: dynmesh.Sequence) -> None:
     assert 0 < dot < 0.01 * whole
     assert min(whole, half) > 10_000  # the camera follows what is there
     with pytest.raises(ValueError, match="frame 3: frame: no vertex of it is known"):
-        replace(partial, known=known & (np.arange(5) != 3)[:, None]).plot(3)
+        dynmesh.draw.plot(replace(partial, known=known & (np.arange(5) != 3)[:, None]), 3)
 
 
 def test_a_plotter_can_be_added_to(moving: dynmesh.Sequence) -> None:
-    plotter = moving.plot(1, off_screen=True)
+    plotter = dynmesh.draw.plot(moving, 1, off_screen=True)
     before = np.asarray(plotter.screenshot(return_img=True)).astype(int)
     plotter.add_points(pyvista.Sphere(radius=2), color="black", point_size=30)
     assert (before != np.asarray(plotter.screenshot(return_img=True))).any()
@@ -105,7 +110,7 @@ def size_of(html: str) -> int:
 def test_a_notebook_plays_a_sequence_without_network(
     moving: dynmesh.Sequence, tmp_path: Path, browser: Any
 ) -> None:
-    html = moving._repr_html_()
+    html = html_of(moving)
     assert size_of(html) < notebook.LARGEST_PLAYER
     (tmp_path / "cell.html").write_text(f"<!doctype html><meta charset=utf-8>{html}")
     page = browser.new_page()
@@ -135,8 +140,8 @@ def test_a_notebook_plays_a_sequence_without_network(
 
 
 def test_every_second_frame_is_played_at_half_the_rate(moving: dynmesh.Sequence) -> None:
-    assert '"fps": 10.0' in unescape(moving._repr_html_())
-    assert '"fps": 5.0' in unescape(moving[::2]._repr_html_())
+    assert '"fps": 10.0' in unescape(html_of(moving))
+    assert '"fps": 5.0' in unescape(html_of(moving[::2]))
 
 
 def test_players_send_no_widgets_to_the_notebook(
@@ -145,7 +150,7 @@ def test_players_send_no_widgets_to_the_notebook(
     comm = pytest.importorskip("comm")
     sent: list[object] = []
     monkeypatch.setattr(comm, "create_comm", lambda **message: sent.append(message))
-    moving._repr_html_()
+    html_of(moving)
     monkeypatch.undo()
     assert sent == []
 
@@ -153,7 +158,7 @@ def test_players_send_no_widgets_to_the_notebook(
 def test_long_sequences_of_large_meshes_stay_small(rng: np.random.Generator) -> None:
     mesh = sheet(80)
     noise = rng.normal(0, 0.1, (40, *mesh.vertices.shape))
-    html = dynmesh.Sequence(mesh.vertices + noise, mesh.faces)._repr_html_()
+    html = html_of(dynmesh.Sequence(mesh.vertices + noise, mesh.faces))
     assert "<iframe" in html
     assert size_of(html) < notebook.LARGEST_PLAYER + 1000
 
@@ -169,7 +174,7 @@ def test_long_sequences_of_large_meshes_stay_small(rng: np.random.Generator) -> 
 )
 def test_every_sequence_is_shown_as_a_table(change: dict[str, Any], reason: str) -> None:
     least: dict[str, Any] = {"vertices": np.zeros((2, 4, 3)), "faces": np.array([[0, 1, 2]])}
-    html = dynmesh.Sequence(**least | change)._repr_html_()
+    html = html_of(dynmesh.Sequence(**least | change))
     assert "<iframe" not in html
     assert reason in html
     assert size_of(html) < 1000
@@ -179,7 +184,7 @@ def test_a_player_that_is_too_large_is_left_out(
     moving: dynmesh.Sequence, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(notebook, "LARGEST_PLAYER", 100_000)
-    html = moving._repr_html_()
+    html = html_of(moving)
     assert "cannot be simplified enough" in html
     assert size_of(html) < 1000
 
@@ -189,7 +194,7 @@ def test_without_the_extra_a_sequence_is_a_table(
     moving: dynmesh.Sequence, module: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     hide(monkeypatch, module)
-    html = moving._repr_html_()
+    html = html_of(moving)
     assert f"this needs {module}: pip install &#x27;dynmesh[view]&#x27;" in html
     assert "144 vertices, 242 faces" in html
     assert size_of(html) < 1000
@@ -208,7 +213,7 @@ def test_a_completer_describes_itself(mesh: Mesh) -> None:
     assert repr(completer) == f"Completer({size}, no frames)"
     completer.restore(state)
     assert completer.n_frames == 2
-    html = unescape(completer._repr_html_())
+    html = unescape(html_of(completer))
     assert repr(completer.report) in html
     assert repr(completer.topology) in html
     assert "noise=0.5, reject_outliers=False" in html
@@ -234,7 +239,7 @@ def test_a_completer_in_use_is_described(mesh: Mesh) -> None:
         """An array-like that looks at the completer that is reading it."""
 
         def __array__(self, *_: Any, **__: Any) -> Array:
-            said.extend([repr(completer), completer._repr_html_()])
+            said.extend([repr(completer), html_of(completer)])
             return mesh.vertices
 
     completer = dynmesh.Completer(mesh.faces, mesh.vertices)
@@ -250,4 +255,4 @@ def test_a_plot_without_the_extra_says_so(
 ) -> None:
     hide(monkeypatch, "pyvista")
     with pytest.raises(ImportError, match=r"this needs pyvista: pip install 'dynmesh\[view\]'"):
-        moving.plot()
+        dynmesh.draw.plot(moving)

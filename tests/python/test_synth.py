@@ -7,10 +7,10 @@ from reference import directed_edges
 import dynmesh
 
 
-@pytest.mark.parametrize("seed", [0, 1])
-def test_the_walker_is_a_closed_figure_in_every_frame(seed: int) -> None:
-    walker = dynmesh.synth.walker(seed=seed)
-    assert walker.vertices.shape == (175, 10002, 3)
+@pytest.mark.parametrize(("seed", "n_frames"), [(0, 175), (1, 25)])
+def test_the_walker_is_a_closed_figure_in_every_frame(seed: int, n_frames: int) -> None:
+    walker = dynmesh.synth.walker(n_frames, seed=seed)
+    assert walker.vertices.shape == (n_frames, 10002, 3)
     assert walker.vertices.dtype == np.float32
     assert walker.faces.shape == (20000, 3)
     i, _ = directed_edges(walker.faces.astype(np.int64))
@@ -28,7 +28,7 @@ def test_the_walker_is_a_closed_figure_in_every_frame(seed: int) -> None:
     assert edge.min() > 0.1 * edge[0].mean()
     assert edge.max() < 6 * edge[0].mean()
     motion = np.linalg.norm(np.diff(walker.vertices, axis=0), axis=2).mean()
-    assert 0.5 < motion / edge[0].mean() < 3
+    assert 0.5 < motion / edge[0].mean() * n_frames / 175 < 3  # the motion is spread over them
     assert walker.vertices[..., 2].min() > -0.05  # on the floor
     head = walker.vertices[0, :, 2].argmax()
     assert walker.vertices[:, head, 2].min() < 0.6  # upside down in some frame
@@ -48,7 +48,7 @@ def test_the_ocean_is_a_sheet_that_never_folds(seed: int) -> None:
 
 def test_equal_seeds_give_equal_sequences() -> None:
     for make in (dynmesh.synth.ocean, dynmesh.synth.walker):
-        first, again, other = make(5, seed=3), make(5, seed=3), make(1, seed=4)
+        first, again, other = make(2, seed=3), make(2, seed=3), make(1, seed=4)
         assert first.vertices.tobytes() == again.vertices.tobytes()
         assert len(other.vertices) == 1
         assert first.vertices[0].tobytes() != other.vertices[0].tobytes()

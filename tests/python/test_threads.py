@@ -102,27 +102,6 @@ def test_a_call_from_within_a_call_is_refused() -> None:
     assert completer.state() == before
 
 
-@pytest.mark.parametrize("method", ["motion", "detail"])
-def test_a_completer_in_each_thread_works_independently(
-    method: Any, shared_pieces: Callable[[], int]
-) -> None:
-    mesh = sheet(25)
-    masks = np.random.default_rng(1).random((12, len(mesh.vertices))) < 0.2
-    frames = [turned(mesh.vertices, 0.02 * i) for i in range(12)]
-
-    def run(threads: int) -> Any:
-        completer = dynmesh.Completer(mesh.faces, mesh.vertices, method=method, threads=threads)
-        return [completer.push(frame, known) for frame, known in zip(frames, masks, strict=True)]
-
-    expected = run(1)
-    assert shared_pieces() == 0
-    results: dict[int, Any] = {}
-    in_threads(6, lambda number: results.update({number: run(1 + number % 2)}))
-    assert shared_pieces() > 0
-    for result in results.values():
-        np.testing.assert_array_equal(result, expected)
-
-
 FORKS = """
 import os, sys, threading, time
 import numpy as np

@@ -48,11 +48,11 @@ def truth() -> dynmesh.Sequence:
     return dynmesh.Sequence(np.stack(frames), mesh.faces, up_axis="z")
 
 
-def bumpy(turn: float = 0.0) -> Mesh:
+def bumpy() -> Mesh:
     """A smooth closed body without symmetries."""
     sphere = trimesh.creation.icosphere(subdivisions=3)
     x, y, z = np.asarray(sphere.vertices, np.float64).T
-    radii = 1 + 0.25 * np.sin(3 * x + 1 + turn) * np.cos(2 * y) + 0.2 * np.sin(2.5 * z + x)
+    radii = 1 + 0.25 * np.sin(3 * x + 1) * np.cos(2 * y) + 0.2 * np.sin(2.5 * z + x)
     vertices = np.stack([1.3 * x, y, 0.7 * z], axis=1) * radii[:, None]
     return Mesh(np.asarray(sphere.faces, np.int64), vertices)
 
@@ -146,7 +146,7 @@ def test_a_training_and_standard_errors_of_a_file(
     assert dynmesh.read(output).standard_error is None, again.stderr
 
 
-@pytest.mark.parametrize("format", ["npz", "ply", "pc2"])
+@pytest.mark.parametrize("format", ["npz", "ply"])
 def test_an_interrupted_run_is_continued(
     format: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -388,10 +388,8 @@ def test_a_template_that_no_rigid_motion_puts_into_the_scan_is_refused(
         assert not unfinished_folder(output).exists()
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_a_rigid_motion_is_found_from_one_side(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    mesh = bumpy(seed)
+def test_a_rigid_motion_is_found_from_one_side(rng: np.random.Generator) -> None:
+    mesh = bumpy()
     turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
     turn *= np.sign(np.linalg.det(turn))
     shift = 20 * rng.normal(size=3)

@@ -6,7 +6,6 @@ from meshes import Array, Mesh, join
 from test_tracking import bent, bumpy_torus, edge, error, scan_of
 from tracking_reference import TrackedTrained, vertex_normals
 
-import dynmesh
 from dynmesh import Tracker
 
 
@@ -167,9 +166,3 @@ def test_a_reset_forgets_the_pose(rng: np.random.Generator) -> None:
     tracker.reset(mesh.vertices)
     assert tracker.state() == fresh.state()
     assert (tracker.push(*scan) == fresh.push(*scan)).all()
-
-
-def test_standard_errors_must_be_asked_for() -> None:
-    mesh = bumpy_torus(10)
-    with pytest.raises(ValueError, match="standard_error: requires uncertainty=True"):
-        _ = dynmesh.Tracker(mesh.faces, mesh.vertices).standard_error

@@ -140,16 +140,6 @@ def test_where_the_take_was_does_not_matter(
     np.testing.assert_allclose(np.stack(there), np.stack(here), atol=1e-5)
 
 
-def test_the_scale_and_the_place_of_the_scene_do_not_matter(
-    sheet: Mesh, clip: tuple[Array, Array], rng: np.random.Generator
-) -> None:
-    frames, masks = clip
-    training = poses(sheet.vertices, 10, rng)
-    usual = completed(sheet, frames, masks, training=training)
-    large = completed(sheet, 1000 * frames + 5, masks, training=1000 * training)
-    np.testing.assert_allclose(np.stack(large), 1000 * np.stack(usual) + 5, atol=1e-2)
-
-
 def test_any_stream_of_frames_is_a_training(
     sheet: Mesh, clip: tuple[Array, Array], rng: np.random.Generator
 ) -> None:
@@ -163,18 +153,6 @@ def test_any_stream_of_frames_is_a_training(
         training[:, :, ::1],
     ):
         np.testing.assert_array_equal(completed(sheet, frames, masks, training=stream), expected)
-
-
-def test_long_takes_are_kept_evenly(
-    sheet: Mesh, clip: tuple[Array, Array], rng: np.random.Generator
-) -> None:
-    """Of 76 frames and more, every second one is kept, and so on."""
-    frames, masks = clip
-    training = poses(sheet.vertices, 310, rng)
-    for n, interval in ((75, 1), (76, 2), (150, 2), (151, 4), (299, 4), (310, 8)):
-        long = completed(sheet, frames[:3], masks[:2], training=training[:n])
-        short = completed(sheet, frames[:3], masks[:2], training=training[:n:interval])
-        np.testing.assert_array_equal(long, short, err_msg=str(n))
 
 
 @pytest.mark.parametrize("settings", [{}, {"noise": 0.02}, {"reject_outliers": True}])

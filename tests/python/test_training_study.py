@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 import dynmesh
-from dynmesh.study.measure import Run
-from dynmesh.study.result_tables import training_summary, training_table
+from benchmarks.training_study import halves, held_out, training_study, useless
+from benchmarks.training_table import training_summary, training_table
 from dynmesh.study.subjects import Subject
-from dynmesh.study.training_study import halves, held_out, training_study, useless
 
 
 def swaying(n: int, shift: float = 0.0) -> Subject:
@@ -41,16 +40,8 @@ def test_trained_runs_are_those_of_the_library() -> None:
     parts = halves(swaying(40))
     assert parts is not None
     training, second = parts
-    shares: list[float] = []
-    study = training_study(
-        second,
-        training,
-        others=[swaying(40, 1.0)],
-        shares=(0.1,),
-        scenarios=(),
-        advance=shares.append,
-    )
-    assert sum(shares) == pytest.approx(1)
+    others = [swaying(40, 1.0)]
+    runs = training_study(second, training, others=others, shares=(0.1,), scenarios=())["10 %"]
     masks = list(dynmesh.degrade.random_known(20, 144, 0.1, seed=0))
     noise, moves, other = (
         frames for _, frames in useless(training, second.faces, [swaying(40, 1.0)], seed=0)
@@ -70,13 +61,10 @@ def test_trained_runs_are_those_of_the_library() -> None:
         completed = np.stack([completer.push(points, known) for points, known in pairs])
         nmsve = dynmesh.metrics.nmsve(second.faces, second.vertices[1:], completed)
         errors[key] = nmsve.mean() / second.diagonal
-        assert study.runs["10 %", key].nmsve.mean() == pytest.approx(errors[key])
-        assert study.runs["10 %", key].prior_weight[-1] == completer.report.prior_weight
+        assert runs[key].nmsve.mean() == pytest.approx(errors[key])
+        assert runs[key].prior_weight[-1] == completer.report.prior_weight
     assert errors["trained"] < 0.95 * errors["detail"]
-    assert (
-        study.runs["10 %", "trained"].prior_weight.mean()
-        > study.runs["10 %", "trained on noise"].prior_weight.mean()
-    )
+    assert runs["trained"].prior_weight.mean() > runs["trained on noise"].prior_weight.mean()
     assert not np.array_equal(noise, training)
     assert np.abs(moves - training).max() > 0.1 * np.abs(training - training[0]).max()
     np.testing.assert_allclose(np.ptp(moves, axis=0).sum(), np.ptp(training, axis=0).sum())
@@ -98,20 +86,17 @@ def test_what_is_held_out_is_known_and_lost_alike() -> None:
 def test_the_table_of_a_study() -> None:
     parts = halves(swaying(12))
     assert parts is not None
-    numbers = training_study(parts[1], parts[0], shares=(0.3,), scenarios=("patches",)).numbers()
-    numbers["runs"]["30 %"]["motion"]["nmsve_mean"] = (
-        0.5 * numbers["runs"]["30 %"]["detail"]["nmsve_mean"]
-    )
-    head, first, *others = training_table({"sheet": numbers})
+    half = training_study(parts[1], parts[0], shares=(0.3,), scenarios=("patches",))
+    half["30 %"]["motion"].nmsve[:] = 0.5 * half["30 %"]["detail"].nmsve
+    head, first, *others = training_table({"sheet": half})
     row = dict(zip(head, first, strict=True))
     by_loss = ("30 %", "patches")
     assert row["motion"] == "**0.50**"
     assert float(row["detail, x 1e4"]) > 0
-    del numbers["runs"]["patches"]["graph_completion"]
+    del half["patches"]["graph_completion"]
     for loss in by_loss:
-        runs = numbers["runs"][loss]
-        runs["matrix_completion"]["nmsve_mean"] = 0.25 * runs["detail"]["nmsve_mean"]
-    (_, *heads), (name, *cells) = training_summary({"sheet": numbers})
+        half[loss]["matrix_completion"].nmsve[:] = 0.25 * half[loss]["detail"].nmsve
+    (_, *heads), (name, *cells) = training_summary({"sheet": half})
     assert heads == [f"{kind}, {loss}" for kind in ("trained", "offline") for loss in by_loss]
     assert (name, cells[2:]) == ("sheet", ["**0.25**", "**0.25**"])
     assert cells[0] == row["detail, trained"]
@@ -127,14 +112,12 @@ def test_the_table_of_a_study() -> None:
 def test_an_offline_run_shares_its_time_among_the_frames() -> None:
     parts = halves(swaying(12))
     assert parts is not None
-    study = training_study(parts[1], None, shares=(0.3,), scenarios=())
-    run = study.runs["30 %", "matrix_completion"]
-    assert isinstance(run, Run)
+    runs = training_study(parts[1], None, shares=(0.3,), scenarios=())["30 %"]
+    run = runs["matrix_completion"]
     assert run.complete
     assert len(set(run.seconds)) == 1
     assert (run.unknown == 144 - 43).all()
-    assert ("30 %", "trained") not in study.runs
+    assert "trained" not in runs
     moved = replace(parts[1], vertices=parts[1].vertices + 7.0)
-    again = training_study(moved, None, shares=(0.3,), scenarios=())
-    other = again.runs["30 %", "matrix_completion"]
-    np.testing.assert_allclose(run.nmsve, other.nmsve, rtol=1e-3)
+    again = training_study(moved, None, shares=(0.3,), scenarios=())["30 %"]
+    np.testing.assert_allclose(run.nmsve, again["matrix_completion"].nmsve, rtol=1e-3)

@@ -13,12 +13,12 @@
 #include "detail/detail.hpp"
 #include "generations/estimator.hpp"
 #include "generations/in_double_precision.hpp"
+#include "mesh/training_frames.hpp"
 #include "motion/fast_motion.hpp"
 #include "motion/motion.hpp"
 #include "stream/arguments.hpp"
 #include "stream/state.hpp"
 #include "stream/stream.hpp"
-#include "stream/training_frames.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {

@@ -10,6 +10,8 @@
 #include "detail/surface_parts.hpp"
 #include "detail/training_shapes.hpp"
 #include "disconnected/rigid_motion.hpp"
+#include "mesh/numbering.hpp"
+#include "mesh/training_frames.hpp"
 #include "stream/arguments.hpp"
 #include "support/workers.hpp"
 
@@ -39,16 +41,6 @@ double distance_between(std::span<const Vector3<double>> before,
   return std::sqrt(squares / static_cast<double>(before.size()));
 }
 
-template <class Real>
-std::vector<Vector3<double>> in_vectors(const std::vector<Real>& positions) {
-  std::vector<Vector3<double>> frame(positions.size() / 3);
-  for (std::size_t v = 0; v < frame.size(); ++v) {
-    frame[v] =
-        in_double(Vector3<Real>{positions[3 * v], positions[3 * v + 1], positions[3 * v + 2]});
-  }
-  return frame;
-}
-
 }  // namespace
 
 template <class Real>
@@ -59,21 +51,18 @@ TrainingSummary summarise(Faces faces, Points<const Real> first_frame,
   check_size(training, first_frame);
   const Topology topology = topology_of(faces, frame.size());
 
-  std::vector<Vector3<double>> first(frame.size());
-  std::ranges::transform(frame, first.begin(), in_double<Real>);
-  TrainingFrames frames;
+  const auto first = widened(frame);
+  const TrainingFrames frames = take_in_internal_order<Real>(training.frames(), {});
   TrainingSummary summary;
   summary.frames = training.n_added();
-  for (const auto& positions : training.frames()) {
-    frames.push_back(in_vectors(positions));
-    const double distance = distance_between(frames.back(), first);
+  for (const auto& trained : frames) {
+    const double distance = distance_between(trained, first);
     summary.rms_distance += distance * distance;
     summary.largest_distance = std::max(summary.largest_distance, distance);
   }
   summary.rms_distance = std::sqrt(summary.rms_distance / static_cast<double>(frames.size()));
 
-  std::vector<Triangle> triangles(faces.count);
-  for (std::size_t f = 0; f < faces.count; ++f) triangles[f] = faces[f];
+  const auto triangles = faces_in_internal_order(faces, {});
   const DetailConstants constants;
   const auto k = build_detail_operator(triangles, topology.cells, first, constants);
   const double mean_edge = mean_edge_length<double>(topology.cells, first);

@@ -74,8 +74,9 @@ struct UncertaintyConstants {
   int variance_averagings = 2;
 };
 
-/// Another value may be better on a single sequence. `python -m benchmarks.sensitivity` prints how
-/// much the error changes if a value is halved or doubled; docs/method.md shows the results.
+/// Another value may be better on a single sequence. `python -m benchmarks.constants detail` prints
+/// how much the error changes if a value is halved or doubled; docs/reference/constants.md shows
+/// the results.
 struct DetailConstants {
   /// The number of rounds of fitting Q and solving. The first round determines the blend.
   int rounds = 3;

@@ -8,9 +8,9 @@
 #include <span>
 #include <vector>
 
-namespace dynmesh {
+#include "mesh/triangle.hpp"
 
-using Triangle = std::array<Index, 3>;
+namespace dynmesh {
 
 /// A triangle that is defined by its side lengths alone. Its edges are geodesics of the surface,
 /// not straight lines in space. Two vertices may be connected by several edges, and a vertex by an

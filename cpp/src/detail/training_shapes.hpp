@@ -4,19 +4,16 @@
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <span>
-#include <vector>
 
 #include "detail/constants.hpp"
 #include "detail/detail_operator.hpp"
 #include "detail/modes.hpp"
 #include "detail/rounding.hpp"
 #include "detail/surface_parts.hpp"
+#include "mesh/training_frames.hpp"
 #include "support/workers.hpp"
 
 namespace dynmesh {
-
-/// Frames of the same mesh, each (k,).
-using TrainingFrames = std::vector<std::vector<Vector3<double>>>;
 
 /// Returns the modes of the shapes z = Q^T K V - m_0 of the frames V, in the axes of frame 0, which
 /// is `first` and has the operator `k`. Those of a moved and turned sequence are the same.

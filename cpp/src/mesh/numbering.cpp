@@ -94,8 +94,8 @@ std::unique_ptr<const Topology> in_internal_order(Topology topology, Numbering& 
                                                                  : renumber(topology, numbering));
 }
 
-std::vector<std::array<Index, 3>> faces_in_internal_order(Faces faces, const Numbering& numbering) {
-  std::vector<std::array<Index, 3>> renumbered(faces.count);
+std::vector<Triangle> faces_in_internal_order(Faces faces, const Numbering& numbering) {
+  std::vector<Triangle> renumbered(faces.count);
   for (std::size_t f = 0; f < faces.count; ++f) {
     std::ranges::transform(faces[f], renumbered[f].begin(), [&](Index v) {
       return static_cast<Index>(numbering.internal_index(static_cast<std::size_t>(v)));

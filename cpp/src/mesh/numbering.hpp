@@ -1,11 +1,12 @@
 /// The order of the vertices in memory, which affects how fast a large mesh is processed.
 #pragma once
 
-#include <array>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <memory>
 #include <vector>
+
+#include "mesh/triangle.hpp"
 
 namespace dynmesh {
 
@@ -37,7 +38,7 @@ Topology renumber(const Topology& topology, const Numbering& numbering);
 std::unique_ptr<const Topology> in_internal_order(Topology topology, Numbering& numbering);
 
 /// The faces with internal vertex indices.
-std::vector<std::array<Index, 3>> faces_in_internal_order(Faces faces, const Numbering& numbering);
+std::vector<Triangle> faces_in_internal_order(Faces faces, const Numbering& numbering);
 
 /// Reorders `values` from the caller's order to the internal order.
 template <class T>

@@ -8,6 +8,7 @@
 #include <dynmesh/types.hpp>
 #include <limits>
 #include <span>
+#include <vector>
 
 #include "support/length_limits.hpp"
 
@@ -49,6 +50,13 @@ constexpr Real saturated(double x) {
 template <class Real>
 Vector3<double> in_double(const Vector3<Real>& v) {
   return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)};
+}
+
+template <class Real>
+std::vector<Vector3<double>> widened(const std::vector<Vector3<Real>>& frame) {
+  std::vector<Vector3<double>> result(frame.size());
+  std::ranges::transform(frame, result.begin(), in_double<Real>);
+  return result;
 }
 
 template <class Real>

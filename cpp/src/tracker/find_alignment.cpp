@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "mesh/numbering.hpp"
 #include "stream/arguments.hpp"
 #include "support/geometry.hpp"
 #include "tracker/scan_arguments.hpp"
@@ -43,8 +44,7 @@ Alignment find_alignment(Faces faces, Points<const Real> first_frame, Points<con
   if (scan.count == 0) throw std::invalid_argument("scan: has no points");
   Cloud points;
   copy(scan, points);
-  std::vector<Triangle> triangles;
-  for (std::size_t f = 0; f < faces.count; ++f) triangles.push_back(faces[f]);
+  const auto triangles = faces_in_internal_order(faces, {});
 
   const double scale = scale_of({frame, points});
   multiply(frame, 1 / scale);

@@ -1,7 +1,6 @@
 /// Checks and converts the positions of scans and templates.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <dynmesh/types.hpp>
 #include <limits>
@@ -32,13 +31,6 @@ template <class Real>
 void copy(const Points<const Real>& rows, std::vector<Vector3<double>>& copies) {
   copies.resize(rows.count);
   for (std::size_t i = 0; i < rows.count; ++i) copies[i] = in_double(row(rows, i));
-}
-
-template <class Real>
-std::vector<Vector3<double>> widened(const std::vector<Vector3<Real>>& frame) {
-  std::vector<Vector3<double>> result(frame.size());
-  std::ranges::transform(frame, result.begin(), in_double<Real>);
-  return result;
 }
 
 }  // namespace dynmesh

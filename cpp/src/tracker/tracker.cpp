@@ -8,10 +8,10 @@
 #include <string>
 #include <utility>
 
+#include "mesh/training_frames.hpp"
 #include "stream/arguments.hpp"
 #include "stream/state.hpp"
 #include "stream/stream.hpp"
-#include "stream/training_frames.hpp"
 #include "support/geometry.hpp"
 #include "tracker/camera_arguments.hpp"
 #include "tracker/scan_arguments.hpp"

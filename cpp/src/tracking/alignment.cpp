@@ -190,9 +190,7 @@ Placed drawn_to_planes(const Sample& surface, Motion motion, const Sample& scan,
   for (int step = 0; step < constants.fine_steps; ++step) {
     const Pairs pairs = pairs_of(surface, motion, scan, constants);
     const SmallMotion small = fit_to_planes(pairs.ours, pairs.theirs, constants.caution);
-    const Eigen::Vector3d turn = to_eigen(small.turn);
-    motion = Eigen::Translation3d(to_eigen(small.centre + small.shift)) *
-             Eigen::AngleAxisd(turn.norm(), turn.normalized()) *
+    motion = Eigen::Translation3d(to_eigen(small.centre + small.shift)) * rotation_of(small) *
              Eigen::Translation3d(-to_eigen(small.centre)) * motion;
   }
   const Pairs pairs = pairs_of(surface, motion, scan, constants);

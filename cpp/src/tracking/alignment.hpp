@@ -5,7 +5,7 @@
 #include <dynmesh/types.hpp>
 #include <span>
 
-#include "detail/intrinsic_delaunay.hpp"
+#include "mesh/triangle.hpp"
 #include "tracking/constants.hpp"
 
 namespace dynmesh {

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "detail/intrinsic_delaunay.hpp"
+#include "mesh/triangle.hpp"
 #include "support/workers.hpp"
 #include "tracking/constants.hpp"
 #include "tracking/measurement.hpp"

@@ -43,11 +43,14 @@ SmallMotion fit_to_planes(std::span<const Vector3<double>> frame,
   return motion;
 }
 
-void move_rigidly(const SmallMotion& motion, std::span<Vector3<double>> frame) {
+Eigen::AngleAxisd rotation_of(const SmallMotion& motion) {
   const Eigen::Vector3d turn = to_eigen(motion.turn);
   const double angle = turn.norm();
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
-  if (angle > 0) rotation = Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix();
+  return angle > 0 ? Eigen::AngleAxisd(angle, turn / angle) : Eigen::AngleAxisd::Identity();
+}
+
+void move_rigidly(const SmallMotion& motion, std::span<Vector3<double>> frame) {
+  const Eigen::Matrix3d rotation = rotation_of(motion).toRotationMatrix();
   for (auto& x : frame) {
     x = from_eigen(rotation * to_eigen(x - motion.centre)) + motion.centre + motion.shift;
   }

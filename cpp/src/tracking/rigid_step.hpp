@@ -1,6 +1,7 @@
 /// Moves a whole surface, without bending it, to what was measured.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <dynmesh/types.hpp>
 #include <span>
 
@@ -22,6 +23,9 @@ struct SmallMotion {
 /// hardly determine stay small: `caution` is added to the diagonal, as a share of its mean.
 SmallMotion fit_to_planes(std::span<const Vector3<double>> frame,
                           std::span<const Correspondence> found, double caution);
+
+/// The proper rotation that its turn stands for.
+Eigen::AngleAxisd rotation_of(const SmallMotion& motion);
 
 /// Applies it as a proper rotation.
 void move_rigidly(const SmallMotion& motion, std::span<Vector3<double>> frame);

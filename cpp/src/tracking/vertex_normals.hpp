@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "detail/intrinsic_delaunay.hpp"
+#include "mesh/triangle.hpp"
 
 namespace dynmesh {
 

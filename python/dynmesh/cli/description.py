@@ -18,10 +18,11 @@ from .._extras import require_all
 from ..calibration import Distances, estimated, in_words
 from ..diagnosis import Diagnosis, diagnose
 from ..diagnosis.finding import MOST_PLACES
+from ..diagnosis.picture import draw
 from ..draw.figures import load_pyvista
-from ..files import Frame, Header
-from ..jobs.checkpoint import Source
-from ..jobs.training import Training, check_training
+from ..files import Frame, Header, Source
+from ..jobs.completion_options import check_training
+from ..jobs.training import Training
 from ..settings import default_settings
 from .options import InputPath, with_source
 from .pictures import check_output, new_output
@@ -96,8 +97,6 @@ def info(
         if (words := in_words(distances, reader.header.metres_per_unit)) is not None:
             say(f"{path}: {words}")
     if picture is not None:
-        from ..diagnosis.picture import draw
-
         with new_output(picture, overwrite, ".png") as made:
             draw(diagnosis, made, heading=path.name)
         say(f"{picture}: drawn")

@@ -9,20 +9,22 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from .. import files
-from ..study import evaluation
-from .options import Axis, Faces, Prim, Seed, share_out
+from .. import files, study
+from ..files import Source
+from ..jobs import evaluation
+from .options import Axis, Seed, share_out, with_source
 from .terminal import WorkBar, say, track
 
 _ERRORS_OF = {"position": "positions", "surface": "distances from the true surface"}
 
 
+@with_source(only=("faces", "prim"))
 def evaluate(
     completed: Annotated[Path, typer.Argument(metavar="COMPLETED", help="The completed sequence.")],
     reference: Annotated[Path, typer.Argument(metavar="REFERENCE", help="The true sequence.")],
+    *,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")] = False,
-    faces: Faces = None,
-    prim: Prim = None,
+    source: Source,
 ) -> None:
     """Measure the error of a completed sequence.
 
@@ -40,8 +42,8 @@ def evaluate(
     dynmesh evaluate completed.npz truth.npz
     ```
     """
-    source, source_of_truth = share_out({"faces": faces, "prim": prim}, completed, reference)
-    with files.open(completed, **source) as ours, files.open(reference, **source_of_truth) as truth:
+    own, source_of_truth = share_out(source, completed, reference)
+    with files.open(completed, **own) as ours, files.open(reference, **source_of_truth) as truth:
         result = evaluation.evaluate(ours, truth, track(ours, ours.n_frames, "measuring"))
     if as_json:
         print(json.dumps(_as_json(result), indent=2))
@@ -90,19 +92,12 @@ def reproduce(
         typer.Option(metavar="DEGREES", help="View from this angle around the up axis. [60]"),
     ] = None,
 ) -> None:
-    """Reproduce the paper's evaluation and further comparisons.
+    """Reproduce the paper's evaluation for both methods.
 
     Writes figures as PNG and SVG, results.json, and report.html, which needs no other file.
     """
-    from ..study import reproduce as run
-    from ..study.libigl import load_libigl
-
-    try:
-        load_libigl()
-    except ImportError as error:
-        say(f"Skipping the comparison with libigl: {error}")
     with WorkBar() as progress:
-        page = run(
+        page = study.reproduce(
             output,
             data=data or (),
             quick=quick,

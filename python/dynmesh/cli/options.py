@@ -2,30 +2,71 @@
 
 import functools
 import inspect
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import MISSING
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any, cast
+from typing import Annotated, Any, Literal, cast
 
 import typer
 
 from .. import files
 from .._errors import SettingError
-from ..jobs.checkpoint import Source
-from ..settings import SETTINGS, Settings, default_settings
+from ..files import Source
+from ..jobs.completion_options import CompletionOptions
+from ..jobs.option import OUTPUT, OUTPUT_FORMAT, SOURCE, Option, options_of
+from ..settings import SETTINGS, Settings
 
 format_names = files.listed(files.formats)
 """The names of all formats, as text."""
 
-WHAT, HOW, FILES, OUTPUT = "What to complete", "How to complete", "Files", "Output"
-"""Headings in the help of several commands; options without a heading are under Options."""
-
-UNIT = "m, cm, mm, or a number of metres"
-
 
 def _formats() -> list[str]:
     return list(files.formats)
+
+
+def typer_option(name: str, option: Option) -> Any:
+    """What typer needs to know of an option."""
+    flags = option.flags or (f"--{(option.name or name).replace('_', '-')}",)
+    return typer.Option(
+        *(() if option.default is True else flags),  # typer itself adds a --no-... to a flag
+        help=option.help,
+        min=option.least,
+        metavar=option.metavar or None,
+        autocompletion=_formats if name in ("format", "output_format") else None,
+        parser=None if option.parse is None else _parser(option.parse),
+        rich_help_panel=option.group,
+    )
+
+
+def _parser(parse: Callable[[str], Any]) -> Callable[[str], Any]:
+    """Reports what a value cannot be as a usage error."""
+
+    def parsed(text: str) -> Any:
+        try:
+            return parse(text)
+        except ValueError as error:
+            raise typer.BadParameter(str(error)) from None
+
+    return parsed
+
+
+def _parameter(name: str, option: Option) -> inspect.Parameter:
+    """The parameter of a command for an option."""
+    kind: Any = Literal[option.choices] if option.choices else option.kind
+    kind = list[kind] if option.several else kind
+    default = option.default
+    if default is None:
+        kind = kind | None
+    if option.parse is not None and default is not None:
+        default = str(default)
+    return inspect.Parameter(
+        option.name or name,
+        inspect.Parameter.KEYWORD_ONLY,
+        default=inspect.Parameter.empty if default is MISSING else default,
+        annotation=Annotated[kind, typer_option(name, option)],
+    )
 
 
 InputPath = Annotated[
@@ -35,88 +76,11 @@ InputPath = Annotated[
     ),
 ]
 OutputPath = Annotated[Path, typer.Argument(metavar="OUT", help="The result.")]
-Format = Annotated[
-    str | None,
-    typer.Option(
-        "--format",
-        metavar="NAME",
-        autocompletion=_formats,
-        help="The format of IN, if its suffix does not tell.",
-        rich_help_panel=FILES,
-    ),
-]
-ScanUnit = Annotated[
-    str | None,
-    typer.Option(
-        metavar="UNIT",
-        help=f"Unit of length of SCANS: {UNIT}. [as their files state, else as the mesh]",
-        rich_help_panel=FILES,
-    ),
-]
-OutputFormat = Annotated[
-    str | None,
-    typer.Option(
-        metavar="NAME",
-        autocompletion=_formats,
-        help="The format of OUT, if its suffix does not tell.",
-        rich_help_panel=OUTPUT,
-    ),
-]
-Faces = Annotated[
-    Path | None,
-    typer.Option(
-        metavar="FILE",
-        help="A file with the faces, if IN holds only positions.",
-        rich_help_panel=FILES,
-    ),
-]
-Prim = Annotated[
-    str | None,
-    typer.Option(
-        metavar="PATH",
-        help="Which mesh, if IN holds several (USD, Alembic).",
-        rich_help_panel=FILES,
-    ),
-]
-PrimOrAll = Annotated[
-    str | None,
-    typer.Option(
-        "--prim",
-        metavar="PATH",
-        help="Which mesh, if IN holds several (USD, Alembic), or all for every mesh that moves.",
-        rich_help_panel=WHAT,
-    ),
-]
-Overlay = Annotated[
-    bool,
-    typer.Option(
-        "--overlay",
-        help="Write OUT as a USD layer over IN, which changes the completed meshes alone.",
-        rich_help_panel=OUTPUT,
-    ),
-]
-MaskFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--mask",
-        metavar="FILE",
-        help="Which vertices are known: bool (n, k) in a .npy file.",
-        rich_help_panel=FILES,
-    ),
-]
+OutputFormat = Annotated[str | None, typer_option("output_format", OUTPUT_FORMAT)]
+FramesPerSecond = Annotated[float | None, typer_option("fps", options_of(CompletionOptions)["fps"])]
 Seed = Annotated[int, typer.Option(metavar="N", help="Equal seeds give equal results.", min=0)]
 Overwrite = Annotated[
     bool, typer.Option("--overwrite", help="Replace OUT if it exists.", rich_help_panel=OUTPUT)
-]
-DropAbove = Annotated[
-    float | None,
-    typer.Option(
-        "--drop-above",
-        metavar="DISTANCE",
-        help="Leave vertices missing whose standard error exceeds this, in the unit of IN. Implies "
-        "--uncertainty.",
-        rich_help_panel=OUTPUT,
-    ),
 ]
 Resume = Annotated[
     bool,
@@ -127,61 +91,6 @@ Resume = Annotated[
         "faces, fps if both state it, and the presence of provenance, standard errors and dropped "
         "vertices.",
         rich_help_panel=OUTPUT,
-    ),
-]
-FramesPerSecond = Annotated[
-    float | None,
-    typer.Option(
-        "--fps",
-        metavar="RATE",
-        help="Frames per second of OUT. [as in IN]",
-        rich_help_panel=OUTPUT,
-    ),
-]
-
-
-Training = Annotated[
-    list[Path] | None,
-    typer.Option(
-        "--training",
-        metavar="FILE",
-        help="Learn from this file how the mesh varies: complete frames of the same mesh, such as "
-        "a range-of-motion recording. May be repeated.",
-        rich_help_panel=f"{HOW}: method detail",
-    ),
-]
-
-
-class Missing(StrEnum):
-    """Which value, besides NaN, marks a position that was not observed."""
-
-    zero = "zero"
-
-
-MissingValue = Annotated[
-    Missing | None,
-    typer.Option(
-        "--missing",
-        help="Vertices at exactly (0, 0, 0) after frame 0 are missing.",
-        rich_help_panel=FILES,
-    ),
-]
-
-
-class WithGaps(StrEnum):
-    """What becomes of frames whose file is missing."""
-
-    refuse = "refuse"
-    lost = "lost"
-
-
-GapsOption = Annotated[
-    WithGaps,
-    typer.Option(
-        "--gaps",
-        metavar="refuse|lost",
-        help="Frames whose file is missing: an error, or frames in which nothing was observed.",
-        rich_help_panel=FILES,
     ),
 ]
 
@@ -199,82 +108,48 @@ class Axis(StrEnum):
         return float(self == Axis.x), float(self == Axis.y), float(self == Axis.z)
 
 
-def source_of(
-    *,
-    format: Format = None,
-    faces: Faces = None,
-    prim: Prim = None,
-    mask: MaskFile = None,
-    missing: MissingValue = None,
-    gaps: GapsOption = WithGaps.refuse,
-) -> Source:
-    """Collects the options that describe how to read IN."""
-    return {
-        "format": format,
-        "faces": faces,
-        "prim": prim,
-        "known": mask,
-        "missing": None if missing is None else "zero",
-        "gaps": "lost" if gaps == WithGaps.lost else "refuse",
-    }
+def with_options(
+    kind: type[Any], collect: Callable[..., Any]
+) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Replaces the parameter `options` of a command by the options of this class.
+
+    `collect` makes the parameter of their values, by name.
+    """
+    return lambda command: _replaced(command, "options", options_of(kind), collect)
 
 
 def with_source(
-    command: Callable[..., None] | None = None, *, prim: Any = Prim
+    command: Callable[..., None] | None = None, *, only: Iterable[str] = tuple(SOURCE)
 ) -> Callable[..., Any]:
-    """Replaces the parameter `source` of a command by the options of :func:`source_of`."""
+    """Replaces the parameter `source` of a command by the options of reading a sequence."""
     if command is None:
-        return functools.partial(with_source, prim=prim)
-    options = dict(inspect.signature(source_of).parameters)
-    options["prim"] = options["prim"].replace(annotation=prim)
-    return _replaced(command, "source", options, source_of)
-
-
-def with_settings(command: Callable[..., None]) -> Callable[..., None]:
-    """Replaces the parameter `settings` of a command by an option for each setting."""
-    options = {name: _option(name, default) for name, default in default_settings.items()}
-    return _replaced(command, "settings", options, dict)
+        return functools.partial(with_source, only=only)
+    return _replaced(command, "source", {name: SOURCE[name] for name in only}, dict)
 
 
 def _replaced(
     command: Callable[..., None],
     name: str,
-    options: Mapping[str, inspect.Parameter],
+    options: Mapping[str, Option],
     collect: Callable[..., Any],
 ) -> Callable[..., None]:
     """The command with `options`, which `collect` makes into its parameter `name`."""
     signature = inspect.signature(command)
     parameters: list[inspect.Parameter] = []
     for parameter in signature.parameters.values():
-        parameters += options.values() if parameter.name == name else [parameter]
+        own = [_parameter(*row) for row in options.items()]
+        parameters += own if parameter.name == name else [parameter]
 
     @functools.wraps(command)
     def run(**given: Any) -> None:
-        collected = collect(**{option: given.pop(option) for option in options})
-        command(**given, **{name: collected})
+        values = {field: given.pop(option.name or field) for field, option in options.items()}
+        for field, value in values.items():
+            values[field] = None if value == [] else value  # typer's value if none is given
+        command(**given, **{name: collect(**values)})
 
     vars(run)["__signature__"] = signature.replace(parameters=parameters)
     run.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
     return run
-
-
-def _option(name: str, default: object) -> inspect.Parameter:
-    """The option for a setting, as typer takes it."""
-    setting = SETTINGS[name]
-    flag = [f"--{name.replace('_', '-')}"] if setting.default is False else []  # without a --no-...
-    option = typer.Option(
-        *flag,
-        help=setting.help,
-        min=setting.least,
-        metavar=None if setting.choices else setting.metavar or None,
-        rich_help_panel=HOW if setting.method is None else f"{HOW}: method {setting.method}",
-    )
-    return inspect.Parameter(
-        name,
-        inspect.Parameter.KEYWORD_ONLY,
-        default=default,
-        annotation=Annotated[Settings.__annotations__[name], option],
-    )
 
 
 def share_out(source: Source, path: Path, reference: Path) -> tuple[Source, Source]:
@@ -328,11 +203,3 @@ def as_usage(option: str) -> Iterator[None]:
         yield
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint=f"'{option}'") from error
-
-
-def as_unit(text: str | None) -> str | float | None:
-    """Returns a number of metres where one is written."""
-    try:
-        return None if text is None else float(text)
-    except ValueError:
-        return text

@@ -2,79 +2,109 @@
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, cast
+from typing import Annotated, Any, cast
 
 import typer
 
 from .. import files
 from ..draw.heatmap import likely_up, stated_up
+from ..draw.page import view as write
+from ..draw.picture import evenly_spaced
+from ..draw.picture import picture as draw
 from ..draw.quantities import Colour, Range
-from ..files import Reader
+from ..files import Reader, Source
 from ..files.lock import unfinished_folder, working_folder
 from ..files.scans import open_scans
-from ..jobs.checkpoint import Source
-from .options import (
-    OUTPUT,
-    Axis,
-    InputPath,
-    Overwrite,
-    ScanUnit,
-    as_unit,
-    share_out,
-    with_source,
-)
+from ..jobs.option import OUTPUT, given, offered, options_of
+from ..jobs.tracking_options import TrackingOptions
+from ..jobs.zeros import ZeroCount
+from .options import Axis, InputPath, Overwrite, share_out, with_options, with_source
 from .terminal import say, say_remarks, track
-from .zeros import Zeros
 
-_SHOWN = "What to show"
 
-Reference = Annotated[
-    Path | None,
-    typer.Option(
+def _shown(default: Any, help: str, kind: Any = str, **more: Any) -> Any:
+    return given(default, help, "What to show", kind, **more)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Picture:
+    """What can be asked of both commands."""
+
+    reference: Path | None = _shown(
+        None,
+        "The true sequence; colours then show the error, in mm if a file states its unit, else in "
+        "% of the bounding-box diagonal.",
+        Path,
         metavar="FILE",
-        help="The true sequence; colours then show the error, in mm if a file states its unit, "
-        "else in % of the bounding-box diagonal.",
-        rich_help_panel=_SHOWN,
-    ),
-]
-ColourOption = Annotated[
-    Colour | None,
-    typer.Option(
-        "--colour",
-        "--color",
+    )
+    colour: Colour | None = _shown(
+        None,
+        "error, generation, age, standard_error, known or plain. [the first that IN holds]",
+        Colour,
         metavar="NAME",
-        help="error, generation, age, standard_error, known or plain. [the first that IN holds]",
-        rich_help_panel=_SHOWN,
-    ),
-]
-RangeOption = Annotated[
-    Range | None,
-    typer.Option(
-        "--range",
+        flags=("--colour", "--color"),
+    )
+    range: Range | None = _shown(
+        None,
+        "The ends of the colour scale, in its unit: linear from 0, else logarithmic.",
+        Range,
         metavar="LOW HIGH",
-        help="The ends of the colour scale, in its unit: linear from 0, else logarithmic.",
-        rich_help_panel=_SHOWN,
-    ),
-]
-Title = Annotated[
-    str | None,
-    typer.Option(metavar="TEXT", help="The heading. [the name of IN]", rich_help_panel=_SHOWN),
-]
-Up = Annotated[
-    Axis | None,
-    typer.Option(
-        help="The up axis. [as in IN; else y, or z for a flat sheet]", rich_help_panel=_SHOWN
-    ),
-]
-Azimuth = Annotated[
-    float,
-    typer.Option(
-        metavar="DEGREES", help="View from this angle around the up axis.", rich_help_panel=_SHOWN
-    ),
-]
+    )
+    title: str | None = _shown(None, "The heading. [the name of IN]", metavar="TEXT")
+    up: Axis | None = _shown(None, "The up axis. [as in IN; else y, or z for a flat sheet]", Axis)
+    azimuth: float = _shown(
+        60.0, "View from this angle around the up axis.", float, metavar="DEGREES"
+    )
+
+    @property
+    def common(self) -> dict[str, Any]:
+        """The keywords that what draws pages and pictures takes."""
+        names = ("colour", "range", "title", "azimuth")
+        up = None if self.up is None else self.up.value
+        return {"up": up, **{name: getattr(self, name) for name in names}}
 
 
+@dataclass(frozen=True, kw_only=True)
+class _Page(_Picture):
+    """What can be asked of a page."""
+
+    input: Path | None = _shown(
+        None,
+        "The sequence that was completed, to show beside IN; --mask, --missing and --gaps then "
+        "describe it.",
+        Path,
+        metavar="FILE",
+    )
+    scans: Path | None = _shown(
+        None, "The scans that IN was tracked in, to show beside it.", Path, metavar="SCANS"
+    )
+    cameras: Path | None = _shown(
+        None,
+        "Where the cameras of the scans stand. [cameras.json beside SCANS]",
+        Path,
+        metavar="FILE",
+    )
+    scan_unit: str | float | None = offered(options_of(TrackingOptions)["scan_unit"])
+    max_frames: int = _shown(120, "About this many frames at most.", int, metavar="N", least=1)
+    max_vertices: int = _shown(
+        20_000, "Simplify a mesh that has more vertices.", int, metavar="N", least=4
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Sheet(_Picture):
+    """What can be asked of a picture."""
+
+    frame: list[int] | None = _shown(
+        None, "This frame, counted from 0; repeatable.", int, several=True, metavar="N"
+    )
+    sheet: int = _shown(6, "This many frames, evenly spaced.", int, metavar="N", least=1)
+    size: int = _shown(480, "Pixels of a frame, each way.", int, metavar="N", least=16)
+
+
+@with_options(_Page, _Page)
 @with_source
 def view(
     path: InputPath,
@@ -85,54 +115,7 @@ def view(
             "--output", "-o", metavar="PAGE", help="An HTML file.", rich_help_panel=OUTPUT
         ),
     ],
-    reference: Reference = None,
-    given: Annotated[
-        Path | None,
-        typer.Option(
-            "--input",
-            metavar="FILE",
-            help="The sequence that was completed, to show beside IN; "
-            "--mask, --missing and --gaps then describe it.",
-            rich_help_panel=_SHOWN,
-        ),
-    ] = None,
-    scans: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="SCANS",
-            help="The scans that IN was tracked in, to show beside it.",
-            rich_help_panel=_SHOWN,
-        ),
-    ] = None,
-    cameras: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Where the cameras of the scans stand. [cameras.json beside SCANS]",
-            rich_help_panel=_SHOWN,
-        ),
-    ] = None,
-    scan_unit: ScanUnit = None,
-    colour: ColourOption = None,
-    range: RangeOption = None,
-    title: Title = None,
-    up: Up = None,
-    azimuth: Azimuth = 60.0,
-    max_frames: Annotated[
-        int,
-        typer.Option(
-            metavar="N", min=1, help="About this many frames at most.", rich_help_panel=_SHOWN
-        ),
-    ] = 120,
-    max_vertices: Annotated[
-        int,
-        typer.Option(
-            metavar="N",
-            min=4,
-            help="Simplify a mesh that has more vertices.",
-            rich_help_panel=_SHOWN,
-        ),
-    ] = 20_000,
+    options: _Page,
     overwrite: Overwrite = False,
     source: Source,
 ) -> None:
@@ -146,11 +129,10 @@ def view(
     dynmesh view tracked.npz --scans scans --reference truth.npz -o tracked.html
     ```
     """
-    from ..draw.page import view as write
-
-    zeros = Zeros()
+    zeros, scans = ZeroCount(), options.scans
+    beside = {"reference": options.reference, "given": options.input}
     with (
-        _opened(path, source, reference=reference, given=given) as (reader, truth, partial),
+        _opened(path, source, **beside) as (reader, truth, partial),
         new_output(output, overwrite, ".html") as made,
     ):
         shown = write(
@@ -158,22 +140,22 @@ def view(
             made,
             reference=truth,
             input=partial,
-            scans=None if scans is None else open_scans(scans, cameras=cameras, gaps="lost"),
-            scan_unit=as_unit(scan_unit),
-            colour=colour,
-            range=range,
-            title=title,
-            up=None if up is None else up.value,
-            azimuth=azimuth,
-            max_frames=max_frames,
-            max_vertices=max_vertices,
+            scans=None
+            if scans is None
+            else open_scans(scans, cameras=options.cameras, gaps="lost"),
+            scan_unit=options.scan_unit,
+            max_frames=options.max_frames,
+            max_vertices=options.max_vertices,
             watch=lambda frames, n: track(zeros.watch_shown(frames), n, "reading"),
+            **options.common,
         )
-        _say_if_guessed(up, reader, truth, partial)
+        _say_if_guessed(options.up, reader, truth, partial)
     say(f"{output}: open it in a browser" + (f"; it shows {shown}" if str(shown) else ""))
-    zeros.say_if_many()
+    for hint in zeros.hint():
+        say(hint)
 
 
+@with_options(_Sheet, _Sheet)
 @with_source
 def picture(
     path: InputPath,
@@ -182,30 +164,7 @@ def picture(
         Path,
         typer.Option("--output", "-o", metavar="PNG", help="A PNG file.", rich_help_panel=OUTPUT),
     ],
-    frame: Annotated[
-        list[int] | None,
-        typer.Option(
-            metavar="N", help="This frame, counted from 0; repeatable.", rich_help_panel=_SHOWN
-        ),
-    ] = None,
-    sheet: Annotated[
-        int,
-        typer.Option(
-            metavar="N", min=1, help="This many frames, evenly spaced.", rich_help_panel=_SHOWN
-        ),
-    ] = 6,
-    reference: Reference = None,
-    colour: ColourOption = None,
-    range: RangeOption = None,
-    title: Title = None,
-    up: Up = None,
-    azimuth: Azimuth = 60.0,
-    size: Annotated[
-        int,
-        typer.Option(
-            metavar="N", min=16, help="Pixels of a frame, each way.", rich_help_panel=_SHOWN
-        ),
-    ] = 480,
+    options: _Sheet,
     overwrite: Overwrite = False,
     source: Source,
 ) -> None:
@@ -215,30 +174,24 @@ def picture(
         dynmesh picture completed.npz -o sheet.png
         dynmesh picture completed.npz --frame 30 --colour generation -o frame.png
     """
-    from ..draw.picture import evenly_spaced
-    from ..draw.picture import picture as draw
-
-    zeros = Zeros()
+    zeros = ZeroCount()
     with (
-        _opened(path, source, reference=reference) as (reader, truth, _),
+        _opened(path, source, reference=options.reference) as (reader, truth, _),
         new_output(output, overwrite, ".png") as made,
     ):
         draw(
             reader,
             made,
-            numbers=frame or evenly_spaced(reader.n_frames, sheet),
+            numbers=options.frame or evenly_spaced(reader.n_frames, options.sheet),
             reference=truth,
-            colour=colour,
-            range=range,
-            title=title,
-            up=None if up is None else up.value,
-            azimuth=azimuth,
-            size=(size, size),
+            size=(options.size, options.size),
             watch=lambda frames, n: track(zeros.watch_shown(frames), n, "reading"),
+            **options.common,
         )
-        _say_if_guessed(up, reader, truth)
+        _say_if_guessed(options.up, reader, truth)
     say(f"{output}: drawn")
-    zeros.say_if_many()
+    for hint in zeros.hint():
+        say(hint)
 
 
 @contextmanager

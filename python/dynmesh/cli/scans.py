@@ -1,8 +1,9 @@
-"""The part of `dynmesh degrade` that makes scans."""
+"""The options of `dynmesh degrade`, and the part of it that makes scans."""
 
 import math
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,14 +13,15 @@ import typer
 from .. import degrade as degradation
 from .. import files
 from ..degrade.depth_buffer import intrinsics_of, pose_of
+from ..files import Source
 from ..files.scans import DepthFolder, PointFolder, Rig, ScanCamera
 from ..files.scans.depth_files import require_png
-from ..jobs.checkpoint import Source
+from ..jobs.option import given
 from ..sequence import Positions
-from .options import Axis, as_usage
+from .options import Axis, as_usage, share
 from .terminal import say, say_remarks, track
 
-SCANS = "Scans without correspondences"
+_LOSS, _SCANS = "Loss and noise", "Scans without correspondences"
 
 _COUNTS = 60_000
 """Of the 65 535 that an image can hold, so many are used for the farthest point, at most."""
@@ -27,7 +29,61 @@ _COUNTS = 60_000
 _NOISE = 0.02  # mean edges
 
 
-def size_of(depth: str | None, scan: bool) -> tuple[int, int] | None:
+def _share(help: str, group: str = _LOSS) -> Any:
+    return given(None, help, group, metavar="SHARE", parse=share)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Degradation:
+    """What can be asked of the command; :mod:`dynmesh.degrade` explains the losses."""
+
+    known: float | None = _share("Keep this share of the vertices, at random in every frame.")
+    camera: int | None = given(
+        None, "Keep what N circling cameras see.", _LOSS, int, metavar="N", least=1
+    )
+    patches: float | None = _share("Hide this share under patches, for several frames.")
+    dropout: float | None = _share("Drop this share of the frames entirely.")
+    noise: float | None = given(
+        None,
+        "Add Gaussian noise of this standard deviation, in mean edges of frame 0. [0.02 for scans]",
+        _LOSS,
+        float,
+        metavar="SIGMA",
+    )
+    outliers: float | None = _share("Move this share of the vertices by 10 mean edges of frame 0.")
+    scan: bool = given(
+        False,
+        "Write loose points with normals, as scanners deliver them, into the folder OUT.",
+        _SCANS,
+        bool,
+    )
+    depth: str | None = given(
+        None,
+        "Write depth images of this size into the folder OUT, such as 640x480.",
+        _SCANS,
+        metavar="WxH",
+    )
+    cameras: int = given(
+        4, "Number of cameras around the subject.", _SCANS, int, metavar="N", least=1
+    )
+    points: int = given(20_000, "Points per frame.", _SCANS, int, metavar="N", least=1)
+    flying: float | None = _share(
+        "Share of flying pixels, which lie between a silhouette and what is behind it.", _SCANS
+    )
+    up: Axis | None = given(
+        None, "The axis that cameras circle around. [as in IN, else z]", _LOSS, Axis
+    )
+    seed: int = given(
+        0,
+        "Equal seeds remove the same vertices: use another one to degrade a file twice.",
+        _LOSS,
+        int,
+        metavar="N",
+        least=0,
+    )
+
+
+def _size_of(depth: str | None, scan: bool) -> tuple[int, int] | None:
     """Parses the size of depth images; None if points are wanted."""
     if depth is None:
         return None
@@ -45,43 +101,35 @@ def simulate(
     path: Path,
     output: Path,
     source: Source,
+    asked: Degradation,
     *,
-    depth: tuple[int, int] | None,
-    cameras: int,
-    points: int,
-    noise: float | None,
-    flying: float | None,
-    known: float | None,
-    patches: float | None,
-    outliers: float | None,
-    up: Axis | None,
-    seed: int,
     overwrite: bool,
     refused: Mapping[str, object],
 ) -> None:
     """Writes scans of a sequence into a folder, and where the cameras stand beside them."""
+    depth, cameras, seed = _size_of(asked.depth, asked.scan), asked.cameras, asked.seed
     for option, value in refused.items():
         if value is not None:
             raise typer.BadParameter(f"{option} cannot be combined with --scan or --depth")
     if depth is not None:
         require_png()
     with files.open(path, **source) as reader:
-        axis = axis_of(reader, up)
+        axis = axis_of(reader, asked.up)
         box = bounding_box(reader)
         around = degradation.orbit(box, cameras, degrees_per_frame=0.0, up=axis.vector)(0)
         rig = _rig_of(around, box, depth, reader.header.metres_per_unit)
         frames = (frame.points for frame in reader)
         options: dict[str, Any] = {
-            "noise": _NOISE if noise is None else noise,
-            "missing": 0.0 if known is None else 1 - known,
-            "holes": patches or 0.0,
-            "flying": flying or 0.0,
-            "outliers": outliers or 0.0,
+            "noise": _NOISE if asked.noise is None else asked.noise,
+            "missing": 0.0 if asked.known is None else 1 - asked.known,
+            "holes": asked.patches or 0.0,
+            "flying": asked.flying or 0.0,
+            "outliers": asked.outliers or 0.0,
         }
         with as_usage("--noise"):
             if depth is None:
                 scans = degradation.scan_points(
-                    frames, reader.faces, around, points=points, seed=seed, **options
+                    frames, reader.faces, around, points=asked.points, seed=seed, **options
                 )
             else:
                 width, height = depth

@@ -1,42 +1,34 @@
 """The command that completes a sequence, for all meshes of a scene."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import typer
 
 from .._errors import SettingError
-from ..jobs.checkpoint import Source
+from ..jobs.completion_options import CompletionOptions
 from ..jobs.report import FileReport
-from ..jobs.scene_completion import complete_scene
-from ..jobs.start import Start
-from ..settings import Settings
+from ..jobs.scene_completion import complete_meshes
 from .done import of_training
 from .options import usage_error
 from .terminal import say, say_remarks, track
 
 
 def complete_all(
-    path: Path,
-    output: Path,
-    settings: Settings,
-    source: Source,
-    *,
-    start: Start,
-    training: list[Path] | None,
-    output_format: str | None,
-    overlay: bool,
-    provenance: bool,
-    drop_above: float | None,
-    overwrite: bool,
-    for_one_mesh: Mapping[str, object],
+    path: Path, output: Path, options: CompletionOptions, *, resume: bool, overwrite: bool
 ) -> None:
     """Completes every mesh that moves and prints what was done.
 
     Raises:
         typer.Exit: with code 1 if a mesh could not be completed.
     """
+    for_one_mesh = {
+        "--resume": resume,
+        "--fps": options.fps,
+        "--template": options.template,
+        "--gaps": options.source.get("gaps") == "lost",
+    }
     for option, value in for_one_mesh.items():
         if value:
             alone = "; complete that mesh afterwards, from OUT, with --prim PATH"
@@ -49,22 +41,9 @@ def complete_all(
         return track(frames, whole, "completing", done)
 
     try:
-        report = complete_scene(
-            path,
-            output,
-            source=source,
-            start=start,
-            training=training,
-            output_format=output_format,
-            overlay=overlay,
-            provenance=provenance,
-            drop_above=drop_above,
-            overwrite=overwrite,
-            watch=watch,
-            **settings,
-        )
+        report = complete_meshes(path, output, options, overwrite, watch=watch)
     except SettingError as error:
-        raise usage_error(error, settings) from error
+        raise usage_error(error, options.settings) from error
     except KeyboardInterrupt:
         say(f"{output}: interrupted; nothing was kept")
         raise

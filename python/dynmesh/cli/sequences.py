@@ -12,10 +12,9 @@ from .. import degrade as degradation
 from .. import files
 from .. import synth as built_in
 from ..degrade.shared import mean_edge_of
-from ..jobs.checkpoint import Source
+from ..files import Source
 from ..sequence import Mask, Positions
 from .options import (
-    Axis,
     FramesPerSecond,
     InputPath,
     OutputFormat,
@@ -23,13 +22,11 @@ from .options import (
     Overwrite,
     Seed,
     as_usage,
-    share,
+    with_options,
     with_source,
 )
-from .scans import SCANS, axis_of, bounding_box, simulate, size_of
+from .scans import Degradation, axis_of, bounding_box, simulate
 from .terminal import say, say_remarks, track
-
-_LOSS = "Loss and noise"
 
 
 class BuiltIn(StrEnum):
@@ -71,114 +68,13 @@ def synth(
     say(f"{output}: {n_frames} frames of {n_vertices} vertices")
 
 
+@with_options(Degradation, Degradation)
 @with_source
 def degrade(
     path: InputPath,
     output: OutputPath,
     *,
-    known: Annotated[
-        float | None,
-        typer.Option(
-            metavar="SHARE",
-            parser=share,
-            help="Keep this share of the vertices, at random in every frame.",
-            rich_help_panel=_LOSS,
-        ),
-    ] = None,
-    camera: Annotated[
-        int | None,
-        typer.Option(
-            metavar="N", min=1, help="Keep what N circling cameras see.", rich_help_panel=_LOSS
-        ),
-    ] = None,
-    patches: Annotated[
-        float | None,
-        typer.Option(
-            metavar="SHARE",
-            parser=share,
-            help="Hide this share under patches, for several frames.",
-            rich_help_panel=_LOSS,
-        ),
-    ] = None,
-    dropout: Annotated[
-        float | None,
-        typer.Option(
-            metavar="SHARE",
-            parser=share,
-            help="Drop this share of the frames entirely.",
-            rich_help_panel=_LOSS,
-        ),
-    ] = None,
-    noise: Annotated[
-        float | None,
-        typer.Option(
-            metavar="SIGMA",
-            help="Add Gaussian noise of this standard deviation, in mean edges of frame 0. [0.02 "
-            "for scans]",
-            rich_help_panel=_LOSS,
-        ),
-    ] = None,
-    outliers: Annotated[
-        float | None,
-        typer.Option(
-            metavar="SHARE",
-            parser=share,
-            help="Move this share of the vertices by 10 mean edges of frame 0.",
-            rich_help_panel=_LOSS,
-        ),
-    ] = None,
-    scan: Annotated[
-        bool,
-        typer.Option(
-            "--scan",
-            help="Write loose points with normals, as scanners deliver them, into the folder OUT.",
-            rich_help_panel=SCANS,
-        ),
-    ] = False,
-    depth: Annotated[
-        str | None,
-        typer.Option(
-            metavar="WxH",
-            help="Write depth images of this size into the folder OUT, such as 640x480.",
-            rich_help_panel=SCANS,
-        ),
-    ] = None,
-    cameras: Annotated[
-        int,
-        typer.Option(
-            metavar="N", min=1, help="Number of cameras around the subject.", rich_help_panel=SCANS
-        ),
-    ] = 4,
-    n_points: Annotated[
-        int,
-        typer.Option(
-            "--points", metavar="N", min=1, help="Points per frame.", rich_help_panel=SCANS
-        ),
-    ] = 20_000,
-    flying: Annotated[
-        float | None,
-        typer.Option(
-            metavar="SHARE",
-            parser=share,
-            help="Share of flying pixels, which lie between a silhouette and what is behind it.",
-            rich_help_panel=SCANS,
-        ),
-    ] = None,
-    up: Annotated[
-        Axis | None,
-        typer.Option(
-            help="The axis that cameras circle around. [as in IN, else z]", rich_help_panel=_LOSS
-        ),
-    ] = None,
-    seed: Annotated[
-        int,
-        typer.Option(
-            metavar="N",
-            help="Equal seeds remove the same vertices: use another one to degrade a file twice.",
-            min=0,
-            rich_help_panel=_LOSS,
-        ),
-    ] = 0,
+    options: Degradation,
     source: Source,
     output_format: OutputFormat = None,
     overwrite: Overwrite = False,
@@ -197,16 +93,23 @@ def degrade(
     The last one writes points that belong to no vertex, for `dynmesh track`; frame 0 is scanned,
     too. --known, --patches and --outliers then apply to the points or pixels.
     """
-    if scan or depth is not None:
-        refused = {"--camera": camera, "--dropout": dropout, "--output-format": output_format}
-        simulate(
-            path, output, source, depth=size_of(depth, scan), cameras=cameras, points=n_points,
-            noise=noise, flying=flying, known=known, patches=patches, outliers=outliers, up=up,
-            seed=seed, overwrite=overwrite, refused=refused,
-        )  # fmt: skip
+    if options.scan or options.depth is not None:
+        refused = {
+            "--camera": options.camera,
+            "--dropout": options.dropout,
+            "--output-format": output_format,
+        }
+        simulate(path, output, source, options, overwrite=overwrite, refused=refused)
         return
-    if flying is not None:
+    if options.flying is not None:
         raise typer.BadParameter("--flying is for --scan and --depth")
+    known, camera, patches, dropout = (
+        options.known,
+        options.camera,
+        options.patches,
+        options.dropout,
+    )
+    noise, outliers, seed = options.noise, options.outliers, options.seed
     if all(o is None for o in (known, camera, patches, dropout, noise, outliers)):
         raise typer.BadParameter(
             "nothing to do: give --known, --camera, --patches, --dropout, --noise, --outliers, "
@@ -222,7 +125,7 @@ def degrade(
             with as_usage("--known"):
                 masks.append(degradation.random_known(*shape, known, seed=seed))
         if camera is not None:
-            axis = axis_of(reader, up)
+            axis = axis_of(reader, options.up)
             with as_usage("--camera"):
                 circling = degradation.orbit(bounding_box(reader), camera, up=axis.vector)
                 frames = (frame.points for frame in reader)
@@ -297,8 +200,8 @@ def convert(
         origin = target.kept_of(reader)
         with target.create(header, origin=origin, overwrite=overwrite) as writer:
             for frame in track(reader, reader.n_frames, "converting"):
-                traces = {} if dropped else frame.provenance()
-                writer.append(frame.points, frame.known, **traces)
+                values = frame.attributes()
+                writer.append(frame.points, **{name: values[name] for name in header.attributes})
     say_remarks(output, writer.remarks)
     if dropped:
         say(f"{output}: generation and age are not written; this format cannot hold them")

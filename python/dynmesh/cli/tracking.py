@@ -1,6 +1,7 @@
 """The command that tracks a mesh through scans."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -9,25 +10,13 @@ import typer
 from numpy.typing import NDArray
 
 from ..files.scans import Scan
+from ..jobs.option import HOW
 from ..jobs.track_report import TrackFileReport
-from ..jobs.tracking import track_file
+from ..jobs.tracking import track_into
+from ..jobs.tracking_options import TrackingOptions
 from ..jobs.unfinished import is_unfinished
 from .done import say_how_far, saying_what_is_kept
-from .options import (
-    FILES,
-    HOW,
-    OUTPUT,
-    UNIT,
-    GapsOption,
-    OutputFormat,
-    OutputPath,
-    Overwrite,
-    Resume,
-    ScanUnit,
-    Training,
-    WithGaps,
-    as_unit,
-)
+from .options import OutputPath, Overwrite, Resume, with_options
 from .terminal import say, say_remarks
 from .terminal import track as watched
 
@@ -39,6 +28,7 @@ _FEW = 0.05
 """Below this share of vertices with a correspondence, a scan is probably not of the mesh."""
 
 
+@with_options(TrackingOptions, TrackingOptions)
 def track(
     scans: Annotated[
         Path,
@@ -50,33 +40,7 @@ def track(
     ],
     output: OutputPath,
     *,
-    template: Annotated[
-        Path,
-        typer.Option(
-            metavar="FILE",
-            help="The mesh, in about the pose of the first scan.",
-            rich_help_panel=FILES,
-        ),
-    ],
-    cameras: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Poses and intrinsics of the cameras, required for depth images. [cameras.json "
-            "beside SCANS]",
-            rich_help_panel=FILES,
-        ),
-    ] = None,
-    scan_unit: ScanUnit = None,
-    template_unit: Annotated[
-        str | None,
-        typer.Option(
-            metavar="UNIT",
-            help=f"Unit of length of the template: {UNIT}. [as its file states]",
-            rich_help_panel=FILES,
-        ),
-    ] = None,
-    gaps: GapsOption = WithGaps.refuse,
+    options: TrackingOptions,
     align: Annotated[
         bool,
         typer.Option(
@@ -85,38 +49,7 @@ def track(
             rich_help_panel=HOW,
         ),
     ] = True,
-    training: Training = None,
-    uncertainty: Annotated[
-        bool,
-        typer.Option(
-            "--uncertainty",
-            help="Compute the standard error of the distance of each vertex from the true surface, "
-            "in the unit of OUT; --provenance writes it.",
-            rich_help_panel=HOW,
-        ),
-    ] = False,
-    threads: Annotated[
-        int, typer.Option(metavar="N", min=1, help="Number of threads.", rich_help_panel=HOW)
-    ] = 1,
-    provenance: Annotated[
-        bool,
-        typer.Option(
-            "--provenance",
-            help="Also write how far each vertex is from one that was seen (generation) and the "
-            "frames since it was last seen (age); with --uncertainty, its standard error.",
-            rich_help_panel=OUTPUT,
-        ),
-    ] = False,
     resume: Resume = False,
-    output_format: OutputFormat = None,
-    fps: Annotated[
-        float | None,
-        typer.Option(
-            metavar="RATE",
-            help="Frames per second of OUT. [not stated]",
-            rich_help_panel=OUTPUT,
-        ),
-    ] = None,
     overwrite: Overwrite = False,
 ) -> None:
     """Track a mesh through scans whose points belong to no vertex.
@@ -137,29 +70,12 @@ def track(
         return watched(found, whole, "tracking", done)
 
     with saying_what_is_kept(output, "tracked"):
-        report = track_file(
-            scans,
-            output,
-            template=template,
-            cameras=cameras,
-            scan_unit=as_unit(scan_unit),
-            template_unit=as_unit(template_unit),
-            align="auto" if align else "never",
-            gaps="lost" if gaps == WithGaps.lost else "refuse",
-            output_format=output_format,
-            fps=fps,
-            provenance=provenance,
-            overwrite=overwrite,
-            resume=resume,
-            training=training or None,
-            uncertainty=uncertainty,
-            threads=threads,
-            watch=watch,
-        )
+        asked = replace(options, align="auto" if align else "never")
+        report = track_into(scans, output, asked, overwrite, resume, watch=watch)
     _say_what_was_done(output, report)
-    if uncertainty and not provenance:
+    if options.uncertainty and not options.provenance:
         say(f"{output}: standard errors are not in the file; --provenance writes them")
-    if training and report.prior_weight is not None:
+    if options.training and report.prior_weight is not None:
         say(f"{output}: the prior weight of the training frames was {report.prior_weight:.2g}")
 
 

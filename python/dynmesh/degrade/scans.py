@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from .._checks import check_finite, check_integer
 from .._errors import InputError
-from ..files.scans.scan import DepthScan, PointScan
+from ..frames.scan import DepthScan, PointScan
 from ..sequence import Positions
 from .depth_buffer import depth_buffer, intrinsics_of, pose_of
 from .depth_sensor import measured, with_flying

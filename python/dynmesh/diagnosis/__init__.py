@@ -3,13 +3,12 @@
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing
 from itertools import chain
-from typing import Any, Literal
+from typing import Unpack
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .. import files
-from ..files import Frame, Gaps, Header, PathLike, Reader
+from ..files import Frame, Header, PathLike, Reader, Source
 from ..sequence import Sequence
 from . import shape, surface
 from .diagnosis import Diagnosis
@@ -24,29 +23,20 @@ __all__ = ["Diagnosis", "Finding", "Severity", "Where", "diagnose"]
 Watch = Callable[[Iterable[Frame], int], Iterable[Frame]]
 
 
+@files.takes_source
 def diagnose(
     source: PathLike | Reader | Sequence,
     *,
     watch: Watch | None = None,
-    format: str | None = None,
-    faces: NDArray[np.integer[Any]] | PathLike | None = None,
-    prim: str | None = None,
-    known: NDArray[np.bool_] | PathLike | None = None,
-    missing: Literal["zero"] | None = None,
-    gaps: Gaps = "refuse",
+    **how: Unpack[Source],
 ) -> Diagnosis:
     """Looks for problems of a sequence, in one pass and in constant memory.
 
     Args:
         source: a file in any format, a reader from :func:`dynmesh.open`, or a sequence in memory.
         watch: is called with the frames and their number, and must pass the frames on.
-        format: of a file. This and the following arguments are those of :func:`dynmesh.open`; they
-            are ignored if `source` is a reader or in memory.
-        faces: of a file that holds only positions.
-        prim: path of the mesh, if the file holds several.
-        known: known masks that replace those in the file.
-        missing: "zero" if positions of exactly (0, 0, 0) were not observed.
-        gaps: "lost" if nothing was observed in frames whose file is missing.
+        **how: how to read a file, the keywords of :func:`dynmesh.open`; they are ignored if
+            `source` is a reader or in memory.
 
     Raises:
         OSError, ImportError, TypeError, ValueError: the sequence cannot be read; see
@@ -62,9 +52,7 @@ def diagnose(
     if isinstance(source, Reader):
         with files.naming(source.path), closing(source.frames()) as frames:
             return _diagnose(source.header, frames, watch)
-    with files.open(
-        source, format=format, faces=faces, prim=prim, known=known, missing=missing, gaps=gaps
-    ) as reader:
+    with files.open(source, **how) as reader:
         return diagnose(reader, watch=watch)
 
 

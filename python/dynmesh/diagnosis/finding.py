@@ -13,37 +13,39 @@ faulty. note: information."""
 
 SEVERITIES: tuple[Severity, ...] = ("error", "warning", "note")
 
-CODES = (
-    "first_frame_incomplete",
-    "known_not_finite",
-    "no_faces",
-    "scrambled_frames",
-    "first_frame_zeros",
-    "zeros",
-    "leaps",
-    "outliers",
-    "frames_without_anchors",
-    "hardly_any_anchors",
-    "never_seen",
-    "component_disconnected",
-    "coincident_vertices",
-    "isolated_vertices",
-    "far_from_origin",
-    "non_manifold_edges",
-    "non_manifold_vertices",
-    "flat_faces",
-    "degenerate_faces",
-    "duplicate_faces",
-    "flipped_faces",
-    "one_sided_surface",
-    "few_anchors",
-    "repeated_frames",
-    "several_components",
-    "small_holes",
-    "needle_faces",
-    "unlikely_unit",
-)
-"""The codes of all findings, the most important first."""
+SEVERITY_OF: dict[str, Severity] = {
+    "first_frame_incomplete": "error",
+    "known_not_finite": "error",
+    "no_faces": "error",
+    "scrambled_frames": "warning",
+    "first_frame_zeros": "warning",
+    "zeros": "warning",
+    "leaps": "warning",
+    "outliers": "warning",
+    "frames_without_anchors": "warning",
+    "hardly_any_anchors": "warning",
+    "never_seen": "warning",
+    "component_disconnected": "warning",
+    "coincident_vertices": "warning",
+    "isolated_vertices": "warning",
+    "far_from_origin": "warning",
+    "non_manifold_edges": "warning",
+    "non_manifold_vertices": "warning",
+    "flat_faces": "warning",
+    "degenerate_faces": "warning",
+    "duplicate_faces": "warning",
+    "flipped_faces": "warning",
+    "one_sided_surface": "warning",
+    "few_anchors": "note",
+    "repeated_frames": "note",
+    "several_components": "note",
+    "small_holes": "note",
+    "needle_faces": "note",
+    "unlikely_unit": "note",
+}
+"""The severities of all findings by their codes, the most important first."""
+
+CODES = tuple(SEVERITY_OF)
 
 Indices = NDArray[np.int64]
 
@@ -99,6 +101,32 @@ class Finding:
     message: str
     advice: str
     worst: float | None = None
+
+    @classmethod
+    def at(
+        cls,
+        code: str,
+        message: str,
+        advice: str,
+        *,
+        vertices: Any = (),
+        faces: Any = (),
+        frames: Any = (),
+        count: int | None = None,
+        worst: float | None = None,
+        severity: Severity | None = None,
+    ) -> "Finding":
+        """A finding at these indices; without a `count`, of the first of them, or of one thing."""
+        counts = [len(places) for places in (vertices, faces, frames) if len(places)]
+        return cls(
+            code,
+            severity or SEVERITY_OF[code],
+            [*counts, 1][0] if count is None else count,
+            Where.of(vertices=vertices, faces=faces, frames=frames),
+            message,
+            advice,
+            worst,
+        )
 
 
 def counted(count: int, what: str) -> str:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..sequence import Mask, Positions
-from .finding import Finding, Where, counted, frames_listed, listed, percent
+from .finding import Finding, counted, frames_listed, listed, percent
 from .mesh import Mesh
 
 _RECENT = 3  # frames; vertices last seen earlier do not count for the motion
@@ -67,32 +67,30 @@ class Motion:
     def findings(self) -> Iterator[Finding]:
         """Yields the problems found in all frames."""
         if self._scrambled:
-            yield Finding(
+            yield Finding.at(
                 "scrambled_frames",
-                "warning",
-                len(self._scrambled),
-                Where.of(frames=self._scrambled),
                 f"{counted(len(self._scrambled), 'frame')} with scrambled vertices: up to "
                 f"{percent(self._worst_share)} of the edges are more than {_FAR} mean edges too "
                 f"long, in {frames_listed(self._scrambled)}.",
                 "The vertices do not correspond to those of frame 0, or the unit changes. dynmesh "
                 "completes tracked meshes: number the vertices in the same way in all frames.",
-                self._worst_share,
+                frames=self._scrambled,
+                worst=self._worst_share,
             )
         yield from self._leaps()
         if self._n_astray:
             places = np.flatnonzero(self._astray)
-            yield Finding(
+            yield Finding.at(
                 "outliers",
-                "warning",
-                self._n_astray,
-                Where.of(vertices=places, frames=self._astray_frames),
                 f"{counted(self._n_astray, 'outlier')} more than {_FAR} mean edges from all "
                 f"neighbours, at most {self._farthest:.3g}, in "
                 f"{frames_listed(self._astray_frames)}: {listed('vertex', places)}.",
                 "They displace the vertices that are estimated around them. Use "
                 "--reject-outliers, or mark them as missing in the known mask.",
-                self._farthest,
+                vertices=places,
+                frames=self._astray_frames,
+                count=self._n_astray,
+                worst=self._farthest,
             )
         yield from self._repeats()
 
@@ -135,17 +133,15 @@ class Motion:
             return
         worst = float(medians[frames].max())
         typical = float(np.nanmedian(medians))
-        yield Finding(
+        yield Finding.at(
             "leaps",
-            "warning",
-            len(frames),
-            Where.of(frames=frames),
             f"{counted(len(frames), 'frame')} with a jump of up to {worst:.3g} diagonals, where "
             f"{typical:.2g} is typical: {frames_listed(frames)}.",
             "This is a cut, a gap in the recording, or a misplaced frame (two jumps, there and "
             "back). Estimates are inaccurate after a jump: start a new sequence at a cut, and "
             "remove misplaced frames.",
-            worst,
+            frames=frames,
+            worst=worst,
         )
 
     def _repeats(self) -> Iterator[Finding]:
@@ -157,14 +153,13 @@ class Motion:
         else:
             which = frames_listed(self._repeated)
             message = f"{counted(n, 'frame')} equal to the previous one: {which}."
-        yield Finding(
+        yield Finding.at(
             "repeated_frames",
-            "note",
-            n,
-            Where.of(frames=self._repeated),
             message,
             "The subject stands still, or the capture stopped and wrote a frame again. Completion "
             "is not affected. Remove repeated frames if a jump follows them.",
+            frames=self._repeated,
+            count=n,
         )
 
 

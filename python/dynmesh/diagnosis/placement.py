@@ -8,7 +8,7 @@ import numpy as np
 from ..draw.heatmap import likely_up
 from ..files import Header
 from ..sequence import Mask, Positions
-from .finding import Finding, Where
+from .finding import Finding
 from .mesh import Mesh
 
 _COARSE = 1e-3  # a rounding step, in mean edges
@@ -67,31 +67,26 @@ class Placement:
         if self._header.dtype == np.float32:
             step = float(np.spacing(np.float32(self._farthest))) / self._mesh.mean_edge
             if step > _COARSE:
-                yield Finding(
+                yield Finding.at(
                     "far_from_origin",
-                    "warning",
-                    1,
-                    Where.of(frames=[self._farthest_frame]),
                     f"Coordinates reach {self._farthest:.4g}, where float32 has a resolution of "
                     f"{100 * step:.2g} % of a mean edge.",
                     "Positions and the motion between frames are rounded by that much. Move the "
                     "mesh to the origin before it is written as float32, or write float64.",
-                    step,
+                    frames=[self._farthest_frame],
+                    worst=step,
                 )
         said, likely = self._header.metres_per_unit, self.likely_unit
         if said is None or likely is None:
             return
         extent = float(np.ptp(self._mesh.first[self._mesh.observed], axis=0).max())
         if not _PERSON[0] <= extent * said <= _PERSON[1]:
-            yield Finding(
+            yield Finding.at(
                 "unlikely_unit",
-                "note",
-                1,
-                Where(),
                 f"According to the file a unit is {said:g} m, so the mesh is {extent * said:.3g} m "
                 "long. If this is a person or an animal, the unit is probably "
                 f"{likely.name}.",
                 "Completion does not depend on the unit, but measurements in metres and scenes "
                 "that contain the result do.",
-                extent * said,
+                worst=extent * said,
             )

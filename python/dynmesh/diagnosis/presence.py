@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ..files import Frame
 from ..sequence import Mask, Positions
-from .finding import Finding, Severity, Where, counted, frames_listed, listed, percent, stretches
+from .finding import Finding, counted, frames_listed, listed, percent, stretches
 from .mesh import Mesh
 
 _FEW = 0.1
@@ -109,14 +109,13 @@ class Presence:
                 "the frames after it forwards and those before it backwards; or take a complete "
                 "frame from a template or a scan at rest, --template FILE."
             )
-        yield Finding(
+        yield Finding.at(
             "first_frame_incomplete",
-            "error",
-            len(missing),
-            Where.of(vertices=missing, frames=[0]),
             f"Frame 0 lacks {len(missing)} of {counted(self._n_vertices, 'vertex')}: "
             f"{listed('vertex', missing)}.",
             f"Completion starts from a complete frame, by default frame 0. {whole}",
+            vertices=missing,
+            frames=[0],
         )
 
     def _zeros_of_frame_0(self) -> Iterator[Finding]:
@@ -126,29 +125,28 @@ class Presence:
         whole = "--template FILE, as no frame is complete"
         if self._first_whole is not None:
             whole = f"--start whole: frame {self._first_whole} is the first complete one"
-        yield Finding(
+        yield Finding.at(
             "first_frame_zeros",
-            "warning",
-            len(zeros),
-            Where.of(vertices=zeros, frames=[0]),
             f"{counted(len(zeros), 'vertex')} at exactly (0, 0, 0) in frame 0, far from "
             f"their neighbours: {listed('vertex', zeros)}.",
             "The sensor probably wrote zeros where it observed nothing, but those of frame 0 are "
             f"taken as positions. Use --missing zero together with {whole}.",
+            vertices=zeros,
+            frames=[0],
         )
 
     def _not_finite(self) -> Iterator[Finding]:
         bad = self._unusable
         if bad.count:
-            yield Finding(
+            yield Finding.at(
                 "known_not_finite",
-                "error",
-                bad.count,
-                bad.where,
                 f"{counted(bad.count, 'position')} marked as known but not finite, or beyond "
                 f"{self._limit}, in {frames_listed(bad.frames)}: {listed('vertex', bad.vertices)}.",
                 "The sequence cannot be completed: such a frame is refused. Mark them as missing "
                 "in the known mask, or write them as NaN in a file without masks.",
+                vertices=bad.vertices,
+                frames=bad.frames,
+                count=bad.count,
             )
 
     def _zero_rows(self) -> Iterator[Finding]:
@@ -156,17 +154,17 @@ class Presence:
         if not zeros.count:
             return
         share = zeros.count / (self._n_vertices * (len(self.shares) - 1))
-        yield Finding(
+        yield Finding.at(
             "zeros",
-            "warning",
-            zeros.count,
-            zeros.where,
             f"{counted(zeros.count, 'position')} of exactly (0, 0, 0) after frame 0, "
             f"{percent(share)} of all, in {frames_listed(zeros.frames)}: "
             f"{listed('vertex', zeros.vertices)}.",
             "The sensor probably wrote zeros where it observed nothing. Taken as positions, they "
             "pull the mesh towards the origin. Use --missing zero.",
-            share,
+            vertices=zeros.vertices,
+            frames=zeros.frames,
+            count=zeros.count,
+            worst=share,
         )
 
     def _shares(self, shares: NDArray[np.float64]) -> Iterator[Finding]:
@@ -178,36 +176,32 @@ class Presence:
         few = np.flatnonzero((shares >= _HARDLY_ANY) & (shares < _FEW)) + 1
         if len(none):
             longest = max(map(len, stretches(none)))
-            yield Finding(
+            yield Finding.at(
                 "frames_without_anchors",
-                "warning",
-                len(none),
-                Where.of(frames=none),
                 f"{counted(len(none), 'frame')} without any known vertex, at most {longest} in a "
                 f"row: {frames_listed(none)}.",
                 "The mesh stands still in these frames and jumps afterwards. A frame without known "
                 "vertices cannot be completed from the past; if later frames may be used, "
                 "interpolate instead.",
-                longest,
+                frames=none,
+                worst=longest,
             )
-        ways: tuple[tuple[str, Severity, NDArray[np.int64], str, str], ...] = (
-            ("hardly_any_anchors", "warning", hardly, "2 %", "errors of method motion grow from "
+        ways = (
+            ("hardly_any_anchors", hardly, "2 %", "errors of method motion grow from "
              "frame to frame; use method detail, the default"),
-            ("few_anchors", "note", few, "10 %", "method motion is several times less "
+            ("few_anchors", few, "10 %", "method motion is several times less "
              "accurate than method detail, the default"),
         )  # fmt: skip
-        for code, severity, frames, limit, what in ways:
+        for code, frames, limit, what in ways:
             if len(frames):
                 least = shares[frames - 1].min()
-                yield Finding(
+                yield Finding.at(
                     code,
-                    severity,
-                    len(frames),
-                    Where.of(frames=frames),
                     f"{counted(len(frames), 'frame')} with less than {limit} of the vertices "
                     f"known, at worst {percent(float(least))}: {frames_listed(frames)}.",
                     f"With so few anchors {what}.",
-                    float(least),
+                    frames=frames,
+                    worst=float(least),
                 )
 
     def _never_seen(self) -> Iterator[Finding]:
@@ -218,16 +212,15 @@ class Presence:
         beside_seen = np.zeros(self._n_vertices, np.bool_)
         beside_seen[ends[self._seen[ends].any(axis=1)]] = True
         patches = not beside_seen[never].all()
-        yield Finding(
+        yield Finding.at(
             "never_seen",
-            "warning" if patches else "note",
-            len(never),
-            Where.of(vertices=never),
             f"{counted(len(never), 'vertex')}, {percent(len(never) / self._n_vertices)} of all, "
             f"never known after frame 0, {'in patches' if patches else 'all next to known ones'}: "
             f"{listed('vertex', never)}.",
             "Nothing corrects their estimates. Single vertices do little harm; in patches, errors "
             "of method motion accumulate, and method detail, the default, preserves their shape.",
+            vertices=never,
+            severity="warning" if patches else "note",
         )
 
     def _long_disconnected(self) -> Iterator[Finding]:
@@ -242,18 +235,18 @@ class Presence:
         vertices = np.flatnonzero(np.isin(self._mesh.component, long))
         parts = f"{counted(len(long), 'component')} of {len(self._sizes)}"
         member = int(np.flatnonzero(self._mesh.component == worst)[0])
-        yield Finding(
+        yield Finding.at(
             "component_disconnected",
-            "warning",
-            len(long),
-            Where.of(vertices=vertices, frames=np.arange(end - length + 1, end + 1)),
             f"{parts} not observed for {_LONG} frames or more; longest the component of "
             f"{counted(int(self._sizes[worst]), 'vertex')} around vertex {member}, for "
             f"{length} frames, {end - length + 1} to {end}.",
             "Meanwhile it follows the nearest components rigidly (--disconnected follow), and it "
             "jumps when it is observed again. Merge it with its neighbours if they belong "
             "together.",
-            length,
+            vertices=vertices,
+            frames=np.arange(end - length + 1, end + 1),
+            count=len(long),
+            worst=length,
         )
 
 
@@ -275,7 +268,3 @@ class _Places:
     @property
     def vertices(self) -> NDArray[np.int64]:
         return np.flatnonzero(self._met)
-
-    @property
-    def where(self) -> Where:
-        return Where.of(vertices=self.vertices, frames=self.frames)

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from .finding import Finding, Where, counted, listed
+from .finding import Finding, counted, listed
 from .mesh import Mesh
 
 _FLAT = 1e-4  # height over longest edge, hardly distinguishable from 0 in float32
@@ -23,11 +23,8 @@ def examine(mesh: Mesh) -> Iterator[Finding]:
 
 
 def _no_faces(mesh: Mesh) -> Finding:
-    return Finding(
+    return Finding.at(
         "no_faces",
-        "error",
-        1,
-        Where(),
         f"There are no faces, only {counted(len(mesh.first), 'vertex')}.",
         "The sequence cannot be completed: motion propagates along edges. Give the mesh with "
         "--faces if the file holds only positions.",
@@ -40,14 +37,12 @@ def _isolated(mesh: Mesh) -> Iterator[Finding]:
     places = np.flatnonzero(alone)
     if not len(places):
         return
-    yield Finding(
+    yield Finding.at(
         "isolated_vertices",
-        "warning",
-        len(places),
-        Where.of(vertices=places),
         f"{counted(len(places), 'vertex')} without an edge: {listed('vertex', places)}.",
         "They have no neighbours. If they are missing, they follow the nearest part of the "
         "surface. Unless they are markers, remove them when the mesh is exported.",
+        vertices=places,
     )
 
 
@@ -66,27 +61,23 @@ def _thin(mesh: Mesh) -> Iterator[Finding]:
         "noise flips such triangles. "
     )
     if len(flat):
-        yield Finding(
+        yield Finding.at(
             "flat_faces",
-            "warning",
-            len(flat),
-            Where.of(faces=flat),
             f"{counted(len(flat), 'triangle')} without area, or nearly so, in frame 0: "
             f"{listed('face', flat)}.",
             advice + "Collapse their short edges, or remesh.",
-            float(height.min()),
+            faces=flat,
+            worst=float(height.min()),
         )
     if len(thin):
         worst = float(height[height > _FLAT].min())
-        yield Finding(
+        yield Finding.at(
             "needle_faces",
-            "note",
-            len(thin),
-            Where.of(faces=thin),
             f"{counted(len(thin), 'needle')}, triangles less than a hundredth as high as long, at "
             f"worst {worst:.2g}: {listed('face', thin)}.",
             advice + "A few do no harm.",
-            worst,
+            faces=thin,
+            worst=worst,
         )
 
 
@@ -99,13 +90,12 @@ def _components(mesh: Mesh) -> Iterator[Finding]:
     places = np.flatnonzero(small[mesh.component])
     shown = ", ".join(map(str, parts[:4])) + (f", ... {parts[-1]}" if len(parts) > 4 else "")
     tail = f"; {small.sum()} have less than 1 % of the vertices" if small.any() else ""
-    yield Finding(
+    yield Finding.at(
         "several_components",
-        "note",
-        len(parts),
-        Where.of(vertices=places),
         f"{len(parts)} separate components, of {shown} vertices{tail}.",
         "A component that is not observed in a frame follows the motion of the nearest components "
         "(--disconnected follow). Merge components that belong together.",
-        float(parts[-1]),
+        vertices=places,
+        count=len(parts),
+        worst=float(parts[-1]),
     )

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..sequence import Mask
 from .connection import connected
-from .finding import Finding, Indices, Where, counted, listed
+from .finding import Finding, Indices, counted, listed
 from .mesh import Mesh
 
 _SMALL_HOLE = 20  # edges
@@ -75,42 +75,36 @@ def _coincident(mesh: Mesh, edges: FaceEdges) -> Iterator[Finding]:
         return
     rim = np.unique(edges.ends[edges.sides_of(edges.counts == 1)])
     torn = int(np.isin(places, rim).sum())
-    yield Finding(
+    yield Finding.at(
         "coincident_vertices",
-        "warning",
-        len(places),
-        Where.of(vertices=places),
         f"{counted(len(places), 'vertex')} at exactly the position of another vertex in frame 0, "
         f"{torn} of them on a boundary of the surface: {listed('vertex', places)}.",
         "The surface is probably cut there, for example along texture seams. The two sides are "
         "completed separately and may open. Merge them first (merge by distance).",
+        vertices=places,
     )
 
 
 def _repeated_corners(mesh: Mesh) -> Iterator[Finding]:
     places = np.flatnonzero(mesh.degenerate)
     if len(places):
-        yield Finding(
+        yield Finding.at(
             "degenerate_faces",
-            "warning",
-            len(places),
-            Where.of(faces=places),
             f"{counted(len(places), 'triangle')} with a repeated vertex: {listed('face', places)}.",
             "They are ignored, but their edges still count. Delete them.",
+            faces=places,
         )
 
 
 def _duplicates(mesh: Mesh) -> Iterator[Finding]:
     places = np.flatnonzero(mesh.duplicate)
     if len(places):
-        yield Finding(
+        yield Finding.at(
             "duplicate_faces",
-            "warning",
-            len(places),
-            Where.of(faces=places),
             f"{counted(len(places), 'triangle')} with the same three vertices as an earlier one: "
             f"{listed('face', places)}.",
             "They do not affect completion, but flicker when they are drawn. Delete them.",
+            faces=places,
         )
 
 
@@ -126,26 +120,24 @@ def _non_manifold(mesh: Mesh, edges: FaceEdges) -> Iterator[Finding]:
         worst = int(edges.counts.max())
         n_edges = int(crowded.sum())
         more = ", ..." if n_edges > len(first) else ""
-        yield Finding(
+        yield Finding.at(
             "non_manifold_edges",
-            "warning",
-            n_edges,
-            Where.of(vertices=np.unique(edges.ends[sides]), faces=np.unique(edges.face[sides])),
             f"{counted(n_edges, 'edge')} with more than two triangles, at most {worst}: "
             f"{', '.join(first)}{more}.",
             advice,
-            worst,
+            vertices=np.unique(edges.ends[sides]),
+            faces=np.unique(edges.face[sides]),
+            count=n_edges,
+            worst=worst,
         )
     touching = _touching(mesh)
     if touching:
-        yield Finding(
+        yield Finding.at(
             "non_manifold_vertices",
-            "warning",
-            len(touching),
-            Where.of(faces=touching),
             f"{counted(len(touching), 'triangle')} at vertices where sheets touch in a single "
             f"point: {listed('face', touching)}.",
             advice,
+            faces=touching,
         )
 
 
@@ -178,26 +170,22 @@ def _flipped(mesh: Mesh, edges: FaceEdges) -> Iterator[Finding]:
     n_edges = int((~agree).sum())
     one_sided = np.flatnonzero(as_is == over)
     if len(places):
-        yield Finding(
+        yield Finding.at(
             "flipped_faces",
-            "warning",
-            len(places),
-            Where.of(faces=places),
             f"{counted(len(places), 'triangle')} oriented against the larger part of their "
             f"surface, along {counted(n_edges, 'edge')}: {listed('face', places)}.",
             "Completion is not affected, but normals and everything computed from them are. Make "
             "the orientation consistent (recalculate normals).",
+            faces=places,
         )
     if len(one_sided):
-        yield Finding(
+        yield Finding.at(
             "one_sided_surface",
-            "warning",
-            len(one_sided),
-            Where.of(faces=one_sided),
             f"{counted(len(one_sided), 'triangle')} in a surface that cannot be oriented, such as "
             f"a Moebius strip: {listed('face', one_sided)}.",
             "Completion is not affected, but normals cannot be consistent. Look for edges "
             "that are connected the wrong way round.",
+            faces=one_sided,
         )
 
 
@@ -219,14 +207,13 @@ def _small_holes(mesh: Mesh, edges: FaceEdges) -> Iterator[Finding]:
         return
     places = np.unique(rim[small[which.reshape(-1)]])
     worst = int(lengths[small].max())
-    yield Finding(
+    yield Finding.at(
         "small_holes",
-        "note",
-        int(small.sum()),
-        Where.of(vertices=places),
         f"{counted(int(small.sum()), 'small hole')} in the surface, of at most {worst} edges: "
         f"{listed('vertex', places)}.",
         "Motion does not propagate across a hole, but a small one hardly matters. dynmesh adds no "
         "faces: fill the hole first if it should not be there.",
-        worst,
+        vertices=places,
+        count=int(small.sum()),
+        worst=worst,
     )

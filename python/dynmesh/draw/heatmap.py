@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..files import Frame, Reader
-from ..files.reader import check_comparable
+from ..frames.reader import check_comparable
 from ..sequence import Mask, Positions
 from .quantities import QUANTITIES, Colour, Moment, Range, Sources, check_range, visible
 from .scales import Scale, Values

@@ -8,7 +8,7 @@ from typing import Any
 from .._core import Completer
 from .._errors import InputError
 from .._extras import require
-from ..files.memory import SequenceReader
+from ..frames.memory import SequenceReader
 from ..sequence import Sequence, rate
 from .page import page
 
@@ -20,6 +20,19 @@ LARGEST_MESH = 200_000
 
 _SIZES = ((2000, 30), (1000, 30), (1000, 15), (500, 15))
 """How many vertices and frames a player may show; the first that is small enough is used."""
+
+
+def show_objects() -> None:
+    """Makes sequences and completers show themselves in notebooks, and completers in a line.
+
+    :class:`Sequence` holds data alone, and the compiled class has no words of its own.
+    """
+    for shown, name, function in (
+        (Sequence, "_repr_html_", sequence_shown),
+        (Completer, "_repr_html_", completer_shown),
+        (Completer, "__repr__", completer_line),
+    ):
+        setattr(shown, name, function)
 
 
 def sequence_shown(sequence: Sequence) -> str:

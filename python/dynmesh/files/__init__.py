@@ -7,21 +7,23 @@ interface.
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .._checks import check_path
 from .._errors import InputError, KindError
-from ..sequence import PROVENANCE, Sequence
+from ..frames.frame import Frame, frame_of
+from ..frames.header import Header, header_of
+from ..frames.naming import naming
+from ..frames.reader import Reader
+from ..sequence import Sequence
+from ..settings import Function, with_keywords
 from .choice import PathLike, format_of, formats, listed
 from .format import Gaps, Template, template_of, with_gaps
-from .header import Frame, Header, frame_of, header_of
 from .kept import CannotResumeError, Pieces, check_unchanged
 from .masks import MaskedReader, check_missing
-from .naming import naming
-from .reader import Reader
 from .target import Target, target_of
 from .template import NoFacesError
 from .writer import Writer
@@ -35,6 +37,7 @@ __all__ = [
     "PathLike",
     "Pieces",
     "Reader",
+    "Source",
     "Target",
     "Writer",
     "check_unchanged",
@@ -48,9 +51,27 @@ __all__ = [
     "naming",
     "open",
     "read",
+    "takes_source",
     "target_of",
     "write",
 ]
+
+
+class Source(TypedDict, total=False):
+    """How to read a file; :func:`dynmesh.open` documents the keywords."""
+
+    format: str | None
+    faces: NDArray[np.integer[Any]] | PathLike | None
+    prim: str | None
+    known: NDArray[np.bool_] | PathLike | None
+    missing: Literal["zero"] | None
+    gaps: Gaps
+
+
+def takes_source(function: Function) -> Function:
+    """Shows the keywords of :func:`open` for those of a function with ``**source``."""
+    defaults = dict.fromkeys(Source.__annotations__) | {"gaps": "refuse"}
+    return with_keywords(function, defaults, Source.__annotations__)
 
 
 def open(
@@ -143,34 +164,21 @@ def create_like(
     return target.create(header, origin=target.kept_of(reader))
 
 
-def read(
-    path: PathLike,
-    *,
-    format: str | None = None,
-    faces: NDArray[np.integer[Any]] | PathLike | None = None,
-    prim: str | None = None,
-    known: NDArray[np.bool_] | PathLike | None = None,
-    missing: Literal["zero"] | None = None,
-    gaps: Gaps = "refuse",
-) -> Sequence:
+@takes_source
+def read(path: PathLike, **source: Unpack[Source]) -> Sequence:
     """Reads a whole sequence into memory. The arguments and errors are those of :func:`open`."""
-    with open(
-        path, format=format, faces=faces, prim=prim, known=known, missing=missing, gaps=gaps
-    ) as reader:
+    with open(path, **source) as reader:
         header = reader.header
         shape = (header.n_frames, header.n_vertices)
         vertices = np.empty((*shape, 3), header.dtype)
-        known = np.empty(shape, np.bool_) if header.has_known else None
-        provenance: dict[str, Any] = {
-            name: np.empty(shape, PROVENANCE[name]) for name in header.provenance
+        attributes: dict[str, Any] = {
+            name: np.empty(shape, row.dtype) for name, row in header.attributes.items()
         }
         for i, frame in enumerate(reader):
             vertices[i] = frame.points
-            if known is not None:
-                known[i] = frame.known
-            for name, values in frame.provenance().items():
-                provenance[name][i] = values
-        return Sequence(vertices, header.faces, known, **provenance, **header.described())
+            for name, values in frame.attributes().items():
+                attributes[name][i] = values
+        return Sequence(vertices, header.faces, **attributes, **header.described())
 
 
 def write(path: PathLike, sequence: Sequence, *, format: str | None = None) -> None:

@@ -15,6 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._errors import InputError
+from ..frames.attributes import ATTRIBUTES, flags_of, with_all_needed
+from ..frames.frame import Frame
+from ..frames.header import Header, errors_of
+from ..frames.reader import Reader
 from ..polygons import split_polygons
 from ..sequence import StandardErrorOf
 from .alembic_archive import (
@@ -30,8 +34,6 @@ from .alembic_archive import (
 from .alembic_writer import AlembicWriter
 from .comments import metadata_in
 from .format import Format, Template, refuse_template
-from .header import Frame, Header, errors_of
-from .reader import Reader
 
 
 class AlembicReader(Reader):
@@ -87,9 +89,7 @@ class AlembicReader(Reader):
             up_axis=metadata.up_axis,
             metres_per_unit=metadata.metres_per_unit,
             **timing_of(archive, self._positions)._asdict(),
-            has_known="known" in self._parameters,
-            has_provenance="age" in self._parameters,
-            has_standard_error="standard_error" in self._parameters,
+            **flags_of(self._parameters),
             standard_error_of=self._errors_of(),
         )
 
@@ -105,10 +105,11 @@ class AlembicReader(Reader):
                     name: self._checked(name, number, parameter.getExpandedValue(number).getVals())
                     for name, parameter in self._parameters.items()
                 }
-            if "known" in values:
-                if (values["known"] > 1).any():
-                    raise InputError("known must hold only 0 and 1", frame=number)
-                values["known"] = values["known"].astype(np.bool_)
+            for name, array in values.items():
+                if ATTRIBUTES[name].dtype.kind == "b":
+                    if (array > 1).any():
+                        raise InputError(f"{name} must hold only 0 and 1", frame=number)
+                    values[name] = array.astype(np.bool_)
             yield Frame(points, **values)
 
     def _checked(self, name: str, number: int, values: Any) -> NDArray[Any]:
@@ -132,12 +133,11 @@ def _parameters(schema: Any, n_frames: int) -> dict[str, Any]:
     compound = schema.getArbGeomParams()
     headers = {h.getName(): h for h in compound.propertyheaders} if compound.valid() else {}
     found = {}
-    for name, kind in parameters.items():
-        if name not in headers or (name != "known" and not {"generation", "age"} <= set(headers)):
-            continue
-        parameter = getattr(geometry, f"I{kind}GeomParam")
+    for name in with_all_needed(headers):
+        parameter = getattr(geometry, f"I{parameters[name]}GeomParam")
         if not parameter.matches(headers[name]):
-            raise InputError(f"must be a geometry parameter of type {kind.lower()}", argument=name)
+            kind = parameters[name].lower()
+            raise InputError(f"must be a geometry parameter of type {kind}", argument=name)
         found[name] = parameter(compound, name)
         if found[name].getScope() != geometry.GeometryScope.kVertexScope:
             raise InputError("must have one value per vertex", argument=name)

@@ -9,11 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._extras import require
+from ..frames.attributes import ATTRIBUTES
+from ..frames.scenes import Scene, check_same_faces, choose_mesh
+from ..frames.times import Timing, broadcast, frame_number, spacing, uneven
 from ..polygons import Polygons, check_polygons
-from .scenes import Scene, check_same_faces, choose_mesh
-from .times import Timing, broadcast, frame_number, spacing, uneven
 
-parameters = {"known": "Uchar", "generation": "Int32", "age": "Int32", "standard_error": "Float"}
+_KINDS = {"b": "Uchar", "i": "Int32", "f": "Float"}
+
+parameters = {name: _KINDS[row.dtype.kind] for name, row in ATTRIBUTES.items()}
 """The data of a vertex besides its position, and the kind of geometry parameter that holds it."""
 
 errors_of_key = "standard_error_of"

@@ -6,13 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._extras import require
+from ..frames.frame import Frame
+from ..frames.header import Header
+from ..frames.times import frame_seconds
 from ..sequence import Positions
 from .alembic_archive import AlembicScene, faces_of, parameters, points_array
 from .alembic_copy import SceneCopy
 from .alembic_output import OutputArchive, metadata_of
 from .derivatives import Motions, Normals, layout_of
-from .header import Frame, Header
-from .times import frame_seconds
 
 _geometry, _others = ".geom", ".geom/.arbGeomParams"
 _scopes = {"vtx": "vertex", "var": "varying", "uni": "uniform", "fvr": "faceVarying"}

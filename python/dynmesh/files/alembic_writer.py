@@ -3,6 +3,10 @@
 from dataclasses import replace
 from typing import Any
 
+from ..frames.frame import Frame
+from ..frames.header import Header
+from ..frames.scenes import Origin
+from ..frames.times import frame_seconds
 from ..polygons import as_polygons
 from .alembic_archive import (
     AlembicScene,
@@ -21,10 +25,7 @@ from .alembic_copy import SceneCopy
 from .alembic_output import OutputArchive, metadata_of
 from .alembic_replaced import ReplacedMesh
 from .comments import comments_of
-from .header import Frame, Header
 from .scene_writer import SceneWriter
-from .scenes import Origin
-from .times import frame_seconds
 
 _ARRAYS = {"Uchar": byte_array, "Int32": integer_array, "Float": float_array}
 """By the kind of geometry parameter."""
@@ -87,8 +88,7 @@ class AlembicWriter(SceneWriter):
             with translating(ValueError, f"{scene.path}: is damaged"):
                 mesh = ReplacedMesh(scene, header, self._copy, output)
             self.remarks += mesh.remarks
-        names = ["known"] * header.has_known + list(header.provenance)
-        for name in names:
+        for name in header.attributes:
             metadata = library("AbcCoreAbstract").MetaData()
             if name == "standard_error":
                 metadata.set(errors_of_key, header.standard_error_of)

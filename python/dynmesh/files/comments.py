@@ -8,8 +8,8 @@ import math
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
+from ..frames.header import Header, errors_of
 from ..sequence import StandardErrorOf
-from .header import Header, errors_of
 
 
 class Metadata(NamedTuple):

@@ -8,10 +8,10 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from ..frames.reader import Reader
+from ..frames.scenes import Scene
 from ..polygons import Polygons
 from .comments import Metadata
-from .reader import Reader
-from .scenes import Scene
 from .writer import Writer
 
 Gaps: TypeAlias = Literal["refuse", "lost"]

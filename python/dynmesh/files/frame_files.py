@@ -5,23 +5,23 @@ from abc import abstractmethod
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Unpack
 
 import numpy as np
 
+from ..frames.attributes import ATTRIBUTES, flags_of
+from ..frames.frame import Frame
+from ..frames.header import Header
+from ..frames.naming import naming
+from ..frames.reader import Reader
+from ..frames.times import Timing, frame_numbers, spacing
 from ..polygons import Polygons, as_polygons, check_polygons, split_polygons
-from ..sequence import PROVENANCE
 from .comments import Metadata
 from .format import Gaps, Template, refuse_mesh_name, refuse_template
 from .frame_names import FrameNames
-from .header import Frame, Header
-from .kept import Pieces
-from .naming import naming
 from .numbered import find_files, names_to_write
-from .reader import Reader
 from .template import NoFacesError, find_template
-from .times import Timing, frame_numbers, spacing
-from .writer import Writer
+from .writer import Unfinished, Writer
 
 
 class FramesReader(Reader):
@@ -70,9 +70,7 @@ class FramesReader(Reader):
             polygons=polygons_or_none,
             **metadata._asdict(),
             **timing._asdict(),
-            has_known=frame.known is not None,
-            has_provenance=frame.generation is not None,
-            has_standard_error=frame.standard_error is not None,
+            **flags_of(frame.attributes()),
         )
         super().__init__(path, header)
 
@@ -109,12 +107,10 @@ class FramesReader(Reader):
     def _lost_frame(self) -> Frame:
         """A frame in which nothing was observed."""
         k = self.n_vertices
-        nothing = np.zeros(k, np.bool_) if self.has_known else None
-        nowhere = {"generation": -1, "age": 0, "standard_error": np.inf}
-        provenance: dict[str, Any] = {
-            name: np.full(k, nowhere[name], PROVENANCE[name]) for name in self.header.provenance
+        attributes: dict[str, Any] = {
+            name: np.full(k, row.absent, row.dtype) for name, row in self.header.attributes.items()
         }
-        return Frame(np.full((k, 3), np.nan, self.dtype), nothing, **provenance)
+        return Frame(np.full((k, 3), np.nan, self.dtype), **attributes)
 
     def _compare(self, frame: Frame, polygons: Polygons, metadata: Metadata) -> None:
         """Raises an error unless a frame matches the first one."""
@@ -128,13 +124,11 @@ class FramesReader(Reader):
             raise ValueError(f"its {n_faces} faces are not those of {first}")
         if not np.can_cast(frame.points.dtype, self.dtype):
             raise ValueError(f"its positions are {frame.points.dtype}, but {self.dtype} in {first}")
-        for name, values, wanted in (
-            ("known masks", frame.known, self.has_known),
-            ("generation and age", frame.generation, self.has_provenance),
-            ("standard errors", frame.standard_error, self.header.has_standard_error),
-        ):
-            if (values is not None) != wanted:
-                raise ValueError(f"has {'no ' if wanted else ''}{name}, unlike {first}")
+        found = frame.attributes()
+        for name, row in ATTRIBUTES.items():
+            wanted = name in self.header.attributes
+            if (name in found) != wanted:
+                raise ValueError(f"has {'no ' if wanted else ''}{row.what}, unlike {first}")
         ours, theirs = metadata.standard_error_of, self.header.standard_error_of
         if self.header.has_standard_error and ours != theirs:
             raise ValueError(f"has standard errors of the {ours}, but {first} of the {theirs}")
@@ -195,15 +189,7 @@ class FramesWriter(Writer):
     resumable = True
     suffix: ClassVar[str]
 
-    def __init__(
-        self,
-        path: Path,
-        header: Header,
-        *,
-        folder: Path | None = None,
-        resume_at: int = 0,
-        kept: Pieces | None = None,
-    ) -> None:
+    def __init__(self, path: Path, header: Header, **unfinished: Unpack[Unfinished]) -> None:
         """See :class:`Writer`. Creates the folder of a pattern if it does not exist."""
         self._names = self._names_of(path)
         numbers = frame_numbers(header)
@@ -214,7 +200,7 @@ class FramesWriter(Writer):
         self._made = self.new_folder(path)
         if self._made:
             self._made.mkdir(exist_ok=True)
-        super().__init__(path, header, folder=folder, resume_at=resume_at, kept=kept)
+        super().__init__(path, header, **unfinished)
 
     @classmethod
     def _names_of(cls, path: Path) -> FrameNames:

@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 
 from .._errors import InputError
 from .._extras import require
+from ..frames.frame import Frame
+from ..frames.reader import Reader
 from .format import Format, Template, refuse_mesh_name, refuse_template
 from .hdf5_links import Hdf5Tree
-from .header import Frame
 from .named import arrays_once, header_of, kinds_per_frame, once, per_frame, rows_of
-from .reader import Reader
 from .writer import Writer
 
 attributes = (

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from .._errors import InputError
-from .naming import naming
+from ..frames.naming import naming
 
 Pieces = Mapping[str, Iterable[tuple[int, int, int]]]
 """Of each file, by its name, the pieces that are checked: where one begins, its size and crc32."""

@@ -9,12 +9,13 @@ import numpy as np
 
 from .._checks import check_path
 from .._errors import InputError
-from ..sequence import Mask, check_known
-from .header import Frame
-from .naming import naming
-from .reader import Reader
+from ..frames.attributes import ATTRIBUTES
+from ..frames.frame import Frame
+from ..frames.naming import naming
+from ..frames.reader import Reader
+from ..frames.scenes import Scene
+from ..sequence import Mask
 from .rows import read_header
-from .scenes import Scene
 
 
 def check_missing(missing: object) -> None:
@@ -76,7 +77,7 @@ class MaskedReader(Reader):
 
 def _load(known: Mask | str | PathLike[str], shape: tuple[int, int]) -> Mask:
     if isinstance(known, np.ndarray):
-        check_known(known.dtype, known.shape, shape)
+        ATTRIBUTES["known"].check(known.dtype, known.shape, shape)
         return known
     check_path("known", known, "a numpy array or a path")
     path = Path(known)
@@ -87,5 +88,5 @@ def _load(known: Mask | str | PathLike[str], shape: tuple[int, int]) -> Mask:
             mask = np.asanyarray(np.load(path, mmap_mode="r", allow_pickle=False))
         except (ValueError, EOFError) as error:
             raise ValueError(f"is not a .npy file with a mask: {error}") from error
-        check_known(mask.dtype, mask.shape, shape)
+        ATTRIBUTES["known"].check(mask.dtype, mask.shape, shape)
     return np.asarray(mask, np.bool_)

@@ -13,9 +13,9 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..frames.times import broadcast, shortened
 from .format import Format
 from .pointcache import PointCacheReader, PointCacheWriter
-from .times import broadcast, shortened
 
 counts = struct.Struct(">ii")
 dtype = np.dtype(">f4")

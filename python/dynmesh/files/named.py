@@ -1,7 +1,6 @@
 """The arrays of a sequence by name, as in dynmesh's own archives and in HDF5 files.
 
-`vertices`, `known`, `generation`, `age` and `standard_error` have one row per frame; all others
-exist once.
+`vertices` and the attributes of vertices have one row per frame; all others exist once.
 """
 
 from collections.abc import Callable, Collection
@@ -11,11 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._errors import InputError, KindError
+from ..frames.attributes import ATTRIBUTES, check_needed, flags_of
+from ..frames.frame import Frame
+from ..frames.header import Header, errors_of
 from ..polygons import Polygons
-from ..sequence import PROVENANCE, check_faces, check_known, check_provenance, check_vertices
-from .header import Frame, Header, errors_of
+from ..sequence import check_faces, check_vertices
 
-per_frame = ("vertices", "known", *PROVENANCE)
+per_frame = ("vertices", *ATTRIBUTES)
 once = (
     "faces", "fps", "polygon_sizes", "polygon_corners", "up_axis", "name", "start", "times",
     "metres_per_unit", "derived", "standard_error_of",
@@ -43,22 +44,17 @@ def header_of(
                 f"has no array '{needed}': a sequence holds vertices, faces and, "
                 f"optionally, known and fps; this file holds {', '.join(sorted(names)) or 'none'}"
             )
-    for one, other in (("generation", "age"), ("polygon_sizes", "polygon_corners")):
-        if (one in names) != (other in names):
-            raise ValueError(f"{one}, {other}: must be given both or neither")
-    if "standard_error" in names and "age" not in names:
-        raise ValueError("standard_error: requires generation and age")
+    if ("polygon_sizes" in names) != ("polygon_corners" in names):
+        raise ValueError("polygon_sizes, polygon_corners: must be given both or neither")
+    check_needed(names)
     shape, dtype = kind_of("vertices")
     check_vertices(dtype, shape)
     faces = array_of("faces")
     check_faces(faces.dtype, faces.shape)
-    if "known" in names:
-        known_shape, known_dtype = kind_of("known")
-        check_known(known_dtype, known_shape, shape[:2])
-    for name in PROVENANCE:
+    for name, row in ATTRIBUTES.items():
         if name in names:
             own_shape, own_dtype = kind_of(name)
-            check_provenance(name, own_dtype, own_shape, shape[:2])
+            row.check(own_dtype, own_shape, shape[:2])
 
     def number(name: str) -> float | None:
         return _number(name, array_of(name)) if name in names else None
@@ -78,9 +74,7 @@ def header_of(
         start=number("start") or 0,
         times=_numbers("times", array_of("times")) if "times" in names else None,
         metres_per_unit=number("metres_per_unit"),
-        has_known="known" in names,
-        has_provenance="age" in names,
-        has_standard_error="standard_error" in names,
+        **flags_of(names),
         derived=_derived(str(array_of("derived"))) if "derived" in names else None,
         standard_error_of=errors_of(
             str(array_of("standard_error_of")) if "standard_error_of" in names else None
@@ -110,21 +104,17 @@ def _numbers(name: str, array: NDArray[Any]) -> NDArray[np.float64]:
 
 def kinds_per_frame(header: Header) -> dict[str, tuple[tuple[int, ...], np.dtype[Any]]]:
     """Returns the shape and the dtype of each array with one row per frame."""
-    masks = (header.n_frames, header.n_vertices)
-    kinds: dict[str, tuple[tuple[int, ...], np.dtype[Any]]]
-    kinds = {"vertices": ((*masks, 3), header.dtype)}
-    if header.has_known:
-        kinds["known"] = (masks, np.dtype(np.bool_))
-    return kinds | {name: (masks, PROVENANCE[name]) for name in header.provenance}
+    shape = (header.n_frames, header.n_vertices)
+    attributes = {name: (shape, row.dtype) for name, row in header.attributes.items()}
+    return {"vertices": ((*shape, 3), header.dtype), **attributes}
 
 
 def rows_of(frame: Frame) -> dict[str, NDArray[Any]]:
     """Returns the row that the frame adds to each of these arrays."""
-    rows: dict[str, NDArray[Any]] = {"vertices": frame.points}
-    if frame.known is not None:
-        rows["known"] = frame.known
-    return rows | {
-        name: values.astype(PROVENANCE[name]) for name, values in frame.provenance().items()
+    attributes = frame.attributes().items()
+    return {
+        "vertices": frame.points,
+        **{name: values.astype(ATTRIBUTES[name].dtype) for name, values in attributes},
     }
 
 

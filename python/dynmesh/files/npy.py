@@ -14,14 +14,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..sequence import StandardErrorOf, check_faces, check_known, check_provenance, check_vertices
+from ..frames.attributes import ATTRIBUTES, check_needed, flags_of
+from ..frames.frame import Frame
+from ..frames.header import Header, errors_of
+from ..frames.naming import naming
+from ..frames.reader import Reader
+from ..sequence import StandardErrorOf, check_faces, check_vertices
 from .flat import FlatRows
 from .format import Format, Template, refuse_mesh_name
 from .frame_names import FrameNames, single
-from .header import Frame, Header, errors_of
 from .named import per_frame
-from .naming import naming
-from .reader import Reader
 from .rows import RowFilesWriter, load_array, read_header
 from .template import find_template
 
@@ -62,22 +64,14 @@ class NpyReader(Reader):
             self._rows = {"vertices": stack.enter_context(contextlib.closing(_open_rows(path)))}
             vertices = self._rows["vertices"]
             check_vertices(vertices.dtype, vertices.shape)
-            for name in per_frame[1:]:
+            for name, row in ATTRIBUTES.items():
                 beside = _path_of(name, path)
                 if beside.exists():
                     with naming(beside):
                         rows = stack.enter_context(contextlib.closing(_open_rows(beside)))
-                        if name == "known":
-                            check_known(rows.dtype, rows.shape, vertices.shape[:2])
-                        else:
-                            check_provenance(name, rows.dtype, rows.shape, vertices.shape[:2])
+                        row.check(rows.dtype, rows.shape, vertices.shape[:2])
                     self._rows[name] = rows
-            if ("generation" in self._rows) != ("age" in self._rows):
-                raise ValueError(
-                    "generation and age must both exist or neither, but one file is missing"
-                )
-            if "standard_error" in self._rows and "age" not in self._rows:
-                raise ValueError("standard_error requires generation and age beside it")
+            check_needed(self._rows)
             n_frames, n_vertices, _ = vertices.shape
             faces_beside = {_path_of("faces", path): _load_faces}
             template = find_template(template, n_vertices, faces_beside)
@@ -93,9 +87,7 @@ class NpyReader(Reader):
                 polygons=template.polygons,
                 up_axis=template.metadata.up_axis,
                 metres_per_unit=template.metadata.metres_per_unit,
-                has_known="known" in self._rows,
-                has_provenance="age" in self._rows,
-                has_standard_error="standard_error" in self._rows,
+                **flags_of(self._rows),
                 standard_error_of=_load_errors_of(_path_of("standard_error_of", path)),
             )
             super().__init__(path, header)

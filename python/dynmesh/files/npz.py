@@ -22,11 +22,12 @@ from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from .._errors import InputError
+from ..frames.frame import Frame
+from ..frames.header import Header
+from ..frames.reader import Reader
 from .flat import check_size
 from .format import Format, Template, refuse_mesh_name, refuse_template
-from .header import Frame, Header
 from .named import arrays_once, header_of, per_frame
-from .reader import Reader
 from .rows import RowFilesWriter, read_array, read_header
 
 _END = struct.Struct("<4s6xH10x")

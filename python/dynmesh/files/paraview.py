@@ -27,14 +27,14 @@ from numpy.typing import NDArray
 
 from .._errors import InputError
 from .._extras import require
+from ..frames.attributes import ATTRIBUTES, Attribute, with_all_needed
+from ..frames.frame import Frame
+from ..frames.times import Timing, frame_number, frame_seconds, rate_of, uneven
 from ..polygons import Polygons, as_polygons
-from ..sequence import PROVENANCE
 from .comments import Metadata, comments_of, metadata_in
 from .format import Format, Gaps, Template, refuse_mesh_name
 from .frame_files import FramesReader, FramesWriter
 from .frame_names import FrameNames, single
-from .header import Frame
-from .times import Timing, frame_number, frame_seconds, rate_of, uneven
 
 out_of_disk_space = 20007  # vtkErrorCode::OutOfDiskSpaceError
 
@@ -80,17 +80,13 @@ class PvdReader(FramesReader):
         points = _as_numpy(mesh.GetPoints().GetData())
         if points.dtype.kind != "f":
             raise ValueError(f"its positions must be float, not {points.dtype}")
-        known = _point_data(mesh, "known")
-        provenance: dict[str, Any] = {name: _point_data(mesh, name) for name in PROVENANCE}
-        if known is not None and not np.isin(known, (0, 1)).all():
-            raise ValueError("its point data 'known' must be 0 or 1")
-        if provenance["generation"] is None or provenance["age"] is None:
-            provenance = {}
+        read = {name: _point_data(mesh, row) for name, row in ATTRIBUTES.items()}
+        found = {name: values for name, values in read.items() if values is not None}
+        attributes: dict[str, Any] = {name: found[name] for name in with_all_needed(found)}
         polygons = mesh.GetPolys()
         sizes = np.diff(_as_numpy(polygons.GetOffsetsArray()))
         corners = _as_numpy(polygons.GetConnectivityArray())
-        mask = None if known is None else known.astype(np.bool_)
-        frame = Frame(points, mask, **provenance)
+        frame = Frame(points, **attributes)
         return frame, Polygons(sizes, corners), metadata_in(_notes(mesh))
 
 
@@ -184,20 +180,23 @@ def _as_vtk(array: NDArray[Any], name: str | None = None) -> Any:
     return result
 
 
-def _point_data(mesh: Any, name: str) -> NDArray[Any] | None:
+def _point_data(mesh: Any, row: Attribute) -> NDArray[Any] | None:
+    name = row.name
     array = mesh.GetPointData().GetArray(name)
     if array is None:
         return None
     values = _as_numpy(array)
     of_vertices = values.shape == (mesh.GetNumberOfPoints(),)
-    if PROVENANCE.get(name, np.dtype(np.int32)).kind == "f":
+    if row.dtype.kind == "f":
         if not of_vertices or values.dtype.kind != "f":
             raise ValueError(f"its point data '{name}' must have one float per vertex")
         return values
     of_vertices = of_vertices and values.dtype.kind in "iu"
     if not of_vertices or not np.array_equal(values, values.astype(np.int32)):
         raise ValueError(f"its point data '{name}' must have one integer per vertex")
-    return values.astype(np.int32)
+    if row.dtype.kind == "b" and not np.isin(values, (0, 1)).all():
+        raise ValueError(f"its point data '{name}' must be 0 or 1")
+    return values.astype(row.dtype)
 
 
 def _notes(mesh: Any) -> list[str]:
@@ -242,11 +241,9 @@ class PvdWriter(FramesWriter):
         mesh = self._model.vtkPolyData()
         mesh.SetPoints(points)
         mesh.SetPolys(self._polygons)
-        values = frame.provenance()
-        if frame.known is not None:
-            values["known"] = frame.known
-        for name, of_vertices in values.items():
-            stored = of_vertices.astype(PROVENANCE.get(name, np.uint8))
+        for name, values in frame.attributes().items():
+            dtype = ATTRIBUTES[name].dtype
+            stored = values.astype(np.uint8 if dtype.kind == "b" else dtype)
             mesh.GetPointData().AddArray(_as_vtk(stored, name))
         if self._notes.GetNumberOfValues():
             mesh.GetFieldData().AddArray(self._notes)

@@ -13,18 +13,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import parse_ply
+from ..frames.attributes import ATTRIBUTES, Attribute, with_all_needed
+from ..frames.frame import Frame
 from ..polygons import Polygons, as_polygons
-from ..sequence import PROVENANCE, Positions
+from ..sequence import Positions
 from .comments import Metadata, comments_of, metadata_in
 from .format import Format
 from .frame_files import FramesWriter, NumberedReader
-from .header import Frame
 
 Integers = NDArray[np.integer[Any]]
 
 corner_lists = ("vertex_indices", "vertex_index")
 
 _written_types = {"uchar": "<u1", "int": "<i4", "float": "<f4", "double": "<f8"}
+
+_KINDS = {"b": "uchar", "i": "int", "f": "float"}
+"""How attributes are written, by the kind of their dtype."""
 
 
 class Lists(NamedTuple):
@@ -77,19 +81,20 @@ def coordinates(vertices: Columns, axes: tuple[str, str, str]) -> Positions:
 
 def _frame(vertices: Columns) -> Frame:
     points = coordinates(vertices, ("x", "y", "z"))
-    known = None
-    provenance: dict[str, Any] = {}
-    if "known" in vertices:
-        ones = _integers(vertices, "known", np.dtype(np.int64))
-        if not np.isin(ones, (0, 1)).all():
-            raise ValueError("its property 'known' must be 0 or 1")
-        known = ones == 1
-    if "generation" in vertices and "age" in vertices:
-        int32 = np.dtype(np.int32)
-        provenance = {name: _integers(vertices, name, int32) for name in ("generation", "age")}
-        if "standard_error" in vertices:
-            provenance["standard_error"] = _floats(vertices, "standard_error")
-    return Frame(points, known, **provenance)
+    rows = [ATTRIBUTES[name] for name in with_all_needed(vertices)]
+    attributes: dict[str, Any] = {row.name: _attribute(vertices, row) for row in rows}
+    return Frame(points, **attributes)
+
+
+def _attribute(vertices: Columns, row: Attribute) -> NDArray[Any]:
+    if row.dtype.kind == "f":
+        return _floats(vertices, row.name)
+    if row.dtype.kind == "i":
+        return _integers(vertices, row.name, row.dtype)
+    ones = _integers(vertices, row.name, np.dtype(np.int64))
+    if not np.isin(ones, (0, 1)).all():
+        raise ValueError(f"its property '{row.name}' must be 0 or 1")
+    return np.asarray(ones == 1)
 
 
 def _coordinates(vertices: Columns, axis: str) -> NDArray[np.floating[Any]]:
@@ -132,11 +137,7 @@ class PlyWriter(FramesWriter):
         super()._begin(kept)
         header = self.header
         kinds = dict.fromkeys("xyz", "float" if header.dtype == np.float32 else "double")
-        if header.has_known:
-            kinds["known"] = "uchar"
-        kinds |= {
-            name: "float" if PROVENANCE[name].kind == "f" else "int" for name in header.provenance
-        }
+        kinds |= {name: _KINDS[row.dtype.kind] for name, row in header.attributes.items()}
         columns = [(name, _written_types[kind]) for name, kind in kinds.items()]
         self._vertices = np.zeros(header.n_vertices, columns)
         # The bytes before and after the vertices are the same in every frame.

@@ -16,15 +16,16 @@ from typing import IO, ClassVar
 
 import numpy as np
 
+from ..frames.frame import Frame
+from ..frames.header import Header
+from ..frames.naming import naming
+from ..frames.reader import Reader
 from ..polygons import as_polygons
 from .flat import FlatRows
 from .format import Template, refuse_mesh_name, template_of
 from .frame_names import FrameNames, single
-from .header import Frame, Header
-from .naming import naming
 from .obj import ObjReader, ObjWriter
 from .ply import PlyReader
-from .reader import Reader
 from .template import find_template
 from .writer import Writer
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from .header import Frame
+from ..frames.frame import Frame
 from .named import kinds_per_frame, rows_of
 from .writer import Writer
 

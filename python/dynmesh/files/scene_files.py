@@ -3,11 +3,11 @@
 from pathlib import Path
 from typing import Literal
 
+from ..frames.naming import naming
+from ..frames.reader import Reader
+from ..frames.scenes import Scene
 from .choice import format_of, formats, listed
 from .masks import MaskedReader
-from .naming import naming
-from .reader import Reader
-from .scenes import Scene
 
 
 def open_scene(path: Path, format: str | None = None) -> Scene:

@@ -2,12 +2,11 @@
 
 from abc import abstractmethod
 from pathlib import Path
-from typing import ClassVar
+from typing import ClassVar, Unpack
 
-from .header import Header
-from .kept import Pieces
-from .scenes import Origin
-from .writer import Writer
+from ..frames.header import Header
+from ..frames.scenes import Origin
+from .writer import Unfinished, Writer
 
 
 class SceneWriter(Writer):
@@ -25,14 +24,12 @@ class SceneWriter(Writer):
         path: Path,
         header: Header,
         *,
-        folder: Path | None = None,
-        resume_at: int = 0,
-        kept: Pieces | None = None,
         origin: Origin | None = None,
+        **unfinished: Unpack[Unfinished],
     ) -> None:
         """Creates the file with its first mesh; see :class:`Writer`."""
         self.origin = origin
-        super().__init__(path, header, folder=folder, resume_at=resume_at, kept=kept)
+        super().__init__(path, header, **unfinished)
 
     def next_mesh(self, header: Header) -> None:
         """Begins another mesh, after all frames of the one before.

@@ -6,17 +6,18 @@ from pathlib import Path
 from typing import Any
 
 from .._extras import require
+from ..frames.frame import frame_of
+from ..frames.header import Header, header_of
+from ..frames.naming import naming
+from ..frames.reader import Reader
+from ..frames.scenes import Origin, Scene
 from ..sequence import Sequence
 from .choice import PathLike, choose
 from .format import Format
 from .frame_names import FrameNames
-from .header import Header, frame_of, header_of
 from .kept import Pieces
-from .naming import naming
-from .reader import Reader
 from .replacement import finish_placing
 from .scene_writer import SceneWriter
-from .scenes import Origin, Scene
 from .writer import Writer
 
 
@@ -89,7 +90,7 @@ class Target:
         with self.create(header_of(sequence), overwrite=overwrite) as writer:
             for number in range(len(sequence.vertices)):
                 frame = frame_of(sequence, number)
-                writer.append(frame.points, frame.known, **frame.provenance())
+                writer.append(frame.points, **frame.attributes())
         return writer.remarks
 
     def names(self) -> list[FrameNames]:

@@ -17,11 +17,13 @@ from typing import Any, Self
 
 import numpy as np
 
+from ..frames.attributes import flags_of
+from ..frames.frame import Frame
+from ..frames.header import Header, errors_of
+from ..frames.reader import Reader
 from ..polygons import as_polygons, split_polygons
 from ..sequence import StandardErrorOf
 from .format import Format, Template, refuse_template
-from .header import Frame, Header, errors_of
-from .reader import Reader
 from .usd_derived import derived_of
 from .usd_overlay import UsdOverlayWriter
 from .usd_scene import UsdScene
@@ -84,9 +86,7 @@ class UsdReader(Reader):
             name=str(self._mesh.GetPath()),
             metres_per_unit=metres_per_unit,
             **timing(stage, self._times)._asdict(),
-            has_known="known" in self._primvars,
-            has_provenance="age" in self._primvars,
-            has_standard_error="standard_error" in self._primvars,
+            **flags_of(self._primvars),
             standard_error_of=self._errors_of(),
         )
         derived = derived_of(

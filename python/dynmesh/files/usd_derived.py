@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..frames.frame import Frame
+from ..frames.header import Header
 from ..polygons import Polygons
 from ..sequence import Positions
 from .derivatives import Motions, Normals, layout_of
-from .header import Frame, Header
 from .usd_stage import library_array, pxr
 
 _least_frames = {"velocities": 2, "accelerations": 3}

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._errors import InputError
-from .scenes import Origin, listed
+from ..frames.scenes import Origin, listed
 from .usd_scene import UsdScene
 from .usd_stage import frame_times, primvars, pxr, timing
 from .usd_writer import UsdWriter
@@ -68,11 +68,9 @@ class UsdOverlayWriter(UsdWriter):
                 over = stage.OverridePrim(prim.GetPath())
                 over.CreateAttribute(hint.GetName(), hint.GetTypeName(), custom=False).Block()
         mesh = geometry.Mesh(stage.OverridePrim(path))
-        header = self.header
-        written = ["known"] * header.has_known + list(header.provenance)
         for name in primvars:
             stale = geometry.PrimvarsAPI(original).GetPrimvar(name)
-            if stale.HasAuthoredValue() and name not in written:
+            if stale.HasAuthoredValue() and name not in self.header.attributes:
                 api = geometry.PrimvarsAPI(mesh)
                 api.CreatePrimvar(name, stale.GetTypeName()).GetAttr().Block()
         return mesh

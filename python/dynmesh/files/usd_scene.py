@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from .scenes import Scene, choose_mesh
+from ..frames.scenes import Scene, choose_mesh
 from .usd_stage import composed, files_of, one_line, pxr, translating
 
 

@@ -15,16 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._extras import require
+from ..frames.attributes import ATTRIBUTES, with_all_needed
+from ..frames.scenes import check_same_faces
+from ..frames.times import Timing, frame_number, spacing
 from ..polygons import Polygons
-from .scenes import check_same_faces
-from .times import Timing, frame_number, spacing
 
-primvars = {
-    "known": "BoolArray",
-    "generation": "IntArray",
-    "age": "IntArray",
-    "standard_error": "FloatArray",
-}
+_TYPES = {"b": "BoolArray", "i": "IntArray", "f": "FloatArray"}
+
+primvars = {name: _TYPES[row.dtype.kind] for name, row in ATTRIBUTES.items()}
 """The data of a vertex besides its position, and the type of the values of all vertices."""
 
 dtypes = {
@@ -114,8 +112,7 @@ def primvars_of(mesh: Any) -> dict[str, Any]:
     geometry, sdf = pxr("UsdGeom"), pxr("Sdf")
     found = {name: geometry.PrimvarsAPI(mesh).GetPrimvar(name) for name in primvars}
     found = {name: primvar for name, primvar in found.items() if primvar.HasAuthoredValue()}
-    if not ("generation" in found and "age" in found):
-        found = {name: primvar for name, primvar in found.items() if name == "known"}
+    found = {name: found[name] for name in with_all_needed(found)}
     for name, primvar in found.items():
         kind = getattr(sdf.ValueTypeNames, primvars[name])
         interpolation = primvar.GetInterpolation()

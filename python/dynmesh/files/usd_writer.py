@@ -4,10 +4,10 @@ from typing import Any
 
 import numpy as np
 
+from ..frames.frame import Frame
+from ..frames.times import frame_numbers
 from ..polygons import as_polygons
-from .header import Frame
 from .scene_writer import SceneWriter
-from .times import frame_numbers
 from .usd_derived import DerivedAttributes
 from .usd_stage import errors_of_key, library_array, primvars, pxr, translating
 
@@ -60,11 +60,10 @@ class UsdWriter(SceneWriter):
             self._times = times.tolist()
             mesh = self._make_mesh()
             self._points, self._extent = mesh.CreatePointsAttr(), mesh.CreateExtentAttr()
-            names = ["known"] * header.has_known + list(header.provenance)
             api = geometry.PrimvarsAPI(mesh)
             self._primvars = {
                 name: api.CreatePrimvar(name, getattr(sdf.ValueTypeNames, primvars[name]), "vertex")
-                for name in names
+                for name in header.attributes
             }
             if header.has_standard_error:  # always, since those of layers below would be visible
                 attribute = self._primvars["standard_error"].GetAttr()

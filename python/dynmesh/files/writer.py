@@ -8,27 +8,29 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Self, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .._errors import InputError, locating
-from ..sequence import (
-    PROVENANCE,
-    Mask,
-    Positions,
-    Provenance,
-    StandardError,
-    check_known,
-    check_provenance,
-)
+from ..frames.attributes import ATTRIBUTES
+from ..frames.frame import Frame
+from ..frames.header import Header
+from ..frames.naming import naming
+from ..sequence import Mask, Positions
 from .frame_names import FrameNames, single
-from .header import Frame, Header
 from .kept import Pieces, Sums
 from .lock import working_folder
-from .naming import naming
 from .replacement import put_in_place, remove_placed
+
+
+class Unfinished(TypedDict, total=False):
+    """Where a writer works, and what it continues; :class:`Writer` explains the keywords."""
+
+    folder: Path | None
+    resume_at: int
+    kept: Pieces | None
 
 
 class Writer(ABC):
@@ -93,9 +95,10 @@ class Writer(ABC):
             if folder is None:
                 folder, self.remarks = self._working.enter_context(working_folder(path))
             self.folder = folder
-            if header.has_provenance and not self.keeps_provenance:
+            others = [row.what for name, row in header.attributes.items() if name != "known"]
+            if others and not self.keeps_provenance:
                 raise ValueError(
-                    "this format cannot hold generation and age; "
+                    f"this format cannot hold {others[0]}; "
                     ".npz, .npy, .h5, .ply, .usd, .abc and .pvd can"
                 )
             if self._keep and resume_at == 0:
@@ -186,26 +189,22 @@ class Writer(ABC):
         self,
         points: Positions,
         known: Mask | None = None,
-        *,
-        generation: Provenance | None = None,
-        age: Provenance | None = None,
-        standard_error: StandardError | None = None,
+        **attributes: NDArray[Any] | None,
     ) -> None:
         """Adds the next frame.
 
         Args:
             points: (k, 3) of the file's dtype.
             known: (k,) bool, if the file was created `with_known`.
-            generation: (k,) integers, if the header `has_provenance`.
-            age: (k,) integers, if the header `has_provenance`.
-            standard_error: (k,) floats, if the header `has_standard_error`.
+            **attributes: `generation` and `age`, (k,) integers, if the header `has_provenance`, and
+                `standard_error`, (k,) floats, if it `has_standard_error`.
 
         Raises:
             OSError: the frame cannot be written.
             ValueError: the shape or dtype is wrong, a mask is missing or unexpected, or the file
                 has all its frames already.
         """
-        frame = Frame(points, known, generation, age, standard_error)
+        frame = Frame(points, known, **attributes)
         with naming(self.path), self._blaming():
             with locating(frame=self._frame):
                 self._check(frame)
@@ -228,17 +227,12 @@ class Writer(ABC):
                 f"must be {header.dtype} of shape {(k, 3)}, "
                 f"not {frame.points.dtype} of shape {frame.points.shape}"
             )
-        if (frame.known is not None) != header.has_known:
-            raise ValueError("give a mask with every frame or with none")
-        if frame.known is not None:
-            check_known(frame.known.dtype, frame.known.shape, (k,))
-        for name in PROVENANCE:
-            values = getattr(frame, name)
-            if (values is not None) != (name in header.provenance):
-                what = "standard errors" if name == "standard_error" else "generation and age"
-                raise ValueError(f"give {what} with every frame or with none")
-            if values is not None:
-                check_provenance(name, values.dtype, values.shape, (k,))
+        given = frame.attributes()
+        for name, row in ATTRIBUTES.items():
+            if (name in given) != (name in header.attributes):
+                raise ValueError(f"give {row.what} with every frame or with none")
+            if name in given:
+                row.check(given[name].dtype, given[name].shape, (k,))
 
     def _check_whole(self) -> None:
         """Raises an error if frames are missing."""

@@ -4,59 +4,40 @@ import time
 from collections import defaultdict
 from collections.abc import Callable, Iterable
 from concurrent.futures import Executor, Future, as_completed
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
 from .. import files
 from .._errors import InputError, KindError, SettingError
-from ..files import CannotResumeError, PathLike, Target
+from ..files import CannotResumeError, Target
 from ..files.frame_names import FrameNames, single
-from ..files.scenes import every_mesh
-from ..settings import Settings, all_settings
-from .checkpoint import OtherJobError, Source
-from .file_completion import CompletionOptions, complete_into, with_uncertainty
+from ..frames.scenes import every_mesh
+from .checkpoint import OtherJobError
+from .completion_options import CompletionOptions
+from .file_completion import complete_into
 from .report import FileReport
-from .scene_completion import SceneReport, complete_scene
-from .start import Start, check_start
+from .scene_completion import SceneReport, complete_meshes
 from .track_report import TrackFileReport
 from .tracking_job import TrackingJob
-from .training import TrainingFiles, check_training
 
 
 @dataclass(frozen=True)
-class Job:
-    """One file to complete.
+class Job(CompletionOptions):
+    """One file to complete, with the options of :func:`dynmesh.complete_file`.
 
     Attributes:
         input: the incomplete sequence, in any format.
         output: path of the completed sequence; its folder is created if it does not exist.
         source: how to read the input, as :func:`dynmesh.open` documents; "all" as its `prim` means
             every mesh that moves, as :func:`dynmesh.complete_scene` completes them.
-        output_format: None means the format of the suffix of `output`.
-        fps: frames per second of the output; None means those of the input.
-        provenance: whether to write the generation and the age of every vertex, and with
-            `uncertainty` its standard error.
         settings: the settings of :class:`dynmesh.Completer`; the method is detail by default.
-        overlay: whether to write a USD layer over the input.
-        start: the number of a whole frame, or "whole", as :func:`dynmesh.complete_file` documents.
-        template: a mesh file that stands before frame 0, or None.
-        training: files with complete frames of the same mesh, or None.
-        drop_above: see :func:`dynmesh.complete_file`.
+
+    The other options are attributes of the same name.
     """
 
     input: Path
     output: Path
-    source: Source = field(default_factory=Source)
-    output_format: str | None = None
-    fps: float | None = None
-    provenance: bool = False
-    settings: Settings = field(default_factory=Settings)
-    overlay: bool = False
-    start: Start = 0
-    template: PathLike | None = None
-    training: TrainingFiles | None = None
-    drop_above: float | None = None
 
 
 @dataclass(frozen=True)
@@ -140,7 +121,8 @@ def _run(job: Job | TrackingJob, overwrite: bool) -> Result:
     try:
         _make_folder(Path(job.output).parent)
         if isinstance(job, Job) and job.source.get("prim") == every_mesh:
-            return _result_of_scene(job, _complete_meshes(job, overwrite), began)
+            scene = complete_meshes(Path(job.input), Path(job.output), job, overwrite)
+            return _result_of_scene(job, scene, began)
         overlay = isinstance(job, Job) and job.overlay
         target = files.target_of(job.output, job.output_format, overlay=overlay)
         try:
@@ -171,48 +153,7 @@ def _make(
 ) -> FileReport | TrackFileReport:
     if isinstance(job, TrackingJob):
         return job.track(overwrite=overwrite, resume=resume)
-    return _complete(job, target, overwrite, resume=resume)
-
-
-def _complete(job: Job, target: Target, overwrite: bool, *, resume: bool) -> FileReport:
-    check_start(job.start, job.template)
-    settings = with_uncertainty(all_settings(job.settings), job.drop_above)
-    training_files = check_training(job.training, settings)
-    options = CompletionOptions(
-        job.start,
-        job.template,
-        training_files,
-        job.fps,
-        job.provenance,
-        overwrite,
-        resume,
-        drop_above=job.drop_above,
-    )
-    return complete_into(Path(job.input), target, job.source, options, settings)
-
-
-def _complete_meshes(job: Job, overwrite: bool) -> SceneReport:
-    if job.fps is not None:
-        raise InputError(
-            "is for one mesh; choose it by its path with prim", argument="fps", file=job.input
-        )
-    if job.template is not None:
-        raise InputError(
-            "is for one mesh; choose it by its path with prim", argument="template", file=job.input
-        )
-    return complete_scene(
-        job.input,
-        job.output,
-        start=job.start,
-        training=job.training,
-        source=job.source,
-        output_format=job.output_format,
-        overlay=job.overlay,
-        provenance=job.provenance,
-        drop_above=job.drop_above,
-        overwrite=overwrite,
-        **job.settings,
-    )
+    return complete_into(Path(job.input), target, job.checked(), overwrite, resume)
 
 
 def _result_of_scene(job: Job, report: SceneReport, began: float) -> Result:

@@ -4,30 +4,17 @@ import json
 import time
 import zipfile
 import zlib
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 from itertools import zip_longest
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Literal, NamedTuple, TypedDict
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .._core import Completer, Tracker, __version__
-from ..files import CannotResumeError, Header, PathLike, Pieces, check_unchanged, naming
+from ..files import CannotResumeError, Header, Pieces, check_unchanged, naming
 from ..files.npz import check_members, explaining, read_member
-from ..settings import SETTINGS, Settings
-
-
-class Source(TypedDict, total=False):
-    """How to read the input; :func:`dynmesh.open` documents the keywords."""
-
-    format: str | None
-    faces: NDArray[np.integer[Any]] | PathLike | None
-    prim: str | None
-    known: NDArray[np.bool_] | PathLike | None
-    missing: Literal["zero"] | None
-    gaps: Literal["refuse", "lost"]
 
 
 class OtherJobError(ValueError):
@@ -190,31 +177,22 @@ class Checkpoint:
 
 
 def describe_job(
-    inputs: Iterable[Path],
-    header: Header,
-    source: Source,
-    start: dict[str, Any],
-    format: str,
-    settings: Settings,
+    inputs: Iterable[Path], header: Header, format: str, said: Mapping[str, Any]
 ) -> str:
-    """Everything on which the output depends, as JSON. All settings must be given.
+    """Everything on which the output depends, as JSON.
 
-    `inputs` are the files that are read; `start` describes the beginning and the training sequence.
+    `inputs` are the files that are read; `said` describes the start, the training sequence and the
+    options.
     """
-    masks = source.get("known")
-    description: dict[str, Any] = {
+    description = {
         "version": __version__,
         "input": list(map(identity, inputs)),
-        **start,
-        "known": zlib.crc32(masks.tobytes()) if isinstance(masks, np.ndarray) else None,
         "faces": zlib.crc32(header.faces.tobytes()),
-        "missing": source.get("missing"),
-        "gaps": source.get("gaps", "refuse"),
         "prim": header.name,
         "fps": header.fps,
         "provenance": header.has_provenance,
         "format": format,
-        **{name: value for name, value in settings.items() if SETTINGS[name].changes_results},
+        **said,
     }
     return json.dumps(description)
 

@@ -6,21 +6,24 @@ passes is causal: it uses only frames that it has already met.
 """
 
 import contextlib
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from .._errors import locating
 from ..files import Frame, Reader, Writer
 from ..sequence import Positions
-from ..settings import Settings
 from .checkpoint import BEGINNING, Progress
+from .completion_options import CompletionOptions
 from .report import Tally
 from .reversed_frames import ReversedFrames
 from .start import StartFrame
 from .training import Training
+
+Watch = Callable[[Iterator[Any], int, int], Iterator[Any]]
 
 _BLOCK = 1 << 25  # bytes of frames that are read forwards, to be completed backwards
 
@@ -36,33 +39,35 @@ class Directions:
         self,
         reader: Reader,
         start_frame: StartFrame,
-        settings: Settings,
+        options: CompletionOptions,
         training: Training,
         progress: Progress = BEGINNING,
-        drop_above: float | None = None,
+        watch: Watch | None = None,
     ) -> None:
         """Reads the training sequence, and completes nothing yet.
 
         Args:
             reader: of the sequence.
             start_frame: the whole frame.
-            settings: all settings of the completer.
+            options: of the completion, checked.
             training: its training files.
             progress: what an earlier run did.
-            drop_above: completed vertices with a larger standard error become missing.
+            watch: called with the frames that are left, in the order of their completion, the
+                number of all frames and of those already completed; it must pass the frames on.
 
         Raises:
             OSError, ValueError: the completer cannot be created.
         """
         self._reader = reader
+        self._watch = watch
         self._start_frame = start_frame
-        self._drop_above = drop_above
+        self._drop_above = options.drop_above
         self._done, self._written = progress.done, progress.written
         self._kept = progress.kept
         self._check(progress)
-        self._completer = training.completer(start_frame.points, settings)
+        self._completer = training.completer(start_frame.points, options.settings)
         progress.restore(self._completer, self._pushed())
-        self.tally = Tally(settings["method"], bool(training))
+        self.tally = Tally(options.settings["method"], bool(training))
 
     def _check(self, progress: Progress) -> None:
         """Refuses what these passes cannot have written."""
@@ -84,7 +89,7 @@ class Directions:
             return (self._done, 0)
         return (self._done - n_before - (self._start_frame.number >= 0),)
 
-    def frames(self) -> Generator[Frame, None, None]:
+    def _frames(self) -> Generator[Frame, None, None]:
         """Yields the frames that are left to complete, in the order of their completion."""
         n_before = self._start_frame.n_before
         if self._done < n_before:
@@ -92,17 +97,24 @@ class Directions:
         with contextlib.closing(self._reader.frames(max(self._done, n_before))) as frames:
             yield from frames
 
-    def steps(self, frames: Iterator[Frame], writer: Writer, waiting: Path) -> Iterator[None]:
+    def steps(self, writer: Writer, folder: Path) -> Iterator[None]:
         """Completes and writes all frames, in steps between which :meth:`progress` may be called.
 
         Args:
-            frames: those of :meth:`frames`.
             writer: holds the frames that were written before.
-            waiting: a file for frames that were completed backwards.
+            folder: for a file of the frames that were completed backwards.
 
         Raises:
             OSError, ValueError: a frame cannot be read, completed or written.
         """
+        with contextlib.closing(self._frames()) as frames:
+            watched: Iterator[Frame] = frames
+            if self._watch is not None:
+                watched = self._watch(frames, self._reader.n_frames, self._done)
+            yield from self._complete(watched, writer, folder / "before")
+
+    def _complete(self, frames: Iterator[Frame], writer: Writer, waiting: Path) -> Iterator[None]:
+        """Completes and writes these frames; those completed backwards wait in a file."""
         n_before = self._start_frame.n_before
         if n_before:
             kept = min(self._done, n_before)
@@ -150,7 +162,13 @@ class Directions:
             known = np.asarray(bars <= self._drop_above)
             points = np.where(known[:, None], points, points.dtype.type(np.nan))
             self.tally.dropped += int(np.count_nonzero(~known))
-        return Frame(points, known, completer.generation, completer.age, bars)
+        return Frame(
+            points,
+            known,
+            generation=completer.generation,
+            age=completer.age,
+            standard_error=bars,
+        )
 
     def _end_of_pass(self) -> None:
         """Makes the second pass begin at the whole frame again."""
@@ -167,5 +185,5 @@ def _backwards(reader: Reader, stop: int) -> Iterator[Frame]:
 
 
 def _append(writer: Writer, frame: Frame) -> None:
-    provenance = frame.provenance() if writer.header.has_provenance else {}
-    writer.append(frame.points, frame.known, **provenance)
+    values = frame.attributes()
+    writer.append(frame.points, **{name: values[name] for name in writer.header.attributes})

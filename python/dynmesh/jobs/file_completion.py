@@ -1,45 +1,32 @@
 """Completion from file to file, in constant memory, with support for interruptions."""
 
-import contextlib
-from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple, Unpack
+from typing import Unpack
 
 from .. import files
-from .._checks import check_callable, check_path, check_positive
-from .._errors import InputError, SettingError
-from ..files import Header, PathLike, Reader, Target, Writer
-from ..settings import Settings, all_settings, takes_settings
-from .checkpoint import Progress, Source, describe_job
-from .directions import Directions
+from .._checks import check_callable, check_path
+from ..files import PathLike, Target
+from .checkpoint import Progress, describe_job
+from .completion_options import CompletionKeywords, CompletionOptions, completion_options
+from .directions import Directions, Watch
+from .option import paths_of, takes
 from .report import FileReport, Tally
 from .resumable import ResumableOutput, check_resumable
-from .start import Start, StartFrame, check_start, open_at_start
-from .training import Training, TrainingFiles, WatchTraining, check_training
-
-Watch = Callable[[Iterator[Any], int, int], Iterator[Any]]
+from .start import open_at_start
+from .training import Training, WatchTraining
 
 
-@takes_settings
+@takes(CompletionOptions)
 def complete_file(
     path: PathLike,
     output: PathLike,
     *,
-    start: Start = 0,
-    template: PathLike | None = None,
-    training: TrainingFiles | None = None,
-    source: Source | None = None,
-    output_format: str | None = None,
-    fps: float | None = None,
-    provenance: bool = False,
-    drop_above: float | None = None,
     overwrite: bool = False,
     resume: bool = False,
-    overlay: bool = False,
     watch: Watch | None = None,
     watch_training: WatchTraining | None = None,
-    **settings: Unpack[Settings],
+    **options: Unpack[CompletionKeywords],
 ) -> FileReport:
     """Completes a sequence and writes the result to a file, in constant memory.
 
@@ -88,8 +75,9 @@ def complete_file(
             number of frames already completed; it must pass the frames on.
         watch_training: called with the training frames and their number; it must pass the frames
             on.
-        **settings: `method`, `noise` and the other settings of :class:`dynmesh.Completer`, which
-            explains them. The method is detail unless another one is given.
+        **options: those above, and `method`, `noise` and the other settings of
+            :class:`dynmesh.Completer`, which explains them. The method is detail unless another one
+            is given.
 
     Raises:
         FileExistsError: the output exists, and `resume` does not find it complete.
@@ -105,144 +93,55 @@ def complete_file(
     """
     check_path("path", path)
     check_path("output", output)
-    check_start(start, template)
-    wanted = with_uncertainty(all_settings(settings), drop_above)
-    training_files = check_training(training, wanted)
+    wanted = completion_options(options).checked()
     check_callable("watch", watch)
     check_callable("watch_training", watch_training)
-    target = files.target_of(output, output_format, overlay=overlay)
+    target = files.target_of(output, wanted.output_format, overlay=wanted.overlay)
     if resume:
         check_resumable(target)
-    options = CompletionOptions(
-        start,
-        template,
-        training_files,
-        fps,
-        provenance,
-        overwrite,
-        resume,
-        watch,
-        watch_training,
-        drop_above,
-    )
-    return complete_into(Path(path), target, source or {}, options, wanted)
-
-
-class CompletionOptions(NamedTuple):
-    """The arguments of :func:`complete_file` that are neither files nor settings."""
-
-    start: Start = 0
-    template: PathLike | None = None
-    training_files: tuple[Path, ...] = ()
-    fps: float | None = None
-    provenance: bool = False
-    overwrite: bool = False
-    resume: bool = False
-    watch: Watch | None = None
-    watch_training: WatchTraining | None = None
-    drop_above: float | None = None
-
-
-def with_uncertainty(settings: Settings, drop_above: float | None) -> Settings:
-    """The settings with which vertices can be dropped.
-
-    Raises:
-        TypeError, ValueError: `drop_above` is not a positive number, or the method is not detail.
-    """
-    if drop_above is None:
-        return settings
-    try:
-        check_positive("drop_above", drop_above)
-    except InputError as error:
-        raise SettingError(error.reason, argument=error.argument) from None
-    if settings["method"] != "detail":
-        raise SettingError("requires method='detail'", argument="drop_above")
-    return {**settings, "uncertainty": True}
-
-
-def output_header(
-    header: Header, settings: Settings, *, provenance: bool, drop_above: float | None
-) -> Header:
-    """The header of a completed sequence."""
-    return replace(
-        header,
-        has_known=drop_above is not None,
-        has_provenance=provenance,
-        has_standard_error=provenance and settings["uncertainty"],
-        standard_error_of="position",
+    return complete_into(
+        Path(path), target, wanted, overwrite, resume, watch=watch, watch_training=watch_training
     )
 
 
 def complete_into(
-    path: Path, target: Target, source: Source, options: CompletionOptions, settings: Settings
+    path: Path,
+    target: Target,
+    options: CompletionOptions,
+    overwrite: bool,
+    resume: bool,
+    *,
+    watch: Watch | None = None,
+    watch_training: WatchTraining | None = None,
 ) -> FileReport:
-    """As :func:`complete_file`, with the output's format chosen and all settings given."""
-    with open_at_start(path, source, options.start, options.template) as (reader, start_frame):
-        header = replace(
-            output_header(
-                reader.header,
-                settings,
-                provenance=options.provenance,
-                drop_above=options.drop_above,
-            ),
-            fps=reader.fps if options.fps is None else options.fps,
-        )
-        training = Training(options.training_files, reader, options.watch_training)
-        start = {**start_frame.described(), **training.described()}
-        start["drop_above"] = options.drop_above
-        job = describe_job(reader.files, header, source, start, target.format, settings)
-        completion = _Completion(
-            reader, start_frame, settings, training, options.watch, options.drop_above
-        )
+    """As :func:`complete_file`, with the output's format chosen and the options checked."""
+    with open_at_start(path, options) as (reader, start_frame):
+        header = options.header(reader.header)
+        training = Training(paths_of(options.training), reader, watch_training)
+        said = start_frame.described() | training.described() | options.described()
+        job = describe_job(reader.files, header, target.format, said)
+        passes: list[Directions] = []
+
+        def begin(progress: Progress) -> Directions:
+            passes.append(Directions(reader, start_frame, options, training, progress, watch))
+            return passes[0]
+
         outcome = ResumableOutput(
             target,
             header,
             job,
             path,
-            overwrite=options.overwrite,
-            resume=options.resume,
+            overwrite=overwrite,
+            resume=resume,
             reader=reader,
             others=[*start_frame.files, *training.files],
-        ).write(completion.begin)
+        ).write(begin)
+    # Nothing is begun if the output is complete.
+    tally = passes[0].tally if passes else Tally(options.settings["method"])
     remarks: tuple[str, ...] = ()
     if not outcome.was_complete:
-        told = completion.tally.remarks(header.metres_per_unit)
-        remarks = (*outcome.remarks, *start_frame.remarks(settings["noise"]), *told)
+        told = tally.remarks(header.metres_per_unit)
+        remarks = (*outcome.remarks, *start_frame.remarks(options.settings["noise"]), *told)
     n_frames, done = header.n_frames, outcome.resumed_at
-    report = completion.tally.report(n_frames, done, remarks, start_frame.number)
+    report = tally.report(n_frames, done, remarks, start_frame.number)
     return replace(report, existed=outcome.existed)
-
-
-class _Completion:
-    """The passes over a sequence, as the work that writes an output."""
-
-    def __init__(
-        self,
-        reader: Reader,
-        start_frame: StartFrame,
-        settings: Settings,
-        training: Training,
-        watch: Watch | None,
-        drop_above: float | None,
-    ) -> None:
-        self._arguments = reader, start_frame, settings, training
-        self._drop_above = drop_above
-        self._watch = watch
-        self._n_frames = reader.n_frames
-        self.tally = Tally(settings["method"])
-
-    def begin(self, progress: Progress) -> "_Completion":
-        self._passes = Directions(*self._arguments, progress, self._drop_above)
-        self._done = progress.done
-        self.tally = self._passes.tally
-        return self
-
-    def steps(self, writer: Writer, folder: Path) -> Iterator[None]:
-        with contextlib.closing(self._passes.frames()) as frames:
-            watched: Iterator[Any] = frames
-            if self._watch is not None:
-                watched = self._watch(frames, self._n_frames, self._done)
-            yield from self._passes.steps(watched, writer, folder / "before")
-
-    def progress(self) -> Progress:
-        return self._passes.progress()

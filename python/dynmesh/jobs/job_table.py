@@ -3,15 +3,12 @@
 import csv
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import fields
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
-from ..files.scans import UNITS
-from ..settings import SETTINGS, Setting, Settings
+from ..settings import SETTINGS
 from .batch import Job, Result
-from .checkpoint import Source
-from .start import Start
+from .option import Option, grouped, options_of
 from .tracking_job import TrackingJob
 
 
@@ -97,19 +94,15 @@ def _job_of(path: Path, line: int, row: Mapping[str, Any]) -> Job | TrackingJob:
         if not row.get(needed):
             raise ValueError(f"{place}: {needed} is empty")
     values: dict[str, Any] = {}
-    for column, parse in _columns.items():
+    known = _of_tracking if kind == "scans" else _of_completion
+    for column, (name, option) in _columns.items():
         if text := row.get(column):
-            if column in (_only_of_input if kind == "scans" else _only_of_scans):
+            if name not in known:
                 raise ValueError(f"{place}: {column}: cannot be combined with {kind}")
             try:
-                values[column] = parse(text)
+                values[name] = _read(option, text, path.parent)
             except ValueError as error:
                 raise ValueError(f"{place}: {column}: {error}") from error
-    for column in ("faces", "mask", "template", "cameras"):
-        if column in values:
-            values[column] = path.parent / values[column]
-    if "training" in values:
-        values["training"] = tuple(path.parent / name for name in values["training"])
     files = path.parent / row[kind], path.parent / row["output"]
     if kind == "scans":
         if "template" not in values:
@@ -119,11 +112,7 @@ def _job_of(path: Path, line: int, row: Mapping[str, Any]) -> Job | TrackingJob:
                 f"{place}: uncertainty: needs provenance, with which output has the standard errors"
             )
         return TrackingJob(*files, **values)
-    if "mask" in values:
-        values["known"] = values.pop("mask")
-    source = {name: values.pop(name) for name in Source.__annotations__ if name in values}
-    others = {name: values.pop(name) for name in _of_job if name in values}
-    return Job(*files, cast(Source, source), settings=cast(Settings, values), **others)
+    return Job(*files, **grouped(values))
 
 
 def _number(text: str) -> float:
@@ -140,28 +129,11 @@ def _whole_number(text: str) -> int:
         raise ValueError(f"must be a whole number, not '{text}'") from None
 
 
-def start_of(text: str) -> Start:
-    """Parses the frame at which completion starts: a number, or "whole".
-
-    Raises:
-        ValueError: it is neither.
-    """
-    if text == "whole":
-        return "whole"
-    if not text.isdecimal():
-        raise ValueError(f"must be whole or the number of a frame, not '{text}'")
-    return int(text)
-
-
 def _paths(text: str) -> list[str]:
     paths = [part.strip() for part in text.split(";")]
     if not all(paths):
         raise ValueError(f"must be paths with semicolons between them, not '{text}'")
     return paths
-
-
-def _unit(text: str) -> str | float:
-    return text if text in UNITS else _number(text)
 
 
 def _flag(text: str) -> bool:
@@ -171,59 +143,34 @@ def _flag(text: str) -> bool:
     return flags[text.lower()]
 
 
-def _one_of(*names: str) -> Callable[[str], str]:
-    def check(text: str) -> str:
-        if text not in names:
-            raise ValueError(f"must be {' or '.join(names)}, not '{text}'")
-        return text
-
-    return check
+def _one_of(choices: Iterable[str], text: str) -> str:
+    if text not in choices:
+        raise ValueError(f"must be {' or '.join(choices)}, not '{text}'")
+    return text
 
 
-def _parser_of(setting: Setting) -> Callable[[str], Any]:
-    """What reads a value of the setting from a table."""
-    if setting.choices:
-        return _one_of(*setting.choices)
-    parsers: dict[type[Any], Callable[[str], Any]]
-    parsers = {bool: _flag, int: _whole_number, float: _number}
-    return parsers[setting.kind]
+_READERS: dict[type[Any], Callable[[str], Any]]
+_READERS = {bool: _flag, int: _whole_number, float: _number, str: str}
 
 
-_of_job = (
-    "start",
-    "template",
-    "training",
-    "output_format",
-    "fps",
-    "provenance",
-    "overlay",
-    "drop_above",
-)
+def _read(option: Option, text: str, folder: Path) -> Any:
+    """Reads a value from a table in a folder."""
+    if option.parse is not None:
+        return option.parse(text)
+    if option.choices:
+        return _one_of(option.choices, text)
+    if option.several:
+        return tuple(folder / name for name in _paths(text))
+    return folder / text if option.kind is Path else _READERS[option.kind](text)
 
-_columns: dict[str, Callable[[str], Any]] = {
-    "start": start_of,
-    "template": str,
-    "cameras": str,
-    "scan_unit": _unit,
-    "template_unit": _unit,
-    "training": _paths,
-    "gaps": _one_of("refuse", "lost"),
-    "format": str,
-    "output_format": str,
-    "faces": str,
-    "prim": str,
-    "mask": str,
-    "missing": _one_of("zero"),
-    "fps": _number,
-    "provenance": _flag,
-    "overlay": _flag,
-    "drop_above": _number,
-    **{name: _parser_of(setting) for name, setting in SETTINGS.items()},
+
+_of_completion, _of_tracking = options_of(Job), options_of(TrackingJob)
+_columns = {
+    option.name or name: (name, option)
+    for name, option in sorted(
+        {**_of_completion, **_of_tracking}.items(), key=lambda row: row[0] in SETTINGS
+    )
 }
-
-_of_tracking = {field.name for field in fields(TrackingJob)}
-_only_of_scans = {"cameras", "scan_unit", "template_unit"}
-_only_of_input = _columns.keys() - _of_tracking
 
 optional_columns = tuple(_columns)
 """The columns that a table of jobs may have besides `input`, `scans` and `output`."""

@@ -8,7 +8,6 @@ import numpy as np
 
 from ..files import Frame, Header, naming
 from ..files.kept import Pieces, Sums
-from ..sequence import PROVENANCE
 
 
 class ReversedFrames:
@@ -31,9 +30,7 @@ class ReversedFrames:
         """
         k = header.n_vertices
         kinds: list[tuple[str, Any, tuple[int, ...]]] = [("points", header.dtype, (k, 3))]
-        if header.has_known:
-            kinds.append(("known", np.bool_, (k,)))
-        kinds += [(name, PROVENANCE[name], (k,)) for name in header.provenance]
+        kinds += [(name, row.dtype, (k,)) for name, row in header.attributes.items()]
         self._record = np.dtype(kinds)
         self._n_frames = n_frames
         self._path = path

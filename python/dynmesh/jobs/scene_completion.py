@@ -11,21 +11,22 @@ from typing import Unpack
 from .. import files
 from .._checks import check_callable, check_path
 from .._errors import DynmeshError, InputError, SettingError
-from ..files import Frame, Header, PathLike, Target, Writer
+from ..files import Frame, Header, PathLike, Source, Target
 from ..files.lock import lock_folder, unfinished_folder
 from ..files.masks import check_missing
 from ..files.scene_files import open_mesh, open_scene
 from ..files.scene_writer import SceneWriter
-from ..files.scenes import Origin, Scene, every_mesh, listed
-from ..settings import Settings, all_settings, takes_settings
-from .checkpoint import Source
-from .directions import Directions
-from .file_completion import Watch, output_header, with_uncertainty
+from ..frames.scenes import Origin, Scene, every_mesh, listed
+from .completion_options import CompletionOptions, SceneKeywords, completion_options
+from .directions import Directions, Watch
+from .option import paths_of, takes
 from .report import FileReport
-from .start import Start, check_start, start_in
-from .training import Training, TrainingFiles, check_training, files_in
+from .start import start_in
+from .training import Training, files_in
 from .unfinished import set_aside
 from .zeros import ZeroCount
+
+_FOR_ONE_MESH = "is for one mesh; choose it by its path with prim"
 
 
 @dataclass(frozen=True)
@@ -45,21 +46,14 @@ class SceneReport:
     remarks: tuple[str, ...] = ()
 
 
-@takes_settings
+@takes(CompletionOptions, "template", "fps")
 def complete_scene(
     path: PathLike,
     output: PathLike,
     *,
-    start: Start = 0,
-    training: TrainingFiles | None = None,
-    source: Source | None = None,
-    output_format: str | None = None,
-    overlay: bool = False,
-    provenance: bool = False,
-    drop_above: float | None = None,
     overwrite: bool = False,
     watch: Watch | None = None,
-    **settings: Unpack[Settings],
+    **options: Unpack[SceneKeywords],
 ) -> SceneReport:
     """Completes every mesh of a USD stage or an Alembic archive that moves, each by itself.
 
@@ -85,8 +79,9 @@ def complete_scene(
         drop_above: see :func:`complete_file`.
         overwrite: whether to replace an existing output.
         watch: called with the frames of all meshes, their number and 0; it must pass the frames on.
-        **settings: `method`, `noise` and the other settings of :class:`dynmesh.Completer`, which
-            explains them. The method is detail unless another one is given.
+        **options: those above, and `method`, `noise` and the other settings of
+            :class:`dynmesh.Completer`, which explains them. The method is detail unless another one
+            is given.
 
     Raises:
         FileExistsError: the output exists.
@@ -97,64 +92,63 @@ def complete_scene(
     """
     check_path("path", path)
     check_path("output", output)
-    check_start(start, None)
-    wanted = with_uncertainty(all_settings(settings), drop_above)
-    training_files = check_training(training, wanted)
     check_callable("watch", watch)
-    source = _checked(source or {})
-    target = files.target_of(output, output_format, overlay=overlay)
+    return complete_meshes(
+        Path(path), Path(output), completion_options(options), overwrite, watch=watch
+    )
+
+
+def complete_meshes(
+    path: Path,
+    output: Path,
+    options: CompletionOptions,
+    overwrite: bool,
+    *,
+    watch: Watch | None = None,
+) -> SceneReport:
+    """As :func:`complete_scene`, with an object for the options."""
+    for name in ("fps", "template"):
+        if getattr(options, name) is not None:
+            raise InputError(_FOR_ONE_MESH, argument=name, file=path)
+    options = options.checked()
+    _check_source(options.source)
+    target = files.target_of(output, options.output_format, overlay=options.overlay)
     if not issubclass(target.writer, SceneWriter):
         raise InputError(
             "this format holds a single mesh; write all meshes of a scene to USD or Alembic",
             file=target.path,
         )
-    scene = open_scene(Path(path), source.get("format"))
-    if overlay and not target.keeps(scene):
+    scene = open_scene(path, options.source.get("format"))
+    if options.overlay and not target.keeps(scene):
         raise InputError(
             f"must be USD ({files.listed(files.formats['usd'].suffixes)}), as an overlay changes "
             "meshes in a USD stage",
             file=scene.path,
         )
-    job = _Job(scene, target, start, training_files, source, provenance, wanted, drop_above)
-    return job.run(overwrite=overwrite, watch=watch)
+    return _Job(scene, target, options).run(overwrite=overwrite, watch=watch)
 
 
-def _checked(source: Source) -> Source:
+def _check_source(source: Source) -> None:
     """Refuses what can only be said of one mesh."""
     for name in ("faces", "known"):
         if source.get(name) is not None:
-            raise InputError("is for one mesh; choose it by its path with prim", argument=name)
+            raise InputError(_FOR_ONE_MESH, argument=name)
     if source.get("prim") not in (None, every_mesh):
         raise InputError(
             f"must be '{every_mesh}', not {source.get('prim')!r}; complete_file completes one mesh",
             argument="prim",
         )
     check_missing(source.get("missing"))
-    return source
 
 
 class _Job:
     """A completion of all meshes, while it runs."""
 
-    def __init__(
-        self,
-        scene: Scene,
-        target: Target,
-        start: Start,
-        training_files: tuple[Path, ...],
-        source: Source,
-        provenance: bool,
-        settings: Settings,
-        drop_above: float | None,
-    ) -> None:
+    def __init__(self, scene: Scene, target: Target, options: CompletionOptions) -> None:
         self._scene = scene
         self._target = target
-        self._start = start
-        self._training_files = training_files
-        self._missing = source.get("missing")
-        self._provenance = provenance
-        self._drop_above = drop_above
-        self._settings = settings
+        self._options = options
+        self._training_files = paths_of(options.training)
         self._moving = tuple(mesh for mesh, moves in scene.moves.items() if moves)
         self._still = tuple(mesh for mesh, moves in scene.moves.items() if not moves)
         self._origin = Origin(scene, self._moving) if target.keeps(scene) else None
@@ -207,27 +201,23 @@ class _Job:
     ) -> Iterator[Frame]:
         """Completes mesh after mesh and yields each frame after its completion, as it was read."""
         spool = files.target_of(folder / "mesh.npz")
+        options = self._options
+        missing = options.source.get("missing")
         for mesh in meshes:
-            with self._noting(mesh), open_mesh(self._scene, mesh, self._missing) as reader:
-                header = output_header(
-                    reader.header,
-                    self._settings,
-                    provenance=self._provenance,
-                    drop_above=self._drop_above,
-                )
-                start_frame = start_in(reader, self._start)
+            with self._noting(mesh), open_mesh(self._scene, mesh, missing) as reader:
+                header = options.header(reader.header)
+                start_frame = start_in(reader, options.start)
                 training = Training(self._training_files, reader)
-                passes = Directions(
-                    reader, start_frame, self._settings, training, drop_above=self._drop_above
-                )
+                read: list[Frame] = []
                 zeros = ZeroCount()
+                watch = _collecting(read, zeros)
+                passes = Directions(reader, start_frame, options, training, watch=watch)
                 with spool.create(header) as waiting:
-                    completing = _completing(passes, waiting, folder / "before")
-                    for number, frame in enumerate(completing):
-                        zeros.add(number, frame.points, frame.known)
-                        yield frame
+                    for _ in passes.steps(waiting, folder):
+                        yield from read
+                        read.clear()
                 told = passes.tally.remarks(header.metres_per_unit)
-                remarks = (*start_frame.remarks(self._settings["noise"]), *told, *zeros.hint())
+                remarks = (*start_frame.remarks(options.settings["noise"]), *told, *zeros.hint())
                 n_frames, first = header.n_frames, start_frame.number
                 self._reports[mesh] = passes.tally.report(n_frames, 0, remarks, first)
             if mesh in self._reports:
@@ -246,7 +236,7 @@ class _Job:
             self._writer.next_mesh(header)
         with files.open(spool) as reader:
             for frame in reader:
-                self._writer.append(frame.points, frame.known, **frame.provenance())
+                self._writer.append(frame.points, **frame.attributes())
 
     @contextlib.contextmanager
     def _noting(self, mesh: str) -> Iterator[None]:
@@ -283,16 +273,12 @@ class _Job:
         yield f"holds the completed meshes without {lost}; {advice}"
 
 
-def _completing(passes: Directions, writer: Writer, waiting: Path) -> Iterator[Frame]:
-    """Completes all frames of a mesh and yields each after its completion, as it was read."""
-    read: list[Frame] = []
+def _collecting(read: list[Frame], zeros: ZeroCount) -> Watch:
+    """Notes the frames of a mesh when they are read, and counts their zeros."""
 
-    def noted(frames: Iterator[Frame]) -> Iterator[Frame]:
-        for frame in frames:
+    def watch(frames: Iterator[Frame], *_: int) -> Iterator[Frame]:
+        for frame in zeros.watch(frames):
             read.append(frame)
             yield frame
 
-    with contextlib.closing(passes.frames()) as frames:
-        for _ in passes.steps(noted(frames), writer, waiting):
-            yield from read
-            read.clear()
+    return watch

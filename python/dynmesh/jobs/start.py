@@ -4,22 +4,20 @@ import contextlib
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import Any
 
 import numpy as np
 
 from .. import files
-from .._checks import check_path
-from .._errors import InputError, KindError, locating
+from .._errors import InputError, locating
 from ..diagnosis.presence import observed_in
 from ..diagnosis.stray_zeros import edges_of, lengths_of, stray_zeros
-from ..files import Frame, PathLike, Reader
+from ..files import Frame, Reader, Source
 from ..metrics import bounding_box_diagonal
 from ..sequence import Positions
-from .checkpoint import Source, identity
-
-Start: TypeAlias = int | Literal["whole"]
-"""The number of a whole frame, counted from 0, or "whole" for the first one."""
+from .checkpoint import identity
+from .completion_options import CompletionOptions
+from .option import Start
 
 _MUCH_NOISE = 0.02  # bounding-box diagonals
 _OTHER_UNIT = 3.0
@@ -77,41 +75,20 @@ class StartFrame:
             )
 
 
-def check_start(start: object, template: object) -> None:
-    """Refuses what cannot name a whole frame."""
-    if isinstance(start, str):
-        if start != "whole":
-            raise InputError(f"must be 'whole' or a frame, not {start!r}", argument="start")
-    elif not isinstance(start, int | np.integer) or isinstance(start, bool):
-        raise KindError(f"must be 'whole' or a whole number, not {start!r}", argument="start")
-    elif start < 0:
-        raise InputError(f"must be 0 or more, not {start}", argument="start")
-    if template is not None:
-        check_path("template", template)
-        if start != 0:
-            raise InputError(
-                "stands before frame 0, so completion cannot also start at a frame: leave out one "
-                "of start and template",
-                argument="template",
-            )
-
-
 @contextlib.contextmanager
-def open_at_start(
-    path: Path, source: Source, start: Start, template: PathLike | None
-) -> Iterator[tuple[Reader, StartFrame]]:
+def open_at_start(path: Path, options: CompletionOptions) -> Iterator[tuple[Reader, StartFrame]]:
     """Opens a sequence and finds the whole frame from which its completion starts.
 
     Raises:
         OSError, ImportError, TypeError, ValueError: the errors of :func:`dynmesh.open`; also if
             that frame does not exist or is not whole, or if the template has another mesh.
     """
-    if template is not None:
-        with _open_with(Path(template), path, source) as (reader, first):
+    if options.template is not None:
+        with _open_with(Path(options.template), path, options.source) as (reader, first):
             yield reader, first
         return
-    with files.open(path, **source) as reader:
-        yield reader, start_in(reader, start)
+    with files.open(path, **options.source) as reader:
+        yield reader, start_in(reader, options.start)
 
 
 def start_in(reader: Reader, start: Start) -> StartFrame:

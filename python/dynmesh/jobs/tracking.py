@@ -4,50 +4,38 @@ import contextlib
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from typing import Unpack
 
 import numpy as np
 
 from .. import files
-from .._checks import check_callable, check_integer, check_path
+from .._checks import check_callable, check_path
 from .._core import Alignment, Tracker, find_alignment
-from .._errors import InputError, KindError, locating
+from .._errors import InputError, locating
 from ..files import Header, PathLike, Reader, Writer
-from ..files.format import Gaps
 from ..files.scans import PointScan, Scan, ScanReader, given_unit, open_scans
 from ..sequence import Positions
 from .checkpoint import Progress, describe_job, identity
+from .option import paths_of, takes
 from .resumable import ResumableOutput, check_resumable
 from .start import check_whole
 from .track_report import TrackFileReport
-from .training import Training, TrainingFiles, paths_of
-
-Align = Literal["auto", "never"]
-"""Whether a template that does not lie in the first scan is moved there."""
+from .tracking_options import Align, TrackingKeywords, TrackingOptions
+from .training import Training
 
 WatchScans = Callable[[Iterator[Scan | None], int, int], Iterator[Scan | None]]
 """Is called with the scans, their number and that of those already tracked; must pass them on."""
 
 
+@takes(TrackingOptions)
 def track_file(
     scans: PathLike,
     output: PathLike,
     *,
-    template: PathLike,
-    cameras: PathLike | None = None,
-    scan_unit: str | float | None = None,
-    template_unit: str | float | None = None,
-    align: Align = "auto",
-    gaps: Gaps = "refuse",
-    output_format: str | None = None,
-    fps: float | None = None,
-    provenance: bool = False,
     overwrite: bool = False,
     resume: bool = False,
-    training: TrainingFiles | None = None,
-    uncertainty: bool = False,
-    threads: int = 1,
     watch: WatchScans | None = None,
+    **options: Unpack[TrackingKeywords],
 ) -> TrackFileReport:
     """Tracks a mesh through scans and writes it to a file, in constant memory.
 
@@ -81,6 +69,7 @@ def track_file(
         threads: of the tracker, at least 1.
         watch: called with the scans, their number and the number of those already tracked; it must
             pass the scans on.
+        **options: those above.
 
     Raises:
         FileExistsError: the output exists, and `resume` does not find it complete.
@@ -92,52 +81,59 @@ def track_file(
             does not lie in the first scan, the error says how far it is; a unit is stated for the
             scans, but none for the template.
     """
-    for name, value in (("scans", scans), ("output", output), ("template", template)):
-        check_path(name, value)
-    if align not in ("auto", "never"):
-        raise InputError(f"must be 'auto' or 'never', not {align!r}", argument="align")
-    check_integer("threads", threads, 1)
-    if not isinstance(uncertainty, bool):
-        raise KindError(f"must be True or False, not {uncertainty!r}", argument="uncertainty")
-    training_files = paths_of(training)
+    return track_into(scans, output, TrackingOptions(**options), overwrite, resume, watch=watch)
+
+
+def track_into(
+    scans: PathLike,
+    output: PathLike,
+    options: TrackingOptions,
+    overwrite: bool,
+    resume: bool,
+    *,
+    watch: WatchScans | None = None,
+) -> TrackFileReport:
+    """As :func:`track_file`, with an object for the options."""
+    check_path("scans", scans)
+    check_path("output", output)
+    options = options.checked()
     check_callable("watch", watch)
-    target = files.target_of(output, output_format)
+    target = files.target_of(output, options.output_format)
     if resume:
         check_resumable(target)
-    with files.open(template) as mesh:
-        reader = open_scans(scans, cameras=cameras, gaps=gaps)
-        units = _units(reader, mesh, scan_unit, template_unit)
+    with files.open(options.template) as mesh:
+        reader = open_scans(scans, cameras=options.cameras, gaps=options.gaps)
+        units = _units(reader, mesh, options.scan_unit, options.template_unit)
         factor = _factor(*units, mesh)
         times = np.arange(reader.n_frames, dtype=np.float64) * reader.step + reader.start
         header = replace(
             mesh.header,
             metres_per_unit=units[1],
             n_frames=reader.n_frames,
-            fps=fps,
+            fps=options.fps,
             start=reader.start,
             times=None if reader.step == 1 else times,
             has_known=False,
-            has_provenance=provenance,
-            has_standard_error=provenance and uncertainty,
+            has_provenance=options.provenance,
+            has_standard_error=options.provenance and options.uncertainty,
             standard_error_of="surface",
         )
-        trained = Training(training_files, mesh)
+        trained = Training(paths_of(options.training), mesh)
         start = {
             "template": list(map(identity, mesh.files)),
             "cameras": list(map(identity, reader.camera_files)),
             "scan_unit": units[0],
             "template_unit": units[1],
-            "align": align,
-            "uncertainty": uncertainty,
+            **options.described(),
             **trained.described(),
         }
         inputs = [file for file in reader.files if file not in reader.camera_files]
-        job = describe_job(inputs, header, {"gaps": gaps}, start, target.format, {})
+        job = describe_job(inputs, header, target.format, start)
 
         def tracker_at(placed: Positions) -> Tracker:
-            return trained.tracker(placed, threads=threads, uncertainty=uncertainty)
+            return trained.tracker(placed, threads=options.threads, uncertainty=options.uncertainty)
 
-        tracking = _Tracking(reader, mesh, factor, align, tracker_at, watch)
+        tracking = _Tracking(reader, mesh, factor, options.align, tracker_at, watch)
         outcome = ResumableOutput(
             target,
             header,

@@ -1,62 +1,23 @@
 """Files with complete frames of the same mesh, from which it is learned how its shape varies."""
 
 import contextlib
-import os
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import TypeAlias
 
 from .. import files
-from .._checks import check_path
 from .._core import Completer, Tracker, TrainingSummary, training_summary
-from .._errors import InputError, KindError, SettingError, locating
-from ..files import PathLike, Reader
+from .._errors import InputError, SettingError, locating
+from ..files import Reader
 from ..files.scene_files import open_scene
-from ..files.scenes import listed
+from ..frames.scenes import listed
 from ..sequence import Positions
 from ..settings import Settings
 from .checkpoint import identity
 from .start import check_same_mesh, check_whole, start_in
 
-TrainingFiles: TypeAlias = PathLike | Iterable[PathLike]
-"""The path of a training file, or those of several."""
-
 WatchTraining: TypeAlias = Callable[[Iterator[Positions], int], Iterator[Positions]]
 """Is called with the frames of all training files and their number; it must pass the frames on."""
-
-_EXPECTED = "a path or a list of paths"
-
-
-def check_training(training: TrainingFiles | None, settings: Settings) -> tuple[Path, ...]:
-    """Returns the paths of the training files.
-
-    Raises:
-        TypeError, ValueError: they are not paths, there are none, or the method has no training.
-    """
-    training_files = paths_of(training)
-    if training_files and settings["method"] != "detail":
-        raise SettingError("requires method='detail'", argument="training")
-    return training_files
-
-
-def paths_of(training: TrainingFiles | None) -> tuple[Path, ...]:
-    """Returns the paths of the training files; none for None.
-
-    Raises:
-        TypeError, ValueError: they are not paths, or there are none.
-    """
-    if training is None:
-        return ()
-    if isinstance(training, str | os.PathLike):
-        training = (training,)
-    elif not isinstance(training, Iterable):
-        raise KindError(f"must be {_EXPECTED}, not {training!r}", argument="training")
-    training_files = list(training)
-    for training_file in training_files:
-        check_path("training", training_file, _EXPECTED)
-    if not training_files:
-        raise InputError("names no file; leave it out if there is none", argument="training")
-    return tuple(map(Path, training_files))
 
 
 def files_in(training_files: Iterable[Path]) -> Iterator[Path]:

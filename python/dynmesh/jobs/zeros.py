@@ -1,7 +1,11 @@
 """A hint for sequences whose sensors wrote zeros where nothing was observed."""
 
+from collections.abc import Iterable, Iterator
+
 import numpy as np
 
+from ..draw.heatmap import ShownFrame
+from ..frames.frame import Frame
 from ..sequence import Mask, Positions
 
 _LEAST_SHARE = 0.01
@@ -31,6 +35,18 @@ class ZeroCount:
             zero &= ~self._from_the_start
         self._zeros += int(np.count_nonzero(zero))
         self._positions += len(points)
+
+    def watch(self, frames: Iterable[Frame], number: int = 0) -> Iterator[Frame]:
+        """Counts while it passes frames on; `number` is that of the first frame."""
+        for t, frame in enumerate(frames, number):
+            self.add(t, frame.points, frame.known)
+            yield frame
+
+    def watch_shown(self, frames: Iterable[ShownFrame]) -> Iterator[ShownFrame]:
+        """Does the same as :meth:`watch` for frames with their numbers."""
+        for frame in frames:
+            self.add(frame.number, frame.points, frame.visible)
+            yield frame
 
     def hint(self) -> tuple[str, ...]:
         """Suggests --missing zero if there are more than a few; else returns nothing."""

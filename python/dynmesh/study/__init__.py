@@ -1,8 +1,7 @@
-"""The evaluation of the paper: its figures 7 to 11, its claims, and comparisons beyond it.
+"""The evaluation of the paper: its figures 7 to 11 and its claims, for both methods.
 
-This needs the extra `reproduce`. If libigl is missing or cannot complete a sequence, the comparison
-with it is left out, and the report says so. The benchmarks use the same sequences, losses, methods,
-baselines and tables.
+This needs the extra `reproduce`. The benchmarks, which are not part of the package, compare with
+other methods and use the same sequences, losses, measurements and tables.
 """
 
 from collections.abc import Callable, Iterable
@@ -13,10 +12,7 @@ from .._extras import require_all
 from ..draw.figures import load_pyvista
 from . import charts, pictures, report
 from .claims import Claims, detail_verdicts, verdicts
-from .losses import SCENARIOS
-from .plan import Plan
-from .reliability_chart import figure16
-from .sequence_study import seconds_of_work, study, trial
+from .sequence_study import Plan, seconds_of_frame, seconds_of_work, study
 from .subjects import Subject, built_in, from_file
 
 __all__ = ["reproduce"]
@@ -73,22 +69,21 @@ def reproduce(
     subjects = _subjects(list(data), plan, up, azimuth)
     out.mkdir(parents=True, exist_ok=True)
 
-    trials = [trial(subject, seed) for subject in subjects]
-    work = zip(subjects, trials, strict=True)
-    whole = sum(seconds_of_work(subject, plan, tried) for subject, tried in work)
-    whole += _SECONDS_PER_PICTURE * (6 + (4 + len(SCENARIOS)) * len(subjects))
+    times = [seconds_of_frame(subject, seed) for subject in subjects]
+    work = zip(subjects, times, strict=True)
+    whole = sum(seconds_of_work(subject, plan, seconds) for subject, seconds in work)
+    whole += _SECONDS_PER_PICTURE * (2 + 3 * len(subjects))
     done = 0.0
 
-    def advance(seconds: float) -> None:
+    def advance(worked: float) -> None:
         nonlocal done
-        done += seconds
+        done += worked
         progress(f"measuring {subject.name}", done, whole)
 
     progress("measuring", done, whole)
     studies = []
-    for subject, tried in zip(subjects, trials, strict=True):
-        others = [other for other in subjects if other is not subject]
-        studies.append(study(subject, plan, seed, tried, advance, others))
+    for subject, seconds in zip(subjects, times, strict=True):
+        studies.append(study(subject, plan, seed, seconds, advance))
 
     claims = Claims(
         [verdict for s in studies for verdict in verdicts(s)],
@@ -100,16 +95,6 @@ def reproduce(
         lambda: charts.figure9(studies, out),
         *(lambda s=s: pictures.figure10(s, out) for s in studies),
         *(lambda s=s: pictures.figure11(s, out) for s in studies),
-        lambda: charts.figure12(studies, out),
-        *(
-            lambda s=s, name=name: pictures.figure12(s, name, out)
-            for s in studies
-            for name in SCENARIOS
-        ),
-        lambda: charts.figure13(studies, out),
-        lambda: charts.figure14(studies, out),
-        lambda: figure16(studies, out),
-        *(lambda s=s: pictures.figure15(s, out) for s in studies),
     ]
     made = []
     for number, draw in enumerate(drawing):

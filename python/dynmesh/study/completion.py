@@ -31,10 +31,6 @@ class Completion(Protocol):
         """How far the last frame used a training sequence, from 0 to 1."""
         return 0.0
 
-    def reset(self) -> None:
-        """Begin again with frame 0."""
-        return  # a method that remembers no frame has nothing to do
-
     def complete(self, points: Positions, known: Mask) -> Positions:
         """Complete the next frame. The next call may overwrite the returned array.
 
@@ -65,20 +61,3 @@ class Method:
     dash: str
     begin: Callable[[Faces, Positions], Completion]
     completes: bool = True
-
-
-@dataclass(frozen=True)
-class OfflineMethod:
-    """A method that completes all frames of a sequence at once, from those after a frame too.
-
-    Attributes:
-        key: the name in JSON files.
-        label: the name in tables.
-        complete: a function of the faces, the (n, k, 3) positions, the (n, k) known mask, and an
-            (n, k) mask of what may be held out to choose parameters. It returns (n, k, 3)
-            positions, and does not use those of unknown vertices.
-    """
-
-    key: str
-    label: str
-    complete: Callable[[Faces, Positions, Mask, Mask], Positions]

@@ -1,36 +1,26 @@
 """Lines fitted to measurements."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+Numbers = Sequence[float] | NDArray[np.floating]
 
-@dataclass(frozen=True)
-class LinearFit:
-    """A line through measurements, by least squares.
 
-    Attributes:
-        slope: the change of the measured quantity for each unit.
-        intercept: the measured quantity at zero.
-        r_squared: the coefficient of determination.
-    """
+class LinearFit(NamedTuple):
+    """The slope and intercept of a line, and the coefficient of determination."""
 
     slope: float
     intercept: float
     r_squared: float
 
-    @classmethod
-    def of(
-        cls,
-        x: Sequence[float] | NDArray[np.floating],
-        measured: Sequence[float] | NDArray[np.floating],
-    ) -> "LinearFit":
-        """Fit a line to what was measured at `x`."""
-        at, values = np.asarray(x, np.float64), np.asarray(measured, np.float64)
-        slope, intercept = np.polyfit(at, values, 1)
-        residual = values - (slope * at + intercept)
-        spread = values - values.mean()
-        r_squared = 1 - residual @ residual / (spread @ spread)
-        return cls(float(slope), float(intercept), float(r_squared))
+
+def fit_line(x: Numbers, measured: Numbers) -> LinearFit:
+    """Fit a line to what was measured at `x`, by least squares."""
+    at, values = np.asarray(x, np.float64), np.asarray(measured, np.float64)
+    slope, intercept = np.polyfit(at, values, 1)
+    residual, spread = values - (slope * at + intercept), values - values.mean()
+    r_squared = 1 - residual @ residual / (spread @ spread)
+    return LinearFit(float(slope), float(intercept), float(r_squared))

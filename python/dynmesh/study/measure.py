@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from .. import metrics
 from ..sequence import Mask, Positions
-from .completion import Completion, Method, OfflineMethod
+from .completion import Method
 from .subjects import Subject
 
 Floats = NDArray[np.float64]
@@ -23,7 +23,7 @@ class Run:
 
     Attributes:
         nmsve: NMSVE in bounding-box diagonals, or NaN if it was not measured.
-        seconds: the processor time of the method alone, which runs in one thread.
+        seconds: the time of the method alone.
         iterations: the number of iterations, or 0 if the method does not iterate.
         unknown: the number of unknown vertices.
         prior_weight: how far a training sequence was used, from 0 to 1.
@@ -74,6 +74,7 @@ def run(
     keep: Iterable[int] = (),
     advance: Callable[[int], object] = lambda _: None,
     with_error: bool = True,
+    clock: Callable[[], float] = time.thread_time,
 ) -> Run:
     """Complete the frames after frame 0, and measure.
 
@@ -84,6 +85,7 @@ def run(
         keep: the numbers of the frames to keep.
         advance: called with the number of frames that were completed since the last call.
         with_error: whether NMSVE is measured.
+        clock: tells the seconds, by default the processor time.
 
     Raises:
         ImportError, ValueError, RuntimeError: the method cannot complete the sequence.
@@ -97,7 +99,10 @@ def run(
         if number == 0:
             continue
         points = subject.vertices[number]
-        frame, result.seconds[number - 1] = timed(completion, points, known, time.thread_time)
+        start = clock()
+        frame = completion.complete(points, known)
+        seconds = clock() - start
+        result.seconds[number - 1] = completion.seconds or seconds
         completed = frame.astype(points.dtype)  # a copy, as the method may overwrite the frame
         result.iterations[number - 1] = completion.iterations
         result.prior_weight[number - 1] = completion.prior_weight
@@ -114,46 +119,6 @@ def run(
             advance(len(waiting))
             waiting = []
     return result
-
-
-def run_offline(
-    subject: Subject, method: OfflineMethod, masks: Iterable[Mask], held_out: Iterable[Mask]
-) -> Run:
-    """Complete all frames at once, and measure; each frame takes an equal part of the time.
-
-    Args:
-        subject: the sequence.
-        method: the method.
-        masks: (k,) bool for every frame, that of frame 0 included, in which all are known.
-        held_out: (k,) bool for every frame: what may be held out to choose parameters.
-
-    Raises:
-        ImportError, ValueError: the method cannot complete the sequence.
-    """
-    known, apart = (np.stack(list(each)) for each in (masks, held_out))
-    known[0], apart[0] = True, False
-    result = Run.of(subject.n_frames - 1)
-    start = time.thread_time()
-    completed = method.complete(subject.faces, subject.vertices, known, apart)
-    result.seconds[:] = (time.thread_time() - start) / len(result.seconds)
-    result.unknown[:] = np.count_nonzero(~known[1:], axis=1)
-    result.complete = bool(np.isfinite(completed).all())
-    whole = completed[1:].astype(subject.vertices.dtype)
-    result.nmsve[:] = nmsve(subject, range(1, subject.n_frames), list(whole))
-    return result
-
-
-def timed(
-    completion: Completion,
-    points: Positions,
-    known: Mask,
-    clock: Callable[[], float] = time.perf_counter,
-) -> tuple[Positions, float]:
-    """Complete a frame; return it and the seconds that the method took."""
-    start = clock()
-    completed = completion.complete(points, known)
-    seconds = clock() - start
-    return completed, seconds if completion.seconds is None else completion.seconds
 
 
 def nmsve(subject: Subject, numbers: Iterable[int], completed: list[Positions]) -> Floats:

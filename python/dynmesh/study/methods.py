@@ -19,9 +19,8 @@ class _Streaming(Completion):
         faces: Faces,
         first_frame: Positions,
         settings: Settings,
-        training: Positions | None = None,
+        training: Positions | None,
     ) -> None:
-        self._first = first_frame
         self._completer = Completer(faces, first_frame, training=training, **settings)
         self._completed = first_frame.copy()
 
@@ -32,9 +31,6 @@ class _Streaming(Completion):
     @property
     def prior_weight(self) -> float:
         return self._completer.report.prior_weight
-
-    def reset(self) -> None:
-        self._completer.reset(self._first)
 
     def complete(self, points: Positions, known: Mask) -> Positions:
         return self._completer.push(points, known, out=self._completed)
@@ -55,10 +51,7 @@ class _OnMotion(Completion):
 
     def __init__(self, system: Baseline, first_frame: Positions) -> None:
         self._system = system
-        self._first = self._previous = first_frame
-
-    def reset(self) -> None:
-        self._previous = self._first
+        self._previous = first_frame
 
     def complete(self, points: Positions, known: Mask) -> Positions:
         self._previous = self._system.complete(points, known, previous=self._previous)
@@ -66,20 +59,19 @@ class _OnMotion(Completion):
 
 
 def dynmesh_method(
-    key: str, label: str, colour: str, dash: str, **settings: Unpack[Settings]
+    key: str,
+    label: str,
+    colour: str,
+    dash: str,
+    training: Positions | None = None,
+    **settings: Unpack[Settings],
 ) -> Method:
-    """Return a method that is a dynmesh completer with some settings."""
-    return Method(key, label, colour, dash, lambda faces, first: _Streaming(faces, first, settings))
-
-
-def trained(key: str, label: str, training: Positions) -> Method:
-    """Return method detail after training, (n, k, 3) complete frames of the same mesh."""
-    settings: Settings = {"method": "detail"}
+    """Return a method that is a dynmesh completer with some settings and training frames."""
     return Method(
         key,
         label,
-        "#882255",
-        "-",
+        colour,
+        dash,
         lambda faces, first: _Streaming(faces, first, settings, training),
     )
 
@@ -97,9 +89,6 @@ def _harmonic(faces: Faces, n_vertices: int) -> LaplacianInterpolation:
 
 
 MOTION = dynmesh_method("motion", "motion (dynmesh)", "#0072b2", "-", method="motion")
-ONCE = dynmesh_method(
-    "once_only", "motion, once only", "#56b4e9", "--", method="motion", revisit=False
-)
 DETAIL = dynmesh_method("detail", "detail (dynmesh)", "#cc79a7", "-", method="detail")
 LIA = Method("lia", "LIA, least squares", "#d55e00", "-", _alone(LaplacianInterpolation))
 LIA_HARMONIC = Method("lia_harmonic", "LIA, harmonic", "#e69f00", "-", _alone(_harmonic))
@@ -111,5 +100,5 @@ LSM_ON_MOTION = Method(
     "lsm_on_motion", "LSM on motion", "#009e73", "--", _on_motion(LeastSquaresMesh)
 )
 
-COMPARED = (MOTION, LIA, LIA_HARMONIC, LSM, LIA_ON_MOTION, LSM_ON_MOTION)
-"""The comparison of the paper, and its baselines applied to motion."""
+COMPARED = (MOTION, DETAIL, LIA, LIA_HARMONIC, LSM, LIA_ON_MOTION, LSM_ON_MOTION)
+"""Both methods of dynmesh, and the baselines of the paper, also applied to motion."""

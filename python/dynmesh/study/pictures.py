@@ -1,4 +1,4 @@
-"""The figures that show meshes: 8, 10 and 11 of the paper, and 12 and 15 beyond it."""
+"""The figures that show meshes: 8, 10 and 11 of the paper."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from ..draw import figures
 from ..draw.figures import Image, View
 from ..sequence import Positions
-from .losses import PAPER_SHARES, SCENARIOS
+from .losses import PAPER_SHARES
 from .measure import Run, vertex_error
-from .methods import COMPARED, LIA, LIA_HARMONIC, LSM, MOTION
+from .methods import LIA, LSM, MOTION
 from .sequence_study import Study, pictured_frames
 from .style import new_figure, nmsve_caption, save
 from .subjects import Subject
@@ -30,16 +30,16 @@ _PANEL_WIDTH = 3.0  # inches
 def figure8(study: Study, folder: Path) -> Path:
     """Draw known and missing vertices, and heatmaps of the error, at four shares."""
     subject = study.subject
-    (number,) = pictured_frames(subject)["figure8"]
+    number = pictured_frames(subject)["figure8"]
     runs = [study.grid[MOTION.key, share] for share in PAPER_SHARES]
-    view = _view(subject, [number])
+    view = view_of(subject, [number])
     truth = subject.vertices[number]
     dots = [figures.render(subject.faces, truth, view, known=run.masks[number]) for run in runs]
-    heat, limit = _heatmaps(subject, number, runs, view)
+    heat, limit = heatmaps(subject, number, runs, view)
     images = figures.cropped([*dots, *heat])
     titles = [f"{percent(share)} known" for share in PAPER_SHARES]
     captions = [nmsve_caption(run.nmsve[number - 1]) for run in runs]
-    return _sheet(
+    return sheet(
         f"{subject.name}, frame {number}: known (blue) and missing (red); error after completion",
         [images[: len(runs)], images[len(runs) :]],
         [titles, [""] * len(runs)],
@@ -54,103 +54,53 @@ def figure10(study: Study, folder: Path) -> Path:
     """Draw the original, motion, LIA and LSM side by side."""
     subject = study.subject
     chosen = [
-        (share, number)
+        (share, pictured_frames(subject)[f"figure10 {percent(share)}, {which}"])
         for share in (0.3, 0.5)
-        for number in pictured_frames(subject)[f"figure10 {percent(share)}"]
+        for which in ("first", "second")
     ]
-    view = _view(subject, [number for _, number in chosen])
+    view = view_of(subject, [number for _, number in chosen])
     images: list[Image] = []
     captions: list[list[str]] = []
     for share, number in chosen:
         runs = [study.grid[method.key, share] for method in (MOTION, LIA, LSM)]
-        images += _surfaces(subject, number, [run.frames[number] for run in runs], view)
+        images += surfaces(subject, number, [run.frames[number] for run in runs], view)
         errors = [nmsve_caption(run.nmsve[number - 1]) for run in runs]
         captions.append([f"frame {number}, {percent(share)} known", *errors])
     images = figures.cropped(images)
-    rows = _in_rows(images, 4)
+    rows = in_rows(images, 4)
     titles = [["original", MOTION.label, LIA.label, LSM.label], *[[""] * 4] * (len(rows) - 1)]
-    return _sheet(subject.name, rows, titles, captions, folder, f"figure10_{subject.name}")
+    return sheet(subject.name, rows, titles, captions, folder, f"figure10_{subject.name}")
 
 
 def figure11(study: Study, folder: Path) -> Path:
     """Draw reconstructions at four shares beside the original."""
     subject = study.subject
-    (number,) = pictured_frames(subject)["figure11"]
+    number = pictured_frames(subject)["figure11"]
     runs = [study.grid[MOTION.key, share] for share in PAPER_SHARES]
     frames = [run.frames[number] for run in runs]
-    row = figures.cropped(_surfaces(subject, number, frames, _view(subject, [number])))
+    row = figures.cropped(surfaces(subject, number, frames, view_of(subject, [number])))
     captions = ["", *(nmsve_caption(run.nmsve[number - 1]) for run in runs)]
     titles = ["original", *(f"{percent(share)} known" for share in PAPER_SHARES)]
     heading = f"{subject.name}, frame {number}, completed by motion"
-    return _sheet(heading, [row], [titles], [captions], folder, f"figure11_{subject.name}")
+    return sheet(heading, [row], [titles], [captions], folder, f"figure11_{subject.name}")
 
 
-def figure12(study: Study, name: str, folder: Path) -> Path:
-    """Draw what is known and the errors, if a camera or patches hide vertices."""
-    subject = study.subject
-    (number,) = pictured_frames(subject)["scenarios"]
-    # The camera does not see the back, so the picture is taken from there.
-    turned = replace(subject, azimuth=subject.azimuth + 180) if name == "camera" else subject
-    view = _view(turned, [number])
-    methods = [method for method in COMPARED if method not in (LIA_HARMONIC, LSM)]
-    methods = [*methods, *study.beyond]
-    runs = [study.scenarios[name, method.key] for method in methods]
-    truth = subject.vertices[number]
-    dots = figures.render(subject.faces, truth, view, known=runs[0].masks[number])
-    heat, limit = _heatmaps(subject, number, runs, view)
-    images = figures.cropped([dots, *heat])
-    labels = ["known (blue)", *(method.label for method in methods)]
-    captions = ["", *(nmsve_caption(run.nmsve[number - 1]) for run in runs)]
-    what = "known vertices, and the error after completion"
-    return _sheet(
-        f"{subject.name}, frame {number}, {SCENARIOS[name]}: {what}",
-        _in_rows(images, 4),
-        _in_rows(labels, 4),
-        _in_rows(captions, 4),
-        folder,
-        f"figure12_{name}_{subject.name}",
-        limit,
-    )
-
-
-def figure15(study: Study, folder: Path) -> Path:
-    """Draw the original, motion, detail and baselines, where few vertices are known."""
-    subject, share = study.subject, PAPER_SHARES[0]
-    (number,) = pictured_frames(subject)["figure15"]
-    methods = [MOTION, *study.beyond]
-    runs = [study.grid[method.key, share] for method in methods]
-    view = _view(subject, [number])
-    truth = subject.vertices[number]
-    surfaces = _surfaces(subject, number, [run.frames[number] for run in runs], view)
-    dots = figures.render(subject.faces, truth, view, known=runs[0].masks[number])
-    heat, limit = _heatmaps(subject, number, runs, view)
-    captions = ["known (blue)", *(nmsve_caption(run.nmsve[number - 1]) for run in runs)]
-    return _sheet(
-        f"{subject.name}, frame {number}, {percent(share)} known",
-        _in_rows(figures.cropped([*surfaces, dots, *heat]), len(runs) + 1),
-        [["original", *(method.label for method in methods)], [""] * (len(runs) + 1)],
-        [[""] * (len(runs) + 1), captions],
-        folder,
-        f"figure15_{subject.name}",
-        limit,
-    )
-
-
-def _view(subject: Subject, numbers: list[int]) -> View:
+def view_of(subject: Subject, numbers: list[int]) -> View:
     """Return a view that is large enough for each of the frames."""
     views = [View.of(subject.vertices[n], subject.up, subject.azimuth) for n in numbers]
     half = np.max([(view.box[1] - view.box[0]) / 2 for view in views], axis=0)
     return replace(views[0], box=np.stack([-half, half])).around(subject.vertices[numbers[0]])
 
 
-def _surfaces(
+def surfaces(
     subject: Subject, number: int, completed: Sequence[Positions], view: View
 ) -> list[Image]:
+    """Draw the true surface of a frame, and completed ones."""
     truth = subject.vertices[number]
     return [figures.render(subject.faces, f, view.around(truth)) for f in (truth, *completed)]
 
 
-def _heatmaps(
+def heatmaps(
     subject: Subject, number: int, runs: Sequence[Run], view: View
 ) -> tuple[list[Image], float]:
     """Draw errors on one scale, which ends at the 99th percentile of the worst method."""
@@ -164,7 +114,7 @@ def _heatmaps(
     return images, limit
 
 
-def _sheet(
+def sheet(
     heading: str,
     rows: list[list[Image]],
     titles: list[list[str]],
@@ -197,7 +147,7 @@ def _sheet(
         return save(figure, folder, name, is_chart=False)
 
 
-def _in_rows(values: Sequence[T], length: int) -> list[list[T]]:
+def in_rows(values: Sequence[T], length: int) -> list[list[T]]:
     """Cut values into rows; the last row may be shorter."""
     return [list(values[first : first + length]) for first in range(0, len(values), length)]
 

@@ -1,27 +1,38 @@
 """Everything that is measured on one sequence."""
 
-import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 
-from .. import metrics
 from ..sequence import Mask
-from .baselines import BEYOND, BIHARMONIC
 from .completion import Method
 from .losses import PAPER_SHARES, SCENARIOS, random_masks, scenario_masks
 from .measure import Run, run
-from .methods import COMPARED, DETAIL, MOTION, ONCE
-from .plan import Plan
-from .reliability import Reliability, reliability
+from .methods import COMPARED, MOTION
 from .subjects import Subject
 from .tables import percent
-from .training_study import TrainingStudy, halves, training_study
-from .training_study import seconds_of_work as seconds_of_training
 
-BAR_SHARES = (0.1, 0.3)
-"""The shares of known vertices with which error bars are measured, beside the scenarios."""
+Advance = Callable[[float], object]
+"""A function of the estimated seconds of the work that was done since its last call."""
 
-_COST_OF_BARS = 1.5  # of the time of detail
+
+@dataclass(frozen=True)
+class Plan:
+    """How much is measured. The defaults are the whole evaluation.
+
+    Attributes:
+        frames: the largest number of frames of each sequence, frame 0 included; None means all.
+        shares: the shares of known vertices at which the methods are compared.
+        sweep: the shares of known vertices at which the time of motion is measured.
+    """
+
+    frames: int | None = None
+    shares: tuple[float, ...] = tuple(round(0.1 * step, 1) for step in range(1, 10))
+    sweep: tuple[float, ...] = tuple(round(0.05 * step, 2) for step in range(1, 20))
+
+    @classmethod
+    def quick(cls) -> "Plan":
+        """Return a plan for the same figures from fewer frames and shares."""
+        return cls(30, PAPER_SHARES, (0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 0.9, 0.95))
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,164 +41,119 @@ class Study:
 
     Attributes:
         subject: the sequence.
+        seed: the seed of the known masks.
         sweep: the runs of motion by share of known vertices; only their time was measured.
         grid: the runs by method key and share of known vertices.
-        once: the runs with the other reading of the weights, by share.
         scenarios: the runs by scenario and method key.
-        missing: why methods of `BEYOND` were left out, by key.
-        second_half: what was measured after training, or None if there are too few frames.
-        bars: what the error bars of detail are worth, by loss.
+        hidden: the known masks by scenario.
     """
 
     subject: Subject
-    sweep: dict[float, Run]
-    grid: dict[tuple[str, float], Run]
-    once: dict[float, Run]
-    scenarios: dict[tuple[str, str], Run]
-    missing: dict[str, str]
-    second_half: TrainingStudy | None = None
-    bars: dict[str, Reliability] = field(default_factory=dict)
-
-    @property
-    def beyond(self) -> list[Method]:
-        """The methods of `BEYOND` that were measured."""
-        return [method for method in BEYOND if method.key not in self.missing]
+    seed: int = 0
+    sweep: dict[float, Run] = field(default_factory=dict)
+    grid: dict[tuple[str, float], Run] = field(default_factory=dict)
+    scenarios: dict[tuple[str, str], Run] = field(default_factory=dict)
+    hidden: dict[str, list[Mask]] = field(default_factory=dict)
 
     def shares(self, method: Method) -> list[float]:
         """Return the shares of known vertices at which a method was measured."""
         return sorted(share for key, share in self.grid if key == method.key)
 
+    def losses(self, method: Method) -> dict[str, Run]:
+        """Return all runs of a method but those of the sweep, by what is known."""
+        random = {f"{percent(s)} known": self.grid[method.key, s] for s in self.shares(method)}
+        hidden = {
+            words: self.scenarios[name, method.key]
+            for name, words in SCENARIOS.items()
+            if (name, method.key) in self.scenarios
+        }
+        return random | hidden
 
-def pictured_frames(subject: Subject) -> dict[str, tuple[int, ...]]:
+    def measure(
+        self,
+        method: Method,
+        shares: Iterable[float],
+        scenarios: Iterable[str] = tuple(SCENARIOS),
+        advance: Advance = lambda _: None,
+        seconds: float = 0.0,
+    ) -> None:
+        """Add the runs of a method; nothing is added if one of them fails.
+
+        Args:
+            method: the method.
+            shares: the shares of known vertices.
+            scenarios: names of `SCENARIOS`.
+            advance: called while work is being done.
+            seconds: the time of a frame, as it is told to `advance`.
+
+        Raises:
+            ImportError, ValueError, RuntimeError: the method cannot complete the sequence.
+        """
+
+        def measured(masks: Iterable[Mask]) -> Run:
+            return run(
+                self.subject,
+                method,
+                masks,
+                keep=pictured_frames(self.subject).values(),
+                advance=lambda frames: advance(frames * seconds),
+            )
+
+        for name in scenarios:
+            if name not in self.hidden:
+                self.hidden[name] = scenario_masks(name, self.subject, self.seed)
+        random = {
+            (method.key, share): measured(random_masks(self.subject, share, self.seed))
+            for share in shares
+        }
+        hidden = {(name, method.key): measured(self.hidden[name]) for name in scenarios}
+        self.grid.update(random)
+        self.scenarios.update(hidden)
+
+
+def pictured_frames(subject: Subject) -> dict[str, int]:
     """Return the numbers of the frames that the figures show."""
+    places = {
+        "figure8": 0.63,
+        "figure10 30 %, first": 0.86,
+        "figure10 30 %, second": 0.46,
+        "figure10 50 %, first": 0.31,
+        "figure10 50 %, second": 0.69,
+        "figure11": 0.46,
+    }
+    return {figure: subject.frame_at(place) for figure, place in places.items()}
+
+
+def seconds_of_frame(subject: Subject, seed: int) -> dict[str, float]:
+    """Run each method on a few frames, and return the time of a frame by method key."""
+    few = replace(subject, vertices=subject.vertices[:4])
     return {
-        "figure8": (subject.frame_at(0.63),),
-        "figure10 30 %": (subject.frame_at(0.86), subject.frame_at(0.46)),
-        "figure10 50 %": (subject.frame_at(0.31), subject.frame_at(0.69)),
-        "figure11": (subject.frame_at(0.46),),
-        "figure15": (subject.frame_at(0.63),),
-        "scenarios": (subject.frame_at(0.63),),
+        method.key: float(run(few, method, random_masks(few, 0.3, seed)).seconds.mean())
+        for method in COMPARED
     }
 
 
-@dataclass(frozen=True)
-class Trial:
-    """What a run of a few frames shows.
-
-    Attributes:
-        seconds: the time of a frame, by method key.
-        missing: why methods of `BEYOND` cannot run, by key.
-    """
-
-    seconds: dict[str, float]
-    missing: dict[str, str]
-
-
-def trial(subject: Subject, seed: int) -> Trial:
-    """Run each method on a few frames, to estimate the time of a study and what it leaves out."""
-    few = replace(subject, vertices=subject.vertices[:4])
-    start = time.perf_counter()
-    metrics.nmsve(few.faces, few.vertices, few.vertices)
-    measuring = (time.perf_counter() - start) / few.n_frames
-    result = Trial({}, {})
-    for method in (*COMPARED, ONCE, *BEYOND):
-        masks = random_masks(few, 0.3, seed)
-        try:
-            seconds = float(run(few, method, masks).seconds.mean())
-        except (ImportError, RuntimeError) as error:
-            if method not in BEYOND:
-                raise
-            result.missing[method.key] = str(error)
-        else:
-            result.seconds[method.key] = seconds + measuring
-    return result
-
-
-def seconds_of_work(subject: Subject, plan: Plan, tried: Trial) -> float:
-    """Estimate how long `study` will take."""
-    costs = tried.seconds
-    frame = (len(plan.shares) + len(SCENARIOS)) * sum(costs[method.key] for method in COMPARED)
-    frame += len(plan.sweep) * costs[MOTION.key] + len(PAPER_SHARES) * costs[ONCE.key]
-    beyond = sum(costs.get(method.key, 0.0) for method in BEYOND)
-    frame += (len(PAPER_SHARES) + len(SCENARIOS)) * beyond
-    frame += (len(BAR_SHARES) + len(SCENARIOS)) * _COST_OF_BARS * costs.get(DETAIL.key, 0.0)
-    return frame * (subject.n_frames - 1) + _seconds_of_second_half(subject, plan, tried)
-
-
-def _seconds_of_second_half(subject: Subject, plan: Plan, tried: Trial) -> float:
-    if (parts := halves(subject)) is None:
-        return 0.0
-    costs = tried.seconds
-    frame = costs[MOTION.key] + 5 * costs[DETAIL.key] + costs.get(BIHARMONIC.key, 0.0)
-    n_losses = len(plan.second_half) + len(plan.second_scenarios)
-    return seconds_of_training(parts[1], frame, n_losses)
+def seconds_of_work(subject: Subject, plan: Plan, seconds: dict[str, float]) -> float:
+    """Estimate how long `study` will take, from the times of a frame by method key."""
+    frame = (len(plan.shares) + len(SCENARIOS)) * sum(seconds.values())
+    frame += len(plan.sweep) * seconds[MOTION.key]
+    return frame * (subject.n_frames - 1)
 
 
 def study(
-    subject: Subject,
-    plan: Plan,
-    seed: int,
-    tried: Trial,
-    advance: Callable[[float], object],
-    others: Iterable[Subject] = (),
+    subject: Subject, plan: Plan, seed: int, seconds: dict[str, float], advance: Advance
 ) -> Study:
-    """Measure everything on one sequence; call `advance` with the seconds of work done.
-
-    `others` are other sequences; those with the same mesh are trained to show that it does no
-    harm.
-    """
-
-    def masks(share: float) -> Iterator[Mask]:
-        return random_masks(subject, share, seed)
-
-    def measure(method: Method, known: Iterable[Mask], *, with_error: bool = True) -> Run:
-        return run(
+    """Measure everything on one sequence, where a frame takes so many seconds by method key."""
+    result = Study(subject, seed)
+    for share in plan.sweep:
+        masks = random_masks(subject, share, seed)
+        result.sweep[share] = run(
             subject,
-            method,
-            known,
-            keep=pictured,
-            advance=lambda frames: advance(frames * tried.seconds[method.key]),
-            with_error=with_error,
+            MOTION,
+            masks,
+            advance=lambda frames: advance(frames * seconds[MOTION.key]),
+            with_error=False,
         )
-
-    def measure_everywhere(method: Method, shares: Iterable[float]) -> None:
-        random = {(method.key, share): measure(method, masks(share)) for share in shares}
-        others = {(name, method.key): measure(method, hidden[name]) for name in SCENARIOS}
-        result.grid.update(random)
-        result.scenarios.update(others)
-
-    pictured = sorted({n for numbers in pictured_frames(subject).values() for n in numbers})
-    hidden = {name: scenario_masks(name, subject, seed) for name in SCENARIOS}
-    sweep = {share: measure(MOTION, masks(share), with_error=False) for share in plan.sweep}
-    once = {share: measure(ONCE, masks(share)) for share in PAPER_SHARES}
-    result = Study(subject, sweep, {}, once, {}, dict(tried.missing))
     for method in COMPARED:
-        measure_everywhere(method, plan.shares)
-    for method in result.beyond:
-        try:
-            measure_everywhere(method, PAPER_SHARES)
-        except RuntimeError as error:  # a baseline cannot solve the system of a frame
-            result.missing[method.key] = str(error)
-    losses = {percent(share): list(masks(share)) for share in BAR_SHARES} | hidden
-    for name, known in losses.items():
-        found = reliability(
-            subject,
-            known,
-            advance=lambda frames: advance(frames * _COST_OF_BARS * tried.seconds[DETAIL.key]),
-        )
-        if found is not None:
-            result.bars[name] = found
-    if (parts := halves(subject)) is None:
-        return result
-    training, second = parts
-    seconds = _seconds_of_second_half(subject, plan, tried)
-    measured = training_study(
-        second,
-        training,
-        others=others,
-        shares=plan.second_half,
-        scenarios=plan.second_scenarios,
-        seed=seed,
-        advance=lambda part: advance(part * seconds),
-    )
-    return replace(result, second_half=measured)
+        result.measure(method, plan.shares, advance=advance, seconds=seconds[method.key])
+    return result

@@ -13,9 +13,6 @@ of frame 0. Values in the code and in JSON are in diagonals."""
 NMSVE_NAME = "NMSVE x 1e4"
 """The name of an NMSVE in this unit, in tables and sentences."""
 
-NMSVE_NAME = "NMSVE x 1e4"
-"""The name of an NMSVE in this unit, in tables and sentences."""
-
 ABSENT = "-"
 """The cell of a value that could not be measured."""
 
@@ -67,14 +64,6 @@ def nmsve_cell(diagonals: float) -> str:
 def milliseconds(seconds: float) -> str:
     """Return a time in milliseconds, without the unit."""
     return number(1e3 * seconds)
-
-
-def quartiles(seconds: list[float]) -> str:
-    """Return the first and third quartile in milliseconds, without the unit."""
-    if not seconds:
-        return ABSENT
-    first, third = 1e3 * np.percentile(seconds, [25, 75])
-    return f"{number(first)} to {number(third)}"
 
 
 def ratio(value: float, reference: float) -> str:

@@ -33,6 +33,9 @@ def prepare(world: World) -> None:
     (folder / "wild.raw").write_bytes(wild.tobytes())
     header = struct.pack("<12siiffi", b"POINTCACHE2\0", 1, 7, 0.0, 1.0, 2)
     (folder / "other.pc2").write_bytes(header + bytes(7 * 12 * 2))
+    (folder / "empty.pc2").touch()
+    header = struct.pack("<12siiffi", b"POINTCACHE2\0", 1, 49, 0.0, 1.0, -5)
+    (folder / "negative.pc2").write_bytes(header + frames.tobytes())
     holed = frames.copy()
     holed[1, 4, 1] = np.nan
     (folder / "holed.raw").write_bytes(holed.tobytes())
@@ -388,7 +391,10 @@ def compiled(programs: Path) -> list[Case]:
         case(f"--template body.obj --input frames {new}", "frames:", "exit code 1"),
         case(f"--template body.obj --input body.npz {new}", "body.npz:", ".pc2", "exit code 2"),
         case(f"--template body.obj --input other.pc2 {new}", "other.pc2:", "7", "49", "code 1"),
+        case(f"--template body.obj --input empty.pc2 {new}", "empty.pc2:", "is not", "code 1"),
+        case(f"--template body.obj --input negative.pc2 {new}", "negative.pc2:", "-5", "code 1"),
         case(f"--template body.obj --input renamed.raw {new}", "renamed.raw:", "PC2", "code 1"),
+        case("--template body.obj --input renamed.raw --output done.raw --overwrite", "PC2"),
         case(f"--template body.obj --input wild.raw {new}", "wild.raw: frame 1:", "row 4", "e+30"),
         case(
             f"{body} {new} --method motion --training body.raw",

@@ -99,7 +99,8 @@ sequences = [
 ]  # fmt: skip
 
 _frame = of("Sequence[...]")
-_plot = of("Sequence.plot")
+_plot = of("draw.plot")
+_draw: Any = dynmesh.draw.plot
 
 frames = [
     _frame("a frame after the last", lambda w: w.sequence[3], IndexError, "frame:", "-3 to 2", "not 3"),
@@ -113,19 +114,19 @@ frames = [
     _frame("`::0`", lambda w: w.sequence[::0], ValueError, "step:", "at least 1", "0"),
     _frame("`::0.5`", lambda w: w.sequence[::0.5], TypeError, "step:", "0.5"),
     _frame("`'a':`", lambda w: w.sequence["a":], TypeError, "slice indices", "integers"),
-    _plot("`frame`: after the last", lambda w: w.sequence.plot(3), IndexError, "frame:", "-3 to 2", "3"),
-    _plot("`frame`: a slice", lambda w: w.sequence.plot(slice(2)), TypeError, "frame:", "slice"),
-    _plot("`colour='red'`", lambda w: w.sequence.plot(colour="red"), ValueError, "colour:", "'red'", "'known'"),
-    _plot("`colour='known'` without masks", lambda w: w.sequence.plot(colour="known"), ValueError, "sequence:", "no known masks"),
-    _plot("`colour='age'` without ages", lambda w: w.sequence.plot(colour="age"), ValueError, "sequence:", "no age"),
-    _plot("`colour='error'` without a reference", lambda w: w.sequence.plot(colour="error"), ValueError, "colour:", "reference"),
-    _plot("`reference` for another colour", lambda w: w.sequence.plot(colour="known", reference=w.sequence), ValueError, "reference:", "known"),
-    _plot("`reference`: an array", lambda w: w.sequence.plot(reference=w.points), TypeError, "reference:", "ndarray"),
-    _plot("`reference`: one frame too few", lambda w: w.sequence.plot(reference=w.sequence[:2]), ValueError, "sequence has 3 frames", "reference has 2"),
-    _plot("`up='w'`", lambda w: w.sequence.plot(up="w"), ValueError, "up:", "'w'"),
-    _plot("`azimuth`: NaN", lambda w: w.sequence.plot(azimuth=_NAN), ValueError, "azimuth:", "nan"),
-    _plot("`off_screen`: text", lambda w: w.sequence.plot(off_screen="no"), TypeError, "off_screen:", "'no'"),
-    _plot("a frame of which nothing is known", lambda w: replace(w.sequence, known=np.zeros((3, 49), bool)).plot(2), ValueError, "frame 2:", "no vertex"),
+    _plot("`frame`: after the last", lambda w: _draw(w.sequence, 3), IndexError, "frame:", "-3 to 2", "3"),
+    _plot("`frame`: a slice", lambda w: _draw(w.sequence, slice(2)), TypeError, "frame:", "slice"),
+    _plot("`colour='red'`", lambda w: _draw(w.sequence, colour="red"), ValueError, "colour:", "'red'", "'known'"),
+    _plot("`colour='known'` without masks", lambda w: _draw(w.sequence, colour="known"), ValueError, "sequence:", "no known masks"),
+    _plot("`colour='age'` without ages", lambda w: _draw(w.sequence, colour="age"), ValueError, "sequence:", "no age"),
+    _plot("`colour='error'` without a reference", lambda w: _draw(w.sequence, colour="error"), ValueError, "colour:", "reference"),
+    _plot("`reference` for another colour", lambda w: _draw(w.sequence, colour="known", reference=w.sequence), ValueError, "reference:", "known"),
+    _plot("`reference`: an array", lambda w: _draw(w.sequence, reference=w.points), TypeError, "reference:", "ndarray"),
+    _plot("`reference`: one frame too few", lambda w: _draw(w.sequence, reference=w.sequence[:2]), ValueError, "sequence has 3 frames", "reference has 2"),
+    _plot("`up='w'`", lambda w: _draw(w.sequence, up="w"), ValueError, "up:", "'w'"),
+    _plot("`azimuth`: NaN", lambda w: _draw(w.sequence, azimuth=_NAN), ValueError, "azimuth:", "nan"),
+    _plot("`off_screen`: text", lambda w: _draw(w.sequence, off_screen="no"), TypeError, "off_screen:", "'no'"),
+    _plot("a frame of which nothing is known", lambda w: _draw(replace(w.sequence, known=np.zeros((3, 49), bool)), 2), ValueError, "frame 2:", "no vertex"),
 ]  # fmt: skip
 
 _read = of("read")

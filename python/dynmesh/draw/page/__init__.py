@@ -12,7 +12,7 @@ from ..._errors import InputError, locating
 from ..._extras import require_all
 from ...files import Reader
 from ...files.scans import ScanReader, given_unit
-from ...files.times import mean_rate
+from ...frames.times import mean_rate
 from ...sequence import Positions
 from ..figures import View
 from ..heatmap import Heatmap, ShownFrame, likely_up, stated_up

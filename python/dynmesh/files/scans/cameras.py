@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._errors import InputError
-from ..naming import naming
+from ...frames.naming import naming
 
 _Floats = NDArray[np.float64]
 

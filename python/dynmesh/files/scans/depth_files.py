@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._extras import require
-from ..naming import naming
+from ...frames.naming import naming
 from .cameras import ScanCamera
 from .png import HEADER_SIZE, SIGNATURE, PngHeader, read_header, sound_image
 

@@ -13,13 +13,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...frames.naming import naming
+from ...frames.scan import PointScan
 from ...sequence import Positions
 from ..comments import Metadata, metadata_in
-from ..naming import naming
 from ..npz import check_members, explaining
 from ..ply import coordinates, read_elements
 from ..rows import load_array, read_array
-from .scan import PointScan
 
 _ROUNDED = 0.05
 """By how much the length of a normal may differ from 1, as it was written with a few digits."""

@@ -9,15 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._errors import InputError
+from ...frames.naming import naming
+from ...frames.scan import DepthScan, PointScan, Scan
+from ...frames.unchanged import Unchanged
 from ..choice import PathLike
 from ..format import Gaps
-from ..naming import naming
 from ..numbered import Found, files_in, find_files
-from ..unchanged import Unchanged
 from .cameras import Rig, ScanCamera, read_cameras
 from .depth_files import SUFFIX, read_depth, require_png
 from .point_files import point_formats, read_points
-from .scan import DepthScan, PointScan, Scan
 
 CAMERAS = "cameras.json"
 """The name under which the cameras are found in a folder of scans."""

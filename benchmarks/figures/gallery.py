@@ -1,0 +1,119 @@
+"""The pictures of docs/gallery.md: what was observed, what is true, and what methods make of it."""
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from dynmesh.draw.figures import View
+from dynmesh.sequence import Mask, Positions
+from dynmesh.study.completion import Method
+from dynmesh.study.losses import random_masks, scenario_masks
+from dynmesh.study.measure import run, vertex_error
+from dynmesh.study.methods import DETAIL, MOTION
+from dynmesh.study.subjects import Subject
+from dynmesh.study.tables import nmsve_cell
+
+from ..baselines import ARAP_FROM_PREVIOUS, BIHARMONIC, trained
+from ..harness import progress
+from .strip import Panel, draw_observed, draw_surface, save
+
+Shown = tuple[tuple[str, Method], ...]
+BESIDE_BIHARMONIC: Shown = (("dynmesh", DETAIL), ("libigl", BIHARMONIC))
+BESIDE_ARAP: Shown = (("dynmesh", DETAIL), ("libigl", ARAP_FROM_PREVIOUS))
+
+
+@dataclass(frozen=True)
+class Picture:
+    """One picture: a column for what was observed, one for the truth, and one for each method.
+
+    Attributes:
+        file: its path in the folder of figures; .png is a still picture, .webp a moving one.
+        of: the name of the sequence.
+        loss: a share of known vertices, or "camera" or "patches".
+        frames: the numbers of the frames that are shown.
+        azimuth: the direction from which it is taken, in degrees around the up axis.
+        methods: of dynmesh, and the one of libigl that is the most accurate here.
+        size: of each column in pixels, before white margins are cut off.
+        with_truth: whether there is a column for the truth.
+    """
+
+    file: str
+    of: str
+    loss: float | str
+    frames: Sequence[int]
+    azimuth: float
+    methods: Shown = BESIDE_BIHARMONIC
+    size: tuple[int, int] = (360, 480)
+    with_truth: bool = True
+
+
+HIDDEN_SIDE = Picture(
+    "method/hidden_side.png",
+    "walker",
+    "camera",
+    [104],
+    200,
+    (("motion", MOTION), ("detail", DETAIL), ("libigl", BIHARMONIC)),
+)
+BUILT_IN = (
+    Picture("gallery/walker.webp", "walker", "camera", range(1, 175, 3), 200, with_truth=False),
+    Picture("gallery/patches.png", "walker", "patches", [110], 230, size=(460, 616)),
+)
+RECORDED = (
+    Picture("recorded/face.webp", "ict_face_arkit", "camera", range(1, 60), 0, size=(275, 350)),
+    Picture("recorded/horse.webp", "horse_gallop", 0.1, range(1, 48), 60, size=(290, 290)),
+    Picture("recorded/person.png", "crane", 0.1, [129], 60, BESIDE_ARAP, (460, 616)),
+    Picture("recorded/flag.png", "flag_sim_50x50", 0.3, [53], 270, BESIDE_ARAP),
+)
+
+
+def training(training: Positions) -> Picture:
+    """The picture of docs/guides/training.md: the same frame without and with training."""
+    methods = (("detail", DETAIL), ("detail, trained", trained("trained", "", training)))
+    return Picture("training/walker.png", "walker", "camera", [95], 200, methods)
+
+
+def draw(picture: Picture, subject: Subject, folder: Path) -> None:
+    """Completes a whole sequence, and draws some of its frames.
+
+    Methods of libraries that are not installed are left out, with a message.
+    """
+    masks = losses_of(picture.loss, subject)
+    widest, truth = view_of(picture, subject), subject.vertices
+    views = {n: widest.around(truth[n]) for n in picture.frames}
+    known = f"{100 * np.mean(masks[1:]):.0f} % of the vertices"
+    seen = [draw_observed(subject.faces, truth[n], masks[n], view) for n, view in views.items()]
+    panels = [Panel("observed", known, seen)]
+    if picture.with_truth:
+        true = [draw_surface(subject.faces, truth[n], view) for n, view in views.items()]
+        panels.append(Panel("true", "", true))
+    for title, method in progress(picture.methods, picture.file):
+        try:
+            found = run(subject, method, masks, keep=picture.frames)
+        except ImportError as error:
+            print(f"{picture.file}: {title} is left out: {error}", file=sys.stderr)
+            continue
+        images = [
+            draw_surface(subject.faces, frame, views[n], vertex_error(subject, n, frame))
+            for n, frame in found.frames.items()
+        ]
+        panels.append(Panel(title, f"NMSVE x 1e4: {nmsve_cell(found.nmsve.mean())}", images))
+    save(panels, folder / picture.file)
+
+
+def losses_of(loss: float | str, subject: Subject) -> list[Mask]:
+    """The known masks of all frames."""
+    if isinstance(loss, str):
+        return scenario_masks(loss, subject)
+    return list(random_masks(subject, loss))
+
+
+def view_of(picture: Picture, subject: Subject) -> View:
+    """A view at a scale in which every frame fits, with room for wrong completions."""
+    frames = subject.vertices[list(picture.frames)]
+    half = 1.1 * np.max([np.ptp(points, axis=0) / 2 for points in frames], axis=0)
+    view = View.of(frames[0], subject.up, picture.azimuth, picture.size)
+    return replace(view, box=np.stack([-half, half]))

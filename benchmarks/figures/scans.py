@@ -1,0 +1,54 @@
+"""The picture of docs/guides/track.md: points without correspondences, and the tracked mesh."""
+
+from pathlib import Path
+
+import numpy as np
+
+import dynmesh
+from dynmesh.draw import figures
+from dynmesh.draw.figures import Mark
+from dynmesh.study.measure import vertex_error
+from dynmesh.study.subjects import Subject
+
+from ..harness import progress
+from .gallery import Picture, view_of
+from .strip import DOTS, Panel, draw_surface, save
+
+WALKER = Picture("track/walker.png", "walker", "camera", [104], 40, (), (360, 480))
+CAMERAS = 2
+POINTS = 20_000
+SHOWN_POINTS = 6_000
+
+
+def draw(picture: Picture, subject: Subject, folder: Path) -> None:
+    """Tracks a sequence that cameras scan up to one frame, and draws it beside the truth."""
+    (shown,) = picture.frames
+    frames = subject.vertices[: shown + 1]
+    # The cameras circle the positions of all frames, so that no point leaves the pictures.
+    up = (float(subject.up == "x"), float(subject.up == "y"), float(subject.up == "z"))
+    cameras = dynmesh.degrade.orbit(frames.reshape(-1, 3), CAMERAS, up=up)
+    scans = dynmesh.degrade.scan_points(
+        frames, subject.faces, cameras, points=POINTS, flying=0.02, outliers=0.01
+    )
+    tracker = dynmesh.Tracker(subject.faces, frames[0])
+    for scan in progress(scans, picture.file, shown + 1):
+        frame = tracker.push(scan.points, scan.normals, viewpoints=scan.viewpoints)
+    truth = frames[shown]
+    error = vertex_error(subject, shown, frame)
+    view = view_of(picture, subject).around(truth)
+    some = scan.points[:: max(1, len(scan.points) // SHOWN_POINTS)]
+    ahead = (scan.normals @ view.axes[2] > 0)[:: max(1, len(scan.points) // SHOWN_POINTS)]
+    no_faces = subject.faces[:0]
+    points = figures.render_marked(
+        subject.faces[:1], truth, view, [Mark(DOTS, no_faces, some[ahead], 1.6)]
+    )
+    panels = [
+        Panel("scan", f"{len(scan.points)} points, {CAMERAS} cameras", [points]),
+        Panel("true", "", [draw_surface(subject.faces, truth, view)]),
+        Panel(
+            "tracked",
+            f"off by {100 * np.mean(error):.2f} % on average",
+            [draw_surface(subject.faces, frame, view, error)],
+        ),
+    ]
+    save(panels, folder / picture.file)

@@ -1,0 +1,1 @@
+"""The speed of dynmesh, compared with other methods: ``python -m benchmarks.speed``."""

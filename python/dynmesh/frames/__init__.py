@@ -1,0 +1,1 @@
+"""Frames, whatever file or memory holds them: what formats, pictures and jobs share."""

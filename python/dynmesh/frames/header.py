@@ -1,0 +1,87 @@
+"""The header of a sequence, which describes all frames."""
+
+from dataclasses import dataclass
+from typing import Any, cast, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._checks import check_array, check_integer
+from .._errors import InputError
+from ..sequence import (
+    Description,
+    Sequence,
+    StandardErrorOf,
+    check_corners,
+    check_faces,
+    check_vertices,
+)
+from .attributes import ATTRIBUTES, Flags, flags_of
+
+
+@dataclass(frozen=True, eq=False)
+class Header(Description, Flags):
+    """The properties that all frames of a file share.
+
+    Attributes:
+        faces: (m, 3) integers, triangles.
+        n_frames: n.
+        n_vertices: k.
+        dtype: of the positions, float32 or float64.
+        has_known: whether each frame has a known mask.
+        has_provenance: whether each frame has the generation and the age of its vertices.
+        has_standard_error: whether each frame has their standard errors as well.
+
+    The attributes of :class:`dynmesh.Description`, from `fps` to `standard_error_of`, are keywords
+    as well.
+
+    Raises:
+        TypeError, ValueError: an attribute is of the wrong kind or shape.
+    """
+
+    faces: NDArray[np.integer[Any]]
+    n_frames: int
+    n_vertices: int
+    dtype: np.dtype[Any]
+
+    def __post_init__(self) -> None:
+        """Raises an error unless the properties are consistent."""
+        check_integer("n_frames", self.n_frames, 0)
+        check_integer("n_vertices", self.n_vertices, 0)
+        check_array("faces", self.faces)
+        object.__setattr__(self, "dtype", np.dtype(self.dtype))  # float is a dtype to numpy
+        check_vertices(self.dtype, (self.n_frames, self.n_vertices, 3))
+        check_faces(self.faces.dtype, self.faces.shape)
+        check_corners(self.faces, self.n_vertices)
+        for row in self.attributes.values():
+            for needed in row.needs:
+                if not getattr(self, flag := ATTRIBUTES[needed].flag):
+                    raise ValueError(f"{row.flag}: requires {flag}")
+        self._check_description(self.n_frames)
+
+
+def errors_of(text: str | None) -> StandardErrorOf:
+    """What a file says that its standard errors are of; files that say nothing hold positions.
+
+    Raises:
+        ValueError: it is none of the possible values.
+    """
+    for known in get_args(StandardErrorOf):
+        if text == known:
+            return cast(StandardErrorOf, known)
+    if text in (None, "place"):  # as earlier versions called a position
+        return "position"
+    raise InputError(f"must be 'position' or 'surface', not {text!r}", argument="standard_error_of")
+
+
+def header_of(sequence: Sequence) -> Header:
+    """What a file would say of the sequence."""
+    n_frames, n_vertices, _ = sequence.vertices.shape
+    return Header(
+        sequence.faces,
+        n_frames,
+        n_vertices,
+        sequence.vertices.dtype,
+        **flags_of(sequence.attributes()),
+        **sequence.described(),
+    )

@@ -1,0 +1,198 @@
+"""What can be asked of a completion, said once.
+
+The Python functions, the command, tables of jobs, scenes and checkpoints take it from here.
+"""
+
+import zlib
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any, Self, cast
+
+import numpy as np
+
+from .._checks import check_path, check_positive
+from .._errors import InputError, KindError, SettingError
+from ..files import PathLike, Source
+from ..frames.header import Header
+from ..settings import SETTINGS, Settings, all_settings
+from .option import (
+    OUTPUT,
+    OUTPUT_FORMAT,
+    SOURCE,
+    TRAINING,
+    WHAT,
+    Start,
+    TrainingFiles,
+    given,
+    offered,
+    paths_of,
+    start_of,
+)
+
+_PRIM_OR_ALL = replace(
+    SOURCE["prim"],
+    help="Which mesh, if IN holds several (USD, Alembic), or all for every mesh that moves.",
+    group=WHAT,
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CompletionOptions:
+    """What can be asked of the completion of a file or of a scene.
+
+    :func:`dynmesh.complete_file` explains the options; `settings` are its other keywords.
+    """
+
+    settings: Settings = field(default_factory=Settings)
+    source: Source = field(
+        default_factory=Source, metadata={"source": {**SOURCE, "prim": _PRIM_OR_ALL}}
+    )
+    start: Start = given(
+        0,
+        "The frame without missing vertices from which completion starts, counted from 0, or "
+        "whole for the first one. Frames before it are completed backwards.",
+        WHAT,
+        metavar="N|whole",
+        parse=start_of,
+    )
+    template: PathLike | None = given(
+        None, "A file with the whole mesh, which stands before frame 0.", WHAT, Path, metavar="FILE"
+    )
+    training: TrainingFiles | None = offered(TRAINING)
+    provenance: bool = given(
+        False,
+        "Also write how far each vertex is from an observed one (generation) and the frames "
+        "since it was last observed (age); with --uncertainty, its standard error.",
+        OUTPUT,
+        bool,
+    )
+    drop_above: float | None = given(
+        None,
+        "Leave vertices missing whose standard error exceeds this, in the unit of IN. Implies "
+        "--uncertainty.",
+        OUTPUT,
+        float,
+        metavar="DISTANCE",
+    )
+    output_format: str | None = offered(OUTPUT_FORMAT)
+    overlay: bool = given(
+        False,
+        "Write OUT as a USD layer over IN, which changes the completed meshes alone.",
+        OUTPUT,
+        bool,
+    )
+    fps: float | None = given(
+        None, "Frames per second of OUT. [as in IN]", OUTPUT, float, metavar="RATE"
+    )
+
+    def checked(self) -> Self:
+        """Returns the options with all settings, and the training files as paths.
+
+        Raises:
+            TypeError, ValueError: an option is refused, or cannot be combined with another.
+        """
+        check_start(self.start, self.template)
+        settings = all_settings(self.settings)
+        if self.drop_above is not None:
+            try:
+                check_positive("drop_above", self.drop_above)
+            except InputError as error:
+                raise SettingError(error.reason, argument=error.argument) from None
+            if settings["method"] != "detail":
+                raise SettingError("requires method='detail'", argument="drop_above")
+            settings = {**settings, "uncertainty": True}
+        return replace(
+            self, settings=settings, training=check_training(self.training, settings) or None
+        )
+
+    def header(self, read: Header) -> Header:
+        """The header of the completed sequence."""
+        return replace(
+            read,
+            fps=read.fps if self.fps is None else self.fps,
+            has_known=self.drop_above is not None,
+            has_provenance=self.provenance,
+            has_standard_error=self.provenance and self.settings["uncertainty"],
+            standard_error_of="position",
+        )
+
+    def described(self) -> dict[str, Any]:
+        """What a checkpoint remembers of them, besides files; all settings must be given."""
+        masks = self.source.get("known")
+        return {
+            "known": zlib.crc32(masks.tobytes()) if isinstance(masks, np.ndarray) else None,
+            "missing": self.source.get("missing"),
+            "gaps": self.source.get("gaps", "refuse"),
+            "drop_above": self.drop_above,
+            **{
+                name: value
+                for name, value in self.settings.items()
+                if SETTINGS[name].changes_results
+            },
+        }
+
+
+class SceneKeywords(Settings, total=False):
+    """The types of the options of a scene as keywords, for editors and type checkers."""
+
+    start: Start
+    training: TrainingFiles | None
+    source: Source | None
+    output_format: str | None
+    overlay: bool
+    provenance: bool
+    drop_above: float | None
+
+
+class CompletionKeywords(SceneKeywords, total=False):
+    """The same for a file."""
+
+    template: PathLike | None
+    fps: float | None
+
+
+def check_start(start: object, template: object) -> None:
+    """Refuses what cannot name a whole frame."""
+    if isinstance(start, str):
+        if start != "whole":
+            raise InputError(f"must be 'whole' or a frame, not {start!r}", argument="start")
+    elif not isinstance(start, int | np.integer) or isinstance(start, bool):
+        raise KindError(f"must be 'whole' or a whole number, not {start!r}", argument="start")
+    elif start < 0:
+        raise InputError(f"must be 0 or more, not {start}", argument="start")
+    if template is not None:
+        check_path("template", template)
+        if start != 0:
+            raise InputError(
+                "stands before frame 0, so completion cannot also start at a frame: leave out one "
+                "of start and template",
+                argument="template",
+            )
+
+
+def check_training(training: TrainingFiles | None, settings: Settings) -> tuple[Path, ...]:
+    """Returns the paths of the training files.
+
+    Raises:
+        TypeError, ValueError: they are not paths, there are none, or the method has no training.
+    """
+    training_files = paths_of(training)
+    if training_files and settings["method"] != "detail":
+        raise SettingError("requires method='detail'", argument="training")
+    return training_files
+
+
+def completion_options(given: SceneKeywords | CompletionKeywords) -> CompletionOptions:
+    """The options for the keywords of a function; what is no option is taken as a setting."""
+    names = {one.name for one in fields(CompletionOptions)} - {"settings"}
+    own: dict[str, Any] = {name: value for name, value in given.items() if name in names}
+    own["source"] = own.get("source") or {}
+    settings = {name: value for name, value in given.items() if name not in names}
+    return CompletionOptions(**own, settings=cast(Settings, settings))
+
+
+def keywords_of(options: CompletionOptions) -> CompletionKeywords:
+    """The keywords of a function for the options."""
+    own: Any = {one.name: getattr(options, one.name) for one in fields(CompletionOptions)}
+    settings = own.pop("settings")
+    return cast(CompletionKeywords, own | settings)
