@@ -6,6 +6,8 @@ than completing positions. To add a baseline, define it here and add it to `BASE
 part of every comparison.
 """
 
+from functools import partial
+
 import numpy as np
 from scipy.sparse.linalg import spsolve
 
@@ -63,32 +65,22 @@ class Copy(Completion):
 SCIPY = Method("scipy", "harmonic on motion (SciPy)", "#009e73", "--", Scipy)
 COPY = Method("copy", "copy of the bytes", "#888888", "--", Copy, completes=False)
 HARMONIC = Method(
-    "harmonic_on_motion",
-    "harmonic on motion (libigl)",
-    "#cc3311",
-    "--",
-    lambda faces, first: Harmonic(faces, first, order=1),
+    "harmonic_on_motion", "harmonic on motion (libigl)", "#cc3311", "--", partial(Harmonic, order=1)
 )
 BIHARMONIC = Method(
     "biharmonic_on_motion",
     "biharmonic on motion (libigl)",
     "#000000",
     "--",
-    lambda faces, first: Harmonic(faces, first, order=2),
+    partial(Harmonic, order=2),
 )
-ARAP = Method(
-    "arap",
-    "ARAP (libigl)",
-    "#332288",
-    "--",
-    lambda faces, first: Arap(faces, first, rest="first"),
-)
+ARAP = Method("arap", "ARAP (libigl)", "#332288", "--", partial(Arap, rest="first"))
 ARAP_FROM_PREVIOUS = Method(
     "arap_from_previous",
     "ARAP from the previous frame (libigl)",
     "#f0e442",
     "--",
-    lambda faces, first: Arap(faces, first, rest="previous"),
+    partial(Arap, rest="previous"),
 )
 
 BASELINES = (BIHARMONIC, ARAP)

@@ -109,16 +109,11 @@ def two_readings(studies: list[Study], folder: Path) -> Path:
     with new_figure(13.5, 4.0 * len(studies) + 0.6) as figure:
         axes = figure.subplots(len(studies), len(PAPER_SHARES), sharey="row", squeeze=False)
         for row, study in zip(axes, studies, strict=True):
-            errors = []
             for axis, share in zip(row, PAPER_SHARES, strict=True):
                 for method, label in ((MOTION, "re-estimated"), (ONCE, "once only")):
-                    run = study.grid[method.key, share]
-                    along_frames(axis, run, method, label)
-                    errors.append(shown(run)[run.nmsve > 0])
+                    along_frames(axis, study.grid[method.key, share], method, label)
                 axis.set(yscale="log", xlabel="frame", title=f"{percent(share)} known")
-            positive = np.concatenate(errors)
-            if len(positive):
-                row[0].set_ylim(0.7 * positive.min(), min(1.4 * positive.max(), _LARGEST_SHOWN))
+            row[0].set_ylim(top=min(row[0].get_ylim()[1], _LARGEST_SHOWN))
             row[0].set(ylabel=f"{study.subject.name}: {NMSVE_LABEL}")
         handles, labels = axes[0, 0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=2)

@@ -5,15 +5,18 @@
 Vertices are known at random (10 % and 30 %), seen by a circling camera, or hidden by patches (30 %,
 each for ten frames). The table shows the shares of the filled-in vertices whose error is within the
 intervals of 50 % and of 90 %, the root mean square error over the root mean square standard error,
-and the rank correlation of error with standard error, generation and age, the mean over frames.
-With --training, the first half of each sequence is a training sequence for the second. With
---noise, the known positions have noise of that share of the mean edge, which the completer is told.
+and the rank correlation of error with standard error, generation and age, the mean over frames. A
+summary shows the share within 90 % and the first two of these correlations. With --training, the
+first half of each sequence is a training sequence for the second. With --noise, the known positions
+have noise of that share of the mean edge, which the completer is told.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dynmesh import Completer, degrade
 from dynmesh.calibration import Calibrating, Calibration
@@ -21,7 +24,7 @@ from dynmesh.degrade.shared import mean_edge_of
 from dynmesh.sequence import Mask, Positions
 from dynmesh.study.losses import losses
 from dynmesh.study.subjects import Subject
-from dynmesh.study.tables import ABSENT, Line
+from dynmesh.study.tables import ABSENT, Line, by_row_and_column
 
 from .harness import Table, parser, progress, sequences, show
 from .training_study import halves
@@ -37,18 +40,38 @@ def cases(subject: Subject) -> dict[str, list[Mask]]:
     return losses(subject, (0.1, 0.3), ("camera",)) | {"patches": list(patches)}
 
 
-def measure(
-    subject: Subject, masks: Iterable[Mask], training: Positions | None, noise: float | None
+class Completed(NamedTuple):
+    """A completed frame, and what is known of its vertices."""
+
+    frame: Positions
+    standard_error: NDArray[np.floating]
+    generation: NDArray[np.int32]
+    age: NDArray[np.int32] | None = None
+
+
+def calibrated(
+    subject: Subject, masks: list[Mask], push: Callable[[Positions, Mask], Completed]
 ) -> Calibration | None:
     """Complete the frames after frame 0, and compare; None if nothing was filled in.
 
     Args:
         subject: the sequence.
         masks: (k,) bool for every frame, that of frame 0 included.
-        training: see :class:`dynmesh.Completer`.
-        noise: the standard deviation of the noise that is added to the known positions, of which
-            the completer is told; None adds none.
+        push: completes a frame.
     """
+    calibrating = Calibrating()
+    for points, known in zip(subject.vertices[1:], masks[1:], strict=True):
+        frame, bars, generation, age = push(points, known)
+        error = np.linalg.norm(frame.astype(np.float64) - points, axis=1)
+        filled = (generation > 0) & np.isfinite(bars)
+        calibrating.add(error, bars, filled=filled, generation=generation, age=age)
+    return calibrating.result()
+
+
+def measure(
+    subject: Subject, masks: list[Mask], training: Positions | None, noise: float | None
+) -> Calibration | None:
+    """Compare method detail, whose known positions get noise of this standard deviation."""
     completer = Completer(
         subject.faces,
         subject.vertices[0],
@@ -58,17 +81,13 @@ def measure(
         noise=noise,
     )
     rng = np.random.default_rng(0)
-    calibrating = Calibrating()
-    for number, known in enumerate(masks):
-        if number == 0:
-            continue
-        points = subject.vertices[number]
+
+    def push(points: Positions, known: Mask) -> Completed:
         seen = points if noise is None else points + noise * rng.normal(size=points.shape)
-        error = np.linalg.norm(completer.push(seen.astype(points.dtype), known) - points, axis=1)
-        bars, generation = completer.standard_error, completer.generation
-        filled = (generation > 0) & np.isfinite(bars)
-        calibrating.add(error, bars, filled=filled, generation=generation, age=completer.age)
-    return calibrating.result()
+        frame = completer.push(seen.astype(points.dtype), known)
+        return Completed(frame, completer.standard_error, completer.generation, completer.age)
+
+    return calibrated(subject, masks, push)
 
 
 def values(found: Calibration) -> list[float]:
@@ -91,6 +110,7 @@ def main() -> None:
     made.add_argument("--noise", type=float, help="in mean edges of frame 0")
     arguments = made.parse_args()
     rows: list[tuple[str, str, list[float]]] = []
+    short: dict[tuple[str, str], str] = {}
     for sequence in sequences(arguments):
         parts = halves(sequence) if arguments.training else (None, sequence)
         if parts is None:
@@ -103,7 +123,9 @@ def main() -> None:
         for case, masks in progress(cases(subject).items(), subject.name):
             found = measure(subject, masks, training, noise)
             if found is not None:
-                rows.append((subject.name, case, values(found)))
+                row = values(found)
+                rows.append((subject.name, case, row))
+                short[subject.name, case] = f"{cell(row[1])}; {cell(row[3])} ({cell(row[4])})"
     for title, chosen in {
         "mean": {case for _, case, _ in rows},
         "mean, hidden regions": set(HIDDEN),
@@ -114,7 +136,9 @@ def main() -> None:
         ("sequence", "known", "in 50 %", "in 90 %", "rms ratio", "rank: bars", "generation", "age"),
         *((name, case, *map(cell, numbers)) for name, case, numbers in rows),
     ]
-    show(arguments, Table("calibration", lines))
+    kind = "-training" * arguments.training + "-noise" * (arguments.noise is not None)
+    summary = by_row_and_column("sequence", short)
+    show(arguments, Table("calibration", lines), Table(f"calibration-summary{kind}", summary))
 
 
 if __name__ == "__main__":

@@ -21,19 +21,19 @@ the first 30 frames, scanned as in benchmarks.tracking_table.
 """
 
 import argparse
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dynmesh.calibration import Calibrating, Calibration
-from dynmesh.sequence import Mask
+from dynmesh.calibration import Calibration
+from dynmesh.sequence import Mask, Positions
 from dynmesh.study.losses import losses
 from dynmesh.study.measure import run
 from dynmesh.study.subjects import Subject
 from dynmesh.study.tables import Line
 
-from .calibration import HIDDEN, cases
+from .calibration import HIDDEN, Completed, calibrated, cases
 from .compiled import CppMethod, CppTracker, constants_of
 from .harness import Table, parser, progress, sequences, show
 from .methods import varied_detail
@@ -75,12 +75,11 @@ def of_tracking(arguments: argparse.Namespace, constants: dict[str, float]) -> l
     """Return the table of the tracker."""
 
     def error_of(subject: Subject, cameras: int) -> Error:
-        frames, first = subject.vertices, np.ascontiguousarray(subject.vertices[0], np.float32)
-        faces = np.ascontiguousarray(subject.faces, np.int32)
+        frames = subject.vertices
         scans = list(point_scans(subject, frames, around(subject, frames, cameras)))
 
         def error(name: str, factor: float) -> NDArray[np.float64]:
-            tracker = CppTracker(faces, first, name, factor)
+            tracker = CppTracker(subject.faces, frames[0], name, factor)
             pairs = zip(scans, frames, strict=True)
             found = [errors(subject, tracker.push(s), f).mean() for s, f in pairs]
             return np.array([np.mean(found)])
@@ -119,21 +118,16 @@ def of_error_bars(arguments: argparse.Namespace, constants: dict[str, float]) ->
 
 
 def calibration(
-    subject: Subject, masks: Iterable[Mask], constant: str, factor: float
+    subject: Subject, masks: list[Mask], constant: str, factor: float
 ) -> Calibration | None:
     """Complete the frames with one constant of the error bars multiplied, and compare."""
-    frames = np.ascontiguousarray(subject.vertices, np.float32)
-    faces = np.ascontiguousarray(subject.faces, np.int32)
-    method = CppMethod(faces, frames[0], f"uncertainty.{constant}", factor)
-    calibrating = Calibrating()
-    for number, known in enumerate(masks):
-        if number == 0:
-            continue
-        completed = method.push(frames[number], known).astype(np.float64)
-        bars, generation = method.error_bars()
-        error = np.linalg.norm(completed - frames[number], axis=1)
-        calibrating.add(error, bars, filled=generation > 0)
-    return calibrating.result()
+    first = subject.vertices[0]
+    method = CppMethod(subject.faces, first, f"uncertainty.{constant}", factor)
+
+    def push(points: Positions, known: Mask) -> Completed:
+        return Completed(method.complete(points, known), *method.error_bars())
+
+    return calibrated(subject, masks, push)
 
 
 OF = {

@@ -7,7 +7,6 @@ a dependency for development.
 
 import os
 from importlib import import_module
-from types import ModuleType
 from typing import Literal
 
 import numpy as np
@@ -20,10 +19,20 @@ Floats = NDArray[np.float64]
 
 
 class _Libigl(Completion):
-    """What the methods of libigl share: their arguments in its types, and the last frame."""
+    """What the methods of libigl share: their arguments in its types, and the last frame.
+
+    Attributes:
+        completed: the last completed frame, (k, 3) float64.
+
+    Raises:
+        ImportError: libigl is not installed.
+    """
 
     def __init__(self, faces: Faces, first_frame: Positions) -> None:
-        self._igl = _library()
+        # libigl would use all cores for some of its steps. It reads this variable when it first
+        # runs.
+        os.environ.setdefault("IGL_NUM_THREADS", "1")
+        self._igl = import_module("igl")
         self._faces = np.array(faces, np.int64)
         self._first = np.array(first_frame, np.float64)
         self.completed = self._first
@@ -38,18 +47,10 @@ class _Libigl(Completion):
 
 
 class Harmonic(_Libigl):
-    """``igl.harmonic`` on motion vectors, with the operator of frame 0.
-
-    Attributes:
-        completed: the last completed frame, (k, 3) float64.
-    """
+    """``igl.harmonic`` on motion vectors, with the operator of frame 0."""
 
     def __init__(self, faces: Faces, first_frame: Positions, *, order: int) -> None:
-        """Prepare the harmonic field (`order` 1) or the biharmonic field (`order` 2).
-
-        Raises:
-            ImportError: libigl is not installed.
-        """
+        """Prepare the harmonic field (`order` 1) or the biharmonic field (`order` 2)."""
         super().__init__(faces, first_frame)
         self._order = order
 
@@ -62,20 +63,12 @@ class Harmonic(_Libigl):
 
 
 class Arap(_Libigl):
-    """``igl.ARAP``, as rigid as possible, starting from the last completed frame.
-
-    Attributes:
-        completed: the last completed frame, (k, 3) float64.
-    """
+    """``igl.ARAP``, as rigid as possible, starting from the last completed frame."""
 
     def __init__(
         self, faces: Faces, first_frame: Positions, *, rest: Literal["first", "previous"]
     ) -> None:
-        """Prepare the method; `rest` is the frame whose shape is preserved.
-
-        Raises:
-            ImportError: libigl is not installed.
-        """
+        """Prepare the method; `rest` is the frame whose shape is preserved."""
         super().__init__(faces, first_frame)
         self._rest = rest
 
@@ -91,9 +84,3 @@ class Arap(_Libigl):
         self._igl.arap_precomputation(rest, self._faces, 3, vertices, data)
         completed: Floats = self._igl.arap_solve(given, data, self.completed)
         return self._accept(completed, points, known)
-
-
-def _library() -> ModuleType:
-    # libigl would use all cores for some of its steps. It reads this variable when it first runs.
-    os.environ.setdefault("IGL_NUM_THREADS", "1")
-    return import_module("igl")

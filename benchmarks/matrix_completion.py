@@ -125,7 +125,8 @@ def complete_at_once(
     tested = _rows(np.broadcast_to(held_out[..., None], vertices.shape))
     everything = _rows(np.broadcast_to(known[..., None], vertices.shape)).astype(np.float64)
     without = np.where(tested, 0, everything)
-    scale = np.sqrt(np.linalg.eigvalsh(_product(without * problem.displacement))[-1])
+    kept = without * problem.displacement
+    scale = np.sqrt(np.linalg.eigvalsh(kept @ kept.T)[-1])
     best, chosen = np.inf, (np.zeros_like(without), 0.0, 0.0)
     for b in smoothness:
         x, a, least = np.zeros_like(without), _FIRST_WEIGHT * scale, np.inf
@@ -156,8 +157,3 @@ def _problem(faces: Faces, vertices: Positions, known: Mask) -> _Problem:
 def _rows(frames: NDArray[T]) -> NDArray[T]:
     """Return (n, k, c) values with a row for each coordinate of each frame, (c n, k)."""
     return np.ascontiguousarray(frames.transpose(0, 2, 1)).reshape(-1, frames.shape[1])
-
-
-def _product(rows: Floats) -> Floats:
-    product: Floats = rows @ rows.T
-    return product

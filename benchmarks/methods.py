@@ -1,30 +1,10 @@
 """The methods whose speed is measured: those of every comparison, and what only concerns speed."""
 
-import numpy as np
-
-from dynmesh.sequence import Mask, Positions
-from dynmesh.study.completion import Completion, Faces, Method
+from dynmesh.study.completion import Method
 from dynmesh.study.methods import DETAIL, MOTION, dynmesh_method
 
 from .baselines import BASELINES, COPY, HARMONIC, SCIPY
 from .compiled import CppMethod
-
-
-class CppCompletion(Completion):
-    """A method in C++, which also measures the time there, without Python in between."""
-
-    def __init__(
-        self, faces: Faces, first_frame: Positions, constant: str = "", factor: float = 1.0
-    ) -> None:
-        """Build the method; the arguments are those of `CppMethod`."""
-        first = np.ascontiguousarray(first_frame, np.float32)
-        self._method = CppMethod(np.ascontiguousarray(faces, np.int32), first, constant, factor)
-
-    def complete(self, points: Positions, known: Mask) -> Positions:
-        """Complete the next frame."""
-        completed = self._method.push(points, known)
-        self.seconds = self._method.seconds
-        return completed
 
 
 def varied_detail(constant: str, factor: float) -> Method:
@@ -35,14 +15,14 @@ def varied_detail(constant: str, factor: float) -> Method:
         name,
         DETAIL.colour,
         "--",
-        lambda faces, first: CppCompletion(faces, first, constant, factor),
+        lambda faces, first: CppMethod(faces, first, constant, factor),
     )
 
 
 TWO_THREADS = dynmesh_method(
     "motion_two_threads", "motion, two threads", "#56b4e9", "--", method="motion", threads=2
 )
-PLAIN = Method("plain", "plain C++", "#e69f00", "-", CppCompletion)
+PLAIN = Method("plain", "plain C++", "#e69f00", "-", CppMethod)
 
 FAST = (MOTION, TWO_THREADS, PLAIN, COPY)
 SLOW = (DETAIL, SCIPY, HARMONIC, *BASELINES)

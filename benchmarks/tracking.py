@@ -21,8 +21,7 @@ NOISE = 0.02
 def around(subject: Subject, frames: Positions, n: int, turn: float = 0.0) -> list[Camera]:
     """Return cameras around everywhere that the subject goes, turned by some degrees."""
     box = np.stack([frames.min(axis=(0, 1)), frames.max(axis=(0, 1))])
-    up = (float(subject.up == "x"), float(subject.up == "y"), float(subject.up == "z"))
-    return degrade.orbit(box, n, degrees_per_frame=turn, up=up)(1)
+    return degrade.orbit(box, n, degrees_per_frame=turn, up=subject.up_vector)(1)
 
 
 def point_scans(subject: Subject, frames: Positions, cameras: list[Camera]) -> Iterator[PointScan]:

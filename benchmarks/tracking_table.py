@@ -11,12 +11,12 @@ of the frames over that in the second, and "times detail" the time over that of 
 degrees counterclockwise.
 
 With --baselines N, the first N frames are also registered with other libraries, each frame from the
-result for the last one; a frame takes them up to a minute, so N is small. The rows of the tracker
-beside them are over the same frames.
+result for the last one; a frame takes them up to a minute, so N is small. A second table compares
+them with the tracker over the same frames.
 
 With --training, the scans are of the second half of each sequence, and further rows show the
 tracker after training: of the first half, and of the first half with its vertices in another
-order, which is of no use.
+order, which is of no use. A summary shows the errors with and without training.
 """
 
 import time
@@ -38,7 +38,7 @@ from dynmesh.study.losses import random_masks
 from dynmesh.study.measure import run
 from dynmesh.study.methods import DETAIL
 from dynmesh.study.subjects import Subject
-from dynmesh.study.tables import ABSENT, Line, milliseconds, number
+from dynmesh.study.tables import ABSENT, Line, by_row_and_column, milliseconds, number, ratio
 
 from .harness import Table, parser, progress, sequences, show
 from .tracking import around, depth_scans, errors, point_scans, push, taken
@@ -135,6 +135,8 @@ def main() -> None:
         ("sequence", "cameras", "method", "frames", "error", "from the surface", "drift", "ms",
          "times detail")
     ]  # fmt: skip
+    beside: list[Line] = [("sequence", "cameras", "method", "error", "times dynmesh")]
+    summary: dict[tuple[str, str], str] = {}
     for sequence in sequences(arguments):
         subject, training = taken(sequence, arguments.frames, training=arguments.training)
         detail = seconds_of_detail(subject)
@@ -152,17 +154,28 @@ def main() -> None:
             truth = subject.vertices
             for label, frames in trackers.items():
                 found = measure(subject, truth, scans(truth), ours(subject, frames))
-                lines.append((subject.name, str(n), label, *found.cells(detail)))
+                cells = found.cells(detail)
+                lines.append((subject.name, str(n), label, *cells))
+                if label in ("dynmesh", "trained"):
+                    summary[subject.name, f"{label}, cameras: {n}"] = cells[1]
             if not arguments.baselines:
                 continue
             # After frame 0, where the template is; frame 0 itself comes first for its mean edge.
             truth = truth[: arguments.baselines + 1]
             kept = list(scans(truth))[1:]
+            usual = 0.0
             for label, register in {"dynmesh": ours(subject), **baselines(subject)}.items():
                 found = measure(subject, truth[1:], kept, register)
-                cells = found.cells(detail)
-                lines.append((subject.name, str(n), f"{label}, the first frames", *cells))
-    show(arguments, Table("tracking", lines))
+                seconds = float(np.median(found.seconds))
+                usual = usual or seconds  # of dynmesh, the first one
+                cells = number(float(found.errors.mean())), ratio(seconds, usual)
+                beside.append((subject.name, str(n), label, *cells))
+    tables = [Table("tracking", lines)]
+    if arguments.training:
+        tables.append(Table("tracking-training", by_row_and_column("sequence", summary)))
+    if arguments.baselines:
+        tables.append(Table("tracking-baselines", beside))
+    show(arguments, *tables)
 
 
 if __name__ == "__main__":

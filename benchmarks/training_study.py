@@ -69,10 +69,8 @@ def useless(
     still = np.broadcast_to(training[0], training.shape)
     spread = np.abs(training - training[0]).mean()
     yield "noise", (still + spread * rng.normal(size=training.shape)).astype(training.dtype)
-    yield (
-        "moves of other vertices",
-        still + (training - training[0])[:, rng.permutation(len(training[0]))],
-    )
+    order = rng.permutation(len(training[0]))
+    yield "moves of other vertices", still + (training - training[0])[:, order]
     for other in others:
         if np.array_equal(other.faces, faces) and (parts := halves(other)) is not None:
             yield other.name, parts[0]
@@ -99,11 +97,7 @@ def run_offline(
 ) -> Run:
     """Complete all frames at once, and measure; each frame takes an equal part of the time.
 
-    Args:
-        subject: the sequence.
-        method: the method.
-        masks: (k,) bool for every frame, that of frame 0 included, in which all are known.
-        held_out: (k,) bool for every frame: what may be held out to choose parameters.
+    The masks are (k,) bool of every frame; `held_out` may be held out to choose parameters.
     """
     known, apart = (np.stack(list(each)) for each in (masks, held_out))
     known[0], apart[0] = True, False
@@ -127,7 +121,7 @@ def training_study(
     scenarios: Iterable[str] = tuple(SCENARIOS),
     seed: int = 0,
 ) -> Runs:
-    """Measure all methods on the frames of a subject.
+    """Measure all methods on the frames of a subject, with the losses of :func:`losses`.
 
     Args:
         subject: the frames to complete.

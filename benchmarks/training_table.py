@@ -18,7 +18,7 @@ import numpy as np
 from dynmesh import Completer, synth
 from dynmesh.study.measure import Run
 from dynmesh.study.methods import DETAIL, MOTION
-from dynmesh.study.tables import ABSENT, Line, nmsve_cell, number, ratio
+from dynmesh.study.tables import ABSENT, Line, by_row_and_column, nmsve_cell, number, ratio
 
 from .baselines import BIHARMONIC
 from .harness import Table, parser, progress, sequences, show
@@ -57,19 +57,14 @@ def training_summary(halves: dict[str, Runs]) -> list[Line]:
 
     Both are relative to detail. Losses that were not measured on a sequence have an empty place.
     """
-    losses = list(dict.fromkeys(loss for half in halves.values() for loss in half))
-    heads = [f"{kind}, {loss}" for kind in (TRAINED, "offline") for loss in losses]
-    lines: list[Line] = [("", *heads)]
-    for name, half in halves.items():
-        cells = []
-        for keys in ((TRAINED,), tuple(OFFLINE)):
-            for loss in losses:
-                runs = half.get(loss, {})
+    cells: dict[tuple[str, str], str] = {}
+    for kind, keys in ((TRAINED, (TRAINED,)), ("offline", tuple(OFFLINE))):
+        for name, half in halves.items():
+            for loss, runs in half.items():
                 measured = [runs[key] for key in keys if key in runs]
                 best = min(measured, key=lambda run: float(run.nmsve.mean()), default=None)
-                cells.append(relative(best, runs.get(DETAIL.key)))
-        lines.append((name, *cells))
-    return lines
+                cells[name, f"{kind}, {loss}"] = relative(best, runs[DETAIL.key])
+    return by_row_and_column("", cells)
 
 
 def prior_weight(run: Run | None) -> str:
@@ -82,9 +77,9 @@ def slower(run: Run | None, detail: Run) -> str:
     return ABSENT if run is None else ratio(*(float(np.median(r.seconds)) for r in (run, detail)))
 
 
-def relative(run: Run | None, detail: Run | None) -> str:
+def relative(run: Run | None, detail: Run) -> str:
     """Return the error of a run relative to that of detail, in bold if it is smaller."""
-    if run is None or detail is None or detail.nmsve.mean() == 0:
+    if run is None or detail.nmsve.mean() == 0:
         return ABSENT
     value = float(run.nmsve.mean() / detail.nmsve.mean())
     cell = f"{value:.2f}" if value < 10 else number(value)

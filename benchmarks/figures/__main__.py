@@ -9,36 +9,16 @@ about five minutes; a draft takes seconds, as it shows a small sheet instead.
 """
 
 import argparse
-from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
 import dynmesh
-from dynmesh import Sequence
 from dynmesh.study.subjects import Subject, from_file
 
 from ..harness import DOCS
 from . import error_bars, gallery, method, scans
 
 PAGES = ("method", "gallery", "training", "track")
-
-
-def draw_method(subjects: dict[str, Subject], out: Path) -> None:
-    """The charts of docs/method.md."""
-    out.mkdir(parents=True, exist_ok=True)
-    method.draw_generations(out)
-    method.draw_drift([*subjects.values()], out)
-
-
-def pictures_of(page: str, training: Sequence, data: Path | None) -> Iterable[gallery.Picture]:
-    """The pictures of meshes on a page; `training` is another recording of the walker."""
-    if page == "method":
-        return [gallery.HIDDEN_SIDE]
-    if page == "training":
-        return [gallery.training(training.vertices)]
-    if page == "track":
-        return []
-    return gallery.BUILT_IN if data is None else gallery.BUILT_IN + gallery.RECORDED
 
 
 def main() -> None:
@@ -58,12 +38,19 @@ def main() -> None:
         "walker": Subject.of("walker", figure, "z", 20, None),
         "ocean": Subject.of("ocean", sea, "z", 60, None),
     }
-    for page in PAGES:
-        if arguments.page not in (None, page):
-            continue
+    pictures = {
+        "method": [gallery.HIDDEN_SIDE],
+        "gallery": [*gallery.BUILT_IN, *(gallery.RECORDED if arguments.data else ())],
+        "training": [gallery.training(training.vertices)],
+        "track": [],
+    }
+    for page in [arguments.page] if arguments.page else PAGES:
         if page == "method":
-            draw_method(subjects, arguments.out / page)
-        for picture in pictures_of(page, training, arguments.data):
+            folder = arguments.out / page
+            folder.mkdir(parents=True, exist_ok=True)
+            method.draw_generations(folder)
+            method.draw_drift([*subjects.values()], folder)
+        for picture in pictures[page]:
             subject = subjects.get(picture.of) or from_file(arguments.data / f"{picture.of}.npz")
             shown = picture.frames[::20] if arguments.draft else picture.frames
             gallery.draw(replace(picture, frames=shown), subject, arguments.out)

@@ -11,6 +11,7 @@ from dynmesh.study.measure import vertex_error
 from dynmesh.study.subjects import Subject
 
 from ..harness import progress
+from ..tracking import push
 from .gallery import Picture, view_of
 from .strip import DOTS, Panel, draw_surface, save
 
@@ -25,14 +26,13 @@ def draw(picture: Picture, subject: Subject, folder: Path) -> None:
     (shown,) = picture.frames
     frames = subject.vertices[: shown + 1]
     # The cameras circle the positions of all frames, so that no point leaves the pictures.
-    up = (float(subject.up == "x"), float(subject.up == "y"), float(subject.up == "z"))
-    cameras = dynmesh.degrade.orbit(frames.reshape(-1, 3), CAMERAS, up=up)
+    cameras = dynmesh.degrade.orbit(frames.reshape(-1, 3), CAMERAS, up=subject.up_vector)
     scans = dynmesh.degrade.scan_points(
         frames, subject.faces, cameras, points=POINTS, flying=0.02, outliers=0.01
     )
     tracker = dynmesh.Tracker(subject.faces, frames[0])
     for scan in progress(scans, picture.file, shown + 1):
-        frame = tracker.push(scan.points, scan.normals, viewpoints=scan.viewpoints)
+        frame = push(tracker, scan)
     truth = frames[shown]
     error = vertex_error(subject, shown, frame)
     view = view_of(picture, subject).around(truth)

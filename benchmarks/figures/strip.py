@@ -15,6 +15,7 @@ import dynmesh
 from dynmesh.degrade.visibility import visible
 from dynmesh.draw import figures
 from dynmesh.draw.figures import Mark, View
+from dynmesh.jobs.true_surface import vertex_normals
 from dynmesh.sequence import Mask, Positions
 
 Faces = NDArray[np.integer[Any]]
@@ -57,12 +58,7 @@ def draw_observed(faces: Faces, points: Positions, known: Mask, view: View) -> f
     if whole.mean() < _FEW:
         dots = points[known & _in_sight(faces, points, view)]
         return figures.render_marked(faces[:1], points, view, [Mark(DOTS, faces[:0], dots, 1.6)])
-    # Twice the area of each triangle, as a vector along its normal, summed at its corners.
-    first, second, third = points[faces].swapaxes(0, 1).astype(np.float64)
-    normals = np.zeros(points.shape)
-    for corner in faces.T:
-        np.add.at(normals, corner, np.cross(second - first, third - first))
-    inside = normals @ view.axes[2] < 0
+    inside = vertex_normals(faces, points.astype(np.float64)) @ view.axes[2] < 0
     return figures.render(
         faces[whole], points, view, places=inside.astype(float), colours=(OUTSIDE, INSIDE)
     )

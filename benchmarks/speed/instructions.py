@@ -9,8 +9,8 @@ import re
 import shutil
 import subprocess
 import tempfile
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from dynmesh.study.tables import ABSENT, Line
 
@@ -22,21 +22,15 @@ TOLERANCE = 0.02
 REFERENCE = Path(__file__).with_name("instructions.json")
 
 
-@dataclass
-class Counts:
-    """The counts of one build.
-
-    Attributes:
-        build: the compiler and the level of the processor.
-        per_frame: the instructions by mask, on a sheet of 10 000 vertices.
-    """
+class Counts(NamedTuple):
+    """The compiler and the level of the processor, and the instructions of a frame by mask."""
 
     build: str
     per_frame: dict[str, int]
 
 
-def measure(masks: tuple[str, ...] = MASKS) -> Counts:
-    """Count the instructions of a frame with each mask.
+def measure() -> Counts:
+    """Count the instructions of a frame with each mask, on a sheet of 10 000 vertices.
 
     Raises:
         ImportError: the program is not built, or valgrind is not installed.
@@ -44,8 +38,7 @@ def measure(masks: tuple[str, ...] = MASKS) -> Counts:
     if shutil.which("valgrind") is None:
         raise ImportError("valgrind is not installed; script/bench installs it")
     per_frame = {}
-    build = ""
-    for mask in masks:
+    for mask in MASKS:
         build, per_frame[mask] = _count(require("dynmesh-instructions"), mask)
     return Counts(build, per_frame)
 
@@ -62,8 +55,6 @@ def _count(program: Path, mask: str) -> tuple[str, int]:
 
 def references() -> dict[str, dict[str, int]]:
     """Return the recorded counts by build and mask."""
-    if not REFERENCE.exists():
-        return {}
     recorded: dict[str, dict[str, int]] = json.loads(REFERENCE.read_text())
     return recorded
 
@@ -80,14 +71,14 @@ def changes(counts: Counts) -> list[str]:
     Raises:
         LookupError: no reference has been recorded for this build.
     """
-    recorded = references()
-    if counts.build not in recorded:
+    reference = references().get(counts.build)
+    if reference is None:
         raise LookupError(
             f"no reference for {counts.build}; script/bench --record-instructions records one"
         )
     found = []
     for mask, count in counts.per_frame.items():
-        expected = recorded[counts.build][mask]
+        expected = reference[mask]
         if count - expected > TOLERANCE * expected:
             change = count / expected - 1
             found.append(f"{mask}: {count} instructions, {change:+.1%} against the reference")

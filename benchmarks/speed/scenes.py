@@ -4,17 +4,16 @@ import os
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dynmesh import Sequence, synth
-from dynmesh.sequence import Mask
+from dynmesh.sequence import Mask, Positions
+from dynmesh.study.completion import Faces
 from dynmesh.study.losses import PAPER_SHARES, SCENARIOS, losses, scenario_masks
 from dynmesh.study.subjects import Subject, from_file
 
-from ..compiled import REPOSITORY, Faces, Frames
+from ..compiled import REPOSITORY
 from .plan import SpeedPlan
 
 _RECORDED = "crane"
@@ -97,7 +96,7 @@ def _walker(plan: SpeedPlan) -> Sequence:
     return synth.ocean(8, grid=12) if plan.tiny else synth.walker()
 
 
-def _cut_in_four(frames: Frames, faces: NDArray[np.integer[Any]]) -> tuple[Frames, Faces]:
+def _cut_in_four(frames: Positions, faces: Faces) -> tuple[Positions, Faces]:
     """Add a vertex in the middle of every edge, after the existing vertices."""
     corners = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     edges, edge_of = np.unique(np.sort(corners, axis=1), axis=0, return_inverse=True)

@@ -52,6 +52,13 @@ def check_finite(name: str, value: float) -> None:
         raise InputError(f"must be finite, not {value}", argument=name)
 
 
+def check_not_negative(name: str, value: float) -> None:
+    """Raises an error unless the value is finite and at least 0."""
+    check_finite(name, value)
+    if value < 0:
+        raise InputError(f"must be at least 0, not {value}", argument=name)
+
+
 def check_positive(name: str, value: float) -> None:
     """Raises an error unless the value is finite and above 0."""
     check_number(name, value)

@@ -108,33 +108,21 @@ class Calibrating:
             self._within[share] += int(np.count_nonzero(off <= factor * bars))
         self._errors += float(off @ off)
         self._expected += self._rule.coordinates * float(bars @ bars)
-        compared = {"standard_error": bars, "generation": generation, "age": age}
+        compared = {"standard_error": standard_error, "generation": generation, "age": age}
         for name, values in compared.items():
-            if values is None:
-                continue
-            of_counted = bars if name == "standard_error" else values[counted]
-            found = rank_correlation(off, of_counted)
-            if found is not None:
+            if values is not None and (found := rank_correlation(off, values[counted])) is not None:
                 self._correlations[name].append(found)
 
     def result(self) -> Calibration | None:
         """Return what was found, or None if no vertex was estimated."""
         if self._vertices == 0:
             return None
-        ratio = np.sqrt(self._errors / self._expected) if self._expected > 0 else np.nan
-        means = {
-            name: float(np.mean(found)) if found else None
-            for name, found in self._correlations.items()
-        }
+        ratio = math.sqrt(self._errors / self._expected) if self._expected > 0 else math.nan
+        half, most = (within / self._vertices for within in self._within.values())
+        means = [float(np.mean(found)) if found else None for found in self._correlations.values()]
+        by_error, by_generation, by_age = means
         return Calibration(
-            self._vertices,
-            self._within[0.5] / self._vertices,
-            self._within[0.9] / self._vertices,
-            float(ratio),
-            means["standard_error"],
-            means["generation"],
-            means["age"],
-            self._of,
+            self._vertices, half, most, ratio, by_error, by_generation, by_age, self._of
         )
 
 
@@ -198,25 +186,17 @@ class Distances:
         bins = np.array(sorted(self._counts))
         counts = np.array([self._counts[number] for number in bins.tolist()])
         bars = np.exp(bins * self._STEP)
+        chi = _CHI[RULES[self.standard_error_of].coordinates]
         low, high = 0.0, 10.0 * float(bars[-1])
         for _ in range(60):
             middle = (low + high) / 2
-            found = self._exact + float(
-                counts @ share_within(middle / bars, self.standard_error_of)
-            )
+            found = self._exact + float(counts @ np.interp(middle / bars, _STEPS, chi))
             low, high = (middle, high) if found < share * whole else (low, middle)
         return high
 
 
-def share_within(
-    distances: NDArray[np.float64], standard_error_of: StandardErrorOf = "position"
-) -> NDArray[np.float64]:
-    """The share of normal errors within distances, in standard errors of a coordinate."""
-    return np.asarray(np.interp(distances, _STEPS, _CHI[RULES[standard_error_of].coordinates]))
-
-
 def _share(distance: float, coordinates: int) -> float:
-    """The distribution of chi with one or three degrees of freedom."""
+    """The distribution of chi with one or three degrees of freedom, in standard errors."""
     along_one = math.erf(distance / math.sqrt(2))
     if coordinates == 1:
         return along_one
@@ -233,11 +213,9 @@ def in_words(distances: Distances, metres_per_unit: float | None) -> str | None:
     distance = distances.within(0.9)
     if distance is None:
         return None
-    unit = ""
-    if metres_per_unit is None:
-        shown, unit = f"{distance:.2g}", ", in the unit of the positions"
-    else:
-        shown = f"{1000 * metres_per_unit * distance:.2g} mm"
+    shown, unit = f"{distance:.2g}", ", in the unit of the positions"
+    if metres_per_unit is not None:
+        shown, unit = f"{1000 * metres_per_unit * distance:.2g} mm", ""
     if distances.standard_error_of == "surface":
         return (
             f"90 % of the vertices are expected to be within {shown} of the true surface{unit}; "

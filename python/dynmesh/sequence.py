@@ -93,11 +93,7 @@ class Description:
             raise InputError(f"must be from -2**53 to 2**53, not {self.start}", argument="start")
         check_times(self.times, n_frames)
         check_derived(self.derived)
-        if self.standard_error_of not in get_args(StandardErrorOf):
-            raise InputError(
-                f"must be 'position' or 'surface', not {self.standard_error_of!r}",
-                argument="standard_error_of",
-            )
+        check_errors_of(self.standard_error_of)
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,6 +207,14 @@ def summary(n_frames: int, n_vertices: int, n_faces: int, dtype: np.dtype[Any]) 
 def rate(fps: float | None) -> str:
     """Describes the frames per second."""
     return "no fps" if fps is None else f"{fps:g} fps"
+
+
+def check_errors_of(text: object) -> None:
+    """Raises an error unless standard errors can be of this."""
+    if text not in get_args(StandardErrorOf):
+        raise InputError(
+            f"must be 'position' or 'surface', not {text!r}", argument="standard_error_of"
+        )
 
 
 def check_vertices(dtype: np.dtype[Any], shape: tuple[int, ...]) -> None:

@@ -48,31 +48,19 @@ def complete(
     if first is None:
         raise InputError("is empty, but frame 0 is needed, complete", argument="frames")
     points, mask = first
-    completer = _begin(faces, points, mask, training, settings)
+    if mask is not None and (missing := np.flatnonzero(np.equal(mask, False))).size:
+        raise InputError(
+            f"vertex {missing[0]} is missing, but frame 0 must be complete", argument="known"
+        )
+    completer = Completer(faces, points, training=training, **all_settings(settings))
+    if mask is not None:
+        given = np.asarray(mask)
+        ATTRIBUTES["known"].check(given.dtype, given.shape, (completer.n_vertices,))
     yield np.array(points, completer.dtype)
     for number, (points, mask) in enumerate(pairs, 1):
         with locating(frame=number):
             completed = completer.push(points, mask)
         yield completed
-
-
-def _begin(
-    faces: NDArray[np.integer[Any]],
-    points: Positions,
-    known: Mask | None,
-    training: Iterable[Positions] | None,
-    settings: Settings,
-) -> Completer:
-    """Creates the completer for a sequence with this frame 0, which must be complete."""
-    if known is not None and (missing := np.flatnonzero(np.equal(known, False))).size:
-        raise InputError(
-            f"vertex {missing[0]} is missing, but frame 0 must be complete", argument="known"
-        )
-    completer = Completer(faces, points, training=training, **all_settings(settings))
-    if known is not None:
-        mask = np.asarray(known)
-        ATTRIBUTES["known"].check(mask.dtype, mask.shape, (completer.n_vertices,))
-    return completer
 
 
 def _pair(

@@ -2,36 +2,23 @@
 
     script/kill-test [KILLS]
 
-A third of the jobs are processes as a shell starts them, which start slowly; the others are
-forks of this process, killed while they work. Half of the kills hit a run that was resumed after a
-kill. With `--moments`, jobs are killed before every change that they make to a file system, one
-after another. The exit code is 1 if any check fails.
+The jobs are forks of this process. Half of the kills hit a run that was resumed after a kill. With
+`--moments`, jobs are killed before every change that they make to a file system, one after another.
+The exit code is 1 if any check fails.
 """
 
 import argparse
-import os
 import random
 import shutil
-import signal
-import subprocess
 import sys
 import tempfile
-import time
 from collections import Counter
 from pathlib import Path
 
-from jobs import OUTPUTS, SOURCES, Job, kill_at_change, make_sources, moment, run_in_fork, visible
+from jobs import OUTPUTS, Job, kill_at_change, make_sources, moment, run_in_fork, visible
 from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
-
-_SHELL = (
-    "import sys; sys.path.insert(0, sys.argv.pop(1))\n"
-    "from pathlib import Path\n"
-    "from jobs import Job\n"
-    "kind, sources, folder, pause = sys.argv[1:]\n"
-    "Job(kind, Path(sources), float(pause)).run(Path(folder), resume=True)\n"
-)
 
 
 class Tally:
@@ -78,36 +65,25 @@ def _kill_at_random(folder: Path, kills: int, generator: random.Random, tally: T
         own.mkdir()
         jobs.append(Job(kind, sources, pause=0.005))
         jobs[-1].complete_once(own)
-    ways: list[Job | Batch] = [*jobs, *jobs, Batch(folder / "batch", sources)]
     with Progress(console=Console(stderr=True)) as bar:
         task = bar.add_task("killing", total=kills)
         number = 0
         while tally.kills.total() < kills and len(tally.wrong) < kills:
-            way = ways[number % len(ways)]
-            number += 1
             try:
-                if isinstance(way, Batch):
-                    way.kill(generator, tally)
-                else:
-                    by_shell = number % 3 == 0
-                    _kill_job(way, folder / "work", generator, tally, by_shell=by_shell)
+                _kill_job(jobs[number % len(jobs)], folder / "work", generator, tally)
             except ValueError as error:
                 tally.wrong.append(str(error))
+            number += 1
             bar.update(task, completed=tally.kills.total())
 
 
-def _kill_job(
-    job: Job, work: Path, generator: random.Random, tally: Tally, *, by_shell: bool
-) -> None:
+def _kill_job(job: Job, work: Path, generator: random.Random, tally: Tally) -> None:
     """Kills a run, and the next one in half of the cases; the last run completes."""
     shutil.rmtree(work, ignore_errors=True)
     work.mkdir()
     for _ in range(generator.choice((1, 2))):
-        if by_shell:
-            killed = _kill_process(job, work, generator)
-        else:
-            after = moment(generator, job.seconds)
-            killed = run_in_fork(lambda: job.run(work, resume=True), kill_after=after)
+        after = moment(generator, job.seconds)
+        killed = run_in_fork(lambda: job.run(work, resume=True), kill_after=after)
         left = job.check(work)
         if killed:
             tally.kills[job.kind] += 1
@@ -121,94 +97,6 @@ def _finish(job: Job, work: Path, *, overwrite: bool = False) -> bool:
     run_in_fork(lambda: note.write_text(str(job.run(work, resume=True, overwrite=overwrite))))
     job.check_end(work)
     return int(note.read_text()) > 0
-
-
-def _kill_process(job: Job, work: Path, generator: random.Random) -> bool:
-    here = str(Path(__file__).parent)
-    command = [sys.executable, "-c", _SHELL, here, job.kind, str(job.sources), str(work)]
-    began = time.monotonic()
-    with subprocess.Popen([*command, str(job.pause)]) as process:
-        while not any(work.iterdir()) and process.poll() is None:
-            time.sleep(0.002)  # until it has started
-        if time.monotonic() - began > 60:
-            raise ValueError(f"{job.kind}: a process did not start within a minute")
-        time.sleep(moment(generator, job.seconds))
-        process.kill()
-        return process.wait() == -signal.SIGKILL
-
-
-class Batch:
-    """`dynmesh batch` with two workers, a job for some kinds of output, and jobs that track."""
-
-    def __init__(self, folder: Path, sources: Path) -> None:
-        """Does not start the command."""
-        self._sources = sources
-        self._work = folder / "work"
-        self._whole: dict[str, bytes] = {}
-        self._seconds = 0.0
-
-    def _run_once(self) -> None:
-        self._work.parent.mkdir()
-        began = time.monotonic()
-        if self._start().wait() != 0:
-            raise ValueError("batch: does not run")
-        self._seconds = time.monotonic() - began
-        self._whole = visible(self._work)
-
-    def _start(self) -> subprocess.Popen[bytes]:
-        self._work.mkdir(exist_ok=True)
-        table = self._work.with_name("jobs.csv")
-        names = [OUTPUTS[kind] for kind in ("npz", "hdf5", "npy", "pc2")]
-        rows = "".join(f"{self._sources / 'partial.npz'},,work/{name},\n" for name in names)
-        template = self._sources / "template.npz"
-        for scans in SOURCES.values():
-            rows += f",{self._sources / scans},work/{scans}.npz,{template}\n"
-        table.write_text(f"input,scans,output,template\n{rows}")
-        command = [sys.executable, "-m", "dynmesh", "batch", str(table), "--workers", "2"]
-        return subprocess.Popen(command, stderr=subprocess.DEVNULL)
-
-    def kill(self, generator: random.Random, tally: Tally) -> None:
-        """Kills the command; its workers must end, and the next run must complete the rest."""
-        if not self._whole:
-            self._run_once()
-        shutil.rmtree(self._work)
-        process = self._start()
-        time.sleep(moment(generator, self._seconds))
-        workers = _children(process.pid)
-        process.kill()
-        killed = process.wait() == -signal.SIGKILL
-        patience = time.monotonic() + 60
-        while any(map(_runs, workers)):
-            if time.monotonic() > patience:
-                for worker in workers:
-                    os.kill(worker, signal.SIGKILL)
-                raise ValueError("batch: a worker outlived the command")
-            time.sleep(0.02)
-        found = visible(self._work)
-        if not found.items() <= self._whole.items():
-            raise ValueError("batch: a file differs from that of an uninterrupted run")
-        if killed:
-            tally.kills["batch"] += 1
-            left = "whole" if found == self._whole else "a part" if found else "nothing"
-            tally.left["batch", left] += 1
-        if self._start().wait() != 0 or visible(self._work) != self._whole:
-            raise ValueError("batch: the next run did not complete the rest")
-
-
-def _children(pid: int) -> list[int]:
-    """Returns the children of a process; works only on Linux."""
-    found = []
-    for thread in Path(f"/proc/{pid}/task").glob("*/children"):
-        found += [int(child) for child in thread.read_text().split()]
-    return found
-
-
-def _runs(pid: int) -> bool:
-    try:
-        state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
-    except (FileNotFoundError, ProcessLookupError):
-        return False
-    return state != "Z"
 
 
 def _kill_at_moments(folder: Path, step: int, tally: Tally) -> None:
@@ -259,7 +147,7 @@ def _print(tally: Tally) -> None:
     table.add_column("job")
     for heading in ("kills", *(f"left {outcome}" for outcome in outcomes), "resumed"):
         table.add_column(heading, justify="right")
-    for kind in (*OUTPUTS, "batch"):
+    for kind in OUTPUTS:
         if tally.kills[kind]:
             left = [tally.left[kind, outcome] for outcome in outcomes]
             table.add_row(kind, *map(str, (tally.kills[kind], *left, tally.resumed[kind])))

@@ -1,52 +1,34 @@
-"""Latencies and memory of a run of any length, measured in constant memory."""
+"""Times and memory of a run of any length, measured in constant memory."""
 
 import os
 from pathlib import Path
 
 import numpy as np
 
-PERCENTILES = (50.0, 90.0, 99.0, 99.9)
-
 _SHORTEST = 1e-7  # seconds
-_RATIO = 1.01  # from one bin to the next, so percentiles are accurate to one per cent
+_RATIO = 1.01  # from one bin to the next, so the median is accurate to one per cent
 _N_BINS = 2200  # up to five minutes
 
 
-class Latencies:
-    """A histogram with bins of equal ratio.
-
-    Attributes:
-        largest: seconds.
-    """
+class Times:
+    """A histogram with bins of equal ratio."""
 
     def __init__(self) -> None:
         """Starts empty."""
         self._counts = np.zeros(_N_BINS, np.int64)
-        self.largest = 0.0
 
     def add(self, seconds: float) -> None:
         """Counts one call."""
         place = np.log(max(seconds, _SHORTEST) / _SHORTEST) / np.log(_RATIO)
         self._counts[min(int(place), _N_BINS - 1)] += 1
-        self.largest = max(self.largest, seconds)
-
-    def __iadd__(self, other: "Latencies") -> "Latencies":
-        """Adds all calls of another one."""
-        self._counts += other._counts
-        self.largest = max(self.largest, other.largest)
-        return self
 
     @property
-    def count(self) -> int:
-        """Returns the number of calls."""
-        return int(self._counts.sum())
-
-    def percentile(self, share: float) -> float:
-        """Returns the percentile of the times in seconds; NaN without calls."""
-        if self.count == 0:
+    def median(self) -> float:
+        """Returns the median in seconds; NaN without calls."""
+        if not self._counts.any():
             return float("nan")
-        place = np.searchsorted(np.cumsum(self._counts), share / 100 * self.count)
-        return min(_SHORTEST * _RATIO ** (int(place) + 1), self.largest)
+        place = np.searchsorted(np.cumsum(self._counts), self._counts.sum() / 2)
+        return float(_SHORTEST * _RATIO ** (int(place) + 1))
 
 
 class Memory:

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from bad_scans import BAD_SCANS
+from bad_calls import BAD_SCANS
 from numpy.typing import NDArray
 from watched import Array, Watched
 
@@ -14,16 +14,12 @@ from dynmesh.files.scans import DepthScan, PointScan
 
 # How often each event occurs in a thousand frames.
 EVENTS = {
-    "points": 330,
+    "points": 360,
     "no normals": 40,
-    "depth images": 200,
-    "one camera": 60,
-    "pixels as NaN": 60,
+    "depth images": 300,
     "outliers": 60,
     "half missing": 60,
-    "scan into out=": 40,
     "empty scan": 20,
-    "empty images": 20,
     "no scan": 20,
     "scan far away": 10,
     "bad scan": 40,
@@ -32,7 +28,7 @@ EVENTS = {
     "new tracker": 5,
 }
 
-_SOUND = {"points", "depth images", "pixels as NaN", "scan into out="}
+_SOUND = {"points", "depth images"}
 _NEAR = 1.0  # mean edges
 
 
@@ -83,14 +79,6 @@ class ScanStation(Watched[dynmesh.Tracker]):
                 self._push(event, lambda: tracker.push(scan.points, viewpoints=scan.viewpoints))
             case "depth images":
                 self._push(event, lambda: tracker.push_depth(*images))
-            case "one camera":
-                one = self._random.randrange(len(images.depth))
-                self._push(event, lambda: tracker.push_depth(*(part[one] for part in images)))
-            case "pixels as NaN":
-                given = [np.where(depth > 0, depth, np.float32(np.nan)) for depth in images.depth]
-                self._push(
-                    event, lambda: tracker.push_depth(given, images.intrinsics, images.poses)
-                )
             case "outliers":
                 given_points = _with_outliers(scan, self._rng, 0.2)
                 self._push(event, lambda: _pushed(tracker, given_points))
@@ -98,19 +86,9 @@ class ScanStation(Watched[dynmesh.Tracker]):
                 side = scan.points @ self._rng.normal(size=3)
                 half = _of(scan, side > np.median(side))
                 self._push(event, lambda: _pushed(tracker, half))
-            case "scan into out=":
-                out = np.empty_like(self._frames[0])
-                self._push(event, lambda: tracker.push(scan.points, scan.normals, out=out))
             case "empty scan":
                 none = _of(scan, np.zeros(len(scan.points), bool))
                 self._push(event, lambda: _pushed(tracker, none), nothing=True)
-            case "empty images":
-                dark = [np.zeros_like(depth) for depth in images.depth]
-                self._push(
-                    event,
-                    lambda: tracker.push_depth(dark, images.intrinsics, images.poses),
-                    nothing=True,
-                )
             case "no scan":
                 self._push(event, tracker.skip, nothing=True)
             case "scan far away":

@@ -1,10 +1,9 @@
 """Runs completers and trackers for a long time, with all that can go wrong in a live capture.
 
-    script/soak MINUTES             frames at 60 Hz
-    script/soak MINUTES --fast      one after another
-    script/soak --frames 1000000    this many frames of a small mesh, one after another
+    script/soak MINUTES             frames one after another
+    script/soak --frames 1000000    this many frames of a small mesh
 
-Prints events, times and memory, also when it is interrupted. The exit code is 1 if any check
+Prints events and memory, also when it is interrupted. The exit code is 1 if any check
 fails.
 """
 
@@ -15,7 +14,7 @@ from collections import Counter
 from typing import Any
 
 import numpy as np
-from measures import PERCENTILES, Latencies, Memory
+from measures import Memory
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
@@ -41,19 +40,17 @@ def main() -> None:
     stations = _stations(arguments.seed, small=small)
     memory = Memory()
     began = time.monotonic()
-    late = 0
     try:
-        late = _run(stations, memory, arguments)
+        _run(stations, memory, arguments)
     except KeyboardInterrupt:
         print("interrupted; so far:", file=sys.stderr)
     seconds = time.monotonic() - began
     _print(Console(width=100), stations, memory)
     n_frames = sum(station.events.total() for station in stations)
-    missed = f"; {late} ticks were missed" if late else ""
-    print(f"{n_frames} frames in {seconds:.0f} s{missed}")
+    print(f"{n_frames} frames in {seconds:.0f} s")
     violations = [violation for station in stations for violation in station.violations]
     violations += (
-        _not_steady(stations, memory, arguments.minutes) + not_shared(stations) + lost(stations)
+        _not_steady(stations, memory, arguments.minutes) + _not_shared(stations) + _lost(stations)
     )
     for violation in violations[:20]:
         print(violation, file=sys.stderr)
@@ -65,8 +62,6 @@ def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="script/soak", description=__doc__.split("\n")[0])
     parser.add_argument("minutes", nargs="?", type=float, help="duration of the run")
     parser.add_argument("--frames", type=int, help="instead: number of frames of a small mesh")
-    parser.add_argument("--fast", action="store_true", help="do not wait for the next tick")
-    parser.add_argument("--rate", type=float, default=60.0, help="ticks per second")
     parser.add_argument("--seed", type=int, default=0, help="seed of the events")
     arguments = parser.parse_args()
     if (arguments.minutes is None) == (arguments.frames is None):
@@ -77,10 +72,9 @@ def _arguments() -> argparse.Namespace:
 def _share_work(*, small: bool) -> None:
     """Makes the completers and trackers with two threads share work between them.
 
-    For motion, the usual settings are kept. For detail, meshes that are usually shared are too
-    large for 60 frames per second of all completers, so its pieces are smaller here. The pieces of
-    the small mesh are so short that every call waits for the other thread, which would otherwise
-    start too late.
+    For motion, the usual settings are kept. For detail, only large meshes are usually shared, which
+    take long, so its pieces are smaller here. The pieces of the small mesh are so short that every
+    call waits for the other thread, which would otherwise start too late.
     """
     if small:
         _core._set_task_sharing(chunk=2, short_chunk=2, fewest_pieces=2, patience=1000)
@@ -126,14 +120,13 @@ def _stations(seed: int, *, small: bool) -> list[Watched[Any]]:
     return made
 
 
-def _run(stations: list[Watched[Any]], memory: Memory, arguments: argparse.Namespace) -> int:
-    """Gives every station a frame in each tick; returns the number of missed ticks."""
+def _run(stations: list[Watched[Any]], memory: Memory, arguments: argparse.Namespace) -> None:
+    """Gives every station a frame, again and again."""
     whole = arguments.frames
     seconds = 60 * (arguments.minutes or 0.0)
-    paced = whole is None and not arguments.fast
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
     began = looked = time.monotonic()
-    ticks = done = late = 0
+    done = 0
     with Progress(
         *columns, TimeRemainingColumn(), console=Console(stderr=True), auto_refresh=False
     ) as bar:
@@ -142,36 +135,17 @@ def _run(stations: list[Watched[Any]], memory: Memory, arguments: argparse.Names
             now = time.monotonic()
             progress = done / whole if whole else (now - began) / seconds
             if progress >= 1:
-                return late
+                return
             if now - looked > 0.5:
                 looked = now
                 memory.sample()
                 bar.update(task, completed=done if whole else int(now - began), refresh=True)
-            if paced:
-                due = began + ticks / arguments.rate
-                if now < due:
-                    time.sleep(due - now)
-                elif ticks and now > due + 1 / arguments.rate:
-                    on_time = int((now - began) * arguments.rate)
-                    late += on_time - ticks
-                    ticks = on_time
             for station in stations:
                 station.step(progress)
-            ticks += 1
             done += len(stations)
 
 
 def _print(console: Console, stations: list[Watched[Any]], memory: Memory) -> None:
-    waits = _table("Milliseconds in a call", "calls")
-    works = _table("Milliseconds of processor time, of the calling thread", "last third / first")
-    for station in stations:
-        work = Latencies()
-        for third in station.processor_times:
-            work += third
-        waits.add_row(station.name, *_shown(station.latencies), str(station.latencies.count))
-        works.add_row(station.name, *_shown(work), f"{_slowdown(station):.2f}")
-    console.print(waits)
-    console.print(works)
     for title, counts in (
         ("What happened", [station.events for station in stations]),
         ("Refused as expected", [station.refusals for station in stations]),
@@ -189,34 +163,22 @@ def _print(console: Console, stations: list[Watched[Any]], memory: Memory) -> No
     print(f"memory: {memory.peak:.1f} MB at most, {memory.growth:+.2f} MB after the first third")
 
 
-def _table(title: str, last: str) -> Table:
-    table = Table("settings", title=title, title_justify="left")
-    for heading in (*(f"{p:g} %" for p in PERCENTILES), "max", last):
-        table.add_column(heading, justify="right")
-    return table
-
-
-def _shown(latencies: Latencies) -> list[str]:
-    seconds = [*map(latencies.percentile, PERCENTILES), latencies.largest]
-    return [f"{1e3 * s:.3f}" for s in seconds]
-
-
 def _slowdown(station: Watched[Any]) -> float:
     """Of the median."""
-    first, _, last = (third.percentile(50) for third in station.processor_times)
+    first, _, last = (third.median for third in station.processor_times)
     return last / first
 
 
-def not_shared(stations: list[Watched[Any]]) -> list[str]:
+def _not_shared(stations: list[Watched[Any]]) -> list[str]:
     """Returns the stations whose additional threads did no work."""
     return [
         f"{station.name}: no other thread did a piece of the work"
         for station in stations
-        if station.threads > 1 and station.latencies.count and not station.pieces_done_by_others
+        if station.threads > 1 and station.events and not station.pieces_done_by_others
     ]
 
 
-def lost(stations: list[Watched[Any]]) -> list[str]:
+def _lost(stations: list[Watched[Any]]) -> list[str]:
     """Returns the trackers that often did not find the surface."""
     return [
         f"{station.name}: did not find the surface in {station.lost} of {station.sound} sound scans"

@@ -15,11 +15,9 @@ EVENTS = {
     "masked": 480,
     "holes as NaN": 200,
     "sparse": 100,
-    "into out=": 50,
     "in place": 50,
     "nothing arrived": 30,
     "nothing known": 20,
-    "all known": 20,
     "bad call": 40,
     "state, restore": 6,
     "reset": 3,
@@ -77,9 +75,6 @@ class Station(Watched[dynmesh.Completer]):
                 indices = self._rng.permutation(np.flatnonzero(known))
                 given = points[indices]
                 self._push(event, points, known, lambda: completer.push_sparse(indices, given))
-            case "into out=":
-                out = np.empty_like(points)
-                self._push(event, points, known, lambda: completer.push(points, known, out=out))
             case "in place":
                 own = self._with_rubbish(points, known)
                 self._push(event, points, known, lambda: completer.push(own, known, out=own))
@@ -88,9 +83,6 @@ class Station(Watched[dynmesh.Completer]):
             case "nothing known":
                 none = np.zeros_like(known)
                 self._push(event, points, none, lambda: completer.push(points, none))
-            case "all known":
-                every = np.ones_like(known)
-                self._push(event, points, every, lambda: completer.push(points))
             case "bad call":
                 self._refuse(points, known)
             case "state, restore":

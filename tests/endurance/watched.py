@@ -5,29 +5,18 @@ import time
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Mapping
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from bad_calls import BadCall
-from measures import Latencies
+from measures import Times
 from numpy.typing import NDArray
 
+import dynmesh
 from dynmesh import _core
 
 Array = NDArray[Any]
-
-
-class Stateful(Protocol):
-    """What completers and trackers have in common."""
-
-    def state(self) -> bytes:
-        """Returns everything that later frames depend on."""
-
-    def restore(self, state: bytes) -> None:
-        """Continues from a state."""
-
-
-Subject = TypeVar("Subject", bound=Stateful)
+Subject = TypeVar("Subject", dynmesh.Completer, dynmesh.Tracker)
 
 
 class Watched(ABC, Generic[Subject]):
@@ -39,11 +28,10 @@ class Watched(ABC, Generic[Subject]):
         events: number of occurrences of each event.
         refusals: number of correct refusals of each bad call.
         violations: descriptions of failed checks.
-        latencies: of all calls that made a frame.
         pieces_done_by_others: number of pieces of work in these calls that other threads than the
             calling one have done.
         processor_times: of the calling thread, in each third of the run; this depends less on
-            other programs than the latencies.
+            other programs than the time that passes.
     """
 
     def __init__(
@@ -64,16 +52,16 @@ class Watched(ABC, Generic[Subject]):
         self.events: Counter[str] = Counter()
         self.refusals: Counter[str] = Counter()
         self.violations: list[str] = []
-        self.latencies = Latencies()
         self.pieces_done_by_others = 0
-        self.processor_times = [Latencies(), Latencies(), Latencies()]
+        self.processor_times = [Times(), Times(), Times()]
         self._random = random.Random(seed)
         self._rng = np.random.default_rng(seed)
         self._frames, self._faces, self._settings = frames, faces, settings
         self._often = often
         self._number = 0
         self._third = 0
-        self._subject, self._twin = self._new(), self._new()
+        self._subject: Subject = self._new()
+        self._twin: Subject = self._new()
 
     def step(self, progress: float) -> None:
         """Gives it the next frame; `progress` is the elapsed share of the run."""
@@ -104,10 +92,9 @@ class Watched(ABC, Generic[Subject]):
     def _timed(self, event: str, call: Callable[[], Array]) -> Array:
         """Makes a frame, and checks what every frame must be."""
         pieces = _core._pieces_done_by_others()
-        began, began_work = time.perf_counter(), time.thread_time()
+        began = time.thread_time()
         made = call()
-        self.processor_times[self._third].add(time.thread_time() - began_work)
-        self.latencies.add(time.perf_counter() - began)
+        self.processor_times[self._third].add(time.thread_time() - began)
         self.pieces_done_by_others += _core._pieces_done_by_others() - pieces
         if made.shape != self._frames[0].shape or made.dtype != self._frames.dtype:
             self._blame(event, f"answered {made.dtype} of shape {made.shape}")

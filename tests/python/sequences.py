@@ -36,5 +36,14 @@ NO_SEQUENCE: list[tuple[dict[str, Any], str]] = [
     (GOOD | {"known": np.ones((2, 4), np.uint8)}, "known: must be bool, not uint8; .*astype"),
     (GOOD | {"fps": np.nan}, "fps: must be positive and finite, not nan"),
     (GOOD | {"fps": [24, 25]}, "fps: must be one number"),
+    (GOOD | {"vertices": np.zeros((0, 4, 3))}, "has no frames"),
+    (GOOD | {"age": np.ones((2, 4), int)}, "generation, age: must be given both or neither"),
+    (GOOD | {"polygon_sizes": np.array([3, 3])}, "polygon_corners: must be given both"),
+    (GOOD | {"up_axis": "x"}, "up_axis: must be 'y' or 'z', not 'x'"),
+    (GOOD | {"times": [1.0, 2, 3]}, r"times: must have shape \(2,\) to match vertices, not \(3,"),
+    (GOOD | {"times": [2, 2]}, "must be finite and ascending, but frame 1 is at 2.0"),
+    (GOOD | {"times": [np.nan, 2]}, "must be finite and ascending, but frame 0 is at nan"),
+    (GOOD | {"times": [1, np.inf]}, "must be finite and ascending, but frame 1 is at inf"),
+    (GOOD | {"metres_per_unit": 0}, "metres_per_unit: must be positive and finite, not 0"),
 ]
 """Arrays that make no sequence, and what is said of them in every format that holds arrays."""

@@ -3,9 +3,10 @@
 import ast
 import re
 from collections.abc import Iterator
-from graphlib import CycleError, TopologicalSorter
+from graphlib import TopologicalSorter
 from pathlib import Path
 
+import pytest
 from conftest import REPOSITORY
 
 PACKAGE = REPOSITORY / "python" / "dynmesh"
@@ -26,14 +27,12 @@ LAYERS = (
 """The parts of the package from low to high, at its top but for one; above all are `__init__` and
 `__main__`. Imports in functions count like all others."""
 
-MOST_AT_THE_TOP = 20
 
-
-def modules_in(package: Path) -> dict[str, Path]:
+def modules() -> dict[str, Path]:
     """The files of all modules by their dotted names."""
     found = {}
-    for file in sorted([*package.rglob("*.py"), *package.rglob("*.pyi")]):
-        *parts, last = file.relative_to(package.parent).with_suffix("").parts
+    for file in sorted([*PACKAGE.rglob("*.py"), *PACKAGE.rglob("*.pyi")]):
+        *parts, last = file.relative_to(PACKAGE.parent).with_suffix("").parts
         found[".".join(parts if last == "__init__" else [*parts, last])] = file
     return found
 
@@ -55,15 +54,11 @@ def imported_by(name: str, modules: dict[str, Path]) -> Iterator[str]:
                     yield found
 
 
-def cycle_in(package: Path) -> list[str]:
-    """A cycle of imports, or nothing."""
-    modules = modules_in(package)
-    graph = {name: set(imported_by(name, modules)) - {name} for name in modules}
-    try:
-        TopologicalSorter(graph).prepare()
-    except CycleError as error:
-        return list(error.args[1])
-    return []
+@pytest.fixture(scope="module")
+def graph() -> dict[str, set[str]]:
+    """What each module imports, apart from itself."""
+    files = modules()
+    return {name: set(imported_by(name, files)) - {name} for name in files}
 
 
 def at_the_top(name: str) -> str:
@@ -71,18 +66,8 @@ def at_the_top(name: str) -> str:
     return name.split(".")[1] if "." in name else ""
 
 
-def test_no_module_imports_itself_by_way_of_others() -> None:
-    assert cycle_in(PACKAGE) == []
-
-
-def test_a_cycle_would_be_found(tmp_path: Path) -> None:
-    package = tmp_path / "dynmesh"
-    (package / "inner").mkdir(parents=True)
-    (package / "__init__.py").touch()
-    (package / "inner" / "__init__.py").write_text("from ..b import x\n")
-    (package / "a.py").write_text("def late():\n    from . import inner\n")
-    (package / "b.py").write_text("import dynmesh.a\n")
-    assert set(cycle_in(package)) == {"dynmesh.a", "dynmesh.b", "dynmesh.inner"}
+def test_no_module_imports_itself_by_way_of_others(graph: dict[str, set[str]]) -> None:
+    TopologicalSorter(graph).prepare()  # or a CycleError names the cycle
 
 
 def level_of(name: str) -> int:
@@ -94,14 +79,13 @@ def level_of(name: str) -> int:
     )[1]
 
 
-def test_no_part_imports_a_higher_one() -> None:
-    modules = modules_in(PACKAGE)
+def test_no_part_imports_a_higher_one(graph: dict[str, set[str]]) -> None:
     listed = {part for parts in LAYERS for part in parts if "." not in part}
-    assert {at_the_top(name) for name in modules} == listed | {"", "__main__"}
+    assert {at_the_top(name) for name in graph} == listed | {"", "__main__"}
     upwards = [
         f"{name} imports {other}"
-        for name in modules
-        for other in imported_by(name, modules)
+        for name, others in graph.items()
+        for other in others
         if level_of(other) > level_of(name)
     ]
     assert upwards == []
@@ -111,8 +95,3 @@ def test_the_compiled_core_imports_errors_alone() -> None:
     sources = (REPOSITORY / "cpp" / "bindings").glob("*.cpp")
     found = [re.findall(r'import\("dynmesh\.(\w+)', source.read_text()) for source in sources]
     assert {module for modules in found for module in modules} == {"_errors"}
-
-
-def test_the_top_of_the_package_stays_small() -> None:
-    parts = {at_the_top(name) for name in modules_in(PACKAGE)}
-    assert len(parts - {"", "__main__", "_core", "_settings"}) <= MOST_AT_THE_TOP

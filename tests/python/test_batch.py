@@ -28,10 +28,12 @@ from dynmesh.jobs.job_table import read_jobs
 from dynmesh.jobs.tracking_job import TrackingJob
 
 
-def write_partial(path: Path, n_frames: int = 12, seed: int = 0) -> dynmesh.Sequence:
+def write_partial(
+    path: Path, n_frames: int = 12, seed: int = 0, grid: int = 20
+) -> dynmesh.Sequence:
     """Writes an ocean with missing vertices; returns its completion."""
-    ocean = dynmesh.synth.ocean(n_frames, seed=seed)
-    known = np.stack(list(dynmesh.degrade.random_known(n_frames, 2500, 0.3, seed=seed)))
+    ocean = dynmesh.synth.ocean(n_frames, grid=grid, seed=seed)
+    known = np.stack(list(dynmesh.degrade.random_known(n_frames, grid**2, 0.3, seed=seed)))
     dynmesh.write(path, dynmesh.Sequence(ocean.vertices, ocean.faces, known, fps=30.0))
     completed = np.stack(
         list(dynmesh.complete(ocean.faces, ocean.vertices, known, method="detail"))
@@ -94,23 +96,27 @@ def test_a_table_is_read(tmp_path: Path) -> None:
     table = tmp_path / "jobs.csv"
     table.write_text(
         "input,output,extra_iterations,disconnected,provenance,mask,fps,revisit,method,noise,"
-        "reject_outliers,learn,threads\n"
-        'a.npz,b.npz,3,hold,yes,"a, mask.npy",25,,,,,,\n'
-        "c.npz,d.npz,,,,,,false,,,,,\n"
-        "e.npz,f.npz,,,,,,,detail,0.5,true,yes,2\n",
+        "reject_outliers,learn,threads,start,template,gaps,drop_above\n"
+        'a.npz,b.npz,3,hold,yes,"a, mask.npy",25,,,,,,,whole,,lost,\n'
+        "c.npz,d.npz,,,,,,false,,,,,,7,,,\n"
+        "e.npz,f.npz,,,,,,,detail,0.5,true,yes,2,,t.ply,,0.25\n",
         encoding="utf-8",
     )
     first, second, third = read_jobs(table)
     assert first == Job(
         tmp_path / "a.npz",
         tmp_path / "b.npz",
-        source={"known": tmp_path / "a, mask.npy"},
+        source={"known": tmp_path / "a, mask.npy", "gaps": "lost"},
         fps=25.0,
+        start="whole",
         provenance=True,
         settings={"extra_iterations": 3, "disconnected": "hold"},
     )
-    assert second == Job(tmp_path / "c.npz", tmp_path / "d.npz", settings={"revisit": False})
+    assert second == Job(
+        tmp_path / "c.npz", tmp_path / "d.npz", start=7, settings={"revisit": False}
+    )
     assert isinstance(third, Job)
+    assert (third.start, third.template, third.drop_above) == (0, tmp_path / "t.ply", 0.25)
     assert third.settings == {
         "method": "detail",
         "noise": 0.5,
@@ -150,13 +156,14 @@ def test_lines_with_scans_are_tracked(tmp_path: Path) -> None:
         template_unit=0.001,
         threads=2,
     )
-    shown = run("batch", table, "--report", report, code=1).stderr
+    shown = run("batch", table, "--report", report, "--workers", "2", code=1).stderr
     assert "2 done, 0 already complete, 1 failed of 3 jobs" in shown
     with report.open(newline="") as file:
-        lines = list(csv.DictReader(file))
-    assert [line["frames"] for line in lines] == ["12", "5", "0"]
-    assert lines[1]["input"] == str(tmp_path / "scans")
-    assert "frame_00002.ply" in lines[2]["reason"]
+        lines = {Path(line["output"]).stem: line for line in csv.DictReader(file)}
+    frames = {name: line["frames"] for name, line in lines.items()}
+    assert frames == {"completed": "12", "tracked": "5", "broken": "0"}
+    assert lines["tracked"]["input"] == str(tmp_path / "scans")
+    assert "frame_00002.ply" in lines["broken"]["reason"]
     assert_equal(Job(tmp_path / "in.npz", tmp_path / "completed.npz"), expected)
     alone = tmp_path / "alone.npz"
     dynmesh.track_file(
@@ -170,14 +177,6 @@ def test_lines_with_scans_are_tracked(tmp_path: Path) -> None:
     assert (tmp_path / "new" / "tracked.npz").read_bytes() == alone.read_bytes()
     assert "0 done, 2 already complete, 1 failed" in run("batch", table, code=1).stderr
     assert "2 done, 0 already complete" in run("batch", table, "--overwrite", code=1).stderr
-
-
-def test_a_table_may_have_scans_only(tmp_path: Path) -> None:
-    write_scans(tmp_path)
-    table = tmp_path / "jobs.csv"
-    table.write_text("scans,output,template\nscans,a.npz,sea.obj\nscans,b.npz,sea.obj\n")
-    assert "2 done" in run("batch", table, "--workers", "2").stderr
-    assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
 
 
 def test_an_interrupted_tracking_job_is_continued(
@@ -224,33 +223,7 @@ def test_an_interrupted_tracking_job_is_continued(
     assert seen == [(2, False), (5, True), (0, False)]
 
 
-def test_errors_of_a_tracking_job_name_the_scans(tmp_path: Path) -> None:
-    write_scans(tmp_path)
-    job = TrackingJob(
-        tmp_path / "scans", tmp_path / "out.npz", template=tmp_path / "sea.obj", threads=0
-    )
-    (result,) = complete_files([job])
-    assert result.reason.startswith(f"{tmp_path / 'scans'}: threads: must be")
-
-
-def test_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    jobs, expected = check_jobs(tmp_path, 3)
-    table = tmp_path / "jobs.csv"
-    table.write_text("input,output\nin0.npz,out0.npz\nnone.npz,out1.npz\nin2.npz,out2.npz\n")
-    shown = run("batch", table, "--workers", "2", code=1).stderr
-    assert "none.npz: No such file or directory" in shown
-    assert "2 done, 0 already complete, 1 failed of 3 jobs" in shown
-    assert_equal(jobs[0], expected[0])
-    assert_equal(jobs[2], expected[2])
-    table.write_text("input,output\nin0.npz,out0.npz\nin1.npz,out1.npz\nin2.npz,out2.npz\n")
-    assert "1 done, 2 already complete, 0 failed" in run("batch", table).stderr
-    assert_equal(jobs[1], expected[1])
-    monkeypatch.setattr(sys.modules["dynmesh.cli.batch"], "_patience", "0.5s")
-    error = run("batch", table, "--scheduler", "tcp://127.0.0.1:1", code=1).stderr
-    assert "--scheduler: no Dask scheduler answers at tcp://127.0.0.1:1" in error
-
-
-def test_the_report_lists_every_job(tmp_path: Path) -> None:
+def test_the_report_lists_every_job(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     jobs, _ = check_jobs(tmp_path, 2)
     dynmesh.write(jobs[1].output, dynmesh.read(jobs[1].input))
     table, report = tmp_path / "jobs.csv", tmp_path / "report.csv"
@@ -267,14 +240,9 @@ def test_the_report_lists_every_job(tmp_path: Path) -> None:
     before = table.read_bytes()
     assert "is the table of jobs" in run("batch", table, "--report", table, code=1).stderr
     assert table.read_bytes() == before
-
-
-def test_formats_that_cannot_be_resumed_are_written(tmp_path: Path) -> None:
-    pytest.importorskip("pxr", reason="usd-core is not installed")
-    expected = write_partial(tmp_path / "in.npz")
-    job = Job(tmp_path / "in.npz", tmp_path / "out.usdc")
-    assert [result.status for result in complete_files([job])] == ["done"]
-    assert_equal(job, expected)
+    monkeypatch.setattr(sys.modules["dynmesh.cli.batch"], "_patience", "0.5s")
+    error = run("batch", table, "--scheduler", "tcp://127.0.0.1:1", code=1).stderr
+    assert "--scheduler: no Dask scheduler answers at tcp://127.0.0.1:1" in error
 
 
 @contextlib.contextmanager
@@ -294,7 +262,8 @@ def dask_cluster(folder: Path) -> Iterator[tuple[str, list[subprocess.Popen[byte
             return process
 
         start("scheduler", "--host", "127.0.0.1", "--port", "0")
-        wait_until(address_file.exists)
+        # It exists before it has its content.
+        wait_until(lambda: address_file.exists() and address_file.read_text().endswith("}"))
         one = ["worker", "--host", "127.0.0.1", "--nthreads", "1", "--no-nanny"]
         workers = [start(*one) for _ in range(2)]
         yield json.loads(address_file.read_text())["address"], workers
@@ -310,7 +279,7 @@ def wait_until(what: object, seconds: float = 60) -> None:
 
 
 def test_a_worker_may_die_in_the_middle(tmp_path: Path) -> None:
-    n, n_frames = 6, 40
+    n, n_frames = 4, 15
     walker = dynmesh.synth.walker(n_frames)
     known = np.stack(list(dynmesh.degrade.random_known(n_frames, 10002, 0.3, seed=0)))
     partial = dynmesh.Sequence(walker.vertices, walker.faces, known, fps=30.0)
@@ -347,51 +316,47 @@ def is_tracker(pid: str) -> bool:
 
 
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="Linux alone tells of children")
-def test_the_workers_of_a_killed_command_end(tmp_path: Path) -> None:
-    write_partial(tmp_path / "in.npz", n_frames=60)
-    table = tmp_path / "jobs.csv"
-    rows = "".join(f"in.npz,out{i}.npz,detail\n" for i in range(100))
-    table.write_text(f"input,output,method\n{rows}")
-    command = [sys.executable, "-m", "dynmesh", "batch", str(table), "--workers", "2"]
-    with subprocess.Popen(command, stderr=subprocess.DEVNULL) as batch:
-        wait_until(lambda: len(list(tmp_path.glob(".out*"))) == 2)  # both are at work
-        children = Path(f"/proc/{batch.pid}/task/{batch.pid}/children").read_text().split()
-        batch.kill()
-    assert len(children) >= 2
-    wait_until(lambda: not any(running(int(child)) for child in children))
-
-
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="Linux alone tells of children")
 @pytest.mark.usefixtures("hearing_interrupts")
-@pytest.mark.parametrize("workers", [1, 2])
 @pytest.mark.parametrize(
-    ("how", "told", "code"), [("SIGINT", "interrupted", 130), ("SIGTERM", "terminated", 143)]
+    ("how", "workers", "what", "code"),
+    [
+        (signal.SIGINT, 1, "interrupted", 130),
+        (signal.SIGINT, 2, "interrupted", 130),
+        (signal.SIGTERM, 2, "terminated", 143),
+        (signal.SIGKILL, 2, "", -signal.SIGKILL),
+    ],
 )
-def test_an_interruption_is_reported_in_one_line(
-    tmp_path: Path, workers: int, how: str, told: str, code: int
+def test_the_workers_of_a_command_end_with_it(
+    tmp_path: Path, how: signal.Signals, workers: int, what: str, code: int
 ) -> None:
-    write_partial(tmp_path / "in.npz", n_frames=60)
+    expected = write_partial(tmp_path / "in.npz", n_frames=60, grid=50)
     table = tmp_path / "jobs.csv"
-    rows = "".join(f"in.npz,out{i}.npz,detail\n" for i in range(100))
-    table.write_text(f"input,output,method\n{rows}")
+    rows = [f"in.npz,out{i}.npz,detail\n" for i in range(100)]
+    table.write_text("".join(["input,output,method\n", *rows]))
     command = [sys.executable, "-m", "dynmesh", "batch", str(table), "--workers", str(workers)]
     with subprocess.Popen(
         command, stderr=subprocess.PIPE, text=True, start_new_session=True
     ) as batch:
         wait_until(lambda: len(list(tmp_path.glob(".out*"))) == workers)  # all are at work
         children = Path(f"/proc/{batch.pid}/task/{batch.pid}/children").read_text().split()
-        if how == "SIGINT":
-            os.killpg(batch.pid, signal.SIGINT)  # as a terminal does
+        if how == signal.SIGINT:
+            os.killpg(batch.pid, how)  # as a terminal does
         else:
-            batch.terminate()
+            batch.send_signal(how)
         batch.wait(60)
         left = [child for child in children if running(int(child)) and not is_tracker(child)]
-        _, shown = batch.communicate(timeout=60)
-    assert not left  # workers do not outlive the command
-    assert shown == f"{told}; run the command again to continue\n"
+        _, told = batch.communicate(timeout=60)
+    if how != signal.SIGKILL:
+        assert not left  # workers do not outlive a command that can end them
+        assert told == f"{what}; run the command again to continue\n"
     assert batch.returncode == code
     assert len(children) == (workers + 1 if workers > 1 else 0)
     wait_until(lambda: not any(running(int(child)) for child in children))
+    table.write_text("".join(["input,output,method\n", *rows[:workers]]))
+    run("batch", table)  # completes what was left
+    for i in range(workers):
+        assert_equal(Job(tmp_path / "in.npz", tmp_path / f"out{i}.npz"), expected)
+        assert not list(tmp_path.glob(f".out{i}.*"))
 
 
 def test_all_meshes_of_a_scene_are_one_job(tmp_path: Path) -> None:

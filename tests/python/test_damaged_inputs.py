@@ -16,18 +16,9 @@ from damage import check_damage
 from test_files_damaged import LIBRARIES, SUFFIXES, Files
 
 import dynmesh
-from dynmesh import degrade
-from dynmesh.degrade.depth_buffer import intrinsics_of, pose_of
 from dynmesh.files.scans import (
-    DepthFolder,
-    DepthScan,
     PointScan,
-    Rig,
-    ScanCamera,
-    open_scans,
-    read_cameras,
     read_points,
-    write_cameras,
     write_ply,
 )
 
@@ -92,43 +83,6 @@ def test_a_sequence(suffix: str, tmp_path: Path) -> None:
         most=20,
         # Where files contradict each other, any of them may be the damaged one.
         names=lambda file: file.parent if len(sound.whole(suffix)) > 1 else file,
-    )
-
-
-def a_rig() -> Rig:
-    cameras = []
-    for number in range(2):
-        camera = degrade.Camera((number, 9, 5), (0, 0, 0), (0, 0, 1))
-        matrix = intrinsics_of(camera, 8, 6)
-        cameras.append(ScanCamera(f"c{number}", pose_of(camera), matrix, 0.001, (8, 6)))
-    return Rig(tuple(cameras), 0.01)
-
-
-def test_cameras(tmp_path: Path) -> None:
-    (tmp_path / "sound").mkdir()
-    write_cameras(tmp_path / "sound" / "cameras.json", a_rig())
-    found = check_damage(
-        tmp_path / "sound",
-        lambda folder: read_cameras(folder / "cameras.json"),
-        work=tmp_path / "work",
-        same=same_but_for_one,
-        most=200,
-    )
-    assert min(found["refused"], found["same"]) > 0
-
-
-def test_depth_images(tmp_path: Path) -> None:
-    pytest.importorskip("PIL")
-    rng = np.random.default_rng(0)
-    with DepthFolder(tmp_path / "sound", a_rig()) as folder:
-        for image in rng.uniform(0.5, 60.0, (2, 6, 8)).astype(np.float32):
-            folder.append(DepthScan([image, image + 1], [], []))
-    check_damage(
-        tmp_path / "sound",
-        lambda folder: list(open_scans(folder)),
-        work=tmp_path / "work",
-        victims=[file.relative_to(tmp_path / "sound") for file in tmp_path.rglob("*.png")],
-        same=same,
     )
 
 

@@ -45,9 +45,10 @@ def error(
     return float(dynmesh.metrics.nmsve(faces, truth, completed)[1:].mean())
 
 
-@pytest.mark.parametrize("share", [0.05, 0.3, 0.7])
+@pytest.mark.parametrize(
+    ("share", "noise"), [(0.05, None), (0.3, None), (0.7, None), (0.3, 0.02), (0.05, 0.5)]
+)
 @pytest.mark.parametrize("shape", ["sheet", "slanted", "two parts"])
-@pytest.mark.parametrize("noise", [None, 0.02, 0.5])
 def test_frames_equal_the_transcription(
     shape: str, share: float, noise: float | None, rng: np.random.Generator
 ) -> None:
@@ -93,14 +94,12 @@ def test_a_change_under_way_goes_on(noise: float | None, rng: np.random.Generato
 @pytest.mark.parametrize(
     ("name", "n_frames", "share", "most"),
     [
-        ("crane", 80, 0.1, 0.20),
-        ("crane", 80, 0.5, 0.22),
-        ("horse_gallop", 48, 0.3, 0.24),
-        ("flag_sim_50x50", 150, 0.3, 0.85),
-        ("ict_face_arkit", 60, 0.3, 0.37),
-        ("ea_bone", 200, 0.3, 0.20),
-        ("ocean_sim_50x50", 100, 0.3, 0.80),
-        ("ocean_sim_50x50", 100, 0.5, 0.55),
+        ("crane", 60, 0.1, 0.20),
+        ("horse_gallop", 24, 0.3, 0.24),
+        ("flag_sim_50x50", 60, 0.3, 0.85),
+        ("ict_face_arkit", 30, 0.3, 0.37),
+        ("ea_bone", 80, 0.3, 0.20),
+        ("ocean_sim_50x50", 40, 0.5, 0.55),
     ],
 )
 def test_recorded_sequences_keep_their_shape(
@@ -116,8 +115,9 @@ def test_recorded_sequences_keep_their_shape(
 
 def test_nothing_drifts(data: Path) -> None:
     sequence = dynmesh.read(data / "horse_gallop.npz")
-    n_frames = len(sequence.vertices)
-    truth = np.tile(sequence.vertices, (4, 1, 1))
+    cycle = sequence.vertices[::2]
+    n_frames = len(cycle)
+    truth = np.tile(cycle, (4, 1, 1))
     completer = dynmesh.Completer(sequence.faces, truth[0], method="detail")
     completed = truth.copy()
     for n, known in enumerate(

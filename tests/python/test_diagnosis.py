@@ -1,6 +1,5 @@
 """The findings of `dynmesh.diagnose` and `dynmesh info`."""
 
-import io
 import json
 import re
 import tracemalloc
@@ -9,18 +8,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from broken_sequences import BROKEN, N_FRAMES, moving, never_seen, never_seen_in_a_patch, walker
+from broken_sequences import BROKEN, moving, never_seen, never_seen_in_a_patch, walker
 from commands import dynmesh_command as run
 from conftest import REPOSITORY
 from hypothesis import given, settings
 from meshes import Mesh, join, meshes, sheet
-from rich.console import Console
 from typer.testing import CliRunner
 
 import dynmesh
 from dynmesh import Sequence, cli, degrade, synth
-from dynmesh.cli import terminal
-from dynmesh.diagnosis.finding import CODES, MOST_PLACES, SEVERITIES, frames_listed, listed
+from dynmesh.diagnosis.finding import CODES, MOST_PLACES, SEVERITIES
 
 
 def info(*arguments: str | Path, code: int = 0) -> str:
@@ -47,14 +44,6 @@ def test_what_is_broken_is_found_where_it_is(code: str) -> None:
             assert getattr(finding.where, name).tolist() == places
 
 
-def test_a_printed_diagnosis_has_every_message_and_its_advice() -> None:
-    diagnosis = dynmesh.diagnose(BROKEN["outliers"]()[0])
-    (finding,) = diagnosis.findings
-    assert str(diagnosis) == f"1 warning\nwarning: {finding.message}\n  {finding.advice}"
-    assert repr(diagnosis) == "Diagnosis(outliers)"
-    assert str(dynmesh.diagnose(moving(sheet(12)))) == "No problems were found."
-
-
 @pytest.mark.parametrize(
     "sequence",
     [
@@ -75,7 +64,7 @@ def test_lost_vertices_are_not_a_finding() -> None:
     whole = walker()
     assert codes(dynmesh.diagnose(whole)) == []
     n_frames, k, _ = whole.vertices.shape
-    for share, expected in ((0.7, []), (0.3, []), (0.1, ["never_seen"])):
+    for share, expected in ((0.3, []), (0.1, ["never_seen"])):
         known = np.stack(list(degrade.random_known(n_frames, k, share)))
         diagnosis = dynmesh.diagnose(replace(whole, known=known))
         assert codes(diagnosis) == expected
@@ -88,7 +77,7 @@ def test_recordings_raise_no_false_alarm(data: Path) -> None:
     small = {"horse_gallop": ["small_holes", "needle_faces"]}
     people = {"crane": "metres", "horse_gallop": "metres"}
     for path in sorted(set(data.glob("*.npz")) - set(data.glob("*_scans.npz"))):
-        diagnosis = dynmesh.diagnose(path)
+        diagnosis = dynmesh.diagnose(dynmesh.read(path)[:60])
         assert codes(diagnosis) == small.get(path.stem, []), path
         unit = diagnosis.likely_unit
         assert (None if unit is None else unit.name) == people.get(path.stem), path
@@ -134,21 +123,11 @@ def test_what_is_too_large_is_what_completion_refuses(dtype: type, limit: float)
     list(dynmesh.complete(sequence.faces, iter(largest)))
 
 
-def test_an_incomplete_frame_0_names_the_first_complete_frame() -> None:
-    sequence, _ = BROKEN["first_frame_incomplete"]()
-    sequence.vertices[1:3, 9] = np.nan
-    assert "Frame 3 is the first complete one" in dynmesh.diagnose(sequence).findings[0].advice
-    sequence.vertices[:, 9] = np.nan
-    assert "No frame is complete" in dynmesh.diagnose(sequence).findings[0].advice
-
-
-@pytest.mark.parametrize("scale", [1, 100, 1000])
-def test_units_of_people_are_guessed_and_no_others(scale: float) -> None:
+def test_units_of_people_are_guessed_and_no_others() -> None:
     person = replace(walker(), vertices=walker().vertices[:1])
-    unit = dynmesh.diagnose(replace(person, vertices=person.vertices * scale)).likely_unit
-    assert unit is not None
-    assert unit.metres * scale == 1
-    assert dynmesh.diagnose(replace(person, vertices=person.vertices * 7)).likely_unit is None
+    for scale, metres in ((1, 1.0), (100, 0.01), (1000, 0.001), (7, None)):
+        unit = dynmesh.diagnose(replace(person, vertices=person.vertices * scale)).likely_unit
+        assert (None if unit is None else unit.metres) == metres
     sheet_of_a_size = replace(person, faces=person.faces[:200])
     assert dynmesh.diagnose(sheet_of_a_size).likely_unit is None
 
@@ -210,12 +189,9 @@ def test_json_holds_it_all_and_is_limited() -> None:
     diagnosis = dynmesh.diagnose(sequence)
     parsed = json.loads(diagnosis.as_json())
     assert parsed == diagnosis.as_dict()
-    assert (parsed["schema"], parsed["version"]) == ("dynmesh-diagnosis", 1)
     (finding,) = parsed["findings"]
     assert finding["where"] == {"vertices": [50], "faces": [], "frames": [4]}
     assert finding["worst"] == pytest.approx(10 / 1.1, rel=0.3)  # mean edges
-    assert parsed["sequence"]["frames"] == N_FRAMES
-    assert parsed["mesh"]["boundary_edges"] == 44
     still = np.zeros((2, 3 * MOST_PLACES, 3)) + np.arange(3 * MOST_PLACES)[:, None]
     alone = dynmesh.diagnose(Sequence(still, np.array([[0, 0, 0]])))
     isolated = next(f for f in alone.findings if f.code == "isolated_vertices")
@@ -235,12 +211,9 @@ def test_the_mean_edge_is_what_noise_is_measured_in(tmp_path: Path) -> None:
     assert found.mean_edge == pytest.approx(mean)
     assert found.as_dict()["mesh"]["mean_edge"] == found.mean_edge
     dynmesh.write(tmp_path / "a.npz", sequence)
-    assert f"{mean:g}, of frame 0" in info(tmp_path / "a.npz")
     noisy = tmp_path / "noisy.npz"
     shown = run("degrade", tmp_path / "a.npz", noisy, "--noise", "0.2").stderr
     assert f"noise of {0.2 * mean:.3g} added; complete with --noise {0.2 * mean:.3g}" in shown
-    shown = run("degrade", tmp_path / "a.npz", noisy, "--known", "0.5", "--overwrite").stderr
-    assert "noise" not in shown
     point = dynmesh.diagnose(Sequence(np.zeros((2, 3, 3)), np.array([[0, 1, 2]])))
     assert point.mean_edge is None
 
@@ -284,24 +257,6 @@ def test_vertices_in_place_at_the_origin_are_no_zeros() -> None:
         assert "first_frame_zeros" not in codes(dynmesh.diagnose(sequence))
 
 
-def test_places_are_listed_in_words() -> None:
-    assert listed("vertex", [4]) == "vertex 4"
-    assert listed("face", [4, 6]) == "faces 4 and 6"
-    assert listed("vertex", range(9)) == "vertices 0, 1, 2, 3, 4 and 4 others"
-    assert frames_listed([1, 2, 3, 7, 9, 10]) == "frames 1 to 3, 7, 9 and 10"
-
-
-def test_a_file_has_the_findings_of_its_sequence(tmp_path: Path) -> None:
-    sequence, _ = BROKEN["outliers"]()
-    path = tmp_path / "a.npz"
-    dynmesh.write(path, sequence)
-    (finding,) = dynmesh.diagnose(path).findings
-    assert (finding.code, finding.where.frames.tolist()) == ("outliers", [4])
-    with dynmesh.open(path) as reader:
-        assert codes(dynmesh.diagnose(reader)) == ["outliers"]
-    assert "1 outlier" in info(path)
-
-
 def test_memory_does_not_grow_with_the_frames(tmp_path: Path) -> None:
     ocean = synth.ocean(10)
     peaks = []
@@ -319,38 +274,19 @@ def test_memory_does_not_grow_with_the_frames(tmp_path: Path) -> None:
 
 def test_the_command_prints_text_and_json(tmp_path: Path) -> None:
     sequence, _ = BROKEN["outliers"]()
-    path, sound = tmp_path / "a.npz", tmp_path / "sound.npz"
+    path, sound, holes = (tmp_path / f"{name}.npz" for name in ("a", "sound", "holes"))
     dynmesh.write(path, sequence)
     dynmesh.write(sound, moving(sheet(12)))
-    shown = info(path)
-    assert "1 warning\n" in shown
-    assert re.search(r"^warning +1 outlier more than 4 mean edges", shown, re.MULTILINE)
+    dynmesh.write(holes, BROKEN["small_holes"]()[0])  # no more than a note
+    assert re.search(r"^warning +1 outlier more than 4 mean edges", info(path), re.MULTILINE)
     assert "No problems were found." in info(sound, "--strict")
-    assert json.loads(info(path, "--json"))["severity"] == "warning"
-    assert json.loads(run("info", path, "--json", "--strict", code=1).stdout)["findings"]
-    never = replace(sequence, vertices=sequence.vertices.copy())
-    never.vertices[1:, :20] = np.nan
-    dynmesh.write(tmp_path / "never.npz", never)
-    (told,) = (
-        finding
-        for finding in json.loads(info(tmp_path / "never.npz", "--json", "--brief"))["findings"]
-        if finding["code"] == "never_seen"
-    )
-    assert (told["count"], told["where"]["vertices"]) == (20, [0, 1, 2, 3, 4])
-    assert "requires --json" in run("info", path, "--brief", code=2).stderr
-    holes = tmp_path / "holes.npz"  # no more than a note
-    dynmesh.write(holes, BROKEN["small_holes"]()[0])
     assert "1 note\n" in info(holes, "--strict")
-    assert "no such file" in run("info", tmp_path / "b.npz", "--json", code=1).stderr.lower()
-
-
-def test_a_bar_waits_for_its_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    shown = io.StringIO()
-    monkeypatch.setattr(terminal, "_console", Console(file=shown, force_terminal=True))
-    assert list(terminal.track(range(3), 3, "reading", patience=1e9)) == [0, 1, 2]
-    assert "reading" not in shown.getvalue()
-    assert list(terminal.track(range(3), 3, "reading")) == [0, 1, 2]
-    assert "reading" in shown.getvalue()
+    assert json.loads(run("info", path, "--json", "--strict", code=1).stdout)["findings"]
+    sequence.vertices[1:, :20] = np.nan
+    dynmesh.write(tmp_path / "never.npz", sequence)
+    told = json.loads(info(tmp_path / "never.npz", "--json", "--brief"))["findings"]
+    (never,) = (finding for finding in told if finding["code"] == "never_seen")
+    assert (never["count"], never["where"]["vertices"]) == (20, [0, 1, 2, 3, 4])
 
 
 def test_the_page_explains_every_finding() -> None:

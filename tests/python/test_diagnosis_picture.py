@@ -7,10 +7,9 @@ import pytest
 from broken_sequences import BROKEN, flipped_faces, leaps, moving
 from commands import dynmesh_command as run
 from meshes import Array, sheet
-from typer.testing import CliRunner
 
 import dynmesh
-from dynmesh import Sequence, cli
+from dynmesh import Sequence
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +48,7 @@ class TestPicture:
         cosine = (sides @ wanted) / (np.linalg.norm(sides, axis=2) + 1e-9) / np.linalg.norm(wanted)
         return int((saturated & (cosine > 0.98)).sum())
 
-    @pytest.mark.parametrize("code", ["flipped_faces", "never_seen", "isolated_vertices"])
+    @pytest.mark.parametrize("code", ["flipped_faces", "isolated_vertices"])
     def test_what_is_odd_has_a_colour(self, code: str, sound: Array, tmp_path: Path) -> None:
         from dynmesh.diagnosis.picture import COLOURS
 
@@ -58,9 +57,8 @@ class TestPicture:
         assert self.on_mesh(sound, COLOURS[0]) == 0
 
     def test_every_finding_can_be_drawn(self, tmp_path: Path) -> None:
-        for code in ("first_frame_incomplete", "known_not_finite", "frames_without_anchors"):
-            assert np.ptp(self.pixels(BROKEN[code]()[0], tmp_path)) > 200
-        for points in (np.full((3, 4, 3), np.nan), np.zeros((3, 4, 3)), np.zeros((1, 4, 3))):
+        assert np.ptp(self.pixels(BROKEN["known_not_finite"]()[0], tmp_path)) > 200
+        for points in (np.full((3, 4, 3), np.nan), np.zeros((1, 4, 3))):
             assert np.ptp(self.pixels(Sequence(points, np.array([[0, 1, 2]])), tmp_path)) > 200
 
     def test_leaps_are_marked_along_the_frames(self, sound: Array, tmp_path: Path) -> None:
@@ -76,7 +74,3 @@ class TestPicture:
         assert f"{png}: drawn" in run("info", path, "--picture", png).stderr
         assert png.stat().st_size > 10_000
         assert "--overwrite" in run("info", path, "--picture", png, code=1).stderr
-        with pytest.raises(ValueError, match=r"must end in \.png"):
-            CliRunner().invoke(
-                cli.app, ["info", str(path), "--picture", "a"], catch_exceptions=False
-            )

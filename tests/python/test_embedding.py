@@ -127,24 +127,6 @@ def test_rust(tmp_path: Path, library_folder: Path) -> None:
     assert run(tmp_path / "complete", cwd=tmp_path) == "3 filled in; vertex 0 is at height 5.000\n"
 
 
-def test_lost_frames_and_keyframes() -> None:
-    truth = dynmesh.synth.ocean(5)
-    first, second, third, keyframe, last = truth.vertices
-    known = np.random.default_rng(0).random(len(first)) < 0.3
-    steady, lossy = (dynmesh.Completer(truth.faces, first, method="motion") for _ in range(2))
-    assert (lossy.skip() == first).all()
-    detailed = dynmesh.Completer(truth.faces, first, method="detail")
-    for frame in (second, third):
-        detailed.push(frame, known)
-    assert (detailed.push(keyframe) == keyframe).all()
-    for frame in (second, third):  # as without the skip
-        assert lossy.push(frame, known).tobytes() == steady.push(frame, known).tobytes()
-    assert (lossy.push(keyframe) == keyframe).all()
-    fresh = dynmesh.Completer(truth.faces, keyframe, method="motion").push(last, known)
-    # Frame 0 still determines the unit of the weights, which changes rounding.
-    assert np.allclose(lossy.push(last, known), fresh, rtol=0, atol=1e-5)
-
-
 @pytest.mark.parametrize("dtype", ["float32", "float64"])
 def test_size_of_a_state(dtype: str) -> None:
     """The table of the page has it, in steps."""

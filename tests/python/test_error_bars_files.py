@@ -9,7 +9,7 @@ import meshes
 import numpy as np
 import pytest
 from commands import dynmesh_command as run
-from meshes import turned
+from meshes import Array, turned
 
 import dynmesh
 from dynmesh import files
@@ -54,31 +54,21 @@ def completed(
     return dynmesh.read(folder / "out.npz")
 
 
-@pytest.mark.parametrize("format", KEEPING)
-def test_formats_that_keep_generation_and_age_keep_standard_errors(
-    tmp_path: Path, partial: dynmesh.Sequence, format: str
+def test_standard_errors_are_those_of_the_completer(
+    partial: dynmesh.Sequence, completed: dynmesh.Sequence
 ) -> None:
-    suffix = files.formats[format].suffixes[0]
-    target = tmp_path / (f"out_%04d{suffix}" if format == "ply" else f"out{suffix}")
-    dynmesh.write(tmp_path / "in.npz", partial)
-    dynmesh.complete_file(tmp_path / "in.npz", target, provenance=True, uncertainty=True)
-    again = dynmesh.read(target)
-    assert again.standard_error is not None
-    assert again.standard_error.dtype == np.float32
+    bars = completed.standard_error
+    assert bars is not None
+    assert bars.dtype == np.float32
+    assert not bars[0].any()
     completer = dynmesh.Completer(
         partial.faces, partial.vertices[0], method="detail", uncertainty=True
     )
     assert partial.known is not None
     for number in range(1, N_FRAMES):
         completer.push(partial.vertices[number], partial.known[number])
-        np.testing.assert_array_equal(again.standard_error[number], completer.standard_error)
-    assert not again.standard_error[0].any()
-    assert np.isinf(again.standard_error[1:, 144:]).all()
-    # From one format to another.
-    if format != "npz":
-        dynmesh.write(tmp_path / "again.npz", again)
-        copy = dynmesh.read(tmp_path / "again.npz").standard_error
-        np.testing.assert_array_equal(copy, again.standard_error)
+        np.testing.assert_array_equal(bars[number], completer.standard_error)
+    assert np.isinf(bars[1:, 144:]).all()
 
 
 def test_uncertain_vertices_are_left_missing(
@@ -101,35 +91,32 @@ def test_uncertain_vertices_are_left_missing(
         assert found.standard_error is None
         assert (bars[~expected] > drop_above).all()
     assert (bars == limit).any()
+    told = run("complete", source, tmp_path / "shell.npz", "--drop-above", str(drop_above)).stderr
+    np.testing.assert_array_equal(dynmesh.read(tmp_path / "shell.npz").known, found.known)
+    assert f"{report.dropped} vertices were left missing" in told
+    assert "90 % of the filled-in vertices" in told
 
 
-def test_the_command_drops_them_too(tmp_path: Path, completed: dynmesh.Sequence) -> None:
-    dynmesh.write(tmp_path / "in.npz", replace(completed, standard_error=None))
-    run("degrade", tmp_path / "in.npz", tmp_path / "part.npz", "--patches", "0.3", "--seed", "1")
-    told = run("complete", tmp_path / "part.npz", tmp_path / "out.npz", "--drop-above", "0.05")
-    found = dynmesh.read(tmp_path / "out.npz")
-    assert found.known is not None
-    lost = np.count_nonzero(~found.known)
-    assert 0 < lost < found.known.size
-    assert f"{lost} vertices were left missing" in told.stderr
-    assert "90 % of the filled-in vertices" in told.stderr
-    (tmp_path / "jobs.csv").write_text("input,output,drop_above\npart.npz,listed.npz,0.05\n")
-    run("batch", tmp_path / "jobs.csv")
-    np.testing.assert_array_equal(dynmesh.read(tmp_path / "listed.npz").known, found.known)
+def within_90(standard_error: Array, dimensions: int) -> float:
+    """The length that 90 % of errors with these standard errors in each dimension do not exceed."""
+    stats, optimize = pytest.importorskip("scipy.stats"), pytest.importorskip("scipy.optimize")
+    finite = standard_error[np.isfinite(standard_error)].astype(float)
+    bars = finite[finite > 0]
+
+    def missing(length: float) -> float:
+        within = len(finite) - len(bars) + stats.chi(dimensions).cdf(length / bars).sum()
+        return float(within / len(finite) - 0.9)
+
+    return float(optimize.brentq(missing, 1e-6, 100 * bars.max()))
 
 
 @pytest.mark.parametrize("metres", [None, 0.01])
 def test_how_far_90_percent_are_is_a_quantile(
     tmp_path: Path, partial: dynmesh.Sequence, completed: dynmesh.Sequence, metres: float | None
 ) -> None:
-    stats, optimize = pytest.importorskip("scipy.stats"), pytest.importorskip("scipy.optimize")
     assert completed.standard_error is not None
     assert completed.generation is not None
-    filled = completed.generation > 0
-    bars = completed.standard_error[filled & np.isfinite(completed.standard_error)].astype(float)
-    expected = optimize.brentq(
-        lambda distance: stats.chi(3).cdf(distance / bars).mean() - 0.9, 1e-6, 100 * bars.max()
-    )
+    expected = within_90(completed.standard_error[completed.generation > 0], 3)
     dynmesh.write(tmp_path / "in.npz", replace(partial, metres_per_unit=metres))
     told = run(
         "complete", tmp_path / "in.npz", tmp_path / "out.npz", "--uncertainty", "--provenance"
@@ -172,14 +159,8 @@ def test_evaluate_compares_them_with_the_truth(
             if np.ptp(values[n][filled[n]]) > 0  # in frame 1, all have the age 1
         ]
         assert found[f"{name}_correlation"] == pytest.approx(np.mean(of_frames), abs=1e-6)
-
-
-def test_evaluate_says_nothing_of_them_without_them(
-    tmp_path: Path, truth: dynmesh.Sequence, completed: dynmesh.Sequence
-) -> None:
-    dynmesh.write(tmp_path / "truth.npz", truth)
-    dynmesh.write(tmp_path / "out.npz", replace(completed, standard_error=None))
-    told = run("evaluate", tmp_path / "out.npz", tmp_path / "truth.npz", "--json")
+    dynmesh.write(tmp_path / "bare.npz", replace(completed, standard_error=None))
+    told = run("evaluate", tmp_path / "bare.npz", tmp_path / "truth.npz", "--json")
     assert json.loads(told.stdout)["standard_error"] is None
 
 
@@ -190,7 +171,7 @@ def surface_errors(completed: dynmesh.Sequence) -> dynmesh.Sequence:
 
 
 @pytest.mark.parametrize("format", KEEPING)
-def test_formats_keep_what_standard_errors_are_of(
+def test_formats_keep_standard_errors_and_what_they_are_of(
     tmp_path: Path, completed: dynmesh.Sequence, format: str
 ) -> None:
     suffix = files.formats[format].suffixes[0]
@@ -200,9 +181,11 @@ def test_formats_keep_what_standard_errors_are_of(
     )
     dynmesh.write(target, surface_errors(completed))
     dynmesh.write(tmp_path / "plain.npy", replace(completed, standard_error=None))
-    assert dynmesh.read(target).standard_error_of == "surface"
     run("convert", target, again)
-    assert dynmesh.read(again).standard_error_of == "surface"
+    for path in (target, again):
+        found = dynmesh.read(path)
+        np.testing.assert_array_equal(found.standard_error, completed.standard_error)
+        assert found.standard_error_of == "surface"
     # A completion of the tracked sequence says what its own errors are of.
     run("complete", target, again, "--uncertainty", "--provenance", "--overwrite")
     assert dynmesh.read(again).standard_error_of == "position"
@@ -211,8 +194,6 @@ def test_formats_keep_what_standard_errors_are_of(
     if format == "npy":
         run("convert", tmp_path / "plain.npy", again, "--overwrite")
         assert not again.with_name("again.standard_error_of.npy").exists()
-    dynmesh.write(tmp_path / "other.npz", completed)
-    assert dynmesh.read(tmp_path / "other.npz").standard_error_of == "position"
 
 
 def test_an_overlay_hides_what_the_errors_below_are_of(
@@ -248,17 +229,9 @@ def test_files_say_only_what_errors_can_be_of(tmp_path: Path, completed: dynmesh
 def test_info_reads_errors_of_the_surface_as_such(
     tmp_path: Path, completed: dynmesh.Sequence
 ) -> None:
-    stats, optimize = pytest.importorskip("scipy.stats"), pytest.importorskip("scipy.optimize")
     assert completed.standard_error is not None
     dynmesh.write(tmp_path / "tracked.npz", surface_errors(completed))
-    every = completed.standard_error[np.isfinite(completed.standard_error)].astype(float)
-    bars = every[every > 0]
-    zero = len(every) - len(bars)
-
-    def share(distance: float) -> float:
-        return float((zero + stats.chi(1).cdf(distance / bars).sum()) / len(every))
-
-    expected = optimize.brentq(lambda x: share(x) - 0.9, 1e-6, 100 * bars.max())
+    expected = within_90(completed.standard_error, 1)
     as_json = json.loads(run("info", tmp_path / "tracked.npz", "--json").stdout)
     assert as_json["within_90"] == pytest.approx(expected, rel=0.02)
     assert as_json["standard_error_of"] == "surface"

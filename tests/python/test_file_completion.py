@@ -16,23 +16,20 @@ from commands import dynmesh_command as run
 import dynmesh
 from dynmesh import cli, files
 from dynmesh.files.lock import unfinished_folder
-from dynmesh.jobs.batch import Job, complete_files
 from dynmesh.jobs.checkpoint import Checkpoint, OtherJobError
 from dynmesh.jobs.directions import Watch
 from dynmesh.jobs.file_completion import complete_file
 from dynmesh.settings import default_settings
 
-RESUMABLE = [
-    format.name for format in files.formats.values() if format.writer and format.writer.resumable
-]
+RESUMABLE = ["npz", "npy", "hdf5", "ply", "obj", "pc2", "mdd", "pvd"]
 
 
 @pytest.fixture(scope="module")
 def partial(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """An ocean with missing vertices."""
     path = tmp_path_factory.mktemp("partial") / "partial.npz"
-    ocean = dynmesh.synth.ocean(30, seed=3)
-    known = np.stack(list(dynmesh.degrade.random_known(30, 2500, 0.3, seed=1)))
+    ocean = dynmesh.synth.ocean(30, grid=20, seed=3)
+    known = np.stack(list(dynmesh.degrade.random_known(30, 400, 0.3, seed=1)))
     dynmesh.write(path, dynmesh.Sequence(ocean.vertices, ocean.faces, known, fps=30.0))
     return path
 
@@ -70,10 +67,6 @@ def files_in(folder: Path) -> dict[Path, tuple[int, int, int]]:
     return {path: (one.st_ino, one.st_size, one.st_mtime_ns) for path, one in found.items()}
 
 
-def test_the_default_format_can_be_resumed() -> None:
-    assert {"npz", "hdf5"} <= set(RESUMABLE)
-
-
 @pytest.mark.usefixtures("eager")
 @pytest.mark.parametrize("format", RESUMABLE)
 def test_a_resumed_run_equals_an_uninterrupted_one(
@@ -98,6 +91,7 @@ def test_a_resumed_run_equals_an_uninterrupted_one(
     assert expected.keys() == got.keys()
     one, other = dynmesh.read(output_path(whole, format)), dynmesh.read(output)
     np.testing.assert_array_equal(one.vertices, other.vertices)
+    assert one.fps == other.fps
 
 
 def pressing_after(*moments: int) -> Watch:
@@ -158,38 +152,8 @@ def test_interrupts_that_cannot_wait(tmp_path: Path, partial: Path) -> None:
 
 
 @pytest.mark.usefixtures("eager")
-def test_provenance_survives_an_interruption(tmp_path: Path, partial: Path) -> None:
-    output = tmp_path / "out.npz"
-    with pytest.raises(KeyboardInterrupt):
-        complete_file(
-            partial, output, provenance=True, watch=interrupted_after(11, KeyboardInterrupt())
-        )
-    complete_file(partial, output, provenance=True, resume=True)
-    truth = dynmesh.read(partial)
-    assert truth.known is not None
-    completer = dynmesh.Completer(truth.faces, truth.vertices[0])
-    completed = dynmesh.read(output)
-    assert completed.generation is not None
-    assert completed.age is not None
-    for i in range(30):
-        if i:
-            completer.push(truth.vertices[i], truth.known[i])
-        np.testing.assert_array_equal(completed.generation[i], completer.generation)
-        np.testing.assert_array_equal(completed.age[i], completer.age)
-
-
-@pytest.mark.usefixtures("eager")
 def test_another_job_is_not_mixed_in(tmp_path: Path, partial: Path) -> None:
     output = tmp_path / "out.npz"
-    with pytest.raises(KeyboardInterrupt):
-        complete_file(partial, output, watch=interrupted_after(11, KeyboardInterrupt()))
-    message = (
-        r"is of another job: extra_iterations changed \(it was 0, now it is 2\); "
-        r"noise changed \(it was not given, now it is 0\.5\); run without"
-    )
-    with pytest.raises(OtherJobError, match=message):
-        complete_file(partial, output, resume=True, extra_iterations=2, noise=0.5)
-    assert complete_file(partial, output, resume=True).resumed_at == 11
     with pytest.raises(KeyboardInterrupt):
         complete_file(
             partial, output, overwrite=True, watch=interrupted_after(5, KeyboardInterrupt())
@@ -260,7 +224,9 @@ def test_a_complete_output_of_another_job_is_not_taken_for_done(
     if format in ("npz", "hdf5", "mdd", "pvd"):
         with pytest.raises(OtherJobError, match=r"fps changed \(it was 30\.0, now it is 25\.0\)"):
             complete_file(partial, output, resume=True, fps=25.0)
-    assert complete_file(partial, output, resume=True, fps=30.0).existed
+    report = complete_file(partial, output, resume=True, fps=30.0)
+    assert report.existed
+    assert (report.frames, report.resumed_at, report.seconds_per_frame) == (30, 30, None)
     assert files_in(tmp_path) == before
 
 
@@ -329,41 +295,9 @@ def test_rejected_outliers_are_reported(tmp_path: Path, partial: Path) -> None:
     assert "outliers rejected" not in run("complete", spoilt, out, "--overwrite").stderr
 
 
-def test_holes_in_frame_0_are_counted(tmp_path: Path, partial: Path) -> None:
-    sequence = dynmesh.read(partial)
-    assert sequence.known is not None
-    sequence.known[0, [7, 9]] = False
-    message = (
-        r"holes\.npz: frame 0: 2 of 2500 vertices are missing, the first is vertex 7; "
-        r"completion starts from a whole frame: --start whole .*, and --template FILE"
-    )
-    for known in (sequence.known, None):
-        sequence.vertices[0, [7, 9], 1] = np.nan
-        dynmesh.write(tmp_path / "holes.npz", replace(sequence, known=known))
-        with pytest.raises(ValueError, match=message):
-            complete_file(tmp_path / "holes.npz", tmp_path / "out.npz")
-    assert [path.name for path in tmp_path.iterdir()] == ["holes.npz"]
-
-
-def test_two_processes_do_not_write_one_output(tmp_path: Path, partial: Path) -> None:
-    output = tmp_path / "out.npz"
-
-    def watch(frames: Iterator[Any], *_: int) -> Iterator[Any]:
-        for number, frame in enumerate(frames):
-            if number == 3:
-                run("complete", partial, output, code=1)
-                shown = run("complete", partial, output, "--resume", code=1).stderr
-                assert "out.npz: is being written by another process" in shown
-                assert "kept" not in shown
-            yield frame
-
-    complete_file(partial, output, watch=watch)
-    assert dynmesh.read(output).vertices.shape == (30, 2500, 3)
-    assert [path.name for path in tmp_path.iterdir()] == ["out.npz"]
-
-
-@pytest.mark.parametrize("format", RESUMABLE)
+@pytest.mark.parametrize("format", ["obj", "mdd", "pvd"])
 def test_a_killed_process_can_be_resumed(tmp_path: Path, partial: Path, format: str) -> None:
+    """As in tests/endurance, where jobs of the other formats are killed."""
     output = output_path(tmp_path, format)
     program = (
         "import os, signal, sys; from dynmesh.jobs import file_completion as f\n"
@@ -402,19 +336,8 @@ def test_the_report_of_a_file(tmp_path: Path, partial: Path) -> None:
     sequence = dynmesh.read(partial)
     assert sequence.known is not None
     n_known = int(sequence.known[1:].sum())
-    assert (report.known, report.filled, report.disconnected) == (n_known, 29 * 2500 - n_known, 0)
+    assert (report.known, report.filled, report.disconnected) == (n_known, 29 * 400 - n_known, 0)
     assert dynmesh.read(tmp_path / "out.npz").fps == 12.5
-
-
-def test_formats_that_cannot_be_resumed_are_refused_first(tmp_path: Path, partial: Path) -> None:
-    for name, format in (("out.abc", None), ("out.usdc", None), ("out", "usd")):
-        with pytest.raises(
-            ValueError, match=rf"{name}: this format cannot be resumed; npz, .* and pvd can"
-        ):
-            complete_file(tmp_path / "none.npz", tmp_path / name, output_format=format, resume=True)
-    shown = run("complete", partial, tmp_path / "out.abc", "--resume", code=1).stderr
-    assert "out.abc: this format cannot be resumed; npz, hdf5" in shown
-    assert not list(tmp_path.iterdir())
 
 
 def shell(monkeypatch: pytest.MonkeyPatch, *arguments: object, interrupt: int = -1) -> int:
@@ -423,7 +346,7 @@ def shell(monkeypatch: pytest.MonkeyPatch, *arguments: object, interrupt: int = 
     def track(frames: Iterator[Any], whole: int, _: str, done: int) -> Iterator[Any]:
         return interrupted_after(interrupt, KeyboardInterrupt())(frames, whole, done)
 
-    monkeypatch.setattr("dynmesh.cli.completion.track", track)
+    monkeypatch.setattr("dynmesh.cli.done.track", track)
     monkeypatch.setattr(sys, "argv", ["dynmesh", *map(str, arguments)])
     with pytest.raises(SystemExit) as caught:
         cli.main()
@@ -452,41 +375,6 @@ def test_the_command_reports_what_an_interruption_leaves(
 
 
 @pytest.mark.usefixtures("eager")
-def test_the_command_refuses_to_continue_damaged_files(
-    tmp_path: Path,
-    partial: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capfd: pytest.CaptureFixture[str],
-) -> None:
-    out = tmp_path / "out.npz"
-    assert shell(monkeypatch, "complete", partial, out, interrupt=7) == 130
-    damaged = unfinished_folder(out) / "files" / "vertices.npy"
-    damaged.write_bytes(b"")
-    kept = files_in(tmp_path)
-    capfd.readouterr()
-    assert shell(monkeypatch, "complete", partial, out, "--resume") == 1
-    shown = capfd.readouterr().err
-    assert f"{damaged}: is damaged: it is shorter than it was; run without --resume to" in shown
-    assert files_in(tmp_path) == kept
-    assert shell(monkeypatch, "complete", partial, out) == 0
-
-
-@pytest.mark.parametrize("format", RESUMABLE)
-def test_resuming_a_complete_output_does_nothing(
-    tmp_path: Path, partial: Path, format: str
-) -> None:
-    output = output_path(tmp_path, format)
-    complete_file(partial, output)
-    before = files_in(tmp_path)
-    report = complete_file(partial, output, resume=True)
-    assert report.existed
-    assert (report.frames, report.resumed_at, report.seconds_per_frame) == (30, 30, None)
-    assert files_in(tmp_path) == before
-    (result,) = complete_files([Job(partial, output, output_format=format)])
-    assert result.status == "exists"
-
-
-@pytest.mark.usefixtures("eager")
 def test_unfinished_files_beside_an_older_output_are_resumed(tmp_path: Path, partial: Path) -> None:
     output = tmp_path / "out.npz"
     complete_file(partial, output)
@@ -509,19 +397,6 @@ def test_only_a_complete_output_ends_a_resumed_job(tmp_path: Path, partial: Path
     (tmp_path / "out.npz").write_bytes(b"something else")
     with pytest.raises(FileExistsError):
         complete_file(partial, tmp_path / "out.npz", resume=True)
-
-
-def test_the_command_reports_a_complete_output(
-    tmp_path: Path,
-    partial: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capfd: pytest.CaptureFixture[str],
-) -> None:
-    out = tmp_path / "out.npz"
-    assert shell(monkeypatch, "complete", partial, out, "--resume") == 0
-    capfd.readouterr()
-    assert shell(monkeypatch, "complete", partial, out, "--resume") == 0
-    assert capfd.readouterr().err == f"{out}: already complete; --overwrite makes it anew\n"
 
 
 def test_the_command_reports_that_nothing_is_kept(

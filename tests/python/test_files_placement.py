@@ -18,23 +18,6 @@ SAID = dynmesh.Sequence(
 )
 
 
-def place(folder: Path, suffix: str) -> Path:
-    return folder / (f"a_%d{suffix}" if suffix in (".ply", ".obj") else f"a{suffix}")
-
-
-@pytest.mark.parametrize("suffix", [".ply", ".obj", ".pc2", ".mdd", ".pvd", ".abc"])
-def test_up_axis_and_unit_are_kept(tmp_path: Path, suffix: str) -> None:
-    if suffix == ".abc":
-        pytest.importorskip("alembic3d")
-    if suffix == ".pvd":
-        pytest.importorskip("vtkmodules")
-    path = place(tmp_path, suffix)
-    for up_axis, metres_per_unit in (("z", 0.0254), ("y", None), (None, 1 / 3), (None, None)):
-        dynmesh.write(path, replace(SAID, up_axis=up_axis, metres_per_unit=metres_per_unit))
-        again = dynmesh.read(path)
-        assert (again.up_axis, again.metres_per_unit) == (up_axis, metres_per_unit)
-
-
 def test_nothing_is_guessed_if_the_file_states_it(tmp_path: Path) -> None:
     dynmesh.write(tmp_path / "a_%d.ply", SAID)
     shown = dynmesh_command("info", tmp_path / "a_%d.ply").stdout

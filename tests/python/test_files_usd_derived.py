@@ -1,16 +1,15 @@
 """Attributes of a USD mesh that follow from its points, such as normals and velocities."""
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from commands import dynmesh_command
 from meshes import Array, turned
 
 import dynmesh
-from dynmesh import cli
 from dynmesh.polygons import Polygons, split_polygons
 
 Sdf, Usd, UsdGeom, Vt = (
@@ -120,36 +119,12 @@ def mesh_of(path: Path, name: str) -> Any:
     return UsdGeom.Mesh(stages[-1].GetPrimAtPath(name))
 
 
-def shell(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> int:
-    """Runs the command in this process; returns its exit code."""
-    monkeypatch.setattr(sys, "argv", ["dynmesh", *map(str, arguments)])
-    with pytest.raises(SystemExit) as caught:
-        cli.main()
-    return int(caught.value.code or 0)
-
-
 def samples(attribute: Any) -> Array:
     np.testing.assert_array_equal(attribute.GetTimeSamples(), TIMES)
     return np.array([attribute.Get(time) for time in TIMES.tolist()])
 
 
 LAYOUTS = ("vertex", "varying", "uniform", "faceVarying", "flat faceVarying")
-
-
-@pytest.mark.parametrize("orientation", ["rightHanded", "leftHanded"])
-@pytest.mark.parametrize("layout", LAYOUTS)
-def test_normals_are_those_of_the_completed_points(
-    tmp_path: Path, layout: str, orientation: str
-) -> None:
-    values, interpolation = normals_of(layout), layout.split()[-1]
-    if orientation == "leftHanded":
-        values = -values
-    source = original(tmp_path / "a.usda", values, interpolation, orientation=orientation)
-    dynmesh.complete_file(source, tmp_path / "b.usdc")
-    mesh = layered(tmp_path / "b.usdc", source)
-    assert mesh.GetNormalsInterpolation() == interpolation
-    # Completion moves every vertex like its neighbours, so the box keeps its shape.
-    np.testing.assert_allclose(samples(mesh.GetNormalsAttr()), [values] * N_FRAMES, atol=1e-5)
 
 
 @pytest.mark.parametrize("indexed", [False, True])
@@ -219,8 +194,6 @@ def test_attributes_that_cannot_be_computed_are_blocked(
     name: str,
     values: Array,
     interpolation: str,
-    monkeypatch: pytest.MonkeyPatch,
-    capfd: pytest.CaptureFixture[str],
 ) -> None:
     indices = np.arange(len(values)) if name == "primvars:normals" else None
     source, target = tmp_path / "a.usda", tmp_path / "b.usdc"
@@ -228,8 +201,7 @@ def test_attributes_that_cannot_be_computed_are_blocked(
     table = tmp_path / "jobs.csv"
     table.write_text(f"input,output\n{source},{target}\n")
     for command in (("complete", source, target), ("convert", source, target), ("batch", table)):
-        assert shell(monkeypatch, *command, "--overwrite") == 0
-        told = capfd.readouterr().err
+        told = dynmesh_command(*command, "--overwrite").stderr
         assert f"{target}: {name} are blocked" in told
         assert "velocities" not in told
         mesh = layered(target, source)
@@ -237,9 +209,7 @@ def test_attributes_that_cannot_be_computed_are_blocked(
         assert not UsdGeom.PrimvarsAPI(mesh).GetPrimvar("normals").HasValue()
 
 
-def test_one_frame_has_no_velocity_and_two_no_acceleration(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_one_frame_has_no_velocity_and_two_no_acceleration(tmp_path: Path) -> None:
     source, target = tmp_path / "a.npz", tmp_path / "b.usdc"
     derived = {"velocities": "vertex", "accelerations": "vertex"}
     for n_frames, blocked in (
@@ -250,8 +220,7 @@ def test_one_frame_has_no_velocity_and_two_no_acceleration(
         vertices = moved(box()[0])[:n_frames]
         sequence = dynmesh.Sequence(vertices, np.array([[0, 1, 2]]), fps=RATE, derived=derived)
         dynmesh.write(source, sequence)
-        assert shell(monkeypatch, "convert", source, target, "--overwrite") == 0
-        told = capfd.readouterr().err
+        told = dynmesh_command("convert", source, target, "--overwrite").stderr
         mesh = mesh_of(target, "/mesh").GetPrim()
         for name in derived:
             assert (f"{name} are blocked" in told) == (name in blocked)
@@ -299,7 +268,9 @@ def test_normals_turn_with_the_points(tmp_path: Path, layout: str) -> None:
         derived={"normals": layout},
     )
     dynmesh.write(tmp_path / "a.usdc", sequence)
-    normals = samples(mesh_of(tmp_path / "a.usdc", "/mesh").GetNormalsAttr())
+    mesh = mesh_of(tmp_path / "a.usdc", "/mesh")
+    assert mesh.GetNormalsInterpolation() == layout.split()[-1]
+    normals = samples(mesh.GetNormalsAttr())
     for angle, found in zip(angles, normals, strict=True):
         np.testing.assert_allclose(found, turned(normals_of(layout), angle), atol=1e-6)
 

@@ -5,7 +5,6 @@ import re
 import subprocess
 import sys
 from pathlib import Path
-from typing import get_args
 
 import pytest
 from commands import dynmesh_command as run
@@ -13,7 +12,6 @@ from commands import dynmesh_process
 
 import dynmesh
 from dynmesh import files
-from dynmesh.draw.quantities import Colour
 
 COMMANDS = (
     *("info", "synth", "degrade", "complete", "track", "evaluate"),
@@ -26,20 +24,6 @@ def test_help_and_version() -> None:
     shown = run("--help").stdout
     assert run("-h").stdout == shown
     assert all(name in shown for name in (*files.formats, *COMMANDS))
-
-
-@pytest.mark.parametrize("command", COMMANDS)
-def test_the_help_of_a_command_fits_the_terminal(command: str) -> None:
-    assert run(command, "-h").stdout == run(command, "--help").stdout
-    for width in (80, 120):
-        lines = run(command, "-h", columns=width).stdout.splitlines()
-        assert max(map(len, lines)) <= width
-        options = [line for line in lines if re.match(r"│ [* ]*--", line)]
-        assert options
-        for line in options:
-            assert not re.search(r"<(bool|int|float|str|list|path)", line)
-            what_it_does = re.split(r"\s{2,}", line.rstrip(" │"))[-1]
-            assert line.index(what_it_does) <= width - 30, line
 
 
 def test_every_command_that_reads_has_the_same_options_of_reading() -> None:
@@ -57,11 +41,6 @@ def test_every_command_that_reads_has_the_same_options_of_reading() -> None:
         ("dynmesh comp", {"complete"}),
         ("dynmesh complete --method ", {"motion", "detail"}),
         ("dynmesh info --format ", set(files.formats)),
-        ("dynmesh convert --output-format h", {"hdf5"}),
-        (
-            "dynmesh view --colour ",
-            {"error", "generation", "age", "standard_error", "known", "plain"},
-        ),
     ],
 )
 def test_the_shell_completes(line: str, values: set[str]) -> None:
@@ -74,10 +53,3 @@ def test_the_shell_completes(line: str, values: set[str]) -> None:
         check=False,
     )
     assert set(result.stdout.split()) == values, result.stderr
-
-
-@pytest.mark.parametrize("command", ["view", "picture"])
-def test_the_help_names_every_colour(command: str) -> None:
-    shown = " ".join(run(command, "-h").stdout.replace("│", " ").split())
-    (names,) = re.findall(r"--colour,--color NAME ([\w, ]+)\. \[", shown)
-    assert set(re.split(r", | or ", names)) == set(get_args(Colour))

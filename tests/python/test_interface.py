@@ -101,18 +101,6 @@ def test_float64_beyond_the_range_of_float32_is_too_large_and_not_missing(mesh: 
     assert completer.report.known == len(points) - 1
 
 
-def test_missing_rows_are_the_ones_that_are_not_finite(
-    mesh: Mesh, rng: np.random.Generator
-) -> None:
-    points = turned(mesh.vertices, 0.3)
-    known = rng.random(len(points)) < 0.4
-    holed = points.copy()
-    holed[np.flatnonzero(~known), rng.integers(0, 3, (~known).sum())] = np.nan
-    holed[np.argmin(known)] = -np.inf
-    first, second = (dynmesh.Completer(mesh.faces, mesh.vertices) for _ in range(2))
-    np.testing.assert_array_equal(first.push(holed), second.push(points, known))
-
-
 def test_sparse_input_equals_masked_input(mesh: Mesh, rng: np.random.Generator) -> None:
     points = turned(mesh.vertices, 0.3)
     indices = rng.permutation(len(points))[:11]
@@ -150,66 +138,21 @@ def test_out_is_written_and_returned(completer: dynmesh.Completer, mesh: Mesh) -
     assert np.isfinite(points).all()
 
 
-def test_age_and_generation(mesh: Mesh) -> None:
-    completer = dynmesh.Completer(mesh.faces, mesh.vertices, method="motion")
-    known = np.zeros(len(mesh.vertices), bool)
-    known[0] = True
-    completer.push(mesh.vertices, known)
-    completer.push(mesh.vertices, known)
-    assert completer.generation.dtype == completer.age.dtype == np.int32
-    assert completer.generation[0] == 0
-    assert completer.generation[1] == 1
-    assert completer.generation.max() == completer.report.iterations > 3
-    assert completer.age[0] == 0
-    assert completer.age[-1] == 2
-    assert "known=1" in repr(completer.report)
-    completer.reset(mesh.vertices)
-    assert not completer.age.any()
-    assert not completer.generation.any()
-
-
-def test_state_continues_with_the_same_result(mesh: Mesh, rng: np.random.Generator) -> None:
-    first = dynmesh.Completer(mesh.faces, mesh.vertices)
-    frames = [turned(mesh.vertices, 0.1 * i) for i in range(6)]
-    masks = rng.random((6, len(mesh.vertices))) < 0.3
-    for points, known in zip(frames[:3], masks[:3], strict=True):
-        first.push(points, known)
-    second = dynmesh.Completer(mesh.faces, mesh.vertices)
-    second.restore(first.state())
-    assert first.report.seconds > 0
-    assert second.report.seconds == 0
-    assert second.state() == first.state()
-    for points, known in zip(frames[3:], masks[3:], strict=True):
-        np.testing.assert_array_equal(first.push(points, known), second.push(points, known))
-    np.testing.assert_array_equal(first.age, second.age)
-    third = dynmesh.Completer(mesh.faces, mesh.vertices)
-    third.restore(bytearray(first.state()))
-    assert third.state() == first.state()
-
-
 def test_complete_is_a_generator_in_constant_memory(mesh: Mesh, rng: np.random.Generator) -> None:
     given = 0
 
     def frames() -> Any:
         nonlocal given
-        for i in range(1000):
+        for i in range(40):
             given += 1
             yield turned(mesh.vertices, 0.01 * i)
 
-    masks = (rng.random(len(mesh.vertices)) < 0.5 if i else np.ones(49, bool) for i in range(1000))
+    masks = (rng.random(len(mesh.vertices)) < 0.5 if i else np.ones(49, bool) for i in range(40))
     stream = dynmesh.complete(mesh.faces, frames(), masks)
     np.testing.assert_array_equal(next(stream), mesh.vertices)
     next(stream)
     assert given == 2
-    assert len(list(stream)) == 998
-
-    again = dynmesh.Completer(mesh.faces, mesh.vertices, extra_iterations=3, method="motion")
-    points = turned(mesh.vertices, 0.2)
-    points[5:20] = np.nan
-    completed = list(
-        dynmesh.complete(mesh.faces, [mesh.vertices, points], extra_iterations=3, method="motion")
-    )
-    np.testing.assert_array_equal(completed[1], again.push(points))
+    assert len(list(stream)) == 38
 
 
 def test_the_topology_report_lists_problems() -> None:
@@ -221,5 +164,3 @@ def test_the_topology_report_lists_problems() -> None:
     assert [face.index for face in report.refused_faces] == [10, 11]
     assert [face.kind for face in report.refused_faces] == ["degenerate", "duplicate"]
     assert report.refused_faces[1].reason == "duplicate of face 0"
-    expected = "RefusedFace(index=11, kind='duplicate', reason='duplicate of face 0')"
-    assert repr(report.refused_faces[1]) == expected

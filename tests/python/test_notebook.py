@@ -79,10 +79,3 @@ def test_the_notebook_runs(executed: Any, tmp_path: Path) -> None:
         assert_upright(picture.data["image/png"])
     assert "widgets" not in executed.metadata  # the data of players is stored once
     assert {file.name for file in (tmp_path / "work").iterdir()} == {"partial.npz", "completed.npz"}
-
-
-def test_a_failing_cell_would_be_noticed(notebook: Any) -> None:
-    notebook.cells = [nbformat.v4.new_code_cell("import dynmesh\ndynmesh.Sequence()")]
-    client = nbclient.NotebookClient(notebook, timeout=60, kernel_name="python3")
-    with pytest.raises(nbclient.exceptions.CellExecutionError, match="TypeError"):
-        client.execute()

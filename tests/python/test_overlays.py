@@ -1,13 +1,12 @@
 """USD layers over a scene, which change the completed meshes and nothing else."""
 
-import shutil
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from commands import dynmesh_command
-from stages import BODY, FLAG, HAT, STONE, TIMES, production
+from stages import BODY, FLAG, HAT, TIMES, production
 
 import dynmesh
 
@@ -145,14 +144,6 @@ def test_one_mesh_is_enough(tmp_path: Path, suffix: str) -> None:
     (spec,) = layer.GetPrimAtPath("/World").nameChildren
     assert spec.name == "Rig"
     assert dynmesh.read(over, prim=HAT).known is None
-
-
-def test_both_files_can_be_moved_together(shot: Path, tmp_path: Path) -> None:
-    shutil.copytree(shot, tmp_path / "elsewhere")
-    (tmp_path / "elsewhere").rename(tmp_path / "moved")
-    over = tmp_path / "moved" / "done" / "over.usda"
-    stage = stage_of(over)
-    assert stage.GetPrimAtPath(STONE).IsA(UsdGeom.Mesh)
 
 
 def test_a_packed_stage_can_be_below(tmp_path: Path) -> None:

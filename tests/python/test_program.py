@@ -5,7 +5,6 @@ import signal
 import struct
 import subprocess
 import time
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -26,23 +25,6 @@ def write_pc2(path: Path, frames: Floats, n_frames: int | None = None) -> None:
     path.write_bytes(header + frames.tobytes())
 
 
-def write_obj(path: Path, faces: Iterable[Iterable[int]], vertices: Floats) -> None:
-    lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in vertices.tolist()]
-    lines += ["f " + " ".join(str(v + 1) for v in face) for face in faces]
-    path.write_text("\n".join(lines) + "\n")
-
-
-def write_ply(path: Path, faces: NDArray[Any], vertices: Floats) -> None:
-    header = (
-        f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\n"
-        "property float x\nproperty float y\nproperty float z\n"
-        f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
-    )
-    rows = np.empty(len(faces), [("n", "u1"), ("v", "<i4", 3)])
-    rows["n"], rows["v"] = 3, faces
-    path.write_bytes(header.encode() + vertices.tobytes() + rows.tobytes())
-
-
 class Job:
     """A partial sequence in a folder, and its expected completion."""
 
@@ -55,8 +37,8 @@ class Job:
         completed = list(dynmesh.complete(sequence.faces, sequence.vertices, masks))
         self.completed = np.stack(completed)[1:].tobytes()
         self.template = folder / "template.obj"
-        write_obj(self.template, sequence.faces.tolist(), sequence.vertices[0])
-        write_ply(folder / "template.ply", sequence.faces, sequence.vertices[0])
+        for template in (self.template, folder / "template.ply"):
+            dynmesh.write(template, sequence[:1])
         self.raw = folder / "partial.raw"
         self.raw.write_bytes(self.partial.tobytes())
         self.pc2 = folder / "partial.pc2"
@@ -69,36 +51,29 @@ def job(tmp_path_factory: pytest.TempPathFactory) -> Job:
 
 
 @pytest.fixture
-def complete(programs: Path, job: Job) -> Any:
-    def run(
-        input_: str | Path, output: str | Path, *options: str | Path, code: int = 0, **more: Any
-    ) -> subprocess.CompletedProcess[bytes]:
-        command: list[str | Path] = [
-            programs / "dynmesh-complete",
-            "--input",
-            input_,
-            "--output",
-            output,
-            *options,
-        ]
+def start(programs: Path, job: Job) -> Any:
+    """Starts the program, with pipes to and from it."""
+
+    def run(input_: str | Path, output: str | Path, *options: str | Path) -> Any:
+        command: list[str | Path] = [programs / "dynmesh-complete", *options]
+        command += ["--input", input_, "--output", output]
         if "--template" not in options:
             command += ["--template", job.template]
-        result = subprocess.run(command, capture_output=True, check=False, **more)
-        assert result.returncode == code, result.stderr
-        return result
+        pipe = subprocess.PIPE
+        return subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe)
 
     return run
 
 
 @pytest.fixture
-def start(programs: Path, job: Job) -> Any:
-    """Starts the program, with pipes to and from it."""
+def complete(start: Any) -> Any:
+    """Runs the program to its end, and returns what it printed to standard output and error."""
 
-    def run(input_: str | Path, output: str | Path, *options: str | Path) -> Any:
-        command: list[str | Path] = [programs / "dynmesh-complete", "--template", job.template]
-        command += ["--input", input_, "--output", output, *options]
-        pipe = subprocess.PIPE
-        return subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe)
+    def run(*command: str | Path, code: int = 0, input: bytes = b"") -> tuple[bytes, str]:
+        process = start(*command)
+        printed, errors = process.communicate(input)
+        assert process.returncode == code, errors
+        return printed, errors.decode()
 
     return run
 
@@ -112,8 +87,8 @@ def test_raw_and_pc2_and_pipes_give_the_same_bytes(complete: Any, job: Job, tmp_
     cache = (tmp_path / "a.pc2").read_bytes()
     assert struct.unpack(HEADER, cache[:32]) == (b"POINTCACHE2\0", 1, 2500, 7.0, 0.5, 19)
     assert cache[32:] == job.completed
-    assert complete("-", "-", input=job.raw.read_bytes()).stdout == job.completed
-    assert complete(job.pc2, "-").stdout == job.completed
+    assert complete("-", "-", input=job.raw.read_bytes())[0] == job.completed
+    assert complete(job.pc2, "-")[0] == job.completed
 
 
 def test_a_pipe_gets_each_frame_at_once(start: Any, job: Job) -> None:
@@ -128,7 +103,7 @@ def test_a_pipe_gets_each_frame_at_once(start: Any, job: Job) -> None:
 
 
 def test_threads_and_report(complete: Any, job: Job, tmp_path: Path) -> None:
-    report = complete(job.raw, tmp_path / "a.raw", "--report").stderr.decode().splitlines()
+    report = complete(job.raw, tmp_path / "a.raw", "--report")[1].splitlines()
     assert len(report) == 19
     first = json.loads(report[0])
     assert (first["frame"], first["known"], first["filled"], first["disconnected"]) == (
@@ -196,9 +171,9 @@ def test_training_are_those_of_the_library(
     (tmp_path / "short.raw").write_bytes(job.partial[:6].tobytes())
     options: list[str | Path] = ["--method", "detail", "--training", training.raw]
     options += ["--training", training.pc2, "--report"]
-    result = complete(tmp_path / "short.raw", tmp_path / "a.raw", *options)
+    _, shown_reports = complete(tmp_path / "short.raw", tmp_path / "a.raw", *options)
     assert (tmp_path / "a.raw").read_bytes() == b"".join(expected)
-    for line, report in zip(result.stderr.decode().splitlines(), reports, strict=True):
+    for line, report in zip(shown_reports.splitlines(), reports, strict=True):
         shown = json.loads(line)
         for name in ("blend", "prior_weight", "prior_share"):
             assert shown[name] == pytest.approx(getattr(report, name), rel=1e-8)
@@ -225,19 +200,19 @@ def test_an_interrupt_while_a_training_is_read(start: Any, job: Job, tmp_path: P
 def test_whole_frames_before_a_cut_are_written(complete: Any, job: Job, tmp_path: Path) -> None:
     size = job.partial[0].nbytes
     (tmp_path / "cut.raw").write_bytes(job.raw.read_bytes()[: 4 * size + 100])
-    error = complete(tmp_path / "cut.raw", tmp_path / "a.raw", code=1).stderr.decode()
+    error = complete(tmp_path / "cut.raw", tmp_path / "a.raw", code=1)[1]
     assert f"frame 5 ends after 100 of {size} bytes; 4 whole frames preceded it" in error
     assert (tmp_path / "a.raw").read_bytes() == job.completed[: 4 * size]
 
     (tmp_path / "cut.pc2").write_bytes(job.pc2.read_bytes()[: 32 + 4 * size])
-    error = complete(tmp_path / "cut.pc2", tmp_path / "a.pc2", code=1).stderr.decode()
+    error = complete(tmp_path / "cut.pc2", tmp_path / "a.pc2", code=1)[1]
     assert "frame 5 of 19 ends after 0 of" in error
     cache = (tmp_path / "a.pc2").read_bytes()
     assert struct.unpack(HEADER, cache[:32])[5] == 4
     assert cache[32:] == job.completed[: 4 * size]
 
     write_pc2(tmp_path / "longer.pc2", job.partial, n_frames=4)
-    error = complete(tmp_path / "longer.pc2", tmp_path / "b.raw", code=1).stderr.decode()
+    error = complete(tmp_path / "longer.pc2", tmp_path / "b.raw", code=1)[1]
     assert "longer.pc2: continues after the 4 whole frames that" in error
     assert (tmp_path / "b.raw").read_bytes() == job.completed[: 4 * size]
 
@@ -248,7 +223,7 @@ def test_whole_frames_before_one_that_cannot_be_used_are_written(
     frames = job.partial.copy()
     frames[2, 7] = 1e30
     (tmp_path / "wild.raw").write_bytes(frames.tobytes())
-    error = complete(tmp_path / "wild.raw", tmp_path / "a.raw", code=1).stderr.decode()
+    error = complete(tmp_path / "wild.raw", tmp_path / "a.raw", code=1)[1]
     assert "wild.raw: frame 3: points: row 7 is at (1.00000002e+30" in error
     assert (tmp_path / "a.raw").read_bytes() == job.completed[: 2 * job.partial[0].nbytes]
 
@@ -314,61 +289,38 @@ def test_an_interrupt_that_is_ignored_stays_ignored(start: Any, job: Job) -> Non
     assert completed == job.completed
 
 
-def test_help_and_version(programs: Path) -> None:
-    def run(option: str) -> str:
-        command: list[str | Path] = [programs / "dynmesh-complete", option]
-        return str(subprocess.run(command, capture_output=True, check=True, text=True).stdout)
-
-    assert run("--version").strip() == f"dynmesh-complete {dynmesh.__version__}"
-    assert "--template" in run("--help") == run("-h")
-    assert "--no-revisit (method motion) Estimate each vertex only once" in " ".join(
-        run("-h").split()
-    )
-
-
 def test_the_capture_loop_completes_or_drops_every_frame(
     programs: Path, job: Job, tmp_path: Path
 ) -> None:
-    loop = programs / "examples" / "cpp" / "capture_loop"
-    out = tmp_path / "out.raw"
+    """With --every-frame all of them, also after one that is refused."""
+    partial = job.partial.copy()
+    partial[4, 7] = 1e20  # frame 5, as frame 0 is the template
+    bad, out = tmp_path / "bad.raw", tmp_path / "out.raw"
+    bad.write_bytes(partial.tobytes())
+    completer = dynmesh.Completer(job.sequence.faces, job.sequence.vertices[0])
+    expected = [completer.skip() if i == 4 else completer.push(f) for i, f in enumerate(partial)]
 
-    def run(*options: str) -> str:
-        command: list[str | Path] = [loop, job.template, job.raw, out, *options]
-        return str(subprocess.run(command, capture_output=True, check=True, text=True).stdout)
+    def run(source: Path, *options: str) -> subprocess.CompletedProcess[str]:
+        loop = programs / "examples" / "cpp" / "capture_loop"
+        command: list[str | Path] = [loop, job.template, source, out, *options]
+        return subprocess.run(command, capture_output=True, check=True, text=True)
 
-    assert run("--every-frame").startswith("19 frames completed, 0 dropped")
-    assert out.read_bytes() == job.completed
+    every = run(bad, "--every-frame")
+    assert every.stdout.startswith("19 frames completed, 0 dropped")
+    (line,) = every.stderr.splitlines()
+    assert line.startswith("capture_loop: frame 5 refused: points: row 7 is at ")
+    assert out.read_bytes() == np.stack(expected).tobytes()
     start = time.monotonic()
-    completed, dropped = (int(part.split()[0]) for part in run().split(";")[0].split(", "))
+    told = run(job.raw).stdout
+    completed, dropped = (int(part.split()[0]) for part in told.split(";")[0].split(", "))
     assert completed + dropped == 19
     assert time.monotonic() - start > 19 / 60
     assert out.stat().st_size == completed * job.partial[0].nbytes
-    assert subprocess.run([loop], capture_output=True, check=False).returncode == 2
 
 
-def test_the_capture_loop_continues_after_a_bad_frame(
-    programs: Path, job: Job, tmp_path: Path
-) -> None:
-    partial = job.partial.copy()
-    partial[4, 7] = 1e20  # frame 5, as frame 0 is the template
-    (tmp_path / "bad.raw").write_bytes(partial.tobytes())
-    completer = dynmesh.Completer(job.sequence.faces, job.sequence.vertices[0])
-    expected = [completer.skip() if i == 4 else completer.push(f) for i, f in enumerate(partial)]
+def test_the_capture_loop_ends_where_its_output_does(programs: Path, job: Job) -> None:
     command: list[str | Path] = [programs / "examples" / "cpp" / "capture_loop", job.template]
-    command += [tmp_path / "bad.raw", tmp_path / "out.raw", "--every-frame"]
-    result = subprocess.run(command, capture_output=True, check=True, text=True)
-    assert result.stdout.startswith("19 frames completed, 0 dropped")
-    (line,) = result.stderr.splitlines()
-    assert line.startswith("capture_loop: frame 5 refused: points: row 7 is at ")
-    assert (tmp_path / "out.raw").read_bytes() == np.stack(expected).tobytes()
-
-
-@pytest.mark.parametrize("options", [[], ["--every-frame"]])
-def test_the_capture_loop_ends_where_its_output_does(
-    programs: Path, job: Job, options: list[str]
-) -> None:
-    command: list[str | Path] = [programs / "examples" / "cpp" / "capture_loop", job.template]
-    command += [job.raw, "/dev/full", *options]
+    command += [job.raw, "/dev/full"]
     result = subprocess.run(command, capture_output=True, check=False, text=True, timeout=60)
     assert result.returncode == 1
     assert result.stderr == "capture_loop: cannot write the output\n"

@@ -90,38 +90,51 @@ def job_of(partial: Path, kind: str, **options: Any) -> Callable[..., dict[str, 
     return run
 
 
-def damaged_unfinished(
-    tmp_path: Path, run: Callable[..., dict[str, bytes]], stop: int, most: int
+def check_each_damage(
+    tmp_path: Path,
+    run: Callable[..., dict[str, bytes]],
+    interrupt: Callable[[Path], None],
+    **options: Any,
 ) -> None:
     """Interrupts a job and continues it after each damage of what it left."""
-    sound, work = tmp_path / "sound", tmp_path / "work"
+    sound, work, fresh = (tmp_path / name for name in ("sound", "work", "fresh"))
     work.mkdir()  # the job remembers no place, but errors and results name this one
-    with pytest.raises(KeyboardInterrupt):
-        run(work, watch=stop_after(stop))
+    interrupt(work)
     work.rename(sound)
-    fresh = tmp_path / "fresh"
     fresh.mkdir()
     expected = run(fresh)
+    plans = [plan.relative_to(sound) for plan in sound.rglob("placing.json")]
     outcomes = check_damage(
         sound,
         lambda folder: run(folder, resume=True),
         work=work,
-        afterwards=run,
+        victims=plans or None,
+        afterwards=lambda folder: run(folder, overwrite=bool(plans)),
         same=lambda one, _: one == expected,
-        most=most,
+        **options,
     )
-    assert outcomes["refused"] > 0
+    assert plans or outcomes["refused"] > 0
+
+
+def damaged_unfinished(tmp_path: Path, run: Callable[..., dict[str, bytes]], stop: int) -> None:
+    """As the job is left that is interrupted after some frames."""
+
+    def interrupt(work: Path) -> None:
+        with pytest.raises(KeyboardInterrupt):
+            run(work, watch=stop_after(stop))
+
+    check_each_damage(tmp_path, run, interrupt, most=6)
 
 
 @pytest.mark.parametrize("kind", OUTPUTS)
 def test_any_byte_of_what_was_left(tmp_path: Path, partial: Path, kind: str) -> None:
-    damaged_unfinished(tmp_path, job_of(partial, kind), 2, 6)
+    damaged_unfinished(tmp_path, job_of(partial, kind), 2)
 
 
 @pytest.mark.parametrize("stop", [2, 5])
 def test_any_byte_while_frames_wait(tmp_path: Path, partial: Path, stop: int) -> None:
     """Completed backwards, they are in a file of their own."""
-    damaged_unfinished(tmp_path, job_of(partial, "npz", start=3), stop, 6)
+    damaged_unfinished(tmp_path, job_of(partial, "npz", start=3), stop)
 
 
 def test_any_byte_of_a_tracking_job(tmp_path: Path) -> None:
@@ -145,7 +158,7 @@ def test_any_byte_of_a_tracking_job(tmp_path: Path) -> None:
         track_file(tmp_path / "scans", output, template=template, provenance=True, **options)
         return visible(folder)
 
-    damaged_unfinished(tmp_path, run, 2, 6)
+    damaged_unfinished(tmp_path, run, 2)
 
 
 @pytest.mark.parametrize(("kind", "moved"), [("npz", 0), ("npy", 1), ("ply", 2), ("pattern", 0)])
@@ -154,22 +167,7 @@ def test_any_byte_of_what_is_left_to_place(
 ) -> None:
     """After some of the finished files were moved."""
     run = job_of(partial, kind)
-    work = tmp_path / "work"
-    work.mkdir()
-    kill_while_placing(work, run, moved, monkeypatch)
-    work.rename(tmp_path / "sound")
-    fresh = tmp_path / "fresh"
-    fresh.mkdir()
-    expected = run(fresh)
-    (plan,) = (tmp_path / "sound").rglob("placing.json")
-    check_damage(
-        tmp_path / "sound",
-        lambda folder: run(folder, resume=True),
-        work=work,
-        victims=[plan.relative_to(tmp_path / "sound")],
-        afterwards=lambda folder: run(folder, overwrite=True),
-        same=lambda one, _: one == expected,
-    )
+    check_each_damage(tmp_path, run, lambda work: kill_while_placing(work, run, moved, monkeypatch))
 
 
 def kill_while_placing(
@@ -320,16 +318,6 @@ def test_a_batch_goes_on_after_damage(tmp_path: Path, partial: Path) -> None:
     (result,) = complete_files([Job(partial, output)])
     assert result.status == "done"
     assert any("was moved to" in remark for remark in result.remarks)
-
-
-def test_a_refused_run_leaves_damage_alone(tmp_path: Path, partial: Path) -> None:
-    output = tmp_path / "out.npz"
-    cut(interrupted(partial, output) / "checkpoint.npz")
-    output.write_bytes(b"older")
-    before = everything(tmp_path)
-    with pytest.raises(FileExistsError):
-        complete_file(partial, output)
-    assert everything(tmp_path) == before
 
 
 @pytest.mark.parametrize(

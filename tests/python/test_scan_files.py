@@ -1,5 +1,6 @@
 """Files of scans: point clouds, depth images and cameras, good and bad."""
 
+import io
 import json
 import re
 import struct
@@ -14,6 +15,7 @@ import pytest
 from conftest import LONGER
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from PIL import Image
 
 from dynmesh import degrade
 from dynmesh._errors import DynmeshError
@@ -118,19 +120,6 @@ def test_depth_images_come_back_to_half_a_count(tmp_path: Path) -> None:
         assert (np.array(found.depth) == 0).sum() == (pair == 0).sum()
         np.testing.assert_array_equal(found.intrinsics, matrices)
         np.testing.assert_array_equal(found.poses, poses)
-
-
-def test_scans_change_their_unit() -> None:
-    points = some_points()._replace(viewpoints=np.array([[1.0, 2, 3]]))
-    larger = points.scaled(10.0)
-    np.testing.assert_array_equal(larger.points, points.points * 10)
-    np.testing.assert_array_equal(larger.viewpoints, [[10, 20, 30]])
-    assert larger.normals is points.normals
-    pose = pose_of(degrade.Camera((1, 2, 3), (0, 0, 0), (0, 0, 1)))
-    depth = DepthScan([np.full((2, 2), 3, np.float32)], [np.eye(3)], [pose]).scaled(10.0)
-    np.testing.assert_array_equal(depth.depth[0], np.full((2, 2), 30))
-    np.testing.assert_array_equal(depth.poses[0][:3, 3], [10, 20, 30])
-    np.testing.assert_array_equal(depth.poses[0][:3, :3], pose[:3, :3])
 
 
 def test_what_was_not_measured_is_left_out(tmp_path: Path) -> None:
@@ -286,17 +275,18 @@ def test_cameras_come_back(tmp_path: Path, unit: float | None) -> None:
             np.testing.assert_array_equal(ours.intrinsics, np.asarray(theirs.intrinsics))
 
 
-def png(mode: str, size: tuple[int, int] = (8, 6)) -> bytes:
-    """An image of another kind, by Pillow."""
-    import io
-
-    from PIL import Image
-
+def saved(image: Image.Image) -> bytes:
+    """The bytes of a PNG file, by Pillow."""
     held = io.BytesIO()
-    image = Image.new(mode, size)
-    image.putpixel((3, 2), 1234 if mode == "I;16" else 0)
     image.save(held, format="PNG")
     return held.getvalue()
+
+
+def png(mode: str, size: tuple[int, int] = (8, 6)) -> bytes:
+    """An image of another kind."""
+    image = Image.new(mode, size)
+    image.putpixel((3, 2), 1234 if mode == "I;16" else 0)
+    return saved(image)
 
 
 def chunk(kind: bytes, content: bytes) -> bytes:
@@ -320,14 +310,7 @@ def with_data(rows: bytes, interlaced: int = 0) -> bytes:
 
 def noisy() -> bytes:
     """An image whose pixels are all different, so that each bit of the file counts."""
-    import io
-
-    from PIL import Image
-
-    held = io.BytesIO()
-    pixels = np.random.default_rng(5).integers(1, 65535, (6, 8), np.uint16)
-    Image.fromarray(pixels).save(held, format="PNG")
-    return held.getvalue()
+    return saved(Image.fromarray(np.random.default_rng(5).integers(1, 65535, (6, 8), np.uint16)))
 
 
 @pytest.mark.parametrize(
@@ -417,11 +400,3 @@ def test_a_vast_image_is_refused_before_it_is_decompressed(tmp_path: Path, state
         assert tracemalloc.get_traced_memory()[1] < side**2
     finally:
         tracemalloc.stop()
-
-
-def test_a_camera_without_images_may_be_lost(tmp_path: Path) -> None:
-    write_cameras(tmp_path / "cameras.json", a_rig(2))
-    (tmp_path / "depth_0_c0.png").write_bytes(png("I;16"))
-    (scan,) = open_scans(tmp_path, gaps="lost")
-    assert isinstance(scan, DepthScan)
-    assert len(scan.depth) == 1

@@ -197,25 +197,6 @@ def test_an_interrupted_run_leaves_nothing(tmp_path: Path, scene: Path) -> None:
     assert list(tmp_path.iterdir()) == [scene]
 
 
-def test_nothing_is_written_if_no_mesh_can_be_completed(tmp_path: Path) -> None:
-    stage = Usd.Stage.CreateNew(str(tmp_path / "a.usda"))
-    mesh = UsdGeom.Mesh.Define(stage, "/mesh")
-    for time in (1, 2):
-        mesh.CreatePointsAttr().Set([(time, 0, 0)], time)
-    stage.GetRootLayer().Save()
-    with pytest.raises(ValueError, match="no mesh can be completed: /mesh: the mesh has no faces"):
-        dynmesh.complete_scene(tmp_path / "a.usda", tmp_path / "b.usda")
-    assert [path.name for path in tmp_path.iterdir()] == ["a.usda"]
-
-
-def test_a_refused_setting_is_not_about_a_mesh(tmp_path: Path, scene: Path) -> None:
-    said = dynmesh_command(
-        "complete", scene, tmp_path / "b.usda", "--prim", "all", "--noise", "-1", code=2
-    )
-    assert "'--noise'" in said.stderr
-    assert list(tmp_path.iterdir()) == [scene]
-
-
 def test_zeros_that_a_scanner_wrote_can_be_missing(tmp_path: Path, scene: Path) -> None:
     dynmesh.complete_scene(scene, tmp_path / "a.usdc", source={"missing": "zero"})
     stage = Usd.Stage.Open(str(scene))
@@ -224,27 +205,6 @@ def test_zeros_that_a_scanner_wrote_can_be_missing(tmp_path: Path, scene: Path) 
     dynmesh.complete_scene(scene, tmp_path / "b.usdc", source={"missing": "zero"})
     one, other = (dynmesh.read(tmp_path / name, prim=HAT) for name in ("a.usdc", "b.usdc"))
     np.testing.assert_array_equal(one.vertices, other.vertices)
-
-
-def test_a_hint_names_the_mesh(tmp_path: Path, scene: Path) -> None:
-    stage = Usd.Stage.Open(str(scene))
-    UsdGeom.PrimvarsAPI(stage.GetPrimAtPath(HAT)).RemovePrimvar("known")
-    stage.GetRootLayer().Save()
-    hat = dynmesh.read(scene, prim=HAT).vertices
-    share = (~hat[1:].any(axis=2) & hat[0].any(axis=1)).mean()
-    said = dynmesh_command("complete", scene, tmp_path / "a.usdc", "--prim", "all").stderr
-    (hint,) = (line for line in said.splitlines() if "--missing zero" in line)
-    assert hint.startswith(f"{HAT}: {100 * share:.0f} % of the positions")
-
-
-def test_advice_is_about_what_the_output_can_be(tmp_path: Path, scene: Path) -> None:
-    for name, advice in (("a.usda", "; --overlay keeps"), ("a.abc", "; as USD with --overlay, it")):
-        said = dynmesh_command("complete", scene, tmp_path / name, "--prim", "all").stderr
-        assert advice in said
-    refused = dynmesh_command(
-        "complete", scene, tmp_path / "b.usda", "--prim=all", "--template", scene, code=2
-    )
-    assert "complete that mesh afterwards" in refused.stderr
 
 
 def test_memory_does_not_grow_with_the_meshes(tmp_path: Path) -> None:

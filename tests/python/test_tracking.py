@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from meshes import Array, Mesh, join, sheet
+from meshes import Array, Mesh, sheet
 from scipy.spatial import cKDTree
 from tracking_reference import Tracked, vertex_normals
 
@@ -93,42 +93,6 @@ def test_signs_of_estimated_normals_mean_nothing(rng: np.random.Generator) -> No
     found, _ = expected.track(points, planes_of(points, rng), sided=False)
     assert np.abs(tracker.push(points) - found).max() < 1e-6
     assert expected.searches > 1
-
-
-def test_depth_images_are_as_good_as_points() -> None:
-    """The surface is tracked to a fraction of a pixel of 640 by 480, as an image shows it."""
-    mesh = bumpy_torus(40)
-    truth = bent(mesh.vertices, 0.1)
-    tracker = Tracker(mesh.faces, mesh.vertices)
-    depth, intrinsics, pose = zip(*(view(mesh, truth, n) for n in range(4)), strict=True)
-    tracked = tracker.push_depth(list(depth), list(intrinsics), list(pose))
-    assert error(mesh, truth, tracked) < 0.3
-    assert tracker.report.known > 1000
-    single = Tracker(mesh.faces, mesh.vertices)
-    one = single.push_depth(depth[0].astype(np.float64), intrinsics[0], pose[0])
-    stacked = Tracker(mesh.faces, mesh.vertices)
-    assert (one == stacked.push_depth(np.stack(depth[:1]), intrinsics[:1], pose[:1])).all()
-
-
-def view(mesh: Mesh, vertices: Array, n: int) -> tuple[Array, Array, Array]:
-    """A depth image, by drawing points of the surface densely."""
-    angle, tilt = 0.4 + n * np.pi / 2, 0.7
-    back = np.array([np.cos(tilt) * np.cos(angle), np.cos(tilt) * np.sin(angle), np.sin(tilt)])
-    right = np.array([-np.sin(angle), np.cos(angle), 0])
-    pose = np.eye(4)
-    pose[:3, :3] = np.stack([right, np.cross(-back, right), -back], axis=1)
-    pose[:3, 3] = 15 * back
-    intrinsics = np.array([[700.0, 0, 320], [0, 700, 240], [0, 0, 1]])
-    steps = np.linspace(0, 1, 25)
-    u, v = (a.ravel() for a in np.meshgrid(steps, steps))
-    inside = u + v <= 1
-    share = np.stack([1 - u - v, u, v], axis=1)[inside]
-    points = np.einsum("sc,fcd->fsd", share, vertices[mesh.faces]).reshape(-1, 3)
-    local = (points - pose[:3, 3]) @ pose[:3, :3]
-    column, row, _ = np.rint((local @ intrinsics.T / local[:, 2:]).T).astype(int)
-    depth = np.full((480, 640), np.inf)
-    np.minimum.at(depth, (row, column), local[:, 2])
-    return depth.astype(np.float32), intrinsics, pose
 
 
 def test_normals_are_estimated(rng: np.random.Generator) -> None:
@@ -232,17 +196,6 @@ def test_points_of_other_things_are_ignored(rng: np.random.Generator) -> None:
         assert error(mesh, truth, tracked) < limit
 
 
-def test_a_mesh_in_any_order_gives_the_same_frame(rng: np.random.Generator) -> None:
-    """Vertices of large meshes are reordered internally."""
-    mesh = join(bumpy_torus(12))
-    order = rng.permutation(len(mesh.vertices))
-    place = np.argsort(order)
-    points, normals = scan_of(mesh, bent(mesh.vertices, 0.2), 1500, rng)
-    plain = Tracker(mesh.faces, mesh.vertices).push(points, normals)
-    shuffled = Tracker(place[mesh.faces], mesh.vertices[order]).push(points, normals)
-    assert np.abs(shuffled - plain[order]).max() < 1e-6
-
-
 def test_a_state_of_another_kind_is_refused() -> None:
     mesh = bumpy_torus(12)
     tracker = Tracker(mesh.faces, mesh.vertices)
@@ -253,15 +206,6 @@ def test_a_state_of_another_kind_is_refused() -> None:
             one.restore(other.state())
     with pytest.raises(ValueError, match="32-bit positions"):
         tracker.restore(Tracker(mesh.faces, mesh.vertices.astype(np.float32)).state())
-
-
-@pytest.mark.parametrize("scale", [1e-9, 1e9])
-def test_the_unit_does_not_matter(scale: float, rng: np.random.Generator) -> None:
-    mesh = bumpy_torus(14)
-    points, normals = scan_of(mesh, bent(mesh.vertices, 0.2), 1500, rng)
-    plain = Tracker(mesh.faces, mesh.vertices).push(points, normals)
-    scaled = Tracker(mesh.faces, scale * mesh.vertices).push(scale * points, 1e-30 * normals)
-    assert np.abs(scaled / scale - plain).max() < 1e-6
 
 
 def extremes() -> dict[str, Any]:

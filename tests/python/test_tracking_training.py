@@ -66,26 +66,16 @@ def test_a_useless_training_changes_nothing(rng: np.random.Generator) -> None:
         assert other.report.prior_weight == 0
 
 
-def test_a_training_may_be_elsewhere_and_the_unit_does_not_matter(
-    rng: np.random.Generator,
-) -> None:
+def test_a_training_may_be_elsewhere(rng: np.random.Generator) -> None:
     mesh = bumpy_torus(14)
     frames = training(mesh, 3)
     turn = np.array([[0.0, -1, 0], [0.6, 0, -0.8], [0.8, 0, 0.6]])
     here = Tracker(mesh.faces, mesh.vertices, training=frames, uncertainty=True)
     moved = Tracker(mesh.faces, mesh.vertices, training=frames @ turn.T + 30.0, uncertainty=True)
-    scaled = Tracker(
-        mesh.faces,
-        1e6 * mesh.vertices @ turn.T,
-        training=1e6 * frames,
-        uncertainty=True,
-    )
     for n in range(1, 4):
         points, normals = scan_of(mesh, waved(mesh.vertices, 0.4 * n), 1500, rng)
         tracked = here.push(points, normals)
         assert np.abs(moved.push(points, normals) - tracked).max() < 1e-4
-        there = scaled.push(1e6 * points @ turn.T, normals @ turn.T)
-        assert np.abs(there / 1e6 - tracked @ turn.T).max() < 1e-4
         assert moved.standard_error == pytest.approx(here.standard_error, rel=1e-3)
     assert here.report.prior_weight > 0
 

@@ -38,11 +38,3 @@ def test_cpp_header_and_program(version: str, programs: Path) -> None:
         [programs / "dynmesh-complete", "--version"], capture_output=True, text=True, check=True
     )
     assert shown.stdout == f"dynmesh-complete {version}\n"
-
-
-def test_shared_library_and_its_package_files(version: str, shared_library: Path) -> None:
-    folder = shared_library.parent
-    assert found(r"^Version: (\S+)$", folder / "dynmesh.pc") == version
-    package_version = folder / "dynmesh-config-version.cmake"
-    assert found(r'^set\(PACKAGE_VERSION "(\S+)"\)$', package_version) == version
-    assert shared_library.resolve().name == f"libdynmesh.so.{version}"

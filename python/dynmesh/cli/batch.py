@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import ExitStack, contextmanager
+from itertools import count
 from multiprocessing import active_children, get_context, parent_process
 from pathlib import Path
 from types import FrameType
@@ -18,7 +19,7 @@ import typer
 from .._extras import require
 from ..jobs.batch import Result, complete_files
 from ..jobs.job_table import optional_columns, read_jobs, report_file
-from .terminal import counter, say, say_remarks
+from .terminal import say, say_remarks, work_bar
 
 
 def batch(
@@ -71,10 +72,11 @@ def batch(
         add = None if report is None else stack.enter_context(report_file(report))
         was_terminated = stack.enter_context(_heard_termination())
         executor = stack.enter_context(_executor(workers, scheduler))
-        count = stack.enter_context(counter(len(table), "completing"))
+        progress = stack.enter_context(work_bar("completing"))
+        done = count(1)
 
         def watch(result: Result) -> None:
-            count()
+            progress("completing", next(done), len(table))
             if add is not None:
                 add(result)
             if result.status == "failed":

@@ -1,22 +1,20 @@
 """The command that completes a sequence."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from .. import files
 from .._errors import SettingError
 from ..files import Source
 from ..frames.frame import Frame
 from ..frames.scenes import every_mesh
-from ..jobs.completion_options import CompletionOptions, keywords_of
-from ..jobs.file_completion import complete_file
+from ..jobs.completion_options import CompletionOptions
+from ..jobs.file_completion import complete_into
 from ..jobs.option import Start, grouped
 from ..jobs.start import find_whole_frame
-from ..jobs.unfinished import is_unfinished
 from ..jobs.zeros import ZeroCount
-from .done import say_how_far, say_what_was_done, saying_what_is_kept
+from .done import say_how_far, say_what_was_done, saying_what_is_kept, watching
 from .options import InputPath, OutputPath, Overwrite, Resume, usage_error, with_options
 from .scene_completion import complete_all
 from .terminal import PATIENCE, say, say_remarks, track, watch_training
@@ -48,25 +46,17 @@ def complete(
         complete_all(path, output, options, resume=resume, overwrite=overwrite)
         return
     options = replace(options, start=_found(options.start, path, options.source))
-    was_unfinished = is_unfinished(output)
-    zeros = ZeroCount()
-
-    def watch(frames: Iterator[Any], whole: int, done: int) -> Iterator[Any]:
-        if was_unfinished and not done:
-            hint = "" if resume else "; --resume continues an interrupted run"
-            say(f"{output}: starting again{hint}")
-        return track(zeros.watch(frames, done), whole, "completing", done)
-
+    zeros, watch = ZeroCount(), watching(output, "completing", resume)
     try:
         with saying_what_is_kept(output, "completed"):
-            report = complete_file(
+            report = complete_into(
                 path,
                 output,
-                overwrite=overwrite,
-                resume=resume,
-                watch=watch,
+                options,
+                overwrite,
+                resume,
+                watch=lambda frames, n, done: watch(zeros.watch(frames, done), n, done),
                 watch_training=watch_training,
-                **keywords_of(options),
             )
     except SettingError as error:
         raise usage_error(error, options.settings) from error

@@ -1,15 +1,31 @@
 """What a completion did, in lines for the terminal."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any, TypeVar
 
 from ..jobs.report import LONG, FileReport
 from ..jobs.track_report import TrackFileReport
 from ..jobs.unfinished import is_unfinished
-from .terminal import say
+from .terminal import say, track
+
+T = TypeVar("T")
 
 _MANY = 0.01  # of the vertices
+
+
+def watching(output: Path, what: str, resume: bool) -> Callable[[Iterator[T], int, int], Any]:
+    """Returns what shows the progress of a job, which says if it begins an interrupted one anew."""
+    was_unfinished = is_unfinished(output)
+
+    def watch(items: Iterator[T], whole: int, done: int) -> Iterator[T]:
+        if was_unfinished and not done:
+            hint = "" if resume else "; --resume continues an interrupted run"
+            say(f"{output}: starting again{hint}")
+        return track(items, whole, what, done)
+
+    return watch
 
 
 @contextmanager
@@ -57,14 +73,8 @@ def say_what_was_done(output: Path | str, report: FileReport, reject_outliers: b
     if report.filled + report.disconnected == 0:
         say(f"{output}: nothing was missing")
         return
-    counts = {
-        "known": report.known,
-        "filled in": report.filled,
-        "disconnected": report.disconnected,
-    }
-    shares = ", ".join(f"{what} {100 * n / whole:.3g} %" for what, n in counts.items())
     where = {-1: "", 0: " after frame 0"}.get(report.start, f" beside frame {report.start}")
-    say(f"{output}: {shares} of the vertices{where}")
+    say(f"{output}: {shares_of(report)} of the vertices{where}")
     if report.prior_weight is not None:
         say(f"{output}: {of_training(report)}")
     if report.empty:
@@ -75,6 +85,18 @@ def say_what_was_done(output: Path | str, report: FileReport, reject_outliers: b
             f"{output}: {100 * long:.0f} % of the vertices were hidden for {LONG} frames or more; "
             "method detail, the default, preserves their shape"
         )
+
+
+def shares_of(report: FileReport, **more: int) -> str:
+    """Says which shares of the vertices were known and filled in; `more` are further counts."""
+    whole = report.known + report.filled + report.disconnected
+    counts = {
+        "known": report.known,
+        "filled in": report.filled,
+        "disconnected": report.disconnected,
+        **more,
+    }
+    return ", ".join(f"{what} {100 * n / whole:.3g} %" for what, n in counts.items())
 
 
 def of_training(report: FileReport) -> str:

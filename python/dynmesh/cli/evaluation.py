@@ -13,7 +13,7 @@ from .. import files, study
 from ..files import Source
 from ..jobs import evaluation
 from .options import Axis, Seed, share_out, with_source
-from .terminal import WorkBar, say, track
+from .terminal import say, track, work_bar
 
 _ERRORS_OF = {"position": "positions", "surface": "distances from the true surface"}
 
@@ -96,7 +96,7 @@ def reproduce(
 
     Writes figures as PNG and SVG, results.json, and report.html, which needs no other file.
     """
-    with WorkBar() as progress:
+    with work_bar("beginning") as progress:
         page = study.reproduce(
             output,
             data=data or (),

@@ -22,19 +22,16 @@ format_names = files.listed(files.formats)
 """The names of all formats, as text."""
 
 
-def _formats() -> list[str]:
-    return list(files.formats)
-
-
 def typer_option(name: str, option: Option) -> Any:
     """What typer needs to know of an option."""
+    formats = (lambda: list(files.formats)) if name in ("format", "output_format") else None
     flags = option.flags or (f"--{(option.name or name).replace('_', '-')}",)
     return typer.Option(
         *(() if option.default is True else flags),  # typer itself adds a --no-... to a flag
         help=option.help,
         min=option.least,
         metavar=option.metavar or None,
-        autocompletion=_formats if name in ("format", "output_format") else None,
+        autocompletion=formats,
         parser=None if option.parse is None else _parser(option.parse),
         rich_help_panel=option.group,
     )

@@ -242,11 +242,8 @@ def new_output(path: Path, overwrite: bool, suffix: str) -> Iterator[Path]:
             check_output(path, overwrite, suffix)  # another process may have written it
             (folder / path.name).replace(path)
     except OSError as error:
-        if error.errno is None or not _is_in(error.filename, unfinished_folder(path)):
+        file = "" if error.filename is None else str(error.filename)
+        if error.errno is None or not Path(file).is_relative_to(unfinished_folder(path)):
             raise
         raise OSError(error.errno, error.strerror, str(path)) from error
     say_remarks(path, remarks)
-
-
-def _is_in(file: object, folder: Path) -> bool:
-    return file is not None and Path(str(file)).is_relative_to(folder)

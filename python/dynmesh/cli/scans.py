@@ -107,7 +107,7 @@ def simulate(
     refused: Mapping[str, object],
 ) -> None:
     """Writes scans of a sequence into a folder, and where the cameras stand beside them."""
-    depth, cameras, seed = _size_of(asked.depth, asked.scan), asked.cameras, asked.seed
+    depth, cameras = _size_of(asked.depth, asked.scan), asked.cameras
     for option, value in refused.items():
         if value is not None:
             raise typer.BadParameter(f"{option} cannot be combined with --scan or --depth")
@@ -126,29 +126,24 @@ def simulate(
             "flying": asked.flying or 0.0,
             "outliers": asked.outliers or 0.0,
         }
+        scan: Any = degradation.scan_points
+        folder_of: Any = PointFolder
+        if depth is None:
+            options["points"] = asked.points
+        else:
+            scan, folder_of = degradation.depth_images, DepthFolder
+            options["width"], options["height"] = depth
         with as_usage("--noise"):
-            if depth is None:
-                scans = degradation.scan_points(
-                    frames, reader.faces, around, points=asked.points, seed=seed, **options
-                )
-            else:
-                width, height = depth
-                images = degradation.depth_images(
-                    frames, reader.faces, around, width=width, height=height, seed=seed, **options
-                )
+            scans = scan(frames, reader.faces, around, seed=asked.seed, **options)
         measured = 0
         n = reader.n_frames
-        folder: PointFolder | DepthFolder
-        if depth is None:
-            with PointFolder(output, rig, overwrite=overwrite) as folder:
-                for scan in track(scans, n, "scanning"):
-                    folder.append(scan)
-                    measured += len(scan.points)
-        else:
-            with DepthFolder(output, rig, overwrite=overwrite) as folder:
-                for image in track(images, n, "scanning"):
-                    folder.append(image)
-                    measured += sum(int(np.count_nonzero(one)) for one in image.depth)
+        with folder_of(output, rig, overwrite=overwrite) as folder:
+            for found in track(scans, n, "scanning"):
+                folder.append(found)
+                if depth is None:
+                    measured += len(found.points)
+                else:
+                    measured += sum(int(np.count_nonzero(one)) for one in found.depth)
     say_remarks(output, folder.remarks)
     what = "points" if depth is None else "measured pixels"
     many = "1 camera" if cameras == 1 else f"{cameras} cameras"

@@ -1,8 +1,6 @@
 """The command that completes a sequence, for all meshes of a scene."""
 
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import typer
 
@@ -10,7 +8,7 @@ from .._errors import SettingError
 from ..jobs.completion_options import CompletionOptions
 from ..jobs.report import FileReport
 from ..jobs.scene_completion import complete_meshes
-from .done import of_training
+from .done import of_training, shares_of
 from .options import usage_error
 from .terminal import say, say_remarks, track
 
@@ -37,11 +35,14 @@ def complete_all(
                 param_hint=f"'{option}'",
             )
 
-    def watch(frames: Iterator[Any], whole: int, done: int) -> Iterator[Any]:
-        return track(frames, whole, "completing", done)
-
     try:
-        report = complete_meshes(path, output, options, overwrite, watch=watch)
+        report = complete_meshes(
+            path,
+            output,
+            options,
+            overwrite,
+            watch=lambda frames, whole, done: track(frames, whole, "completing", done),
+        )
     except SettingError as error:
         raise usage_error(error, options.settings) from error
     except KeyboardInterrupt:
@@ -62,15 +63,8 @@ def complete_all(
 
 def _summary(report: FileReport) -> str:
     """What was done to a mesh, in one line."""
-    whole = report.known + report.filled + report.disconnected
     if report.filled + report.disconnected + report.rejected == 0:
         return f"{report.frames} frames, nothing was missing"
-    counts = {
-        "known": report.known,
-        "filled in": report.filled,
-        "disconnected": report.disconnected,
-    }
-    counts |= {"rejected": report.rejected} if report.rejected else {}
-    shares = ", ".join(f"{what} {100 * n / whole:.3g} %" for what, n in counts.items())
+    shares = shares_of(report, **({"rejected": report.rejected} if report.rejected else {}))
     learnt = "" if report.prior_weight is None else f"; {of_training(report)}"
     return f"{report.frames} frames, {shares} of the vertices{learnt}"

@@ -103,14 +103,9 @@ def degrade(
         return
     if options.flying is not None:
         raise typer.BadParameter("--flying is for --scan and --depth")
-    known, camera, patches, dropout = (
-        options.known,
-        options.camera,
-        options.patches,
-        options.dropout,
-    )
     noise, outliers, seed = options.noise, options.outliers, options.seed
-    if all(o is None for o in (known, camera, patches, dropout, noise, outliers)):
+    ways = ("known", "camera", "patches", "dropout", "noise", "outliers")
+    if all(getattr(options, way) is None for way in ways):
         raise typer.BadParameter(
             "nothing to do: give --known, --camera, --patches, --dropout, --noise, --outliers, "
             "--scan or --depth"
@@ -121,21 +116,23 @@ def degrade(
         shape = (reader.n_frames, reader.n_vertices)
         masks: list[Iterator[Mask]] = []
         points: Iterator[Positions] = (frame.points for frame in reader)
-        if known is not None:
+        if options.known is not None:
             with as_usage("--known"):
-                masks.append(degradation.random_known(*shape, known, seed=seed))
-        if camera is not None:
+                masks.append(degradation.random_known(*shape, options.known, seed=seed))
+        if options.camera is not None:
             axis = axis_of(reader, options.up)
             with as_usage("--camera"):
-                circling = degradation.orbit(bounding_box(reader), camera, up=axis.vector)
+                box = bounding_box(reader)
+                circling = degradation.orbit(box, options.camera, up=axis.vector)
                 frames = (frame.points for frame in reader)
                 masks.append(degradation.camera_known(frames, reader.faces, circling))
-        if patches is not None:
+        if options.patches is not None:
             with as_usage("--patches"):
-                masks.append(degradation.patch_known(reader.faces, *shape, patches, seed=seed))
-        if dropout is not None:
+                share = options.patches
+                masks.append(degradation.patch_known(reader.faces, *shape, share, seed=seed))
+        if options.dropout is not None:
             with as_usage("--dropout"):
-                masks.append(degradation.dropout(*shape, dropout, seed=seed))
+                masks.append(degradation.dropout(*shape, options.dropout, seed=seed))
         sigma = 0.0
         if noise is not None:
             with as_usage("--noise"):

@@ -16,7 +16,6 @@ from rich.progress import (
     ProgressColumn,
     Task,
     TextColumn,
-    TimeElapsedColumn,
     TimeRemainingColumn,
 )
 from rich.text import Text
@@ -65,7 +64,7 @@ def track(
         _FramesPerSecond(),
         TimeRemainingColumn(),
     )
-    progress = Progress(*columns, console=_console, disable=not _console.is_terminal)
+    progress = _bar(*columns)
     task = progress.add_task(what, total=total, completed=done)
     show_at = time.monotonic() + patience
     try:
@@ -86,44 +85,22 @@ def watch_training(frames: Iterable[T], total: int) -> Iterator[T]:
 
 
 @contextmanager
-def counter(total: int, what: str) -> Iterator[Callable[[], None]]:
-    """Shows a progress bar that advances by one each time the yielded function is called."""
-    columns = (TextColumn(what), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=_console, disable=not _console.is_terminal) as progress:
-        task = progress.add_task(what, total=total)
-        yield lambda: progress.advance(task)
+def work_bar(what: str) -> Iterator[Callable[[str, int, int], None]]:
+    """Shows a progress bar for work in steps, which begins with `what`.
 
-
-class WorkBar:
-    """A bar for work that is measured in seconds.
-
-    Use it in a ``with`` statement; calls take (what is being done, seconds done, seconds in all).
+    Yields:
+        A function of what is being done, the number of steps done, and that of all steps.
     """
-
-    def __init__(self) -> None:
-        """Creates the bar, which appears with the first call."""
-        columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-        self._progress = Progress(*columns, console=_console, disable=not _console.is_terminal)
-        self._task = self._progress.add_task("beginning", total=None)
-
-    def __enter__(self) -> "WorkBar":
-        """Begins."""
-        self._progress.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        """Ends."""
-        self._progress.stop()
-
-    def __call__(self, what: str, done: float, whole: float) -> None:
-        """Updates the bar. The first call also prints how long the work will take."""
-        if done == 0:
-            say(f"This takes about {_in_words(whole)}.")
-        self._progress.update(self._task, description=what, completed=done, total=whole)
+    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with _bar(TextColumn("{task.description}"), *columns) as progress:
+        task = progress.add_task(what, total=None)
+        yield lambda what, done, whole: progress.update(
+            task, description=what, completed=done, total=whole
+        )
 
 
-def _in_words(seconds: float) -> str:
-    return f"{seconds:.0f} seconds" if seconds < 90 else f"{seconds / 60:.0f} minutes"
+def _bar(*columns: ProgressColumn) -> Progress:
+    return Progress(*columns, console=_console, disable=not _console.is_terminal)
 
 
 class _FramesPerSecond(ProgressColumn):

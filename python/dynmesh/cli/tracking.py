@@ -1,6 +1,5 @@
 """The command that tracks a mesh through scans."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -9,16 +8,13 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
-from ..files.scans import Scan
 from ..jobs.option import HOW
 from ..jobs.track_report import TrackFileReport
 from ..jobs.tracking import track_into
 from ..jobs.tracking_options import TrackingOptions
-from ..jobs.unfinished import is_unfinished
-from .done import say_how_far, saying_what_is_kept
+from .done import say_how_far, saying_what_is_kept, watching
 from .options import OutputPath, Overwrite, Resume, with_options
 from .terminal import say, say_remarks
-from .terminal import track as watched
 
 _FAR = 1.5
 """Mean edges between a moved template and a scan beyond which their poses probably differ."""
@@ -61,14 +57,7 @@ def track(
     dynmesh track scans tracked.npz --template body.obj --training range_of_motion.npz
     ```
     """
-    was_unfinished = is_unfinished(output)
-
-    def watch(found: Iterator[Scan | None], whole: int, done: int) -> Iterator[Scan | None]:
-        if was_unfinished and not done:
-            hint = "" if resume else "; --resume continues an interrupted run"
-            say(f"{output}: starting again{hint}")
-        return watched(found, whole, "tracking", done)
-
+    watch = watching(output, "tracking", resume)
     with saying_what_is_kept(output, "tracked"):
         asked = replace(options, align="auto" if align else "never")
         report = track_into(scans, output, asked, overwrite, resume, watch=watch)

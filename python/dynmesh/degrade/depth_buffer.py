@@ -54,48 +54,35 @@ def pose_of(camera: Camera) -> _Floats:
 def depth_buffer(
     points: Positions, faces: _Integers, camera: Camera, width: int, height: int
 ) -> DepthBuffer:
-    """Renders a mesh.
+    """Renders a mesh, of which both sides of a triangle are seen.
 
-    Args:
-        points: (k, 3) positions. A triangle with a corner that is not finite is not there.
-        faces: (m, 3) integers from 0 to k - 1.
-        camera: the camera to look through; both sides of a triangle are seen.
-        width: of the image, in pixels.
-        height: of the image, in pixels.
+    A triangle with a corner that is not finite is not there.
     """
+    pose = pose_of(camera)
+    # x and y of the image, both multiplied by the depth, and the depth.
+    local = in_axes(points, pose[:3, 3], pose[:3, :3]) @ intrinsics_of(camera, width, height).T
     depth = np.full(height * width, np.inf)
     triangle = np.full(height * width, -1)
     weights = np.zeros((height * width, 3))
-    for hit in _hits(_in_pixels(points, camera, width, height)[faces.T], width, height):
-        nearer = hit.depth < depth[hit.pixel]
-        pixel, near, number = hit.pixel[nearer], hit.depth[nearer], hit.triangle[nearer]
+    for pixel, number, near, shares in _hits(local[faces.T], width, height):
+        nearer = near < depth[pixel]
+        pixel, number, near = pixel[nearer], number[nearer], near[nearer]
         # Of several values for one pixel, NumPy keeps the last; here it is the nearest.
         order = np.lexsort((-number, -near))
         depth[pixel[order]] = near[order]
         triangle[pixel[order]] = number[order]
-        weights[pixel[order]] = hit.weights[nearer][order]
+        weights[pixel[order]] = shares[nearer][order]
     shape = (height, width)
     return DepthBuffer(depth.reshape(shape), triangle.reshape(shape), weights.reshape(*shape, 3))
 
 
-class _Hits(NamedTuple):
-    """Pairs of a pixel and a triangle that its ray hits."""
+def _hits(
+    corners: _Floats, width: int, height: int
+) -> Iterator[tuple[_Integers, _Integers, _Floats, _Floats]]:
+    """Intersects the rays of the pixels with triangles, whose (3, m, 3) corners are in pixels.
 
-    pixel: _Integers
-    triangle: _Integers
-    depth: _Floats
-    weights: _Floats
-
-
-def _in_pixels(points: Positions, camera: Camera, width: int, height: int) -> _Floats:
-    """Returns x and y of the image, both multiplied by the depth, and the depth."""
-    pose = pose_of(camera)
-    local = in_axes(points, pose[:3, 3], pose[:3, :3])
-    return np.asarray(local @ intrinsics_of(camera, width, height).T)
-
-
-def _hits(corners: _Floats, width: int, height: int) -> Iterator[_Hits]:
-    """Intersects the rays of the pixels with triangles, whose (3, m, 3) corners are in pixels."""
+    Yields pixels, the triangle that the ray of each hits, its depth, and the shares of its corners.
+    """
     last = np.array([width - 1, height - 1])
     triangles = Triangles(corners, 0, last)
     low = np.ceil(np.clip(triangles.low, 0, last) - TOLERANCE).astype(np.int64)
@@ -106,9 +93,5 @@ def _hits(corners: _Floats, width: int, height: int) -> Iterator[_Hits]:
         which = np.repeat(triangle[run], lengths[run])
         x, y = ranges(low[triangle[run], 0], lengths[run]), np.repeat(row[run], lengths[run])
         hits = triangles.meet(which, np.stack([x, y, np.ones_like(x)], axis=1).astype(np.float64))
-        yield _Hits(
-            (y * width + x)[hits.pair],
-            triangles.number[which[hits.pair]],
-            hits.volume / hits.whole,
-            (hits.shares / hits.whole).T,
-        )
+        pixel, number = (y * width + x)[hits.pair], triangles.number[which[hits.pair]]
+        yield pixel, number, hits.volume / hits.whole, (hits.shares / hits.whole).T

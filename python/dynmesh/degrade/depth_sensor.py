@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .depth_buffer import DepthBuffer, intrinsics_of, pose_of
-from .scene import EDGE_ON, FLIGHT, Scene, unit
+from .scene import EDGE_ON, FLIGHT, Scene
+from .shared import unit
 from .visibility import Camera
 
 _Integers = NDArray[np.integer[Any]]

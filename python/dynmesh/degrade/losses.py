@@ -1,9 +1,4 @@
-"""Known masks, noise and outliers like those of real sensors, made from complete sequences.
-
-Frame 0 always stays complete and unchanged. Equal seeds give equal results, and the result for a
-frame depends on the seed and on the number of the frame, but not on the number of frames.
-Arguments are checked when a function is called, frames when they are reached.
-"""
+"""Known masks, noise and outliers like those of real sensors, made from complete sequences."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import lru_cache
@@ -12,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._checks import check_between, check_finite, check_integer, check_positive
+from .._checks import check_between, check_integer, check_not_negative, check_positive
 from .._core import cells
 from .._errors import InputError
 from ..sequence import Mask, Positions
@@ -191,9 +186,7 @@ def add_noise(
         ValueError: an argument is out of range, frame 0 is not finite or has no edge longer than 0,
             or a frame has another shape than frame 0.
     """
-    check_finite("sigma", sigma)
-    if sigma < 0:
-        raise InputError(f"must be at least 0, not {sigma}", argument="sigma")
+    check_not_negative("sigma", sigma)
     check_triangles(faces)
     check_integer("seed", seed, 0)
 
@@ -248,9 +241,7 @@ def _choose(rng: "np.random.Generator", n_vertices: int, share: float) -> _Integ
 
 
 def _mask_of(vertices: _Integers, n_vertices: int) -> Mask:
-    mask = np.zeros(n_vertices, bool)
-    mask[vertices] = True
-    return mask
+    return np.asarray(np.bincount(vertices, minlength=n_vertices) > 0)
 
 
 def _whole_first(mask: Callable[[int], Mask], n_frames: int, n_vertices: int) -> Iterator[Mask]:

@@ -48,25 +48,33 @@ class Triangles:
         number: (t,) their numbers among all triangles.
         low: (t, 2) lower corners of their bounding boxes in the image.
         high: (t, 2) upper corners.
+        depth: (t,) lower bounds of z, wherever a ray meets them.
     """
 
     def __init__(self, corners: _Floats, least: Any, most: Any) -> None:
-        """Selects triangles.
+        """Selects those in the image, whose bounds are two numbers or one for both axes.
 
-        Args:
-            corners: (3, m, 3): numpy is slow along short last axes. A triangle with a corner that
-                is not finite is left out, as is one that is seen edge-on.
-            least: the lower bounds of the image, two numbers or one for both.
-            most: its upper bounds.
+        The corners are (3, m, 3), as numpy is slow along short last axes. A triangle with a corner
+        that is not finite is left out, as is one that is seen edge-on.
         """
         normals = np.cross(np.roll(corners, -1, axis=0), np.roll(corners, -2, axis=0))
         # a . (b x c): six times the volume between triangle and camera, 0 if it is seen edge-on.
         volumes = np.einsum("tx,tx->t", corners[0], normals[0])
-        low, high = _bounding_boxes(corners)
+        depth = corners[:, :, 2]
+        image = corners[:, :, :2] / np.where(depth > 0, depth, 1)[:, :, None]
+        low, high = image.min(axis=0), image.max(axis=0)
+        # A triangle that crosses the plane of the camera has an unbounded image; one behind the
+        # camera has an empty one.
+        crosses = depth.min(axis=0) <= 0
+        low[crosses], high[crosses] = -np.inf, np.inf
+        low[depth.max(axis=0) <= 0] = np.inf
         # Comparisons are False for triangles with a corner that is not finite.
         touches = (low <= most).all(axis=1) & (high >= least).all(axis=1)
         self.number = np.flatnonzero(touches & (volumes != 0))
         self.low, self.high = low[self.number], high[self.number]
+        # Beyond the sides, by the tolerance, a triangle can be met nearer than its corners are.
+        z = corners[:, self.number, 2]
+        self.depth = z.min(axis=0) - 2 * TOLERANCE * np.ptp(z, axis=0)
         self._volumes = np.abs(volumes[self.number])  # both sides are met
         self._normals = normals[:, self.number] * np.sign(volumes[self.number])[:, None]
 
@@ -108,16 +116,3 @@ def portions(lengths: _Integers) -> Iterator[slice]:
     limits = np.searchsorted(ends, np.arange(0, int(lengths.sum()), _PAIRS_AT_ONCE))
     for begin, end in pairwise([*limits, len(ends)]):
         yield slice(begin, end)
-
-
-def _bounding_boxes(corners: _Floats) -> tuple[_Floats, _Floats]:
-    """Returns the image bounds, (t, 2) each, of the triangles with (3, t, 3) corners."""
-    depth = corners[:, :, 2]
-    image = corners[:, :, :2] / np.where(depth > 0, depth, 1)[:, :, None]
-    low, high = image.min(axis=0), image.max(axis=0)
-    # A triangle that crosses the plane of the camera has an unbounded image; one behind the camera
-    # has an empty one.
-    crosses = depth.min(axis=0) <= 0
-    low[crosses], high[crosses] = -np.inf, np.inf
-    low[depth.max(axis=0) <= 0] = np.inf
-    return low, high

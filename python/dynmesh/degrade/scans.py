@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._checks import check_finite, check_integer
+from .._checks import check_finite, check_integer, check_not_negative
 from .._errors import InputError
 from ..frames.scan import DepthScan, PointScan
 from ..sequence import Positions
 from .depth_buffer import depth_buffer, intrinsics_of, pose_of
 from .depth_sensor import measured, with_flying
-from .scene import FLIGHT, Cameras, scenes_of, unit
-from .shared import Purpose, check_cameras, check_triangles, rng_of
+from .scene import FLIGHT, Cameras, scenes_of
+from .shared import Purpose, check_cameras, check_triangles, rng_of, unit
 from .silhouettes import Silhouettes
 from .surface_points import sampled
 
@@ -71,7 +71,8 @@ def scan_points(
             or a frame has another shape than frame 0.
     """
     check_integer("points", points, 1)
-    _check(faces, cameras, noise, missing, holes, flying, outliers, seed)
+    shares = {"missing": missing, "holes": holes, "flying": flying, "outliers": outliers}
+    _check(faces, cameras, noise, seed, shares)
 
     def scans() -> Iterator[PointScan]:
         silhouettes = Silhouettes(faces)
@@ -79,10 +80,11 @@ def scan_points(
             rng = rng_of(Purpose.SCAN, seed, scene.number)
             n_flying = round(flying * points)
             positions, normals = sampled(scene, faces, points - n_flying, rng)
-            mixed = silhouettes.flying(scene.points, scene.cameras, n_flying, rng)
-            behind = FLIGHT * scene.mean_edge * rng.random(len(mixed.points))[:, None]
-            positions = np.concatenate([positions, mixed.points + behind * mixed.rays])
-            normals = np.concatenate([normals, unit(mixed.normals - mixed.rays)])
+            mixed, rays = silhouettes.flying(scene.points, scene.cameras, n_flying, rng)
+            useless = unit(unit(rng.standard_normal(mixed.shape)) - rays)
+            behind = FLIGHT * scene.mean_edge * rng.random(len(mixed))[:, None]
+            positions = np.concatenate([positions, mixed + behind * rays])
+            normals = np.concatenate([normals, useless])
             positions += noise * scene.mean_edge * rng.standard_normal(positions.shape)
             moved = rng.random(len(positions)) < outliers
             away = unit(rng.standard_normal((int(moved.sum()), 3)))
@@ -142,7 +144,8 @@ def depth_images(
     """
     check_integer("width", width, 1)
     check_integer("height", height, 1)
-    _check(faces, cameras, noise, missing, holes, flying, outliers, seed)
+    shares = {"missing": missing, "holes": holes, "flying": flying, "outliers": outliers}
+    _check(faces, cameras, noise, seed, shares)
 
     def scans() -> Iterator[DepthScan]:
         for scene in scenes_of(frames, faces, cameras, holes, up, seed):
@@ -168,14 +171,7 @@ def depth_images(
 
 
 def _check(
-    faces: _Integers,
-    cameras: Cameras,
-    noise: float,
-    missing: float,
-    holes: float,
-    flying: float,
-    outliers: float,
-    seed: int,
+    faces: _Integers, cameras: Cameras, noise: float, seed: int, shares: dict[str, float]
 ) -> None:
     check_triangles(faces)
     check_integer("seed", seed, 0)
@@ -183,10 +179,7 @@ def _check(
         check_integer("cameras", cameras, 1)
     elif not callable(cameras):
         check_cameras(cameras, "there are none")
-    check_finite("noise", noise)
-    if noise < 0:
-        raise InputError(f"must be at least 0, not {noise}", argument="noise")
-    shares = {"missing": missing, "holes": holes, "flying": flying, "outliers": outliers}
+    check_not_negative("noise", noise)
     for name, share in shares.items():
         check_finite(name, share)
         if not 0 <= share < 1:

@@ -1,7 +1,7 @@
 """What a simulated sensor looks at: a frame, the cameras, and what returns nothing."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from itertools import chain
+from itertools import chain, repeat
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -13,7 +13,6 @@ from .shared import check_cameras, mean_edge_of, numbered
 from .visibility import Camera, orbit
 
 _Integers = NDArray[np.integer[Any]]
-_Floats = NDArray[np.float64]
 
 Cameras: TypeAlias = int | Sequence[Camera] | Callable[[int], Sequence[Camera]]
 """A number of cameras that stand around frame 0; cameras; or those of each frame."""
@@ -58,18 +57,11 @@ def scenes_of(
     k = len(first[1])
     if isinstance(cameras, int):
         cameras = orbit(first[1], cameras, degrees_per_frame=0.0, up=up)
-    everywhere = np.ones(k, np.bool_)
-    endless = 1 << 62  # frames; only those that exist are asked for
-    patches = (
-        patch_known(faces, endless, k, holes, patches=_HOLES, seed=seed) if holes else iter(())
-    )
-    for number, points in chain([first], rest):
-        present = cameras(number) if callable(cameras) else cameras
-        check_cameras(present, f"frame {number} has none")
-        yield Scene(number, points, present, next(patches, everywhere), mean_edge)
-
-
-def unit(vectors: NDArray[Any]) -> _Floats:
-    """Returns vectors of length 1; zero remains zero."""
-    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return np.asarray(vectors / np.where(lengths > 0, lengths, 1))
+    present: Iterator[Mask] = repeat(np.ones(k, np.bool_))
+    if holes:
+        endless = 1 << 62  # frames; only those that exist are asked for
+        present = patch_known(faces, endless, k, holes, patches=_HOLES, seed=seed)
+    for (number, points), mask in zip(chain([first], rest), present, strict=False):
+        own = cameras(number) if callable(cameras) else cameras
+        check_cameras(own, f"frame {number} has none")
+        yield Scene(number, points, own, mask, mean_edge)

@@ -65,6 +65,12 @@ def mean_edge_of(first_frame: Positions, faces: _Integers) -> float:
     return float(lengths.mean())
 
 
+def unit(vectors: NDArray[Any]) -> NDArray[np.float64]:
+    """Returns vectors of length 1; zero remains zero."""
+    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.asarray(vectors / np.where(lengths > 0, lengths, 1))
+
+
 def check_triangles(faces: _Integers) -> None:
     """Raises an error unless these are triangles."""
     check_array("faces", faces)

@@ -1,30 +1,17 @@
 """Silhouettes: the edges beyond which a camera sees past the surface."""
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..sequence import Positions
+from .shared import unit
 from .visibility import Camera, visible
 
 _Integers = NDArray[np.integer[Any]]
 _Floats = NDArray[np.float64]
-
-
-class Flying(NamedTuple):
-    """Points of silhouettes.
-
-    Attributes:
-        points: (n, 3) on the silhouette.
-        rays: (n, 3) unit vectors away from the camera.
-        normals: (n, 3) random unit vectors.
-    """
-
-    points: _Floats
-    rays: _Floats
-    normals: _Floats
 
 
 class Silhouettes:
@@ -50,14 +37,10 @@ class Silhouettes:
 
     def flying(
         self, points: Positions, cameras: Sequence[Camera], wanted: int, rng: "np.random.Generator"
-    ) -> Flying:
+    ) -> tuple[_Floats, _Floats]:
         """Returns about as many visible points of silhouettes, evenly from all cameras.
 
-        Args:
-            points: (k, 3) positions.
-            cameras: at least one.
-            wanted: number of points; fewer are returned if some are hidden.
-            rng: of the choice.
+        They are (n, 3), fewer if some are hidden, as are the unit vectors away from the cameras.
         """
         places, rays = [np.zeros((0, 3))], [np.zeros((0, 3))]
         for number, camera in enumerate(cameras):
@@ -74,8 +57,5 @@ class Silhouettes:
             seen = visible(everything, self._faces, camera, among)[len(points) :]
             ray = place[seen] - camera.position
             places.append(place[seen])
-            rays.append(ray / np.linalg.norm(ray, axis=1, keepdims=True))
-        found = np.concatenate(places)
-        normals = rng.standard_normal(found.shape)
-        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-        return Flying(found, np.concatenate(rays), normals)
+            rays.append(unit(ray))
+        return np.concatenate(places), np.concatenate(rays)

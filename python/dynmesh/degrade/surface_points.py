@@ -5,7 +5,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .scene import EDGE_ON, Scene, unit
+from .scene import EDGE_ON, Scene
+from .shared import unit
 from .visibility import visible
 
 _Integers = NDArray[np.integer[Any]]
@@ -31,7 +32,10 @@ def sampled(
         share = max(n_found / n_tried, 0.05) if n_tried else 0.3
         n = int(np.clip(1.1 * (wanted - n_found) / share, 1000, _CANDIDATES))
         face = rng.choice(len(faces), n, p=areas / areas.sum())
-        weights = _barycentric(rng.random((n, 2)))
+        # Uniform numbers in the unit square become uniform weights of the corners of a triangle.
+        uniform, along = rng.random((n, 2)).T
+        root = np.sqrt(uniform)
+        weights = np.stack([1 - root, root * (1 - along), root * along], axis=1)
         points = np.einsum("nc,ncx->nx", weights, corners[face])
         nearest = faces[face, weights.argmax(axis=1)]
         side = _seen_from(scene, faces, points, normals[face]) * scene.present[nearest]
@@ -58,9 +62,3 @@ def _seen_from(
         seen = visible(everything, faces, camera, np.concatenate([vertices, better]))
         best = np.where(seen[len(vertices) :], cosines, best)
     return np.sign(best)
-
-
-def _barycentric(uniform: _Floats) -> _Floats:
-    """Maps uniform numbers in the unit square to uniform weights of the corners of a triangle."""
-    root = np.sqrt(uniform[:, 0])
-    return np.stack([1 - root, root * (1 - uniform[:, 1]), root * uniform[:, 1]], axis=1)

@@ -35,7 +35,7 @@ _CONTACT = 1e-6
 """A triangle hides a vertex only if it is nearer by this share of the distance. This exceeds the
 rounding of float32, so that vertices at one position, as along a seam, do not hide each other."""
 
-_GRID = 512
+_GRID = 1024
 """Cells along either side of the image; affects only speed and memory."""
 
 
@@ -111,7 +111,12 @@ def orbit(
     check_vector("up", up)
     if not any(up):
         raise InputError(f"must not be zero, but is {up}", argument="up")
-    centre, diagonal = _bounding_box(first_frame)
+    check_positions("first_frame", first_frame)
+    check_complete("first_frame", first_frame)
+    box = np.stack([first_frame.min(axis=0), first_frame.max(axis=0)]).astype(np.float64)
+    centre, diagonal = box.mean(axis=0), float(np.linalg.norm(box[1] - box[0]))
+    if diagonal == 0:
+        raise InputError("must have vertices in more than one place", argument="first_frame")
     ahead, left, axis = _horizon(np.array(up, np.float64))
     tilt = math.radians(elevation)
 
@@ -137,24 +142,20 @@ def visible(points: Positions, faces: _Integers, camera: Camera, among: Mask | N
     plane of the camera hides with its part in front of the plane; a triangle with a corner that is
     not finite hides nothing.
 
-    Args:
-        points: (k, 3) positions.
-        faces: (m, 3) integers from 0 to k - 1.
-        camera: the camera to look through.
-        among: (k,) bool; False for vertices that need not be tested, which are not seen.
-
-    Returns:
-        (k,) bool.
+    Vertices that are not `among` those to be tested are not seen.
     """
     scale = 1 / math.tan(math.radians(camera.field_of_view) / 2)
     # Axes to the right, up and ahead, scaled such that the image is |x|, |y| <= z > 0.
     local = in_axes(points, np.array(camera.position), axes_of(camera) * [scale, scale, 1])
-    seen = _inside_image(local)
+    x, y, z = local.T
+    seen: Mask = np.asarray((z > 0) & (np.abs(x) <= z) & (np.abs(y) <= z))
     if among is not None:
         seen &= among
-    samples = _Samples(local, np.flatnonzero(seen))
     triangles = Triangles(local[faces.T], -1, 1)
-    for triangle, vertex in samples.below(triangles):
+    for triangle, vertex in _pairs(triangles, local, np.flatnonzero(seen)):
+        # Most pairs are of a triangle behind the vertex.
+        nearer = triangles.depth[triangle] < local[vertex, 2]
+        triangle, vertex = triangle[nearer], vertex[nearer]
         hits = triangles.meet(triangle, local[vertex])
         hidden = hits.pair[hits.volume < (1 - _CONTACT) * hits.whole]
         # A triangle never hides its own corners, except by rounding if it is seen edge-on.
@@ -163,62 +164,41 @@ def visible(points: Positions, faces: _Integers, camera: Camera, among: Mask | N
     return seen
 
 
-class _Samples:
-    """Vertices, indexed by their position in the image."""
+def _pairs(
+    triangles: Triangles, local: _Floats, vertices: _Integers
+) -> Iterator[tuple[_Integers, _Integers]]:
+    """Yields pairs of a triangle and a vertex in the grid cells of its bounding box."""
+    column, row = _cell(local[vertices, :2] / local[vertices, 2:]).T
+    cell = row * _GRID + column
+    in_cells = vertices[np.argsort(cell, kind="stable")]
+    starts = np.concatenate([[0], np.cumsum(np.bincount(cell, minlength=_GRID * _GRID))])
+    # Runs of consecutive vertices, one for each row of cells of each bounding box.
+    low, high = _cell(triangles.low - TOLERANCE), _cell(triangles.high + TOLERANCE)
+    triangle, row = rows_of(low[:, 1], high[:, 1])
+    first = starts[row * _GRID + low[triangle, 0]]
+    lengths = starts[row * _GRID + high[triangle, 0] + 1] - first
+    filled = lengths > 0
+    triangle, first, lengths = triangle[filled], first[filled], lengths[filled]
+    for run in portions(lengths):
+        yield (
+            np.repeat(triangle[run], lengths[run]),
+            in_cells[ranges(first[run], lengths[run])],
+        )
 
-    def __init__(self, local: _Floats, vertices: _Integers) -> None:
-        column, row = self._cell(local[vertices, :2] / local[vertices, 2:]).T
-        cell = row * _GRID + column
-        self._vertices = vertices[np.argsort(cell, kind="stable")]
-        counts = np.bincount(cell, minlength=_GRID * _GRID)
-        self._starts = np.concatenate([[0], np.cumsum(counts)])
 
-    def below(self, triangles: Triangles) -> Iterator[tuple[_Integers, _Integers]]:
-        """Yields pairs of a triangle and a vertex in the grid cells of its bounding box."""
-        triangle, first, last = self._runs(triangles)
-        lengths = last - first
-        for run in portions(lengths):
-            places = ranges(first[run], lengths[run])
-            yield np.repeat(triangle[run], lengths[run]), self._vertices[places]
-
-    def _runs(self, triangles: Triangles) -> tuple[_Integers, _Integers, _Integers]:
-        """Returns runs of consecutive vertices, one for each row of cells of each bounding box."""
-        low = self._cell(triangles.low - TOLERANCE)
-        high = self._cell(triangles.high + TOLERANCE)
-        triangle, row = rows_of(low[:, 1], high[:, 1])
-        first = self._starts[row * _GRID + low[triangle, 0]]
-        last = self._starts[row * _GRID + high[triangle, 0] + 1]
-        filled = first < last
-        return triangle[filled], first[filled], last[filled]
-
-    def _cell(self, image: _Floats) -> NDArray[np.int64]:
-        """Returns column and row, of the nearest cell for points outside the image."""
-        cell = np.floor((image + 1) * (_GRID / 2))
-        return np.clip(cell, 0, _GRID - 1).astype(np.int64)
+def _cell(image: _Floats) -> NDArray[np.int64]:
+    """Returns column and row, of the nearest cell for points outside the image."""
+    cell = np.floor((image + 1) * (_GRID / 2))
+    return np.clip(cell, 0, _GRID - 1).astype(np.int64)
 
 
 def axes_of(camera: Camera) -> _Floats:
     """Returns the directions to the right, up and ahead, as the columns of a matrix."""
-    ahead = _unit(np.subtract(camera.target, camera.position, dtype=np.float64))
-    right = _unit(np.cross(ahead, np.array(camera.up, np.float64)))
+    ahead = np.subtract(camera.target, camera.position, dtype=np.float64)
+    ahead /= np.linalg.norm(ahead)
+    right = np.cross(ahead, np.array(camera.up, np.float64))
+    right /= np.linalg.norm(right)
     return np.stack([right, np.cross(right, ahead), ahead], axis=1)
-
-
-def _inside_image(local: _Floats) -> Mask:
-    x, y, z = local.T
-    return np.asarray((z > 0) & (np.abs(x) <= z) & (np.abs(y) <= z))
-
-
-def _bounding_box(first_frame: Positions) -> tuple[_Floats, float]:
-    """Returns the centre and the length of the diagonal of the bounding box."""
-    check_positions("first_frame", first_frame)
-    check_complete("first_frame", first_frame)
-    low = first_frame.min(axis=0).astype(np.float64)
-    high = first_frame.max(axis=0).astype(np.float64)
-    diagonal = float(np.linalg.norm(high - low))
-    if diagonal == 0:
-        raise InputError("must have vertices in more than one place", argument="first_frame")
-    return (low + high) / 2, diagonal
 
 
 def _horizon(up: _Floats) -> tuple[_Floats, _Floats, _Floats]:
@@ -233,10 +213,6 @@ def _horizon(up: _Floats) -> tuple[_Floats, _Floats, _Floats]:
 def _triple(vector: _Floats) -> tuple[float, float, float]:
     x, y, z = vector.tolist()
     return x, y, z
-
-
-def _unit(vector: _Floats) -> _Floats:
-    return np.asarray(vector / np.linalg.norm(vector))
 
 
 def _are_parallel(a: _Floats, b: _Floats) -> bool:

@@ -74,8 +74,9 @@ def _diagnose(header: Header, frames: Iterator[Frame], watch: Watch | None) -> D
         surface.examine(start),
         shape.examine(start),
     )
+    ordered = sorted(found, key=lambda f: (SEVERITIES.index(f.severity), CODES.index(f.code)))
     return Diagnosis(
-        findings=tuple(sorted(found, key=_importance)),
+        findings=tuple(ordered),
         header=header,
         topology=start.topology,
         first_frame=np.where(start.observed[:, None], start.first, np.nan).astype(header.dtype),
@@ -86,7 +87,3 @@ def _diagnose(header: Header, frames: Iterator[Frame], watch: Watch | None) -> D
         likely_up=placement.likely_up,
         likely_unit=placement.likely_unit,
     )
-
-
-def _importance(finding: Finding) -> tuple[int, int]:
-    return SEVERITIES.index(finding.severity), CODES.index(finding.code)

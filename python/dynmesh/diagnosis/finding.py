@@ -1,7 +1,7 @@
 """Findings, of which a diagnosis consists."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -55,10 +55,6 @@ MOST_PLACES = 10_000
 _MOST_SHOWN = 5
 
 
-def _none() -> Indices:
-    return np.empty(0, np.int64)
-
-
 @dataclass(frozen=True, eq=False)
 class Where:
     """The vertices, faces and frames of a finding, ascending, at most `MOST_PLACES` of each.
@@ -69,14 +65,9 @@ class Where:
         frames: int64, counted from 0.
     """
 
-    vertices: Indices = field(default_factory=_none)
-    faces: Indices = field(default_factory=_none)
-    frames: Indices = field(default_factory=_none)
-
-    @classmethod
-    def of(cls, *, vertices: Any = (), faces: Any = (), frames: Any = ()) -> "Where":
-        """Keeps the first indices of each kind."""
-        return cls(*(np.asarray(p, np.int64)[:MOST_PLACES] for p in (vertices, faces, frames)))
+    vertices: Indices
+    faces: Indices
+    frames: Indices
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,12 +108,13 @@ class Finding:
         severity: Severity | None = None,
     ) -> "Finding":
         """A finding at these indices; without a `count`, of the first of them, or of one thing."""
-        counts = [len(places) for places in (vertices, faces, frames) if len(places)]
+        places = vertices, faces, frames
+        counts = [len(found) for found in places if len(found)]
         return cls(
             code,
             severity or SEVERITY_OF[code],
             [*counts, 1][0] if count is None else count,
-            Where.of(vertices=vertices, faces=faces, frames=frames),
+            Where(*(np.asarray(found, np.int64)[:MOST_PLACES] for found in places)),
             message,
             advice,
             worst,

@@ -62,7 +62,8 @@ class Mesh:
         lengths[~observed[ends].all(axis=1)] = np.nan
         mean_edge = float(np.nanmean(lengths)) if np.isfinite(lengths).any() else 0.0
         roots = connected(len(first), ends[:, 0], ends[:, 1])
-        degenerate = _has_repeated_corner(faces)
+        a, b, c = faces.T
+        degenerate = np.asarray((a == b) | (b == c) | (c == a))
         return cls(
             faces,
             degenerate,
@@ -77,11 +78,6 @@ class Mesh:
             bounding_box_diagonal(first[observed]) if observed.any() else 0.0,
             Completer(faces, first).topology if len(faces) else None,
         )
-
-
-def _has_repeated_corner(faces: Faces) -> Mask:
-    a, b, c = faces.T
-    return np.asarray((a == b) | (b == c) | (c == a))
 
 
 def _is_repeated(faces: Faces) -> Mask:

@@ -33,7 +33,6 @@ _FRAME_MARKS = {
     "repeated_frames": ("s", "repeated"),
 }
 _SHADED = ("frames_without_anchors", "hardly_any_anchors")
-_SHOWN_ALONG_FRAMES = (*_FRAME_MARKS, *_SHADED)
 
 _STYLE: dict[str, Any] = {
     "axes.axisbelow": True,
@@ -93,12 +92,9 @@ def _sides(diagnosis: Diagnosis, colours: dict[str, str], size: int) -> list[Ima
     kept = np.flatnonzero(there[faces].all(axis=1))
     row = np.full(len(faces), -1)
     row[kept] = np.arange(len(kept))
-    marks = [
-        _mark(finding, colours[finding.code], points, faces, row)
-        for finding in sorted(
-            diagnosis.findings, key=_extent, reverse=True
-        )  # rare findings are drawn on top
-    ]
+    # Rare findings are drawn on top.
+    findings = sorted(diagnosis.findings, key=_extent, reverse=True)
+    marks = [_mark(finding, colours[finding.code], points, faces, row) for finding in findings]
     whole = np.where(there[:, None], points, 0)
     views = [View.of(points[there], diagnosis.likely_up, side, (size, size)) for side in _SIDES]
     shown = [figures.render_marked(faces[kept], whole, view, marks) for view in views]
@@ -156,8 +152,8 @@ def _write_legend(axis: "Axes", diagnosis: Diagnosis, colours: dict[str, str]) -
     for i, finding in enumerate(diagnosis.findings):
         y = 0.96 - i * step
         colour, on_mesh = colours[finding.code], _extent(finding) > 0
-        marker, _ = ("o", "") if on_mesh else _FRAME_MARKS.get(finding.code, ("o", ""))
-        shown = on_mesh or finding.code in _SHOWN_ALONG_FRAMES
+        marker = "o" if on_mesh else _FRAME_MARKS.get(finding.code, "o")[0]
+        shown = on_mesh or finding.code in (*_FRAME_MARKS, *_SHADED)
         fill = colour if shown else "none"
         axis.plot(0.03, y, marker, markersize=10, color=colour, markerfacecolor=fill, clip_on=False)
         name = finding.code.replace("_", " ")

@@ -168,9 +168,8 @@ class Presence:
         )
 
     def _shares(self, shares: NDArray[np.float64]) -> Iterator[Finding]:
-        shares = np.where(
-            shares > 0, np.maximum(np.round(shares, 3), 1e-3), 0
-        )  # so that 9.96 % counts as 10 %
+        # So that 9.96 % counts as 10 %.
+        shares = np.where(shares > 0, np.maximum(np.round(shares, 3), 1e-3), 0)
         none = np.flatnonzero(shares == 0) + 1
         hardly = np.flatnonzero((shares > 0) & (shares < _HARDLY_ANY)) + 1
         few = np.flatnonzero((shares >= _HARDLY_ANY) & (shares < _FEW)) + 1
@@ -230,8 +229,7 @@ class Presence:
         if not len(long):
             return
         worst = long[self._longest[long].argmax()]
-        end = int(self._longest_end[worst])
-        length = int(self._longest[worst])
+        end, length = int(self._longest_end[worst]), int(self._longest[worst])
         vertices = np.flatnonzero(np.isin(self._mesh.component, long))
         parts = f"{counted(len(long), 'component')} of {len(self._sizes)}"
         member = int(np.flatnonzero(self._mesh.component == worst)[0])

@@ -51,10 +51,9 @@ class FaceEdges:
         ends = np.stack([np.minimum(begin, end), np.maximum(begin, end)], axis=1)
         order = np.lexsort(ends.T[::-1])
         ends = ends[order]
-        new = np.ones(len(ends), np.bool_)
-        new[1:] = (ends[1:] != ends[:-1]).any(axis=1)
+        new = np.diff(ends, axis=0, prepend=-1).any(axis=1)
         starts = np.flatnonzero(new)
-        counts = np.diff(np.append(starts, len(ends)))
+        counts = np.diff(starts, append=len(ends))
         return cls(np.repeat(kept, 3)[order], ends, (begin < end)[order], starts, counts)
 
     def sides_of(self, edges: Mask) -> Mask:
@@ -196,9 +195,8 @@ def _small_holes(mesh: Mesh, edges: FaceEdges) -> Iterator[Finding]:
     loop = connected(len(mesh.first), rim[:, 0], rim[:, 1])[rim[:, 0]]
     loops, which, lengths = np.unique(loop, return_inverse=True, return_counts=True)
     part = np.bincount(mesh.component)[mesh.component[loops]]
-    small = (lengths <= _SMALL_HOLE) & (
-        part > 2 * lengths**2
-    )  # excludes small patches, whose boundary is short as well
+    # The second condition excludes small patches, whose boundary is short as well.
+    small = (lengths <= _SMALL_HOLE) & (part > 2 * lengths**2)
     ends_meeting = np.bincount(rim.reshape(-1))
     touched = np.isin(rim, mesh.faces[_touching(mesh)])  # at sheets that touch in a single point
     astray = (ends_meeting[rim] != 2).any(axis=1)  # the boundary of a fin, which is not a loop

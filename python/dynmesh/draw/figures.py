@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -48,14 +49,11 @@ class View:
     def of(
         cls, frames: Positions, up: str, azimuth: float, size: tuple[int, int] = (480, 640)
     ) -> "View":
-        """Creates a view from slightly above.
+        """Creates a view from slightly above, in which (k, 3) or (n, k, 3) positions all fit.
 
-        Args:
-            frames: (k, 3) or (n, k, 3); all of them fit in the picture.
-            up: the up axis, "x", "y" or "z"; a flat sheet is viewed from higher above.
-            azimuth: viewing angle around the up axis in degrees, from the next axis (in the order
-                x, y, z, x) towards the one after it.
-            size: width and height in pixels.
+        The up axis is "x", "y" or "z"; a flat sheet is viewed from higher above. The azimuth is
+        the angle around it in degrees, from the next axis (in the order x, y, z, x) towards the one
+        after it.
         """
         if up not in ("x", "y", "z"):
             raise InputError(f"must be 'x', 'y' or 'z', not {up!r}", argument="up")
@@ -64,13 +62,9 @@ class View:
         axis = "xyz".index(up)
         extent = box[1] - box[0]
         flat = extent[axis] < 0.25 * extent.max()
-        towards = np.zeros(3)
         angle = np.radians(azimuth)
-        towards[[(axis + 1) % 3, (axis + 2) % 3]] = [np.cos(angle), np.sin(angle)]
-        towards[axis] = 0.9 if flat else 0.25
-        upward = np.zeros(3)
-        upward[axis] = 1
-        return cls(_vector(towards), _vector(upward), box, size)
+        towards = np.roll([0.9 if flat else 0.25, np.cos(angle), np.sin(angle)], axis)
+        return cls(_vector(towards), _vector(np.eye(3)[axis]), box, size)
 
     @property
     def axes(self) -> NDArray[np.float64]:
@@ -122,11 +116,8 @@ def render(
             array has the wrong shape, the limit is not positive, or more than one of `known`,
             `values` and `places` is given.
     """
-    _check(faces, points, known, values, limit, places)
-    pyvista = load_pyvista()
-    surface = pyvista.PolyData.from_regular_faces(
-        np.asarray(points, np.float32), np.asarray(faces, np.int64)
-    )
+    _check(faces, points, limit, known=known, values=values, places=places)
+    surface = surface_of(faces, points)
     with _stage(view) as plotter:
         if known is not None:
             rgb = np.where(known[:, None], _rgb(KNOWN_COLOUR), _rgb(MISSING_COLOUR))
@@ -149,13 +140,20 @@ def render(
         return _taken(plotter, view)
 
 
+def surface_of(faces: NDArray[np.integer[Any]], points: Positions) -> Any:
+    """Returns a mesh of pyvista."""
+    return load_pyvista().PolyData.from_regular_faces(
+        np.asarray(points, np.float32), np.asarray(faces, np.int64)
+    )
+
+
 def add_places(
     plotter: Any,
     surface: Any,
     places: NDArray[np.floating[Any]],
     colours: Sequence[str],
     dots: Mask | None,
-    labels: Mapping[float, str] | None = None,
+    labels: Mapping[float, str] = MappingProxyType({}),
 ) -> None:
     """Adds a surface of pyvista to a plotter, with the colours and dots of :func:`render`.
 
@@ -163,7 +161,7 @@ def add_places(
     """
     surface["places"] = places.astype(np.float32)
     table = load_pyvista().LookupTable(list(colours), scalar_range=(0, 1))
-    table.annotations = labels or {}
+    table.annotations = dict(labels)
     style = {"cmap": table, "show_scalar_bar": False, "ambient": 0.25, "diffuse": 0.85}
     if surface.n_cells:
         plotter.add_mesh(surface, scalars="places", smooth_shading=True, **style)
@@ -197,14 +195,11 @@ def render_marked(
 
     The arguments, the result and the errors are those of :func:`render`.
     """
-    _check(faces, points, None, None, None, None)
-    pyvista = load_pyvista()
+    _check(faces, points)
     rgb = np.tile(_rgb(SURFACE_COLOUR), (len(faces), 1))
     for mark in marks:
         rgb[mark.faces] = _rgb(mark.colour)
-    surface = pyvista.PolyData.from_regular_faces(
-        np.asarray(points, np.float32), np.asarray(faces, np.int64)
-    )
+    surface = surface_of(faces, points)
     surface.cell_data["colour"] = rgb
     with _stage(view) as plotter:
         if len(faces):
@@ -212,7 +207,7 @@ def render_marked(
         for mark in marks:
             if len(mark.points):
                 plotter.add_mesh(
-                    pyvista.PolyData(np.asarray(mark.points, np.float32)),
+                    load_pyvista().PolyData(np.asarray(mark.points, np.float32)),
                     color=mark.colour,
                     point_size=mark.size / 100 * max(view.size),
                     render_points_as_spheres=True,
@@ -234,27 +229,25 @@ def cropped(images: list[Image], margin: int = 12) -> list[Image]:
 def _check(
     faces: NDArray[np.integer[Any]],
     points: Positions,
-    known: Mask | None,
-    values: NDArray[np.floating[Any]] | None,
-    limit: float | None,
-    places: NDArray[np.floating[Any]] | None,
+    limit: float | None = None,
+    **colourings: NDArray[Any] | None,
 ) -> None:
     """Checks the input, since VTK would end the process for a face out of range."""
     if points.ndim != 2 or points.shape[1] != 3:
         raise InputError(f"must have shape (k, 3), not {points.shape}", argument="points")
     cells(faces, len(points))
-    for name, array in (("known", known), ("values", values), ("places", places)):
-        if array is not None and array.shape != (len(points),):
+    given = {name: array for name, array in colourings.items() if array is not None}
+    for name, array in given.items():
+        if array.shape != (len(points),):
             raise InputError(f"must have shape ({len(points)},), not {array.shape}", argument=name)
-    for name, numbers in (("points", points), ("values", values), ("places", places)):
-        if numbers is not None and not np.isfinite(numbers).all():
-            row = int(np.argwhere(~np.isfinite(numbers))[0][0])
+    for name, array in {"points": points, **given}.items():
+        if not np.isfinite(array).all():
+            row = int(np.argwhere(~np.isfinite(array))[0][0])
             raise InputError(f"row {row} is not finite", argument=name)
-    colourings = (("known", known), ("values", values), ("places", places))
-    given = [name for name, array in colourings if array is not None]
     if len(given) > 1:
-        raise ValueError(f"{given[1]}: cannot be combined with {given[0]}")
-    if values is not None and not (limit is not None and np.isfinite(limit) and limit > 0):
+        first, second, *_ = given
+        raise ValueError(f"{second}: cannot be combined with {first}")
+    if "values" in given and not (limit is not None and np.isfinite(limit) and limit > 0):
         raise InputError(f"must be positive and finite, not {limit}", argument="limit")
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ..files import Frame, Reader
 from ..frames.reader import check_comparable
 from ..sequence import Mask, Positions
+from .figures import SURFACE_COLOUR
 from .quantities import QUANTITIES, Colour, Moment, Range, Sources, check_range, visible
 from .scales import Scale, Values
 
@@ -19,12 +20,8 @@ from .scales import Scale, Values
 class ShownFrame:
     """One frame as it is drawn.
 
-    Attributes:
-        number: in the sequence.
-        points: (k, 3), arbitrary where a vertex is missing.
-        visible: (k,) bool, False where a vertex is missing.
-        values: what the colours can show, each (k,), arbitrary where a vertex is missing.
-        beside: the same frame of "input" and "reference", of those that there are.
+    The points, (k, 3), and the values that colours can show, (k,) each, are arbitrary where a
+    vertex is not visible. Beside it is the same frame of "input" and "reference", if there are any.
     """
 
     number: int
@@ -125,6 +122,11 @@ class Heatmap:
             }
             yield ShownFrame(number, frame.points, visible(frame), values, beside)
 
+    def frame(self, number: int) -> ShownFrame:
+        """Returns one frame."""
+        (shown,) = self.frames(range(number, number + 1))
+        return shown
+
     def scale(self, colour: Colour, frames: Sequence[ShownFrame]) -> Scale | None:
         """Returns a scale for the values of all these frames, or None for the colour "plain"."""
         if colour == "plain":
@@ -134,6 +136,16 @@ class Heatmap:
         values: list[NDArray[Any]] = [frame.values[source][frame.visible] for frame in frames]
         limits = self._range if colour == self.colour else None
         return QUANTITIES[colour].scale(self._sources, values, limits)
+
+    def places(
+        self, frame: ShownFrame, scale: Scale | None
+    ) -> tuple[NDArray[np.float32], tuple[str, ...]]:
+        """Returns the positions of values of `colour` on its scale, (k,), and its colours."""
+        places = np.zeros(len(frame.points), np.float32)
+        if scale is None:
+            return places, (SURFACE_COLOUR,)
+        places[frame.visible] = scale.position(frame.values[self.colour][frame.visible])
+        return places, scale.colours
 
 
 def stated_up(*readers: Reader | None) -> str | None:

@@ -8,10 +8,10 @@ import numpy as np
 from .._extras import require_all
 from ..files import Reader
 from . import figures
-from .figures import SURFACE_COLOUR, Image, View
+from .figures import Image, View
 from .heatmap import Heatmap, ShownFrame, likely_up, stated_up, whole_faces
 from .quantities import Colour, Range
-from .scales import Scale, Values
+from .scales import Scale
 from .sheet import contact_sheet
 
 
@@ -34,23 +34,11 @@ def picture(
     size: tuple[int, int] = (480, 480),
     watch: Callable[[Iterable[ShownFrame], int], Iterable[ShownFrame]] = lambda frames, _: frames,
 ) -> None:
-    """Draws frames of a sequence, all at the same scale, with one colour bar.
+    """Draws frames of a sequence in a PNG file, all at the same scale, with one colour bar.
 
     Triangles with a missing vertex are left out; remaining vertices without a triangle become dots.
-
-    Args:
-        reader: of the sequence.
-        output: a PNG file; an existing file is replaced.
-        numbers: of the frames, one or several; see :func:`evenly_spaced`.
-        reference: of the true sequence, for errors.
-        colour: see :class:`dynmesh.draw.heatmap.Heatmap`.
-        range: see :class:`dynmesh.draw.heatmap.Heatmap`; with the same range, pictures of several
-            sequences can be compared.
-        title: the heading; None means the name of the file and, in a scene, of the mesh.
-        up: "x", "y" or "z"; None means as the file states it, else z for a flat sheet, else y.
-        azimuth: viewing angle around the up axis, in degrees.
-        size: of each frame, in pixels.
-        watch: called with the frames and their number; it must pass the frames on.
+    The numbers are those of the frames, one or several, and the size is that of each, in pixels.
+    The other options are those of :func:`dynmesh.draw.page.page`. An existing file is replaced.
 
     Raises:
         OSError: the file cannot be written.
@@ -69,38 +57,21 @@ def picture(
                 f"{reader.path}: has no frame {number}, only 0 to {reader.n_frames - 1}; frames "
                 "are counted from 0, whatever their numbers in the file"
             )
-    chosen = (frame for number in numbers for frame in _frame(heatmap, number))
-    frames = list(watch(chosen, len(numbers)))
+    frames = list(watch(map(heatmap.frame, numbers), len(numbers)))
     seen = np.concatenate([frame.points[frame.visible] for frame in frames])
     if not len(seen):
         raise ValueError(f"{reader.path}: no vertex is known in these frames")
     scale = heatmap.scale(heatmap.colour, frames)
     up = up or likely_up(next(iter(reader)).points, stated_up(reader, reference))
     view = View.of(seen, up, azimuth, size)
-    images = figures.cropped(
-        [_draw(reader, frame, frame.values.get(heatmap.colour), scale, view) for frame in frames]
-    )
+    images = figures.cropped([_draw(heatmap, frame, scale, view) for frame in frames])
     captions = [f"frame {frame.number}" for frame in frames]
     sheet = contact_sheet(title or reader.title, images, captions, scale)
     sheet.save(output, format="PNG")
 
 
-def _frame(heatmap: Heatmap, number: int) -> Iterable[ShownFrame]:
-    return heatmap.frames(range(number, number + 1))
-
-
-def _draw(
-    reader: Reader, frame: ShownFrame, values: Values | None, scale: Scale | None, view: View
-) -> Image:
-    faces, alone = whole_faces(reader.faces, frame.visible)
-    places = np.zeros(len(frame.points), np.float32)
-    if scale is not None and values is not None:
-        places = np.where(frame.visible, scale.position(values), 0)
-    return figures.render(
-        faces,
-        np.where(frame.visible[:, None], frame.points, 0),
-        view,
-        places=places,
-        colours=(SURFACE_COLOUR,) if scale is None else scale.colours,
-        dots=alone,
-    )
+def _draw(heatmap: Heatmap, frame: ShownFrame, scale: Scale | None, view: View) -> Image:
+    faces, alone = whole_faces(heatmap.reader.faces, frame.visible)
+    places, colours = heatmap.places(frame, scale)
+    points = np.where(frame.visible[:, None], frame.points, 0)
+    return figures.render(faces, points, view, places=places, colours=colours, dots=alone)

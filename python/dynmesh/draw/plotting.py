@@ -9,7 +9,7 @@ from .._errors import InputError, KindError
 from ..frames.memory import SequenceReader
 from ..sequence import Sequence
 from . import figures
-from .figures import SURFACE_COLOUR, View
+from .figures import View
 from .heatmap import Heatmap, likely_up, stated_up, whole_faces
 from .quantities import Colour
 
@@ -76,25 +76,21 @@ def plot(
     truth = None if reference is None else SequenceReader(reference, "reference")
     own = SequenceReader(sequence)
     heatmap = Heatmap(own, reference=truth, colour=colour)
-    (shown,) = heatmap.frames(range(number, number + 1))
+    shown = heatmap.frame(number)
     visible = shown.visible
     if not visible.any():
         raise InputError("no vertex of it is known", argument="frame", frame=number)
-    scale, values = heatmap.scale(heatmap.colour, [shown]), shown.values.get(heatmap.colour)
-    places = np.zeros(len(visible), np.float32)
-    if scale is not None and values is not None:
-        places[visible] = scale.position(values[visible])
+    scale = heatmap.scale(heatmap.colour, [shown])
+    places, colours = heatmap.places(shown, scale)
     faces, alone = whole_faces(sequence.faces, visible)
-    points = np.where(visible[:, None], shown.points, 0).astype(np.float32)
-    surface = library.PolyData.from_regular_faces(points, np.asarray(faces, np.int64))
+    points = np.where(visible[:, None], shown.points, 0)
+    surface = figures.surface_of(faces, points)
     plotter = library.Plotter(off_screen=off_screen, lighting="light kit")
     plotter.set_background("white")
     width, height = plotter.window_size
-    if scale is None:
-        figures.add_places(plotter, surface, places, (SURFACE_COLOUR,), alone)
-    else:
-        labels = {tick.position: tick.label for tick in scale.ticks}
-        figures.add_places(plotter, surface, places, scale.colours, alone, labels)
+    labels = {} if scale is None else {tick.position: tick.label for tick in scale.ticks}
+    figures.add_places(plotter, surface, places, colours, alone, labels)
+    if scale is not None:
         # A title of the bar itself would be cut off at the edge of the picture.
         plotter.add_text(scale.title, position="upper_right", font_size=10, color="black")
         bar = {"position_x": 0.9, "position_y": 0.05, "height": 0.45, "width": 0.05}

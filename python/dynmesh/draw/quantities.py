@@ -27,28 +27,17 @@ _SMALLEST_LIMIT = 1e-6  # of the bounding-box diagonal: about what float32 posit
 
 
 class LengthUnit(NamedTuple):
-    """The unit in which lengths are shown.
-
-    Attributes:
-        sign: follows a number.
-        words: name the unit in a title.
-        per_unit: so many are a unit of the positions.
-    """
+    """The unit in which lengths are shown, as it follows a number and as words in a title."""
 
     sign: str
     words: str
     per_unit: float
+    """So many are a unit of the positions."""
 
 
 @dataclass(frozen=True, eq=False)
 class Sources:
-    """The sequences that the values of vertices come from.
-
-    Attributes:
-        reader: of the shown sequence.
-        reference: of the true sequence, or None.
-        input: of the sequence with the vertices that were observed, or None.
-    """
+    """The shown sequence, the true one, and that with the vertices that were observed."""
 
     reader: Reader
     reference: Reader | None = None
@@ -92,8 +81,7 @@ class Moment:
     given: Frame | None
 
 
-@dataclass(frozen=True)
-class Quantity:
+class Quantity(NamedTuple):
     """A value of each vertex that colours can show.
 
     Attributes:
@@ -141,11 +129,13 @@ def _lacks_reference(sources: Sources) -> str | None:
     return "colour: error requires a reference" if sources.reference is None else None
 
 
-def _lacks(name: str) -> Callable[[Sources], str | None]:
+def _lacks(name: str, by: str) -> Callable[[Sources], str | None]:
+    """Tells of a sequence without an attribute, and what writes it."""
+
     def lacks(sources: Sources) -> str | None:
-        if sources.reader.has_provenance:
+        if name in sources.reader.header.attributes:
             return None
-        return f"{sources.reader.path}: holds no {name}; dynmesh complete --provenance writes it"
+        return f"{sources.reader.path}: holds no {name}; {by}"
 
     return lacks
 
@@ -182,25 +172,6 @@ def _known(_: Sources, moment: Moment) -> Values:
         assert given is not None  # as _lacks_masks says
         known = visible(given)
     return known.astype(np.int8)
-
-
-def _generation(_: Sources, moment: Moment) -> Values:
-    assert moment.frame.generation is not None
-    return moment.frame.generation
-
-
-def _age(_: Sources, moment: Moment) -> Values:
-    assert moment.frame.age is not None
-    return moment.frame.age
-
-
-def _lacks_standard_error(sources: Sources) -> str | None:
-    if sources.reader.header.has_standard_error:
-        return None
-    return (
-        f"{sources.reader.path}: holds no standard_error; "
-        "dynmesh complete and track write it with --provenance --uncertainty"
-    )
 
 
 def _standard_error(sources: Sources, moment: Moment) -> Values:
@@ -254,14 +225,24 @@ def _known_scale(sources: Sources, *_: object) -> Scale:
 QUANTITIES: dict[Colour, Quantity] = {
     "error": Quantity(_lacks_reference, _error, _length_scale("error"), "measures"),
     "generation": Quantity(
-        _lacks("generation"),
-        _generation,
+        _lacks("generation", "dynmesh complete --provenance writes it"),
+        lambda _, moment: moment.frame.attributes()["generation"],
         _count_scale("generation: steps from the observed"),
         "counts",
     ),
-    "age": Quantity(_lacks("age"), _age, _count_scale("age: frames since last observed"), "counts"),
+    "age": Quantity(
+        _lacks("age", "dynmesh complete --provenance writes it"),
+        lambda _, moment: moment.frame.attributes()["age"],
+        _count_scale("age: frames since last observed"),
+        "counts",
+    ),
     "standard_error": Quantity(
-        _lacks_standard_error, _standard_error, _standard_error_scale, "measures"
+        _lacks(
+            "standard_error", "dynmesh complete and track write it with --provenance --uncertainty"
+        ),
+        _standard_error,
+        _standard_error_scale,
+        "measures",
     ),
     "known": Quantity(_lacks_masks, _known, _known_scale, None),
 }

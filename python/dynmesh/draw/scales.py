@@ -85,15 +85,10 @@ class CountScale(Scale):
         minus_one: str | None = None,
         fixed: int | None = None,
     ) -> None:
-        """Creates as many steps as needed.
+        """Creates as many steps as needed up to the largest count, with labels for 0 and -1.
 
-        Args:
-            title: names what is counted.
-            largest: the largest count.
-            zero: label of 0.
-            minus_one: label of -1, if it occurs.
-            fixed: if given, the scale was chosen independently of the counts: the step after that
-                of 0 contains 1 to `fixed`, and the last one `largest` and more.
+        If `fixed` is given, the scale was chosen independently of the counts: the step after that
+        of 0 contains 1 to `fixed`, and the last one `largest` and more.
         """
         least, last = (1, largest) if fixed is None else (fixed, largest - 1)
         starts = [0, *range(least, last + 1)]

@@ -22,16 +22,9 @@ _LEGEND_WIDTH = 190
 def contact_sheet(
     heading: str, images: Sequence[Image], captions: Sequence[str], scale: Scale | None
 ) -> Any:
-    """Arranges pictures in rows.
+    """Arranges pictures of equal size, each above its caption, in rows on an image of Pillow.
 
-    Args:
-        heading: shown above all pictures.
-        images: pictures of equal size.
-        captions: one under each picture.
-        scale: for the colour bar at the right; None for no bar.
-
-    Returns:
-        A Pillow image.
+    The scale has a colour bar at the right; None for no bar.
     """
     image_module = require("PIL.Image", extra="view")
     drawing = require("PIL.ImageDraw", extra="view")
@@ -39,7 +32,9 @@ def contact_sheet(
     title_font, font = fonts.load_default(20), fonts.load_default(15)
     height, width = images[0].shape[:2]
     cell_width, cell_height = width + _MARGIN, height + _LINE + _MARGIN
-    columns = _columns(len(images), cell_width / cell_height)
+    # As many columns as give the sheet about the desired proportion.
+    rows = max(1, round(math.sqrt(len(images) * cell_width / cell_height / _PROPORTION)))
+    columns = math.ceil(len(images) / rows)
     rows = math.ceil(len(images) / columns)
     top = _LINE + 2 * _MARGIN
     right = _MARGIN + max(columns * cell_width, math.ceil(title_font.getlength(heading)))
@@ -59,12 +54,6 @@ def contact_sheet(
     if scale is not None:
         _draw_legend(draw, font, scale, right, top)
     return sheet
-
-
-def _columns(count: int, proportion: float) -> int:
-    """Returns the number of columns for which the sheet has about the desired proportion."""
-    rows = max(1, round(math.sqrt(count * proportion / _PROPORTION)))
-    return math.ceil(count / rows)
 
 
 def _bar_height(scale: Scale) -> int:

@@ -21,7 +21,7 @@ from ..frames.reader import Reader
 from ..sequence import Sequence
 from ..settings import Function, with_keywords
 from .choice import PathLike, format_of, formats, listed
-from .format import Gaps, Template, template_of, with_gaps
+from .format import Gaps, Template, template_of
 from .kept import CannotResumeError, Pieces, check_unchanged
 from .masks import MaskedReader, check_missing
 from .target import Target, target_of
@@ -110,8 +110,7 @@ def open(
         raise InputError(f"must be 'refuse' or 'lost', not {gaps!r}", argument="gaps")
     with naming(path):
         chosen = format_of(path, format)
-        opens = chosen.reader if gaps == "refuse" else with_gaps(chosen)
-        reader = opens(path, _template(faces), prim)
+        reader = chosen.open(path, _template(faces), prim, gaps)
     if known is None and missing is None:
         return reader
     try:

@@ -20,7 +20,6 @@ from ..frames.frame import Frame
 from ..frames.header import Header, errors_of
 from ..frames.reader import Reader
 from ..polygons import split_polygons
-from ..sequence import StandardErrorOf
 from .alembic_archive import (
     AlembicScene,
     errors_of_key,
@@ -33,7 +32,7 @@ from .alembic_archive import (
 )
 from .alembic_writer import AlembicWriter
 from .comments import metadata_in
-from .format import Format, Template, refuse_template
+from .format import Format
 
 
 class AlembicReader(Reader):
@@ -45,15 +44,8 @@ class AlembicReader(Reader):
     or, without it, at the median rate of the samples.
     """
 
-    def __init__(
-        self,
-        path: Path,
-        template: Template | None,
-        prim: str | None,
-        scene: AlembicScene | None = None,
-    ) -> None:
+    def __init__(self, path: Path, prim: str | None, scene: AlembicScene | None = None) -> None:
         """Opens the archive, unless it is given, and reads everything except the frames."""
-        refuse_template(template)
         self._scene: AlembicScene | None = scene or AlembicScene(path)
         with translating(ValueError, "is damaged or not an Alembic archive"):
             self._mesh = self._scene.mesh(prim)
@@ -64,7 +56,7 @@ class AlembicReader(Reader):
     @classmethod
     def in_scene(cls, scene: AlembicScene, mesh: str) -> Self:
         """Reads a mesh of an open archive."""
-        return cls(scene.path, None, mesh, scene)
+        return cls(scene.path, mesh, scene)
 
     @property
     def scene(self) -> AlembicScene | None:
@@ -77,6 +69,8 @@ class AlembicReader(Reader):
             raise ValueError("the mesh has no positions")
         faces, polygons = split_polygons(turned(faces_of(self._mesh)))
         self._parameters = _parameters(self._mesh.getSchema(), n_frames)
+        bars = self._parameters.get("standard_error")
+        errors = None if bars is None else bars.getMetaData().get(errors_of_key)
         info = library("Abc").GetArchiveInfo(archive)
         metadata = metadata_in(info.get("userDescription", "").split(","))
         return Header(
@@ -90,12 +84,8 @@ class AlembicReader(Reader):
             metres_per_unit=metadata.metres_per_unit,
             **timing_of(archive, self._positions)._asdict(),
             **flags_of(self._parameters),
-            standard_error_of=self._errors_of(),
+            standard_error_of=errors_of(errors or None),
         )
-
-    def _errors_of(self) -> StandardErrorOf:
-        bars = self._parameters.get("standard_error")
-        return errors_of(None if bars is None else bars.getMetaData().get(errors_of_key) or None)
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
         for number in numbers:

@@ -69,15 +69,15 @@ def faces_of(mesh: Any) -> Polygons:
     """Returns the faces as they are, clockwise; they must be the same at all times."""
     schema = mesh.getSchema()
     properties = (schema.getFaceCountsProperty(), schema.getFaceIndicesProperty())
-    faces = _faces_at(properties, 0)
+
+    def faces_at(number: int) -> Polygons:
+        return Polygons(*(np.array(one.getValue(number), np.int32) for one in properties))
+
+    faces = faces_at(0)
     if not all(one.isConstant() for one in properties):
         for number in range(1, schema.getNumSamples()):
-            check_same_faces(faces, _faces_at(properties, number), f"frame {number}")
+            check_same_faces(faces, faces_at(number), f"frame {number}")
     return faces
-
-
-def _faces_at(properties: tuple[Any, Any], number: int) -> Polygons:
-    return Polygons(*(np.array(one.getValue(number), np.int32) for one in properties))
 
 
 def turned(polygons: Polygons) -> Polygons:
@@ -104,28 +104,9 @@ def timing_of(archive: Any, positions: Any) -> Timing:
     return Timing(fps, frame_number(times[0], fps))
 
 
-def points_array(values: NDArray[Any]) -> Any:
-    """Returns a copy of (n, 3) as an array of the library."""
-    array = require("imath", extra="alembic").V3fArrayFromBuffer
-    return array(np.ascontiguousarray(values, np.float32))
-
-
-def integer_array(values: NDArray[Any]) -> Any:
-    """Returns a copy of (n,) as an array of the library."""
-    array = require("imath", extra="alembic").IntArrayFromBuffer
-    return array(np.ascontiguousarray(values, np.int32))
-
-
-def float_array(values: NDArray[Any]) -> Any:
-    """Returns a copy of (n,) as an array of the library."""
-    array = require("imath", extra="alembic").FloatArray(len(values))
-    np.asarray(array)[:] = values
-    return array
-
-
-def byte_array(values: NDArray[Any]) -> Any:
-    """Returns a copy of (n,) as an array of the library."""
-    array = require("imath", extra="alembic").UnsignedCharArray(len(values))
+def library_array(kind: str, values: NDArray[Any]) -> Any:
+    """Returns a copy as an array of the library, which calls its type "V3f", "Int" and so on."""
+    array = getattr(require("imath", extra="alembic"), f"{kind}Array")(len(values))
     np.asarray(array)[:] = values
     return array
 

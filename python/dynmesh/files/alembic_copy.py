@@ -23,22 +23,19 @@ class SceneCopy:
     at all, by :meth:`copy_mesh`, and otherwise by :meth:`copy_share` or :meth:`copy_rest`.
 
     Attributes:
+        scene: what is copied.
         dropped: the paths of the properties that the library cannot copy.
     """
 
     def __init__(
-        self, scene: AlembicScene, meshes: Collection[str], output: OutputArchive, pace: float = 1
+        self, scene: AlembicScene, meshes: Collection[str], output: OutputArchive, pace: float
     ) -> None:
-        """Creates the objects.
+        """Creates the objects, of which :meth:`copy_mesh` may ask for `meshes`.
 
-        Args:
-            scene: what is copied.
-            meshes: the paths of the meshes that :meth:`copy_mesh` may ask for.
-            output: the archive that is written.
-            pace: the factor by which times grow.
+        All times are multiplied by `pace`.
         """
         self.dropped: list[str] = []
-        self._scene = scene
+        self.scene = scene
         self._output = output
         self._pace = pace
         self._changed = {above for mesh in meshes for above in paths_above(mesh)}
@@ -63,14 +60,9 @@ class SceneCopy:
                 self._create(child, made, instances)
 
     def copy_mesh(self, path: str, *, without: Collection[str]) -> dict[str, Any]:
-        """Copies the properties of a mesh.
+        """Copies the properties of a mesh, except those with paths such as ".geom/P" in `without`.
 
-        Args:
-            path: of the mesh.
-            without: the paths of properties that are not copied, such as ".geom/P".
-
-        Returns:
-            The compound properties of the copy by their paths, such as ".geom".
+        Returns its compound properties by their paths, such as ".geom".
         """
         with self._reading():
             return self._copy_object(path, without)
@@ -152,11 +144,8 @@ class SceneCopy:
             raise
         return True
 
-    @contextlib.contextmanager
-    def _reading(self) -> Iterator[None]:
-        path = self._scene.path
-        with translating(ValueError, f"{path}: is damaged"):
-            yield
+    def _reading(self) -> contextlib.AbstractContextManager[None]:
+        return translating(ValueError, f"{self.scene.path}: is damaged")
 
 
 def paths_above(path: str) -> Iterator[str]:

@@ -29,13 +29,9 @@ class OutputArchive:
     def __init__(
         self, path: Path, fps: float | None, description: str, metadata: Any = None
     ) -> None:
-        """Creates the file.
+        """Creates the file, with the frames per second of the program that wrote it, or None.
 
-        Args:
-            path: of the file.
-            fps: frames per second of the program that wrote it, or None.
-            description: a text for users.
-            metadata: further metadata of the library.
+        The description is for users; the metadata are the library's.
         """
         self._file = path.open("w+b")
         self._index = 1 << 16
@@ -108,9 +104,7 @@ class OutputArchive:
     def reserve(self, size: int, *, index: int = 0) -> None:
         """Raises OSError if the disk has no room for this many bytes and the end of the archive.
 
-        Args:
-            size: bytes that are written next.
-            index: bytes that the index at the end grows by.
+        The index at the end grows by `index` bytes.
         """
         self._index += index
         self._granted -= size + index

@@ -10,7 +10,7 @@ from ..frames.frame import Frame
 from ..frames.header import Header
 from ..frames.times import frame_seconds
 from ..sequence import Positions
-from .alembic_archive import AlembicScene, faces_of, parameters, points_array
+from .alembic_archive import AlembicScene, faces_of, library_array, parameters
 from .alembic_copy import SceneCopy
 from .alembic_output import OutputArchive, metadata_of
 from .derivatives import Motions, Normals, layout_of
@@ -45,25 +45,24 @@ class ReplacedMesh:
         replaced = ["P", ".selfBnds", ".velocities", "N"]
         without = [f"{_geometry}/{one}" for one in replaced]
         made = copy.copy_mesh(name, without=[*without, *(f"{_others}/{one}" for one in parameters)])
-        geometry = made[_geometry]
         self._parameters = made.get(_others)
-        self._geometry = geometry
-        self._points = self._array(geometry, positions)
+        self._geometry = made[_geometry]
+        self._points = self._array("P", positions)
         self._bounds = output.property(
-            "OBox3dProperty", geometry, ".selfBnds", sampling=self.sampling
+            "OBox3dProperty", self._geometry, ".selfBnds", sampling=self.sampling
         )
         self._normals: Normals | None = None
         self._velocities: Any = None
-        self._make_normals(mesh, geometry)
+        self._make_normals(mesh)
         velocities = schema.getVelocitiesProperty()
         if velocities.valid() and velocities.getNumSamples():
             if header.n_frames > 1:
-                self._velocities = self._array(geometry, velocities)
+                self._velocities = self._array(".velocities", velocities)
                 self._motions = Motions(frame_seconds(header))
             else:
                 self.remarks.append(f"{name}: velocities are left out: one frame has none")
 
-    def _make_normals(self, mesh: Any, geometry: Any) -> None:
+    def _make_normals(self, mesh: Any) -> None:
         schema = mesh.getSchema()
         if not hasattr(schema, "getNormalsParam"):  # a subdivided mesh has none
             return
@@ -82,23 +81,16 @@ class ReplacedMesh:
             )
             return
         self._normals = Normals(faces, how)
-        self._normal_values = self._output.property(
-            "OArrayProperty",
-            geometry,
-            "N",
-            normals.getValueProperty().getDataType(),
-            metadata=metadata_of(normals),
-            sampling=self.sampling,
-        )
+        self._normal_values = self._array("N", normals.getValueProperty(), normals)
 
-    def _array(self, geometry: Any, original: Any) -> Any:
-        """Makes a property like an original one."""
+    def _array(self, name: str, values: Any, described_by: Any = None) -> Any:
+        """Makes a property for such values, with the metadata of their property or another."""
         return self._output.property(
             "OArrayProperty",
-            geometry,
-            original.getName(),
-            original.getDataType(),
-            metadata=metadata_of(original),
+            self._geometry,
+            name,
+            values.getDataType(),
+            metadata=metadata_of(values if described_by is None else described_by),
             sampling=self.sampling,
         )
 
@@ -113,17 +105,18 @@ class ReplacedMesh:
     def append(self, frame: Frame) -> None:
         """Adds the positions of the next frame."""
         points = frame.points
-        self._output.add(self._points, points_array(points))
+        self._output.add(self._points, library_array("V3f", points))
         self._output.add(self._bounds, _box(points))
         observed = points
         if frame.known is not None:
             observed = np.where(frame.known[:, None], points, np.float32(np.nan))
         if self._normals is not None:
-            self._output.add(self._normal_values, points_array(self._normals.of(observed)))
+            normals = self._normals.of(observed)
+            self._output.add(self._normal_values, library_array("V3f", normals))
         if self._velocities is not None:
             for what, _, values in self._motions.push(observed):
                 if what == "velocities":  # in the order of the frames
-                    self._output.add(self._velocities, points_array(values))
+                    self._output.add(self._velocities, library_array("V3f", values))
 
 
 def _box(points: Positions) -> Any:

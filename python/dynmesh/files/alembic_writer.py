@@ -1,7 +1,7 @@
 """Writes meshes to an Alembic archive, alone or in the scene that they come from."""
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 from ..frames.frame import Frame
 from ..frames.header import Header
@@ -10,13 +10,10 @@ from ..frames.times import frame_seconds
 from ..polygons import as_polygons
 from .alembic_archive import (
     AlembicScene,
-    byte_array,
     errors_of_key,
-    float_array,
-    integer_array,
     library,
+    library_array,
     parameters,
-    points_array,
     timing_of,
     translating,
     turned,
@@ -27,8 +24,8 @@ from .alembic_replaced import ReplacedMesh
 from .comments import comments_of
 from .scene_writer import SceneWriter
 
-_ARRAYS = {"Uchar": byte_array, "Int32": integer_array, "Float": float_array}
-"""By the kind of geometry parameter."""
+_ARRAYS = {"Uchar": "UnsignedChar", "Int32": "Int", "Float": "Float"}
+"""The library's arrays, by the kind of geometry parameter."""
 
 
 class AlembicWriter(SceneWriter):
@@ -60,7 +57,7 @@ class AlembicWriter(SceneWriter):
         self._begin_mesh()
 
     def _begin_scene(self, origin: Origin) -> None:
-        scene = _scene_of(origin)
+        scene = cast(AlembicScene, origin.scene)
         fps, archive = self.header.fps, scene.archive
         positions = scene.mesh(self.header.name).getSchema().getPositionsProperty()
         pace = (timing_of(archive, positions).fps or 1) / (fps or 1)
@@ -81,10 +78,10 @@ class AlembicWriter(SceneWriter):
         assert output is not None
         self._mesh, self._parameters = None, {}
         mesh: _NewMesh | ReplacedMesh
-        if self._copy is None or self.origin is None:
+        if self._copy is None:
             mesh = _NewMesh(header, output, self._parents)
         else:
-            scene = _scene_of(self.origin)
+            scene = self._copy.scene
             with translating(ValueError, f"{scene.path}: is damaged"):
                 mesh = ReplacedMesh(scene, header, self._copy, output)
             self.remarks += mesh.remarks
@@ -112,12 +109,9 @@ class AlembicWriter(SceneWriter):
         for name, parameter in self._parameters.items():
             values = getattr(frame, name)
             sample = getattr(geometry, f"O{parameters[name]}GeomParamSample")
-            array = _ARRAYS[parameters[name]](values)
-            output.set(
-                parameter,
-                sample(array, geometry.GeometryScope.kVertexScope),
-                4 * len(values),
-            )
+            array = library_array(_ARRAYS[parameters[name]], values)
+            scope = geometry.GeometryScope.kVertexScope
+            output.set(parameter, sample(array, scope), 4 * len(values))
         if self._copy is not None:
             self._copy.copy_share((self._frame + 1) / self.header.n_frames)
 
@@ -146,12 +140,6 @@ class AlembicWriter(SceneWriter):
         self._parameters, self._parents = {}, {}
 
 
-def _scene_of(origin: Origin) -> AlembicScene:
-    if not isinstance(origin.scene, AlembicScene):
-        raise ValueError(f"cannot keep the scene of {origin.scene.path}, which is not Alembic")
-    return origin.scene
-
-
 class _NewMesh:
     """A mesh below objects that have only a name."""
 
@@ -178,11 +166,12 @@ class _NewMesh:
 
     def append(self, frame: Frame) -> None:
         """Adds the positions of the next frame."""
-        arrays = [points_array(frame.points)]
+        arrays = [library_array("V3f", frame.points)]
         size = 12 * len(frame.points)
         if self._is_first:
-            arrays += [integer_array(self._faces.corners), integer_array(self._faces.sizes)]
-            size += 4 * (len(self._faces.corners) + len(self._faces.sizes))
+            faces = (self._faces.corners, self._faces.sizes)
+            arrays += [library_array("Int", one) for one in faces]
+            size += 4 * sum(map(len, faces))
             self._is_first = False
         sample = library("AbcGeom").OPolyMeshSchemaSample(*arrays)
         self._output.set(self._schema, sample, size)

@@ -54,7 +54,11 @@ def choose(path: Path, name: str | None, otherwise: str) -> Format:
             raise ValueError(f"unknown format '{name}'; the formats are {listed(formats)}")
         return formats[name]
     if path.is_dir():
-        return _format_in(path, otherwise)
+        found = [format for format in (ply, obj) if files_in(path, format.suffixes[0])]
+        if len(found) == 1:
+            return found[0]
+        what = "both .ply and .obj files" if found else "no .ply or .obj files"
+        raise ValueError(f"is a folder with {what}; {otherwise}")
     if not path.suffix:
         raise ValueError(f"has no suffix, which would determine the format; {otherwise}")
     suffix = path.suffix.lower()
@@ -63,12 +67,3 @@ def choose(path: Path, name: str | None, otherwise: str) -> Format:
             return format
     suffixes = [suffix for format in formats.values() for suffix in format.suffixes]
     raise ValueError(f"unknown format '{path.suffix}'; the suffixes are {listed(suffixes)}")
-
-
-def _format_in(folder: Path, otherwise: str) -> Format:
-    """Returns the format of the frames in a folder."""
-    found = [format for format in (ply, obj) if files_in(folder, format.suffixes[0])]
-    if len(found) == 1:
-        return found[0]
-    what = "both .ply and .obj files" if found else "no .ply or .obj files"
-    raise ValueError(f"is a folder with {what}; {otherwise}")

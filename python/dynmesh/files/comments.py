@@ -19,13 +19,6 @@ class Metadata(NamedTuple):
     metres_per_unit: float | None = None
     standard_error_of: StandardErrorOf = "position"
 
-    def agrees_with(self, header: Header) -> bool:
-        """Whether the content does not contradict the header."""
-        return self.up_axis in (None, header.up_axis) and self.metres_per_unit in (
-            None,
-            header.metres_per_unit,
-        )
-
 
 def comments_of(header: Header) -> list[str]:
     """Returns the comment lines for a header."""

@@ -68,7 +68,7 @@ class Normals:
 
 def _of_length_1(vectors: Vectors) -> Vectors:
     lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return np.asarray(np.divide(vectors, lengths, out=vectors.copy(), where=lengths != 0))
+    return np.asarray(vectors / np.where(lengths == 0, 1, lengths))
 
 
 def layout_of(

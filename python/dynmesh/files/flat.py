@@ -11,11 +11,7 @@ from numpy.typing import NDArray
 def check_size(size: int, begin: int, n_frames: int, row_size: int) -> None:
     """Raises an error unless a file has the size that its header declares.
 
-    Args:
-        size: of the file, in bytes.
-        begin: number of bytes before the rows.
-        n_frames: number of rows that the header declares.
-        row_size: of each row, in bytes.
+    The rows begin after `begin` bytes, and have `row_size` bytes each.
     """
     expected = begin + n_frames * row_size
     if size < begin:
@@ -37,19 +33,20 @@ def check_size(size: int, begin: int, n_frames: int, row_size: int) -> None:
 class FlatRows:
     """The rows of an array in a file, mapped into memory one at a time.
 
-    Mapping them all at once would need as much address space as the file is long.
+    Mapping them all at once would need as much address space as the file is long. In an array by
+    columns, in Fortran order, no row is contiguous, so it is mapped as a whole.
     """
 
     def __init__(
-        self, path: Path, begin: int, shape: tuple[int, ...], dtype: np.dtype[Any]
+        self,
+        path: Path,
+        begin: int,
+        shape: tuple[int, ...],
+        dtype: np.dtype[Any],
+        *,
+        by_columns: bool = False,
     ) -> None:
-        """Opens the file and compares its size with the declared shape.
-
-        Args:
-            path: of the file.
-            begin: number of bytes before the rows.
-            shape: of the array; the rows are on its first axis.
-            dtype: of the array.
+        """Opens the file, whose rows, on the first axis of the array, begin after `begin` bytes.
 
         Raises:
             ValueError: a length is negative, or the file is shorter or longer than these rows.
@@ -61,12 +58,17 @@ class FlatRows:
         self._row_size = dtype.itemsize * math.prod(shape[1:])
         check_size(path.stat().st_size, begin, shape[0], self._row_size)
         self._file = path.open("rb")
+        self._by_columns = by_columns
 
     def read(self, number: int) -> NDArray[Any]:
-        """Returns the row with this number, in native byte order."""
-        place = self._begin + number * self._row_size
-        row = np.memmap(self._file, self.dtype, "r", place, self.shape[1:])
-        return np.asarray(row).astype(self.dtype.newbyteorder("="), copy=False)
+        """Returns the row with this number, contiguous and in native byte order."""
+        if self._by_columns:
+            row = np.memmap(self._file, self.dtype, "r", self._begin, self.shape, "F")[number]
+        else:
+            place = self._begin + number * self._row_size
+            row = np.memmap(self._file, self.dtype, "r", place, self.shape[1:])
+        native = self.dtype.newbyteorder("=")
+        return np.asarray(row).astype(native, order="C", copy=False)
 
     def close(self) -> None:
         """Closes the file."""

@@ -18,6 +18,9 @@ Gaps: TypeAlias = Literal["refuse", "lost"]
 """What becomes of frames whose file is missing: an error, or frames without observations."""
 
 
+HOLDS_FACES = "holds its faces; faces can be given only for files that hold none"
+
+
 @dataclass(frozen=True, eq=False)
 class Template:
     """A mesh that provides the faces of a file without faces."""
@@ -46,15 +49,13 @@ class Format:
         name: by which users choose the format, such as "npz".
         suffixes: of file names, in lower case, such as ".npz".
         what: a description in one line.
-        reader: creates a reader from a path, a template for its faces or None, and the path of the
-            mesh or None.
+        reader: creates a reader from a path and what it takes.
         writer: creates a writer; None if the format can only be read.
-        takes: what the reader accepts besides the path: "faces", from elsewhere; "prim", the path
-            of one mesh among several.
+        takes: what the reader accepts besides the path: "faces", a `template` for them; "prim", the
+            path of one mesh among several.
         library: the module that the reader and the writer need, and the extra that installs it;
             None if they need none.
-        reader_with_gaps: as `reader`, for sequences in which the files of some frames are missing;
-            None if a file holds all frames.
+        per_frame: whether each frame has a file; the reader then accepts `template` and `gaps`.
         scene: opens a file with all its meshes; None if a file holds a single mesh.
         mesh_reader: creates a reader of one mesh of an open scene, by its path.
         overlay: creates a layer that changes nothing but the meshes of a scene; None if the format
@@ -64,33 +65,31 @@ class Format:
     name: str
     suffixes: tuple[str, ...]
     what: str
-    reader: Callable[[Path, Template | None, str | None], Reader]
+    reader: Callable[..., Reader]
     writer: type[Writer] | None
     takes: frozenset[str] = frozenset()
     library: tuple[str, str] | None = None
-    reader_with_gaps: Callable[[Path, Template | None, str | None], Reader] | None = None
+    per_frame: bool = False
     scene: Callable[[Path], Scene] | None = None
     mesh_reader: Callable[[Any, str], Reader] | None = None
     overlay: type[Writer] | None = None
 
-
-def refuse_template(template: Template | None) -> None:
-    """Refuses a template for formats that hold faces."""
-    if template is not None:
-        raise ValueError("holds its faces; faces can be given only for files that hold none")
-
-
-def refuse_mesh_name(prim: str | None) -> None:
-    """Refuses a prim for formats that hold a single mesh."""
-    if prim is not None:
-        raise ValueError("holds a single mesh; prim is only for USD and Alembic")
-
-
-def with_gaps(format: Format) -> Callable[[Path, Template | None, str | None], Reader]:
-    """Returns what opens a sequence in which the files of some frames are missing."""
-    if format.reader_with_gaps is None:
-        raise ValueError(
-            f"gaps is for sequences with one file per frame, not for {format.name}; mark vertices "
-            "that were not observed as missing"
-        )
-    return format.reader_with_gaps
+    def open(self, path: Path, template: Template | None, prim: str | None, gaps: Gaps) -> Reader:
+        """Opens a sequence, and refuses what its reader does not take."""
+        options: dict[str, Any] = {}
+        if self.per_frame:
+            options["gaps"] = gaps
+        elif gaps != "refuse":
+            raise ValueError(
+                f"gaps is for sequences with one file per frame, not for {self.name}; mark "
+                "vertices that were not observed as missing"
+            )
+        if self.per_frame or "faces" in self.takes:
+            options["template"] = template
+        elif template is not None:
+            raise ValueError(HOLDS_FACES)
+        if "prim" in self.takes:
+            options["prim"] = prim
+        elif prim is not None:
+            raise ValueError("holds a single mesh; prim is only for USD and Alembic")
+        return self.reader(path, **options)

@@ -5,7 +5,7 @@ from abc import abstractmethod
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, ClassVar, Unpack
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -17,11 +17,11 @@ from ..frames.reader import Reader
 from ..frames.times import Timing, frame_numbers, spacing
 from ..polygons import Polygons, as_polygons, check_polygons, split_polygons
 from .comments import Metadata
-from .format import Gaps, Template, refuse_mesh_name, refuse_template
+from .format import HOLDS_FACES, Gaps, Template
 from .frame_names import FrameNames
 from .numbered import find_files, names_to_write
 from .template import NoFacesError, find_template
-from .writer import Unfinished, Writer
+from .writer import Writer
 
 
 class FramesReader(Reader):
@@ -33,32 +33,24 @@ class FramesReader(Reader):
     """
 
     def __init__(
-        self,
-        path: Path,
-        files: list[Path | None],
-        timing: Timing,
-        template: Template | None = None,
+        self, path: Path, files: list[Path | None], timing: Timing, template: Template | None
     ) -> None:
-        """Reads the first file.
+        """Reads the first of the files, which are None where one is missing.
 
-        Args:
-            path: of the sequence.
-            files: of each frame; None where a file is missing.
-            timing: of the frames.
-            template: provides the faces if the first file has none.
+        The template provides the faces if that file has none.
         """
         self._files = files
         self._lost = frozenset(number for number, file in enumerate(files) if file is None)
-        first = next((file for file in files if file is not None), None)
-        if first is None:
+        present = [file for file in files if file is not None]
+        if not present:
             raise ValueError("does not name a file")
-        self._first = first
-        with naming(first):
-            frame, polygons, metadata = self._load(first)
+        self._first = present[0]
+        with naming(self._first):
+            frame, polygons, metadata = self._load(self._first)
             if len(polygons.sizes) == 0 and len(frame.points):
                 polygons = _given(template, len(frame.points))
             elif template is not None:
-                refuse_template(template)
+                raise ValueError(HOLDS_FACES)
             self._polygons = polygons
             _check_first(len(frame.points), self._polygons)
         faces, polygons_or_none = split_polygons(self._polygons)
@@ -98,8 +90,7 @@ class FramesReader(Reader):
                 frame, polygons, metadata = self._load(file)
                 self._unchanged.check([file])
                 self._compare(frame, polygons, metadata)
-            points = frame.points.astype(self.dtype, copy=False)
-            yield replace(frame, points=points)
+            yield replace(frame, points=frame.points.astype(self.dtype, copy=False))
 
     def _check_unchanged(self) -> None:
         """Checks nothing, since every file was compared when it was read."""
@@ -139,16 +130,8 @@ class NumberedReader(FramesReader):
 
     suffix: ClassVar[str]
 
-    def __init__(
-        self,
-        path: Path,
-        template: Template | None,
-        prim: str | None,
-        *,
-        gaps: Gaps = "refuse",
-    ) -> None:
+    def __init__(self, path: Path, template: Template | None = None, gaps: Gaps = "refuse") -> None:
         """Finds the files and reads the first."""
-        refuse_mesh_name(prim)
         files, start, step = find_files(path, self.suffix, gaps)
         times = None if step == 1 else np.arange(len(files), dtype=np.float64) * step + start
         super().__init__(path, files, Timing(None, start, times), template)
@@ -189,7 +172,7 @@ class FramesWriter(Writer):
     resumable = True
     suffix: ClassVar[str]
 
-    def __init__(self, path: Path, header: Header, **unfinished: Unpack[Unfinished]) -> None:
+    def __init__(self, path: Path, header: Header, **options: Any) -> None:
         """See :class:`Writer`. Creates the folder of a pattern if it does not exist."""
         self._names = self._names_of(path)
         numbers = frame_numbers(header)
@@ -200,7 +183,7 @@ class FramesWriter(Writer):
         self._made = self.new_folder(path)
         if self._made:
             self._made.mkdir(exist_ok=True)
-        super().__init__(path, header, **unfinished)
+        super().__init__(path, header, **options)
 
     @classmethod
     def _names_of(cls, path: Path) -> FrameNames:
@@ -262,12 +245,8 @@ class FramesWriter(Writer):
         new = set(self._numbers)
         return [file for number, file in self._names.existing().items() if number not in new]
 
-    @contextlib.contextmanager
-    def _undoing(self) -> Iterator[None]:
-        try:
-            with super()._undoing():
-                yield
-        finally:
-            if self._made:
-                with contextlib.suppress(OSError):  # the folder is not empty
-                    self._made.rmdir()
+    def _undo(self) -> None:
+        super()._undo()
+        if self._made:
+            with contextlib.suppress(OSError):  # the folder is not empty
+                self._made.rmdir()

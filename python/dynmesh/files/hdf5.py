@@ -20,14 +20,12 @@ from .._errors import InputError
 from .._extras import require
 from ..frames.frame import Frame
 from ..frames.reader import Reader
-from .format import Format, Template, refuse_mesh_name, refuse_template
+from .format import Format
 from .hdf5_links import Hdf5Tree
-from .named import arrays_once, header_of, kinds_per_frame, once, per_frame, rows_of
+from .named import arrays_once, header_of, kinds_per_frame, once, per_frame, rows_of, single
+from .rows import native
 from .writer import Writer
 
-attributes = (
-    "fps", "up_axis", "name", "start", "metres_per_unit", "derived", "standard_error_of",
-)  # fmt: skip
 # Frames that share compressed chunks are read in order, so the chunks are cached until the last.
 chunk_cache = {"rdcc_nbytes": 48 << 20, "rdcc_nslots": 10007}
 most_packed = 100_000
@@ -38,17 +36,15 @@ room_for_hdf5 = 1 << 20  # the descriptions of the arrays take a few kilobytes
 class Hdf5Reader(Reader):
     """A sequence in an HDF5 file, in any chunks, compression and byte order."""
 
-    def __init__(self, path: Path, template: Template | None, prim: str | None) -> None:
+    def __init__(self, path: Path) -> None:
         """Opens the file and reads everything except the frames."""
-        refuse_template(template)
-        refuse_mesh_name(prim)
         self._h5py = require("h5py", extra="hdf5")
         with contextlib.ExitStack() as stack, _explaining(path):
             self._tree = stack.enter_context(
                 contextlib.closing(Hdf5Tree(self._h5py, path, **chunk_cache))
             )
             names = {name for name in (*per_frame, *once) if self._tree.has(name)}
-            names |= {name for name in attributes if name in self._tree.root.attrs}
+            names |= {name for name in single if name in self._tree.root.attrs}
             self._rows = {name: self._dataset(name) for name in per_frame if name in names}
             super().__init__(path, header_of(names, self._kind, self._array))
             stack.pop_all()  # the file stays open
@@ -89,7 +85,7 @@ class Hdf5Reader(Reader):
     def _frames(self, numbers: range) -> Iterator[Frame]:
         with _explaining(self.path):
             for number in numbers:
-                rows = {name: _native(dataset[number]) for name, dataset in self._rows.items()}
+                rows = {name: native(dataset[number]) for name, dataset in self._rows.items()}
                 yield Frame(rows.pop("vertices"), **rows)
 
     def close(self) -> None:
@@ -115,19 +111,14 @@ class Hdf5Writer(Writer):
             datasets = {name: file[name] for name in kinds_per_frame(self.header)}
             # An array without any byte has no offset.
             self._places = {name: data.id.get_offset() or 0 for name, data in datasets.items()}
+            sizes = {name: data.nbytes for name, data in datasets.items()}
         self._file = path.open("r+b")
         if kept == 0:
-            self._sum_the_rest(path)
-
-    def _sum_the_rest(self, path: Path) -> None:
-        """Notes all bytes that are not those of frames."""
-        begin = 0
-        for name, (shape, dtype) in sorted(
-            kinds_per_frame(self.header).items(), key=lambda kind: self._places[kind[0]]
-        ):
-            self._add_written(path, begin, max(begin, self._places[name]))
-            begin = max(begin, self._places[name] + math.prod(shape) * dtype.itemsize)
-        self._add_written(path, begin, max(begin, path.stat().st_size))
+            begin = 0  # of the bytes that are not those of frames
+            for name, place in sorted(self._places.items(), key=lambda item: item[1]):
+                self._add_written(path, begin, max(begin, place))
+                begin = max(begin, place + sizes[name])
+            self._add_written(path, begin, max(begin, path.stat().st_size))
 
     def _lay_out(self, h5py: Any, path: Path) -> None:
         kinds, arrays = kinds_per_frame(self.header), arrays_once(self.header)
@@ -177,10 +168,6 @@ def _explaining(path: Path) -> Iterator[None]:
         raise ValueError(f"cannot be read as HDF5: {_one_line(error)}") from error
     except (KeyError, RuntimeError) as error:
         raise ValueError(f"cannot be read as HDF5: {_one_line(error)}") from error
-
-
-def _native(row: NDArray[Any]) -> NDArray[Any]:
-    return row.astype(row.dtype.newbyteorder("="), copy=False)
 
 
 def _one_line(error: Exception) -> str:

@@ -43,7 +43,7 @@ class Hdf5Tree:
 
     def has(self, name: str) -> bool:
         """Whether the root group has an entry of that name, even if its link is broken."""
-        group = self.root["/"]
+        group = self.root["/"]  # its links can be asked for while it exists
         return bool(group.id.links.exists(name.encode()))
 
     def find(self, name: str) -> Any:
@@ -102,18 +102,15 @@ class Hdf5Tree:
         named = os.fsdecode(name)
         wanted = Path(os.path.normpath(path.parent / named))
         found = wanted.resolve()
+        why = None
         if not found.is_relative_to(self._own.parent):
-            raise ValueError(
-                f"is in the file {named!r}, which is not read because it is outside of the folder "
-                "of the file that refers to it"
-            )
-        if found != wanted:
-            raise ValueError(
-                f"is in the file {named!r}, which is not read because it is or contains a symbolic "
-                "link"
-            )
-        if not found.is_file():
-            raise ValueError(f"is in the file {named!r}, which does not exist in that folder")
+            why = "is not read because it is outside of the folder of the file that refers to it"
+        elif found != wanted:
+            why = "is not read because it is or contains a symbolic link"
+        elif not found.is_file():
+            why = "does not exist in that folder"
+        if why is not None:
+            raise ValueError(f"is in the file {named!r}, which {why}")
         return found
 
     def _check_data(self, path: Path, found: Any, checked: dict[tuple[Path, int], bool]) -> None:

@@ -65,11 +65,10 @@ def check_unchanged(folder: Path, pieces: Pieces) -> None:
             with naming(file):
                 for begin, size, crc in of_file:
                     if file.stat().st_size < begin + size:
-                        raise CannotResumeError("is damaged: it is shorter than it was", file=file)
+                        raise CannotResumeError("is damaged: it is shorter than it was")
                     if _sum_of(file, begin, size) != crc:
                         raise CannotResumeError(
-                            "is damaged: it is not what was written, which had another checksum",
-                            file=file,
+                            "is damaged: it is not what was written, which had another checksum"
                         )
         except (FileNotFoundError, NotADirectoryError) as error:
             raise CannotResumeError("is missing", file=file) from error

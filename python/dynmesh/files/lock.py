@@ -33,6 +33,7 @@ def lock_folder(folder: Path, what: Path) -> Iterator[list[str]]:
     Raises:
         BlockingIOError: another process holds it; the message names `what`.
     """
+    is_still = False
     while True:
         try:
             folder.mkdir(exist_ok=True)
@@ -45,7 +46,9 @@ def lock_folder(folder: Path, what: Path) -> Iterator[list[str]]:
         try:
             remarks = _lock(handle, what)
             # Another process may have removed the folder before it was locked.
-            if _is_still(folder, handle):
+            with contextlib.suppress(FileNotFoundError):
+                is_still = os.path.samestat(folder.stat(), os.fstat(handle))
+            if is_still:
                 yield remarks
                 return
         finally:
@@ -62,13 +65,6 @@ def _lock(handle: int, what: Path) -> list[str]:
             return [UNLOCKED]
         raise
     return []
-
-
-def _is_still(folder: Path, handle: int) -> bool:
-    try:
-        return os.path.samestat(folder.stat(), os.fstat(handle))
-    except FileNotFoundError:
-        return False
 
 
 @contextlib.contextmanager

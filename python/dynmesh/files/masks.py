@@ -38,15 +38,14 @@ class MaskedReader(Reader):
         self._reader = reader
         self._zero_is_missing = zero_is_missing
         shape = (reader.n_frames, reader.n_vertices)
-        self._masks = Path(known) if isinstance(known, str | PathLike) else None
+        self._mask_files = [Path(known)] if isinstance(known, str | PathLike) else []
         self._known = None if known is None else _load(known, shape)
         super().__init__(reader.path, replace(reader.header, has_known=True))
 
     @property
     def files(self) -> list[Path]:
         """The files that are read, that of the masks included."""
-        masks = [] if self._masks is None else [self._masks]
-        return [*self._reader.files, *masks]
+        return [*self._reader.files, *self._mask_files]
 
     @property
     def lost(self) -> Container[int]:

@@ -17,10 +17,8 @@ from ..polygons import Polygons
 from ..sequence import check_faces, check_vertices
 
 per_frame = ("vertices", *ATTRIBUTES)
-once = (
-    "faces", "fps", "polygon_sizes", "polygon_corners", "up_axis", "name", "start", "times",
-    "metres_per_unit", "derived", "standard_error_of",
-)  # fmt: skip
+single = ("fps", "up_axis", "name", "start", "metres_per_unit", "derived", "standard_error_of")
+once = ("faces", "polygon_sizes", "polygon_corners", "times", *single)
 
 
 def header_of(
@@ -28,12 +26,10 @@ def header_of(
     kind_of: Callable[[str], tuple[tuple[int, ...], np.dtype[Any]]],
     array_of: Callable[[str], NDArray[Any]],
 ) -> Header:
-    """Reads the header of a file of arrays.
+    """Reads the header of a file with arrays of these names.
 
-    Args:
-        names: of the arrays in the file.
-        kind_of: returns the shape and the dtype of the array with a given name.
-        array_of: returns the array with a given name; not called for arrays with a row per frame.
+    `kind_of` returns the shape and the dtype of an array, and `array_of` one without a row per
+    frame.
 
     Raises:
         TypeError, ValueError: the arrays are not a valid sequence.
@@ -59,6 +55,9 @@ def header_of(
     def number(name: str) -> float | None:
         return _number(name, array_of(name)) if name in names else None
 
+    def text(name: str) -> str | None:
+        return str(array_of(name)) if name in names else None
+
     polygons = None
     if "polygon_sizes" in names:
         polygons = Polygons(array_of("polygon_sizes"), array_of("polygon_corners"))
@@ -69,21 +68,21 @@ def header_of(
         dtype=dtype.newbyteorder("="),
         fps=number("fps"),
         polygons=polygons,
-        up_axis=str(array_of("up_axis")) if "up_axis" in names else None,
-        name=str(array_of("name")) if "name" in names else None,
+        up_axis=text("up_axis"),
+        name=text("name"),
         start=number("start") or 0,
         times=_numbers("times", array_of("times")) if "times" in names else None,
         metres_per_unit=number("metres_per_unit"),
         **flags_of(names),
-        derived=_derived(str(array_of("derived"))) if "derived" in names else None,
-        standard_error_of=errors_of(
-            str(array_of("standard_error_of")) if "standard_error_of" in names else None
-        ),
+        derived=_derived(text("derived")),
+        standard_error_of=errors_of(text("standard_error_of")),
     )
 
 
-def _derived(text: str) -> dict[str, str]:
+def _derived(text: str | None) -> dict[str, str] | None:
     """Parses "normals: vertex, velocities: vertex"; names may contain colons."""
+    if text is None:
+        return None
     entries = (entry.strip().rpartition(": ") for entry in text.split(","))
     return {name: how for name, _, how in entries}
 
@@ -120,20 +119,15 @@ def rows_of(frame: Frame) -> dict[str, NDArray[Any]]:
 
 def arrays_once(header: Header) -> dict[str, Any]:
     """Returns the arrays that exist once."""
-    arrays: dict[str, Any] = {
-        "faces": header.faces,
-        "fps": None if header.fps is None else np.float64(header.fps),
-        "up_axis": header.up_axis,
-        "name": header.name,
-        "start": np.float64(header.start) if header.start else None,
-        "times": header.times,
-        "metres_per_unit": (
-            None if header.metres_per_unit is None else np.float64(header.metres_per_unit)
-        ),
-        "derived": ", ".join(f"{name}: {how}" for name, how in (header.derived or {}).items())
-        or None,
-        "standard_error_of": header.standard_error_of if header.has_standard_error else None,
-    }
-    if header.polygons is not None:
-        arrays["polygon_sizes"], arrays["polygon_corners"] = header.polygons
+    arrays: dict[str, Any] = {"faces": header.faces, **header.described()}
+    arrays["start"] = header.start or None
+    derived = (header.derived or {}).items()
+    arrays["derived"] = ", ".join(f"{name}: {how}" for name, how in derived) or None
+    if not header.has_standard_error:
+        del arrays["standard_error_of"]
+    if polygons := arrays.pop("polygons"):
+        arrays["polygon_sizes"], arrays["polygon_corners"] = polygons
+    for name in ("fps", "start", "metres_per_unit"):
+        if arrays[name] is not None:
+            arrays[name] = np.float64(arrays[name])
     return {name: array for name, array in arrays.items() if array is not None}

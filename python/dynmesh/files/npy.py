@@ -9,19 +9,17 @@ the mesh, the unit and the number of the first frame cannot be stored.
 import contextlib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..frames.attributes import ATTRIBUTES, check_needed, flags_of
 from ..frames.frame import Frame
 from ..frames.header import Header, errors_of
 from ..frames.naming import naming
 from ..frames.reader import Reader
-from ..sequence import StandardErrorOf, check_faces, check_vertices
+from ..sequence import check_faces, check_vertices
 from .flat import FlatRows
-from .format import Format, Template, refuse_mesh_name
+from .format import Format, Template
 from .frame_names import FrameNames, single
 from .named import per_frame
 from .rows import RowFilesWriter, load_array, read_header
@@ -33,33 +31,17 @@ def _path_of(name: str, path: Path) -> Path:
     return path if name == "vertices" else path.with_name(f"{path.stem}.{name}.npy")
 
 
-class _ColumnRows:
-    """The rows of an array in Fortran order, none of which is contiguous."""
-
-    def __init__(self, path: Path) -> None:
-        self._whole: NDArray[Any] = np.load(path, mmap_mode="r")
-        self.shape, self.dtype = self._whole.shape, self._whole.dtype
-
-    def read(self, number: int) -> NDArray[Any]:
-        return np.array(self._whole[number], self.dtype.newbyteorder("="), order="C")
-
-    def close(self) -> None:
-        del self._whole
-
-
-def _open_rows(path: Path) -> FlatRows | _ColumnRows:
+def _open_rows(path: Path) -> FlatRows:
     with path.open("rb") as file:
         shape, by_columns, dtype = read_header(file)
-        begin = file.tell()
-    return _ColumnRows(path) if by_columns else FlatRows(path, begin, shape, dtype)
+        return FlatRows(path, file.tell(), shape, dtype, by_columns=by_columns)
 
 
 class NpyReader(Reader):
     """A sequence in an array of positions, with other arrays beside it."""
 
-    def __init__(self, path: Path, template: Template | None, prim: str | None) -> None:
+    def __init__(self, path: Path, template: Template | None) -> None:
         """Opens the arrays."""
-        refuse_mesh_name(prim)
         with contextlib.ExitStack() as stack:
             self._rows = {"vertices": stack.enter_context(contextlib.closing(_open_rows(path)))}
             vertices = self._rows["vertices"]
@@ -75,10 +57,12 @@ class NpyReader(Reader):
             n_frames, n_vertices, _ = vertices.shape
             faces_beside = {_path_of("faces", path): _load_faces}
             template = find_template(template, n_vertices, faces_beside)
-            self._files = [_path_of(name, path) for name in self._rows]
-            self._files += template.files
-            if (metadata := _path_of("standard_error_of", path)).exists():
-                self._files.append(metadata)
+            self._files = [*(_path_of(name, path) for name in self._rows), *template.files]
+            errors = None
+            if (beside := _path_of("standard_error_of", path)).exists():
+                self._files.append(beside)
+                with naming(beside):
+                    errors = str(load_array(beside))
             header = Header(
                 faces=template.faces,
                 n_frames=n_frames,
@@ -88,7 +72,7 @@ class NpyReader(Reader):
                 up_axis=template.metadata.up_axis,
                 metres_per_unit=template.metadata.metres_per_unit,
                 **flags_of(self._rows),
-                standard_error_of=_load_errors_of(_path_of("standard_error_of", path)),
+                standard_error_of=errors_of(errors),
             )
             super().__init__(path, header)
             stack.pop_all()  # the arrays stay open
@@ -113,13 +97,6 @@ def _load_faces(path: Path) -> Template:
     faces = load_array(path)
     check_faces(faces.dtype, faces.shape)
     return Template(faces, None, None)
-
-
-def _load_errors_of(path: Path) -> StandardErrorOf:
-    if not path.exists():
-        return errors_of(None)
-    with naming(path):
-        return errors_of(str(load_array(path)))
 
 
 class NpyWriter(RowFilesWriter):

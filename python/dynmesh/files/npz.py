@@ -26,9 +26,9 @@ from ..frames.frame import Frame
 from ..frames.header import Header
 from ..frames.reader import Reader
 from .flat import check_size
-from .format import Format, Template, refuse_mesh_name, refuse_template
+from .format import Format
 from .named import arrays_once, header_of, per_frame
-from .rows import RowFilesWriter, read_array, read_header
+from .rows import RowFilesWriter, native, read_array, read_header
 
 _END = struct.Struct("<4s6xH10x")
 """The end of an archive: its signature, and the number of members."""
@@ -48,9 +48,9 @@ class _Rows:
             try:
                 self.shape, by_columns, self.dtype = read_header(self._file)
                 self._begin = self._file.tell()
-                row_size = math.prod(self.shape[1:]) * self.dtype.itemsize
+                self._row_size = math.prod(self.shape[1:]) * self.dtype.itemsize
                 n_frames = self.shape[0] if self.shape else 1
-                check_size(size, self._begin, n_frames, row_size)
+                check_size(size, self._begin, n_frames, self._row_size)
             except ValueError as error:
                 raise InputError(f"{error}", argument=name) from error
             if by_columns:  # no row is contiguous
@@ -58,19 +58,15 @@ class _Rows:
             stack.pop_all()
 
     def read(self, number: int) -> NDArray[Any]:
-        row_shape = self.shape[1:]
         if self._whole is not None:
-            row = np.ascontiguousarray(self._whole[number])
-        else:
-            size = self.dtype.itemsize * int(np.prod(row_shape))
-            place = self._begin + number * size
-            if self._file.tell() != place:
-                self._file.seek(place)
-            data = self._file.read(size)
-            if len(data) < size:
-                raise ValueError(f"ends in the middle of frame {number} of {self.shape[0]}")
-            row = np.frombuffer(data, self.dtype).reshape(row_shape)
-        return row.astype(self.dtype.newbyteorder("="), copy=False)
+            return native(np.ascontiguousarray(self._whole[number]))
+        place = self._begin + number * self._row_size
+        if self._file.tell() != place:
+            self._file.seek(place)
+        data = self._file.read(self._row_size)
+        if len(data) < self._row_size:
+            raise ValueError(f"ends in the middle of frame {number} of {self.shape[0]}")
+        return native(np.frombuffer(data, self.dtype).reshape(self.shape[1:]))
 
     def close(self) -> None:
         self._file.close()
@@ -86,10 +82,8 @@ def read_member(archive: zipfile.ZipFile, name: str) -> NDArray[Any]:
 class NpzReader(Reader):
     """A sequence in an archive of arrays."""
 
-    def __init__(self, path: Path, template: Template | None, prim: str | None) -> None:
+    def __init__(self, path: Path) -> None:
         """Opens the archive and reads everything except the frames."""
-        refuse_template(template)
-        refuse_mesh_name(prim)
         with contextlib.ExitStack() as stack, explaining():
             self._archive = stack.enter_context(zipfile.ZipFile(path))
             check_members(self._archive, path)
@@ -144,10 +138,10 @@ class NpzWriter(RowFilesWriter):
             for name, array in arrays_once(self.header).items():
                 with archive.open(f"{name}.npy", "w") as file:
                     npy.write_array(file, np.asanyarray(array), allow_pickle=False)
-            for name, rows in self._rows.items():
+            for name, path in self._paths.items():
                 # Unlike archive.write, this stores no time, so equal sequences give equal bytes.
                 member = archive.open(f"{name}.npy", "w", force_zip64=True)
-                with rows.path.open("rb") as source, member:
+                with path.open("rb") as source, member:
                     shutil.copyfileobj(source, member, 1 << 20)
 
     def _destinations(self) -> dict[str, Path]:

@@ -26,13 +26,7 @@ def files_in(folder: Path, suffix: str) -> list[Path]:
 
 
 class Found(NamedTuple):
-    """The files of a sequence that is to be read.
-
-    Attributes:
-        files: of each frame; None where a file is missing.
-        start: the number of the first frame.
-        step: the difference between the numbers of two frames.
-    """
+    """The files of a sequence that is to be read, None where one is missing, and their numbers."""
 
     files: list[Path | None]
     start: int = 0
@@ -48,9 +42,9 @@ def find_files(path: Path, suffix: str, gaps: Gaps = "refuse") -> Found:
     spaced.
 
     Args:
-        path: a file; a folder, for all its files with `suffix` in natural order; a pattern such as
+        path: a file; a folder, for all its files with `suffix`; a pattern such as
             ``frame_%04d.ply``, for all files from the lowest number to the highest; or a glob such
-            as ``*.ply``, for all files that match, in natural order.
+            as ``*.ply``, for all files that match.
         suffix: in lower case, such as ".ply".
         gaps: what becomes of missing numbers between others.
 
@@ -81,19 +75,15 @@ def _no_file(path: Path) -> FileNotFoundError:
     return FileNotFoundError(errno.ENOENT, "no such file", str(path))
 
 
-def _numbers(files: list[Path]) -> list[int]:
-    """Returns the last numbers in the names, or none if the names also differ otherwise."""
-    common = {(file.parent, _last_number.sub("/", file.stem)) for file in files}
-    found = [_last_number.search(file.stem) for file in files] if len(common) == 1 else []
-    return [int(number[0]) for number in found if number]
-
-
 def _evenly_spaced(files: list[Path], gaps: Gaps) -> Found:
     """Returns the files with the numbers in their names, if these are evenly spaced.
 
     Numbers that are not multiples of one step apart are not checked: they may be times.
     """
-    numbers = _numbers(files)
+    # If the names also differ otherwise, the last numbers in them are not those of frames.
+    common = {(file.parent, _last_number.sub("/", file.stem)) for file in files}
+    found = [_last_number.search(file.stem) for file in files] if len(common) == 1 else []
+    numbers = [int(number[0]) for number in found if number]
     steps = [after - before for before, after in pairwise(numbers)]
     step = min(steps, default=1)
     if step == 0 or any(one % step for one in steps) or not numbers:
@@ -103,8 +93,12 @@ def _evenly_spaced(files: list[Path], gaps: Gaps) -> Found:
                 f"be told, as from {files[0].name}"
             )
         return Found(list(files), _countable(next(iter(numbers), 0)))
-    by_number = dict(zip(numbers, files, strict=True))
-    return _filled(by_number, step, gaps, lambda number: _renumbered(files[0], number))
+
+    def renumbered(number: int) -> str:
+        name = _last_number.sub(lambda old: str(number).zfill(len(old[0])), files[0].stem)
+        return name + files[0].suffix
+
+    return _filled(dict(zip(numbers, files, strict=True)), step, gaps, renumbered)
 
 
 def _filled(by_number: dict[int, Path], step: int, gaps: Gaps, name: Callable[[int], str]) -> Found:
@@ -131,18 +125,8 @@ def _countable(number: int) -> int:
     return number if number <= largest_start else 0
 
 
-def _renumbered(file: Path, number: int) -> str:
-    """Returns the name that the file would have with this number."""
-    name = _last_number.sub(lambda old: str(number).zfill(len(old[0])), file.stem)
-    return name + file.suffix
-
-
 def names_to_write(path: Path, suffix: str) -> FrameNames:
-    """Returns the file names of a sequence that is to be written to `path`.
-
-    Args:
-        path: a file, for one frame; a pattern such as ``frame_%04d.ply``; or a folder.
-        suffix: in lower case, such as ".ply".
+    """Returns the file names of a sequence that is to be written to a file, pattern or folder.
 
     Raises:
         ValueError: `path` is a glob, or a folder with files that would become part of the sequence.

@@ -4,7 +4,6 @@ Positions and faces are read; texture coordinates, normals, colours, groups and 
 ignored. Comments at the beginning state the up axis and the length of a unit.
 """
 
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -42,14 +41,10 @@ class ObjWriter(FramesWriter):
         self._faces = "".join(f"f {' '.join(map(str, face))}\n" for face in faces)
 
     def _save(self, file: Path, frame: Frame) -> None:
-        numbers = iter(
-            map(repr, frame.points.ravel().tolist())
-        )  # digits that read back the same double
         with file.open("w", encoding="ascii", newline="\n") as lines:
             lines.write(self._comments)
-            lines.writelines(
-                f"v {x} {y} {z}\n" for x, y, z in zip(numbers, numbers, numbers, strict=True)
-            )
+            # The digits of `repr` read back the same double.
+            lines.writelines(f"v {x!r} {y!r} {z!r}\n" for x, y, z in frame.points.tolist())
             lines.write(self._faces)
 
 
@@ -59,5 +54,5 @@ obj = Format(
     "Wavefront's text files, one per frame",
     ObjReader,
     ObjWriter,
-    reader_with_gaps=partial(ObjReader, gaps="lost"),
+    per_frame=True,
 )

@@ -17,7 +17,6 @@ import os
 import re
 import threading
 from collections.abc import Iterator
-from functools import partial
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -32,7 +31,7 @@ from ..frames.frame import Frame
 from ..frames.times import Timing, frame_number, frame_seconds, rate_of, uneven
 from ..polygons import Polygons, as_polygons
 from .comments import Metadata, comments_of, metadata_in
-from .format import Format, Gaps, Template, refuse_mesh_name
+from .format import Format, Gaps, Template
 from .frame_files import FramesReader, FramesWriter
 from .frame_names import FrameNames, single
 
@@ -44,16 +43,8 @@ _one_at_a_time = threading.Lock()  # VTK's error window is global
 class PvdReader(FramesReader):
     """A sequence in VTP files that a PVD file lists."""
 
-    def __init__(
-        self,
-        path: Path,
-        template: Template | None,
-        prim: str | None,
-        *,
-        gaps: Gaps = "refuse",
-    ) -> None:
+    def __init__(self, path: Path, template: Template | None, gaps: Gaps) -> None:
         """Reads the list and the first of its files."""
-        refuse_mesh_name(prim)
         self._index = path
         times, listed = _read_index(path)
         files = [file if file.exists() else None for file in listed]
@@ -186,17 +177,13 @@ def _point_data(mesh: Any, row: Attribute) -> NDArray[Any] | None:
     if array is None:
         return None
     values = _as_numpy(array)
-    of_vertices = values.shape == (mesh.GetNumberOfPoints(),)
-    if row.dtype.kind == "f":
-        if not of_vertices or values.dtype.kind != "f":
-            raise ValueError(f"its point data '{name}' must have one float per vertex")
-        return values
-    of_vertices = of_vertices and values.dtype.kind in "iu"
-    if not of_vertices or not np.array_equal(values, values.astype(np.int32)):
-        raise ValueError(f"its point data '{name}' must have one integer per vertex")
+    kinds, what = ("f", "float") if row.dtype.kind == "f" else ("iu", "integer")
+    fits = values.shape == (mesh.GetNumberOfPoints(),) and values.dtype.kind in kinds
+    if not fits or (kinds == "iu" and not np.array_equal(values, values.astype(np.int32))):
+        raise ValueError(f"its point data '{name}' must have one {what} per vertex")
     if row.dtype.kind == "b" and not np.isin(values, (0, 1)).all():
         raise ValueError(f"its point data '{name}' must be 0 or 1")
-    return values.astype(row.dtype)
+    return values if kinds == "f" else values.astype(row.dtype)
 
 
 def _notes(mesh: Any) -> list[str]:
@@ -288,5 +275,5 @@ pvd = Format(
     PvdReader,
     PvdWriter,
     library=("vtkmodules.vtkIOXML", "view"),
-    reader_with_gaps=partial(PvdReader, gaps="lost"),
+    per_frame=True,
 )

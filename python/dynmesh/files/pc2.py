@@ -34,9 +34,7 @@ class Pc2Reader(PointCacheReader):
         return (n_frames, n_vertices, 3), layout.size
 
     def _read_timing(self, file: IO[bytes], n_frames: int) -> tuple[float | None, float]:  # noqa: ARG002
-        return None, float(
-            str(np.float32(self._start))
-        )  # the shortest digits that give the float32
+        return None, float(str(np.float32(self._start)))  # the shortest digits of the float32
 
 
 class Pc2Writer(PointCacheWriter):

@@ -5,9 +5,9 @@ The vertices have x, y and z and, if the sequence has them, the properties `know
 of a unit.
 """
 
-from functools import partial
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,17 +31,9 @@ _KINDS = {"b": "uchar", "i": "int", "f": "float"}
 """How attributes are written, by the kind of their dtype."""
 
 
-class Lists(NamedTuple):
-    """The numbers of a list property in n records."""
-
-    sizes: NDArray[np.int64]
-    """(n,) the length of each list."""
-    values: NDArray[Any]
-    """(sum of sizes,) the numbers, one list after another."""
-
-
-Columns = dict[str, NDArray[Any] | Lists]
-"""The n records of an element, by the name of the property: (n,) numbers, or lists."""
+Columns = dict[str, NDArray[Any] | tuple[NDArray[np.int64], NDArray[Any]]]
+"""The n records of an element, by the name of the property: (n,) numbers; or, of a list, (n,)
+lengths, and the numbers of one list after another."""
 
 
 class PlyReader(NumberedReader):
@@ -64,19 +56,12 @@ def read_elements(file: Path) -> tuple[dict[str, Columns], list[str]]:
     elements, comments = parse_ply(file.read_bytes())
     if "vertex" not in elements:
         raise ValueError("has no vertices")
-    columns: dict[str, Columns] = {
-        element: {
-            name: Lists(*column) if isinstance(column, tuple) else column
-            for name, column in properties.items()
-        }
-        for element, properties in elements.items()
-    }
-    return columns, comments
+    return elements, comments
 
 
 def coordinates(vertices: Columns, axes: tuple[str, str, str]) -> Positions:
     """Returns the (k, 3) values of three properties of the vertices, float or double."""
-    return np.stack([_coordinates(vertices, axis) for axis in axes], axis=1)
+    return np.stack([_floats(vertices, axis) for axis in axes], axis=1)
 
 
 def _frame(vertices: Columns) -> Frame:
@@ -97,14 +82,8 @@ def _attribute(vertices: Columns, row: Attribute) -> NDArray[Any]:
     return np.asarray(ones == 1)
 
 
-def _coordinates(vertices: Columns, axis: str) -> NDArray[np.floating[Any]]:
-    if axis not in vertices:
-        raise ValueError(f"its vertices need a property '{axis}', float or double")
-    return _floats(vertices, axis)
-
-
 def _floats(vertices: Columns, name: str) -> NDArray[np.floating[Any]]:
-    column = vertices[name]
+    column = vertices.get(name)
     if not isinstance(column, np.ndarray) or column.dtype.kind != "f":
         raise ValueError(f"its vertices need a property '{name}', float or double")
     return column
@@ -123,9 +102,10 @@ def _polygons(faces: Columns) -> Polygons:
         if faces:
             raise ValueError(f"its faces need a list '{corner_lists[0]}'")
         return Polygons(np.empty(0, np.int64), np.empty(0, np.int64))
-    if not isinstance(lists[0], Lists) or lists[0].values.dtype.kind == "f":
+    if not isinstance(lists[0], tuple) or lists[0][1].dtype.kind == "f":
         raise ValueError("the corners of its faces must be a list of integers")
-    return Polygons(lists[0].sizes, lists[0].values.astype(np.int64))
+    sizes, corners = lists[0]
+    return Polygons(sizes, corners.astype(np.int64))
 
 
 class PlyWriter(FramesWriter):
@@ -143,17 +123,8 @@ class PlyWriter(FramesWriter):
         # The bytes before and after the vertices are the same in every frame.
         sizes, corners = as_polygons(header.faces, header.polygons)
         count = "uchar" if sizes.max() < 256 else "int"
-        lines = [
-            "ply",
-            "format binary_little_endian 1.0",
-            *(f"comment {line}" for line in comments_of(header)),
-            f"element vertex {header.n_vertices}",
-            *(f"property {kind} {name}" for name, kind in kinds.items()),
-            f"element face {len(sizes)}",
-            f"property list {count} int {corner_lists[0]}",
-            "end_header\n",
-        ]
-        self._before = "\n".join(lines).encode("ascii")
+        faces = f"element face {len(sizes)}", f"property list {count} int {corner_lists[0]}"
+        self._before = ply_header(comments_of(header), header.n_vertices, kinds, *faces)
         self._after = _face_records(sizes, corners, np.dtype(_written_types[count]))
 
     def _save(self, file: Path, frame: Frame) -> None:
@@ -162,6 +133,22 @@ class PlyWriter(FramesWriter):
         for name in self._vertices.dtype.names[3:]:  # type: ignore[index]
             self._vertices[name] = getattr(frame, name)
         file.write_bytes(self._before + self._vertices.tobytes() + self._after)
+
+
+def ply_header(
+    comments: Iterable[str], n_vertices: int, kinds: Mapping[str, str], *faces: str
+) -> bytes:
+    """Returns the header of a file whose vertices have properties of these kinds, by name."""
+    lines = [
+        "ply",
+        "format binary_little_endian 1.0",
+        *(f"comment {line}" for line in comments),
+        f"element vertex {n_vertices}",
+        *(f"property {kind} {name}" for name, kind in kinds.items()),
+        *faces,
+        "end_header\n",
+    ]
+    return "\n".join(lines).encode("ascii")
 
 
 def _face_records(sizes: Integers, corners: Integers, count: np.dtype[Any]) -> bytes:
@@ -177,5 +164,5 @@ ply = Format(
     "Stanford's polygon files, one per frame",
     PlyReader,
     PlyWriter,
-    reader_with_gaps=partial(PlyReader, gaps="lost"),
+    per_frame=True,
 )

@@ -7,9 +7,8 @@ rounded.
 """
 
 import contextlib
-import os
 from abc import abstractmethod
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import IO, ClassVar
@@ -22,14 +21,17 @@ from ..frames.naming import naming
 from ..frames.reader import Reader
 from ..polygons import as_polygons
 from .flat import FlatRows
-from .format import Template, refuse_mesh_name, template_of
+from .format import Template, template_of
 from .frame_names import FrameNames, single
 from .obj import ObjReader, ObjWriter
 from .ply import PlyReader
+from .rows import FlatWriter
 from .template import find_template
-from .writer import Writer
 
 largest_count = 2**31 - 1
+
+_MESHES = {".obj": ObjReader, ".ply": PlyReader}
+"""What reads the mesh beside a file; the preferred kind comes first."""
 
 
 class PointCacheReader(Reader):
@@ -41,22 +43,15 @@ class PointCacheReader(Reader):
 
     dtype_in_file: ClassVar[np.dtype[np.float32]]
 
-    def __init__(self, path: Path, template: Template | None, prim: str | None) -> None:
+    def __init__(self, path: Path, template: Template | None) -> None:
         """Opens the file and finds its faces."""
-        refuse_mesh_name(prim)
         with path.open("rb") as file, contextlib.ExitStack() as stack:
             shape, begin = self._read_shape(file)
             self._rows = FlatRows(path, begin, shape, self.dtype_in_file)
             stack.callback(self._rows.close)
             n_frames, n_vertices, _ = shape
-            template = find_template(
-                template,
-                n_vertices,
-                {
-                    path.with_suffix(".obj"): _mesh_with(ObjReader),
-                    path.with_suffix(".ply"): _mesh_with(PlyReader),
-                },
-            )
+            beside = dict.fromkeys(map(path.with_suffix, _MESHES), _mesh)
+            template = find_template(template, n_vertices, beside)
             self._files = [path, *template.files]
             fps, start = self._read_timing(file, n_frames)
             header = Header(
@@ -97,17 +92,13 @@ class PointCacheReader(Reader):
         self._rows.close()
 
 
-def _mesh_with(
-    reader_of: Callable[[Path, Template | None, str | None], Reader],
-) -> Callable[[Path], Template]:
-    def load(path: Path) -> Template:
-        with reader_of(path, None, None) as reader:
-            return template_of(reader)
-
-    return load
+def _mesh(path: Path) -> Template:
+    """Reads a mesh beside the file."""
+    with _MESHES[path.suffix](path) as reader:
+        return template_of(reader)
 
 
-class PointCacheWriter(Writer):
+class PointCacheWriter(FlatWriter):
     """A point cache that is being written, and the mesh beside it.
 
     An existing `NAME.obj` with the same faces is kept, since it may contain more, such as texture
@@ -118,7 +109,6 @@ class PointCacheWriter(Writer):
         dtype_in_file: float32 in the byte order of the format.
     """
 
-    resumable = True
     keeps_known = False
     keeps_provenance = False
     keeps_float64 = False
@@ -129,6 +119,7 @@ class PointCacheWriter(Writer):
         """Returns the header of the file."""
 
     def _begin(self, kept: int) -> None:
+        super()._begin(kept)
         header = self.header
         for what, count in (("frames", header.n_frames), ("vertices", header.n_vertices)):
             if count > largest_count:
@@ -141,16 +132,9 @@ class PointCacheWriter(Writer):
                 header, n_frames=1, times=None, dtype=np.dtype(np.float32), has_known=False
             )
             self._mesh_writer = ObjWriter(own, single, folder=self.folder / "mesh")
-        begin = self._header_bytes()
-        end = len(begin) + kept * header.n_vertices * 3 * self.dtype_in_file.itemsize
-        self._file = (self.folder / self.path.name).open("r+b" if kept else "wb")
-        self._file.write(begin)
-        if kept and os.fstat(self._file.fileno()).st_size < end:
-            raise ValueError(f"the unfinished file ends before frame {kept}")
-        self._file.truncate(end)
-        self._file.seek(end)
-        if kept == 0:
-            self._add_sum(self.folder / self.path.name, begin)
+        row_size = header.n_vertices * 3 * self.dtype_in_file.itemsize
+        path = self.folder / self.path.name
+        self._open_rows("vertices", path, self._header_bytes(), row_size, kept)
 
     @classmethod
     def names(cls, path: Path) -> list[FrameNames]:
@@ -160,13 +144,13 @@ class PointCacheWriter(Writer):
     def _fits(self, path: Path) -> bool:
         header = self.header
         with naming(Path(path.name)):
-            mesh = _mesh_with(ObjReader)(path)
+            mesh = _mesh(path)
         there, wanted = (as_polygons(m.faces, m.polygons) for m in (mesh, header))
-        same_size = mesh.n_vertices == header.n_vertices
         return (
-            same_size
+            mesh.n_vertices == header.n_vertices
             and all(map(np.array_equal, there, wanted))
-            and mesh.metadata.agrees_with(header)
+            and mesh.metadata.up_axis in (None, header.up_axis)
+            and mesh.metadata.metres_per_unit in (None, header.metres_per_unit)
         )
 
     def _append(self, frame: Frame) -> None:
@@ -174,12 +158,4 @@ class PointCacheWriter(Writer):
             with self._mesh_writer:
                 self._mesh_writer.append(frame.points)
             self._add_written(self._mesh_writer.path)
-        row = frame.points.astype(self.dtype_in_file, order="C", copy=False)
-        self._file.write(row.data)
-        self._add_sum(self.folder / self.path.name, row.data)
-
-    def _flush(self) -> None:
-        self._file.flush()
-
-    def _close(self) -> None:
-        self._file.close()
+        self._add_row("vertices", frame.points.astype(self.dtype_in_file, copy=False))

@@ -7,7 +7,6 @@ import shutil
 import zlib
 from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
-from typing import NamedTuple
 
 from .kept import CannotResumeError
 
@@ -17,18 +16,12 @@ _plan = "placing.json"
 def put_in_place(
     folder: Path, places: Mapping[str, Path], outdated: Iterable[Path], *, plan: bool
 ) -> None:
-    """Moves finished files to their destinations, in order.
+    """Moves the files in a folder to their destinations, in order, and removes outdated ones.
 
     If there are several, the files that they replace are removed first, starting with the last. So
     the files that exist before the last one is moved are a beginning of the new or of the older
-    sequence, and never a mixture.
-
-    Args:
-        folder: contains the files.
-        places: destination of each file, by its name.
-        outdated: further files to remove.
-        plan: whether :func:`finish_placing` can continue in that folder after the process was
-            killed.
+    sequence, and never a mixture. With `plan`, :func:`finish_placing` can continue in that folder
+    after the process was killed.
 
     Raises:
         OSError: a file cannot be moved.
@@ -50,12 +43,8 @@ def put_in_place(
 def finish_placing(folder: Path, existing: Collection[Path], folders: Collection[Path]) -> bool:
     """Finishes a :func:`put_in_place` that was killed; returns whether all files are in place.
 
-    If a file has since been removed or changed at its destination, nothing is done.
-
-    Args:
-        folder: contains the files.
-        existing: the files that may be removed or replaced.
-        folders: where files may be put.
+    If a file has since been removed or changed at its destination, nothing is done. Only `existing`
+    files may be removed or replaced, and files be put in `folders`.
 
     Raises:
         CannotResumeError: what was to be done is damaged, or not among what may be done.
@@ -64,14 +53,15 @@ def finish_placing(folder: Path, existing: Collection[Path], folders: Collection
     plan = _load(folder, existing, folders)
     if plan is None:
         return False
-    for name, place in plan.places.items():
+    places, stamps, remove = plan
+    for name, place in places.items():
         file = folder / name if (folder / name).exists() else place
-        if not file.exists() or _stamp(file) != plan.stamps[name]:
+        if not file.exists() or _stamp(file) != stamps[name]:
             (folder / _plan).unlink()
             return False
-    for outdated in plan.remove:
+    for outdated in remove:
         outdated.unlink(missing_ok=True)
-    _move(folder, plan.places)
+    _move(folder, places)
     return True
 
 
@@ -86,15 +76,9 @@ def remove_placed(folder: Path) -> None:
         folder.rmdir()
 
 
-class _Plan(NamedTuple):
-    """What is left to do; everything in `remove` first."""
-
-    places: dict[str, Path]
-    stamps: dict[str, list[int]]
-    remove: list[Path]
-
-
-def _load(folder: Path, existing: Collection[Path], folders: Collection[Path]) -> _Plan | None:
+def _load(
+    folder: Path, existing: Collection[Path], folders: Collection[Path]
+) -> tuple[dict[str, Path], dict[str, list[int]], list[Path]] | None:
     """Reads what :func:`_save` wrote. Its bytes may be damaged, so its names are not used."""
     file = folder / _plan
     try:
@@ -102,14 +86,11 @@ def _load(folder: Path, existing: Collection[Path], folders: Collection[Path]) -
         if int(seal) != zlib.crc32(text):
             raise ValueError
         plan = json.loads(text)
-        places, stamps = plan["places"], plan["stamps"]
+        stamps = plan["stamps"]
+        places = {name: _absolute(folder / place) for name, place in plan["places"].items()}
+        remove = [_absolute(folder / place) for place in plan["remove"]]
         if not places.keys() == stamps.keys():
             raise ValueError
-        found = _Plan(
-            {name: _absolute(folder / place) for name, place in places.items()},
-            stamps,
-            [_absolute(folder / place) for place in plan["remove"]],
-        )
     except (FileNotFoundError, NotADirectoryError):
         return None
     except IsADirectoryError as error:
@@ -118,15 +99,15 @@ def _load(folder: Path, existing: Collection[Path], folders: Collection[Path]) -
         raise CannotResumeError("is damaged or of an earlier version", file=file) from error
     may_hold = set(map(_absolute, folders))
     may_go = set(map(_absolute, existing))
-    for name, place in found.places.items():
+    for name, place in places.items():
         if name == _plan or place.name != name or place.parent not in may_hold:
             raise CannotResumeError(f"would put {name!r} at {place}", file=file)
-    for place in found.remove:
+    for place in remove:
         if place not in may_go and os.path.lexists(place):
             raise CannotResumeError(
                 f"would remove {place}, which is no file of the output", file=file
             )
-    return found
+    return places, stamps, remove
 
 
 def _absolute(place: Path) -> Path:

@@ -1,6 +1,5 @@
 """Arrays in NumPy's own format, read and written row by row."""
 
-import contextlib
 import io
 import math
 import os
@@ -8,7 +7,7 @@ import warnings
 from abc import abstractmethod
 from pathlib import Path
 from tokenize import TokenError
-from typing import IO, Any, NamedTuple, Self
+from typing import IO, Any, NamedTuple
 
 import numpy as np
 from numpy.lib import format as npy
@@ -74,80 +73,45 @@ def load_array(path: Path) -> NDArray[Any]:
         return read_array(file, os.fstat(file.fileno()).st_size)
 
 
-class RowFile:
-    """A `.npy` file that grows row by row, up to a given length.
-
-    Attributes:
-        path: of the file.
-        header: the bytes that were written before the first row; none if rows were kept.
-    """
-
-    def __init__(self, path: Path, dtype: np.dtype[Any], shape: tuple[int, ...], kept: int) -> None:
-        """Creates the file, or opens it and removes all but its first `kept` rows."""
-        self.path = path
-        row_size = dtype.itemsize * int(np.prod(shape[1:]))
-        with contextlib.ExitStack() as stack:
-            file: IO[bytes] = stack.enter_context(path.open("r+b" if kept else "wb"))
-            self.header = b""
-            if kept == 0:
-                kind = npy.dtype_to_descr(dtype)
-                header = io.BytesIO()
-                npy.write_array_header_1_0(
-                    header, {"descr": kind, "fortran_order": False, "shape": shape}
-                )
-                self.header = header.getvalue()
-                file.write(self.header)
-            else:
-                read_header(file)
-                end = file.tell() + kept * row_size
-                if os.fstat(file.fileno()).st_size < end:
-                    raise ValueError(f"{path.name} ends before row {kept}")
-                file.truncate(end)
-                file.seek(end)
-            self._file = file
-            stack.pop_all()  # the file stays open
-
-    def append(self, row: NDArray[Any]) -> None:
-        """Adds a row."""
-        self._file.write(np.ascontiguousarray(row).data)
-
-    def flush(self) -> None:
-        """Passes everything to the operating system."""
-        self._file.flush()
-
-    def close(self) -> None:
-        """Closes the file; may be called more than once."""
-        self._file.close()
-
-    def __enter__(self) -> Self:
-        """Returns the file itself."""
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        """Closes the file."""
-        self.close()
+def array_header(dtype: np.dtype[Any], shape: tuple[int, ...]) -> bytes:
+    """Returns the bytes before the first number of a `.npy` file."""
+    header = io.BytesIO()
+    kind = npy.dtype_to_descr(dtype)
+    npy.write_array_header_1_0(header, {"descr": kind, "fortran_order": False, "shape": shape})
+    return header.getvalue()
 
 
-class RowFilesWriter(Writer):
-    """A sequence that is being written, with a file for each array that has a row per frame."""
+def native(row: NDArray[Any]) -> NDArray[Any]:
+    """Returns the numbers in native byte order."""
+    return row.astype(row.dtype.newbyteorder("="), copy=False)
+
+
+class FlatWriter(Writer):
+    """A sequence that is being written to files that consist of a header and a row per frame."""
 
     resumable = True
 
-    @abstractmethod
-    def _row_file(self, name: str) -> Path:
-        """Returns the file of the array with that name."""
+    def _begin(self, kept: int) -> None:  # noqa: ARG002 (subclasses use it)
+        self._rows: dict[str, IO[bytes]] = {}
+        self._paths: dict[str, Path] = {}
 
-    def _begin(self, kept: int) -> None:
-        self._rows: dict[str, RowFile] = {}
-        for name, (shape, dtype) in kinds_per_frame(self.header).items():
-            rows = RowFile(self._row_file(name), dtype, shape, kept)
-            self._rows[name] = rows
-            self._add_sum(rows.path, rows.header)
+    def _open_rows(self, name: str, path: Path, header: bytes, row_size: int, kept: int) -> None:
+        """Creates a file with its header, or opens it and removes all but its first rows."""
+        self._rows[name] = file = path.open("r+b" if kept else "wb")
+        self._paths[name] = path
+        file.write(header)
+        end = len(header) + kept * row_size
+        if kept and os.fstat(file.fileno()).st_size < end:
+            raise ValueError(f"the unfinished {path.name} ends before frame {kept}")
+        file.truncate(end)
+        file.seek(end)
+        if kept == 0:
+            self._add_sum(path, header)
 
-    def _append(self, frame: Frame) -> None:
-        for name, row in rows_of(frame).items():
-            self._rows[name].append(row)
-            self._add_sum(self._rows[name].path, np.ascontiguousarray(row).data)
+    def _add_row(self, name: str, row: NDArray[Any]) -> None:
+        data = np.ascontiguousarray(row).data
+        self._rows[name].write(data)
+        self._add_sum(self._paths[name], data)
 
     def _flush(self) -> None:
         for rows in self._rows.values():
@@ -156,3 +120,22 @@ class RowFilesWriter(Writer):
     def _close(self) -> None:
         for rows in self._rows.values():
             rows.close()
+
+
+class RowFilesWriter(FlatWriter):
+    """A sequence that is being written, with a file for each array that has a row per frame."""
+
+    @abstractmethod
+    def _row_file(self, name: str) -> Path:
+        """Returns the file of the array with that name."""
+
+    def _begin(self, kept: int) -> None:
+        super()._begin(kept)
+        for name, (shape, dtype) in kinds_per_frame(self.header).items():
+            row_size = dtype.itemsize * math.prod(shape[1:])
+            header = array_header(dtype, shape)
+            self._open_rows(name, self._row_file(name), header, row_size, kept)
+
+    def _append(self, frame: Frame) -> None:
+        for name, row in rows_of(frame).items():
+            self._add_row(name, row)

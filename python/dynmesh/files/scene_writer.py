@@ -1,35 +1,13 @@
 """The interface of the writers of scenes: several meshes in one file."""
 
 from abc import abstractmethod
-from pathlib import Path
-from typing import ClassVar, Unpack
 
 from ..frames.header import Header
-from ..frames.scenes import Origin
-from .writer import Unfinished, Writer
+from .writer import Writer
 
 
 class SceneWriter(Writer):
-    """A file that is being written and can hold several meshes, one after another.
-
-    Attributes:
-        origin: the scene that the file is made from; None if it holds the meshes alone.
-        keeps_scene_of: the format whose scenes the writer keeps around the meshes; None if none.
-    """
-
-    keeps_scene_of: ClassVar[str | None] = None
-
-    def __init__(
-        self,
-        path: Path,
-        header: Header,
-        *,
-        origin: Origin | None = None,
-        **unfinished: Unpack[Unfinished],
-    ) -> None:
-        """Creates the file with its first mesh; see :class:`Writer`."""
-        self.origin = origin
-        super().__init__(path, header, **unfinished)
+    """A file that is being written and can hold several meshes, one after another."""
 
     def next_mesh(self, header: Header) -> None:
         """Begins another mesh, after all frames of the one before.

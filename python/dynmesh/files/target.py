@@ -3,7 +3,6 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from .._extras import require
 from ..frames.frame import frame_of
@@ -13,11 +12,9 @@ from ..frames.reader import Reader
 from ..frames.scenes import Origin, Scene
 from ..sequence import Sequence
 from .choice import PathLike, choose
-from .format import Format
 from .frame_names import FrameNames
 from .kept import Pieces
 from .replacement import finish_placing
-from .scene_writer import SceneWriter
 from .writer import Writer
 
 
@@ -45,38 +42,26 @@ class Target:
         origin: Origin | None = None,
         overwrite: bool = True,
     ) -> Writer:
-        """Begins the file, or continues an unfinished one; see :class:`Writer`.
+        """Begins the file, or continues an unfinished one.
 
-        Args:
-            header: the properties of all frames.
-            folder: where to work; see :class:`Writer`.
-            resume_at: number of frames to keep; see :class:`Writer`.
-            kept: their checksums; see :class:`Writer`.
-            origin: the scene to keep around the mesh, such as :meth:`kept_of` returns.
-            overwrite: whether to replace files that exist when the file is complete.
+        The arguments are those of :class:`Writer`, and `overwrite` is its attribute.
 
         Raises:
             BlockingIOError: another process is writing the file.
             OSError, TypeError, ValueError: the file cannot be written, or not with this scene.
         """
         with naming(self.path):
-            more: dict[str, Any] = {"folder": folder, "resume_at": resume_at, "kept": kept}
-            if origin is None:
-                writer = self.writer(self.path, header, **more)
-            else:
-                writer = self._scene_writer(origin.scene)(self.path, header, origin=origin, **more)
+            if origin is not None and not self.keeps(origin.scene):
+                raise ValueError(f"this format cannot keep the scene of {origin.scene.path}")
+            writer = self.writer(
+                self.path, header, folder=folder, resume_at=resume_at, kept=kept, origin=origin
+            )
             writer.overwrite = overwrite
             return writer
 
-    def _scene_writer(self, scene: Scene) -> type[SceneWriter]:
-        if not (issubclass(self.writer, SceneWriter) and self.keeps(scene)):
-            raise ValueError(f"this format cannot keep the scene of {scene.path}")
-        return self.writer
-
     def keeps(self, scene: Scene | None) -> bool:
         """Whether the file can have this scene around its meshes."""
-        kept = self.writer.keeps_scene_of if issubclass(self.writer, SceneWriter) else None
-        return scene is not None and scene.format == kept
+        return scene is not None and scene.format == self.writer.keeps_scene_of
 
     def kept_of(self, reader: Reader) -> Origin | None:
         """The scene of this mesh, if the file keeps it."""
@@ -104,11 +89,7 @@ class Target:
             return self.writer.existing(self.path)
 
     def finish_placing(self, folder: Path) -> bool:
-        """Finishes what a writer that worked in this folder was killed at.
-
-        Only files that writing would make or replace are moved and removed; see
-        :func:`finish_placing`.
-        """
+        """Finishes what a writer in this folder was killed at; see :func:`finish_placing`."""
         with naming(self.path):
             return finish_placing(folder, self.existing(), self.writer.folders(self.path))
 
@@ -161,10 +142,7 @@ class Target:
 def target_of(path: PathLike, format: str | None = None, *, overlay: bool = False) -> Target:
     """Where to write, in the format of that name or else in the one that the suffix says.
 
-    Args:
-        path: the path that was asked for.
-        format: the name of the format, or None.
-        overlay: whether to write a layer over a scene instead of a file that stands alone.
+    With `overlay`, it is a layer over a scene instead of a file that stands alone.
 
     Raises:
         ImportError: the library for this format is not installed; the message names its extra.
@@ -174,21 +152,17 @@ def target_of(path: PathLike, format: str | None = None, *, overlay: bool = Fals
     with naming(path):
         otherwise = f"write {path / 'frame_%04d.ply'}, or give --output-format"
         chosen = choose(path, format, otherwise)
-        writer = _writer_of(chosen, overlay=overlay)
+        if chosen.writer is None:
+            raise ValueError(f"{chosen.name} files can only be read")
+        writer = chosen.overlay if overlay else chosen.writer
+        if writer is None:
+            raise ValueError(
+                f"{chosen.name} has no layers; write an overlay as .usd, .usda or .usdc"
+            )
         if chosen.library is not None:
             module, extra = chosen.library
             require(module, extra=extra)
         return Target(path, chosen.name, writer)
-
-
-def _writer_of(format: Format, *, overlay: bool) -> type[Writer]:
-    if format.writer is None:
-        raise ValueError(f"{format.name} files can only be read")
-    if not overlay:
-        return format.writer
-    if format.overlay is None:
-        raise ValueError(f"{format.name} has no layers; write an overlay as .usd, .usda or .usdc")
-    return format.overlay
 
 
 def _identity(file: Path) -> tuple[int, int]:

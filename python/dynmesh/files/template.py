@@ -16,12 +16,9 @@ class NoFacesError(InputError):
 def find_template(
     given: Template | None, n_vertices: int, beside: Mapping[Path, Callable[[Path], Template]]
 ) -> Template:
-    """Returns the mesh that provides the faces.
+    """Returns the mesh that provides the faces of a file with so many vertices.
 
-    Args:
-        given: the mesh from the caller; if it is given, files beside are ignored.
-        n_vertices: of the file that holds only positions.
-        beside: the files that may be beside it, the preferred one first, and their readers.
+    If none is given, it is read from the first of the files `beside` that exists.
 
     Raises:
         OSError: a file beside it cannot be read.

@@ -22,8 +22,7 @@ from ..frames.frame import Frame
 from ..frames.header import Header, errors_of
 from ..frames.reader import Reader
 from ..polygons import as_polygons, split_polygons
-from ..sequence import StandardErrorOf
-from .format import Format, Template, refuse_template
+from .format import Format
 from .usd_derived import derived_of
 from .usd_overlay import UsdOverlayWriter
 from .usd_scene import UsdScene
@@ -48,11 +47,8 @@ class UsdReader(Reader):
     time codes per second. If the stage does not state it, it is None.
     """
 
-    def __init__(
-        self, path: Path, template: Template | None, prim: str | None, scene: UsdScene | None = None
-    ) -> None:
+    def __init__(self, path: Path, prim: str | None, scene: UsdScene | None = None) -> None:
         """Composes the stage, unless it is given, and reads everything except the frames."""
-        refuse_template(template)
         self._scene: UsdScene | None = scene or UsdScene(path)
         with translating(ValueError, "is damaged: "):
             self._mesh = self._scene.mesh(prim)
@@ -62,7 +58,7 @@ class UsdReader(Reader):
     @classmethod
     def in_scene(cls, scene: UsdScene, mesh: str) -> Self:
         """Reads a mesh of an open stage."""
-        return cls(scene.path, None, mesh, scene)
+        return cls(scene.path, mesh, scene)
 
     def _header(self, stage: Any) -> Header:
         self._points = self._mesh.GetPointsAttr()
@@ -76,6 +72,8 @@ class UsdReader(Reader):
             for name in ("upAxis", "metersPerUnit")
         )
         self._primvars = primvars_of(self._mesh)
+        bars = self._primvars.get("standard_error")
+        errors = None if bars is None else bars.GetCustomDataByKey(errors_of_key)
         header = Header(
             faces=faces,
             n_frames=len(self._times),
@@ -87,16 +85,12 @@ class UsdReader(Reader):
             metres_per_unit=metres_per_unit,
             **timing(stage, self._times)._asdict(),
             **flags_of(self._primvars),
-            standard_error_of=self._errors_of(),
+            standard_error_of=errors_of(errors),
         )
         derived = derived_of(
             self._mesh, as_polygons(faces, polygons), np.array(first), self._times[0]
         )
         return replace(header, derived=derived)
-
-    def _errors_of(self) -> StandardErrorOf:
-        bars = self._primvars.get("standard_error")
-        return errors_of(None if bars is None else bars.GetCustomDataByKey(errors_of_key))
 
     @property
     def files(self) -> list[Path]:

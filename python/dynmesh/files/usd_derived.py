@@ -83,15 +83,9 @@ class DerivedAttributes:
         self._has_motion = any(name in self._attributes for name in _least_frames)
 
     def append(self, frame: Frame, times: Sequence[float], number: int) -> int:
-        """Sets the values that are available after the next frame, for this frame or others.
+        """Sets the values that are available after a frame, for this frame or others.
 
-        Args:
-            frame: the positions and the mask of the frame.
-            times: the times of all frames.
-            number: the number of this frame.
-
-        Returns:
-            The number of bytes of the values.
+        Takes the times of all frames and the number of this one; returns the bytes of the values.
         """
         if not self._attributes:
             return 0

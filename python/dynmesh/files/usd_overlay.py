@@ -30,7 +30,7 @@ class UsdOverlayWriter(UsdWriter):
 
     def _describe_stage(self) -> None:
         self._instances: dict[str, None] = {}
-        original = _stage_of(self.origin).GetRootLayer().pseudoRoot
+        original = _scene_of(self.origin).stage.GetRootLayer().pseudoRoot
         for name in original.ListInfoKeys():
             if name not in _of_layers:
                 self._layer.pseudoRoot.SetInfo(name, original.GetInfo(name))
@@ -38,7 +38,7 @@ class UsdOverlayWriter(UsdWriter):
     def _time_codes(self, rate: float) -> NDArray[np.float64]:
         """Returns the times of the samples themselves, which the conversion may round."""
         points = self._original_mesh().GetPointsAttr()
-        fps = timing(_stage_of(self.origin), frame_times(points)).fps
+        fps = timing(_scene_of(self.origin).stage, frame_times(points)).fps
         if self.header.fps != fps:
             raise InputError(
                 f"an overlay has the times of its stage ({fps} frames per second), so they cannot "
@@ -82,7 +82,11 @@ class UsdOverlayWriter(UsdWriter):
         if self._instances:
             self.remarks.append(f"no longer instances: {listed(list(self._instances))}")
         scene = _scene_of(self.origin).path
-        self._layer.subLayerPaths.append(_relative(scene, self.path.parent))
+        try:  # without following links, as USD does
+            relative = f"./{Path(os.path.relpath(scene, self.path.parent)).as_posix()}"
+        except ValueError:  # on another drive of Windows
+            relative = scene.absolute().as_posix()
+        self._layer.subLayerPaths.append(relative)
 
 
 def _scene_of(origin: Origin | None) -> UsdScene:
@@ -92,15 +96,3 @@ def _scene_of(origin: Origin | None) -> UsdScene:
             ".usdc or .usdz)"
         )
     return origin.scene
-
-
-def _stage_of(origin: Origin | None) -> Any:
-    return _scene_of(origin).stage
-
-
-def _relative(path: Path, folder: Path) -> str:
-    """Returns the path from the folder, without following links, as USD does."""
-    try:
-        return f"./{Path(os.path.relpath(path, folder)).as_posix()}"
-    except ValueError:  # on another drive of Windows
-        return path.absolute().as_posix()

@@ -1,10 +1,13 @@
 """A USD stage as a scene: its meshes, its files, and what a layer over it has to repeat."""
 
+import itertools
 from pathlib import Path
 from typing import Any
 
 from ..frames.scenes import Scene, choose_mesh
-from .usd_stage import composed, files_of, one_line, pxr, translating
+from .usd_stage import one_line, pxr, translating
+
+_numbers = itertools.count()
 
 
 class UsdScene(Scene):
@@ -18,10 +21,17 @@ class UsdScene(Scene):
     def __init__(self, path: Path) -> None:
         """Composes the stage."""
         path.open("rb").close()  # gives the error message of the system
+        usd, geometry = pxr("Usd"), pxr("UsdGeom")
         with translating(ValueError, "is damaged or not a USD file: "):
-            self.stage = composed(path)
+            # In a process, all users of a path share one layer, even if the file has been replaced
+            # since it was opened. A file format argument that is unique to this reader makes it a
+            # separate layer.
+            unique = {"reader": str(next(_numbers))}
+            layer = pxr("Sdf").Layer.FindOrOpen(str(path.absolute()), unique)
+            if layer is None:
+                raise ValueError("is damaged or not a USD file")
+            self.stage = usd.Stage.Open(layer)
         with translating(ValueError, "is damaged: "):
-            usd, geometry = pxr("Usd"), pxr("UsdGeom")
             prims = usd.PrimRange.Stage(self.stage, usd.TraverseInstanceProxies())
             self._meshes = {
                 str(p.GetPath()): geometry.Mesh(p) for p in prims if p.IsA(geometry.Mesh)
@@ -34,8 +44,11 @@ class UsdScene(Scene):
 
     @property
     def files(self) -> list[Path]:
-        """The files of all layers that the stage is composed of."""
-        return files_of(self.stage) or [self.path]
+        """The files of all layers that the stage is composed of; a packed stage is one file."""
+        split = pxr("Ar").SplitPackageRelativePathOuter
+        layers = (layer.realPath for layer in self.stage.GetUsedLayers())
+        outer = (split(path)[0] for path in layers if path)
+        return [Path(path) for path in dict.fromkeys(outer)] or [self.path]
 
     def mesh(self, prim: str | None) -> Any:
         """Returns the mesh at this path, or see :func:`choose_mesh`; refuses incomplete stages."""

@@ -4,10 +4,8 @@ It contains everything that uses the library for both reading and writing.
 """
 
 import contextlib
-import itertools
 import math
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -25,37 +23,8 @@ _TYPES = {"b": "BoolArray", "i": "IntArray", "f": "FloatArray"}
 primvars = {name: _TYPES[row.dtype.kind] for name, row in ATTRIBUTES.items()}
 """The data of a vertex besides its position, and the type of the values of all vertices."""
 
-dtypes = {
-    "Vec3fArray": np.float32,
-    "BoolArray": np.bool_,
-    "IntArray": np.int32,
-    "FloatArray": np.float32,
-}
-"""The dtypes of the library's arrays."""
-
 errors_of_key = "standard_error_of"
 """Of the custom data of the primvar `standard_error`."""
-
-_numbers = itertools.count()
-
-
-def composed(path: Path) -> Any:
-    """Opens the stage of this file with everything that it refers to."""
-    sdf = pxr("Sdf")
-    # In a process, all users of a path share one layer, even if the file has been replaced since
-    # it was opened. A file format argument that is unique to this reader makes it a separate layer.
-    layer = sdf.Layer.FindOrOpen(str(path.absolute()), {"reader": str(next(_numbers))})
-    if layer is None:
-        raise ValueError("is damaged or not a USD file")
-    return pxr("Usd").Stage.Open(layer)
-
-
-def files_of(stage: Any) -> list[Path]:
-    """The files of all layers of the stage; a packed stage is one file."""
-    ar = pxr("Ar")
-    paths = [layer.realPath for layer in stage.GetUsedLayers() if layer.realPath]
-    outer = (ar.SplitPackageRelativePathOuter(path)[0] for path in paths)
-    return [Path(path) for path in dict.fromkeys(outer)]
 
 
 def frame_times(points: Any) -> list[float]:
@@ -76,8 +45,7 @@ def timing(stage: Any, times: Sequence[float]) -> Timing:
 
     If the stage states its rate and frames are n time codes apart, the first number is the first
     time code divided by n, so that a stage written from it, with one time code per frame, starts at
-    the same second. If frames are unevenly spaced or the rate is unknown, the numbers are time
-    codes.
+    the same second. Otherwise the numbers are time codes.
     """
     metadata = any(map(stage.HasAuthoredMetadata, ("timeCodesPerSecond", "framesPerSecond")))
     rate = float(stage.GetTimeCodesPerSecond()) if metadata else None
@@ -92,19 +60,19 @@ def timing(stage: Any, times: Sequence[float]) -> Timing:
 def faces_of(mesh: Any) -> Polygons:
     """Returns the faces, which must be the same at all times."""
     attributes = (mesh.GetFaceVertexCountsAttr(), mesh.GetFaceVertexIndicesAttr())
+
+    def faces_at(time: float) -> Polygons:
+        values = [attribute.Get(time) for attribute in attributes]
+        if any(value is None for value in values):
+            raise ValueError("the mesh has no faces")
+        return Polygons(*(np.array(value, np.int32) for value in values))
+
     times = {time for attribute in attributes for time in attribute.GetTimeSamples()}
     first, *later = sorted(times) or [0.0]
-    faces = _faces_at(attributes, first)
+    faces = faces_at(first)
     for time in later:
-        check_same_faces(faces, _faces_at(attributes, time), f"time {time:g}")
+        check_same_faces(faces, faces_at(time), f"time {time:g}")
     return faces
-
-
-def _faces_at(attributes: tuple[Any, Any], time: float) -> Polygons:
-    counts, indices = (attribute.Get(time) for attribute in attributes)
-    if counts is None or indices is None:
-        raise ValueError("the mesh has no faces")
-    return Polygons(np.array(counts, np.int32), np.array(indices, np.int32))
 
 
 def primvars_of(mesh: Any) -> dict[str, Any]:
@@ -147,8 +115,9 @@ def _held(attribute: Any, before: float, after: float) -> bool:
 
 
 def library_array(kind: str, array: NDArray[Any]) -> Any:
-    """Returns a copy as an array of the library."""
-    return getattr(pxr("Vt"), kind).FromNumpy(np.ascontiguousarray(array, dtypes[kind]))
+    """Returns a copy as an array of the library, of integers, bools or else float32."""
+    dtype = {"BoolArray": np.bool_, "IntArray": np.int32}.get(kind, np.float32)
+    return getattr(pxr("Vt"), kind).FromNumpy(np.ascontiguousarray(array, dtype))
 
 
 def pxr(name: str) -> ModuleType:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
-from typing import Any, ClassVar, Self, TypedDict
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,19 +18,12 @@ from ..frames.attributes import ATTRIBUTES
 from ..frames.frame import Frame
 from ..frames.header import Header
 from ..frames.naming import naming
+from ..frames.scenes import Origin
 from ..sequence import Mask, Positions
 from .frame_names import FrameNames, single
 from .kept import Pieces, Sums
 from .lock import working_folder
 from .replacement import put_in_place, remove_placed
-
-
-class Unfinished(TypedDict, total=False):
-    """Where a writer works, and what it continues; :class:`Writer` explains the keywords."""
-
-    folder: Path | None
-    resume_at: int
-    kept: Pieces | None
 
 
 class Writer(ABC):
@@ -52,8 +45,10 @@ class Writer(ABC):
         keeps_provenance: whether the format stores generation and age; if not, they are refused.
         keeps_float64: whether the format stores float64; if not, positions are rounded to float32,
             and refused if they are out of its range.
+        keeps_scene_of: the format whose scenes the writer keeps around the meshes; None if none.
     """
 
+    keeps_scene_of: ClassVar[str | None] = None
     resumable: ClassVar[bool] = False
     keeps_known: ClassVar[bool] = True
     keeps_provenance: ClassVar[bool] = True
@@ -67,6 +62,7 @@ class Writer(ABC):
         folder: Path | None = None,
         resume_at: int = 0,
         kept: Pieces | None = None,
+        origin: Origin | None = None,
     ) -> None:
         """Creates the file, or continues an unfinished one.
 
@@ -79,12 +75,14 @@ class Writer(ABC):
             resume_at: number of frames of the unfinished file in `folder` to keep; it must have at
                 least as many, and further ones are removed. 0 creates the file.
             kept: what :meth:`pieces` of the writer of these frames returned.
+            origin: the scene to keep around the mesh; it must be of `keeps_scene_of`.
 
         Raises:
             BlockingIOError: another process is writing the file.
         """
         self.path = path
         self.header = header
+        self.origin = origin
         self.overwrite = True
         self._keep = folder is not None
         self._frame = resume_at
@@ -121,7 +119,7 @@ class Writer(ABC):
             self._flush()
 
     def _flush(self) -> None:  # noqa: B027 (only needed if resumable)
-        """Implements :meth:`flush`."""
+        pass
 
     def pieces(self) -> dict[str, list[tuple[int, int, int]]]:
         """Returns checksums of the frames so far, for :func:`dynmesh.files.check_unchanged`."""
@@ -208,11 +206,10 @@ class Writer(ABC):
         with naming(self.path), self._blaming():
             with locating(frame=self._frame):
                 self._check(frame)
-            if known is not None and not self.keeps_known:
-                missing = points.dtype.type(np.nan)
-                frame = replace(frame, points=np.where(known[:, None], points, missing), known=None)
-            if not self.keeps_float64:
-                with locating(frame=self._frame):
+                if known is not None and not self.keeps_known:
+                    points = np.where(known[:, None], points, points.dtype.type(np.nan))
+                    frame = replace(frame, points=points, known=None)
+                if not self.keeps_float64:
                     frame = replace(frame, points=self._rounded(frame.points))
             self._append(frame)
         self._frame += 1
@@ -262,9 +259,10 @@ class Writer(ABC):
         self, kind: type[BaseException] | None, _: object, __: TracebackType | None
     ) -> None:
         """Finishes the file, or removes the unfinished one."""
+        if kind is not None:
+            self._undo()
+            return
         with self._undoing(), self._blaming():
-            if kind is not None:
-                raise _AbandonedError
             self._check_whole()
             self._finish()
             if not self.overwrite:
@@ -275,15 +273,17 @@ class Writer(ABC):
 
     @contextlib.contextmanager
     def _undoing(self) -> Iterator[None]:
-        """Removes everything after an exception, unless it is to be kept."""
         try:
             yield
-        except BaseException as error:
-            with contextlib.suppress(Exception):
-                self._close()
-            self._working.close()
-            if not isinstance(error, _AbandonedError):
-                raise
+        except BaseException:
+            self._undo()
+            raise
+
+    def _undo(self) -> None:
+        """Removes everything, unless it is to be kept."""
+        with contextlib.suppress(Exception):
+            self._close()
+        self._working.close()
 
     @contextlib.contextmanager
     def _blaming(self) -> Iterator[None]:
@@ -296,7 +296,3 @@ class Writer(ABC):
             if error.errno is None:
                 raise OSError(f"{self.path}: {str(error).splitlines()[0]}") from error
             raise OSError(error.errno, os.strerror(error.errno), str(self.path)) from error
-
-
-class _AbandonedError(Exception):
-    """Signals that an exception ended the ``with`` statement; the exception itself propagates."""

@@ -16,10 +16,7 @@ StandardError: TypeAlias = NDArray[np.floating[Any]]
 """How far each vertex may be off; see :data:`dynmesh.sequence.StandardErrorOf`."""
 
 _ACCEPTED = {
-    "b": (
-        "b",
-        "bool, not {}; if it holds a flag for each vertex, convert it with .astype(bool)",
-    ),
+    "b": ("b", "bool, not {}; if it holds a flag for each vertex, convert it with .astype(bool)"),
     "i": ("iu", "integers, not {}"),
     "f": ("f", "floats, not {}"),
 }

@@ -1,18 +1,18 @@
 """The header of a sequence, which describes all frames."""
 
 from dataclasses import dataclass
-from typing import Any, cast, get_args
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .._checks import check_array, check_integer
-from .._errors import InputError
 from ..sequence import (
     Description,
     Sequence,
     StandardErrorOf,
     check_corners,
+    check_errors_of,
     check_faces,
     check_vertices,
 )
@@ -28,12 +28,10 @@ class Header(Description, Flags):
         n_frames: n.
         n_vertices: k.
         dtype: of the positions, float32 or float64.
-        has_known: whether each frame has a known mask.
-        has_provenance: whether each frame has the generation and the age of its vertices.
-        has_standard_error: whether each frame has their standard errors as well.
 
-    The attributes of :class:`dynmesh.Description`, from `fps` to `standard_error_of`, are keywords
-    as well.
+    `has_known`, `has_provenance` and `has_standard_error` say which attributes each frame has. They
+    and the attributes of :class:`dynmesh.Description`, from `fps` to `standard_error_of`, are
+    keywords as well.
 
     Raises:
         TypeError, ValueError: an attribute is of the wrong kind or shape.
@@ -66,12 +64,10 @@ def errors_of(text: str | None) -> StandardErrorOf:
     Raises:
         ValueError: it is none of the possible values.
     """
-    for known in get_args(StandardErrorOf):
-        if text == known:
-            return cast(StandardErrorOf, known)
     if text in (None, "place"):  # as earlier versions called a position
         return "position"
-    raise InputError(f"must be 'position' or 'surface', not {text!r}", argument="standard_error_of")
+    check_errors_of(text)
+    return cast(StandardErrorOf, text)
 
 
 def header_of(sequence: Sequence) -> Header:

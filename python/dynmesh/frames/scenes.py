@@ -42,11 +42,9 @@ class Scene(ABC):
 
 @dataclass(frozen=True)
 class Origin:
-    """The scene that a file is made from.
+    """The scene that a file is made from, and the paths of the meshes that the file replaces.
 
-    Attributes:
-        scene: the scene, which must stay open until the file is complete.
-        meshes: the paths of the meshes that the file replaces.
+    It must stay open until the file is complete.
     """
 
     scene: Scene
@@ -54,12 +52,7 @@ class Origin:
 
 
 def choose_mesh(meshes: Mapping[str, bool], prim: str | None) -> str:
-    """Chooses a mesh by its path, else the only one that moves, else the only one.
-
-    Args:
-        meshes: the paths of all meshes, and whether the points of each change.
-        prim: the requested path, or None.
-    """
+    """Chooses a mesh by its path, else the only one that moves, else the only one."""
     if not meshes:
         raise ValueError("contains no polygon mesh")
     if prim is not None:
@@ -89,13 +82,7 @@ def listed(paths: list[str], most: int = 10) -> str:
 
 
 def check_same_faces(first: Polygons, later: Polygons, when: str) -> None:
-    """Raises an error unless the faces equal those of the first frame.
-
-    Args:
-        first: the faces of the first frame.
-        later: those of another one.
-        when: names that one.
-    """
+    """Raises an error, with `when`, unless later faces equal those of the first frame."""
     if not all(np.array_equal(one, other) for one, other in zip(first, later, strict=True)):
         raise ValueError(
             f"{when}: the faces differ from those of the first frame, but must not change"

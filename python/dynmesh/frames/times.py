@@ -36,20 +36,17 @@ def spacing(times: Sequence[float]) -> float | None:
 
 def rate_of(step: float) -> float | None:
     """Returns frames per second; None for a step of one, as of frame numbers."""
-    return (
-        None if math.isclose(step, 1) else float(f"{1 / step:.12g}")
-    )  # removes the rounding error of the division
+    # The digits remove the rounding error of the division.
+    return None if math.isclose(step, 1) else float(f"{1 / step:.12g}")
 
 
 def frame_number(time: float, fps: float | None, tolerance: float = 1e-9) -> float:
     """Returns the number of the frame at this time, without the rounding error of the division."""
     number = time * (fps or 1)
-    near = (
-        n
-        for n in shortened(number)
-        if math.isclose(n, number, rel_tol=tolerance, abs_tol=tolerance)
-    )
-    return next(near, number)
+    for near in shortened(number):
+        if math.isclose(near, number, rel_tol=tolerance, abs_tol=tolerance):
+            return near
+    return number
 
 
 def uneven(seconds: Sequence[float], fps: float | None = None) -> Timing:

@@ -10,7 +10,7 @@ from typing import Literal
 
 from .. import files
 from .._errors import InputError, KindError, SettingError
-from ..files import CannotResumeError, Target
+from ..files import CannotResumeError
 from ..files.frame_names import FrameNames, single
 from ..frames.scenes import every_mesh
 from .checkpoint import OtherJobError
@@ -126,9 +126,9 @@ def _run(job: Job | TrackingJob, overwrite: bool) -> Result:
         overlay = isinstance(job, Job) and job.overlay
         target = files.target_of(job.output, job.output_format, overlay=overlay)
         try:
-            report = _make(job, target, overwrite, resume=target.writer.resumable)
+            report = _make(job, overwrite, resume=target.writer.resumable)
         except (OtherJobError, CannotResumeError):  # the table has changed, or the files did
-            report = _make(job, target, overwrite, resume=False)
+            report = _make(job, overwrite, resume=False)
     except FileExistsError:
         return Result(job, "exists")
     except SettingError as error:  # its message does not name the file
@@ -148,12 +148,10 @@ def _make_folder(folder: Path) -> None:
         raise NotADirectoryError(error.errno, "exists and is not a folder", str(folder)) from error
 
 
-def _make(
-    job: Job | TrackingJob, target: Target, overwrite: bool, *, resume: bool
-) -> FileReport | TrackFileReport:
+def _make(job: Job | TrackingJob, overwrite: bool, *, resume: bool) -> FileReport | TrackFileReport:
     if isinstance(job, TrackingJob):
         return job.track(overwrite=overwrite, resume=resume)
-    return complete_into(Path(job.input), target, job.checked(), overwrite, resume)
+    return complete_into(job.input, job.output, job, overwrite, resume)
 
 
 def _result_of_scene(job: Job, report: SceneReport, began: float) -> Result:

@@ -132,17 +132,13 @@ class Checkpoint:
             return None
         except IsADirectoryError as error:
             raise CannotResumeError("is a folder", file=self.path) from error
-        except CannotResumeError:
+        except CannotResumeError:  # a ValueError, too
             raise
         except (ValueError, TypeError) as error:
             raise CannotResumeError(
                 "is damaged or of an earlier version", file=self.path
             ) from error
         return Saved(job, Progress(done, written, state, kept))
-
-    def exists(self) -> bool:
-        """Whether there is a checkpoint, of any job."""
-        return self.path.exists()
 
     def is_of_this_job(self) -> bool:
         """Whether there is a checkpoint of this job."""

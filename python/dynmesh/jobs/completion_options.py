@@ -189,10 +189,3 @@ def completion_options(given: SceneKeywords | CompletionKeywords) -> CompletionO
     own["source"] = own.get("source") or {}
     settings = {name: value for name, value in given.items() if name not in names}
     return CompletionOptions(**own, settings=cast(Settings, settings))
-
-
-def keywords_of(options: CompletionOptions) -> CompletionKeywords:
-    """The keywords of a function for the options."""
-    own: Any = {one.name: getattr(options, one.name) for one in fields(CompletionOptions)}
-    settings = own.pop("settings")
-    return cast(CompletionKeywords, own | settings)

@@ -62,8 +62,7 @@ class Directions:
         self._watch = watch
         self._start_frame = start_frame
         self._drop_above = options.drop_above
-        self._done, self._written = progress.done, progress.written
-        self._kept = progress.kept
+        self._done, self._written, _, self._kept = progress
         self._check(progress)
         self._completer = training.completer(start_frame.points, options.settings)
         progress.restore(self._completer, self._pushed())
@@ -127,7 +126,8 @@ class Directions:
                     self._kept = before.pieces()
                     self._done += 1
                     yield
-                self._end_of_pass()
+                if self._done == n_before:  # the second pass begins at the whole frame again
+                    self._completer.reset(self._start_frame.points)
                 for number in range(self._written, n_before):
                     _append(writer, before.frame(number))
                     self._written += 1
@@ -169,11 +169,6 @@ class Directions:
             age=completer.age,
             standard_error=bars,
         )
-
-    def _end_of_pass(self) -> None:
-        """Makes the second pass begin at the whole frame again."""
-        if self._done == self._start_frame.n_before:
-            self._completer.reset(self._start_frame.points)
 
 
 def _backwards(reader: Reader, stop: int) -> Iterator[Frame]:

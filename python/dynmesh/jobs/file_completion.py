@@ -6,7 +6,7 @@ from typing import Unpack
 
 from .. import files
 from .._checks import check_callable, check_path
-from ..files import PathLike, Target
+from ..files import PathLike
 from .checkpoint import Progress, describe_job
 from .completion_options import CompletionKeywords, CompletionOptions, completion_options
 from .directions import Directions, Watch
@@ -91,22 +91,15 @@ def complete_file(
             :func:`dynmesh.create` and :func:`dynmesh.complete`, with the name of the file unless a
             setting is refused.
     """
-    check_path("path", path)
-    check_path("output", output)
-    wanted = completion_options(options).checked()
-    check_callable("watch", watch)
-    check_callable("watch_training", watch_training)
-    target = files.target_of(output, wanted.output_format, overlay=wanted.overlay)
-    if resume:
-        check_resumable(target)
+    wanted = completion_options(options)
     return complete_into(
-        Path(path), target, wanted, overwrite, resume, watch=watch, watch_training=watch_training
+        path, output, wanted, overwrite, resume, watch=watch, watch_training=watch_training
     )
 
 
 def complete_into(
-    path: Path,
-    target: Target,
+    path: PathLike,
+    output: PathLike,
     options: CompletionOptions,
     overwrite: bool,
     resume: bool,
@@ -114,8 +107,17 @@ def complete_into(
     watch: Watch | None = None,
     watch_training: WatchTraining | None = None,
 ) -> FileReport:
-    """As :func:`complete_file`, with the output's format chosen and the options checked."""
-    with open_at_start(path, options) as (reader, start_frame):
+    """As :func:`complete_file`, with an object for the options."""
+    check_path("path", path)
+    check_path("output", output)
+    options = options.checked()
+    check_callable("watch", watch)
+    check_callable("watch_training", watch_training)
+    target = files.target_of(output, options.output_format, overlay=options.overlay)
+    if resume:
+        check_resumable(target)
+    source = Path(path)
+    with open_at_start(source, options) as (reader, start_frame):
         header = options.header(reader.header)
         training = Training(paths_of(options.training), reader, watch_training)
         said = start_frame.described() | training.described() | options.described()
@@ -130,7 +132,7 @@ def complete_into(
             target,
             header,
             job,
-            path,
+            source,
             overwrite=overwrite,
             resume=resume,
             reader=reader,
@@ -142,6 +144,5 @@ def complete_into(
     if not outcome.was_complete:
         told = tally.remarks(header.metres_per_unit)
         remarks = (*outcome.remarks, *start_frame.remarks(options.settings["noise"]), *told)
-    n_frames, done = header.n_frames, outcome.resumed_at
-    report = tally.report(n_frames, done, remarks, start_frame.number)
+    report = tally.report(header.n_frames, outcome.resumed_at, remarks, start_frame.number)
     return replace(report, existed=outcome.existed)

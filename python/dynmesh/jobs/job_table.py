@@ -115,18 +115,12 @@ def _job_of(path: Path, line: int, row: Mapping[str, Any]) -> Job | TrackingJob:
     return Job(*files, **grouped(values))
 
 
-def _number(text: str) -> float:
+def _number(kind: type[int] | type[float], text: str) -> float:
     try:
-        return float(text)
+        return kind(text)
     except ValueError:
-        raise ValueError(f"must be a number, not '{text}'") from None
-
-
-def _whole_number(text: str) -> int:
-    try:
-        return int(text)
-    except ValueError:
-        raise ValueError(f"must be a whole number, not '{text}'") from None
+        what = "a whole number" if kind is int else "a number"
+        raise ValueError(f"must be {what}, not '{text}'") from None
 
 
 def _paths(text: str) -> list[str]:
@@ -143,25 +137,19 @@ def _flag(text: str) -> bool:
     return flags[text.lower()]
 
 
-def _one_of(choices: Iterable[str], text: str) -> str:
-    if text not in choices:
-        raise ValueError(f"must be {' or '.join(choices)}, not '{text}'")
-    return text
-
-
-_READERS: dict[type[Any], Callable[[str], Any]]
-_READERS = {bool: _flag, int: _whole_number, float: _number, str: str}
-
-
 def _read(option: Option, text: str, folder: Path) -> Any:
     """Reads a value from a table in a folder."""
     if option.parse is not None:
         return option.parse(text)
-    if option.choices:
-        return _one_of(option.choices, text)
+    if option.choices and text not in option.choices:
+        raise ValueError(f"must be {' or '.join(option.choices)}, not '{text}'")
     if option.several:
         return tuple(folder / name for name in _paths(text))
-    return folder / text if option.kind is Path else _READERS[option.kind](text)
+    if option.kind is Path:
+        return folder / text
+    if option.kind is bool:
+        return _flag(text)
+    return text if option.kind is str else _number(option.kind, text)
 
 
 _of_completion, _of_tracking = options_of(Job), options_of(TrackingJob)

@@ -1,13 +1,17 @@
 """What the completion of a file has done."""
 
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from .._core import Completer
 from ..calibration import Distances, in_words
 from ..sequence import Mask
+
+_COUNTED = ("known", "filled", "disconnected", "rejected")
 
 LONG = 20
 """Frames after which a hidden part has lost its shape with method motion."""
@@ -71,10 +75,7 @@ class Tally:
     method: str
     trained: bool = False
     seconds: list[float] = field(default_factory=list)
-    known: int = 0
-    filled: int = 0
-    disconnected: int = 0
-    rejected: int = 0
+    counts: Counter[str] = field(default_factory=lambda: Counter(dict.fromkeys(_COUNTED, 0)))
     empty: int = 0
     prior_weight: list[float] = field(default_factory=list)
     prior_share: list[float] = field(default_factory=list)
@@ -89,10 +90,7 @@ class Tally:
         """
         report = completer.report
         self.seconds.append(report.seconds)
-        self.known += report.known
-        self.filled += report.filled
-        self.disconnected += report.disconnected
-        self.rejected += report.rejected
+        self.counts.update({name: getattr(report, name) for name in _COUNTED})
         self.empty += report.known == 0
         if self.trained and report.known and report.filled:
             self.prior_weight.append(report.prior_weight)
@@ -112,7 +110,7 @@ class Tally:
         if words is not None:
             yield words
         if self.dropped:
-            share = 100 * self.dropped / (self.filled + self.disconnected)
+            share = 100 * self.dropped / (self.counts["filled"] + self.counts["disconnected"])
             yield (
                 f"{self.dropped} vertices were left missing, {share:.3g} % of those that were not "
                 "observed, all frames together: their standard error is too large"
@@ -122,15 +120,13 @@ class Tally:
         self, frames: int, resumed_at: int, remarks: tuple[str, ...], start: int
     ) -> FileReport:
         """Returns what was done to a file with that many frames."""
+        counts: dict[str, Any] = dict(self.counts)
         return FileReport(
             frames,
             resumed_at,
             float(np.median(self.seconds)) if self.seconds else None,
-            self.known,
-            self.filled,
-            self.disconnected,
-            self.rejected,
-            remarks,
+            **counts,
+            remarks=remarks,
             completed=len(self.seconds),
             empty=self.empty,
             hidden_long=int(np.count_nonzero(self.hidden_long)),

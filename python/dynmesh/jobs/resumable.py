@@ -85,11 +85,8 @@ class ResumableOutput:
             begin: returns what makes the frames that are left.
 
         Raises:
-            FileExistsError: the output exists, and `resume` does not find it complete.
-            BlockingIOError: another process is writing it.
-            OtherJobError: `resume` finds files of another job, which are kept.
-            CannotResumeError: `resume` finds damaged files, which are kept. Without it, they are
-                set aside, and the remarks say so.
+            FileExistsError, BlockingIOError, OtherJobError, CannotResumeError: as
+                :func:`complete_file` raises them.
             OSError, TypeError, ValueError: the errors of the work and of the writer.
         """
         output, header = self.target.path, self.header
@@ -104,10 +101,8 @@ class ResumableOutput:
             if self.resume:
                 raise
             damage = error
-        complete = self.resume and not self.overwrite and not checkpoint.exists()
+        complete = self.resume and not self.overwrite and not checkpoint.path.exists()
         complete = complete and self._is_complete()
-        if complete:
-            self._check_finished()
         self.target.check(
             overwrite=self.overwrite or complete, reader=self.reader, others=self.others
         )
@@ -133,29 +128,28 @@ class ResumableOutput:
         return Outcome(progress.done, remarks=(*remarks, *writer.remarks))
 
     def _is_complete(self) -> bool:
-        """Whether the output exists and has the size of the job's result."""
+        """Whether the output exists and has the size of the job's result.
+
+        Raises:
+            OtherJobError: it shows that another job has made it. Nothing beside it remembers the
+                job, so this compares what it holds itself.
+        """
         if not self.target.existing():
             return False
-        with (
-            contextlib.suppress(OSError, ValueError),
-            files.open(self.target.path, format=self.target.format) as made,
-        ):
-            wanted = (self.header.n_frames, self.header.n_vertices)
-            return (made.n_frames, made.n_vertices) == wanted
-        return False
-
-    def _check_finished(self) -> None:
-        """Raises an error if the complete output shows that another job has made it.
-
-        Nothing beside it remembers the job, so this compares what it holds itself.
-        """
-        with files.open(self.target.path, format=self.target.format) as reader:
-            differences = list(_differences(reader.header, self.header, self.target.writer))
+        try:
+            with files.open(self.target.path, format=self.target.format) as made:
+                found = made.header
+        except (OSError, ValueError):
+            return False
+        if (found.n_frames, found.n_vertices) != (self.header.n_frames, self.header.n_vertices):
+            return False
+        differences = list(_differences(found, self.header, self.target.writer))
         if differences:
             raise OtherJobError(
                 f"{self.target.path}: is complete, but of another job: {'; '.join(differences)}; "
                 "run with --overwrite to make it anew, or write another output"
             )
+        return True
 
     def _begin_writer(self, folder: Path, progress: Progress) -> Writer:
         if progress.done:

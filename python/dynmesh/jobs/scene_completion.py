@@ -72,10 +72,8 @@ def complete_scene(
             with the only mesh that moves.
         source: how to read the input: `format` and `missing` as in :func:`dynmesh.open`.
         output_format: "usd" or "alembic"; None means the format of the suffix.
-        overlay: whether to write a USD layer that holds the completed points and what follows from
-            them, with the input as its sublayer.
-        provenance: whether to write the generation and the age of every vertex, and with
-            `uncertainty` its standard error.
+        overlay: see :func:`complete_file`.
+        provenance: see :func:`complete_file`.
         drop_above: see :func:`complete_file`.
         overwrite: whether to replace an existing output.
         watch: called with the frames of all meshes, their number and 0; it must pass the frames on.
@@ -218,8 +216,9 @@ class _Job:
                         read.clear()
                 told = passes.tally.remarks(header.metres_per_unit)
                 remarks = (*start_frame.remarks(options.settings["noise"]), *told, *zeros.hint())
-                n_frames, first = header.n_frames, start_frame.number
-                self._reports[mesh] = passes.tally.report(n_frames, 0, remarks, first)
+                self._reports[mesh] = passes.tally.report(
+                    header.n_frames, 0, remarks, start_frame.number
+                )
             if mesh in self._reports:
                 self._take_over(spool.path, header, writing)
 
@@ -246,11 +245,8 @@ class _Job:
         except SettingError:
             raise
         except DynmeshError as error:
-            training_file = error.file if error.file in self._training_files else None
-            place = type(error)(
-                error.reason, argument=error.argument, frame=error.frame, file=training_file
-            )
-            self._failed[mesh] = str(place)
+            error.file = error.file if error.file in self._training_files else None
+            self._failed[mesh] = str(error)
         except (ValueError, TypeError) as error:
             self._failed[mesh] = str(error)
 
@@ -263,13 +259,12 @@ class _Job:
         lost = "the transforms, materials and other objects of the scene"
         if self._still:
             lost += f" and the meshes that do not move ({listed(list(self._still))})"
-        has_overlay = files.formats[self._scene.format].overlay is not None
-        advice = "as .abc, it would keep them"
-        if has_overlay:
-            is_usd = self._target.format == self._scene.format
-            advice = (
-                "--overlay keeps them" if is_usd else "as USD with --overlay, it would keep them"
-            )
+        if files.formats[self._scene.format].overlay is None:
+            advice = "as .abc, it would keep them"
+        elif self._target.format == self._scene.format:
+            advice = "--overlay keeps them"
+        else:
+            advice = "as USD with --overlay, it would keep them"
         yield f"holds the completed meshes without {lost}; {advice}"
 
 

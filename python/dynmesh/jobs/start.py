@@ -95,7 +95,35 @@ def start_in(reader: Reader, start: Start) -> StartFrame:
     """Returns the frame of the sequence from which its completion starts, which must be whole."""
     number = find_whole_frame(reader) if start == "whole" else int(start)
     reader.whole = number
-    return _frame_of(reader, number)
+    n = reader.n_frames
+    if number >= n:
+        raise InputError(
+            f"must be less than the number of frames of {reader.path}, which is {n}, not {number}; "
+            "frames are counted from 0, whatever their numbers in the file",
+            argument="start",
+        )
+    frame = frame_at(reader, number)
+    with locating(frame=number, file=reader.path):
+        check_whole(
+            frame,
+            "; completion starts from a whole frame: --start whole begins at the first one, and "
+            "--template FILE takes one from a file (in Python, start='whole' and template=)",
+        )
+    return StartFrame(np.array(frame.points), number, zeros=_zeros_in(frame.points, reader))
+
+
+def frame_at(reader: Reader, number: int) -> Frame:
+    """Reads one frame."""
+    with contextlib.closing(reader.frames(number, number + 1)) as frames:
+        return next(frames)
+
+
+def template_of(reader: Reader) -> Positions:
+    """Returns a copy of the first frame, which must be whole."""
+    frame = frame_at(reader, 0)
+    with locating(file=reader.path):
+        check_whole(frame, "; a template must be whole")
+    return np.array(frame.points)
 
 
 def find_whole_frame(
@@ -127,34 +155,11 @@ def find_whole_frame(
     )
 
 
-def _frame_of(reader: Reader, number: int) -> StartFrame:
-    """The frame with this number, which must be whole."""
-    n = reader.n_frames
-    if number >= n:
-        raise InputError(
-            f"must be less than the number of frames of {reader.path}, which is {n}, not {number}; "
-            "frames are counted from 0, whatever their numbers in the file",
-            argument="start",
-        )
-    with contextlib.closing(reader.frames(number, number + 1)) as frames:
-        frame = next(frames)
-    with locating(frame=number, file=reader.path):
-        check_whole(
-            frame,
-            "; completion starts from a whole frame: --start whole begins at the first one, and "
-            "--template FILE takes one from a file (in Python, start='whole' and template=)",
-        )
-    return StartFrame(np.array(frame.points), number, zeros=_zeros_in(frame.points, reader))
-
-
 @contextlib.contextmanager
 def _open_with(template: Path, path: Path, source: Source) -> Iterator[tuple[Reader, StartFrame]]:
     """Opens a sequence that has the mesh of a template, or no faces of its own."""
     with files.open(template) as whole:
-        with contextlib.closing(whole.frames(0, 1)) as frames:
-            frame = next(frames)
-        with locating(file=template):
-            check_whole(frame, "; a template must be whole")
+        first = template_of(whole)
         try:
             reader = files.open(path, **source)
         except files.NoFacesError:
@@ -163,15 +168,14 @@ def _open_with(template: Path, path: Path, source: Source) -> Iterator[tuple[Rea
         with reader:
             reader.whole = None
             check_same_mesh(whole, reader)
-            points = np.array(frame.points, reader.dtype)
+            points = first.astype(reader.dtype)
             zeros, scale = _zeros_in(points, reader), _scale_of(points, reader)
             yield reader, StartFrame(points, -1, tuple(whole.files), zeros, scale)
 
 
 def _scale_of(points: Positions, reader: Reader) -> float:
     """Compares the edges with those of which both ends were observed in frame 0."""
-    with contextlib.closing(reader.frames(0, 1)) as frames:
-        first = next(frames)
+    first = frame_at(reader, 0)
     there = observed_in(first) & first.points.any(axis=1)
     ends = edges_of(reader.faces)
     ends = ends[there[ends].all(axis=1)]

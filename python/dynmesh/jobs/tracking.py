@@ -1,6 +1,5 @@
 """Tracking from files of scans to the file of a mesh, with support for interruptions."""
 
-import contextlib
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -18,7 +17,7 @@ from ..sequence import Positions
 from .checkpoint import Progress, describe_job, identity
 from .option import paths_of, takes
 from .resumable import ResumableOutput, check_resumable
-from .start import check_whole
+from .start import template_of
 from .track_report import TrackFileReport
 from .tracking_options import Align, TrackingKeywords, TrackingOptions
 from .training import Training
@@ -72,11 +71,8 @@ def track_file(
         **options: those above.
 
     Raises:
-        FileExistsError: the output exists, and `resume` does not find it complete.
-        BlockingIOError: another process is writing it.
-        OtherJobError: `resume` finds files of another job, which are kept; it says what differs.
-        CannotResumeError: `resume` finds files that are damaged or of another version, which are
-            kept; the message names one.
+        FileExistsError, BlockingIOError, OtherJobError, CannotResumeError: as :func:`complete_file`
+            raises them.
         OSError, ImportError, TypeError, ValueError: a file cannot be read or written; the template
             does not lie in the first scan, the error says how far it is; a unit is stated for the
             scans, but none for the template.
@@ -103,12 +99,14 @@ def track_into(
         check_resumable(target)
     with files.open(options.template) as mesh:
         reader = open_scans(scans, cameras=options.cameras, gaps=options.gaps)
-        units = _units(reader, mesh, options.scan_unit, options.template_unit)
-        factor = _factor(*units, mesh)
+        scan_unit = _unit("scan_unit", options.scan_unit, reader.metres_per_unit)
+        stated = mesh.header.metres_per_unit
+        template_unit = _unit("template_unit", options.template_unit, stated)
+        factor = _factor(scan_unit, template_unit, mesh)
         times = np.arange(reader.n_frames, dtype=np.float64) * reader.step + reader.start
         header = replace(
             mesh.header,
-            metres_per_unit=units[1],
+            metres_per_unit=template_unit,
             n_frames=reader.n_frames,
             fps=options.fps,
             start=reader.start,
@@ -122,8 +120,8 @@ def track_into(
         start = {
             "template": list(map(identity, mesh.files)),
             "cameras": list(map(identity, reader.camera_files)),
-            "scan_unit": units[0],
-            "template_unit": units[1],
+            "scan_unit": scan_unit,
+            "template_unit": template_unit,
             **options.described(),
             **trained.described(),
         }
@@ -175,12 +173,7 @@ class _Tracking:
     def begin(self, progress: Progress) -> "_Tracking":
         """Places the template in the first scan with points, and continues an earlier run."""
         progress.check(self._scans.n_frames, (progress.done,))
-        with contextlib.closing(self._mesh.frames(0, 1)) as frames:
-            frame = next(frames)
-        with locating(file=self._mesh.path):
-            check_whole(frame, "; a template must be whole")
-        placed = self._placed(np.array(frame.points))
-        self._tracker = self._tracker_at(placed)
+        self._tracker = self._tracker_at(self._placed(template_of(self._mesh)))
         self._done = progress.done
         progress.restore(self._tracker, (self._done,))
         return self
@@ -194,13 +187,8 @@ class _Tracking:
             with locating(frame=self._done):
                 points = self._push(scan)
             tracker = self._tracker
-            if writer.header.has_provenance:
-                bars = tracker.standard_error if writer.header.has_standard_error else None
-                writer.append(
-                    points, generation=tracker.generation, age=tracker.age, standard_error=bars
-                )
-            else:
-                writer.append(points)
+            names = writer.header.attributes
+            writer.append(points, **{name: getattr(tracker, name) for name in names})
             self._done += 1
             yield
 
@@ -281,20 +269,9 @@ def _has_points(scan: Scan) -> bool:
     return any(bool(depth.any()) for depth in scan.depth)
 
 
-def _units(
-    scans: ScanReader,
-    mesh: Reader,
-    scan_unit: str | float | None,
-    template_unit: str | float | None,
-) -> tuple[float | None, float | None]:
-    """Returns the metres in a unit of the scans and of the template; None if nothing says."""
-    units = []
-    for name, given, stated in (
-        ("scan_unit", scan_unit, scans.metres_per_unit),
-        ("template_unit", template_unit, mesh.header.metres_per_unit),
-    ):
-        units.append(stated if given is None else given_unit(name, given))
-    return units[0], units[1]
+def _unit(name: str, given: str | float | None, stated: float | None) -> float | None:
+    """Returns the metres in a unit; None if neither the option nor the file says."""
+    return stated if given is None else given_unit(name, given)
 
 
 def _factor(ours: float | None, theirs: float | None, mesh: Reader) -> float:

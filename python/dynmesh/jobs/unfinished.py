@@ -35,14 +35,10 @@ def settle(folder: Path, target: Target, n_frames: int, checkpoint: Checkpoint) 
         saved = checkpoint.read()
         # Killed after that, before the checkpoint was removed.
         placed = saved is not None and saved.progress.written == n_frames
-        placed = placed and not _has_entries(folder / "files")
+        placed = placed and not list((folder / "files").glob("*"))
         if placed or saved is None:
             _clear(folder)
         return placed and saved is not None and saved.job == checkpoint.job
-
-
-def _has_entries(folder: Path) -> bool:
-    return folder.exists() and any(folder.iterdir())
 
 
 def set_aside(folder: Path, output: Path, why: str) -> str:

@@ -6,21 +6,20 @@ other methods and use the same sequences, losses, measurements and tables.
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from .._extras import require_all
 from ..draw.figures import load_pyvista
 from . import charts, pictures, report
 from .claims import Claims, detail_verdicts, verdicts
-from .sequence_study import Plan, seconds_of_frame, seconds_of_work, study
+from .sequence_study import Plan, study
 from .subjects import Subject, built_in, from_file
 
 __all__ = ["reproduce"]
 
-Progress = Callable[[str, float, float], object]
-"""A function of what is being done, the seconds of work done, and the estimated total."""
-
-_SECONDS_PER_PICTURE = 1.2  # a rough estimate, for the progress bar
+Progress = Callable[[str, int, int], object]
+"""A function of what was done, the number of steps done, and that of all steps."""
 
 
 def reproduce(
@@ -69,21 +68,18 @@ def reproduce(
     subjects = _subjects(list(data), plan, up, azimuth)
     out.mkdir(parents=True, exist_ok=True)
 
-    times = [seconds_of_frame(subject, seed) for subject in subjects]
-    work = zip(subjects, times, strict=True)
-    whole = sum(seconds_of_work(subject, plan, seconds) for subject, seconds in work)
-    whole += _SECONDS_PER_PICTURE * (2 + 3 * len(subjects))
-    done = 0.0
+    whole = 2 + len(subjects) * (plan.n_runs + 3)  # runs and pictures
+    done = 0
 
-    def advance(worked: float) -> None:
+    def advance(what: str) -> None:
         nonlocal done
-        done += worked
-        progress(f"measuring {subject.name}", done, whole)
+        done += 1
+        progress(what, done, whole)
 
-    progress("measuring", done, whole)
     studies = []
-    for subject, seconds in zip(subjects, times, strict=True):
-        studies.append(study(subject, plan, seed, seconds, advance))
+    for subject in subjects:
+        step = partial(advance, f"measuring {subject.name}")
+        studies.append(study(subject, plan, seed, step))
 
     claims = Claims(
         [verdict for s in studies for verdict in verdicts(s)],
@@ -97,10 +93,9 @@ def reproduce(
         *(lambda s=s: pictures.figure11(s, out) for s in studies),
     ]
     made = []
-    for number, draw in enumerate(drawing):
-        progress("drawing", done + (whole - done) * number / len(drawing), whole)
+    for draw in drawing:
         made.append(draw())
-    progress("done", whole, whole)
+        advance("drawing")
     kind = "quick run" if quick else "full run"
     kind += "" if plan.frames is None else f" of the first {plan.frames} frames"
     report.write_results(studies, claims, kind, seed, out)

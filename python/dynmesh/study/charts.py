@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,18 +30,16 @@ def figure7(studies: list[Study], folder: Path) -> Path:
             shares = np.array(sorted(study.sweep))
             runs = [study.sweep[share] for share in shares]
             iterations, time, line = row
-            _band(
-                iterations,
-                100 * shares,
-                [r.iterations.astype(np.float64) for r in runs],
-                MOTION.colour,
-                (0, 100),
-            )
-            iterations.set(ylabel="iterations per frame", title=_title(study), ylim=(0, None))
-            _band(time, 100 * shares, [1e3 * r.seconds for r in runs], MOTION.colour, (25, 75))
-            time.set(ylabel="time per frame / ms", ylim=(0, None))
-            for axis in (iterations, time):
-                axis.set(xlabel="known vertices / %", xlim=(0, 100))
+            for axis, values, percentiles in (
+                (iterations, np.array([r.iterations for r in runs]), (0, 100)),
+                (time, np.array([1e3 * r.seconds for r in runs]), (25, 75)),
+            ):
+                _band(axis, shares, values, MOTION, percentiles, opacity=0.25)
+                medians = np.median(values, axis=1)
+                axis.plot(100 * shares, medians, color=MOTION.colour, marker="o", markersize=4)
+                axis.set(xlabel="known vertices / %", xlim=(0, 100), ylim=(0, None))
+            iterations.set(ylabel="iterations per frame", title=_title(study))
+            time.set(ylabel="time per frame / ms")
             _fitted_line(line, study)
         return save(figure, folder, "figure7", is_chart=True)
 
@@ -67,12 +65,16 @@ def compared(
             for method in methods:
                 if not (shares := study.shares(method)):
                     continue
+                at = np.array(shares)
                 runs = [study.grid[method.key, share] for share in shares]
+                errors = np.array([shown(run) for run in runs])
+                times = np.array([1e3 * run.seconds for run in runs])
                 if with_bands:
-                    _bands(row[0], shares, [shown(r) for r in runs], method, (10, 90))
-                    _bands(row[1], shares, [1e3 * r.seconds for r in runs], method, (25, 75))
-                _line(row[0], shares, [shown(r).mean() for r in runs], method)
-                _line(row[1], shares, [1e3 * np.median(r.seconds) for r in runs], method)
+                    _band(row[0], at, errors, method, (10, 90), opacity=0.12)
+                    _band(row[1], at, times, method, (25, 75), opacity=0.12)
+                style: dict[str, Any] = {"color": method.colour, "label": method.label}
+                row[0].plot(100 * at, errors.mean(axis=1), method.dash, **style)
+                row[1].plot(100 * at, np.median(times, axis=1), method.dash, **style)
                 along_frames(row[2], study.grid[method.key, 0.3], method)
             row[0].set(ylabel=NMSVE_LABEL, title=_title(study))
             row[1].set(ylabel="time per frame / ms")
@@ -107,17 +109,17 @@ def _title(study: Study) -> str:
     return f"{study.subject.name}, {study.subject.n_vertices} vertices"
 
 
-def _spread(values: Floats, percentiles: tuple[float, float]) -> tuple[float, float]:
-    low, high = np.percentile(values, percentiles)
-    return float(low), float(high)
-
-
 def _band(
-    axis: "Axes", x: Floats, values: list[Floats], colour: str, percentiles: tuple[float, float]
+    axis: "Axes",
+    shares: Floats,
+    values: Floats,
+    method: Method,
+    percentiles: tuple[int, int],
+    *,
+    opacity: float,
 ) -> None:
-    low, high = zip(*(_spread(v, percentiles) for v in values), strict=True)
-    axis.fill_between(x, low, high, color=colour, alpha=0.25, linewidth=0)
-    axis.plot(x, [np.median(v) for v in values], color=colour, marker="o", markersize=4)
+    low, high = np.percentile(values, percentiles, axis=1)
+    axis.fill_between(100 * shares, low, high, color=method.colour, alpha=opacity, linewidth=0)
 
 
 def _fitted_line(axis: "Axes", study: Study) -> None:
@@ -129,23 +131,6 @@ def _fitted_line(axis: "Axes", study: Study) -> None:
     axis.plot(ends, fit.slope * ends + fit.intercept, color="#333333", linewidth=1.2, label=label)
     axis.set(xlabel="unknown vertices", ylabel="time per frame / ms", ylim=(0, None))
     axis.legend(loc="upper left")
-
-
-def _bands(
-    axis: "Axes",
-    shares: list[float],
-    values: list[Floats],
-    method: Method,
-    percentiles: tuple[float, float],
-) -> None:
-    low, high = zip(*(_spread(v, percentiles) for v in values), strict=True)
-    percents = 100 * np.array(shares)
-    axis.fill_between(percents, low, high, color=method.colour, alpha=0.12, linewidth=0)
-
-
-def _line(axis: "Axes", shares: list[float], values: list[float], method: Method) -> None:
-    percents = 100 * np.array(shares)
-    axis.plot(percents, values, method.dash, color=method.colour, label=method.label)
 
 
 def along_frames(axis: "Axes", run: Run, method: Method, label: str | None = None) -> None:

@@ -1,12 +1,9 @@
 """Lines fitted to measurements."""
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-
-Numbers = Sequence[float] | NDArray[np.floating]
 
 
 class LinearFit(NamedTuple):
@@ -17,10 +14,8 @@ class LinearFit(NamedTuple):
     r_squared: float
 
 
-def fit_line(x: Numbers, measured: Numbers) -> LinearFit:
+def fit_line(x: NDArray[np.float64], measured: NDArray[np.float64]) -> LinearFit:
     """Fit a line to what was measured at `x`, by least squares."""
-    at, values = np.asarray(x, np.float64), np.asarray(measured, np.float64)
-    slope, intercept = np.polyfit(at, values, 1)
-    residual, spread = values - (slope * at + intercept), values - values.mean()
-    r_squared = 1 - residual @ residual / (spread @ spread)
-    return LinearFit(float(slope), float(intercept), float(r_squared))
+    slope, intercept = np.polyfit(x, measured, 1)
+    correlation = np.corrcoef(x, measured)[0, 1]
+    return LinearFit(float(slope), float(intercept), float(correlation**2))

@@ -24,8 +24,7 @@ def scenario_masks(name: str, subject: Subject, seed: int = 0) -> list[Mask]:
     if name == "camera":
         # The camera circles the positions of all frames, so that no vertex leaves the picture.
         everywhere = subject.vertices.reshape(-1, 3)
-        up = (float(subject.up == "x"), float(subject.up == "y"), float(subject.up == "z"))
-        cameras = degrade.orbit(everywhere, up=up)
+        cameras = degrade.orbit(everywhere, up=subject.up_vector)
         return list(degrade.camera_known(subject.vertices, subject.faces, cameras))
     shape = (subject.n_frames, subject.n_vertices)
     return list(degrade.patch_known(subject.faces, *shape, 0.3, seed=seed))

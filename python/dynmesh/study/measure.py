@@ -72,7 +72,6 @@ def run(
     masks: Iterable[Mask],
     *,
     keep: Iterable[int] = (),
-    advance: Callable[[int], object] = lambda _: None,
     with_error: bool = True,
     clock: Callable[[], float] = time.thread_time,
 ) -> Run:
@@ -83,7 +82,6 @@ def run(
         method: the method.
         masks: (k,) bool for every frame, that of frame 0 included.
         keep: the numbers of the frames to keep.
-        advance: called with the number of frames that were completed since the last call.
         with_error: whether NMSVE is measured.
         clock: tells the seconds, by default the processor time.
 
@@ -116,7 +114,6 @@ def run(
             if with_error:
                 first = number - len(waiting)
                 result.nmsve[first:number] = nmsve(subject, range(first + 1, number + 1), waiting)
-            advance(len(waiting))
             waiting = []
     return result
 

@@ -36,26 +36,18 @@ class _Streaming(Completion):
         return self._completer.push(points, known, out=self._completed)
 
 
-class _Alone(Completion):
-    """A baseline that completes each frame without any memory, as in the paper."""
+class _Baseline(Completion):
+    """Completes each frame alone, as in the paper, or the motion since the last completed frame."""
 
-    def __init__(self, system: Baseline) -> None:
+    def __init__(self, system: Baseline, previous: Positions | None) -> None:
         self._system = system
+        self._previous = previous
 
     def complete(self, points: Positions, known: Mask) -> Positions:
-        return self._system.complete(points, known)
-
-
-class _OnMotion(Completion):
-    """A baseline that is applied to the motion since the last completed frame."""
-
-    def __init__(self, system: Baseline, first_frame: Positions) -> None:
-        self._system = system
-        self._previous = first_frame
-
-    def complete(self, points: Positions, known: Mask) -> Positions:
-        self._previous = self._system.complete(points, known, previous=self._previous)
-        return self._previous
+        completed = self._system.complete(points, known, previous=self._previous)
+        if self._previous is not None:
+            self._previous = completed
+        return completed
 
 
 def dynmesh_method(
@@ -77,11 +69,11 @@ def dynmesh_method(
 
 
 def _alone(make: Callable[[Faces, int], Baseline]) -> Callable[[Faces, Positions], Completion]:
-    return lambda faces, first_frame: _Alone(make(faces, len(first_frame)))
+    return lambda faces, first: _Baseline(make(faces, len(first)), None)
 
 
 def _on_motion(make: Callable[[Faces, int], Baseline]) -> Callable[[Faces, Positions], Completion]:
-    return lambda faces, first_frame: _OnMotion(make(faces, len(first_frame)), first_frame)
+    return lambda faces, first: _Baseline(make(faces, len(first)), first)
 
 
 def _harmonic(faces: Faces, n_vertices: int) -> LaplacianInterpolation:

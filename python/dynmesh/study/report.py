@@ -80,12 +80,10 @@ def write_report(
         parts.append(f"<h2>{escape(study.subject.name)}: error and time of every method</h2>")
         parts.append(html(sequence_table(study, COMPARED)))
     parts.append("<h2>Figures</h2>")
-    shown = set()
+    titles = dict(_TITLES)
     for picture in pictures:
-        figure = picture.stem.split("_")[0]
-        if figure not in shown:
-            parts.append(f"<p>{escape(_TITLES[figure])}</p>")
-            shown.add(figure)
+        if title := titles.pop(picture.stem.split("_")[0], ""):
+            parts.append(f"<p>{escape(title)}</p>")
         data = base64.b64encode(picture.read_bytes()).decode()
         parts.append(f"<img alt='{escape(picture.stem)}' src='data:image/png;base64,{data}'>")
     path = folder / "report.html"

@@ -9,7 +9,7 @@ from .completion import Method
 from .losses import PAPER_SHARES, SCENARIOS
 from .measure import Run
 from .sequence_study import Study
-from .tables import ABSENT, Line, milliseconds, nmsve_cell, percent
+from .tables import ABSENT, Line, by_row_and_column, milliseconds, nmsve_cell, percent
 
 _DIVERGES = 1.0  # bounding-box diagonals
 
@@ -27,26 +27,20 @@ def sequence_table(study: Study, methods: Iterable[Method]) -> list[Line]:
 
 def claims_table(claims: list[Verdict]) -> list[Line]:
     """Tabulate on which sequences each claim holds."""
-    sequences = list(dict.fromkeys(claim.sequence for claim in claims))
-    holds = {(claim.claim, claim.sequence): claim.holds for claim in claims}
-    lines: list[Line] = [("claim", *sequences)]
-    for words in dict.fromkeys(claim.claim for claim in claims):
-        lines.append((words, *(_verdict(holds.get((words, name))) for name in sequences)))
-    return lines
+    return by_row_and_column("claim", {(c.claim, c.sequence): _verdict(c.holds) for c in claims})
 
 
 def evidence_table(claims: list[Verdict]) -> list[Line]:
     """Tabulate each claim with the numbers that confirm or refute it."""
     lines: list[Line] = [("claim", "sequence", "verdict", "measured")]
-    for words in dict.fromkeys(verdict.claim for verdict in claims):
-        for v in claims:
-            if v.claim == words:
-                lines.append((v.claim, v.sequence, _verdict(v.holds), v.evidence))
+    order = [verdict.claim for verdict in claims]
+    for v in sorted(claims, key=lambda verdict: order.index(verdict.claim)):
+        lines.append((v.claim, v.sequence, _verdict(v.holds), v.evidence))
     return lines
 
 
-def _verdict(holds: bool | None) -> str:
-    return ABSENT if holds is None else "holds" if holds else "**does not hold**"
+def _verdict(holds: bool) -> str:
+    return "holds" if holds else "**does not hold**"
 
 
 def _error_and_time(run: Run | None) -> str:

@@ -1,7 +1,7 @@
 """Everything that is measured on one sequence."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from ..sequence import Mask
 from .completion import Method
@@ -11,8 +11,8 @@ from .methods import COMPARED, MOTION
 from .subjects import Subject
 from .tables import percent
 
-Advance = Callable[[float], object]
-"""A function of the estimated seconds of the work that was done since its last call."""
+Advance = Callable[[], object]
+"""A function that is called after each run."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +28,11 @@ class Plan:
     frames: int | None = None
     shares: tuple[float, ...] = tuple(round(0.1 * step, 1) for step in range(1, 10))
     sweep: tuple[float, ...] = tuple(round(0.05 * step, 2) for step in range(1, 20))
+
+    @property
+    def n_runs(self) -> int:
+        """The number of runs of methods over a sequence."""
+        return len(self.sweep) + len(COMPARED) * (len(self.shares) + len(SCENARIOS))
 
     @classmethod
     def quick(cls) -> "Plan":
@@ -74,8 +79,7 @@ class Study:
         method: Method,
         shares: Iterable[float],
         scenarios: Iterable[str] = tuple(SCENARIOS),
-        advance: Advance = lambda _: None,
-        seconds: float = 0.0,
+        advance: Advance = lambda: None,
     ) -> None:
         """Add the runs of a method; nothing is added if one of them fails.
 
@@ -83,21 +87,16 @@ class Study:
             method: the method.
             shares: the shares of known vertices.
             scenarios: names of `SCENARIOS`.
-            advance: called while work is being done.
-            seconds: the time of a frame, as it is told to `advance`.
+            advance: called after each run.
 
         Raises:
             ImportError, ValueError, RuntimeError: the method cannot complete the sequence.
         """
 
         def measured(masks: Iterable[Mask]) -> Run:
-            return run(
-                self.subject,
-                method,
-                masks,
-                keep=pictured_frames(self.subject).values(),
-                advance=lambda frames: advance(frames * seconds),
-            )
+            found = run(self.subject, method, masks, keep=pictured_frames(self.subject).values())
+            advance()
+            return found
 
         for name in scenarios:
             if name not in self.hidden:
@@ -124,36 +123,13 @@ def pictured_frames(subject: Subject) -> dict[str, int]:
     return {figure: subject.frame_at(place) for figure, place in places.items()}
 
 
-def seconds_of_frame(subject: Subject, seed: int) -> dict[str, float]:
-    """Run each method on a few frames, and return the time of a frame by method key."""
-    few = replace(subject, vertices=subject.vertices[:4])
-    return {
-        method.key: float(run(few, method, random_masks(few, 0.3, seed)).seconds.mean())
-        for method in COMPARED
-    }
-
-
-def seconds_of_work(subject: Subject, plan: Plan, seconds: dict[str, float]) -> float:
-    """Estimate how long `study` will take, from the times of a frame by method key."""
-    frame = (len(plan.shares) + len(SCENARIOS)) * sum(seconds.values())
-    frame += len(plan.sweep) * seconds[MOTION.key]
-    return frame * (subject.n_frames - 1)
-
-
-def study(
-    subject: Subject, plan: Plan, seed: int, seconds: dict[str, float], advance: Advance
-) -> Study:
-    """Measure everything on one sequence, where a frame takes so many seconds by method key."""
+def study(subject: Subject, plan: Plan, seed: int, advance: Advance) -> Study:
+    """Measure everything on one sequence."""
     result = Study(subject, seed)
     for share in plan.sweep:
         masks = random_masks(subject, share, seed)
-        result.sweep[share] = run(
-            subject,
-            MOTION,
-            masks,
-            advance=lambda frames: advance(frames * seconds[MOTION.key]),
-            with_error=False,
-        )
+        result.sweep[share] = run(subject, MOTION, masks, with_error=False)
+        advance()
     for method in COMPARED:
-        result.measure(method, plan.shares, advance=advance, seconds=seconds[method.key])
+        result.measure(method, plan.shares, advance=advance)
     return result

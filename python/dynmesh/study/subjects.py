@@ -44,6 +44,11 @@ class Subject:
         return metrics.bounding_box_diagonal(self.vertices[0])
 
     @property
+    def up_vector(self) -> tuple[float, float, float]:
+        """The unit vector along the axis that points up."""
+        return float(self.up == "x"), float(self.up == "y"), float(self.up == "z")
+
+    @property
     def n_frames(self) -> int:
         """The number of frames, frame 0 included."""
         return int(self.vertices.shape[0])

@@ -1,7 +1,7 @@
 """Tables, and the text of their cells, for Markdown and for HTML."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from html import escape
 
 import numpy as np
@@ -26,6 +26,15 @@ def markdown(lines: Sequence[Line]) -> str:
     return "\n".join(rows)
 
 
+def by_row_and_column(corner: str, cells: Mapping[tuple[str, str], str]) -> list[Line]:
+    """Return the lines of a table from its cells by row and column, both in order of appearance."""
+    columns = list(dict.fromkeys(column for _, column in cells))
+    lines: list[Line] = [(corner, *columns)]
+    for row in dict.fromkeys(row for row, _ in cells):
+        lines.append((row, *(cells.get((row, column), ABSENT) for column in columns)))
+    return lines
+
+
 def html(lines: Sequence[Line]) -> str:
     """Return the same table in HTML; `**` still marks bold text, and cells may have line breaks."""
     head, *rows = lines
@@ -37,11 +46,6 @@ def html(lines: Sequence[Line]) -> str:
 
 def _cell(text: str) -> str:
     return re.sub(r"\*\*(.*?)\*\*", r"<b>\1</b>", escape(text)).replace("\n", "<br>")
-
-
-def median(values: list[float]) -> float:
-    """Return the median, or NaN if there are no values."""
-    return float(np.median(values)) if values else float("nan")
 
 
 def mean(values: list[float]) -> float:

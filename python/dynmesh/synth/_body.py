@@ -202,8 +202,7 @@ def _neighbour_table(squares: Integers) -> Integers:
 
 def _averaged(values: Floats, neighbours: Integers) -> Floats:
     """Return each vertex's mean over its row of `neighbours`: one step of diffusion."""
-    averaged: Floats = np.mean([values[column] for column in neighbours.T], axis=0)
-    return averaged
+    return np.asarray(np.mean([values[column] for column in neighbours.T], axis=0))
 
 
 class _Flesh:
@@ -223,8 +222,7 @@ class _Flesh:
 
     def nearest(self, points: Floats) -> Integers:
         """Return the index of the capsule nearest to each of `points` (k, 3)."""
-        nearest: Integers = np.argmin(self._distances(points)[0], axis=1)
-        return nearest
+        return np.asarray(np.argmin(self._distances(points)[0], axis=1))
 
     def project(self, points: Floats) -> Floats:
         """Return `points` (k, 3) moved by one Newton step towards the surface."""
@@ -236,8 +234,7 @@ class _Flesh:
         pull = shares / (total * lengths)
         axis_points = pull @ self._starts + (pull * along) @ self._spans
         gradient = points * pull.sum(axis=1, keepdims=True) - axis_points
-        steps: Floats = level * gradient / np.sum(gradient**2, axis=1, keepdims=True)
-        return points - steps
+        return np.asarray(points - level * gradient / np.sum(gradient**2, axis=1, keepdims=True))
 
     def _distances(self, points: Floats) -> tuple[Floats, Floats, Floats]:
         """Return (k, c) distances to the capsules and their axes, and places in 0..1 on these."""
@@ -283,8 +280,7 @@ def _quaternions(rotations: Floats) -> Floats:
         outer[:, i + 1, j + 1] = outer[:, j + 1, i + 1] = rotations[:, i, j] + rotations[:, j, i]
     longest = np.argmax(np.diagonal(outer, axis1=1, axis2=2), axis=1)
     rows = outer[np.arange(len(outer)), longest]
-    quaternions: Floats = rows / np.linalg.norm(rows, axis=1, keepdims=True)
-    return quaternions
+    return np.asarray(rows / np.linalg.norm(rows, axis=1, keepdims=True))
 
 
 def _cross(a: Floats, b: Floats) -> Floats:

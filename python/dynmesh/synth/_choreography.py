@@ -263,8 +263,7 @@ def _track(times: Floats, keys: Keys) -> Floats:
     u = np.clip((times - knots[i]) / widths[i], 0.0, 1.0)
     eased = values[:, i] + np.diff(values)[:, i] * u * u * (3.0 - 2.0 * u)
     bulge = slopes[:, i] * (1.0 - u) - slopes[:, i + 1] * u
-    track: Floats = eased + widths[i] * u * (1.0 - u) * bulge
-    return track
+    return np.asarray(eased + widths[i] * u * (1.0 - u) * bulge)
 
 
 def _attach(pose: Pose, bone: Bone, parent: Bone, local: Floats) -> None:
@@ -330,8 +329,7 @@ def _mixed(start: Floats, end: Floats, share: Floats) -> Floats:
 
 def _applied(rotations: Floats, vectors: Floats) -> Floats:
     """Return `vectors` (n, 3) rotated."""
-    applied: Floats = (rotations @ vectors[:, :, None])[:, :, 0]
-    return applied
+    return np.asarray((rotations @ vectors[:, :, None])[:, :, 0])
 
 
 def _turn(axis: int, degrees: Floats) -> Floats:

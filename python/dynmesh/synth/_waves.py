@@ -56,8 +56,7 @@ def _amplitudes(k: Floats, length: Floats, seed: int) -> NDArray[np.complex128]:
     real, imaginary = np.random.default_rng(seed).standard_normal((2, *length.shape))
     drawn = np.sqrt(power) * (real + 1j * imaginary)
     # Half the power of a complex wave is in its real part, the surface.
-    amplitudes: NDArray[np.complex128] = drawn * _HEIGHT / np.sqrt(np.sum(np.abs(drawn) ** 2) / 2.0)
-    return amplitudes
+    return np.asarray(drawn * _HEIGHT / np.sqrt(np.sum(np.abs(drawn) ** 2) / 2.0))
 
 
 def _faces(grid: int) -> NDArray[np.int32]:

@@ -106,56 +106,34 @@ losses = [
     *_wrong_frames,
     _random("`share`: 30, for 30 %", lambda _: degrade.random_known(5, 49, 30), ValueError, "share:", "30"),
     _random("`share`: NaN", lambda _: degrade.random_known(5, 49, _NAN), ValueError, "share:", "nan"),
-    _random("`n_vertices`: 49.0", lambda _: degrade.random_known(5, 49.0, 0.5), TypeError, "n_vertices:", "49.0"),  # type: ignore[arg-type]
     _camera("no camera for frame 2", lambda w: _seen(w, [w.points] * 4, lambda frame: w.cameras(frame) if frame < 2 else []), ValueError, "cameras:", "frame 2"),
-    _camera("`faces`: float64", lambda w: degrade.camera_known([], w.faces * 1.0, w.cameras), TypeError, "faces:", "float64"),
     _camera("no camera", lambda w: _seen(w, [w.points], []), ValueError, "cameras:", "none"),
     _camera("something else for a camera", lambda w: _seen(w, [w.points], [3]), TypeError, "cameras: item 0", "3"),
     _camera("`frames`: lists", lambda w: _seen(w, [w.points.tolist()]), TypeError, "frame 0:", "list"),
-    _camera("`faces`: a list", lambda w: degrade.camera_known([], [[0, 1, 2]], w.cameras), TypeError, "faces:", "list"),  # type: ignore[arg-type]
     _patch("`patches`: 0", lambda w: degrade.patch_known(w.faces, 5, 49, 0.5, patches=0), ValueError, "patches:", "not 0"),
     _patch("`lifetime`: 0", lambda w: degrade.patch_known(w.faces, 5, 49, 0.5, lifetime=0), ValueError, "lifetime:", "not 0"),
-    _patch("`lifetime`: 1.5", lambda w: degrade.patch_known(w.faces, 5, 49, 0.5, lifetime=1.5), TypeError, "lifetime:", "1.5"),  # type: ignore[arg-type]
     _patch("`n_vertices`: too few", lambda w: degrade.patch_known(w.faces, 5, 40, 0.5), ValueError, "faces: face 29", "vertex 40"),
     _dropout("`share`: -0.1", lambda _: degrade.dropout(5, 49, -0.1), ValueError, "share:", "-0.1"),
-    _noise("`seed`: -1", lambda w: degrade.add_noise([], w.faces, 0.1, seed=-1), ValueError, "seed:", "-1"),
-    _noise("`faces`: float64", lambda w: degrade.add_noise([], w.faces * 1.0, 0.1), TypeError, "faces:", "float64"),
     _noise("`sigma`: -1", lambda w: _noisy(w, [w.points], -1), ValueError, "sigma:", "-1"),
-    _noise("`sigma`: NaN", lambda w: _noisy(w, [w.points], _NAN), ValueError, "sigma:", "nan"),
     _noise("`sigma`: 1e300, for float32", lambda w: _noisy(w, [w.points.astype(np.float32)] * 2, 1e300), ValueError, "frame 1: vertex 0", "float32"),
-    _noise("no faces", lambda w: list(degrade.add_noise([w.points], w.faces[:0], 0.1)), ValueError, "frame 0", "edges"),
     _outliers("`share`: 1.1", lambda w: degrade.add_outliers([], w.faces, 1.1), ValueError, "share:", "1.1"),
-    _outliers("`seed`: -1", lambda w: degrade.add_outliers([], w.faces, 0.1, seed=-1), ValueError, "seed:", "-1"),
     _outliers("`faces`: (m, 2)", lambda w: degrade.add_outliers([], w.faces[:, :2], 0.1), ValueError, "faces:", "(72, 2)"),
     _outliers("`distance`: 0", lambda w: degrade.add_outliers([], w.faces, 0.1, distance=0), ValueError, "distance:", "not 0"),
     _orbit("`n_cameras`: 0", lambda w: degrade.orbit(w.points, 0), ValueError, "n_cameras:", "not 0"),
     _orbit("`degrees_per_frame`: infinity", lambda w: degrade.orbit(w.points, degrees_per_frame=np.inf), ValueError, "degrees_per_frame:", "inf"),
-    _orbit("`distance`: -1", lambda w: degrade.orbit(w.points, distance=-1), ValueError, "distance:", "-1"),
     _orbit("`first_frame`: NaN in it", lambda w: degrade.orbit(w.with_value(_NAN)), ValueError, "first_frame:", "vertex 4"),
-    _orbit("`first_frame`: no vertex", lambda w: degrade.orbit(w.empty), ValueError, "first_frame:", "(0, 3)"),
-    _orbit("`first_frame`: integers", lambda w: degrade.orbit(w.points.astype(int)), TypeError, "first_frame:", "int64"),
     _orbit("`up`: zero", lambda w: degrade.orbit(w.points, 1, up=(0, 0, 0)), ValueError, "up:", "(0, 0, 0)"),
-    _orbit("`up`: two numbers", lambda w: degrade.orbit(w.points, 1, up=(0, 1)), ValueError, "up:", "(0, 1)"),  # type: ignore[arg-type]
-    _orbit("`up`: a number", lambda w: degrade.orbit(w.points, 1, up=5), TypeError, "up:", "5"),  # type: ignore[arg-type]
     _orbit("`elevation`: 90", lambda w: degrade.orbit(w.points, 1, elevation=90), ValueError, "elevation:", "not 90"),
     _orbit("all vertices in one place", lambda w: degrade.orbit(0 * w.points, 1), ValueError, "first_frame:"),
     _eye("`target` is `position`", lambda _: degrade.Camera((1, 2, 3), (1, 2, 3), (0, 0, 1)), ValueError, "target:", "(1, 2, 3)"),
     _eye("`target`: two numbers", lambda _: _cameraof(target=(1, 2)), ValueError, "target:", "(1, 2)"),
-    _eye("`position`: NaN", lambda _: _cameraof(position=(0, _NAN, 0)), ValueError, "position:", "nan"),
     _eye("`up`: text", lambda _: _cameraof(up=(0, 0, "x")), TypeError, "up:", "'x'"),
     _eye("`up`: parallel to the view", lambda _: _cameraof(up=(2, 0, 0)), ValueError, "up:", "parallel"),
-    _eye("`up`: zero", lambda _: _cameraof(up=(0, 0, 0)), ValueError, "up:", "zero"),
     _eye("`field_of_view`: 0", lambda _: _cameraof(field_of_view=0), ValueError, "field_of_view:", "not 0"),
-    _eye("`field_of_view`: 180", lambda _: _cameraof(field_of_view=180), ValueError, "field_of_view:", "not 180"),
     _eye("`field_of_view`: NaN", lambda _: _cameraof(field_of_view=_NAN), ValueError, "field_of_view:", "nan"),
-    _eye("`field_of_view`: None", lambda _: _cameraof(field_of_view=None), TypeError, "field_of_view:", "None"),
     _synth("`ocean(1, grid=1)`", lambda _: synth.ocean(1, grid=1), ValueError, "grid:", "not 1"),
     _synth("`ocean(5, fps='x')`", lambda _: synth.ocean(5, fps="x"), TypeError, "fps:", "'x'"),  # type: ignore[arg-type]
     _synth("`walker(5, seed=-1)`", lambda _: synth.walker(5, seed=-1), ValueError, "seed:", "-1"),
-    _synth("`walker(0)`", lambda _: synth.walker(0), ValueError, "frames:", "not 0"),
-    _synth("`ocean(0)`", lambda _: synth.ocean(0), ValueError, "frames:", "not 0"),
-    _synth("`walker(2.5)`", lambda _: synth.walker(2.5), TypeError, "frames:", "2.5"),  # type: ignore[arg-type]
-    _synth("`ocean(5, fps=0)`", lambda _: synth.ocean(5, fps=0), ValueError, "fps:", "not 0"),
 ]  # fmt: skip
 
 cases = losses

@@ -24,7 +24,7 @@ from dynmesh.files.scans import (
 )
 
 from .case import Case, World
-from .commands import shell_case
+from .commands import misused, refused
 from .functions import of
 
 _NAN = float("nan")
@@ -35,19 +35,12 @@ _CAMERAS: dict[str, Callable[[dict[str, Any]], Any]] = {
     "skew": lambda c: c["camera_to_world"][0].__setitem__(0, 1.1),
     "mirrored": lambda c: c["camera_to_world"][0].__setitem__(0, -1.0),
     "last_row": lambda c: c["camera_to_world"][3].__setitem__(0, 1),
-    "three_rows": lambda c: c["camera_to_world"].pop(),
     "huge": lambda c: c["camera_to_world"][0].__setitem__(3, 10**400),
-    "text": lambda c: c["camera_to_world"][0].__setitem__(3, "near"),
     "nan": lambda c: c["intrinsics"][0].__setitem__(2, _NAN),
     "no_focus": lambda c: c["intrinsics"][1].__setitem__(1, 0),
     "projective": lambda c: c["intrinsics"][2].__setitem__(0, 0.1),
-    "slanted": lambda c: c["intrinsics"][1].__setitem__(0, 2.0),
-    "no_scale": lambda c: c.pop("depth_scale"),
-    "zero_scale": lambda c: c.update(depth_scale=0),
-    "half_size": lambda c: c.update(width=640),
     "distorted": lambda c: c.update(distortion=[0.1, 0]),
     "odd_name": lambda c: c.update(name="left/1"),
-    "nameless": lambda c: c.pop("name"),
 }
 """What is wrong with a file of cameras, by its name."""
 
@@ -91,10 +84,6 @@ def prepare(world: World) -> None:
         "unit": told | {"unit": "inch"},
         "twice": told | {"cameras": told["cameras"] * 2},
         "two": told | {"cameras": [told["cameras"][0], told["cameras"][0] | {"name": "right"}]},
-        "no_list": told | {"cameras": told["cameras"][0]},
-        "no_cameras": {"unit": "m"},
-        "none": told | {"cameras": []},
-        "list": told["cameras"],
         "other_field": told | {"scale": 1},
     }.items():
         (folder / f"rig_{name}.json").write_text(json.dumps(changed))
@@ -117,11 +106,9 @@ def prepare(world: World) -> None:
 
 def _write_images(folder: Path) -> None:
     """Writes folders of depth images with one fault each."""
-    grey, colours = np.full((3, 4), 900, np.uint16), np.zeros((3, 4, 3), np.uint8)
+    grey = np.full((3, 4), 900, np.uint16)
     for name, images in {
         "empty_image": {"00000_left": b""},
-        "colours": {"00000_left": _png(colours)},
-        "cut_image": {"00000_left": _png(grey)[:45]},
         "two_sizes": {"00000_left": _png(grey), "00001_left": _png(grey[:2, :3])},
         "dropped": dict.fromkeys(["00000_left", "00000_right", "00001_left"], _png(grey)),
     }.items():
@@ -179,19 +166,13 @@ cases = [
     _points("`cameras`: 0", _scan(cameras=0), ValueError, "cameras:", "not 0"),
     _points("`cameras`: none", _scan(cameras=[]), ValueError, "cameras:", "at least one"),
     _points("`cameras`: a name", _scan(cameras=["left"]), TypeError, "cameras:", "'left'"),
-    _points("`noise`: -1", _scan(noise=-1), ValueError, "noise:", "not -1"),
     _points("`noise`: NaN", _scan(noise=_NAN), ValueError, "noise:", "nan"),
     _points("`missing`: 1", _scan(missing=1), ValueError, "missing:", "not 1"),
-    _points("`holes`: -0.1", _scan(holes=-0.1), ValueError, "holes:", "-0.1"),
     _points("`flying`: text", _scan(flying="many"), TypeError, "flying:", "'many'"),
-    _points("`outliers`: 2", _scan(outliers=2), ValueError, "outliers:", "not 2"),
     _points("`seed`: -1", _scan(seed=-1), ValueError, "seed:", "not -1"),
-    _points("`up`: zero", _scan(up=(0, 0, 0)), ValueError, "up:", "(0, 0, 0)"),
-    _points("`faces`: a list", _scan(faces=[[0, 1, 2]]), TypeError, "faces:", "list"),
     _points("a frame is not finite", lambda w: _scan(frames=[w.with_value(_NAN)])(w), ValueError, "frame 0:", "vertex 4"),
     _points("a frame has another shape", lambda w: _scan(frames=[w.vertices, w.points[:9]])(w), ValueError, "frame 1:", "(9, 3)"),
     _depth("`width`: 0", _image(width=0), ValueError, "width:", "not 0"),
-    _depth("`height`: -3", _image(height=-3), ValueError, "height:", "not -3"),
     _depth("`noise`: infinity", _image(noise=np.inf), ValueError, "noise:", "inf"),
     _cloud("words.xyz", "a word", "line 2:", "'five'"),
     _cloud("short.xyz", "two coordinates", "line 2:", "2 words"),
@@ -208,25 +189,14 @@ cases = [
     _cameras("skew", "a pose that is no rotation", "camera 0: camera_to_world:", "0.21"),
     _cameras("mirrored", "a pose that mirrors", "camera 0: camera_to_world:", "mirrors"),
     _cameras("last_row", "a pose whose last row is another", "camera_to_world:", "1 0 0 1"),
-    _cameras("three_rows", "a pose of three rows", "camera_to_world:", "4 rows", "has 3 rows of 4"),
     _cameras("huge", "a number that is too large", "camera_to_world: row 0:", "inf"),
-    _cameras("text", "a word", "camera_to_world: row 0:", "'near'"),
     _cameras("nan", "NaN", "intrinsics: row 0:", "nan"),
     _cameras("no_focus", "a focal length of 0", "intrinsics:", "row 1", "not 0"),
     _cameras("projective", "intrinsics whose last row is another", "intrinsics:", "0.1 0 1"),
-    _cameras("slanted", "intrinsics that are not triangular", "intrinsics:", "not 2"),
-    _cameras("no_scale", "no `depth_scale`", "depth_scale:", "missing"),
-    _cameras("zero_scale", "`depth_scale`: 0", "depth_scale:", "not 0"),
-    _cameras("half_size", "a width without a height", "height:", "missing"),
     _cameras("distorted", "an unknown field", "'distortion'", "intrinsics"),
     _cameras("odd_name", "a name with a slash", "name:", "'left/1'"),
-    _cameras("nameless", "no name", "name:", "missing"),
     _cameras("unit", "an unknown unit", "unit:", "'inch'"),
     _cameras("twice", "two cameras of one name", "camera 1: name:", "'left'"),
-    _cameras("no_list", "one camera without a list", "cameras:", "{'name': 'left'"),
-    _cameras("no_cameras", "no `cameras`", "cameras:", "missing"),
-    _cameras("none", "no camera", "cameras:", "none"),
-    _cameras("list", "a list", "'cameras'"),
     _cameras("other_field", "an unknown field beside the cameras", "'scale'"),
     _cameras("cut", "it is cut", "line 2, column 14"),
     _cameras("deep", "a hundred thousand brackets", "deep"),
@@ -236,10 +206,7 @@ cases = [
     _open("another format", lambda _: open_scans("body.obj"), ValueError, "body.obj:", "'.obj'"),
     _open("depth images without cameras", lambda _: open_scans("image"), ValueError, "image:", "cameras"),
     _open("no number in a name", lambda _: open_scans("unnumbered", cameras="rig.json"), ValueError, "depth_left.png:", "number"),
-    _open("no image", lambda _: list(open_scans("image", cameras="rig.json")), ValueError, "depth_00000_left.png:", "PNG", "no image"),
     _open("an empty image", lambda _: list(open_scans("empty_image", cameras="rig.json")), ValueError, "depth_00000_left.png:", "empty"),
-    _open("an image with colours", lambda _: list(open_scans("colours", cameras="rig.json")), ValueError, "depth_00000_left.png:", "16 bits", "RGB"),
-    _open("an image that is cut", lambda _: list(open_scans("cut_image", cameras="rig.json")), ValueError, "depth_00000_left.png:", "cut", "45 bytes"),
     _open("images of two sizes", lambda _: list(open_scans("two_sizes", cameras="rig.json")), ValueError, "depth_00001_left.png:", "3 x 2", "4 x 3"),
     _open("no image of a camera", lambda _: open_scans("image", cameras="rig_two.json"), ValueError, "image:", "'right'", "--gaps lost"),
     _open("an image is missing", lambda _: open_scans("dropped", cameras="rig_two.json"), ValueError, "dropped:", "'right'", "frame 1", "--gaps lost"),
@@ -254,26 +221,21 @@ cases = [
     _file("scans in millimetres, said to be metres", _track("cloud", "template_m.npz", scan_unit="mm"), ValueError, "template_m.npz:", "0.001 times as large"),
     _file("`template_unit`: 0", _track("cloud", template_unit=0), ValueError, "template_unit:", "not 0"),
     _file("`align`: maybe", _track("cloud", align="maybe"), ValueError, "align:", "'maybe'"),
-    _file("`threads`: 0", _track("cloud", threads=0), ValueError, "threads:", "not 0"),
     _file("`training`: a number", _track("cloud", training=5), TypeError, "training:", "path", "5"),
     _file("`uncertainty`: a word", _track("cloud", uncertainty="yes"), TypeError, "uncertainty:", "yes"),
-    _file("a training file that is not there", _track("cloud", training="none.npz"), FileNotFoundError, "none.npz"),
     _file("a training file with fewer vertices", _track("cloud", training="fewer.npz"), ValueError, "fewer.npz:", "49 in template.npz"),
     _file("a training file with a hole in frame 1", _track("cloud", training="late_holes.npz"), ValueError, "late_holes.npz: frame 1:", "vertex 4"),
-    _file("a training file of two frames", _track("cloud", training="two.npz"), ValueError, "two.npz: training: has 2 frames"),
     _file("a training file as output", _track("cloud", training="training.npz", output="training.npz", overwrite=True), ValueError, "training.npz:", "input"),
-    _file("`watch`: a number", _track("cloud", watch=5), TypeError, "watch:", "5"),
     _file("the template has a missing vertex", _track("cloud", "template_holed.npz"), ValueError, "template_holed.npz:", "vertex 4"),
     _file("no template", _track("cloud", "none.npz"), FileNotFoundError, "none.npz"),
     _file("the output is the template", _track("cloud", output="template.npz", overwrite=True), ValueError, "template.npz:", "input"),
     _file("`resume` of a format that cannot", _track("cloud", output="new.usda", resume=True), ValueError, "new.usda:", "resumed"),
-    shell_case("track cloud new.npz", "--template", "exit code 2"),
-    shell_case("track nothing new.npz --template template.npz", "nothing:", "exit code 1"),
-    shell_case("track cloud new.npz --template template.npz --scan-unit km", "scan_unit", "'km'", "exit code 1"),
-    shell_case("degrade body.npz new --scan --depth 64x48", "--scan", "--depth", "exit code 2"),
-    shell_case("degrade body.npz new --depth 64", "--depth", "64", "exit code 2"),
-    shell_case("degrade body.npz new --scan --camera 1", "--camera", "--scan", "exit code 2"),
-    shell_case("degrade body.npz new --scan --noise -1", "--noise", "-1", "exit code 2"),
-    shell_case("degrade body.npz new.npz --known 0.5 --flying 0.1", "--flying", "--scan", "exit code 2"),
-    shell_case("degrade body.npz cloud --scan --up z", "s_0000.ply", "exists already", "exit code 1"),
+    misused("track cloud new.npz", "--template"),
+    refused("track cloud new.npz --template template.npz --scan-unit km", "scan_unit", "'km'"),
+    misused("degrade body.npz new --scan --depth 64x48", "--scan", "--depth"),
+    misused("degrade body.npz new --depth 64", "--depth", "64"),
+    misused("degrade body.npz new --scan --camera 1", "--camera", "--scan"),
+    misused("degrade body.npz new --scan --noise -1", "--noise", "-1"),
+    misused("degrade body.npz new.npz --known 0.5 --flying 0.1", "--flying", "--scan"),
+    refused("degrade body.npz cloud --scan --up z", "s_0000.ply", "exists already"),
 ]  # fmt: skip

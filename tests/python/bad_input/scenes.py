@@ -1,15 +1,13 @@
 """Cases of scenes: USD stages and Alembic archives, completed as a whole or by a layer over them."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import dynmesh
-from dynmesh.jobs.batch import Job, complete_files
 
 from .case import Printed, World
-from .functions import of
+from .functions import failed_job, of
 
 
 def prepare(world: World) -> None:
@@ -39,13 +37,6 @@ def _over(path: str = "scene.usda", output: str = "new.usda", **options: Any) ->
     return dynmesh.complete_file(path, output, overlay=True, **options)
 
 
-def _job(path: str, **more: Any) -> Any:
-    """Raises the error of a failed job of a batch."""
-    (result,) = complete_files([Job(Path(path), Path("new.usda"), **more)])
-    assert result.status == "failed"
-    raise Printed(result.reason)
-
-
 cases = [
     _open("`prim='all'`", lambda _: dynmesh.open("scene.usda", prim="all"), ValueError, "scene.usda:", "complete_scene", "/mesh"),
     _open("a mesh that is not there", lambda _: dynmesh.open("scene.abc", prim="/no"), ValueError, "scene.abc:", "'/no'", "/mesh"),
@@ -62,18 +53,13 @@ cases = [
     _scene("an output for a single mesh", lambda _: _all(output="new.npz"), ValueError, "new.npz:", "USD or Alembic"),
     _scene("an output that exists", lambda _: _all(output="old.usda"), FileExistsError, "old.usda:", "overwrite=True"),
     _scene("the input as output", lambda _: _all(output="scene.usda", overwrite=True), ValueError, "scene.usda:", "input"),
-    _scene("into a folder that is not there", lambda _: _all(output="no/new.usda"), FileNotFoundError, "no/new.usda:"),
     _scene("no mesh that moves", lambda _: _all("still.usda"), ValueError, "still.usda:", "/mesh", "nothing to complete"),
     _scene("no mesh with a complete frame 0", lambda _: _all("no_start.usda"), ValueError, "no_start.usda:", "/mesh: frame 0: 1 of 49"),
     _scene("`overlay` over Alembic", lambda _: _all("scene.abc", overlay=True), ValueError, "scene.abc:", "must be USD"),
     _scene("`source` with a mask", lambda w: _all(source={"known": w.known}), ValueError, "known:", "one mesh"),
     _scene("`source` with faces", lambda w: _all(source={"faces": w.faces}), ValueError, "faces:", "one mesh"),
     _scene("`source` with one mesh", lambda _: _all(source={"prim": "/mesh"}), ValueError, "prim:", "'/mesh'", "complete_file"),
-    _scene("`missing='nan'`", lambda _: _all(source={"missing": "nan"}), ValueError, "missing:", "'nan'"),
-    _batch("all meshes of which none can be completed (the job's reason)", lambda _: _job("no_start.usda", source={"prim": "all"}), Printed, "no_start.usda: no mesh", "/mesh"),
-    _batch("all meshes, and `fps` (the job's reason)", lambda _: _job("scene.usda", source={"prim": "all"}, fps=25), Printed, "scene.usda: fps:", "one mesh"),
-    _batch("`overlay` and `fps` (the job's reason)", lambda _: _job("scene.usda", overlay=True, fps=25), Printed, "fps:", "be 25"),
-    _scene("`threads`: 0", lambda _: _all(threads=0), ValueError, "threads:", "not 0"),
-    _scene("`speed=1`", lambda _: _all(speed=1), TypeError, "speed:", "threads"),
+    _batch("all meshes of which none can be completed (the job's reason)", lambda _: failed_job("no_start.usda", source={"prim": "all"}), Printed, "no_start.usda: no mesh", "/mesh"),
+    _batch("all meshes, and `fps` (the job's reason)", lambda _: failed_job("scene.usda", source={"prim": "all"}, fps=25), Printed, "scene.usda: fps:", "one mesh"),
     _scene("`watch`: a number", lambda _: _all(watch=3), TypeError, "watch:", "3"),
 ]  # fmt: skip

@@ -1,5 +1,6 @@
 """Cases of dynmesh.Tracker and dynmesh.find_alignment."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -8,56 +9,13 @@ import dynmesh
 
 from .case import Case, World
 
-
-def _tracker(world: World) -> dynmesh.Tracker:
-    return dynmesh.Tracker(world.faces, world.vertices)
+_NAN = float("nan")
 
 
-def _case(
-    call: str, given: str, run: Any, error: type[Exception], *names: str, start: bool = True
-) -> Case:
-    """A case of a method; the state of the tracker must not change."""
-
-    def checked(world: World) -> Any:
-        if not start:
-            return run(world)
-        tracker = _tracker(world)
-        tracker.push(world.vertices, np.tile([0.0, 0, 1], (49, 1)))
-        before = tracker.state()
-        try:
-            return run(tracker)
-        finally:
-            assert tracker.state() == before
-
-    return Case(f"Tracker.{call}" if start else call, given, checked, error, names)
-
-
-def _with(shape: tuple[int, ...], place: tuple[int, ...], value: float) -> Any:
+def _with(value: float, *place: int, shape: tuple[int, ...] = (9, 3)) -> Any:
     array = np.ones(shape)
     array[place] = value
     return array
-
-
-_DEPTH = np.ones((4, 5))
-_INTRINSICS = np.array([[4.0, 0, 2], [0, 4, 2], [0, 0, 1]])
-_POSE = np.eye(4)
-
-
-def _depth(
-    given: str,
-    error: type[Exception],
-    *names: str,
-    depth: Any = _DEPTH,
-    intrinsics: Any = _INTRINSICS,
-    pose: Any = _POSE,
-) -> Case:
-    return _case(
-        "push_depth",
-        given,
-        lambda tracker: tracker.push_depth(depth, intrinsics, pose),
-        error,
-        *names,
-    )
 
 
 def _changed(matrix: Any, row: int, column: int, value: float) -> Any:
@@ -66,298 +24,117 @@ def _changed(matrix: Any, row: int, column: int, value: float) -> Any:
     return changed
 
 
-def _find(given: str, run: Any, error: type[Exception], *names: str) -> Case:
-    return _case("find_alignment", given, run, error, *names, start=False)
+_SCAN = np.ones((9, 3))
+_DEPTH = np.ones((4, 5))
+_INTRINSICS = np.array([[4.0, 0, 2], [0, 4, 2], [0, 0, 1]])
+_POSE = np.eye(4)
+_IMAGE = {"depth": _DEPTH, "intrinsics": _INTRINSICS, "pose": _POSE}
+_TWO = _IMAGE | {"depth": [_DEPTH, _DEPTH]}
+_COUNTS = _IMAGE | {"depth": _DEPTH.astype(np.uint16)}
 
+
+def _make(argument: str) -> Callable[..., Case]:
+    """Makes cases of one argument of the constructor; what is given may depend on the world."""
+
+    def case(given: str, value: Any, error: type[Exception], *names: str) -> Case:
+        def run(w: World) -> Any:
+            found = value(w) if callable(value) else value
+            arguments = {"faces": w.faces, "first_frame": w.vertices} | {argument: found}
+            return dynmesh.Tracker(**arguments)
+
+        return Case("Tracker", f"`{argument}`: {given}", run, error, names)
+
+    return case
+
+
+def _find(given: str, run: Any, error: type[Exception], *names: str) -> Case:
+    def find(w: World) -> Any:
+        return dynmesh.find_alignment(w.faces, *run(w))
+
+    return Case("find_alignment", given, find, error, names)
+
+
+def _call(call: str, given: str, error: type[Exception], *names: str, **arguments: Any) -> Case:
+    """A case of a method; the state of the tracker must not change."""
+
+    def run(world: World) -> Any:
+        tracker = dynmesh.Tracker(world.faces, world.vertices)
+        tracker.push(world.vertices, np.tile([0.0, 0, 1], (49, 1)))
+        before = tracker.state()
+        made = {name: f(tracker) if callable(f) else f for name, f in arguments.items()}
+        try:
+            return getattr(tracker, call)(**made)
+        finally:
+            assert tracker.state() == before
+
+    return Case(f"Tracker.{call}", given, run, error, names)
+
+
+def _push(given: str, error: type[Exception], *names: str, **arguments: Any) -> Case:
+    return _call("push", given, error, *names, **{"points": _SCAN, **arguments})
+
+
+def _depth(argument: str, given: str, value: Any, *names: str) -> Case:
+    given, arguments = f"`{argument}`: {given}", _IMAGE | {argument: value}
+    return _call("push_depth", given, ValueError, f"{argument}:", *names, **arguments)
+
+
+def _flipped(tracker: dynmesh.Tracker) -> bytes:
+    state = tracker.state()
+    return state[:-1] + bytes([state[-1] ^ 1])
+
+
+def _far(world: World) -> Any:
+    return dynmesh.Tracker(world.faces, world.vertices).push(1e3 * world.vertices + 1e5)
+
+
+def _bars(world: World) -> Any:
+    return dynmesh.Tracker(world.faces, world.vertices).standard_error
+
+
+_training = _make("training")
+_uncertainty = _make("uncertainty")
+_threads = _make("threads")
+_first_frame = _make("first_frame")
 
 cases = [
-    _find(
-        "`scan`: no point",
-        lambda w: dynmesh.find_alignment(w.faces, w.vertices, w.empty),
-        ValueError,
-        "scan:",
-        "no points",
-    ),
-    _find(
-        "`scan`: infinity in it",
-        lambda w: dynmesh.find_alignment(w.faces, w.vertices, w.with_value(np.inf)),
-        ValueError,
-        "scan: row 4",
-        "inf",
-    ),
-    _find(
-        "`scan`: shape (49, 2)",
-        lambda w: dynmesh.find_alignment(w.faces, w.vertices, w.points[:, :2]),
-        ValueError,
-        "scan:",
-        "(49, 2)",
-    ),
-    _find(
-        "`first_frame`: one row too few",
-        lambda w: dynmesh.find_alignment(w.faces, w.vertices[:48], w.points),
-        ValueError,
-        "faces: face 71",
-        "vertex 48",
-    ),
-    _case(
-        "Tracker",
-        "`threads=0`",
-        lambda w: dynmesh.Tracker(w.faces, w.vertices, threads=0),
-        ValueError,
-        "threads:",
-        "0",
-        start=False,
-    ),
-    _case(
-        "Tracker",
-        "`training`: two frames",
-        lambda w: dynmesh.Tracker(w.faces, w.vertices, training=[w.vertices] * 2),
-        ValueError,
-        "training: has 2 frames",
-        "3",
-        start=False,
-    ),
-    _case(
-        "Tracker",
-        "`training`: a number",
-        lambda w: dynmesh.Tracker(w.faces, w.vertices, training=3),  # type: ignore[arg-type]
-        TypeError,
-        "training:",
-        "int",
-        start=False,
-    ),
-    _case(
-        "Tracker",
-        "`training`: NaN in frame 1",
-        lambda w: dynmesh.Tracker(w.faces, w.vertices, training=[w.vertices, w.with_value(np.nan)]),
-        ValueError,
-        "training: frame 1: vertex 4",
-        "nan",
-        start=False,
-    ),
-    _case(
-        "Tracker",
-        "`training`: a row too few in frame 1",
-        lambda w: dynmesh.Tracker(w.faces, w.vertices, training=[w.vertices, w.vertices[:48]]),
-        ValueError,
-        "training: frame 1:",
-        "48 rows",
-        start=False,
-    ),
-    _case(
-        "Tracker",
-        "`training`: in another unit",
-        lambda w: dynmesh.Tracker(w.faces, w.vertices, training=1000 * w.sequence.vertices),
-        ValueError,
-        "training: its size",
-        "unit",
-        start=False,
-    ),
-    _case(
-        "Tracker",
-        "`uncertainty`: a word",
-        lambda w: dynmesh.Tracker(w.faces, w.vertices, uncertainty="yes"),  # type: ignore[arg-type]
-        TypeError,
-        "uncertainty:",
-        "str",
-        start=False,
-    ),
-    _case(
-        "standard_error",
-        "without `uncertainty`",
-        lambda t: t.standard_error,
-        ValueError,
-        "standard_error: requires uncertainty",
-    ),
-    _case(
-        "Tracker",
-        "`first_frame`: NaN in it",
-        lambda w: dynmesh.Tracker(w.faces, w.with_value(np.nan)),
-        ValueError,
-        "first_frame: vertex 4",
-        "nan",
-        start=False,
-    ),
-    _case(
-        "Tracker.push",
-        "`points`: far from the template, as the first scan",
-        lambda w: _tracker(w).push(1000 * w.vertices + 1e5, w.vertices),
-        ValueError,
-        "points: the template is far from the first scan",
-        "mean edges",
-        start=False,
-    ),
-    _case(
-        "push",
-        "`points`: NaN in it",
-        lambda t: t.push(_with((9, 3), (5, 1), np.nan)),
-        ValueError,
-        "points: row 5",
-        "nan",
-    ),
-    _case(
-        "push",
-        "`points`: 1e201",
-        lambda t: t.push(_with((9, 3), (5, 1), 1e201)),
-        ValueError,
-        "points: row 5",
-        "1e+201",
-    ),
-    _case(
-        "push",
-        "`points`: shape (9, 2)",
-        lambda t: t.push(np.ones((9, 2))),
-        ValueError,
-        "points:",
-        "(9, 2)",
-    ),
-    _case(
-        "push",
-        "`points`: integers",
-        lambda t: t.push(np.ones((9, 3), int)),
-        TypeError,
-        "points:",
-        "int64",
-    ),
-    _case(
-        "push",
-        "`normals`: one row too few",
-        lambda t: t.push(np.ones((9, 3)), np.ones((8, 3))),
-        ValueError,
-        "normals:",
-        "8",
-        "9",
-    ),
-    _case(
-        "push",
-        "`normals`: no rows",
-        lambda t: t.push(np.ones((9, 3)), np.ones((0, 3))),
-        ValueError,
-        "normals:",
-        "0",
-        "9",
-    ),
-    _case(
-        "push",
-        "`normals`: infinite",
-        lambda t: t.push(np.ones((9, 3)), _with((9, 3), (2, 0), np.inf)),
-        ValueError,
-        "normals: row 2",
-        "inf",
-    ),
-    _case(
-        "push",
-        "`viewpoints`: NaN in it",
-        lambda t: t.push(np.ones((9, 3)), viewpoints=_with((1, 3), (0, 2), np.nan)),
-        ValueError,
-        "viewpoints: row 0",
-        "nan",
-    ),
-    _case(
-        "push",
-        "`viewpoints`: shape (3,)",
-        lambda t: t.push(np.ones((9, 3)), viewpoints=np.ones(3)),
-        ValueError,
-        "viewpoints:",
-        "(3,)",
-    ),
-    _case(
-        "push",
-        "`out`: one row too few",
-        lambda t: t.push(np.ones((9, 3)), out=np.ones((48, 3))),
-        ValueError,
-        "out:",
-        "48",
-        "49",
-    ),
-    _case(
-        "reset",
-        "`frame`: one row too few",
-        lambda t: t.reset(np.ones((48, 3))),
-        ValueError,
-        "frame:",
-        "48",
-        "49",
-    ),
-    _case(
-        "restore",
-        "`state`: damaged",
-        lambda t: t.restore(t.state()[:-1] + bytes([t.state()[-1] ^ 1])),
-        ValueError,
-        "state: damaged",
-    ),
-    _case(
-        "restore",
-        "`state`: truncated",
-        lambda t: t.restore(t.state()[:-9]),
-        ValueError,
-        "state: truncated",
-    ),
-    _case("restore", "`state`: a list", lambda t: t.restore([1]), TypeError, "state:", "list"),
-    _depth("`depth`: shape (4,)", ValueError, "depth:", "(4,)", depth=np.ones(4)),
-    _depth(
-        "`depth`: 16-bit integers", TypeError, "depth:", "uint16", depth=np.ones((4, 5), np.uint16)
-    ),
-    _depth(
-        "`depth`: negative",
-        ValueError,
-        "depth: of image 0 row 2, column 3",
-        "-1",
-        depth=_changed(_DEPTH, 2, 3, -1),
-    ),
-    _depth("`depth`: no pixels", ValueError, "depth: of image 0", depth=np.ones((0, 5))),
-    _depth("`depth`: a word", TypeError, "depth:", "str", depth="image.png"),
-    _depth(
-        "`depth`: two images, one pose",
-        ValueError,
-        "there are 1, but 2 depth images",
-        depth=[_DEPTH, _DEPTH],
-    ),
-    _depth(
-        "`intrinsics`: a focal length of 0",
-        ValueError,
-        "intrinsics: of image 0 are singular",
-        intrinsics=_changed(_INTRINSICS, 0, 0, 0),
-    ),
-    _depth(
-        "`intrinsics`: NaN in it",
-        ValueError,
-        "intrinsics: of image 0 row 1, column 2",
-        "nan",
-        intrinsics=_changed(_INTRINSICS, 1, 2, np.nan),
-    ),
-    _depth(
-        "`intrinsics`: transposed",
-        ValueError,
-        "intrinsics: of image 0 must be",
-        intrinsics=_INTRINSICS.T,
-    ),
-    _depth("`intrinsics`: shape (4, 4)", ValueError, "intrinsics:", "(4, 4)", intrinsics=_POSE),
-    _depth(
-        "`pose`: twice as large",
-        ValueError,
-        "pose: of image 0 is not rigid",
-        "4",
-        pose=_POSE * [2, 2, 2, 1],
-    ),
-    _depth(
-        "`pose`: mirrored",
-        ValueError,
-        "pose: of image 0 is not rigid",
-        "-1",
-        pose=_POSE * [1, -1, 1, 1],
-    ),
-    _depth(
-        "`pose`: transposed",
-        ValueError,
-        "pose: of image 0 must end in the row",
-        pose=_changed(_POSE, 3, 0, 5),
-    ),
-    _depth(
-        "`pose`: infinite",
-        ValueError,
-        "pose: of image 0 row 0, column 3",
-        "inf",
-        pose=_changed(_POSE, 0, 3, np.inf),
-    ),
+    _find("`scan`: no point", lambda w: (w.vertices, w.empty), ValueError, "scan:", "no points"),
+    _find("`scan`: infinity", lambda w: (w.vertices, w.with_value(np.inf)), ValueError, "row 4"),
+    _find("`scan`: (49, 2)", lambda w: (w.vertices, w.points[:, :2]), ValueError, "(49, 2)"),
+    _find("too few vertices", lambda w: (w.vertices[:48], w.points), ValueError, "vertex 48"),
+    _threads("0", 0, ValueError, "threads:", "0"),
+    _training("two frames", lambda w: [w.vertices] * 2, ValueError, "training: has 2 frames", "3"),
+    _training("a number", 3, TypeError, "training:", "int"),
+    _training("in another unit", lambda w: 1000 * w.sequence.vertices, ValueError, "its size"),
+    _uncertainty("a word", "yes", TypeError, "uncertainty:", "str"),
+    _first_frame("NaN", lambda w: w.with_value(_NAN), ValueError, "first_frame: vertex 4", "nan"),
+    Case("Tracker.push", "a template elsewhere", _far, ValueError, ("is far", "mean edges")),
+    Case("Tracker.standard_error", "of none", _bars, ValueError, ("requires uncertainty",)),
+    _push("`points`: NaN in it", ValueError, "points: row 5", "nan", points=_with(_NAN, 5, 1)),
+    _push("`points`: 1e201", ValueError, "points: row 5", "1e+201", points=_with(1e201, 5, 1)),
+    _push("`points`: (9, 2)", ValueError, "points:", "(9, 2)", points=_SCAN[:, :2]),
+    _push("`points`: integers", TypeError, "points:", "int64", points=_SCAN.astype(int)),
+    _push("`normals`: one too few", ValueError, "normals:", "8", "9", normals=_SCAN[1:]),
+    _push("`normals`: no rows", ValueError, "normals:", "0", "9", normals=_SCAN[:0]),
+    _push("`normals`: infinite", ValueError, "normals: row 2", "inf", normals=_with(np.inf, 2, 0)),
+    _push("`viewpoints`: NaN", ValueError, "viewpoints: row 0", viewpoints=_with(_NAN, 0, 2)),
+    _push("`viewpoints`: (3,)", ValueError, "viewpoints:", "(3,)", viewpoints=np.ones(3)),
+    _push("`out`: one row too few", ValueError, "out:", "48", "49", out=np.ones((48, 3))),
+    _call("reset", "one row too few", ValueError, "frame:", "48", "49", frame=np.ones((48, 3))),
+    _call("restore", "damaged", ValueError, "state: damaged", state=_flipped),
+    _call("restore", "truncated", ValueError, "state: truncated", state=lambda t: t.state()[:-9]),
+    _call("restore", "a list", TypeError, "state:", "list", state=[1]),
+    _depth("depth", "shape (4,)", np.ones(4), "(4,)"),
+    _depth("depth", "negative", _changed(_DEPTH, 2, 3, -1), "of image 0 row 2, column 3", "-1"),
+    _call("push_depth", "two images, one pose", ValueError, "are 1, but 2", **_TWO),
+    _call("push_depth", "16-bit integers", TypeError, "depth:", "uint16", **_COUNTS),
+    _depth("depth", "no pixels", np.ones((0, 5)), "of image 0"),
+    _depth("intrinsics", "a focal length of 0", _changed(_INTRINSICS, 0, 0, 0), "are singular"),
+    _depth("intrinsics", "NaN in it", _changed(_INTRINSICS, 1, 2, _NAN), "row 1, column 2", "nan"),
+    _depth("intrinsics", "transposed", _INTRINSICS.T, "of image 0 must be"),
+    _depth("intrinsics", "shape (4, 4)", _POSE, "(4, 4)"),
+    _depth("pose", "twice as large", _POSE * [2, 2, 2, 1], "of image 0 is not rigid", "4"),
+    _depth("pose", "mirrored", _POSE * [1, -1, 1, 1], "of image 0 is not rigid", "-1"),
+    _depth("pose", "transposed", _changed(_POSE, 3, 0, 5), "of image 0 must end in the row"),
+    _depth("pose", "infinite", _changed(_POSE, 0, 3, np.inf), "row 0, column 3", "inf"),
 ]

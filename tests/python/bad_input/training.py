@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 
 import dynmesh
-from dynmesh.jobs.batch import Job, complete_files
 
-from .case import Case, Printed, World
-from .commands import dynmesh_command
-from .functions import of
+from .case import Printed, World
+from .commands import misused, refused
+from .functions import failed_job, of
 
 
 def prepare(world: World) -> None:
@@ -53,20 +52,6 @@ def _all(training: Any, **options: Any) -> Any:
     return dynmesh.complete_scene("scene.usda", "new.usda", training=training, **options)
 
 
-def _job(training: Any, path: str = "body.npz", **more: Any) -> Any:
-    """Raises the error of a failed job of a batch."""
-    (result,) = complete_files([Job(Path(path), Path("new.usda"), training=training, **more)])
-    assert result.status == "failed"
-    raise Printed(result.reason)
-
-
-def _shell(line: str, *names: str) -> Case:
-    words = line.split()
-    return Case(
-        f"dynmesh {words[0]}", f"`{line}`", lambda _: dynmesh_command(*words), Printed, names
-    )
-
-
 _completer = of("Completer")
 _complete = of("complete")
 _completed = of("complete_file")
@@ -79,53 +64,35 @@ cases = [
     _completer("`training`: one frame, not several", _make(lambda w: w.vertices), ValueError, "training:", "(3,)"),
     _completer("`training`: integers", _make(lambda w: [w.vertices.astype(int)] * 3), TypeError, "training:", "int64"),
     _completer("`training`: two frames", _make(lambda w: [w.vertices] * 2), ValueError, "training: has 2 frames", "3"),
-    _completer("`training`: no frames", _make([]), ValueError, "training: has 0 frames"),
     _completer("`training`: a row too few in frame 1", _make(lambda w: [w.vertices, w.vertices[:48]]), ValueError, "training: frame 1:", "48 rows"),
     _completer("`training`: NaN in frame 1", _make(lambda w: [w.vertices, w.with_value(np.nan)]), ValueError, _three, "nan"),
     _completer("`training`: in another unit", _make(lambda w: 1000 * w.sequence.vertices), ValueError, "training: its size", "unit"),
     _completer("`training` with method motion", _make(lambda w: w.sequence.vertices, method="motion"), ValueError, "training:", "method='detail'"),
     _completer("`training` and `learn=True`", _make(lambda w: w.sequence.vertices, learn=True), ValueError, "learn:", "training"),
-    _complete("`training`: NaN in frame 1", lambda w: _stream(w, [w.vertices, w.with_value(np.nan)]), ValueError, _three, "nan"),
-    _complete("`training`: two frames", lambda w: _stream(w, [w.vertices] * 2), ValueError, "training: has 2 frames"),
-    _complete("`training` with method motion", lambda w: _stream(w, w.sequence.vertices, method="motion"), ValueError, "training:", "'detail'"),
-    _completed("`training`: a number", lambda _: _file(3), TypeError, "training:", "path", "3"),
     _completed("`training`: frames, not a file", lambda w: _file(w.sequence.vertices), TypeError, "training:", "path", "ndarray"),
     _completed("`training`: an empty list", lambda _: _file([]), ValueError, "training:", "no file"),
     _completed("`training` with method motion", lambda _: _file("training.npz", method="motion"), ValueError, "training:", "'detail'"),
     _completed("a training file that is not there", lambda _: _file("none.npz"), FileNotFoundError, "none.npz"),
-    _completed("a second take that is not there", lambda _: _file(["training.npz", "none.npz"]), FileNotFoundError, "none.npz"),
-    _completed("a training file that is damaged", lambda _: _file("cut.npz"), ValueError, "cut.npz:"),
     _completed("a training file that is cut short", lambda _: _file("cut.pc2"), ValueError, "cut.pc2:"),
     _completed("a training file with fewer vertices", lambda _: _file("fewer.npz"), ValueError, "fewer.npz:", "7", "49 in body.npz"),
     _completed("a training file with fewer triangles", lambda _: _file("fewer_faces.npz"), ValueError, "fewer_faces.npz:", "71", "72"),
     _completed("a training file with another triangle", lambda _: _file("turned_face.npz"), ValueError, "turned_face.npz:", "triangle 3"),
     _completed("a training file with positions alone, of fewer vertices", lambda _: _file("other.pc2"), ValueError, "other.pc2:", "7"),
     _completed("a training file with a hole in frame 1", lambda _: _file("late_holes.npz"), ValueError, "late_holes.npz: frame 1:", "vertex 4", "whole"),
-    _completed("a second take with a hole in frame 0", lambda _: _file(["training.npz", "holes.npz"]), ValueError, "holes.npz: frame 0:", "vertex 4"),
-    _completed("a training file of two frames", lambda _: _file("two.npz"), ValueError, "two.npz: training: has 2 frames", "3"),
     _completed("a training file that states another unit", lambda _: _file("in_metres.npz", "in_millimetres.npz"), ValueError, "in_metres.npz:", "unit", "0.001"),
     _completed("a training file that states another up axis", lambda _: _file("y_up.npz", "z_up.npz"), ValueError, "y_up.npz:", "up axis", "z"),
     _completed("a training file in another unit by its size", lambda _: _file("big.npz"), ValueError, "big.npz: training: its size", "unit"),
     _completed("a training file as output", lambda _: _file("training.npz", output="training.npz", overwrite=True), ValueError, "training.npz:", "input"),
     _completed("a template as output", lambda _: dynmesh.complete_file("body.npz", "single.npz", template="single.npz", overwrite=True), ValueError, "single.npz:", "input"),
     _completed("`watch_training`: a number", lambda _: _file("training.npz", watch_training=3), TypeError, "watch_training:", "3"),
-    _scene("`training`: a number", lambda _: _all(3), TypeError, "training:", "path", "3"),
-    _scene("a training file that is not there", lambda _: _all("none.usda"), FileNotFoundError, "none.usda"),
     _scene("a training file with another mesh", lambda _: _all("other_training.usda"), ValueError, "/mesh: other_training.usda:", "7", "49"),
     _scene("a training file as output", lambda _: dynmesh.complete_scene("scene.usda", "training.usda", training="training.usda", overwrite=True), ValueError, "training.usda:", "input"),
-    _scene("`training` with method motion", lambda _: _all("training.usda", method="motion"), ValueError, "training:", "'detail'"),
-    _batch("a training file with a hole (the job's reason)", lambda _: _job(Path("late_holes.npz")), Printed, "late_holes.npz: frame 1:", "vertex 4"),
-    _batch("`training` with method motion (the job's reason)", lambda _: _job("training.npz", settings={"method": "motion"}), Printed, "body.npz: training:", "'detail'"),
-    _batch("all meshes, and a training file that is not there (the job's reason)", lambda _: _job("none.usda", "scene.usda", source={"prim": "all"}), Printed, "none.usda"),
-    _shell("complete body.npz new.npz --training none.npz", "none.npz:", "exit code 1"),
-    _shell("complete body.npz new.npz --training two.npz", "two.npz: training: has 2 frames", "exit code 1"),
-    _shell("complete body.npz new.npz --training training.npz --training fewer.npz", "fewer.npz:", "49 in body.npz", "exit code 1"),
-    _shell("complete body.npz new.npz --training training.npz --method motion", "'--training'", "--method detail", "exit code 2"),
-    _shell("complete scene.usda new.usda --prim all --training other_training.usda", "other_training.usda:", "7", "exit code 1"),
-    _shell("complete scene.usda new.usda --prim all --training training.usda --method motion", "'--training'", "exit code 2"),
-    _shell("info body.npz --training none.npz", "none.npz:", "exit code 1"),
-    _shell("info body.npz --training fewer.npz", "fewer.npz:", "49 in body.npz", "exit code 1"),
-    _shell("info body.npz --training late_holes.npz", "late_holes.npz: frame 1:", "vertex 4", "exit code 1"),
-    _shell("info no_whole.npz --training training.npz", "no_whole.npz:", "no frame is whole", "exit code 1"),
-    _shell("batch no_take.csv", "no_take.csv: line 2: training:", "semicolons", "';training.npz'", "exit code 1"),
+    _batch("a training file with a hole (the job's reason)", lambda _: failed_job("body.npz", training=Path("late_holes.npz")), Printed, "late_holes.npz: frame 1:", "vertex 4"),
+    _batch("`training` with method motion (the job's reason)", lambda _: failed_job("body.npz", training="training.npz", settings={"method": "motion"}), Printed, "body.npz: training:", "'detail'"),
+    refused("complete body.npz new.npz --training training.npz --training fewer.npz", "fewer.npz:", "49 in body.npz"),
+    misused("complete body.npz new.npz --training training.npz --method motion", "'--training'", "--method detail"),
+    misused("complete scene.usda new.usda --prim all --training training.usda --method motion", "'--training'"),
+    refused("info body.npz --training late_holes.npz", "late_holes.npz: frame 1:", "vertex 4"),
+    refused("info no_whole.npz --training training.npz", "no_whole.npz:", "no frame is whole"),
+    refused("batch no_take.csv", "no_take.csv: line 2: training:", "semicolons", "';training.npz'"),
 ]  # fmt: skip

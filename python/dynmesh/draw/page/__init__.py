@@ -69,16 +69,9 @@ class Page:
 
 
 def view(reader: Reader, output: Path, **options: Any) -> Shown:
-    """Writes the page that :func:`page` returns, with its options.
+    """Writes the page that :func:`page` returns to an HTML file, which it replaces.
 
-    Args:
-        reader: of the sequence.
-        output: an HTML file; an existing file is replaced.
-        options: those of :func:`page`.
-
-    Raises:
-        OSError: the file cannot be written.
-        ImportError, ValueError: see :func:`page`.
+    The errors are those of :func:`page`, and OSError if the file cannot be written.
     """
     made = page(reader, **options)
     output.write_text(made.html, encoding="utf-8")

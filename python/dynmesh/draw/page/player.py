@@ -60,14 +60,9 @@ def compose(
 ) -> str:
     """Creates the HTML document.
 
-    Args:
-        faces: (t, 3) integers.
-        frames: frames of these vertices, with at least one visible vertex.
-        scales: of the values of the frames that colours can show; None for one colour.
-        colour: what they show at first.
-        camera: initial view; `camera.box` contains all visible vertices.
-        playback: the text and the times.
-        scans: (n, 3) points for each frame, if the captions name "scans".
+    At least one vertex is visible in the frames, and `camera.box` contains all that are. The scales
+    are None for one colour, and `colour` is shown at first. Each frame has (n, 3) points of scans
+    if the captions name "scans".
 
     Raises:
         ImportError: k3d is not installed.

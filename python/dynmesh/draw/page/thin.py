@@ -15,16 +15,14 @@ def thin(
     """Chooses vertices and triangles that represent a mesh.
 
     Edges are collapsed where the surface is flat, always onto one of their ends, so that the values
-    of the kept vertices remain valid in all other frames.
-
-    Args:
-        faces: (m, 3) integers.
-        points: (k, 3) positions; all must be finite if there are more than `max_vertices`.
-        max_vertices: about this many vertices are kept; more if non-manifold triangles prevent
-            collapses. Vertices in no triangle are removed first.
+    of the kept vertices remain valid in all other frames. More than `max_vertices` are kept if
+    non-manifold triangles prevent collapses, and those in no triangle are removed first.
 
     Returns:
         (v,) the numbers of the kept vertices and (t, 3) triangles of these v.
+
+    Raises:
+        ValueError: a mesh with more vertices has a position that is not finite.
     """
     if len(points) <= max_vertices:
         return np.arange(len(points)), np.asarray(faces, np.intp)

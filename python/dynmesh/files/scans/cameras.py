@@ -100,20 +100,15 @@ def write_cameras(path: Path, rig: Rig) -> None:
         size = told.pop("size", None)
         if size is not None:
             told |= {"width": size[0], "height": size[1]}
-        listed.append({name: _plain(value) for name, value in told.items()})
-    names = {length: name for name, length in UNITS.items()}
-    unit = rig.metres_per_unit
-    told_unit = None if unit is None else names.get(unit, unit)
-    text = json.dumps({"unit": told_unit, "cameras": listed}, indent=1)
+        listed.append(told)
+    names: dict[float | None, str] = {length: name for name, length in UNITS.items()}
+    unit = names.get(rig.metres_per_unit, rig.metres_per_unit)
+    text = json.dumps({"unit": unit, "cameras": listed}, indent=1, default=np.ndarray.tolist)
     path.write_text(text + "\n", encoding="utf-8")
 
 
 def _unit_of(value: Any) -> float | None:
-    """Returns the metres of a unit: None, a name, or a number of metres.
-
-    Raises:
-        ValueError: it is none of these.
-    """
+    """Returns the metres of a unit: None, a name, or a number of metres."""
     if value is None:
         return None
     if isinstance(value, str) and value in UNITS:
@@ -269,7 +264,3 @@ def _count(name: str, value: Any) -> int:
 
 def _row(values: _Floats) -> str:
     return " ".join(f"{value:g}" for value in values)
-
-
-def _plain(value: Any) -> Any:
-    return value.tolist() if isinstance(value, np.ndarray) else value

@@ -49,7 +49,10 @@ def read_depth(file: Path, camera: ScanCamera) -> NDArray[np.float32]:
     image = require_png()
     with naming(file), file.open("rb") as opened:
         beginning = opened.read(HEADER_SIZE)
-        _check_beginning(beginning)
+        if not beginning:
+            raise ValueError("is empty; a depth image is a PNG image with 16 bits")
+        if not beginning.startswith(SIGNATURE[: len(beginning)]):
+            raise ValueError(f"is not a PNG image: it begins with {beginning[:8]!r}")
         header = read_header(beginning)
         _check(header, camera)  # before the image, which may be a thousand times its file
         content = sound_image(beginning + opened.read(), header)
@@ -70,20 +73,12 @@ def write_depth(file: Path, depth: NDArray[np.floating[Any]], camera: ScanCamera
     require_png().fromarray(held).save(file, format="PNG")
 
 
-def _check_beginning(beginning: bytes) -> None:
-    if not beginning:
-        raise ValueError("is empty; a depth image is a PNG image with 16 bits")
-    if not beginning.startswith(SIGNATURE[: len(beginning)]):
-        raise ValueError(f"is not a PNG image: it begins with {beginning[:8]!r}")
-
-
 def _check(header: PngHeader, camera: ScanCamera) -> None:
     if (header.bits, header.channels) != (16, _GREY):
         raise ValueError(
             "must have one channel of 16 bits, the depth in counts, but has "
-            f"{_CHANNELS.get(header.channels, 'another kind of channels')} of {header.bits} bit"
-            + "s"
-            * (header.bits > 1)
+            f"{_CHANNELS.get(header.channels, 'another kind of channels')} of {header.bits} "
+            f"bit{'s' if header.bits > 1 else ''}"
         )
     if camera.size is not None and (header.width, header.height) != camera.size:
         raise ValueError(

@@ -17,21 +17,16 @@ from ...frames.naming import naming
 from ...frames.scan import PointScan
 from ...sequence import Positions
 from ..comments import Metadata, metadata_in
-from ..npz import check_members, explaining
-from ..ply import coordinates, read_elements
-from ..rows import load_array, read_array
+from ..npz import check_members, explaining, read_member
+from ..ply import coordinates, ply_header, read_elements
+from ..rows import load_array, native
 
 _ROUNDED = 0.05
 """By how much the length of a normal may differ from 1, as it was written with a few digits."""
 
 
 class PointFile(NamedTuple):
-    """The content of a file.
-
-    Attributes:
-        scan: its points.
-        said: the unit, if the file states one.
-    """
+    """The points of a file, and what it says of them."""
 
     scan: PointScan
     metadata: Metadata = Metadata()
@@ -55,19 +50,14 @@ def read_points(file: Path) -> PointFile:
 def write_ply(file: Path, scan: PointScan, metres_per_unit: float | None = None) -> None:
     """Writes points and their normals as PLY, binary and little-endian, in their precision."""
     kind = "double" if scan.points.dtype == np.float64 else "float"
-    names = ["x", "y", "z", *(("nx", "ny", "nz") if scan.normals is not None else ())]
-    said = [] if metres_per_unit is None else [f"comment metres_per_unit {metres_per_unit}"]
-    header = [
-        "ply",
-        "format binary_little_endian 1.0",
-        *said,
-        f"element vertex {len(scan.points)}",
-        *(f"property {kind} {name}" for name in names),
-        "end_header\n",
-    ]
-    columns = [scan.points] if scan.normals is None else [scan.points, scan.normals]
+    names, columns = [*"xyz"], [scan.points]
+    if scan.normals is not None:
+        names += ["nx", "ny", "nz"]
+        columns.append(scan.normals)
+    comments = [] if metres_per_unit is None else [f"metres_per_unit {metres_per_unit}"]
+    header = ply_header(comments, len(scan.points), dict.fromkeys(names, kind))
     rows = np.concatenate(columns, axis=1).astype("<f8" if kind == "double" else "<f4")
-    file.write_bytes("\n".join(header).encode("ascii") + rows.tobytes())
+    file.write_bytes(header + rows.tobytes())
 
 
 def _read_ply(file: Path) -> PointFile:
@@ -75,8 +65,7 @@ def _read_ply(file: Path) -> PointFile:
     vertices = columns.get("vertex", {})
     points = coordinates(vertices, ("x", "y", "z"))
     names = ("nx", "ny", "nz")
-    has_any = any(name in vertices for name in names)
-    normals = coordinates(vertices, names) if has_any else None
+    normals = coordinates(vertices, names) if vertices.keys() & names else None
     return PointFile(_checked(points, normals, _point), metadata_in(comments))
 
 
@@ -125,9 +114,7 @@ def _read_npz(file: Path) -> PointFile:
             raise ValueError(f"has no array 'points'; this file holds {', '.join(held)}")
         for name in ("points", "normals", "viewpoints"):
             if name in held:
-                with archive.open(f"{name}.npy") as member:
-                    size = archive.getinfo(f"{name}.npy").file_size
-                    arrays[name] = _floats(name, read_array(member, size))
+                arrays[name] = _floats(name, read_member(archive, name))
     for name, array in arrays.items():
         if array.shape[1] != 3:
             raise ValueError(f"{name}: must have shape (n, 3), not {array.shape}")
@@ -152,7 +139,7 @@ def _floats(name: str, array: NDArray[Any]) -> Positions:
         raise ValueError(f"{name} must be float32 or float64, not {array.dtype}")
     if array.ndim != 2 or array.shape[1] not in (3, 6):
         raise ValueError(f"{name} must have shape (n, 3) or (n, 6), not {array.shape}")
-    return array.astype(array.dtype.newbyteorder("="), copy=False)
+    return native(array)
 
 
 def _split(table: Positions, name: Callable[[int], str]) -> PointScan:

@@ -114,8 +114,6 @@ class DepthReader(ScanReader):
         if not numbers:
             names = ", ".join(f"*_{camera.name}{SUFFIX}" for camera in rig.cameras)
             raise ValueError(f"holds no depth image of a camera; their names would be {names}")
-        if gaps == "refuse":
-            _refuse_lost(by_camera)
         step = int(np.gcd.reduce(np.diff(numbers))) if len(numbers) > 1 else 1
         every = range(numbers[0], numbers[-1] + 1, step)
         if gaps == "refuse":
@@ -229,17 +227,13 @@ def _of_camera(path: Path, camera: ScanCamera) -> list[Path]:
         among = files_in(path, SUFFIX)
     elif "%" in path.name:
         number, _, rest = path.name.partition("%")
-        among = files_in(path.parent, SUFFIX)
         end = rest.partition("d")[2]
-        among = [f for f in among if f.name.startswith(number) and _ends(f, end, camera)]
+        ends = end, f"_{camera.name}{end}"  # a pattern may leave out the camera
+        among = files_in(path.parent, SUFFIX)
+        among = [f for f in among if f.name.startswith(number) and f.name.endswith(ends)]
     else:
         among = [Path(file) for file in sorted(glob.glob(str(path)))]  # noqa: PTH207
     return [file for file in among if file.stem.endswith(f"_{camera.name}")]
-
-
-def _ends(file: Path, end: str, camera: ScanCamera) -> bool:
-    """Whether a name ends as the pattern, which may leave out the camera."""
-    return file.name.endswith(end) or file.name.endswith(f"_{camera.name}{end}")
 
 
 def _numbered(files: list[Path]) -> dict[int, Path]:
@@ -256,21 +250,17 @@ def _numbered(files: list[Path]) -> dict[int, Path]:
     return numbered
 
 
-def _refuse_lost(by_camera: dict[str, dict[int, Path]]) -> None:
-    """Refuses cameras without any image, since their names may be wrong."""
-    for name, images in by_camera.items():
-        if not images:
-            raise ValueError(
-                f"there is no image of camera {name!r}; their names would be *_{name}{SUFFIX}; "
-                "--gaps lost (in Python, gaps='lost') tracks without it"
-            )
-
-
 def _refuse_gaps(numbers: range, by_camera: dict[str, dict[int, Path]]) -> None:
+    advice = "; --gaps lost (in Python, gaps='lost') tracks without it"
+    for name, images in by_camera.items():
+        if not images:  # the names of its files may be wrong
+            raise ValueError(
+                f"there is no image of camera {name!r}; their names would be *_{name}{SUFFIX}"
+                + advice
+            )
     for number in numbers:
         for name, images in by_camera.items():
             if number not in images:
                 raise ValueError(
-                    f"there is no image of camera {name!r} for frame {number}; --gaps lost (in "
-                    "Python, gaps='lost') tracks without it"
+                    f"there is no image of camera {name!r} for frame {number}" + advice
                 )

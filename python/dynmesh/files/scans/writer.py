@@ -79,17 +79,13 @@ class ScanFolder:
                     shutil.rmtree(self.path)
                 self._hidden.rename(self.path)
 
-    @property
-    def _number(self) -> str:
-        return f"{self._n_frames:05d}"
-
 
 class PointFolder(ScanFolder):
     """Point clouds, as ``frame_00000.ply``."""
 
     def append(self, scan: PointScan) -> None:
         """Writes the next frame."""
-        file = self._hidden / f"frame_{self._number}.ply"
+        file = self._hidden / f"frame_{self._n_frames:05d}.ply"
         write_ply(file, scan, self.rig.metres_per_unit)
         self._n_frames += 1
 
@@ -109,6 +105,6 @@ class DepthFolder(ScanFolder):
     def append(self, scan: DepthScan) -> None:
         """Writes the next frame, which has an image of every camera of the rig."""
         for camera, depth in zip(self.rig.cameras, scan.depth, strict=True):
-            file = self._hidden / f"depth_{self._number}_{camera.name}{SUFFIX}"
+            file = self._hidden / f"depth_{self._n_frames:05d}_{camera.name}{SUFFIX}"
             write_depth(file, np.asarray(depth), camera)
         self._n_frames += 1
