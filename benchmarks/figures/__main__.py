@@ -16,7 +16,7 @@ import dynmesh
 from dynmesh.study.subjects import Subject, from_file
 
 from ..harness import DOCS
-from . import error_bars, gallery, method, scans
+from . import error_bars, gallery, method, scans, whole_frame
 
 PAGES = ("method", "gallery", "training", "track")
 
@@ -50,12 +50,14 @@ def main() -> None:
             folder.mkdir(parents=True, exist_ok=True)
             method.draw_generations(folder)
             method.draw_drift([*subjects.values()], folder)
+            whole_frame.draw(whole_frame.PICTURE, subjects["walker"], arguments.out)
         for picture in pictures[page]:
             subject = subjects.get(picture.of) or from_file(arguments.data / f"{picture.of}.npz")
             shown = picture.frames[::20] if arguments.draft else picture.frames
             gallery.draw(replace(picture, frames=shown), subject, arguments.out)
         if page == "track":
-            scans.draw(scans.WALKER, subjects["walker"], arguments.out)
+            shown = [8] if arguments.draft else scans.WALKER.frames
+            scans.draw(replace(scans.WALKER, frames=shown), subjects["walker"], arguments.out)
         if page == "gallery" and arguments.data is not None:
             for picture in error_bars.RECORDED:
                 subject = from_file(arguments.data / f"{picture.of}.npz")

@@ -13,6 +13,7 @@ void bind_metrics(pybind11::module_& module);
 void bind_training(pybind11::module_& module);
 void bind_task_sharing(pybind11::module_& module);
 void bind_tracker(pybind11::module_& module);
+void bind_whole_frame(pybind11::module_& module);
 
 /// Makes calls that do not match the signature of a function, method or constructor raise the same
 /// short TypeError as Python functions do. The message of pybind11 would print every argument,

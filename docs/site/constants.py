@@ -15,6 +15,7 @@ STRUCTS = {
     "Method detail": ("detail/constants.hpp", "DetailConstants"),
     "Training": ("detail/constants.hpp", "TrainingConstants"),
     "Error bars": ("detail/constants.hpp", "UncertaintyConstants"),
+    "Whole frames": ("whole_frame/constants.hpp", "WholeFrameConstants"),
     "Tracking": ("tracking/constants.hpp", "TrackingConstants"),
 }
 OTHERS = {

@@ -47,6 +47,7 @@ from .matrices import adjacency, laplacian
 from .polygons import Polygons
 from .sequence import Description, Sequence
 from .streaming import complete
+from .whole_frames import WholeFrame, whole_frame
 
 __all__ = [
     "Alignment",
@@ -68,6 +69,7 @@ __all__ = [
     "TrackFileReport",
     "Tracker",
     "TrackingReport",
+    "WholeFrame",
     "Writer",
     "__version__",
     "adjacency",
@@ -89,6 +91,7 @@ __all__ = [
     "read",
     "synth",
     "track_file",
+    "whole_frame",
     "write",
 ]
 

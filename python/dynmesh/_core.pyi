@@ -1,4 +1,4 @@
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from collections.abc import Sequence as SequenceOf
 from typing import Any, Literal, TypeAlias, Unpack
 
@@ -16,6 +16,16 @@ _Mask: TypeAlias = NDArray[np.bool_]
 _Matrix: TypeAlias = NDArray[np.floating[Any] | np.integer[Any]]
 
 def cells(faces: _Integers, n_vertices: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]: ...
+def whole_frame(
+    faces: _Integers,
+    source: Callable[[int], tuple[_Positions, _Mask]],
+    n_frames: int,
+    frame: int | None,
+    noise: float | None,
+    outliers: bool,
+    threads: int,
+    progress: Callable[[int, int], object] | None,
+) -> tuple[_Positions, NDArray[np.uint8], NDArray[np.uint8], _Positions, int, bool]: ...
 
 class RefusedFace:
     @property

@@ -115,8 +115,8 @@ class Sequence(Description, VertexAttributes):
         vertices: (n, k, 3) float32 or float64. Values are arbitrary where ``known`` is False.
         faces: (m, 3) integers, triangles.
         known: (n, k) bool, or None if every position was observed.
-        generation: (n, k) int32, 0 for anchors, g for satellites, -1 for disconnected vertices, or
-            None.
+        generation: (n, k) int32, 0 for anchors, g for satellites, -1 for disconnected vertices, -2
+            for those that were put together from other frames, or None.
         age: (n, k) int32, frames since the vertex was last observed; None if `generation` is.
         standard_error: (n, k) float32, how far each vertex may be off, in the unit of the
             positions; `standard_error_of` says in which sense: see

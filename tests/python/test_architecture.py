@@ -16,7 +16,7 @@ LAYERS = (
     ("frames.attributes",),
     ("polygons", "sequence", "metrics", "calibration", "matrices", "baselines"),
     ("frames",),
-    ("degrade", "synth", "streaming"),
+    ("degrade", "synth", "streaming", "whole_frames"),
     ("files",),
     ("draw",),
     ("diagnosis",),

@@ -116,7 +116,7 @@ def test_a_table_is_read(tmp_path: Path) -> None:
         tmp_path / "c.npz", tmp_path / "d.npz", start=7, settings={"revisit": False}
     )
     assert isinstance(third, Job)
-    assert (third.start, third.template, third.drop_above) == (0, tmp_path / "t.ply", 0.25)
+    assert (third.start, third.template, third.drop_above) == ("auto", tmp_path / "t.ply", 0.25)
     assert third.settings == {
         "method": "detail",
         "noise": 0.5,
@@ -366,14 +366,14 @@ def test_all_meshes_of_a_scene_are_one_job(tmp_path: Path) -> None:
     Production(tmp_path / "whole.abc")
     Production(tmp_path / "broken.abc", first_frames_lack=HAT)
     table, report = tmp_path / "jobs.csv", tmp_path / "report.csv"
-    lines = ["whole.abc,a.abc,all,,", "broken.abc,b.abc,all,,", "whole.abc,c.usda,,yes,"]
-    table.write_text("\n".join(["input,output,prim,overlay,threads", *lines]))
+    lines = ["whole.abc,a.abc,all,,", "broken.abc,b.abc,all,,whole", "whole.abc,c.usda,,yes,"]
+    table.write_text("\n".join(["input,output,prim,overlay,start", *lines]))
     run("batch", table, "--report", report, code=1)
     with report.open(newline="") as file:
         whole, broken, refused = csv.DictReader(file)
     assert (whole["status"], whole["frames"]) == ("done", "12")
     assert (broken["status"], broken["frames"]) == ("failed", "6")
-    assert f"broken.abc: {HAT}: frame 0: 1 of 25 vertices is missing" in broken["reason"]
+    assert f"broken.abc: {HAT}: no frame is whole; frame" in broken["reason"]
     assert f"the other meshes are in {tmp_path / 'b.abc'}" in broken["reason"]
     assert refused["status"] == "failed"
     one, other = (dynmesh.read(tmp_path / name, prim=BODY) for name in ("a.abc", "b.abc"))

@@ -136,7 +136,7 @@ def test_the_walker_hides_what_exact_rays_say() -> None:
 def test_the_grid_has_no_influence(cells: int, monkeypatch: pytest.MonkeyPatch) -> None:
     mesh = potato(np.random.default_rng(3))
     expected = seen(mesh, NEAR_X)
-    monkeypatch.setattr(inspect.getmodule(Camera), "_GRID", cells)
+    monkeypatch.setattr(inspect.getmodule(Camera), "_cells_along_a_side", lambda _: cells)
     np.testing.assert_array_equal(seen(mesh, NEAR_X), expected)
 
 

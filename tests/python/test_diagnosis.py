@@ -98,9 +98,21 @@ def test_patches_that_stay_hidden_matter_more() -> None:
     assert dynmesh.diagnose(never_seen_in_a_patch()).severity == "warning"
 
 
-@pytest.mark.parametrize("code", ["first_frame_incomplete", "known_not_finite"])
-def test_an_error_is_what_completion_refuses(code: str) -> None:
-    sequence, _ = BROKEN[code]()
+def test_a_start_that_is_put_together_is_described() -> None:
+    sequence = moving(sheet(10))
+    sequence.vertices[:, :20] = np.nan
+    sequence.vertices[3, 10:15] = 1.0
+    sequence.vertices[7, 5:10] = sequence.vertices[7, 50]
+    finding = dynmesh.diagnose(sequence).findings[0]
+    assert (finding.code, finding.severity) == ("first_frame_incomplete", "warning")
+    assert "frame 3, which knows most vertices, 85 %; 5 % are put together" in finding.advice
+    assert "10 % were seen in no frame" in finding.advice
+    nothing = replace(sequence, vertices=sequence.vertices * np.nan)
+    assert dynmesh.diagnose(nothing).severity == "error"
+
+
+def test_an_error_is_what_completion_refuses() -> None:
+    sequence, _ = BROKEN["known_not_finite"]()
     assert dynmesh.diagnose(sequence).severity == "error"
     known = None if sequence.known is None else iter(sequence.known)
     with pytest.raises(ValueError, match="finite"):
@@ -136,7 +148,8 @@ def test_empty_and_still_sequences_are_diagnosed() -> None:
     nothing = np.full((3, 4, 3), np.nan)
     no_faces = np.empty((0, 3), np.int64)
     assert "first_frame_incomplete" in codes(dynmesh.diagnose(Sequence(nothing, no_faces)))
-    assert codes(dynmesh.diagnose(Sequence(nothing, np.array([[0, 1, 2]]))))[0] == CODES[0]
+    found = dynmesh.diagnose(Sequence(nothing, np.array([[0, 1, 2]]))).findings[0]
+    assert (found.code, found.severity) == ("first_frame_incomplete", "error")
     still = dynmesh.diagnose(Sequence(np.zeros((3, 4, 3)), np.array([[0, 1, 2], [1, 2, 3]])))
     assert {"coincident_vertices", "flat_faces", "repeated_frames"} <= set(codes(still))
     json.loads(still.as_json())
@@ -235,7 +248,7 @@ def test_zeros_in_frame_0_are_missing_or_positions() -> None:
     assert "--start whole: frame 3 is the first complete one" in finding.advice
     sequence.vertices[:, 9] = np.nan
     sequence.vertices[0, 9] = 0
-    assert "--template FILE" in dynmesh.diagnose(sequence).findings[0].advice
+    assert "--start best" in dynmesh.diagnose(sequence).findings[0].advice
     most = moving(sheet(12))
     most.vertices[0, :140] = 0
     found = {finding.code: finding.count for finding in dynmesh.diagnose(most).findings}

@@ -173,8 +173,123 @@ def test_the_first_whole_frame_is_found(
     expected = expected_of(partial, WHOLE, method="detail")
     assert_same(dynmesh.read(tmp_path / "out.npz"), expected)
     said = run("complete", stored, tmp_path / "shell.npz", "--start", "whole", "--provenance")
-    assert "frame 7 is the first whole one" in said.stderr
+    assert "started from frame 7, the first whole one" in said.stderr
     assert_same(dynmesh.read(tmp_path / "shell.npz"), expected)
+
+
+@pytest.fixture
+def holed(tmp_path: Path, partial: dynmesh.Sequence) -> dynmesh.Sequence:
+    """The same without a whole frame, also as holed.npz."""
+    assert partial.known is not None
+    known = partial.known.copy()
+    known[WHOLE] = np.arange(144) % 5 > 0
+    known[:, 143] = False
+    made = replace(partial, known=known)
+    dynmesh.write(tmp_path / "holed.npz", made)
+    return made
+
+
+@pytest.mark.parametrize(
+    ("start", "options", "number"),
+    [
+        ("auto", {}, WHOLE),
+        ("best", {"uncertainty": True}, WHOLE),
+        ("clean", {"noise": 0.01}, WHOLE),
+        (3, {}, 3),
+    ],
+)
+def test_the_start_is_put_together_from_all_frames(
+    tmp_path: Path, holed: dynmesh.Sequence, start: Any, options: Any, number: int
+) -> None:
+    output = tmp_path / "out.npz"
+    report = dynmesh.complete_file(
+        tmp_path / "holed.npz", output, start=start, provenance=True, **options
+    )
+    made = dynmesh.read(output)
+    assert holed.known is not None
+    assert made.generation is not None
+    assert (report.start, report.doubtful, report.frames) == (number, False, 15)
+    clean = start == "clean"
+    whole = dynmesh.whole_frame(
+        holed.faces,
+        holed,
+        frame=start if start == number else "best",
+        noise=options.get("noise"),
+        outliers=clean,
+    )
+    np.testing.assert_array_equal(made.vertices[number], whole.positions)
+    known, unseen = np.count_nonzero(whole.known), np.count_nonzero(~whole.seen)
+    assert (
+        f"completion started from frame {number}, which knows {known} of 144 vertices; "
+        f"{144 - known - unseen} were put together from other frames, {unseen} were seen in no "
+        "frame"
+    ) in report.remarks
+    expected = expected_of(replace(holed, vertices=made.vertices), number)
+    np.testing.assert_array_equal(made.generation[number], np.where(whole.known, 0, -2))
+    others = np.arange(15) != number
+    assert made.generation[others].min() >= 0
+    if not options:
+        np.testing.assert_array_equal(made.vertices[others], expected.vertices[others])
+
+
+def test_standard_errors_begin_with_those_of_the_start(
+    tmp_path: Path, holed: dynmesh.Sequence
+) -> None:
+    output = tmp_path / "out.npz"
+    dynmesh.complete_file(
+        tmp_path / "holed.npz", output, uncertainty=True, provenance=True, drop_above=0.2
+    )
+    made = dynmesh.read(output)
+    whole = dynmesh.whole_frame(holed.faces, holed)
+    assert made.standard_error is not None
+    assert made.known is not None
+    np.testing.assert_array_equal(made.standard_error[WHOLE], whole.standard_error)
+    assert (made.standard_error[:, 143] >= whole.standard_error[143]).all()
+    np.testing.assert_array_equal(made.known, made.standard_error <= 0.2)
+
+
+def test_a_start_put_together_can_be_resumed(
+    tmp_path: Path, holed: dynmesh.Sequence, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert holed.known is not None
+    monkeypatch.setattr(Checkpoint, "is_due", lambda _: True)
+    stored, output = tmp_path / "holed.npz", tmp_path / "out.h5"
+    dynmesh.complete_file(stored, tmp_path / "expected.npz", provenance=True)
+
+    def watch(frames: Iterator[Any], n: int, done: int) -> Iterator[Any]:
+        assert n == len(holed)
+        for number, frame in enumerate(frames, done):
+            if number == WHOLE + 2:
+                raise KeyboardInterrupt
+            yield frame
+
+    with pytest.raises(KeyboardInterrupt):
+        dynmesh.complete_file(stored, output, provenance=True, watch=watch)
+    report = dynmesh.complete_file(stored, output, provenance=True, resume=True)
+    assert report.resumed_at == WHOLE + 2
+    assert_same(dynmesh.read(output), dynmesh.read(tmp_path / "expected.npz"))
+
+
+def test_a_clean_start_is_without_outliers(tmp_path: Path, truth: dynmesh.Sequence) -> None:
+    vertices = truth.vertices.copy()
+    vertices[0, [40, 77]] += 3
+    dynmesh.write(tmp_path / "spikes.npz", replace(truth, vertices=vertices))
+    said = run("complete", tmp_path / "spikes.npz", tmp_path / "out.npz", "--start", "clean")
+    assert "started from frame 0, which knows 142 of 144 vertices" in said.stderr
+    made = dynmesh.read(tmp_path / "out.npz").vertices[0]
+    edge = np.linalg.norm(truth.vertices[0, 1] - truth.vertices[0, 0])
+    assert np.abs(made - truth.vertices[0])[[40, 77]].max() < 0.3 * edge
+
+
+def test_a_doubtful_start_is_said_to_be(tmp_path: Path, holed: dynmesh.Sequence) -> None:
+    rng = np.random.default_rng(0)
+    garbage = rng.normal(size=holed.vertices.shape).astype(np.float32)
+    dynmesh.write(tmp_path / "garbage.npz", replace(holed, vertices=garbage))
+    said = run("complete", tmp_path / "garbage.npz", tmp_path / "out.npz", code=3)
+    assert "the frame that was put together is probably wrong" in said.stderr
+    assert len(dynmesh.read(tmp_path / "out.npz")) == 15
+    (tmp_path / "jobs.csv").write_text("input,output\ngarbage.npz,batch.npz\n")
+    assert "0 done, 1 doubtful" in run("batch", tmp_path / "jobs.csv", code=3).stderr
 
 
 def test_zeros_are_missing_in_every_frame_but_the_whole_one(
@@ -263,7 +378,7 @@ def test_zeros_in_the_whole_frame_are_reported(truth: dynmesh.Sequence, tmp_path
     options = ("--missing", "zero", "--overwrite")
     said = run("complete", lost, output, *options).stderr
     assert "3 vertices of frame 0 at exactly (0, 0, 0), far from their neighbours" in said
-    assert "use --missing zero with --start whole or --template FILE" in said
+    assert "use --missing zero with --start best or --template FILE" in said
     assert "(0, 0, 0)" not in run("complete", lost, output, *options, "--start", "whole").stderr
     assert "(0, 0, 0)" not in run("complete", lost, output, *options, "--template", whole).stderr
     said = run("complete", whole, output, *options, "--template", lost).stderr

@@ -122,17 +122,14 @@ def test_dates_in_names_do_not_make_millions_of_frames(
         dynmesh.open(tmp_path / "in", gaps="lost")
 
 
-def test_a_lost_first_frame_needs_a_whole_one(tmp_path: Path, partial: dynmesh.Sequence) -> None:
+def test_a_lost_first_frame_is_completed_backwards(
+    tmp_path: Path, partial: dynmesh.Sequence
+) -> None:
     """An index names frames before the first file and after the last one."""
     dynmesh.write(tmp_path / "in.pvd", replace(partial, known=None))
     for number in (1001, 1010):
         (tmp_path / "in" / f"in_{number}.vtp").unlink()
     output = tmp_path / "out.npz"
-    with pytest.raises(ValueError, match=r"frame 0: 64 of 64 vertices are missing.*--start whole"):
-        dynmesh.complete_file(tmp_path / "in.pvd", output, source={"gaps": "lost"})
-    assert not output.exists()
-    report = dynmesh.complete_file(
-        tmp_path / "in.pvd", output, source={"gaps": "lost"}, start="whole"
-    )
+    report = dynmesh.complete_file(tmp_path / "in.pvd", output, source={"gaps": "lost"})
     assert (report.start, report.empty, report.frames) == (1, 2, 10)
     np.testing.assert_array_equal(dynmesh.read(output).vertices[1:9], partial.vertices[1:9])

@@ -20,6 +20,14 @@ MAY_INCLUDE = {
     "stream": {"mesh", "disconnected", "generations", "kernels", "support"},
     "completer": {"stream", "mesh", "motion", "detail", "disconnected", "generations", "support"},
     "tracker": {"stream", "mesh", "tracking", "support"},
+    "whole_frame": {
+        "stream",
+        "factor",
+        "mesh",
+        "disconnected",
+        "generations",
+        "support",
+    },
     "evaluation": {"support"},
     "c": {"stream", "support"},
 }

@@ -13,3 +13,4 @@
 #include <dynmesh/tracker.hpp>
 #include <dynmesh/types.hpp>
 #include <dynmesh/version.hpp>
+#include <dynmesh/whole_frame.hpp>

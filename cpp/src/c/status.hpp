@@ -17,6 +17,11 @@ namespace dynmesh {
 /// message of this thread. Returns `status`.
 dynmesh_status fail(dynmesh_status status, const char* message) noexcept;
 
+/// A function of the caller asked for the work to be stopped.
+struct Stopped : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 template <class Call>
 dynmesh_status guarded(const Call& call) noexcept {
   try {
@@ -28,6 +33,8 @@ dynmesh_status guarded(const Call& call) noexcept {
     return fail(DYNMESH_OUT_OF_MEMORY, "out of memory");
   } catch (const InUse& error) {
     return fail(DYNMESH_IN_USE, error.what());
+  } catch (const Stopped& error) {
+    return fail(DYNMESH_STOPPED, error.what());
   } catch (const UnreadableFile& error) {
     return fail(DYNMESH_UNREADABLE_FILE, error.what());
   } catch (const std::system_error& error) {  // a thread could not be started

@@ -19,7 +19,7 @@ import typer
 from .._extras import require
 from ..jobs.batch import Result, complete_files
 from ..jobs.job_table import optional_columns, read_jobs, report_file
-from .terminal import say, say_remarks, work_bar
+from .terminal import DOUBTFUL, say, say_remarks, work_bar
 
 
 def batch(
@@ -54,8 +54,8 @@ def batch(
 ) -> None:
     """Complete or track many files; one that fails does not stop the others.
 
-    Running the command again completes what is left. The exit code is 1 if a job failed. An
-    example of a table:
+    Running the command again completes what is left. The exit code is 1 if a job failed, else 3
+    if a result is doubtful. An example of a table:
 
     ```text
     input,output,missing,provenance
@@ -90,12 +90,15 @@ def batch(
             say(f"{how}; run the command again to continue")
             raise
     counts = Counter(result.status for result in results)
+    doubtful = f"{counts['doubtful']} doubtful, " if counts["doubtful"] else ""
     say(
-        f"{counts['done']} done, {counts['exists']} already complete, {counts['failed']} failed "
-        f"of {len(results)} jobs"
+        f"{counts['done']} done, {doubtful}{counts['exists']} already complete, "
+        f"{counts['failed']} failed of {len(results)} jobs"
     )
     if counts["failed"]:
         raise typer.Exit(1)
+    if counts["doubtful"]:
+        raise typer.Exit(DOUBTFUL)
 
 
 _patience = "10s"  # how long to wait for a scheduler

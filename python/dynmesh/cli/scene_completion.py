@@ -10,7 +10,7 @@ from ..jobs.report import FileReport
 from ..jobs.scene_completion import complete_meshes
 from .done import of_training, shares_of
 from .options import usage_error
-from .terminal import say, say_remarks, track
+from .terminal import DOUBTFUL, say, say_remarks, track
 
 
 def complete_all(
@@ -59,6 +59,8 @@ def complete_all(
         say(f"{path}: {mesh}: not completed: {reason}")
     if report.failed:
         raise typer.Exit(1)
+    if any(done.doubtful for done in report.meshes.values()):
+        raise typer.Exit(DOUBTFUL)
 
 
 def _summary(report: FileReport) -> str:

@@ -15,6 +15,7 @@ from rich.progress import (
     Progress,
     ProgressColumn,
     Task,
+    TaskID,
     TextColumn,
     TimeRemainingColumn,
 )
@@ -24,6 +25,9 @@ T = TypeVar("T")
 
 PATIENCE = 2.0
 """Seconds before a progress bar appears for what is often quick."""
+
+DOUBTFUL = 3
+"""The exit code if an output was written but is doubtful or ruined by its own measure."""
 
 _console = Console(stderr=True)
 
@@ -97,6 +101,35 @@ def work_bar(what: str) -> Iterator[Callable[[str, int, int], None]]:
         yield lambda what, done, whole: progress.update(
             task, description=what, completed=done, total=whole
         )
+
+
+@contextmanager
+def steps_bar() -> Iterator[Callable[[str, int, int], None]]:
+    """Shows a progress bar for each kind of work in steps, if it takes long.
+
+    Yields:
+        A function of what is being done, the number of steps done, and that of all steps. The bar
+        goes when they are equal.
+    """
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
+    begun: dict[str, tuple[Progress, TaskID, float]] = {}
+
+    def show(what: str, done: int, whole: int) -> None:
+        if what not in begun:
+            bar = _bar(*columns, TimeRemainingColumn())
+            begun[what] = bar, bar.add_task(what), time.monotonic() + PATIENCE
+        bar, task, show_at = begun[what]
+        bar.update(task, completed=done, total=whole)
+        if done == whole:
+            bar.stop()
+        elif time.monotonic() >= show_at:
+            bar.start()
+
+    try:
+        yield show
+    finally:
+        for bar, *_ in begun.values():
+            bar.stop()
 
 
 def _bar(*columns: ProgressColumn) -> Progress:

@@ -84,7 +84,9 @@ class Triangles:
         A ray p meets the triangle at p times volume / (u + v + w), where u, v, w are the volumes
         that p spans with the sides: none is negative if it passes inside.
         """
-        u, v, w = (np.einsum("px,px->p", normal[triangle], ray) for normal in self._normals)
+        # Here, numpy takes rows several times as fast as it indexes them.
+        normals = (np.take(normal, triangle, axis=0) for normal in self._normals)
+        u, v, w = (np.einsum("px,px->p", normal, ray) for normal in normals)
         whole = u + v + w
         inside = (whole > 0) & (np.minimum(np.minimum(u, v), w) >= -TOLERANCE * whole)
         pair = np.flatnonzero(inside)
@@ -94,7 +96,8 @@ class Triangles:
 
 def in_axes(points: Positions, origin: Any, axes: _Floats) -> _Floats:
     """Returns (k, 3) positions in other axes, the columns of a matrix; NaN if one is not finite."""
-    finite = np.isfinite(points).all(axis=1, keepdims=True)
+    x, y, z = np.isfinite(points).T  # numpy is slow along short last axes
+    finite = (x & y & z)[:, None]
     return np.asarray((np.where(finite, points, np.nan) - origin) @ axes)
 
 

@@ -35,8 +35,8 @@ _CONTACT = 1e-6
 """A triangle hides a vertex only if it is nearer by this share of the distance. This exceeds the
 rounding of float32, so that vertices at one position, as along a seam, do not hide each other."""
 
-_GRID = 1024
-"""Cells along either side of the image; affects only speed and memory."""
+_MOST_CELLS = 1024
+"""Along either side of the image; bounds the memory."""
 
 
 @dataclass(frozen=True)
@@ -147,16 +147,16 @@ def visible(points: Positions, faces: _Integers, camera: Camera, among: Mask | N
     scale = 1 / math.tan(math.radians(camera.field_of_view) / 2)
     # Axes to the right, up and ahead, scaled such that the image is |x|, |y| <= z > 0.
     local = in_axes(points, np.array(camera.position), axes_of(camera) * [scale, scale, 1])
-    x, y, z = local.T
+    x, y, z = np.ascontiguousarray(local.T)
     seen: Mask = np.asarray((z > 0) & (np.abs(x) <= z) & (np.abs(y) <= z))
     if among is not None:
         seen &= among
     triangles = Triangles(local[faces.T], -1, 1)
     for triangle, vertex in _pairs(triangles, local, np.flatnonzero(seen)):
         # Most pairs are of a triangle behind the vertex.
-        nearer = triangles.depth[triangle] < local[vertex, 2]
+        nearer = np.take(triangles.depth, triangle) < np.take(z, vertex)
         triangle, vertex = triangle[nearer], vertex[nearer]
-        hits = triangles.meet(triangle, local[vertex])
+        hits = triangles.meet(triangle, np.take(local, vertex, axis=0))
         hidden = hits.pair[hits.volume < (1 - _CONTACT) * hits.whole]
         # A triangle never hides its own corners, except by rounding if it is seen edge-on.
         own = (faces[triangles.number[triangle[hidden]]] == vertex[hidden, None]).any(axis=1)
@@ -168,15 +168,16 @@ def _pairs(
     triangles: Triangles, local: _Floats, vertices: _Integers
 ) -> Iterator[tuple[_Integers, _Integers]]:
     """Yields pairs of a triangle and a vertex in the grid cells of its bounding box."""
-    column, row = _cell(local[vertices, :2] / local[vertices, 2:]).T
-    cell = row * _GRID + column
+    grid = _cells_along_a_side(len(vertices))
+    column, row = _cell(local[vertices, :2] / local[vertices, 2:], grid).T
+    cell = row * grid + column
     in_cells = vertices[np.argsort(cell, kind="stable")]
-    starts = np.concatenate([[0], np.cumsum(np.bincount(cell, minlength=_GRID * _GRID))])
+    starts = np.concatenate([[0], np.cumsum(np.bincount(cell, minlength=grid * grid))])
     # Runs of consecutive vertices, one for each row of cells of each bounding box.
-    low, high = _cell(triangles.low - TOLERANCE), _cell(triangles.high + TOLERANCE)
+    low, high = _cell(triangles.low - TOLERANCE, grid), _cell(triangles.high + TOLERANCE, grid)
     triangle, row = rows_of(low[:, 1], high[:, 1])
-    first = starts[row * _GRID + low[triangle, 0]]
-    lengths = starts[row * _GRID + high[triangle, 0] + 1] - first
+    first = starts[row * grid + low[triangle, 0]]
+    lengths = starts[row * grid + high[triangle, 0] + 1] - first
     filled = lengths > 0
     triangle, first, lengths = triangle[filled], first[filled], lengths[filled]
     for run in portions(lengths):
@@ -186,10 +187,19 @@ def _pairs(
         )
 
 
-def _cell(image: _Floats) -> NDArray[np.int64]:
-    """Returns column and row, of the nearest cell for points outside the image."""
-    cell = np.floor((image + 1) * (_GRID / 2))
-    return np.clip(cell, 0, _GRID - 1).astype(np.int64)
+def _cells_along_a_side(n_vertices: int) -> int:
+    """Returns a size of the grid, which affects only speed and memory.
+
+    There are about sixteen cells for each vertex: with fewer, triangles meet more vertices in vain;
+    with more, counting the vertices in them takes longer than what it saves.
+    """
+    return min(4 * math.isqrt(n_vertices) + 1, _MOST_CELLS)
+
+
+def _cell(image: _Floats, grid: int) -> NDArray[np.int64]:
+    """Returns column and row, of the nearest of grid x grid cells for points outside the image."""
+    cell = np.floor((image + 1) * (grid / 2))
+    return np.clip(cell, 0, grid - 1).astype(np.int64)
 
 
 def axes_of(camera: Camera) -> _Floats:

@@ -14,9 +14,9 @@ faulty. note: information."""
 SEVERITIES: tuple[Severity, ...] = ("error", "warning", "note")
 
 SEVERITY_OF: dict[str, Severity] = {
-    "first_frame_incomplete": "error",
     "known_not_finite": "error",
     "no_faces": "error",
+    "first_frame_incomplete": "warning",
     "scrambled_frames": "warning",
     "first_frame_zeros": "warning",
     "zeros": "warning",

@@ -50,6 +50,7 @@ class Presence:
         self._missing = np.flatnonzero(~said)
         self._first_whole: int | None = None
         self._seen = np.zeros(self._n_vertices, np.bool_)
+        self._best, self._known_in_best = 0, mesh.observed
         self._unusable = _Places(self._n_vertices)
         self._zeros = _Places(self._n_vertices)
         # A vertex that was first observed at the origin may really be there.
@@ -66,6 +67,8 @@ class Presence:
         """Takes the next frame into account and returns which of its positions are plausible."""
         self._count(number, frame, observed)
         self._seen |= observed
+        if np.count_nonzero(observed) > np.count_nonzero(self._known_in_best):
+            self._best, self._known_in_best = number, observed
         zero = observed & ~frame.points.any(axis=1)
         self._began_at_zero |= zero & ~self._met
         self._met |= observed
@@ -102,27 +105,39 @@ class Presence:
         missing = self._missing
         if not len(missing):
             return
-        whole = "No frame is complete: take one from a template or a scan at rest, --template FILE."
+        start = self._best_frame()
         if self._first_whole is not None:
-            whole = (
-                f"Frame {self._first_whole} is the first complete one: --start whole completes "
-                "the frames after it forwards and those before it backwards; or take a complete "
-                "frame from a template or a scan at rest, --template FILE."
-            )
+            start = f"Completion starts from frame {self._first_whole}, the first complete one."
         yield Finding.at(
             "first_frame_incomplete",
             f"Frame 0 lacks {len(missing)} of {counted(self._n_vertices, 'vertex')}: "
             f"{listed('vertex', missing)}.",
-            f"Completion starts from a complete frame, by default frame 0. {whole}",
+            f"{start} Frames before it are completed backwards. A complete mesh from a template or "
+            "a scan at rest, --template FILE, may be better.",
             vertices=missing,
             frames=[0],
+            severity="warning" if self._known_in_best.any() else "error",
+        )
+
+    def _best_frame(self) -> str:
+        """Says what the frame that knows most lacks, and who knows it."""
+        known = np.count_nonzero(self._known_in_best)
+        if known == 0:
+            return "Nothing was observed in any frame, so the sequence cannot be completed."
+        ever = np.count_nonzero(self._seen | self._mesh.observed)
+        never = self._n_vertices - ever
+        return (
+            f"No frame is complete. Completion starts from frame {self._best}, which knows most "
+            f"vertices, {percent(known / self._n_vertices)}; "
+            f"{percent((ever - known) / self._n_vertices)} are put together from other frames, "
+            f"and {percent(never / self._n_vertices)} were seen in no frame."
         )
 
     def _zeros_of_frame_0(self) -> Iterator[Finding]:
         zeros = np.flatnonzero(self._mesh.zeros)
         if not len(zeros):
             return
-        whole = "--template FILE, as no frame is complete"
+        whole = "--start best, as no other frame is complete"
         if self._first_whole is not None:
             whole = f"--start whole: frame {self._first_whole} is the first complete one"
         yield Finding.at(

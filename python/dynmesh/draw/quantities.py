@@ -12,6 +12,7 @@ from .._checks import check_finite
 from .._errors import InputError
 from ..calibration import RULES
 from ..files import Frame, Reader
+from ..frames.attributes import FUSED
 from ..metrics import bounding_box_diagonal
 from ..sequence import Mask
 from .figures import HEATMAP_RANGE
@@ -206,14 +207,13 @@ def _length_scale(name: str) -> Callable[[Sources, Sequence[Values], Range | Non
 
 def _count_scale(title: str) -> Callable[[Sources, Sequence[Values], Range | None], Scale]:
     def scale(_: Sources, values: Sequence[Values], range: Range | None) -> Scale:
-        disconnected = "disconnected" if any((v < 0).any() for v in values) else None
+        lowest = min((int(v.min()) for v in values if len(v)), default=0)
+        below = {-1: "disconnected", FUSED: "put together or disconnected"}.get(lowest)
         if range is not None:
             fixed, largest = max(1, int(range[0])), int(range[1])
         else:
             fixed, largest = None, max((int(v.max()) for v in values if len(v)), default=0)
-        return CountScale(
-            title, max(largest, 0), zero="observed", minus_one=disconnected, fixed=fixed
-        )
+        return CountScale(title, max(largest, 0), zero="observed", minus_one=below, fixed=fixed)
 
     return scale
 

@@ -15,6 +15,10 @@ Provenance: TypeAlias = NDArray[np.integer[Any]]
 StandardError: TypeAlias = NDArray[np.floating[Any]]
 """How far each vertex may be off; see :data:`dynmesh.sequence.StandardErrorOf`."""
 
+FUSED = -2
+"""The generation of a vertex that was put together from other frames: see
+:func:`dynmesh.whole_frame`."""
+
 _ACCEPTED = {
     "b": ("b", "bool, not {}; if it holds a flag for each vertex, convert it with .astype(bool)"),
     "i": ("iu", "integers, not {}"),
@@ -119,7 +123,8 @@ class VertexAttributes:
     """What is known of the origin of positions, for all vertices of a frame or of all frames.
 
     Attributes:
-        generation: integers, 0 for anchors, g for satellites, -1 for disconnected vertices.
+        generation: integers, 0 for anchors, g for satellites, -1 for disconnected vertices, -2 for
+            those that were put together from other frames, where completion starts.
         age: integers, frames since the vertex was last observed; None if `generation` is.
         standard_error: floats, in the unit of the positions; None if they were not estimated.
     """

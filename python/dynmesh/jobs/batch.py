@@ -46,15 +46,17 @@ class Result:
 
     Attributes:
         job: the job.
-        status: "done", "exists" if the output was already complete, or "failed".
-        reason: why the job failed, in one line; empty otherwise.
+        status: "done", "doubtful" if the output was written but is probably wrong, "exists" if it
+            was already complete, or "failed".
+        reason: why the job failed, in one line; empty otherwise. The remarks say why a result is
+            doubtful.
         frames: number of frames in the output, of all its meshes; 0 if it was not written.
         seconds: the time that the job took.
         remarks: remarks about the output for the user, one line each.
     """
 
     job: Job | TrackingJob
-    status: Literal["done", "exists", "failed"]
+    status: Literal["done", "doubtful", "exists", "failed"]
     reason: str = ""
     frames: int = 0
     seconds: float = 0.0
@@ -138,7 +140,9 @@ def _run(job: Job | TrackingJob, overwrite: bool) -> Result:
     if report.existed:
         return Result(job, "exists")
     seconds = time.monotonic() - began
-    return Result(job, "done", "", report.frames, seconds, report.remarks)
+    doubtful = isinstance(report, FileReport) and report.doubtful
+    status: Literal["done", "doubtful"] = "doubtful" if doubtful else "done"
+    return Result(job, status, "", report.frames, seconds, report.remarks)
 
 
 def _make_folder(folder: Path) -> None:
@@ -157,13 +161,14 @@ def _make(job: Job | TrackingJob, overwrite: bool, *, resume: bool) -> FileRepor
 def _result_of_scene(job: Job, report: SceneReport, began: float) -> Result:
     """A job has failed if one of its meshes has, although the others are in the output."""
     failed = "; ".join(f"{mesh}: {why}" for mesh, why in report.failed.items())
+    doubtful = any(one.doubtful for one in report.meshes.values())
     return Result(
         job,
-        "failed" if failed else "done",
+        "failed" if failed else "doubtful" if doubtful else "done",
         f"{job.input}: {failed}; the other meshes are in {job.output}" if failed else "",
         sum(one.frames for one in report.meshes.values()),
         time.monotonic() - began,
-        report.remarks,
+        (*report.remarks, *(f"{m}: {r}" for m, one in report.meshes.items() for r in one.remarks)),
     )
 
 

@@ -19,6 +19,7 @@ from .option import (
     OUTPUT,
     OUTPUT_FORMAT,
     SOURCE,
+    STARTS,
     TRAINING,
     WHAT,
     Start,
@@ -48,11 +49,13 @@ class CompletionOptions:
         default_factory=Source, metadata={"source": {**SOURCE, "prim": _PRIM_OR_ALL}}
     )
     start: Start = given(
-        0,
-        "The frame without missing vertices from which completion starts, counted from 0, or "
-        "whole for the first one. Frames before it are completed backwards.",
+        "auto",
+        "The frame from which completion starts. Frames before it are completed backwards. auto: "
+        "frame 0 if no vertex is missing, else the first such frame, else the best one; whole: the "
+        "first frame without missing vertices; best: the frame that knows most; N, counted from 0. "
+        "What the frame lacks is put together from all others. clean: as auto, without outliers.",
         WHAT,
-        metavar="N|whole",
+        metavar="auto|best|clean|whole|N",
         parse=start_of,
     )
     template: PathLike | None = given(
@@ -153,16 +156,17 @@ class CompletionKeywords(SceneKeywords, total=False):
 
 def check_start(start: object, template: object) -> None:
     """Refuses what cannot name a whole frame."""
+    names = ", ".join(map(repr, STARTS))
     if isinstance(start, str):
-        if start != "whole":
-            raise InputError(f"must be 'whole' or a frame, not {start!r}", argument="start")
+        if start not in STARTS:
+            raise InputError(f"must be {names} or a frame, not {start!r}", argument="start")
     elif not isinstance(start, int | np.integer) or isinstance(start, bool):
-        raise KindError(f"must be 'whole' or a whole number, not {start!r}", argument="start")
+        raise KindError(f"must be {names} or a whole number, not {start!r}", argument="start")
     elif start < 0:
         raise InputError(f"must be 0 or more, not {start}", argument="start")
     if template is not None:
         check_path("template", template)
-        if start != 0:
+        if start != "auto":
             raise InputError(
                 "stands before frame 0, so completion cannot also start at a frame: leave out one "
                 "of start and template",

@@ -12,9 +12,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .._errors import locating
 from ..files import Frame, Reader, Writer
+from ..frames.attributes import FUSED
 from ..sequence import Positions
 from .checkpoint import BEGINNING, Progress
 from .completion_options import CompletionOptions
@@ -150,13 +152,13 @@ class Directions:
                 points = np.array(start_frame.points, completer.dtype)
             else:
                 points = completer.push(frame.points, frame.known)
-                self.tally.add(completer, self._drop_above)
+                self.tally.add(completer, self._standard_error(), self._drop_above)
         return self._as_written(points)
 
     def _as_written(self, points: Positions) -> Frame:
         """Returns the completed frame with what is known of it, without what is too uncertain."""
         completer, known = self._completer, None
-        bars = completer.standard_error if completer.settings["uncertainty"] else None
+        bars = self._standard_error()
         if self._drop_above is not None:
             assert bars is not None  # as complete_file has set
             known = np.asarray(bars <= self._drop_above)
@@ -165,10 +167,26 @@ class Directions:
         return Frame(
             points,
             known,
-            generation=completer.generation,
+            generation=self._generation(),
             age=completer.age,
             standard_error=bars,
         )
+
+    def _standard_error(self) -> NDArray[np.floating[Any]] | None:
+        """(k,) the standard errors, with that of the start for vertices not observed since."""
+        completer, made = self._completer, self._start_frame.made
+        if not completer.settings["uncertainty"]:
+            return None
+        if made is None:
+            return completer.standard_error
+        since = np.where(completer.age >= completer.n_frames, made.standard_error, 0)
+        return np.asarray(np.hypot(completer.standard_error, since))
+
+    def _generation(self) -> NDArray[np.int32]:
+        made = self._start_frame.made
+        if made is None or self._completer.n_frames:
+            return self._completer.generation
+        return np.where(made.known, 0, FUSED).astype(np.int32)
 
 
 def _backwards(reader: Reader, stop: int) -> Iterator[Frame]:

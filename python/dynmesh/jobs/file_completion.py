@@ -13,7 +13,7 @@ from .directions import Directions, Watch
 from .option import paths_of, takes
 from .report import FileReport, Tally
 from .resumable import ResumableOutput, check_resumable
-from .start import open_at_start
+from .start import WatchStart, open_at_start
 from .training import Training, WatchTraining
 
 
@@ -45,7 +45,13 @@ def complete_file(
     Args:
         path: the incomplete sequence, in any format.
         output: path of the completed sequence.
-        start: the number of a whole frame, counted from 0, or "whole" for the first one.
+        start: the frame from which completion starts; frames before it are completed backwards.
+            "auto" is frame 0 if no vertex is missing there, else the first such frame, else as
+            "best"; "whole" is the first frame without missing vertices, which must exist; "best" is
+            the frame that knows most vertices; a number is that frame, counted from 0. What the
+            frame lacks is put together from all others by :func:`dynmesh.whole_frame`, and the
+            remarks of the report say so. "clean" is as "auto", but known positions that contradict
+            other frames are left out and estimated, and with `noise` the frame is smoothed.
         template: a mesh file of any format, whose first frame stands before frame 0, which may then
             be incomplete. It has the vertices and faces of the sequence, or provides its faces.
         training: one or several files, of any format, with complete frames of the same mesh, for
@@ -57,7 +63,8 @@ def complete_file(
         fps: frames per second of the output; None means those of the input.
         provenance: whether to write the generation and the age of every vertex, and with
             `uncertainty` its standard error. Before the frame `start`, the age counts the frames
-            until the vertex is next observed.
+            until the vertex is next observed. In that frame, the generation is -2 where it was put
+            together from other frames.
         drop_above: a distance in the unit of the positions. Vertices whose standard error exceeds
             it are left missing, NaN and in the known mask, instead of being filled in. Implies
             `uncertainty`.
@@ -106,8 +113,12 @@ def complete_into(
     *,
     watch: Watch | None = None,
     watch_training: WatchTraining | None = None,
+    watch_start: WatchStart | None = None,
 ) -> FileReport:
-    """As :func:`complete_file`, with an object for the options."""
+    """As :func:`complete_file`, with an object for the options.
+
+    `watch_start` is called while the frame is sought or put together from which completion starts.
+    """
     check_path("path", path)
     check_path("output", output)
     options = options.checked()
@@ -117,7 +128,7 @@ def complete_into(
     if resume:
         check_resumable(target)
     source = Path(path)
-    with open_at_start(source, options) as (reader, start_frame):
+    with open_at_start(source, options, watch_start) as (reader, start_frame):
         header = options.header(reader.header)
         training = Training(paths_of(options.training), reader, watch_training)
         said = start_frame.described() | training.described() | options.described()
@@ -144,5 +155,7 @@ def complete_into(
     if not outcome.was_complete:
         told = tally.remarks(header.metres_per_unit)
         remarks = (*outcome.remarks, *start_frame.remarks(options.settings["noise"]), *told)
-    report = tally.report(header.n_frames, outcome.resumed_at, remarks, start_frame.number)
+    report = tally.report(
+        header.n_frames, outcome.resumed_at, remarks, start_frame.number, start_frame.doubtful
+    )
     return replace(report, existed=outcome.existed)

@@ -14,8 +14,11 @@ from ..settings import SETTINGS, Function, Settings, default_settings, with_keyw
 WHAT, HOW, FILES, OUTPUT = "What to complete", "How to complete", "Files", "Output"
 """Headings in the help of commands."""
 
-Start: TypeAlias = int | Literal["whole"]
-"""The number of a whole frame, counted from 0, or "whole" for the first one."""
+Start: TypeAlias = int | Literal["auto", "whole", "best", "clean"]
+"""The frame from which completion starts: see :func:`dynmesh.complete_file`."""
+
+STARTS: tuple[Literal["auto", "whole", "best", "clean"], ...] = ("auto", "whole", "best", "clean")
+"""The names among them."""
 
 
 TrainingFiles: TypeAlias = PathLike | Iterable[PathLike]
@@ -57,15 +60,16 @@ class Option:
 
 
 def start_of(text: str) -> Start:
-    """Parses the frame at which completion starts: a number, or "whole".
+    """Parses the frame at which completion starts: a number or a name.
 
     Raises:
         ValueError: it is neither.
     """
-    if text == "whole":
-        return "whole"
+    for name in STARTS:
+        if text == name:
+            return name
     if not text.isdecimal():
-        raise ValueError(f"must be whole or the number of a frame, not '{text}'")
+        raise ValueError(f"must be {', '.join(STARTS)} or the number of a frame, not '{text}'")
     return int(text)
 
 

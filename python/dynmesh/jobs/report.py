@@ -9,6 +9,7 @@ import numpy as np
 
 from .._core import Completer
 from ..calibration import Distances, in_words
+from ..frames.attributes import StandardError
 from ..sequence import Mask
 
 _COUNTED = ("known", "filled", "disconnected", "rejected")
@@ -40,6 +41,7 @@ class FileReport:
         hidden_long: number of vertices that were hidden for 20 frames or more; 0 with method
             detail, which keeps their shape.
         start: the number of the whole frame from which completion started, or -1 for a template.
+        doubtful: whether that frame was put together from others and is probably wrong.
         prior_weight: with training, how far its poses were used, from 0 to 1, on average over the
             frames in which some vertices were known and others missing; None if there are none.
         prior_share: the share of the residual that the poses prior_share, over the same frames.
@@ -62,6 +64,7 @@ class FileReport:
     empty: int = 0
     hidden_long: int = 0
     start: int = 0
+    doubtful: bool = False
     prior_weight: float | None = None
     prior_share: float | None = None
     within_90: float | None = None
@@ -83,8 +86,13 @@ class Tally:
     dropped: int = 0
     hidden_long: Mask = field(default_factory=lambda: np.zeros(0, np.bool_))
 
-    def add(self, completer: Completer, drop_above: float | None = None) -> None:
-        """Takes the last frame of the completer into account.
+    def add(
+        self,
+        completer: Completer,
+        standard_error: StandardError | None = None,
+        drop_above: float | None = None,
+    ) -> None:
+        """Takes the last frame of the completer into account, with its standard errors.
 
         Vertices whose standard error exceeds `drop_above` do not count among the distances.
         """
@@ -95,11 +103,11 @@ class Tally:
         if self.trained and report.known and report.filled:
             self.prior_weight.append(report.prior_weight)
             self.prior_share.append(report.prior_share)
-        if completer.settings["uncertainty"]:
+        if standard_error is not None:
             kept = completer.generation > 0
             if drop_above is not None:
-                kept &= completer.standard_error <= drop_above
-            self.distances.add(completer.standard_error, kept)
+                kept &= standard_error <= drop_above
+            self.distances.add(standard_error, kept)
         if self.method == "motion" and report.known < completer.n_vertices:
             long = completer.age >= LONG
             self.hidden_long = long | self.hidden_long if len(self.hidden_long) else long
@@ -117,7 +125,12 @@ class Tally:
             )
 
     def report(
-        self, frames: int, resumed_at: int, remarks: tuple[str, ...], start: int
+        self,
+        frames: int,
+        resumed_at: int,
+        remarks: tuple[str, ...],
+        start: int,
+        doubtful: bool,
     ) -> FileReport:
         """Returns what was done to a file with that many frames."""
         counts: dict[str, Any] = dict(self.counts)
@@ -131,6 +144,7 @@ class Tally:
             empty=self.empty,
             hidden_long=int(np.count_nonzero(self.hidden_long)),
             start=start,
+            doubtful=doubtful,
             prior_weight=float(np.mean(self.prior_weight)) if self.prior_weight else None,
             prior_share=float(np.mean(self.prior_share)) if self.prior_share else None,
             within_90=self.distances.within(0.9),

@@ -66,8 +66,7 @@ def complete_scene(
     Args:
         path: a USD stage or an Alembic archive.
         output: path of the result, USD or Alembic.
-        start: the number of a frame that is whole in every mesh, counted from 0, or "whole" for the
-            first whole frame of each; see :func:`complete_file`.
+        start: the frame of each mesh from which its completion starts; see :func:`complete_file`.
         training: see :func:`complete_file`. A scene with the meshes at the same paths, or a file
             with the only mesh that moves.
         source: how to read the input: `format` and `missing` as in :func:`dynmesh.open`.
@@ -204,7 +203,7 @@ class _Job:
         for mesh in meshes:
             with self._noting(mesh), open_mesh(self._scene, mesh, missing) as reader:
                 header = options.header(reader.header)
-                start_frame = start_in(reader, options.start)
+                start_frame = start_in(reader, options)
                 training = Training(self._training_files, reader)
                 read: list[Frame] = []
                 zeros = ZeroCount()
@@ -217,7 +216,7 @@ class _Job:
                 told = passes.tally.remarks(header.metres_per_unit)
                 remarks = (*start_frame.remarks(options.settings["noise"]), *told, *zeros.hint())
                 self._reports[mesh] = passes.tally.report(
-                    header.n_frames, 0, remarks, start_frame.number
+                    header.n_frames, 0, remarks, start_frame.number, start_frame.doubtful
                 )
             if mesh in self._reports:
                 self._take_over(spool.path, header, writing)

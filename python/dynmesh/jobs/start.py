@@ -1,23 +1,32 @@
-"""The whole frame from which completion starts: a frame of the sequence, or a template."""
+"""The whole frame from which completion starts: a frame of the sequence, or a template.
+
+What a frame of the sequence lacks is put together from the others.
+"""
 
 import contextlib
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field
+import zlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from .. import files
 from .._errors import InputError, locating
+from ..diagnosis.finding import counted
 from ..diagnosis.presence import observed_in
 from ..diagnosis.stray_zeros import edges_of, lengths_of, stray_zeros
 from ..files import Frame, Reader, Source
 from ..metrics import bounding_box_diagonal
 from ..sequence import Positions
+from ..whole_frames import WholeFrame, whole_frame
 from .checkpoint import identity
 from .completion_options import CompletionOptions
-from .option import Start
+
+WatchStart: TypeAlias = Callable[[str, int, int], object]
+"""Called with what is being done, the steps that are done and their number; the work has ended when
+they are equal."""
 
 _MUCH_NOISE = 0.02  # bounding-box diagonals
 _OTHER_UNIT = 3.0
@@ -34,6 +43,8 @@ class StartFrame:
         files: those that hold a template.
         zeros: how many of the points are probably zeros that a sensor wrote for missing vertices.
         scale: of a template: how many times as long its edges are as those of frame 0 (median).
+        sought: whether it was found by a search for the first whole frame.
+        made: what was put together from other frames; None if the frame was whole.
     """
 
     points: Positions
@@ -41,6 +52,8 @@ class StartFrame:
     files: tuple[Path, ...] = field(default=())
     zeros: int = 0
     scale: float = 1.0
+    sought: bool = False
+    made: WholeFrame | None = None
 
     @property
     def n_before(self) -> int:
@@ -49,7 +62,9 @@ class StartFrame:
 
     def described(self) -> dict[str, Any]:
         """What a checkpoint remembers of it."""
-        return {"start": self.number, "template": list(map(identity, self.files))}
+        fused = None if self.made is None else zlib.crc32(self.points.tobytes())
+        template = list(map(identity, self.files))
+        return {"start": self.number, "template": template, "fused": fused}
 
     def remarks(self, noise: float | None) -> Iterator[str]:
         """Yields what is probably wrong with it, or with the noise that is to be smoothed."""
@@ -58,7 +73,7 @@ class StartFrame:
             many = "1 vertex" if self.zeros == 1 else f"{self.zeros} vertices"
             yield (
                 f"{many} of {where} at exactly (0, 0, 0), far from their neighbours, were taken as "
-                "positions; if nothing was observed there, use --missing zero with --start whole "
+                "positions; if nothing was observed there, use --missing zero with --start best "
                 "or --template FILE"
             )
         if not 1 / _OTHER_UNIT < self.scale < _OTHER_UNIT:
@@ -67,6 +82,7 @@ class StartFrame:
                 f"the edges of the template are {times:g} times as long as those of frame "
                 "0; it must be in the unit of the sequence"
             )
+        yield from self._of_fused()
         share = (noise or 0.0) / (bounding_box_diagonal(self.points) or np.inf)
         if share > _MUCH_NOISE:
             yield (
@@ -74,27 +90,74 @@ class StartFrame:
                 "must be in the unit of the positions"
             )
 
+    @property
+    def doubtful(self) -> bool:
+        """Whether what was put together is probably wrong."""
+        return self.made is not None and self.made.doubtful
+
+    def _of_fused(self) -> Iterator[str]:
+        if self.sought:
+            yield f"completion started from frame {self.number}, the first whole one"
+        if self.made is None:
+            return
+        k, known = len(self.points), int(np.count_nonzero(self.made.known))
+        unseen = int(np.count_nonzero(~self.made.seen))
+        yield (
+            f"completion started from frame {self.number}, which knows {known} of "
+            f"{counted(k, 'vertex')}; {k - known - unseen} were put together from other frames"
+            + (f", {unseen} were seen in no frame" if unseen else "")
+        )
+        if self.made.doubtful:
+            yield (
+                "the frame that was put together is probably wrong, as its edges are far from the "
+                "lengths that other frames show; look at it with dynmesh view, and give a whole "
+                "mesh with --template FILE"
+            )
+
 
 @contextlib.contextmanager
-def open_at_start(path: Path, options: CompletionOptions) -> Iterator[tuple[Reader, StartFrame]]:
+def open_at_start(
+    path: Path, options: CompletionOptions, watch: WatchStart | None = None
+) -> Iterator[tuple[Reader, StartFrame]]:
     """Opens a sequence and finds the whole frame from which its completion starts.
 
     Raises:
         OSError, ImportError, TypeError, ValueError: the errors of :func:`dynmesh.open`; also if
-            that frame does not exist or is not whole, or if the template has another mesh.
+            that frame does not exist, if no vertex is known in any, or if the template has another
+            mesh.
     """
     if options.template is not None:
         with _open_with(Path(options.template), path, options.source) as (reader, first):
             yield reader, first
         return
     with files.open(path, **options.source) as reader:
-        yield reader, start_in(reader, options.start)
+        yield reader, start_in(reader, options, watch)
 
 
-def start_in(reader: Reader, start: Start) -> StartFrame:
-    """Returns the frame of the sequence from which its completion starts, which must be whole."""
-    number = find_whole_frame(reader) if start == "whole" else int(start)
-    reader.whole = number
+def start_in(
+    reader: Reader, options: CompletionOptions, watch: WatchStart | None = None
+) -> StartFrame:
+    """Returns the frame of the sequence from which its completion starts."""
+    start = options.start
+    number: int | None = None
+    found: StartFrame | None = None
+    if start == "whole":
+        number = find_whole_frame(reader, watch)
+    elif start in ("auto", "clean"):
+        found = _taken(reader, 0)
+        number = 0 if found else _first_whole_frame(reader, watch)[0]
+    elif start != "best":
+        number = int(start)
+        _check_number(number, reader)
+    if number is None or start == "clean":
+        return _put_together(reader, number, options, watch)
+    found = found or _taken(reader, number)
+    if found is None:
+        return _put_together(reader, number, options, watch)
+    return replace(found, sought=isinstance(start, str) and number > 0)
+
+
+def _check_number(number: int, reader: Reader) -> None:
     n = reader.n_frames
     if number >= n:
         raise InputError(
@@ -102,14 +165,36 @@ def start_in(reader: Reader, start: Start) -> StartFrame:
             "frames are counted from 0, whatever their numbers in the file",
             argument="start",
         )
+
+
+def _taken(reader: Reader, number: int) -> StartFrame | None:
+    """The frame with this number, in which zeros are positions, if no vertex is missing."""
+    reader.whole = number
     frame = frame_at(reader, number)
-    with locating(frame=number, file=reader.path):
-        check_whole(
-            frame,
-            "; completion starts from a whole frame: --start whole begins at the first one, and "
-            "--template FILE takes one from a file (in Python, start='whole' and template=)",
-        )
+    if not observed_in(frame).all():
+        return None
     return StartFrame(np.array(frame.points), number, zeros=_zeros_in(frame.points, reader))
+
+
+def _put_together(
+    reader: Reader, number: int | None, options: CompletionOptions, watch: WatchStart | None
+) -> StartFrame:
+    """Makes a frame of the sequence whole: the best one, or that with this number."""
+    what = "putting a whole frame together"
+    with locating(file=reader.path):
+        made = whole_frame(
+            reader.faces,
+            reader,
+            frame="best" if number is None else number,
+            noise=options.settings["noise"],
+            outliers=options.start == "clean",
+            threads=options.settings["threads"],
+            progress=None if watch is None else lambda done, of: watch(what, done, of),
+        )
+    if watch is not None:
+        watch(what, 1, 1)
+    reader.whole = None
+    return StartFrame(made.positions, made.frame, made=made)
 
 
 def frame_at(reader: Reader, number: int) -> Frame:
@@ -126,33 +211,40 @@ def template_of(reader: Reader) -> Positions:
     return np.array(frame.points)
 
 
-def find_whole_frame(
-    reader: Reader,
-    watch: Callable[[Iterable[Frame], int], Iterable[Frame]] = lambda frames, _: frames,
-) -> int:
+def find_whole_frame(reader: Reader, watch: WatchStart | None = None) -> int:
     """Returns the number of the first frame in which every vertex was observed.
-
-    Args:
-        reader: of the sequence.
-        watch: called with the frames and their number; it must pass the frames on.
 
     Raises:
         ValueError: no frame is whole.
     """
+    number, fullest, least = _first_whole_frame(reader, watch)
+    if number is None:
+        raise InputError(
+            f"no frame is whole; frame {fullest} lacks the fewest, {least} of {reader.n_vertices} "
+            "vertices; --start best puts a whole frame together from all of them, --template FILE "
+            "takes one from a file (in Python, start='best' and template=)",
+            file=reader.path,
+        )
+    return number
+
+
+def _first_whole_frame(reader: Reader, watch: WatchStart | None) -> tuple[int | None, int, int]:
+    """The first whole frame, or None; the one that lacks the fewest vertices, and their number."""
     reader.whole = None
-    fullest, least = 0, reader.n_vertices + 1
+    fullest, least, n = 0, reader.n_vertices + 1, reader.n_frames
+    what = "looking for a whole frame"
     with contextlib.closing(reader.frames()) as frames:
-        for number, frame in enumerate(watch(frames, reader.n_frames)):
+        for number, frame in enumerate(frames):
+            if watch is not None:
+                watch(what, number, n)
             missing = int(np.count_nonzero(~observed_in(frame)))
-            if missing == 0:
-                return number
             if missing < least:
                 fullest, least = number, missing
-    raise InputError(
-        f"no frame is whole; frame {fullest} lacks the fewest, {least} of {reader.n_vertices} "
-        "vertices; take a whole mesh from a file with --template FILE (in Python, template=)",
-        file=reader.path,
-    )
+            if missing == 0:
+                break
+    if watch is not None:
+        watch(what, n, n)
+    return (fullest if least == 0 else None), fullest, least
 
 
 @contextlib.contextmanager

@@ -14,7 +14,7 @@ from ..frames.scenes import listed
 from ..sequence import Positions
 from ..settings import Settings
 from .checkpoint import identity
-from .start import check_same_mesh, check_whole, start_in
+from .start import check_same_mesh, check_whole, find_whole_frame, frame_at
 
 WatchTraining: TypeAlias = Callable[[Iterator[Positions], int], Iterator[Positions]]
 """Is called with the frames of all training files and their number; it must pass the frames on."""
@@ -93,7 +93,7 @@ class Training:
             OSError, ValueError: a training file cannot be read, or no frame of the sequence
                 is whole.
         """
-        first = start_in(self._reader, "whole")
+        first = frame_at(self._reader, find_whole_frame(self._reader))
         with self._naming():
             return training_summary(self._reader.faces, first.points, self._frames())
 

@@ -44,8 +44,9 @@ def new_figure(width: float, height: float) -> Iterator["Figure"]:
 def save(figure: "Figure", folder: Path, name: str, *, is_chart: bool) -> Path:
     """Writes NAME.png and NAME.svg, and returns the path of the PNG."""
     path = folder / f"{name}.png"
-    figure.savefig(folder / f"{name}.svg")
     save_png(figure, path, is_chart=is_chart)
+    figure.set_layout_engine("none")  # the layout of the PNG remains; another one takes long
+    figure.savefig(folder / f"{name}.svg")
     return path
 
 

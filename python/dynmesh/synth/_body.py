@@ -7,7 +7,7 @@ Rest pose: metres, x to the figure's right, y forward, z up, soles at 0, arms st
 """
 
 from dataclasses import dataclass
-from typing import Self
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,6 +87,7 @@ _BOXES = (
     ((0, 5), (-5, 7), (103, 117)),  # head
 )
 _RELAXATIONS = 20
+_POINTS_AT_ONCE = 2000
 _WEIGHT_DIFFUSIONS = 45  # a standard deviation of about four edges, the bend of a joint
 
 
@@ -137,35 +138,43 @@ class Body:
     faces: NDArray[np.int32]
     weights: Floats
 
-    @classmethod
-    def of_girth(cls, girth: float) -> Self:
-        """Return the figure with all its flesh `girth` times as thick as usual."""
-        corners, squares = _lattice_surface()
-        neighbours = _neighbour_table(squares)
-        flesh = _Flesh(girth)
-        vertices = corners.astype(np.float64) * _CELL
-        for _ in range(_RELAXATIONS):
-            vertices = flesh.project(_averaged(vertices, neighbours))
-        bones = list(JOINTS)
-        owners = np.array([bones.index(bone) for bone in flesh.bones])
-        weights = np.eye(len(bones))[owners[flesh.nearest(vertices)]]
-        for _ in range(_WEIGHT_DIFFUSIONS):
-            weights = _averaged(weights, neighbours)
-        triangles = np.concatenate([squares[:, [0, 1, 2]], squares[:, [0, 2, 3]]])
-        return cls(vertices, triangles.astype(np.int32), weights)
-
     def skinned(self, pose: Pose) -> NDArray[np.float32]:
         """Return the vertices (n, 10002, 3) in `pose`, by dual quaternions (Kavan et al. 2007)."""
         bones = _dual_quaternions(pose)
-        points = self.vertices.T
+        points = np.ascontiguousarray(self.vertices.T)
+        weights = np.ascontiguousarray(self.weights.T)
         frames = np.empty((len(bones), *self.vertices.shape), dtype=np.float32)
         for frame, dual_quaternions in zip(frames, bones, strict=True):
-            blend = (self.weights @ dual_quaternions).T
+            blend = dual_quaternions.T @ weights
             blend /= np.linalg.norm(blend[:4], axis=0)
             w, v, dual_w, dual_v = blend[0], blend[1:4], blend[4], blend[5:]
             turned = _cross(v, _cross(v, points) + w * points + dual_v)
             frame[:] = (points + 2.0 * (turned + w * dual_v - dual_w * v)).T
         return frames
+
+
+@lru_cache(maxsize=4)
+def body_of_girth(girth: float) -> Body:
+    """Return the figure with all its flesh `girth` times as thick as usual.
+
+    All calls share its arrays, which are read-only.
+    """
+    corners, squares = _lattice_surface()
+    neighbours = _neighbour_table(squares)
+    flesh = _Flesh(girth)
+    vertices = corners.astype(np.float64) * _CELL
+    for _ in range(_RELAXATIONS):
+        vertices = flesh.project(_averaged(vertices, neighbours))
+    bones = list(JOINTS)
+    owners = np.array([bones.index(bone) for bone in flesh.bones])
+    weights = np.eye(len(bones))[owners[flesh.nearest(vertices)]]
+    for _ in range(_WEIGHT_DIFFUSIONS):
+        weights = _averaged(weights, neighbours)
+    triangles = np.concatenate([squares[:, [0, 1, 2]], squares[:, [0, 2, 3]]])
+    body = Body(vertices, triangles.astype(np.int32), weights)
+    for array in (body.vertices, body.faces, body.weights):
+        array.flags.writeable = False
+    return body
 
 
 def _lattice_surface() -> tuple[Integers, Integers]:
@@ -226,6 +235,11 @@ class _Flesh:
 
     def project(self, points: Floats) -> Floats:
         """Return `points` (k, 3) moved by one Newton step towards the surface."""
+        # Intermediate arrays of few points at a time fit in the processor's cache.
+        few = np.array_split(points, len(points) // _POINTS_AT_ONCE + 1)
+        return np.concatenate([self._projected(some) for some in few])
+
+    def _projected(self, points: Floats) -> Floats:
         distances, lengths, along = self._distances(points)
         nearest = distances.min(axis=1, keepdims=True)
         shares = np.exp((nearest - distances) / _BLEND)

@@ -11,7 +11,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ._body import JOINTS, LEFT, MIDLINE, RIGHT, SIDES, Body, Bone, Floats, Pose
+from ._body import JOINTS, LEFT, MIDLINE, RIGHT, SIDES, Bone, Floats, Pose, body_of_girth
 
 _DURATION = 5.83  # seconds
 _STEP_TIME = 0.42  # seconds from footfall to footfall
@@ -145,12 +145,12 @@ def walk(frames: int, seed: int) -> tuple[NDArray[np.float32], NDArray[np.int32]
     The choreography always fills the frames; the first and the last are its first and last pose.
     """
     gait = Gait.drawn(seed)
-    body = Body.of_girth(gait.girth)
+    body = body_of_girth(gait.girth)
     around = np.linspace(0.0, 2.0 * np.pi, frames)
     seconds = _DURATION / (2.0 * np.pi) * (around + (gait.pace - 1.0) * np.sin(around))
     vertices = body.skinned(_pose(seconds, gait))
     vertices *= np.float32(gait.stature)
-    return vertices, body.faces
+    return vertices, body.faces.copy()
 
 
 def _pose(seconds: Floats, gait: Gait) -> Pose:

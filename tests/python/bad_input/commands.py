@@ -135,7 +135,9 @@ shell = [
     refused("info scene.usda --prim all", "scene.usda:", "--prim all", "/mesh"),
     misused("info body.npz --brief", "--brief", "--json"),
     misused("info body.npz other.npz", "other.npz", "put patterns in quotes"),
-    refused("complete holes.npz new.npz", "holes.npz", "1 of 49", "vertex 4", "--start whole"),
+    refused(
+        "complete no_whole.npz new.npz --start whole", "no_whole.npz", "1 of 49", "--start best"
+    ),
     refused("complete gap new.npz", "gap: f_0002.obj", "--gaps lost"),
     refused("complete body.npz other.npz", "other.npz:", "--overwrite"),
     refused("complete body.npz new.stl", "new.stl:", "'.stl'"),

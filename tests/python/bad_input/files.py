@@ -44,6 +44,7 @@ def prepare(world: World) -> None:
     sparse = np.full_like(points, _NAN)
     sparse[2, 1:] = 1
     dynmesh.write(folder / "no_whole.npz", replace(sequence, vertices=sparse))
+    dynmesh.write(folder / "nothing.npz", replace(sequence, vertices=_NAN * points))
     turned_face = sequence.faces.copy()
     turned_face[3] = turned_face[3, ::-1]
     dynmesh.write(folder / "turned_face.npz", replace(sequence, faces=turned_face))
@@ -192,15 +193,14 @@ def _to_new(world: World, path: str = "body.npz", **options: Any) -> Any:  # noq
 
 completing = [
     _complete("a file that is not there", lambda w: _to_new(w, "none.npz"), FileNotFoundError, "none.npz"),
-    _complete("NaN in frame 0", lambda w: _to_new(w, "holes.npz"), ValueError, "holes.npz: frame 0: 1 of 49 vertices is missing, the first is vertex 4", "--start whole"),
     _complete("an output that exists", lambda _: dynmesh.complete_file("body.npz", "other.npz"), FileExistsError, "other.npz:", "overwrite=True"),
     _complete("the input as output", lambda _: dynmesh.complete_file("body.npz", "body.npz", overwrite=True), ValueError, "body.npz:", "input"),
     _complete("more than 20 kB, where no file may exceed that", lambda w: on_a_full_disk(lambda: _to_new(w, "long.npz")), OSError, "new.npz"),
-    _complete("`start`: a frame with holes", lambda w: _to_new(w, "late_holes.npz", start=1), ValueError, "late_holes.npz: frame 1: 1 of 49 vertices is missing", "vertex 4"),
+    _complete("a sequence in which nothing was observed", lambda w: _to_new(w, "nothing.npz"), ValueError, "nothing.npz: frames: no vertex is known in any of them"),
     _complete("`start`: beyond the end", lambda w: _to_new(w, start=3), ValueError, "start:", "body.npz, which is 3, not 3"),
     _complete("`start`: -1", lambda w: _to_new(w, start=-1), ValueError, "start:", "not -1"),
     _complete("`start='first'`", lambda w: _to_new(w, start="first"), ValueError, "start:", "'first'"),
-    _complete("`start='whole'` of holes alone", lambda w: _to_new(w, "no_whole.npz", start="whole"), ValueError, "no_whole.npz:", "frame 2 lacks the fewest, 1 of 49", "--template"),
+    _complete("`start='whole'` of holes alone", lambda w: _to_new(w, "no_whole.npz", start="whole"), ValueError, "no_whole.npz:", "frame 2 lacks the fewest, 1 of 49", "--start best", "--template"),
     _complete("`template` and `start`", lambda w: _to_new(w, template="body.npz", start=1), ValueError, "template:", "start"),
     _complete("`template`: a file that is not there", lambda w: _to_new(w, template="none.obj"), FileNotFoundError, "none.obj"),
     _complete("`template` with holes", lambda w: _to_new(w, template="holes.npz"), ValueError, "holes.npz: 1 of 49 vertices is missing"),

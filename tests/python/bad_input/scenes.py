@@ -17,9 +17,8 @@ def prepare(world: World) -> None:
     dynmesh.write(folder / "scene.abc", sequence)
     still = dynmesh.Sequence(sequence.vertices[:1], sequence.faces)
     dynmesh.write(folder / "still.usda", still)
-    holes = sequence.vertices.copy()
-    holes[0, 4] = np.nan
-    dynmesh.write(folder / "no_start.usda", dynmesh.Sequence(holes, sequence.faces))
+    nothing = np.nan * sequence.vertices
+    dynmesh.write(folder / "no_start.usda", dynmesh.Sequence(nothing, sequence.faces))
     dynmesh.write(folder / "old.usda", sequence)
 
 
@@ -54,7 +53,7 @@ cases = [
     _scene("an output that exists", lambda _: _all(output="old.usda"), FileExistsError, "old.usda:", "overwrite=True"),
     _scene("the input as output", lambda _: _all(output="scene.usda", overwrite=True), ValueError, "scene.usda:", "input"),
     _scene("no mesh that moves", lambda _: _all("still.usda"), ValueError, "still.usda:", "/mesh", "nothing to complete"),
-    _scene("no mesh with a complete frame 0", lambda _: _all("no_start.usda"), ValueError, "no_start.usda:", "/mesh: frame 0: 1 of 49"),
+    _scene("no mesh with a known vertex", lambda _: _all("no_start.usda"), ValueError, "no_start.usda:", "/mesh: frames: no vertex is known"),
     _scene("`overlay` over Alembic", lambda _: _all("scene.abc", overlay=True), ValueError, "scene.abc:", "must be USD"),
     _scene("`source` with a mask", lambda w: _all(source={"known": w.known}), ValueError, "known:", "one mesh"),
     _scene("`source` with faces", lambda w: _all(source={"faces": w.faces}), ValueError, "faces:", "one mesh"),

@@ -1,0 +1,321 @@
+"""Whole frames, put together from frames none of which is whole."""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import whole_frame_reference as reference
+from meshes import Array, Mesh, join, sheet, turned
+
+import dynmesh
+
+
+class Recording:
+    """Frames of a bending sheet, of which each knows a part."""
+
+    def __init__(self, n: int = 12, share: float = 0.5, size: int = 8) -> None:
+        self.mesh = sheet(size)
+        self.faces = self.mesh.faces
+        self.frames = np.array([bent(self.mesh, 0.02 * t) for t in range(n)])
+        self.known = np.random.default_rng(5).random(self.frames.shape[:2]) < share
+        self.known[n // 3, ::3] = True  # the best frame
+
+    @property
+    def holes(self) -> Array:
+        """The frames with NaN where nothing is known."""
+        return np.where(self.known[..., None], self.frames, np.nan)
+
+    def error(self, whole: dynmesh.WholeFrame, which: Any = slice(None)) -> float:
+        """The mean distance from the true frame."""
+        distance = np.linalg.norm(whole.positions - self.frames[whole.frame], axis=1)
+        return float(distance[which].mean())
+
+
+def bent(mesh: Mesh, angle: float) -> Array:
+    """The mesh, turned more the farther a vertex is along x."""
+    x, y, z = mesh.vertices.T
+    return np.stack([x, y + angle * x**2, z + np.sin(3 * angle) * x], axis=1)
+
+
+@pytest.fixture(scope="module")
+def recording() -> Recording:
+    """Twelve frames."""
+    return Recording()
+
+
+@pytest.mark.parametrize("base", [0, 5, 11])
+def test_it_is_what_the_method_says(recording: Recording, base: int) -> None:
+    whole = dynmesh.whole_frame(recording.faces, recording.frames, recording.known, frame=base)
+    positions, errors = reference.whole_frame(
+        recording.faces, recording.frames, recording.known, base, 15
+    )
+    assert whole.frame == base
+    np.testing.assert_allclose(whole.positions, positions, atol=1e-5)
+    np.testing.assert_allclose(whole.standard_error, errors, rtol=1e-3, atol=1e-6)
+
+
+def test_vertices_that_no_frame_knows_are_said_to_be_uncertain() -> None:
+    recording = Recording()
+    recording.known[:, :20] = False
+    whole = dynmesh.whole_frame(recording.faces, recording.frames, recording.known)
+    _, errors = reference.whole_frame(
+        recording.faces, recording.frames, recording.known, whole.frame, 15
+    )
+    assert whole.seen.tolist() == [False] * 20 + [True] * (len(whole.seen) - 20)
+    np.testing.assert_allclose(whole.standard_error, errors, rtol=1e-3, atol=1e-6)
+    seen_but_hidden = whole.seen & ~recording.known[whole.frame]
+    assert whole.standard_error[~whole.seen].min() > np.median(
+        whole.standard_error[seen_but_hidden]
+    )
+
+
+def test_known_vertices_are_exact_and_others_near(recording: Recording) -> None:
+    whole = dynmesh.whole_frame(recording.faces, recording.frames, recording.known)
+    here = recording.known[whole.frame]
+    assert whole.frame == int(recording.known.sum(axis=1).argmax())
+    np.testing.assert_array_equal(whole.positions[here], recording.frames[whole.frame][here])
+    np.testing.assert_array_equal(whole.standard_error == 0, here)
+    assert recording.error(whole, ~here) < 0.05
+    assert not whole.doubtful
+
+
+def test_a_moved_recording_is_made_whole_alike(recording: Recording) -> None:
+    whole = dynmesh.whole_frame(recording.faces, recording.frames, recording.known)
+    shift = np.array([3, -2, 5])
+    moved = turned(recording.frames, 0.7) + shift
+    theirs = dynmesh.whole_frame(recording.faces, moved, recording.known)
+    expected = turned(whole.positions, 0.7) + shift
+    np.testing.assert_allclose(theirs.positions, expected, atol=1e-6)
+
+
+def test_frames_may_come_in_any_form(recording: Recording, tmp_path: Path) -> None:
+    faces, frames, known = recording.faces, recording.frames, recording.known
+    expected = dynmesh.whole_frame(faces, frames, known)
+    sequence = dynmesh.Sequence(frames, faces, known)
+    dynmesh.write(tmp_path / "in.npz", sequence)
+
+    def anew() -> Iterator[Array]:
+        return iter(recording.holes)
+
+    forms: list[tuple[Any, Any]] = [
+        (recording.holes, None),
+        (sequence, None),
+        (list(frames), list(known)),
+        (anew, None),
+        (lambda: iter(frames), lambda: iter(known)),
+        (lambda: (dynmesh.Frame(*pair) for pair in zip(frames, known, strict=True)), None),
+    ]
+    with dynmesh.open(tmp_path / "in.npz") as reader:
+        forms.append((reader, None))
+        for given, masks in forms:
+            whole = dynmesh.whole_frame(faces, given, masks)
+            np.testing.assert_array_equal(whole.positions, expected.positions)
+            assert whole.frame == expected.frame
+        assert reader.whole == 0
+
+
+def test_float32_stays_float32(recording: Recording) -> None:
+    single = recording.frames.astype(np.float32)
+    whole = dynmesh.whole_frame(recording.faces, single, recording.known)
+    here = recording.known[whole.frame]
+    assert whole.positions.dtype == whole.standard_error.dtype == single.dtype
+    np.testing.assert_array_equal(whole.positions[here], single[whole.frame][here])
+    assert recording.error(whole, ~here) < 0.05
+
+
+def test_outliers_are_those_of_the_method_and_do_no_harm() -> None:
+    recording = Recording(share=0.8)
+    clean = dynmesh.whole_frame(recording.faces, recording.frames, recording.known)
+    rng = np.random.default_rng(0)
+    spikes = (rng.random(recording.known.shape) < 0.02) & recording.known
+    frames = recording.frames + np.where(spikes, 9.0, 0.0)[..., None]
+    kept = reference.without_outliers(recording.faces, frames, recording.known)
+    assert not (kept & spikes).any()
+    without = dynmesh.whole_frame(recording.faces, frames, kept, frame=clean.frame)
+    whole = dynmesh.whole_frame(
+        recording.faces, frames, recording.known, frame=clean.frame, outliers=True
+    )
+    np.testing.assert_array_equal(whole.positions, without.positions)
+    np.testing.assert_array_equal(whole.known, kept[whole.frame])
+    assert recording.error(whole) < 3 * recording.error(clean) + 0.01
+    spoilt = dynmesh.whole_frame(recording.faces, frames, recording.known, frame=clean.frame)
+    assert recording.error(spoilt) > 5 * recording.error(whole)
+
+
+def test_noise_is_smoothed() -> None:
+    recording = Recording(n=20, share=0.8)
+    rng = np.random.default_rng(0)
+    frames = recording.frames + rng.normal(0, 0.05, recording.frames.shape)
+    exact = dynmesh.whole_frame(recording.faces, frames, recording.known)
+    smooth = dynmesh.whole_frame(recording.faces, frames, recording.known, noise=0.05)
+    assert recording.error(smooth) < 0.9 * recording.error(exact)
+    assert (smooth.standard_error > 0).all()
+
+
+def test_one_frame_is_filled_smoothly(recording: Recording) -> None:
+    frames, known = recording.frames[:1], recording.known[:1]
+    whole = dynmesh.whole_frame(recording.faces, frames, known)
+    expected = reference.smooth_fill(frames[0], known[0], reference.edges_of(recording.faces))
+    np.testing.assert_allclose(whole.positions, expected, atol=1e-8)
+    np.testing.assert_array_equal(whole.seen, known[0])
+    assert (whole.standard_error[~known[0]] > 0.4).all()
+    np.testing.assert_array_equal(whole.standard_error[known[0]], 0)
+
+
+def test_a_whole_frame_comes_back_as_it_is(recording: Recording) -> None:
+    steps: list[int] = []
+    whole = dynmesh.whole_frame(
+        recording.faces, recording.frames, progress=lambda done, _: steps.append(done)
+    )
+    assert steps == []
+    np.testing.assert_array_equal(whole.positions, recording.frames[whole.frame])
+    np.testing.assert_array_equal(whole.standard_error, 0)
+    assert whole.seen.all()
+
+
+@pytest.fixture(scope="module")
+def in_two_parts() -> tuple[Mesh, Array, Array]:
+    """A sheet and, apart from it, a smaller one, which turn together; half of each is known."""
+    mesh = join(sheet(7), sheet(4, 12.0))
+    frames = np.array([turned(mesh.vertices, 0.05 * t) for t in range(10)])
+    return mesh, frames, np.random.default_rng(2).random(frames.shape[:2]) < 0.5
+
+
+def test_a_part_that_only_another_frame_knows_is_taken_from_it(
+    in_two_parts: tuple[Mesh, Array, Array],
+) -> None:
+    mesh, frames, known = in_two_parts
+    part = slice(49, None)
+    known = known.copy()
+    known[:, part] = False
+    known[7, part] = True
+    whole = dynmesh.whole_frame(mesh.faces, frames, known, frame=2)
+    assert whole.seen.all()
+    np.testing.assert_allclose(whole.positions[part], frames[2][part], atol=0.05)
+    assert np.isinf(whole.standard_error[part]).all()
+
+
+def test_a_part_that_no_frame_knows_is_finite_and_said_to_be_unknown(
+    in_two_parts: tuple[Mesh, Array, Array],
+) -> None:
+    mesh, frames, known = in_two_parts
+    part = slice(49, None)
+    known = known.copy()
+    known[:, part] = False
+    whole = dynmesh.whole_frame(mesh.faces, frames, known)
+    assert np.isfinite(whole.positions).all()
+    assert not whole.seen[part].any()
+    assert np.isinf(whole.standard_error[part]).all()
+
+
+def test_frames_that_do_not_belong_together_are_doubtful(recording: Recording) -> None:
+    garbage = np.random.default_rng(0).normal(size=recording.frames.shape)
+    frames = np.where(np.arange(12)[:, None, None] % 3 == 0, recording.frames, 5 * garbage)
+    whole = dynmesh.whole_frame(recording.faces, frames, recording.known)
+    assert whole.doubtful
+
+
+def test_where_the_others_do_not_help_the_frame_is_filled_smoothly(recording: Recording) -> None:
+    known = recording.known.copy()
+    known[3] = True
+    known[3, 20:40] = False
+    frames = recording.frames.copy()
+    frames[4:] *= 1 + 3 * np.random.default_rng(1).random((8, 1, 3))
+    frames[:3] *= 1 + 3 * np.random.default_rng(2).random((3, 1, 3))
+    whole = dynmesh.whole_frame(recording.faces, frames, known, frame=3)
+    expected = reference.smooth_fill(frames[3], known[3], reference.edges_of(recording.faces))
+    assert whole.doubtful
+    np.testing.assert_allclose(whole.positions, expected, atol=1e-8)
+    assert (whole.standard_error[20:40] > 0.3).all()
+
+
+@pytest.mark.parametrize("share", [0.01, 0.1])
+def test_little_that_is_known_gives_something_finite(share: float) -> None:
+    recording = Recording(n=40, share=share)
+    whole = dynmesh.whole_frame(recording.faces, recording.frames, recording.known)
+    assert np.isfinite(whole.positions).all()
+    assert not np.isnan(whole.standard_error).any()
+
+
+def test_a_completer_can_start_from_it(recording: Recording) -> None:
+    whole = dynmesh.whole_frame(recording.faces, recording.frames, recording.known, frame=0)
+    completer = dynmesh.Completer(recording.faces, whole.positions)
+    pairs = zip(recording.frames[1:], recording.known[1:], strict=True)
+    last = [completer.push(points, known) for points, known in pairs][-1]
+    assert np.linalg.norm(last - recording.frames[-1], axis=1).mean() < 0.05
+
+
+def test_progress_counts_and_its_errors_stop_the_work(recording: Recording) -> None:
+    steps: list[tuple[int, int]] = []
+
+    def watch(done: int, of: int) -> None:
+        steps.append((done, of))
+        if done == 50:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        dynmesh.whole_frame(recording.faces, recording.frames, recording.known, progress=watch)
+    assert steps == [(done, 162) for done in range(51)]
+
+
+Call = Callable[[Recording], object]
+
+
+@pytest.mark.parametrize(
+    ("call", "kind", "message"),
+    [
+        (lambda r: dynmesh.whole_frame(r.faces, iter(r.frames)), TypeError, "only once"),
+        (
+            lambda r: dynmesh.whole_frame(r.faces, r.frames, iter(r.known)),
+            TypeError,
+            "known: is an iterator",
+        ),
+        (lambda r: dynmesh.whole_frame(r.faces, 3), TypeError, "frames: must be an array"),  # type: ignore[arg-type]
+        (lambda r: dynmesh.whole_frame(r.faces, r.frames, frame=12), ValueError, "is 12, not 12"),
+        (lambda r: dynmesh.whole_frame(r.faces, r.frames, frame=-1), ValueError, "frame: .*-1"),
+        (
+            lambda r: dynmesh.whole_frame(r.faces, r.frames, frame="worst"),  # type: ignore[arg-type]
+            TypeError,
+            "frame: .*'worst'",
+        ),
+        (lambda r: dynmesh.whole_frame(r.faces, r.frames, noise=-1), ValueError, "noise: .*-1"),
+        (lambda r: dynmesh.whole_frame(r.faces, r.frames, threads=0), ValueError, "threads: .*0"),
+        (
+            lambda r: dynmesh.whole_frame(r.faces, r.frames, r.known[:5]),
+            ValueError,
+            "known: ends before frame 5",
+        ),
+        (
+            lambda r: dynmesh.whole_frame(r.faces, r.frames, r.known & False),
+            ValueError,
+            "no vertex is known",
+        ),
+        (
+            lambda r: dynmesh.whole_frame(r.faces, r.frames[:0]),
+            ValueError,
+            "frames: there are none",
+        ),
+        (
+            lambda r: dynmesh.whole_frame(r.faces, [*r.frames[:2], r.frames[2][:5]]),
+            ValueError,
+            "frame 2: .* 5 .* 64",
+        ),
+        (
+            lambda r: dynmesh.whole_frame(r.faces, [r.frames[0], r.frames[1].astype(int)]),
+            TypeError,
+            "frame 1: points: .*int",
+        ),
+        (
+            lambda r: dynmesh.whole_frame(r.faces, r.holes, r.known | True),
+            ValueError,
+            "frame 0: vertex .* nan",
+        ),
+    ],
+)
+def test_bad_input_is_refused(
+    recording: Recording, call: Call, kind: type[Exception], message: str
+) -> None:
+    with pytest.raises(kind, match=message):
+        call(recording)
