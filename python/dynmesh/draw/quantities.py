@@ -207,8 +207,10 @@ def _length_scale(name: str) -> Callable[[Sources, Sequence[Values], Range | Non
 
 def _count_scale(title: str) -> Callable[[Sources, Sequence[Values], Range | None], Scale]:
     def scale(_: Sources, values: Sequence[Values], range: Range | None) -> Scale:
-        lowest = min((int(v.min()) for v in values if len(v)), default=0)
-        below = {-1: "disconnected", FUSED: "put together or disconnected"}.get(lowest)
+        fused, disconnected = (any((v == g).any() for v in values) for g in (FUSED, -1))
+        below = "disconnected" if disconnected else None
+        if fused:
+            below = "not from this frame" if disconnected else "put together"
         if range is not None:
             fixed, largest = max(1, int(range[0])), int(range[1])
         else:
