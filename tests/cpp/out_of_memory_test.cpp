@@ -49,12 +49,12 @@ struct Subject {
 
 template <class Real>
 struct World {
-  Mesh<Real> mesh = join(sheet<Real>(6), sheet<Real>(3, 9.0));
+  Mesh<Real> mesh = join(sheet<Real>(5), sheet<Real>(2, 9.0));
   std::size_t k = mesh.size();
   std::vector<Real> completed = std::vector<Real>(3 * k);
   std::vector<Real> moved = turned(mesh.vertices, 0.2);
   std::vector<std::uint8_t> known = random_mask(k, 0.3, 2);
-  std::vector<Index> indices = {4, 2, 7, 40, 41, 42, 43};
+  std::vector<Index> indices = {4, 2, 7, 25, 26, 27};
   Settings settings;
   std::optional<Training<Real>> training;
   std::vector<std::byte> start;
@@ -71,7 +71,7 @@ struct World {
       completer.push({points.data(), k}, {seen.data(), k}, out());
     }
     start = completer.state();
-    std::ranges::fill(known.begin() + 36, known.end(),
+    std::ranges::fill(known.begin() + 25, known.end(),
                       std::uint8_t{0});  // one component is disconnected
   }
 

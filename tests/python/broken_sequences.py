@@ -84,6 +84,12 @@ def first_frame_zeros() -> Broken:
     return sequence, Expected(3, [77, 100, 101], frames=[0])
 
 
+def first_frame_outliers() -> Broken:
+    sequence = moving(sheet(12))
+    sequence.vertices[0, [40, 77]] += [0, 0, 10]
+    return sequence, Expected(2, [40, 77], frames=[0])
+
+
 def zeros() -> Broken:
     sequence = moving(sheet(12))
     sequence.vertices[3:5, 10:14] = 0
@@ -237,7 +243,8 @@ BROKEN: dict[str, Callable[[], Broken]] = {
     make.__name__: make
     for make in (
         first_frame_incomplete, known_not_finite, no_faces, scrambled_frames,
-        first_frame_zeros, zeros, leaps, outliers, frames_without_anchors, hardly_any_anchors,
+        first_frame_zeros, first_frame_outliers, zeros, leaps, outliers,
+        frames_without_anchors, hardly_any_anchors,
         few_anchors, never_seen, component_disconnected,
         coincident_vertices, isolated_vertices, far_from_origin, non_manifold_edges,
         non_manifold_vertices, flat_faces, needle_faces, degenerate_faces, duplicate_faces,

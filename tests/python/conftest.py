@@ -4,6 +4,8 @@ import os
 import shutil
 import signal
 from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +19,8 @@ from hypothesis import HealthCheck, settings
 from meshes import Mesh, sheet
 
 from dynmesh import _core
+from dynmesh.draw import figures
+from dynmesh.study import style
 
 REPOSITORY = Path(__file__).parents[2]
 
@@ -95,6 +99,18 @@ def mesh() -> Mesh:
 def rng() -> np.random.Generator:
     """A random generator with a fixed seed."""
     return np.random.default_rng(0)
+
+
+@pytest.fixture
+def coarse_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures are drawn with few pixels, which is faster, in tests that do not look at them."""
+    whole = figures._stage
+
+    def small(view: figures.View) -> AbstractContextManager[Any]:
+        return whole(replace(view, size=(60, 80)))
+
+    monkeypatch.setattr(figures, "_stage", small)
+    monkeypatch.setitem(style._STYLE, "figure.dpi", 20)
 
 
 PATIENCE = 10**8

@@ -90,6 +90,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("learning_table", "sheet:6 --cycles 10", [11, 2]),
         ("nmsve_table", "sheet:4", [5]),
         ("whole_frame_table", "sheet:6", [5]),
+        ("bidirectional_table", "sheet:6", [7]),
         ("tracking_calibration", "sheet --frames 4 --cameras 2 --training", [2]),
         ("tracking_gaps", "long --starts 2", [2]),
         ("tracking_poses", "sheet --cameras 2", [5]),
@@ -107,6 +108,12 @@ def test_a_table_is_whole(
     for path in tmp_path.iterdir():
         if (DOCS / "tables" / path.name).exists():
             assert head_of(path) == head_of(DOCS / "tables" / path.name)
+
+
+def test_the_table_of_costs_is_whole(run: Run) -> None:
+    ((_, *rows),) = run("whole_frame_cost", "--sides", "8", "12", "--frames", "4")
+    assert [row[:2] for row in rows] == [["64", "4"], ["144", "4"]]
+    assert all(int(row[2]) > 0 for row in rows)
 
 
 @pytest.mark.parametrize("part", ["detail", "error-bars", "tracking"])
@@ -146,6 +153,7 @@ def test_the_tables_of_training_are_whole(folder: Path, run: Run) -> None:
     assert {row[trained] for row in rows} == {"-"}
 
 
+@pytest.mark.usefixtures("coarse_figures")
 def test_the_comparison_beyond_the_paper_is_whole(folder: Path, run: Run, tmp_path: Path) -> None:
     pytest.importorskip("igl", reason="libigl is not installed")
     (_, *rows), (_, *claims) = run("beyond", folder, "sheet:4", "--out", tmp_path)
@@ -169,7 +177,7 @@ def test_the_comparison_beyond_the_paper_is_whole(folder: Path, run: Run, tmp_pa
     ]
 
 
-@pytest.mark.usefixtures("compiled")
+@pytest.mark.usefixtures("compiled", "coarse_figures")
 def test_the_tables_of_speed_are_whole(run: Run, tmp_path: Path) -> None:
     run("speed.__main__", "--tiny", "--csv", tmp_path, "--only", *SECTIONS)
     files = tmp_path.glob("*.csv")

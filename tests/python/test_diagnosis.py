@@ -105,7 +105,7 @@ def test_a_start_that_is_put_together_is_described() -> None:
     sequence.vertices[7, 5:10] = sequence.vertices[7, 50]
     finding = dynmesh.diagnose(sequence).findings[0]
     assert (finding.code, finding.severity) == ("first_frame_incomplete", "warning")
-    assert "frame 3, which knows most vertices, 85 %; 5 % are put together" in finding.advice
+    assert "frame 7, which knows most vertices, 85 %; 5 % are put together" in finding.advice
     assert "10 % were seen in no frame" in finding.advice
     nothing = replace(sequence, vertices=sequence.vertices * np.nan)
     assert dynmesh.diagnose(nothing).severity == "error"

@@ -12,7 +12,7 @@ from commands import dynmesh_command as run
 import dynmesh
 from dynmesh.jobs import directions
 from dynmesh.jobs.checkpoint import Checkpoint
-from dynmesh.jobs.reversed_frames import ReversedFrames
+from dynmesh.jobs.waiting_frames import WaitingFrames
 
 WHOLE = 7
 
@@ -147,18 +147,18 @@ def test_copying_what_waits_can_be_resumed(
     tmp_path: Path, stored: Path, partial: dynmesh.Sequence, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(Checkpoint, "is_due", lambda _: True)
-    original = ReversedFrames.frame
+    original = WaitingFrames.frame
 
     def broken(self: Any, number: int) -> Any:
         if number == 4:
             raise KeyboardInterrupt
         return original(self, number)
 
-    monkeypatch.setattr(ReversedFrames, "frame", broken)
+    monkeypatch.setattr(WaitingFrames, "frame", broken)
     output = tmp_path / "out.npz"
     with pytest.raises(KeyboardInterrupt):
         dynmesh.complete_file(stored, output, start=WHOLE, provenance=True)
-    monkeypatch.setattr(ReversedFrames, "frame", original)
+    monkeypatch.setattr(WaitingFrames, "frame", original)
     report = dynmesh.complete_file(stored, output, start=WHOLE, provenance=True, resume=True)
     assert report.resumed_at == WHOLE
     assert_same(dynmesh.read(output), expected_of(partial, WHOLE, method="detail"))

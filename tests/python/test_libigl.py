@@ -83,6 +83,7 @@ def test_unsolvable_frames_of_libigl_are_reported(capsys: pytest.CaptureFixture[
         assert f"sheet: {method.label} is left out: its solution is not finite" in told
 
 
+@pytest.mark.usefixtures("coarse_figures")
 def test_the_comparison_works_without_libigl(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

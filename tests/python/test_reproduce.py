@@ -27,14 +27,15 @@ def small_sequence() -> dynmesh.Sequence:
     return dynmesh.Sequence(np.stack(frames).astype(np.float32), mesh.faces)
 
 
-@pytest.fixture(scope="module")
-def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("reproduce")
-    dynmesh.write(folder / "sheet.npz", small_sequence())
-    out = folder / "results"
-    out.mkdir()  # an existing folder is fine
-    dynmesh_process("reproduce", out, "--quick", "--data", folder)
-    return out
+def test_the_results_of_the_command(tmp_path: Path) -> None:
+    """One test, as the results would otherwise be made once in every process that runs tests."""
+    dynmesh.write(tmp_path / "sheet.npz", small_sequence())
+    results = tmp_path / "results"
+    results.mkdir()  # an existing folder is fine
+    dynmesh_process("reproduce", results, "--quick", "--data", tmp_path)
+    every_figure_is_there_and_wide_enough(results)
+    the_numbers_are_those_of_the_library(results)
+    the_report_stands_alone_and_judges_every_claim(results)
 
 
 def test_ticks_of_logarithmic_axes_are_plain_numbers() -> None:
@@ -47,7 +48,7 @@ def test_ticks_of_logarithmic_axes_are_plain_numbers() -> None:
     assert {"0.01", "0.1", "1", "10", "100", "1000"} <= set(numbers)
 
 
-def test_every_figure_is_there_and_wide_enough(results: Path) -> None:
+def every_figure_is_there_and_wide_enough(results: Path) -> None:
     from PIL import Image
 
     names = {path.stem for path in results.glob("*.png")}
@@ -66,7 +67,7 @@ def test_every_figure_is_there_and_wide_enough(results: Path) -> None:
         assert path.stat().st_size < 300_000
 
 
-def test_the_numbers_are_those_of_the_library(results: Path) -> None:
+def the_numbers_are_those_of_the_library(results: Path) -> None:
     numbers = json.loads((results / "results.json").read_text())
     sheet = numbers["sequences"]["sheet"]
     assert (sheet["frames"], sheet["vertices"]) == (9, 81)
@@ -95,7 +96,7 @@ def test_the_numbers_are_those_of_the_library(results: Path) -> None:
     assert set(sheet["grid"]["detail"]) == {"0.1", "0.3", "0.5", "0.7"}
 
 
-def test_the_report_stands_alone_and_judges_every_claim(results: Path) -> None:
+def the_report_stands_alone_and_judges_every_claim(results: Path) -> None:
     page = (results / "report.html").read_text()
     assert not re.search(r"""(src|href)=["'](?!data:)""", page)
     assert page.count("data:image/png;base64,") == 5
@@ -164,13 +165,13 @@ def test_axes_show_nmsve_in_the_unit_of_the_tables(
 
 
 @pytest.mark.filterwarnings("ignore:Data has no positive values:UserWarning")
+@pytest.mark.usefixtures("coarse_figures")
 def test_a_sequence_that_stands_still_is_evaluated_too(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Only the input of the pictures is tested here.
     white = np.full((30, 40, 3), 255, np.uint8)
     monkeypatch.setattr(figures, "_taken", lambda *_: white)
-    monkeypatch.setitem(style._STYLE, "figure.dpi", 20)
     sequence = small_sequence()
     still = np.repeat(sequence.vertices[:1], 3, axis=0)
     dynmesh.write(tmp_path / "still.npz", dynmesh.Sequence(still, sequence.faces))

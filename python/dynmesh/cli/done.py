@@ -48,7 +48,7 @@ def say_how_far(output: Path, made: str, report: FileReport | TrackFileReport) -
     if report.existed:
         say(f"{output}: already complete; --overwrite makes it anew")
         return False
-    if report.resumed_at == report.frames:
+    if report.resumed_at and report.seconds_per_frame is None:
         say(f"{output}: the interrupted run had already {made} every frame")
         return False
     if report.resumed_at:

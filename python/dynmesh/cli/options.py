@@ -185,7 +185,7 @@ def share(text: str) -> float:
 def usage_error(error: SettingError, settings: Settings) -> typer.BadParameter:
     """Returns the usage error of the option that stands for a refused setting."""
     name = str(error.argument)
-    method = "detail" if name in ("training", "drop_above") else None
+    method = "detail" if name in ("training", "drop_above", "bidirectional") else None
     method = SETTINGS[name].method if name in SETTINGS else method
     other = method is not None and method != settings["method"]
     reason = f"requires --method {method}" if other else error.reason

@@ -13,6 +13,7 @@ from ..sequence import Sequence
 from . import shape, surface
 from .diagnosis import Diagnosis
 from .finding import CODES, SEVERITIES, Finding, Severity, Where
+from .first_frame import FirstFrame
 from .mesh import Mesh
 from .motion import Motion
 from .placement import Placement
@@ -62,13 +63,17 @@ def _diagnose(header: Header, frames: Iterator[Frame], watch: Watch | None) -> D
     watched = iter(frames if watch is None else watch(frames, header.n_frames))
     first = next(watched)
     start = Mesh.of(header.faces, first.points, observed_in(first))
-    presence, motion, placement = Presence(start, first), Motion(start), Placement(header, start)
+    presence = Presence(start, first, header.n_frames)
+    motion, placement = Motion(start), Placement(header, start)
+    first_frame = FirstFrame(start)
     for number, frame in enumerate(watched, 1):
         observed = presence.watch(number, frame, observed_in(frame))
         motion.watch(number, frame.points, observed)
+        first_frame.watch(frame.points, observed)
         placement.watch(number, frame.points, observed)
     found = chain(
         presence.findings(),
+        first_frame.findings(),
         motion.findings(),
         placement.findings(),
         surface.examine(start),

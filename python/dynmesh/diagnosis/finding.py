@@ -17,6 +17,7 @@ SEVERITY_OF: dict[str, Severity] = {
     "known_not_finite": "error",
     "no_faces": "error",
     "first_frame_incomplete": "warning",
+    "first_frame_outliers": "warning",
     "scrambled_frames": "warning",
     "first_frame_zeros": "warning",
     "zeros": "warning",

@@ -40,8 +40,9 @@ class Presence:
         shares: of each frame so far, the share of the vertices that was observed.
     """
 
-    def __init__(self, mesh: Mesh, first: Frame) -> None:
-        """Starts with frame 0."""
+    def __init__(self, mesh: Mesh, first: Frame, n_frames: int) -> None:
+        """Starts with frame 0 of so many frames."""
+        self._n_frames = n_frames
         self.shares: list[float] = []
         self._mesh = mesh
         self._n_vertices = len(mesh.first)
@@ -67,7 +68,7 @@ class Presence:
         """Takes the next frame into account and returns which of its positions are plausible."""
         self._count(number, frame, observed)
         self._seen |= observed
-        if np.count_nonzero(observed) > np.count_nonzero(self._known_in_best):
+        if self._is_better(number, observed):
             self._best, self._known_in_best = number, observed
         zero = observed & ~frame.points.any(axis=1)
         self._began_at_zero |= zero & ~self._met
@@ -82,6 +83,16 @@ class Presence:
         self._longest[longer] = self._disconnected_for[longer]
         self._longest_end[longer] = number
         return observed & ~zero
+
+    def _is_better(self, number: int, observed: Mask) -> bool:
+        """Whether a frame is a better start than the best one so far.
+
+        It knows more, or as much and is nearer to the middle: see :func:`dynmesh.whole_frame`.
+        """
+        ours, best = np.count_nonzero(observed), np.count_nonzero(self._known_in_best)
+        if ours != best:
+            return bool(ours > best)
+        return abs(2 * number + 1 - self._n_frames) < abs(2 * self._best + 1 - self._n_frames)
 
     def findings(self) -> Iterator[Finding]:
         """Yields the problems found in all frames."""

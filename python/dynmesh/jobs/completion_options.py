@@ -16,6 +16,7 @@ from ..files import PathLike, Source
 from ..frames.header import Header
 from ..settings import SETTINGS, Settings, all_settings
 from .option import (
+    HOW,
     OUTPUT,
     OUTPUT_FORMAT,
     SOURCE,
@@ -62,6 +63,14 @@ class CompletionOptions:
         None, "A file with the whole mesh, which stands before frame 0.", WHAT, Path, metavar="FILE"
     )
     training: TrainingFiles | None = offered(TRAINING)
+    bidirectional: bool = given(
+        False,
+        "Complete each frame from both sides: from the frame where completion starts outwards, and "
+        "back from the end. Errors are a quarter smaller on average, and it takes three to "
+        "four times as long. Implies --uncertainty and, without --training, --learn.",
+        f"{HOW}: method detail",
+        bool,
+    )
     provenance: bool = given(
         False,
         "Also write how far each vertex is from an observed one (generation) and the frames "
@@ -96,6 +105,10 @@ class CompletionOptions:
         """
         check_start(self.start, self.template)
         settings = all_settings(self.settings)
+        if self.bidirectional:
+            if settings["method"] != "detail":
+                raise SettingError("requires method='detail'", argument="bidirectional")
+            settings = {**settings, "uncertainty": True, "learn": self.training is None}
         if self.drop_above is not None:
             try:
                 check_positive("drop_above", self.drop_above)
@@ -127,6 +140,7 @@ class CompletionOptions:
             "missing": self.source.get("missing"),
             "gaps": self.source.get("gaps", "refuse"),
             "drop_above": self.drop_above,
+            "bidirectional": self.bidirectional,
             **{
                 name: value
                 for name, value in self.settings.items()
@@ -143,6 +157,7 @@ class SceneKeywords(Settings, total=False):
     source: Source | None
     output_format: str | None
     overlay: bool
+    bidirectional: bool
     provenance: bool
     drop_above: float | None
 

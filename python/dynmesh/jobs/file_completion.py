@@ -32,7 +32,8 @@ def complete_file(
 
     Completion starts from one whole frame, in which no vertex is missing. The frames after it are
     completed in their order; those before it, if any, are completed first, from the last to the
-    first, and wait on disk. The output has all frames in order.
+    first, and wait on disk. The output has all frames in order. With `bidirectional`, all frames
+    wait on disk, at most three times.
 
     The output appears under its name when it is complete. Until then it is in a hidden folder
     beside it, where the completer's state is saved every few seconds if the format can be resumed.
@@ -61,6 +62,11 @@ def complete_file(
         source: how to read the input.
         output_format: one of :data:`dynmesh.files.formats`; None means the format of the suffix.
         fps: frames per second of the output; None means those of the input.
+        bidirectional: whether to complete each frame from both sides. Completion goes from the
+            frame `start` to the nearer end of the sequence, from there to the other end, and back;
+            a vertex is the mean of the last two estimates, weighed by their standard errors.
+            Implies `uncertainty` and, without `training`, `learn`. The age of a vertex is then the
+            number of frames to the nearest one in which it was observed.
         provenance: whether to write the generation and the age of every vertex, and with
             `uncertainty` its standard error. Before the frame `start`, the age counts the frames
             until the vertex is next observed. In that frame, the generation is -2 where it was put

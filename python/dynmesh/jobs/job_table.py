@@ -18,7 +18,8 @@ def read_jobs(path: Path) -> list[Job | TrackingJob]:
     Args:
         path: comma-separated values. The first line names the columns: `input`, `output` and,
             optionally, `start`, `template`, `training`, `gaps`, `format`, `output_format`,
-            `faces`, `prim`, `mask`, `missing`, `fps`, `provenance`, `overlay`, `drop_above` and the
+            `faces`, `prim`, `mask`, `missing`, `fps`, `bidirectional`, `provenance`, `overlay`,
+            `drop_above` and the
             settings of :class:`dynmesh.Completer`, named like the options of ``dynmesh complete``.
             A line with a value in `scans` instead of `input` is tracked, see :func:`track_file`; it
             needs a `template`, and may have `cameras`, `scan_unit` and `template_unit`. An empty

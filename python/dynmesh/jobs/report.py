@@ -9,7 +9,7 @@ import numpy as np
 
 from .._core import Completer
 from ..calibration import Distances, in_words
-from ..frames.attributes import StandardError
+from ..frames.frame import Frame
 from ..sequence import Mask
 
 _COUNTED = ("known", "filled", "disconnected", "rejected")
@@ -86,16 +86,8 @@ class Tally:
     dropped: int = 0
     hidden_long: Mask = field(default_factory=lambda: np.zeros(0, np.bool_))
 
-    def add(
-        self,
-        completer: Completer,
-        standard_error: StandardError | None = None,
-        drop_above: float | None = None,
-    ) -> None:
-        """Takes the last frame of the completer into account, with its standard errors.
-
-        Vertices whose standard error exceeds `drop_above` do not count among the distances.
-        """
+    def add(self, completer: Completer) -> None:
+        """Takes the last frame of the completer into account."""
         report = completer.report
         self.seconds.append(report.seconds)
         self.counts.update({name: getattr(report, name) for name in _COUNTED})
@@ -103,14 +95,23 @@ class Tally:
         if self.trained and report.known and report.filled:
             self.prior_weight.append(report.prior_weight)
             self.prior_share.append(report.prior_share)
-        if standard_error is not None:
-            kept = completer.generation > 0
-            if drop_above is not None:
-                kept &= standard_error <= drop_above
-            self.distances.add(standard_error, kept)
         if self.method == "motion" and report.known < completer.n_vertices:
             long = completer.age >= LONG
             self.hidden_long = long | self.hidden_long if len(self.hidden_long) else long
+
+    def add_written(self, frame: Frame, drop_above: float | None) -> None:
+        """Takes the standard errors of a frame into account, in which some may be left missing.
+
+        Vertices whose standard error exceeds `drop_above` do not count among the distances.
+        """
+        errors, generation = frame.standard_error, frame.generation
+        if errors is None or generation is None:
+            return
+        kept = np.asarray(generation > 0)
+        if drop_above is not None:
+            self.dropped += int(np.count_nonzero(errors > drop_above))
+            kept &= errors <= drop_above
+        self.distances.add(errors, kept)
 
     def remarks(self, metres_per_unit: float | None) -> Iterator[str]:
         """Yields what the standard errors say, in words."""

@@ -72,6 +72,7 @@ def complete_scene(
         source: how to read the input: `format` and `missing` as in :func:`dynmesh.open`.
         output_format: "usd" or "alembic"; None means the format of the suffix.
         overlay: see :func:`complete_file`.
+        bidirectional: see :func:`complete_file`.
         provenance: see :func:`complete_file`.
         drop_above: see :func:`complete_file`.
         overwrite: whether to replace an existing output.

@@ -18,6 +18,7 @@ from ..diagnosis.finding import counted
 from ..diagnosis.presence import observed_in
 from ..diagnosis.stray_zeros import edges_of, lengths_of, stray_zeros
 from ..files import Frame, Reader, Source
+from ..frames.attributes import FUSED
 from ..metrics import bounding_box_diagonal
 from ..sequence import Positions
 from ..whole_frames import WholeFrame, whole_frame
@@ -59,6 +60,21 @@ class StartFrame:
     def n_before(self) -> int:
         """The number of frames that are completed backwards."""
         return max(0, self.number)
+
+    def frame(self, dtype: np.dtype[Any], uncertainty: bool) -> Frame:
+        """The frame as the output has it, with positions of this dtype."""
+        k, made = len(self.points), self.made
+        generation = np.zeros(k, np.int32)
+        errors = np.zeros(k, np.float32)
+        if made is not None:
+            generation[~made.known] = FUSED
+            errors = made.standard_error.astype(np.float32)
+        return Frame(
+            self.points.astype(dtype),
+            generation=generation,
+            age=np.zeros(k, np.int32),
+            standard_error=errors if uncertainty else None,
+        )
 
     def described(self) -> dict[str, Any]:
         """What a checkpoint remembers of it."""

@@ -1,6 +1,7 @@
-"""Frames that were completed backwards, on disk until they can be written in order."""
+"""Completed frames that wait on disk until they can be written in order."""
 
 import os
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -8,21 +9,33 @@ import numpy as np
 
 from ..files import Frame, Header, naming
 from ..files.kept import Pieces, Sums
+from ..frames.attributes import ATTRIBUTES
 
 
-class ReversedFrames:
-    """A file of the frames before the whole one, which arrive in reverse order.
+class WaitingFrames:
+    """A file of frames, in the order in which they were completed.
 
-    Every frame takes the same number of bytes, and the last one, which arrives first, is the first
-    in the file.
+    Every frame takes the same number of bytes.
     """
 
     def __init__(
-        self, path: Path, header: Header, n_frames: int, kept: int, pieces: Pieces | None = None
+        self,
+        path: Path,
+        header: Header,
+        attributes: Iterable[str],
+        numbers: range,
+        kept: int,
+        pieces: Pieces,
     ) -> None:
         """Creates the file, or continues it after as many frames as are `kept`.
 
-        `pieces` have their checksums, from :meth:`pieces`.
+        Args:
+            path: of the file.
+            header: of the sequence.
+            attributes: the names of those that are stored.
+            numbers: of the frames in the sequence, in the order of their completion.
+            kept: how many of them the file has.
+            pieces: their checksums, from :meth:`pieces`.
 
         Raises:
             OSError: the file cannot be opened.
@@ -30,26 +43,26 @@ class ReversedFrames:
         """
         k = header.n_vertices
         kinds: list[tuple[str, Any, tuple[int, ...]]] = [("points", header.dtype, (k, 3))]
-        kinds += [(name, row.dtype, (k,)) for name, row in header.attributes.items()]
+        kinds += [(name, ATTRIBUTES[name].dtype, (k,)) for name in attributes]
         self._record = np.dtype(kinds)
-        self._n_frames = n_frames
+        self.numbers = numbers
         self._path = path
-        self._sums = Sums({path.name: (pieces or {}).get(path.name, ())} if kept else None)
+        self._sums = Sums({path.name: pieces.get(path.name, ())} if kept else None)
         self._file = path.open("r+b" if kept else "w+b")
         size = kept * self._record.itemsize
         if os.fstat(self._file.fileno()).st_size < size:
             self._file.close()
             raise ValueError(f"{path}: has less than {kept} frames")
         self._file.truncate(size)
-        self._file.seek(size)
 
     def append(self, frame: Frame) -> None:
-        """Adds the frame before the last one that was added."""
+        """Adds the next frame."""
         row = np.empty((), self._record)
         for name in self._record.names or ():
             row[name] = getattr(frame, name)
         data = row.tobytes()
         with naming(self._path):
+            self._file.seek(0, os.SEEK_END)
             self._file.write(data)
             self._file.flush()  # so that the frame survives this process
         self._sums.add(self._path.name, data)
@@ -59,9 +72,9 @@ class ReversedFrames:
         return self._sums.pieces()
 
     def frame(self, number: int) -> Frame:
-        """Returns the frame with this number in the sequence; all of them must be there."""
+        """Returns the frame with this number in the sequence, which must be there."""
         size = self._record.itemsize
-        self._file.seek((self._n_frames - 1 - number) * size)
+        self._file.seek(self.numbers.index(number) * size)
         row = np.frombuffer(self._file.read(size), self._record)[0]
         return Frame(**{name: row[name] for name in self._record.names or ()})
 

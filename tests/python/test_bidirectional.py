@@ -1,0 +1,241 @@
+"""Files completed from both sides."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from commands import dynmesh_command as run
+from numpy.typing import NDArray
+
+import dynmesh
+from dynmesh.jobs.both_ways import combined
+from dynmesh.jobs.checkpoint import Checkpoint
+from dynmesh.jobs.waiting_frames import WaitingFrames
+from dynmesh.study.losses import losses
+from dynmesh.study.subjects import Subject
+
+N = 12
+
+
+@pytest.fixture(scope="module")
+def truth() -> dynmesh.Sequence:
+    return dynmesh.synth.ocean(N, grid=10, seed=3)
+
+
+def partial(truth: dynmesh.Sequence, whole: int, noise: float = 0) -> dynmesh.Sequence:
+    """The ocean of which only this frame is whole, and in one nothing was observed."""
+    rng = np.random.default_rng(whole)
+    known = rng.random((N, 100)) < 0.3
+    known[N // 2] = False
+    known[:, 55] = False
+    known[whole] = True
+    vertices = truth.vertices + rng.normal(0, noise, truth.vertices.shape).astype(np.float32)
+    return replace(truth, vertices=vertices, known=known)
+
+
+@pytest.fixture
+def stored(tmp_path: Path, truth: dynmesh.Sequence) -> Path:
+    dynmesh.write(tmp_path / "partial.npz", partial(truth, 3))
+    return tmp_path / "partial.npz"
+
+
+Estimate = tuple[NDArray[Any], NDArray[Any], NDArray[Any]]
+"""The points of a frame, and the ages and the standard errors of its vertices."""
+
+
+def one_way(
+    sequence: dynmesh.Sequence, numbers: list[int], origin: Estimate, **settings: Any
+) -> dict[int, Estimate]:
+    """The frames with these numbers, completed in this order from another one."""
+    settings = {"learn": True, "uncertainty": True, **settings}
+    completer = dynmesh.Completer(sequence.faces, origin[0], **settings)
+    frames = {}
+    assert sequence.known is not None
+    for n_frames, number in enumerate(numbers, 1):
+        made = completer.push(sequence.vertices[number], sequence.known[number])
+        never = completer.age == n_frames
+        error = np.hypot(completer.standard_error, np.where(never, origin[2], 0))
+        frames[number] = (made, completer.age + never * origin[1], error.astype(np.float32))
+    return frames
+
+
+def mean_of(one: Estimate, other: Estimate) -> Estimate:
+    points, ages, errors = (np.stack(both).astype(float) for both in zip(one, other, strict=True))
+    with np.errstate(divide="ignore"):
+        weights = np.minimum(1 / (errors**2 * (ages + 0.1) ** 0.25), 1e30)
+    weights[:, np.isinf(errors).all(axis=0)] = 1
+    weights /= weights.sum(axis=0)
+    y = (weights[:, :, None] * points).sum(axis=0)
+    spread = (weights * ((points - y) ** 2).sum(axis=2)).sum(axis=0) / 3
+    shared = (weights * np.where(weights, errors, 0) ** 2).sum(axis=0)
+    return y, ages.min(axis=0), np.sqrt(0.4 * shared + spread)
+
+
+def expected_of(sequence: dynmesh.Sequence, whole: int, points: Any, **settings: Any) -> Estimate:
+    """A literal transcription: to the nearer end, across, and back; the mean of the last two."""
+    start = (points, np.zeros(100, int), np.zeros(100))
+    across = list(range(N)) if whole < N / 2 else list(range(N - 1, -1, -1))
+    outwards = across[: across.index(whole)][::-1] if whole >= 0 else []
+    if whole < 0:
+        made = one_way(sequence, across, start, **settings)
+        back = one_way(sequence, across[-2::-1], made[across[-1]], **settings)
+    elif outwards:
+        made = one_way(sequence, outwards, start, **settings)
+        made |= one_way(sequence, across[1:], made[across[0]], **settings)
+        back = one_way(sequence, across[-2::-1], made[across[-1]], **settings)
+    else:
+        made = one_way(sequence, across[1:], start, **settings)
+        back = one_way(sequence, across[-2:0:-1], made[across[-1]], **settings)
+    made |= {number: mean_of(made[number], estimate) for number, estimate in back.items()}
+    if whole >= 0:
+        made[whole] = start
+    y, ages, errors = (np.array([made[i][part] for i in range(N)]) for part in range(3))
+    return y, ages, errors
+
+
+@pytest.mark.parametrize("settings", [{}, {"noise": 0.02}])
+@pytest.mark.parametrize("whole", [0, 3, 8, N - 1, -1])
+def test_a_file_is_completed_from_both_sides(
+    tmp_path: Path, truth: dynmesh.Sequence, whole: int, settings: Any
+) -> None:
+    noise = settings.get("noise", 0)
+    sequence, options = partial(truth, max(whole, 0), noise), {**settings}
+    start = sequence.vertices[whole] if whole >= 0 else truth.vertices[5]
+    if whole < 0:
+        dynmesh.write(tmp_path / "template.npz", replace(truth, vertices=truth.vertices[5:6]))
+        options["template"] = tmp_path / "template.npz"
+    else:
+        options["start"] = whole
+    dynmesh.write(tmp_path / "partial.npz", sequence)
+    output = tmp_path / "out.npz"
+    report = dynmesh.complete_file(
+        tmp_path / "partial.npz", output, bidirectional=True, provenance=True, **options
+    )
+    made = dynmesh.read(output)
+    points, ages, errors = expected_of(sequence, whole, start, **settings)
+    np.testing.assert_allclose(made.vertices, points, atol=2e-6)
+    np.testing.assert_array_equal(made.age, ages)
+    assert made.standard_error is not None
+    np.testing.assert_allclose(made.standard_error, errors, atol=2e-6, rtol=1e-4)
+    assert report.frames == N
+    if not noise:  # what was observed comes back bit for bit
+        assert sequence.known is not None
+        np.testing.assert_array_equal(
+            made.vertices[sequence.known], sequence.vertices[sequence.known]
+        )
+
+
+@pytest.mark.parametrize("name", ["out.npz", "out.h5"])
+@pytest.mark.parametrize("stops", [(2,), (4, 9), (3, 14, 25)])
+def test_every_part_of_the_way_can_be_resumed(
+    tmp_path: Path, stored: Path, monkeypatch: pytest.MonkeyPatch, name: str, stops: tuple[int, ...]
+) -> None:
+    """Three frames to the nearer end, eleven across, eleven back."""
+    monkeypatch.setattr(Checkpoint, "is_due", lambda _: True)
+    options: Any = {"start": 3, "bidirectional": True, "provenance": True}
+    expected, output = tmp_path / "expected.npz", tmp_path / name
+    dynmesh.complete_file(stored, expected, **options)
+
+    for stop in stops:
+
+        def watch(frames: Iterator[Any], n: int, done: int, stop: int = stop) -> Iterator[Any]:
+            assert n == 25
+            for number, frame in enumerate(frames, done):
+                if number == stop:
+                    raise KeyboardInterrupt
+                yield frame
+
+        if stop < 25:
+            with pytest.raises(KeyboardInterrupt):
+                dynmesh.complete_file(stored, output, resume=True, watch=watch, **options)
+    original = WaitingFrames.frame
+    if stops[-1] == 25:  # while the frames are written
+
+        def broken(self: Any, number: int) -> Any:
+            if number == 7 and self.numbers[0] == 10:
+                broken.times += 1  # type: ignore[attr-defined]
+                if broken.times == 1:  # type: ignore[attr-defined]
+                    raise KeyboardInterrupt
+            return original(self, number)
+
+        broken.times = 0  # type: ignore[attr-defined]
+        monkeypatch.setattr(WaitingFrames, "frame", broken)
+        with pytest.raises(KeyboardInterrupt):
+            dynmesh.complete_file(stored, output, resume=True, **options)
+    report = dynmesh.complete_file(stored, output, resume=True, **options)
+    assert report.resumed_at == stops[-1]
+    made, wanted = dynmesh.read(output), dynmesh.read(expected)
+    for attribute in ("vertices", "generation", "age", "standard_error"):
+        np.testing.assert_array_equal(getattr(made, attribute), getattr(wanted, attribute))
+    left = {path.name for path in tmp_path.iterdir()} - {"partial.npz"}
+    assert left == {"expected.npz", name}
+
+
+def frame_of(points: list[float], age: list[int], error: list[float]) -> dynmesh.files.Frame:
+    return dynmesh.files.Frame(
+        np.repeat(np.array(points, np.float32)[:, None], 3, axis=1),
+        generation=np.array(age, np.int32),
+        age=np.array(age, np.int32),
+        standard_error=np.array(error, np.float32),
+    )
+
+
+def test_what_one_way_rejects_or_does_not_know_comes_from_the_other() -> None:
+    """Observed; rejected by the second; unknown to the first; unknown to both; disagreeing."""
+    one = frame_of([1, 5, 7, 2, 0], [0, 0, 3, 3, 1], [0, 0, np.inf, np.inf, 1])
+    other = frame_of([1, 1, 3, 4, 6], [0, 2, 3, 3, 1], [0, 0.5, 1, np.inf, 1])
+    for made in (combined(one, other), combined(other, one)):
+        np.testing.assert_allclose(made.points[:, 0], [1, 1, 3, 3, 3], atol=1e-6)
+        np.testing.assert_array_equal(made.age, [0, 2, 3, 3, 1])
+        assert made.standard_error is not None
+        assert made.standard_error[0] == 0
+        assert np.isinf(made.standard_error[3])
+        assert made.standard_error[4] > 3  # they are 6 apart
+
+
+def test_scenes_tables_and_the_shell_have_it(tmp_path: Path, stored: Path) -> None:
+    pytest.importorskip("pxr")
+    expected = tmp_path / "expected.npz"
+    dynmesh.complete_file(stored, expected, start=3, bidirectional=True)
+    vertices = dynmesh.read(expected).vertices
+    run("complete", stored, tmp_path / "shell.npz", "--start", "3", "--bidirectional")
+    np.testing.assert_array_equal(dynmesh.read(tmp_path / "shell.npz").vertices, vertices)
+    (tmp_path / "jobs.csv").write_text(
+        "input,output,start,bidirectional\npartial.npz,batch.npz,3,yes\n"
+    )
+    run("batch", tmp_path / "jobs.csv")
+    np.testing.assert_array_equal(dynmesh.read(tmp_path / "batch.npz").vertices, vertices)
+    run("convert", stored, tmp_path / "scene.usda")
+    dynmesh.complete_scene(
+        tmp_path / "scene.usda", tmp_path / "out.usda", start=3, bidirectional=True
+    )
+    np.testing.assert_array_equal(dynmesh.read(tmp_path / "out.usda").vertices, vertices)
+
+
+def test_it_needs_method_detail(tmp_path: Path, stored: Path) -> None:
+    with pytest.raises(ValueError, match="bidirectional: requires method='detail'"):
+        dynmesh.complete_file(stored, tmp_path / "x.npz", method="motion", bidirectional=True)
+    shown = run("complete", stored, "x.npz", "--method", "motion", "--bidirectional", code=2)
+    assert "requires --method detail" in shown.stderr
+
+
+@pytest.mark.parametrize(("name", "most"), [("flag_sim_50x50", 0.85), ("ea_bone", 0.92)])
+def test_errors_are_smaller_than_forwards(
+    tmp_path: Path, data: Path, name: str, most: float
+) -> None:
+    stored = np.load(data / f"{name}.npz")
+    subject = Subject.of(name, dynmesh.Sequence(stored["vertices"], stored["faces"]), "z", 0, 31)
+    for loss, known in losses(subject, (0.3,)).items():
+        known[0][:] = True
+        path = tmp_path / f"{loss}.npz"
+        dynmesh.write(path, dynmesh.Sequence(subject.vertices, subject.faces, np.stack(known)))
+        errors = []
+        for bidirectional in (False, True):
+            output = tmp_path / f"{loss}_{bidirectional}.npz"
+            dynmesh.complete_file(path, output, bidirectional=bidirectional)
+            off = np.linalg.norm(dynmesh.read(output).vertices - subject.vertices, axis=2)
+            errors.append(off.mean())
+        assert errors[1] <= (1.02 if loss == "camera" else most) * errors[0], loss
