@@ -89,7 +89,10 @@ def whole_frame(
         ValueError: an argument has the wrong shape or is out of range, frames and masks differ in
             number, or no vertex is known in any frame.
     """
-    if frame != "best":
+    if isinstance(frame, str):
+        if frame != "best":
+            raise KindError(f"must be 'best' or an integer, not {frame!r}", argument="frame")
+    else:
         check_integer("frame", frame, 0)
     number = None if frame == "best" else frame
     with _without_whole_frame(frames), contextlib.closing(_Source(frames, known)) as source:
@@ -144,6 +147,8 @@ class _Source:
         for frame in self._pairs:
             self._next += 1
             if self._next > number:
+                if self._next == self.n_frames:
+                    next(self._pairs, None)  # refuses masks that go on
                 with locating(frame=number):
                     return frame.points, _known_in(frame)
         raise InputError(f"ends before frame {number}, which it had before", argument="frames")

@@ -288,6 +288,11 @@ Call = Callable[[Recording], object]
             "known: ends before frame 5",
         ),
         (
+            lambda r: dynmesh.whole_frame(r.faces, r.frames[:5], lambda: iter(r.known)),
+            ValueError,
+            "frames: ends before frame 5, but known goes on",
+        ),
+        (
             lambda r: dynmesh.whole_frame(r.faces, r.frames, r.known & False),
             ValueError,
             "no vertex is known",

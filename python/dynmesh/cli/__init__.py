@@ -68,8 +68,8 @@ app = typer.Typer(
     name="dynmesh",
     cls=_Group,
     context_settings={"help_option_names": ["--help", "-h"]},
-    help="Completes dynamic meshes: frames that share one connectivity, of which only the first is "
-    "complete.\n\n"
+    help="Completes dynamic meshes: frames that share one connectivity, of which some vertices are "
+    "missing.\n\n"
     f"A sequence is an animated mesh in one of the formats {format_names}, recognised by its "
     "suffix. A vertex is missing in a frame if its known mask says so or, in a file without masks, "
     "if its position is not finite.",

@@ -60,10 +60,12 @@ def say_what_was_done(output: Path | str, report: FileReport, reject_outliers: b
     """Prints how many frames were completed, how fast, and the shares of the vertices."""
     seconds = report.seconds_per_frame
     if seconds is None:
-        say(f"{output}: there is only frame 0, so there was nothing to complete")
+        say(f"{output}: there is only one frame, so no other was completed")
         return
+    times = "" if report.completed <= report.frames else "from both sides, each time "
+    frames = min(report.completed, report.frames)
     say(
-        f"{output}: {report.completed} frames completed in {1e3 * seconds:.3g} ms each (median), "
+        f"{output}: {frames} frames completed {times}in {1e3 * seconds:.3g} ms each (median), "
         f"{1 / seconds:.0f} frames per second without reading and writing"
     )
     whole = report.known + report.filled + report.disconnected

@@ -11,6 +11,10 @@ from ..sequence import Mask, Positions
 from .finding import Finding, counted, frames_listed, listed, percent, stretches
 from .mesh import Mesh
 
+_BACKWARDS = (
+    "Frames before it are completed backwards. A complete mesh from a template or a scan at rest, "
+    "--template FILE, may be better."
+)
 _FEW = 0.1
 _HARDLY_ANY = 0.02
 _LONG = 10  # frames
@@ -118,13 +122,13 @@ class Presence:
             return
         start = self._best_frame()
         if self._first_whole is not None:
-            start = f"Completion starts from frame {self._first_whole}, the first complete one."
+            start = f"Completion starts from frame {self._first_whole}, the first complete one. "
+            start += _BACKWARDS
         yield Finding.at(
             "first_frame_incomplete",
             f"Frame 0 lacks {len(missing)} of {counted(self._n_vertices, 'vertex')}: "
             f"{listed('vertex', missing)}.",
-            f"{start} Frames before it are completed backwards. A complete mesh from a template or "
-            "a scan at rest, --template FILE, may be better.",
+            start,
             vertices=missing,
             frames=[0],
             severity="warning" if self._known_in_best.any() else "error",
@@ -141,7 +145,7 @@ class Presence:
             f"No frame is complete. Completion starts from frame {self._best}, which knows most "
             f"vertices, {percent(known / self._n_vertices)}; "
             f"{percent((ever - known) / self._n_vertices)} are put together from other frames, "
-            f"and {percent(never / self._n_vertices)} were seen in no frame."
+            f"and {percent(never / self._n_vertices)} were seen in no frame. {_BACKWARDS}"
         )
 
     def _zeros_of_frame_0(self) -> Iterator[Finding]:

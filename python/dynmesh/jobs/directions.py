@@ -160,15 +160,15 @@ class Directions:
                 if leg.file:
                     waiting = self._wait(folder / leg.file, leg, writer)
                     self._waiting[leg.file] = opened.enter_context(contextlib.closing(waiting))
-                    for frame in self._complete(leg, frames):
+                    for _, frame in self._complete(leg, frames):
                         waiting.append(frame)
                         self._kept = {**self._kept, **waiting.pieces()}
                         self._done += 1
                         yield
                     continue
                 yield from self._write_waiting(range(self._written, leg.begin), writer)
-                for frame in self._complete(leg, frames):
-                    self._write(frame, writer)
+                for number, frame in self._complete(leg, frames):
+                    self._write(frame, number, writer)
                     self._done += 1
                     yield
             next(frames, None)  # at its end, the reader looks whether the file was changed
@@ -193,8 +193,8 @@ class Directions:
                 with contextlib.closing(self._reader.frames(left[0], left[-1] + 1)) as frames:
                     yield from frames
 
-    def _complete(self, leg: _Leg, frames: Iterator[Frame]) -> Iterator[Frame]:
-        """Yields the completed frames of a leg that are left."""
+    def _complete(self, leg: _Leg, frames: Iterator[Frame]) -> Iterator[tuple[int, Frame]]:
+        """Yields the completed frames of a leg that are left, with their numbers."""
         left = leg.numbers[self._completed(leg) :]
         if not left:
             return
@@ -206,13 +206,13 @@ class Directions:
             frame = next(frames)
             with locating(frame=number):
                 if number == self._start_frame.number and leg.after is None:
-                    yield origin
+                    yield number, origin
                     continue
                 completed = way.push(frame)
             self.tally.add(self._completer)
             if leg.is_back:
                 completed = combined(self._waits(number, self._legs.index(leg)), completed)
-            yield completed
+            yield number, completed
 
     def _origin(self, leg: _Leg) -> Frame:
         """The whole frame that the leg leaves."""
@@ -228,7 +228,7 @@ class Directions:
         """Writes these frames, which wait in files."""
         for number in numbers:
             is_start = number == self._start_frame.number
-            self._write(self._start() if is_start else self._waits(number), writer)
+            self._write(self._start() if is_start else self._waits(number), number, writer)
             yield
 
     def _waits(self, number: int, before: int | None = None) -> Frame:
@@ -236,8 +236,9 @@ class Directions:
         legs = [leg for leg in self._legs[:before] if number in leg.numbers]
         return self._waiting[legs[-1].file].frame(number)
 
-    def _write(self, frame: Frame, writer: Writer) -> None:
+    def _write(self, frame: Frame, number: int, writer: Writer) -> None:
         """Writes a completed frame, without what is too uncertain."""
+        frame = self._start_frame.since(frame, number)
         self.tally.add_written(frame, self._drop_above)
         if self._drop_above is not None:
             assert frame.standard_error is not None  # as complete_file has set

@@ -65,16 +65,29 @@ class StartFrame:
         """The frame as the output has it, with positions of this dtype."""
         k, made = len(self.points), self.made
         generation = np.zeros(k, np.int32)
-        errors = np.zeros(k, np.float32)
         if made is not None:
             generation[~made.known] = FUSED
-            errors = made.standard_error.astype(np.float32)
         return Frame(
             self.points.astype(dtype),
             generation=generation,
             age=np.zeros(k, np.int32),
-            standard_error=errors if uncertainty else None,
+            standard_error=np.zeros(k, np.float32) if uncertainty else None,
         )
+
+    def since(self, frame: Frame, number: int) -> Frame:
+        """A completed frame, with what may be wrong of the whole one where nothing came between.
+
+        Vertices that no nearer frame knows are as old as the whole frame is far.
+        """
+        if self.made is None:
+            return frame
+        assert frame.age is not None
+        distance = abs(number - self.number)
+        errors = frame.standard_error
+        if errors is not None:
+            of_start = np.where(frame.age >= distance, self.made.standard_error, 0)
+            errors = np.hypot(errors, of_start).astype(np.float32)
+        return replace(frame, age=np.minimum(frame.age, distance), standard_error=errors)
 
     def described(self) -> dict[str, Any]:
         """What a checkpoint remembers of it."""
