@@ -52,7 +52,7 @@ TEST_CASE("points beside a hidden vertex do not draw it") {
     }
     // A search so narrow that no vertex has a point of its own.
     const auto found = correspondences.find(x, {1, 1, 1, 1});
-    const double unexplained = correspondences.draw_towards_unexplained(x, 1);
+    const double unexplained = correspondences.draw_towards_unexplained(x, 1, 1);
     std::size_t n_drawn = 0;
     for (std::size_t v = large.size(); v < k; ++v) n_drawn += found[v].weight > 0 ? 1 : 0;
     CHECK((n_hidden == small.size()) == !is_seen);

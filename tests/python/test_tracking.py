@@ -1,5 +1,6 @@
 """Tracking of a template in raw scans."""
 
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -180,6 +181,30 @@ def test_half_of_a_horse_is_found_again(data: Path) -> None:
     assert max(errors[:14]) < 1.5
     assert errors[23] > 3
     assert errors[24] < 0.6
+
+
+def test_a_recorded_cloth_stays_in_its_scans(data: Path) -> None:
+    """It would turn in its own plane without its boundary, and leave a quarter of the points."""
+    path = data / "kinect_cloth_scans.npz"
+    if not path.exists():
+        pytest.skip("the folder of recorded sequences has no kinect_cloth_scans.npz")
+    with np.load(path) as stored:
+        points, offsets = stored["points"].astype(float), stored["offsets"]
+        template, faces = stored["template_vertices"].astype(float), stored["template_faces"]
+    tracker = Tracker(faces, template)
+    for first, end in pairwise(offsets):
+        tracked = tracker.push(points[first:end], viewpoints=np.zeros((1, 3)))
+    edges = np.unique(np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
+    lengths, lengths_of_template = (
+        np.linalg.norm(x[edges[:, 0]] - x[edges[:, 1]], axis=1) for x in (tracked, template)
+    )
+    # The nearest vertex is at most 0.7 edges from a point of the surface.
+    distance = cKDTree(tracked).query(points[offsets[-2] :])[0] / lengths_of_template.mean()
+    assert np.percentile(distance, 95) < 1.2
+    held = [0, 992]
+    moved = np.linalg.norm(tracked[held] - template[held], axis=1) / lengths_of_template.mean()
+    assert moved.max() < 2
+    assert np.mean(np.abs(lengths / lengths_of_template - 1) < 0.1) > 0.9
 
 
 def test_points_of_other_things_are_ignored(rng: np.random.Generator) -> None:

@@ -28,6 +28,9 @@ struct Anchors {
   /// (k,) unit normals of the planes that noisy anchors observe instead of positions: `observed` is
   /// a point of the plane. Empty if they observe positions.
   std::span<const Vector3<double>> normals;
+  /// (k,) for planes: a second direction in which the step of a vertex is resisted, times the root
+  /// of the weight, and a force on it. Empty if there are none.
+  std::span<const Vector3<double>> outward, forces;
 
   Anchors(std::size_t n_vertices, bool are_noisy)
       : observed(n_vertices),

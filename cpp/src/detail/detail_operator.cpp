@@ -103,7 +103,7 @@ void apply_operator(const DetailOperator& k, std::span<const Vector3<double>> x,
   });
 }
 
-SymmetricMatrix normal_matrix(const DetailOperator& k) {
+SymmetricMatrix normal_matrix(const DetailOperator& k, std::span<const double> membrane) {
   check_size(k);
   SymmetricMatrix normal;
   normal.offsets.push_back(0);
@@ -122,6 +122,7 @@ SymmetricMatrix normal_matrix(const DetailOperator& k) {
         is_set[at(i)] = 1;
         sums[at(i)] += weight * k.values[at(f)];
       }
+      if (!membrane.empty()) sums[l] += membrane[l] * k.values[at(e)];
     }
     std::sort(rows.begin(), rows.end());
     for (const Index i : rows) {

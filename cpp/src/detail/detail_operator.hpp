@@ -43,7 +43,8 @@ DetailOperator build_detail_operator(std::span<const Triangle> faces, const Cell
 void apply_operator(const DetailOperator& k, std::span<const Vector3<double>> x, int fields,
                     std::span<Vector3<double>> products, Workers& workers);
 
-/// N = K^T K = C M^-1 C.
-SymmetricMatrix normal_matrix(const DetailOperator& k);
+/// N = K^T K + mu C = C (M^-1 C + mu). `membrane` is mu at each vertex (k,), the same in all of a
+/// component, or empty.
+SymmetricMatrix normal_matrix(const DetailOperator& k, std::span<const double> membrane = {});
 
 }  // namespace dynmesh

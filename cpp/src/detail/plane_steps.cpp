@@ -47,12 +47,18 @@ void ShapeSystem::multiply_with_planes(std::size_t width, const Anchors& anchors
   apply(steps, static_cast<int>(width), {scaled_residual_.data(), steps.size()});
   for (std::size_t i = 0; i < steps.size(); ++i) {
     scaled_residual_[i] = operator_.scale[i / width] * scaled_residual_[i];
+    if (!membrane_.empty()) {
+      scaled_residual_[i] = scaled_residual_[i] + membrane_[i / width] * steps[i];
+    }
   }
   multiply_transposed(static_cast<int>(width));
   for (std::size_t r = 0; r < rows.size(); ++r) {
     const auto v = static_cast<std::size_t>(rows[r]);
     for (std::size_t i = width * r; i < width * (r + 1); ++i) {
       solution_[i] = solution_[i] + anchors.weights[v] * anchors.observable(v, direction_[i]);
+      if (!anchors.outward.empty()) {
+        solution_[i] = solution_[i] + dot(anchors.outward[v], direction_[i]) * anchors.outward[v];
+      }
     }
   }
 }

@@ -15,14 +15,16 @@ ShapeSystem::ShapeSystem(const Cells& cells, Workers& workers)
 
 ShapeSystem::Prepared ShapeSystem::prepare(std::span<const Triangle> faces,
                                            std::span<const Vector3<double>> first_frame,
-                                           const DetailConstants& constants) const {
+                                           const DetailConstants& constants,
+                                           std::vector<double> membrane) const {
   auto k = build_detail_operator(faces, cells_, first_frame, constants);
-  auto factor = std::make_unique<MaskedFactor>(normal_matrix(k), workers_);
-  return {std::move(k), std::move(factor)};
+  auto factor = std::make_unique<MaskedFactor>(normal_matrix(k, membrane), workers_);
+  return {std::move(k), std::move(membrane), std::move(factor)};
 }
 
 void ShapeSystem::reset(Prepared prepared) noexcept {
   operator_ = std::move(prepared.k);
+  membrane_ = std::move(prepared.membrane);
   factor_ = std::move(prepared.factor);
 }
 

@@ -32,11 +32,13 @@ class ShapeSystem {
   /// K of a new frame 0, and what is needed to factor N.
   struct Prepared {
     DetailOperator k;
+    std::vector<double> membrane;
     std::unique_ptr<MaskedFactor> factor;
   };
   [[nodiscard]] Prepared prepare(std::span<const Triangle> faces,
                                  std::span<const Vector3<double>> first_frame,
-                                 const DetailConstants& constants) const;
+                                 const DetailConstants& constants,
+                                 std::vector<double> membrane = {}) const;
   /// Begins a sequence.
   void reset(Prepared prepared) noexcept;
 
@@ -80,6 +82,9 @@ class ShapeSystem {
           Vector3<double>& value = solution_[fields * r + f];
           value = value + anchors.weights[v] * anchors.observable(v, pull(v, f));
         }
+        if (!anchors.forces.empty()) {
+          solution_[fields * r] = solution_[fields * r] + anchors.forces[v];
+        }
       }
     }
     return anchors.are_planes() ? descend_to_planes<fields>(anchors) : solve_and_scatter(fields);
@@ -114,7 +119,8 @@ class ShapeSystem {
   const Cells& cells_;
   Workers& workers_;
   const OperatorKernels& kernels_;
-  DetailOperator operator_;               // K
+  DetailOperator operator_;  // K
+  std::vector<double> membrane_;
   std::unique_ptr<MaskedFactor> factor_;  // the factor of N
   std::vector<Vector3<double>>
       scaled_residual_;                    // M^-1/2 times the vector that is multiplied by K^T

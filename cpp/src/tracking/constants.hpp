@@ -35,6 +35,9 @@ struct TrackingConstants {
   [[nodiscard]] double weight_at(double progress) const {
     return first_weight * std::pow(last_weight / first_weight, progress);
   }
+  [[nodiscard]] double cloth_weight_at(double progress) const {
+    return first_cloth_weight * std::pow(last_cloth_weight / first_cloth_weight, progress);
+  }
   /// How far the first half of the iterations searches for points, and the second.
   double wide_radius = 8;
   double narrow_radius = 3;
@@ -95,6 +98,35 @@ struct TrackingConstants {
   /// The number of its steps, and the share that it must reach.
   int alignment_steps = 40;
   double least_aligned = 0.3;
+
+  /// A sheet is cloth if its own planes notice one of its rigid motions by less than this share of
+  /// the mean squared displacement. Cloth has up to 0.02, a face 0.07.
+  double largest_slippage = 0.04;
+  /// As the constants above without "cloth". A membrane lets the weights be larger, since it keeps
+  /// the noise of the points and wrong correspondences from folding the surface.
+  double first_cloth_weight = 0.2;
+  double last_cloth_weight = 5;
+  double narrow_cloth_radius = 1;
+  /// mu, the weight of the lengths of edges.
+  double membrane = 0.4;
+
+  /// The weight of the reach of a boundary vertex, compared with its correspondence.
+  double reach_weight = 1;
+  /// Where the sum of the edges of a boundary vertex is shorter along the surface, there is no way
+  /// outwards.
+  double least_outward = 0.2;
+  /// The measured surface is followed in steps of this length, by points that are at most so far
+  /// from the steps and so far above or below the vertex.
+  double reach_step = 0.5;
+  double reach_radius = 0.75;
+  double reach_height = 0.5;
+  /// It ends where no point is found over this length. Farther than the second length, it counts
+  /// as going on: then it is the template that ends, as at a cut limb.
+  double reach_gap = 1.2;
+  double farthest_reach = 8;
+  /// Noise of the points reaches beyond the true end, and is not followed.
+  double least_reach = 0.35;
+  double reach_margin = 0.25;
 
   /// The jump in depth between neighbouring pixels from which on they belong to different surfaces.
   double jump = 3;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <utility>
 
 #include "support/geometry.hpp"
 #include "tracking/vertex_normals.hpp"
@@ -12,14 +14,30 @@ Correspondences::Correspondences(std::span<const Triangle> faces, const Topology
                                  Workers& workers, const TrackingConstants& constants)
     : faces_(faces),
       is_sheet_(find_sheets(faces_, topology.component)),
+      topology_(topology),
       workers_(workers),
       constants_(constants),
+      is_cloth_(topology.cells.size()),
+      sides_(topology.report.components),
       visibility_(topology.cells.size()),
       visible_(topology.cells.size()),
       normals_(topology.cells.size()),
       found_(topology.cells.size()),
       guesses_(topology.cells.size()),
       drawn_(topology.cells.size()) {}
+
+std::unique_ptr<BoundaryReach> Correspondences::prepare(
+    std::span<const std::uint8_t> is_cloth) const {
+  if (std::ranges::count(is_cloth, 1) == 0) return nullptr;
+  return std::make_unique<BoundaryReach>(faces_, topology_, is_cloth, workers_, constants_);
+}
+
+void Correspondences::reset(std::unique_ptr<BoundaryReach> boundary,
+                            std::span<const std::uint8_t> is_cloth) noexcept {
+  boundary_ = std::move(boundary);
+  std::ranges::copy(is_cloth, is_cloth_.begin());
+  std::ranges::fill(sides_, 0.0);
+}
 
 void Correspondences::begin(const Measurement& measurement, double mean_edge) {
   vertices_near_.assign(measurement.size(), Measurement::no_guess);
@@ -28,8 +46,35 @@ void Correspondences::begin(const Measurement& measurement, double mean_edge) {
   mean_edge_ = mean_edge;
 }
 
-void Correspondences::find_visible(Field x) {
+/// The normals of X; those of cloth on the side that most sensors see.
+void Correspondences::find_normals(Field x) {
   find_vertex_normals(faces_, x, normals_);
+  if (boundary_ == nullptr) return;
+  for (std::size_t v = 0; v < x.size(); ++v) {
+    if (sides_[static_cast<std::size_t>(topology_.component[v])] < 0) {
+      normals_[v] = -1.0 * normals_[v];
+    }
+  }
+}
+
+/// The faces of cloth may look to either side, which must not change what is found.
+void Correspondences::choose_sides(Field x) {
+  std::ranges::fill(sides_, 0.0);
+  find_normals(x);
+  for (const auto& viewpoint : measurement_->viewpoints()) {
+    for (std::size_t v = 0; v < x.size(); ++v) {
+      if (is_cloth_[v] == 0) continue;
+      const auto view = viewpoint - x[v];
+      const double distance = std::sqrt(squared_norm(view));
+      if (!(distance > 0)) continue;
+      sides_[static_cast<std::size_t>(topology_.component[v])] += dot(normals_[v], view) / distance;
+    }
+  }
+}
+
+void Correspondences::find_visible(Field x) {
+  if (boundary_ != nullptr) choose_sides(x);
+  find_normals(x);
   const Visibility::Tolerances tolerances = {constants_.pixel * mean_edge_,
                                              constants_.thickness * mean_edge_,
                                              constants_.back_thickness * mean_edge_};
@@ -39,7 +84,7 @@ void Correspondences::find_visible(Field x) {
 
 /// The normals of X, on the side that the sensors see.
 void Correspondences::find_visible_normals(Field x) {
-  find_vertex_normals(faces_, x, normals_);
+  find_normals(x);
   for (std::size_t v = 0; v < x.size(); ++v) {
     if (visible_[v] == Sight::back) normals_[v] = -1.0 * normals_[v];
   }
@@ -55,13 +100,15 @@ bool Correspondences::have_share(double share) const {
 /// Each search begins with the vertex's own last point, not with that of a vertex before it: in
 /// sparse images what is found depends on the beginning, and would on the order of the vertices and
 /// on where chunks end.
-std::span<Correspondence> Correspondences::find(Field x, const Search& search) {
+std::span<Correspondence> Correspondences::find(Field x, const Search& of_bodies,
+                                                const Search& of_cloth) {
   find_visible_normals(x);
   const Measurement& measurement = *measurement_;
-  const double scale = search.scale * mean_edge_;
-  const double side = search.side * mean_edge_;
   workers_.for_each_short_chunk(static_cast<Index>(x.size()), [&](Index first, Index last) {
     for (auto v = static_cast<std::size_t>(first); v < static_cast<std::size_t>(last); ++v) {
+      const Search& search = is_cloth_[v] != 0 ? of_cloth : of_bodies;
+      const double scale = search.scale * mean_edge_;
+      const double side = search.side * mean_edge_;
       Correspondence& c = found_[v];
       c = {};
       if (visible_[v] == Sight::hidden || v % search.stride != 0) continue;
@@ -81,7 +128,7 @@ std::span<Correspondence> Correspondences::find(Field x, const Search& search) {
       c.weight = search.weight / ((1 + distance / (scale * scale)) * (1 + aside / (side * side)));
     }
   });
-  if (!search.takes_any) weigh_shared_points();
+  if (!of_bodies.takes_any) weigh_shared_points();
   n_found_ = 0;
   for (std::size_t v = 0; v < x.size(); ++v) {
     if (!(found_[v].weight > 0)) continue;
@@ -137,11 +184,21 @@ double Correspondences::share_without_point(Field x, double distance) const {
   return n_seen > 0 ? n_without / n_seen : 0;
 }
 
-double Correspondences::draw_towards_unexplained(Field x, double weight) {
-  const Measurement& measurement = *measurement_;
+std::span<const Reach> Correspondences::find_reaches(Field x) {
+  if (boundary_ == nullptr) return {};
+  index_vertices(x);
+  return boundary_->find({x, normals_, visible_, vertices_, mean_edge_}, *measurement_);
+}
+
+void Correspondences::index_vertices(Field x) {
   vertices_.points.assign(x.begin(), x.end());
   vertices_.normals.assign(normals_.begin(), normals_.end());
   vertices_.index();
+}
+
+double Correspondences::draw_towards_unexplained(Field x, double weight, double cloth_weight) {
+  const Measurement& measurement = *measurement_;
+  index_vertices(x);
   std::ranges::fill(drawn_, Correspondence{});
   const double radius = constants_.drawing_radius * mean_edge_;
   const double least = constants_.least_unexplained * mean_edge_;
@@ -191,8 +248,9 @@ double Correspondences::draw_towards_unexplained(Field x, double weight) {
     if (!(length > 0)) continue;
     const auto point = (1 / drawn.weight) * drawn.point;
     const double distance = squared_norm(point - x[v]);
+    const double of_kind = is_cloth_[v] != 0 ? cloth_weight : weight;
     found_[v] = {point, (1 / length) * drawn.normal,
-                 constants_.drawing_weight * weight / (1 + distance / (scale * scale)), 0};
+                 constants_.drawing_weight * of_kind / (1 + distance / (scale * scale)), 0};
   }
   return unexplained;
 }

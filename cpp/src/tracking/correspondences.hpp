@@ -5,11 +5,13 @@
 #include <cstdint>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "mesh/triangle.hpp"
 #include "support/workers.hpp"
+#include "tracking/boundary_reach.hpp"
 #include "tracking/constants.hpp"
 #include "tracking/measurement.hpp"
 #include "tracking/point_scan.hpp"
@@ -38,6 +40,12 @@ class Correspondences {
   Correspondences(std::span<const Triangle> faces, const Topology& topology, Workers& workers,
                   const TrackingConstants& constants);
 
+  /// What a sequence in which (k,) `is_cloth` needs, and its beginning.
+  [[nodiscard]] std::unique_ptr<BoundaryReach> prepare(
+      std::span<const std::uint8_t> is_cloth) const;
+  void reset(std::unique_ptr<BoundaryReach> boundary,
+             std::span<const std::uint8_t> is_cloth) noexcept;
+
   /// Begins a frame. `measurement` must outlive it. `mean_edge` is that of frame 0.
   void begin(const Measurement& measurement, double mean_edge);
 
@@ -48,7 +56,9 @@ class Correspondences {
   [[nodiscard]] std::span<const Sight> visible() const { return visible_; }
 
   /// Finds (k,) the points of the vertices that the sensors can see.
-  std::span<Correspondence> find(Field x, const Search& search);
+  std::span<Correspondence> find(Field x, const Search& search) { return find(x, search, search); }
+  /// The same with another search for cloth.
+  std::span<Correspondence> find(Field x, const Search& search, const Search& of_cloth);
   /// (k,) the last result.
   [[nodiscard]] std::span<const Correspondence> found() const { return found_; }
   /// How many vertices have a point in it.
@@ -58,21 +68,31 @@ class Correspondences {
   [[nodiscard]] bool have_share(double share) const;
 
   /// Measured points that are far from all vertices draw the nearest one: so a limb that lies on
-  /// the wrong one comes back. Changes the last result of `find`; `weight` is that of its search.
-  /// Returns the share of such points.
-  double draw_towards_unexplained(Field x, double weight);
+  /// the wrong one comes back. Changes the last result of `find`; `weight` and `cloth_weight` are
+  /// those of its searches. Returns the share of such points.
+  double draw_towards_unexplained(Field x, double weight, double cloth_weight);
+
+  /// (k,) how far the measured surface extends beyond the boundaries of cloth; empty without any.
+  std::span<const Reach> find_reaches(Field x);
 
  private:
+  void find_normals(Field x);
+  void choose_sides(Field x);
   void find_visible_normals(Field x);
+  void index_vertices(Field x);
   void weigh_shared_points();
   [[nodiscard]] bool is_near(Field x, std::uint32_t point, std::size_t v, double radius) const;
   [[nodiscard]] double share_without_point(Field x, double distance) const;
 
   std::span<const Triangle> faces_;
   std::vector<std::uint8_t> is_sheet_;  // whether the back of a vertex can be seen
+  const Topology& topology_;
   Workers& workers_;
   const TrackingConstants& constants_;
   const Measurement* measurement_ = nullptr;
+  std::vector<std::uint8_t> is_cloth_;
+  std::vector<double> sides_;  // of each component: below 0 if its faces look away from the sensors
+  std::unique_ptr<BoundaryReach> boundary_;  // of cloth, if there is any
   double mean_edge_ = 1;
   Visibility visibility_;
   std::vector<Sight> visible_;

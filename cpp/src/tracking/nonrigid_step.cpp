@@ -22,6 +22,7 @@ NonrigidStep::NonrigidStep(const Topology& topology, Workers& workers,
                            const TrackingConstants& constants, TrainingFrames training,
                            bool has_uncertainty, double epsilon)
     : topology_(topology),
+      workers_(workers),
       constants_(constants),
       detail_constants_(constants_for(constants)),
       system_(topology.cells, workers),
@@ -29,6 +30,7 @@ NonrigidStep::NonrigidStep(const Topology& topology, Workers& workers,
       epsilon_(epsilon),
       rest_(topology.cells, workers, detail_constants_, std::move(training)),
       error_bars_(topology.cells, workers, detail_constants_, has_uncertainty, true),
+      is_cloth_(topology.cells.size()),
       shape_(topology.cells.size()),
       last_rotations_(topology.cells.size()),
       anchors_(topology.cells.size(), true),
@@ -41,13 +43,28 @@ NonrigidStep::NonrigidStep(const Topology& topology, Workers& workers,
   system_.take_planes(constants.steps);
 }
 
-void NonrigidStep::reset(std::span<const Triangle> faces, Field first_frame, double mean_edge) {
-  auto prepared = system_.prepare(faces, first_frame, detail_constants_);
+void NonrigidStep::reset(std::span<const Triangle> faces, Field first_frame, double mean_edge,
+                         std::span<const std::uint8_t> is_cloth) {
+  const bool any_cloth = std::ranges::count(is_cloth, 1) > 0;
+  std::vector<double> stiffness;
+  if (any_cloth) {
+    for (const auto is : is_cloth) stiffness.push_back(is != 0 ? constants_.membrane : 0);
+  }
+  auto prepared = system_.prepare(faces, first_frame, detail_constants_, std::move(stiffness));
+  std::unique_ptr<Membrane> membrane;
+  if (any_cloth) {
+    membrane = std::make_unique<Membrane>(prepared.k, first_frame, mean_edge, is_cloth, topology_,
+                                          workers_, constants_);
+    outward_.resize(first_frame.size());
+    forces_.resize(first_frame.size());
+  }
   auto prepared_rotations = rotations_.prepare(first_frame);
   const Rounding rounding(prepared.k, mean_edge, epsilon_);
   rest_.reset(rest_.learn(prepared.k, first_frame, mean_edge, rounding));
   // Nothing below can throw.
   system_.reset(std::move(prepared));
+  membrane_ = std::move(membrane);
+  std::ranges::copy(is_cloth, is_cloth_.begin());
   rounding_ = rounding;
   rotations_.reset(std::move(prepared_rotations), first_frame, mean_edge);
   system_.apply(first_frame, 1, shape_);
@@ -66,9 +83,9 @@ void NonrigidStep::undo_frame() {
   rest_.undo_frame();
 }
 
-bool NonrigidStep::take(std::span<Correspondence> found, double weight, bool fits_modes,
-                        std::span<Vector3<double>> x) {
-  if (!choose_components(found, weight)) return false;
+bool NonrigidStep::take(const Measured& measured, bool fits_modes, std::span<Vector3<double>> x) {
+  const auto found = measured.found;
+  if (!choose_components(measured)) return false;
   rotations_.fit_widely(x);
   if (fits_modes && rest_.is_trained()) fit_modes(found, x);
   for (std::size_t v = 0; v < x.size(); ++v) {
@@ -79,23 +96,39 @@ bool NonrigidStep::take(std::span<Correspondence> found, double weight, bool fit
   for (std::size_t v = 0; v < x.size(); ++v) anchors_.weights[v] = found[v].weight;
   std::ranges::transform(found, planes_.begin(), &Correspondence::normal);
   anchors_.normals = planes_;
+  if (membrane_) pull_cloth(measured, x);
   const Field steps = system_.solve<1, 1>(
       [&](std::size_t v, std::size_t) { return turned_[v] - kx_[v]; },
       [&](std::size_t v, std::size_t) { return found[v].point - x[v]; }, anchors_);
-  anchors_.normals = {};
+  anchors_.normals = anchors_.outward = anchors_.forces = {};
   for (std::size_t v = 0; v < x.size(); ++v) x[v] = x[v] + steps[v];
   return true;
 }
 
+/// Draws the boundaries of cloth outwards, and its edges to their lengths.
+void NonrigidStep::pull_cloth(const Measured& measured, Field x) {
+  const double root = std::sqrt(constants_.reach_weight * measured.cloth_weight);
+  for (std::size_t v = 0; v < x.size(); ++v) {
+    const Reach& reach = measured.reaches[v];
+    outward_[v] = root * reach.outward;
+    forces_[v] = root * reach.distance * outward_[v];
+  }
+  membrane_->add_forces(x, rotations_.quaternions(), forces_);
+  anchors_.outward = outward_;
+  anchors_.forces = forces_;
+}
+
 /// Chooses the components with enough correspondences, of which those that are far away count less,
 /// and factors their system if they are others than in the last step.
-bool NonrigidStep::choose_components(std::span<Correspondence> found, double weight) {
+bool NonrigidStep::choose_components(const Measured& measured) {
+  const auto found = measured.found;
   const auto component = [&](std::size_t v) {
     return static_cast<std::size_t>(topology_.component[v]);
   };
   std::ranges::fill(found_in_, 0.0);
   for (std::size_t v = 0; v < found.size(); ++v)
-    found_in_[component(v)] += found[v].weight / weight;
+    found_in_[component(v)] +=
+        found[v].weight / (is_cloth_[v] != 0 ? measured.cloth_weight : measured.weight);
   anchors_.n_solved = 0;
   bool is_the_same = is_factored_;
   for (std::size_t v = 0; v < found.size(); ++v) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -17,8 +18,10 @@
 #include "generations/generations.hpp"
 #include "support/stored_numbers.hpp"
 #include "support/workers.hpp"
+#include "tracking/boundary_reach.hpp"
 #include "tracking/constants.hpp"
 #include "tracking/measurement.hpp"
+#include "tracking/membrane.hpp"
 #include "tracking/rest_shape.hpp"
 
 namespace dynmesh {
@@ -40,17 +43,25 @@ class NonrigidStep {
                TrainingFrames training, bool has_uncertainty, double epsilon);
 
   /// Begins a sequence. If it throws, nothing has changed.
-  void reset(std::span<const Triangle> faces, Field first_frame, double mean_edge);
+  /// (k,) `is_cloth` are the vertices whose lengths are kept.
+  void reset(std::span<const Triangle> faces, Field first_frame, double mean_edge,
+             std::span<const std::uint8_t> is_cloth);
 
   /// Begins a frame, which `undo_frame` forgets again.
   void begin_frame();
   void undo_frame();
 
-  /// Finds Q for X, and then X for the correspondences, whose weight is `weight` without any
-  /// distance. Those of components that have hardly any get the weight 0; if all have, X stays and
-  /// the result is false. `fits_modes` is whether the modes of the training sequence are fitted.
-  bool take(std::span<Correspondence> found, double weight, bool fits_modes,
-            std::span<Vector3<double>> x);
+  /// What was measured, (k,) each, and the weights of correspondences without any distance.
+  struct Measured {
+    std::span<Correspondence> found;
+    std::span<const Reach> reaches;  ///< empty without cloth
+    double weight = 0;
+    double cloth_weight = 0;
+  };
+  /// Finds Q for X, and then X for what was measured. Correspondences of components that have
+  /// hardly any get the weight 0; if all have, X stays and the result is false. `fits_modes` is
+  /// whether the modes of the training sequence are fitted.
+  bool take(const Measured& measured, bool fits_modes, std::span<Vector3<double>> x);
   /// (k,) 1 for the vertices of components that the last step moved.
   [[nodiscard]] std::span<const std::uint8_t> moved() const { return anchors_.is_solved; }
 
@@ -78,11 +89,13 @@ class NonrigidStep {
   void recall(const Memory& memory, Field last);
 
  private:
-  bool choose_components(std::span<Correspondence> found, double weight);
+  bool choose_components(const Measured& measured);
+  void pull_cloth(const Measured& measured, Field x);
   void observe_planes(std::span<const Correspondence> found, Field x);
   void fit_modes(std::span<const Correspondence> found, Field x);
 
   const Topology& topology_;
+  Workers& workers_;
   const TrackingConstants& constants_;
   DetailConstants detail_constants_;
   ShapeSystem system_;
@@ -91,15 +104,18 @@ class NonrigidStep {
   Rounding rounding_;
   RestShape rest_;
   ErrorBars error_bars_;
+  std::unique_ptr<Membrane> membrane_;  // of cloth, if there is any
+  std::vector<std::uint8_t> is_cloth_;
   std::vector<Vector3<double>> shape_;  // m = Q^T K X of the last frame
   std::vector<Quaternion> last_rotations_;
 
   // Of the current frame:
   Anchors anchors_;
   std::vector<Vector3<double>> wanted_, turned_, kx_;
-  std::vector<Vector3<double>> planes_;   // the normals of the correspondences
-  std::vector<double> found_in_;          // the correspondences of each component, weighed
-  std::vector<double> factored_weights_;  // those of the preconditioner
+  std::vector<Vector3<double>> planes_;            // the normals of the correspondences
+  std::vector<Vector3<double>> outward_, forces_;  // of cloth
+  std::vector<double> found_in_;                   // the correspondences of each component, weighed
+  std::vector<double> factored_weights_;           // those of the preconditioner
   bool is_factored_ = false;
 };
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "support/geometry.hpp"
+#include "tracking/cloth.hpp"
 #include "tracking/first_scan.hpp"
 #include "tracking/rigid_step.hpp"
 
@@ -25,9 +26,13 @@ SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& to
 
 void SurfaceTracking::reset(Field first_frame) {
   const double mean_edge = mean_edge_length(topology_.cells, first_frame);
-  shape_.reset(faces_, first_frame, mean_edge);
+  const auto is_cloth = find_cloth(faces_, topology_.component, first_frame, constants_);
+  auto boundary = correspondences_.prepare(is_cloth);
+  shape_.reset(faces_, first_frame, mean_edge, is_cloth);
   // Nothing below can throw.
+  correspondences_.reset(std::move(boundary), is_cloth);
   mean_edge_ = mean_edge;
+  is_all_cloth_ = std::ranges::count(is_cloth, 0) == 0;
   std::ranges::copy(first_frame, last_.begin());
   std::ranges::copy(first_frame, before_.begin());
   is_first_ = true;
@@ -44,20 +49,20 @@ SurfaceTracking::Found SurfaceTracking::track(const Measurement& measurement) {
     correspondences_.find_visible(x_);
     const Search rigid =
         rigid_search(constants_.rigid_radius, constants_.rigid_scale, x_.size(), constants_);
-    for (int step = 0; step < constants_.rigid_steps; ++step) {
+    // Cloth bends while it moves, which its planes cannot tell from a rigid motion along it.
+    const int rigid_steps = is_all_cloth_ ? 0 : constants_.rigid_steps;
+    for (int step = 0; step < rigid_steps; ++step) {
       rigid_step(correspondences_, rigid, constants_, x_);
     }
     // The first step is repeated until nearly all measured points are explained.
     int steps = 1;
-    while (nonrigid_step(constants_.weight_at(0), true) > constants_.lost_share &&
-           steps < constants_.most_searches) {
+    while (nonrigid_step(0, true) > constants_.lost_share && steps < constants_.most_searches) {
       correspondences_.find_visible(x_);
       ++steps;
     }
     for (int i = 1; i < constants_.iterations; ++i, ++steps) {
       const double progress = static_cast<double>(i) / (constants_.iterations - 1);
-      nonrigid_step(constants_.weight_at(progress), 2 * i < constants_.iterations,
-                    i == constants_.fitting_iteration);
+      nonrigid_step(progress, 2 * i < constants_.iterations, i == constants_.fitting_iteration);
     }
     shape_.keep_planes(correspondences_.found(), x_);
     Found found = observe();
@@ -79,11 +84,18 @@ void SurfaceTracking::predict() {
 
 /// Finds correspondences for X, and then X for these. Returns the share of the measured points that
 /// no vertex explains, in early steps.
-double SurfaceTracking::nonrigid_step(double weight, bool is_early, bool fits_modes) {
-  const double radius = is_early ? constants_.wide_radius : constants_.narrow_radius;
-  const auto found = correspondences_.find(x_, {radius, constants_.scale, constants_.side, weight});
-  const double lost = is_early ? correspondences_.draw_towards_unexplained(x_, weight) : 0;
-  return shape_.take(found, weight, fits_modes, x_) ? lost : 0;
+double SurfaceTracking::nonrigid_step(double progress, bool is_early, bool fits_modes) {
+  const double weight = constants_.weight_at(progress);
+  const double cloth_weight = constants_.cloth_weight_at(progress);
+  const Search of_bodies = {is_early ? constants_.wide_radius : constants_.narrow_radius,
+                            constants_.scale, constants_.side, weight};
+  const Search of_cloth = {is_early ? constants_.wide_radius : constants_.narrow_cloth_radius,
+                           constants_.scale, constants_.side, cloth_weight};
+  const auto found = correspondences_.find(x_, of_bodies, of_cloth);
+  const double lost =
+      is_early ? correspondences_.draw_towards_unexplained(x_, weight, cloth_weight) : 0;
+  const auto reaches = correspondences_.find_reaches(x_);
+  return shape_.take({found, reaches, weight, cloth_weight}, fits_modes, x_) ? lost : 0;
 }
 
 /// Which vertices have a measured point in the end.

@@ -76,7 +76,7 @@ class SurfaceTracking {
 
  private:
   void predict();
-  double nonrigid_step(double weight, bool is_early, bool fits_modes = false);
+  double nonrigid_step(double progress, bool is_early, bool fits_modes = false);
   Found observe();
 
   TrackingConstants constants_;
@@ -85,6 +85,7 @@ class SurfaceTracking {
   Correspondences correspondences_;
   NonrigidStep shape_;
   double mean_edge_ = 1;
+  bool is_all_cloth_ = false;
   bool is_first_ = true;
   std::vector<Vector3<double>> last_;
   std::vector<Vector3<double>> before_;  // the frame before the last

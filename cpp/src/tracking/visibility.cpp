@@ -29,8 +29,7 @@ struct Axes {
 
 }  // namespace
 
-std::vector<std::uint8_t> find_sheets(std::span<const Triangle> faces,
-                                      std::span<const Index> component) {
+std::vector<std::array<Index, 2>> boundary_edges(std::span<const Triangle> faces) {
   std::vector<std::array<Index, 2>> edges;
   edges.reserve(3 * faces.size());
   for (const Triangle& face : faces) {
@@ -39,12 +38,20 @@ std::vector<std::uint8_t> find_sheets(std::span<const Triangle> faces,
     }
   }
   std::ranges::sort(edges);
-  std::vector<double> n_boundary(component.size()), n_vertices(component.size());  // by component
+  std::vector<std::array<Index, 2>> single;
   for (auto first = edges.begin(); first != edges.end();) {
     const auto next = std::upper_bound(first, edges.end(), *first);
-    const Index of = component[static_cast<std::size_t>((*first)[0])];
-    if (next - first == 1) n_boundary[static_cast<std::size_t>(of)] += 1;
+    if (next - first == 1) single.push_back(*first);
     first = next;
+  }
+  return single;
+}
+
+std::vector<std::uint8_t> find_sheets(std::span<const Triangle> faces,
+                                      std::span<const Index> component) {
+  std::vector<double> n_boundary(component.size()), n_vertices(component.size());  // by component
+  for (const auto& edge : boundary_edges(faces)) {
+    n_boundary[static_cast<std::size_t>(component[static_cast<std::size_t>(edge[0])])] += 1;
   }
   for (const Index of : component) n_vertices[static_cast<std::size_t>(of)] += 1;
   std::vector<std::uint8_t> is_sheet(component.size());

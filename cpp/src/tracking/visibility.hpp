@@ -1,6 +1,7 @@
 /// Which vertices of a surface the sensors can see.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <dynmesh/types.hpp>
 #include <span>
@@ -12,6 +13,9 @@ namespace dynmesh {
 
 /// What a sensor can see of a vertex.
 enum class Sight : std::uint8_t { hidden, front, back };
+
+/// The edges of exactly one face, by their ends in ascending order.
+std::vector<std::array<Index, 2>> boundary_edges(std::span<const Triangle> faces);
 
 /// (k,) whether the component of each vertex is a sheet, whose back can be seen: its boundary has
 /// at least as many edges as the square root of the number of its vertices. Smaller holes, as of a

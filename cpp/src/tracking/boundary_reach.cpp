@@ -1,0 +1,78 @@
+#include "tracking/boundary_reach.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "support/geometry.hpp"
+
+namespace dynmesh {
+
+BoundaryReach::BoundaryReach(std::span<const Triangle> faces, const Topology& topology,
+                             std::span<const std::uint8_t> is_cloth, Workers& workers,
+                             const TrackingConstants& constants)
+    : topology_(topology),
+      workers_(workers),
+      constants_(constants),
+      reaches_(topology.cells.size()) {
+  for (const auto& edge : boundary_edges(faces)) {
+    for (const Index v : edge) {
+      if (is_cloth[static_cast<std::size_t>(v)] != 0) vertices_.push_back(v);
+    }
+  }
+  std::ranges::sort(vertices_);
+  const auto repeated = std::ranges::unique(vertices_);
+  vertices_.erase(repeated.begin(), repeated.end());
+}
+
+std::span<const Reach> BoundaryReach::find(const Surface& surface, const Measurement& measurement) {
+  workers_.for_each_short_chunk(static_cast<Index>(vertices_.size()), [&](Index first, Index last) {
+    for (Index i = first; i < last; ++i) {
+      const auto v = static_cast<std::size_t>(vertices_[static_cast<std::size_t>(i)]);
+      reaches_[v] = reach_of(v, surface, measurement);
+    }
+  });
+  return reaches_;
+}
+
+/// Follows the measured surface from the vertex outwards, in short steps.
+Reach BoundaryReach::reach_of(std::size_t v, const Surface& surface,
+                              const Measurement& measurement) const {
+  if (surface.visible[v] == Sight::hidden) return {};
+  const double h = surface.mean_edge;
+  const auto& here = surface.x[v];
+  const auto& normal = surface.normals[v];
+  const auto ring = topology_.cells[static_cast<Index>(v)];
+  Vector3<double> sum;
+  for (const Index n : ring) sum = sum + (here - surface.x[static_cast<std::size_t>(n)]);
+  sum = sum - dot(sum, normal) * normal;
+  const double length = std::sqrt(squared_norm(sum));
+  if (!(length > constants_.least_outward * h)) return {};
+  const auto outward = (1 / length) * sum;
+  double end = 0;
+  std::uint32_t guess = Measurement::no_guess;
+  for (double ahead = constants_.reach_step; ahead - end <= constants_.reach_gap;
+       ahead += constants_.reach_step) {
+    if (ahead > constants_.farthest_reach) return {};
+    const Correspondence c =
+        measurement.nearest(here + (ahead * h) * outward, normal, constants_.reach_radius * h,
+                            constants_.agreement, guess);
+    if (c.weight == 0) continue;
+    guess = c.number;
+    const auto offset = (1 / h) * (c.point - here);
+    const double along = dot(offset, outward);
+    const double height = dot(offset, normal);
+    if (!(along > end && std::abs(height) < constants_.reach_height)) continue;
+    // A point that is nearer to another part of the surface says nothing about this one.
+    const double reach = 2 * constants_.farthest_reach * h;
+    const auto owner = surface.index.find(c.point, normal, reach, constants_.agreement);
+    const bool is_own =
+        owner.any &&
+        (owner.index == v || std::ranges::count(ring, static_cast<Index>(owner.index)) > 0);
+    if (!is_own) return {};
+    end = along;
+  }
+  if (end < constants_.least_reach) return {};
+  return {outward, (end - constants_.reach_margin) * h};
+}
+
+}  // namespace dynmesh
