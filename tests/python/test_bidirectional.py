@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -128,8 +129,13 @@ def test_a_file_is_completed_from_both_sides(
         )
 
 
+def assert_same(made: dynmesh.Sequence, expected: dynmesh.Sequence) -> None:
+    for name in ("vertices", "generation", "age", "standard_error"):
+        np.testing.assert_array_equal(getattr(made, name), getattr(expected, name), err_msg=name)
+
+
 @pytest.mark.parametrize("name", ["out.npz", "out.h5"])
-@pytest.mark.parametrize("stops", [(2,), (4, 9), (3, 14, 25)])
+@pytest.mark.parametrize("stops", [(2,), (4, 9), (3, 14)])
 def test_every_part_of_the_way_can_be_resumed(
     tmp_path: Path, stored: Path, monkeypatch: pytest.MonkeyPatch, name: str, stops: tuple[int, ...]
 ) -> None:
@@ -148,30 +154,49 @@ def test_every_part_of_the_way_can_be_resumed(
                     raise KeyboardInterrupt
                 yield frame
 
-        if stop < 25:
-            with pytest.raises(KeyboardInterrupt):
-                dynmesh.complete_file(stored, output, resume=True, watch=watch, **options)
-    original = WaitingFrames.frame
-    if stops[-1] == 25:  # while the frames are written
-
-        def broken(self: Any, number: int) -> Any:
-            if number == 7 and self.numbers[0] == 10:
-                broken.times += 1  # type: ignore[attr-defined]
-                if broken.times == 1:  # type: ignore[attr-defined]
-                    raise KeyboardInterrupt
-            return original(self, number)
-
-        broken.times = 0  # type: ignore[attr-defined]
-        monkeypatch.setattr(WaitingFrames, "frame", broken)
         with pytest.raises(KeyboardInterrupt):
-            dynmesh.complete_file(stored, output, resume=True, **options)
+            dynmesh.complete_file(stored, output, resume=True, watch=watch, **options)
     report = dynmesh.complete_file(stored, output, resume=True, **options)
     assert report.resumed_at == stops[-1]
-    made, wanted = dynmesh.read(output), dynmesh.read(expected)
-    for attribute in ("vertices", "generation", "age", "standard_error"):
-        np.testing.assert_array_equal(getattr(made, attribute), getattr(wanted, attribute))
+    assert_same(dynmesh.read(output), dynmesh.read(expected))
     left = {path.name for path in tmp_path.iterdir()} - {"partial.npz"}
     assert left == {"expected.npz", name}
+
+
+def test_writing_can_be_resumed(
+    tmp_path: Path, stored: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    options: Any = {"start": 3, "bidirectional": True, "provenance": True}
+    dynmesh.complete_file(stored, tmp_path / "expected.npz", **options)
+    frame = WaitingFrames.frame
+
+    def interrupted(self: Any, number: int) -> Any:
+        if number == 7 and self.numbers[0] == 10:  # of the way back, which is only written
+            raise KeyboardInterrupt
+        return frame(self, number)
+
+    monkeypatch.setattr(Checkpoint, "is_due", lambda _: True)
+    monkeypatch.setattr(WaitingFrames, "frame", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        dynmesh.complete_file(stored, tmp_path / "out.npz", **options)
+    monkeypatch.setattr(WaitingFrames, "frame", frame)
+    report = dynmesh.complete_file(stored, tmp_path / "out.npz", resume=True, **options)
+    assert report.resumed_at == 25
+    assert_same(dynmesh.read(tmp_path / "out.npz"), dynmesh.read(tmp_path / "expected.npz"))
+
+
+@pytest.mark.parametrize("bidirectional", [False, True])
+def test_a_watch_must_pass_all_frames_on(
+    tmp_path: Path, truth: dynmesh.Sequence, bidirectional: bool
+) -> None:
+    dynmesh.write(tmp_path / "whole.npz", partial(truth, 0))
+    with pytest.raises(ValueError, match="watch: ends before frame 2"):
+        dynmesh.complete_file(
+            tmp_path / "whole.npz",
+            tmp_path / "out.npz",
+            bidirectional=bidirectional,
+            watch=lambda frames, *_: islice(frames, 2),
+        )
 
 
 def frame_of(points: list[float], age: list[int], error: list[float]) -> dynmesh.files.Frame:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from .._errors import locating
+from .._errors import InputError, locating
 from ..files import Frame, Reader, Writer
 from .both_ways import combined
 from .checkpoint import BEGINNING, Progress
@@ -203,7 +203,11 @@ class Directions:
             self._completer.reset(origin.points)
         way = Way(self._completer, origin)
         for number in left:
-            frame = next(frames)
+            frame = next(frames, None)
+            if frame is None:
+                raise InputError(
+                    f"ends before frame {number}, but must pass all frames on", argument="watch"
+                )
             with locating(frame=number):
                 if number == self._start_frame.number and leg.after is None:
                     yield number, origin
@@ -238,7 +242,7 @@ class Directions:
 
     def _write(self, frame: Frame, number: int, writer: Writer) -> None:
         """Writes a completed frame, without what is too uncertain."""
-        frame = self._start_frame.since(frame, number)
+        frame = self._start_frame.add_errors(frame, number)
         self.tally.add_written(frame, self._drop_above)
         if self._drop_above is not None:
             assert frame.standard_error is not None  # as complete_file has set

@@ -74,10 +74,11 @@ class StartFrame:
             standard_error=np.zeros(k, np.float32) if uncertainty else None,
         )
 
-    def since(self, frame: Frame, number: int) -> Frame:
-        """A completed frame, with what may be wrong of the whole one where nothing came between.
+    def add_errors(self, frame: Frame, number: int) -> Frame:
+        """Adds its standard errors to those of a completed frame, by squares.
 
-        Vertices that no nearer frame knows are as old as the whole frame is far.
+        Only those of vertices that no frame nearer to that with this `number` knows, whose age is
+        the distance between the two frames.
         """
         if self.made is None:
             return frame
