@@ -28,10 +28,11 @@ void print(const dynmesh::FrameReport& report, std::size_t frame) {
   std::fprintf(stderr,
                "{\"frame\": %zu, \"known\": %zu, \"filled\": %zu, \"disconnected\": %zu, "
                "\"rejected\": %zu, \"iterations\": %zu, \"seconds\": %.9f, \"blend\": %.9g, "
-               "\"prior_weight\": %.9g, \"prior_share\": %.9g, \"standard_error\": %.9g}\n",
+               "\"prior_weight\": %.9g, \"prior_share\": %.9g, "
+               "\"first_order_share\": %.9g, \"standard_error\": %.9g}\n",
                frame, report.known, report.filled, report.disconnected, report.rejected,
                report.iterations, report.seconds, report.stages.blend, report.stages.prior_weight,
-               report.stages.prior_share, report.standard_error);
+               report.stages.prior_share, report.stages.first_order_share, report.standard_error);
 }
 
 /// Returns what `call` returns. Adds `where` to the message of an error of the library.

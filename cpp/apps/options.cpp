@@ -42,8 +42,8 @@ input or output, raw.
 constexpr const char* help_after_settings =
     R"(  --report           print one JSON line per frame to standard error: known, filled,
                      disconnected, rejected, iterations, seconds, blend, prior_weight, prior_share,
-                     standard_error (root mean square of the filled-in vertices, with
-                     --uncertainty)
+                     first_order_share, standard_error (root mean square of the filled-in
+                     vertices, with --uncertainty)
   --overwrite        replace an existing output file
   -h, --help         print this text
   --version          print the version

@@ -10,6 +10,7 @@ void bind_topology(pybind11::module_& module);
 void bind_completer(pybind11::module_& module);
 void bind_files(pybind11::module_& module);
 void bind_metrics(pybind11::module_& module);
+void bind_registration(pybind11::module_& module);
 void bind_training(pybind11::module_& module);
 void bind_task_sharing(pybind11::module_& module);
 void bind_tracker(pybind11::module_& module);

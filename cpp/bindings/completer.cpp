@@ -70,6 +70,8 @@ void bind_completer(py::module_& module) {
                              [](const FrameReport& r) { return r.stages.prior_weight; })
       .def_property_readonly("prior_share",
                              [](const FrameReport& r) { return r.stages.prior_share; })
+      .def_property_readonly("first_order_share",
+                             [](const FrameReport& r) { return r.stages.first_order_share; })
       .def_property_readonly("factor_seconds",
                              [](const FrameReport& r) { return r.stages.factor_seconds; })
       .def_property_readonly("rotation_seconds",

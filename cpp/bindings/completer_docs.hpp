@@ -127,6 +127,8 @@ Attributes:
         `learn`, 1 as soon as something is learned. Else 0.
     prior_share: With either, the share of the residual that they explain, from 0 to 1; see
         docs/method.md, "Training frames". Else 0.
+    first_order_share: How far the estimated vertices keep the lengths of their edges, as cloth
+        does, rather than their shape: the mean, from 0 to 1; see docs/method.md, "Edges". Else 0.
     standard_error: With `uncertainty`, the root mean square of the standard errors of the
         estimated vertices, in the unit of the positions; else 0.
     factor_seconds, rotation_seconds, solve_seconds: The times of the stages of "detail"; 0 for

@@ -16,6 +16,7 @@ PYBIND11_MODULE(_core, module) {
   dynmesh::bind_training(module);
   dynmesh::bind_tracker(module);
   dynmesh::bind_alignment(module);
+  dynmesh::bind_registration(module);
   dynmesh::bind_whole_frame(module);
   dynmesh::bind_metrics(module);
   dynmesh::bind_baselines(module);

@@ -11,7 +11,8 @@ struct Mask { data: *const u8, count: i64, stride: i64 }
 #[derive(Default)]
 struct FrameReport {
     known: i64, filled: i64, disconnected: i64, rejected: i64, iterations: i64, seconds: f64,
-    blend: f64, prior_weight: f64, prior_share: f64, standard_error: f64,
+    blend: f64, prior_weight: f64, prior_share: f64, first_order_share: f64,
+    standard_error: f64,
 }
 
 #[link(name = "dynmesh")]

@@ -14,8 +14,12 @@ PAGE = "reference/constants.md"
 STRUCTS = {
     "Method detail": ("detail/constants.hpp", "DetailConstants"),
     "Training": ("detail/constants.hpp", "TrainingConstants"),
+    "First-order step": ("detail/constants.hpp", "FirstOrderConstants"),
     "Error bars": ("detail/constants.hpp", "UncertaintyConstants"),
     "Whole frames": ("whole_frame/constants.hpp", "WholeFrameConstants"),
+    "Registration": ("registration/constants.hpp", "RegistrationConstants"),
+    "Rigid starts": ("registration/constants.hpp", "RigidStartConstants"),
+    "Tips of limbs": ("registration/constants.hpp", "TipConstants"),
     "Tracking": ("tracking/constants.hpp", "TrackingConstants"),
 }
 OTHERS = {

@@ -39,12 +39,14 @@ from .frames.header import Header
 from .frames.reader import Reader
 from .jobs import batch
 from .jobs.file_completion import complete_file
+from .jobs.registering import register_file
 from .jobs.report import FileReport
 from .jobs.scene_completion import SceneReport, complete_scene
 from .jobs.track_report import TrackFileReport
 from .jobs.tracking import track_file
 from .matrices import adjacency, laplacian
 from .polygons import Polygons
+from .registration import Registration, register, register_depth
 from .sequence import Description, Sequence
 from .streaming import complete
 from .whole_frames import WholeFrame, whole_frame
@@ -63,6 +65,7 @@ __all__ = [
     "Polygons",
     "Reader",
     "RefusedFace",
+    "Registration",
     "SceneReport",
     "Sequence",
     "TopologyReport",
@@ -89,6 +92,9 @@ __all__ = [
     "metrics",
     "open",
     "read",
+    "register",
+    "register_depth",
+    "register_file",
     "synth",
     "track_file",
     "whole_frame",

@@ -14,8 +14,48 @@ _Integers: TypeAlias = NDArray[np.integer[Any]]
 _Positions: TypeAlias = NDArray[np.floating[Any]]
 _Mask: TypeAlias = NDArray[np.bool_]
 _Matrix: TypeAlias = NDArray[np.floating[Any] | np.integer[Any]]
+_Registered: TypeAlias = tuple[
+    _Positions,
+    NDArray[np.uint8],
+    _Positions | None,
+    NDArray[np.float64],
+    float,
+    float,
+    float,
+    float,
+    int,
+    bool,
+    bool,
+    Literal["good", "doubtful", "ruined"],
+]
 
 def cells(faces: _Integers, n_vertices: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]: ...
+def register(
+    faces: _Integers,
+    template: _Positions,
+    points: _Positions,
+    normals: _Positions | None,
+    viewpoints: _Positions | None,
+    landmarks: tuple[_Integers, _Positions] | None,
+    align: bool,
+    scale: bool,
+    training: Iterable[_Positions] | None,
+    uncertainty: bool,
+    threads: int,
+) -> _Registered: ...
+def register_depth(
+    faces: _Integers,
+    template: _Positions,
+    depth: _Positions | SequenceOf[_Positions],
+    intrinsics: _Matrix | SequenceOf[_Matrix],
+    pose: _Matrix | SequenceOf[_Matrix],
+    landmarks: tuple[_Integers, _Positions] | None,
+    align: bool,
+    scale: bool,
+    training: Iterable[_Positions] | None,
+    uncertainty: bool,
+    threads: int,
+) -> _Registered: ...
 def whole_frame(
     faces: _Integers,
     source: Callable[[int], tuple[_Positions, _Mask]],
@@ -68,6 +108,8 @@ class FrameReport:
     def prior_weight(self) -> float: ...
     @property
     def prior_share(self) -> float: ...
+    @property
+    def first_order_share(self) -> float: ...
     @property
     def standard_error(self) -> float: ...
     @property

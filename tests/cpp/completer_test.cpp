@@ -113,6 +113,7 @@ TEST_CASE_TEMPLATE("equal runs have equal states of the size that state_size ret
       CHECK(ours.seconds == 0);
       CHECK(ours.stages.solve_seconds == 0);
       CHECK(ours.stages.blend == theirs.stages.blend);
+      CHECK(ours.stages.first_order_share == theirs.stages.first_order_share);
       CHECK(ours.standard_error == theirs.standard_error);
       CHECK(ours.known == theirs.known);
       CHECK(ours.filled == theirs.filled);
@@ -130,7 +131,7 @@ TEST_CASE("a forged state is refused if later frames could not handle it") {
     Completer<float> completer(mesh.faces(), mesh.points(), {.method = method});
     const auto state = completer.state();
     const std::size_t facts = 100;  // the offset of the details of the last frame, after the header
-    const std::size_t frames = 148;  // the offset of frame 0
+    const std::size_t frames = 156;  // the offset of frame 0
     const std::size_t ages = frames + 2 * k * 3 * sizeof(float);
     const std::size_t masks = ages + k * sizeof(Index);
     const std::size_t rows = masks + k;
@@ -148,6 +149,7 @@ TEST_CASE("a forged state is refused if later frames could not handle it") {
     refused(facts + 16, nan, "blend");
     refused(facts + 24, 1.5, "share");
     refused(facts + 32, nan, "share");
+    refused(facts + 40, 1.5, "share");
     refused(ages + sizeof(Index), Index{1}, "vertex 1 has the age 1 after 0 frames");
     refused(frames, std::numeric_limits<float>::quiet_NaN(), "position of vertex 0");
     refused(ages - sizeof(float), 1e30F, "position of vertex 15");
@@ -156,13 +158,14 @@ TEST_CASE("a forged state is refused if later frames could not handle it") {
     if (method == Method::detail) {
       refused(rows, 2.0, "memory");
       refused(state.size() - 16, -1.0, "memory");
+      refused(state.size() - 48, 1.5, "memory");  // the share of the first-order step
     }
     // It is refused for no other reason.
     CHECK_NOTHROW(completer.restore(state));
     // The number of frames does not start again at 0, where ages would exceed it.
     auto bytes = state;
     const auto most = std::numeric_limits<std::uint64_t>::max();
-    std::memcpy(&bytes[facts + 40], &most, sizeof most);
+    std::memcpy(&bytes[facts + 48], &most, sizeof most);
     seal(bytes);
     completer.restore(bytes);
     std::vector<float> out(3 * k);
@@ -267,8 +270,8 @@ TEST_CASE("a forged state is refused if later frames could not handle it") {
     auto state = completer.state();
     const Index oldest = std::numeric_limits<Index>::max();
     const std::uint64_t n_frames = oldest;
-    std::memcpy(&state[140], &n_frames, sizeof n_frames);
-    std::memcpy(&state[148 + 2 * k * 3 * sizeof(float)], &oldest, sizeof oldest);
+    std::memcpy(&state[148], &n_frames, sizeof n_frames);
+    std::memcpy(&state[156 + 2 * k * 3 * sizeof(float)], &oldest, sizeof oldest);
     seal(state);
     completer.restore(state);
     std::vector<float> out(3 * k);

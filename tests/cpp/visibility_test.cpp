@@ -71,7 +71,10 @@ TEST_CASE("the back of a sheet is seen from behind, and not from the side") {
   CHECK(sheet.seen_from({{0, 0, 20}}, true) == all(121, Sight::front));
   CHECK(sheet.seen_from({{0, 0, -20}}, true) == all(121, Sight::back));
   CHECK(sheet.seen_from({{0, 0, -20}}, false) == all(121, Sight::hidden));
-  CHECK(sheet.seen_from({{0, 0, -20}, {0, 0, 20}}, true) == all(121, Sight::front));
+  for (const double side : {20.0, -20.0}) {
+    CHECK(sheet.seen_from({{0, 0, side}, {0, 0, -side}}, true) == all(121, Sight::both));
+    CHECK(sheet.seen_from({{0, 0, side}, {0, 0, -side}}, false) == all(121, Sight::front));
+  }
   // Nothing is drawn of a sheet that is seen from its edge.
   CHECK(sheet.seen_from({{20, 1, 0}}, true) == all(121, Sight::hidden));
 }

@@ -5,25 +5,15 @@ from typing import Any
 import numpy as np
 import reference
 from numpy.typing import NDArray
-from reference import Array, sum_to
+from reference import BITS_64, Array, mixed, sum_to
 
 MEMBERS = 9
 """Numbers of a vertex: the members of the ensemble of a coordinate."""
 
-_64_BITS = (1 << 64) - 1
-
-
-def mixed(x: int) -> int:
-    """The function of SplitMix64."""
-    x = (x + 0x9E3779B97F4A7C15) & _64_BITS
-    x = ((x ^ (x >> 30)) * 0xBF58476D1CE4E5B9) & _64_BITS
-    x = ((x ^ (x >> 27)) * 0x94D049BB133111EB) & _64_BITS
-    return x ^ (x >> 31)
-
 
 def signs(of_frame: int, k: int) -> Array:
     """Random signs, (k, 9): the highest bit of a number first."""
-    numbers = [mixed((of_frame + v) & _64_BITS) for v in range(k)]
+    numbers = [mixed((of_frame + v) & BITS_64) for v in range(k)]
     return np.array([[1 - 2 * (n >> (63 - i) & 1) for i in range(MEMBERS)] for n in numbers], float)
 
 
@@ -95,7 +85,7 @@ class WithBars(reference.Detail):
             system = columns.T @ columns
             noise = np.zeros_like(t)
             if self.noise is not None:
-                noise = signs(~mixed(self.frames) & _64_BITS, self.k) * known[:, None]
+                noise = signs(~mixed(self.frames) & BITS_64, self.k) * known[:, None]
                 noise *= np.sqrt((t * t).mean() / weight)
                 right += weight * (noise * known[:, None])[solved]
                 system += np.diag(weight * known[solved])

@@ -216,6 +216,17 @@ def best_rotations(covariance: Array) -> Array:
     return np.asarray((u * sign[:, None, :]) @ vt)
 
 
+BITS_64 = (1 << 64) - 1
+
+
+def mixed(x: int) -> int:
+    """The function of SplitMix64."""
+    x = (x + 0x9E3779B97F4A7C15) & BITS_64
+    x = ((x ^ (x >> 30)) * 0xBF58476D1CE4E5B9) & BITS_64
+    x = ((x ^ (x >> 27)) * 0x94D049BB133111EB) & BITS_64
+    return x ^ (x >> 31)
+
+
 class Detail:
     """Method detail for manifold meshes without needles."""
 
@@ -246,6 +257,7 @@ class Detail:
         self.previous = first_frame
         self.blend = 0.0
         self.continued = 0.0  # c
+        self.first_order = Shares(self.label)
 
     def _operator(self, faces: NDArray[np.int64], frame: Array) -> Any:
         lengths = {}
@@ -260,6 +272,7 @@ class Detail:
         lengths = {edge: length + missing for edge, length in lengths.items()}
         triangles, lengths = flip_to_delaunay(faces, lengths)
         laplacian = np.zeros((self.k, self.k))
+        is_edge = np.zeros((self.k, self.k), dtype=bool)
         area = np.zeros(self.k)
         for face in triangles:
             for n in range(3):
@@ -272,8 +285,11 @@ class Detail:
                 weight = cosine / sine / 2
                 laplacian[[a, b], [b, a]] -= weight
                 laplacian[[a, b], [a, b]] += weight
+                is_edge[[a, b], [b, a]] = True
                 area[[a, b, c]] += x * y * sine / 2 / 3 / 3  # each corner is visited once
         area = np.maximum(area, 0.2 * area.mean())
+        floor = -0.001 * laplacian[is_edge].mean()
+        self.edge_weights = np.where(is_edge, np.maximum(-laplacian, floor), 0.0)
         return laplacian / np.sqrt(area)[:, None]
 
     def _fit(self, frame: Array) -> None:
@@ -314,10 +330,14 @@ class Detail:
     def complete(self, points: Array, known: NDArray[np.bool_]) -> Array:
         """Completes one frame except disconnected vertices."""
         self.is_stiff = None
+        self.first_order.frame += 1
+        self.first_order_share = 0.0
         seen = np.isin(self.label, self.label[known])
         x = self.previous
         if (seen & ~known).any() or (self.noise is not None and seen.any()):
+            weight = self.weight  # which the frame changes
             x = self._solve(points, known, seen)
+            x = self._take_first_order(x, points, known, seen, weight)
         elif seen.any():
             x = np.where(known[:, None], points, x)
         self._fit(x)
@@ -407,13 +427,158 @@ class Detail:
         if eta > 0:
             blend = (fit[:, 0] + eta * self.blend) / (fit[:, 1] + eta)
         blend = np.clip(blend, -0.5, 1.5)[:, None]
-        for _ in range(2):
+        for _ in range(1 if self.first_order.share.min() >= 0.7 else 2):
             self._fit(x)
             target = self._turn(detail[0] + blend * detail[1] + change * detail[2])
             x = self._closest(target, anchors, known, seen)
+        self.shape = target
         if self.noise is not None:
             energy = (((self.operator @ x - target) * rows) ** 2).sum()
             energy += ((soft * (x - anchors)) ** 2).sum()
             weight = energy / (3 * known.sum() * self.noise**2)
             self.weight = (self.weight + np.clip(weight, 1e-3, 1e3)) / 2
         return x
+
+    def _take_first_order(
+        self,
+        d: Array,
+        points: Array,
+        known: NDArray[np.bool_],
+        seen: NDArray[np.bool_],
+        weight: float,
+    ) -> Array:
+        """Moves the missing vertices by the shares of the first-order step."""
+        missing = seen & ~known
+        if not missing.any():
+            return d
+        shares = self.first_order
+        residual = ((self.operator @ d - self.shape) ** 2).sum(axis=1)
+        if shares.is_due(residual, known, seen):
+            held = shares.draw(known)
+            if held.sum() < 5:
+                shares.next = shares.frame + 1
+            else:
+                near = self._around(held, missing | held if self.noise is None else seen)
+                later, self.weight = self.weight, weight
+                of_detail = self._moved(d, points, known & ~held, near)
+                self.weight = later
+                of_first_order = self._first_order(of_detail, near & (missing | held))
+                shares.learn(of_detail - points, of_first_order - points, held)
+        share = np.where(missing, shares.share[shares.part], 0.0)
+        self.first_order_share = float(share.sum() / missing.sum())
+        return np.asarray(d + share[:, None] * (self._first_order(d, missing) - d))
+
+    def _around(self, held: NDArray[np.bool_], movable: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Returns the movable vertices within some edges of those left out."""
+        rings = self.first_order.rings
+        near = held
+        for ring in range(rings.max()):
+            i, j = self.edges
+            neighbours = j[near[i] & (ring < rings[self.first_order.part[i]])]
+            near = near | (movable & np.isin(np.arange(self.k), neighbours))
+        return near
+
+    def _moved(
+        self, d: Array, points: Array, kept: NDArray[np.bool_], near: NDArray[np.bool_]
+    ) -> Array:
+        """Fits the vertices nearby to the shape and the anchors that are kept."""
+        columns = self.operator[:, near]
+        pull = 0.0 if self.noise is None else self.weight
+        anchors = (kept & near).astype(float)[near]
+        right_side = columns.T @ (self.shape - self.operator @ d)
+        right_side += pull * anchors[:, None] * (points - d)[near]
+        x = d.copy()
+        x[near] += np.linalg.solve(columns.T @ columns + pull * np.diag(anchors), right_side)
+        return x
+
+    def _first_order(self, y: Array, free: NDArray[np.bool_]) -> Array:
+        """Takes a step of as-rigid-as-possible deformation of the last frame, from y."""
+        w, g = self.edge_weights, self.previous
+        i, j = np.nonzero(w)
+        of_edge = w[i, j][:, None]
+        outer = (of_edge * (y[j] - y[i]))[:, :, None] * (g[j] - g[i])[:, None, :]
+        r = best_rotations(sum_to(i, outer.reshape(-1, 9), self.k))
+        goal = np.einsum("nij,nj->ni", (r[i] + r[j]) / 2, of_edge * (g[i] - g[j]))
+        laplacian = np.diag(w.sum(axis=1)) - w
+        gradient = sum_to(i, goal, self.k) - laplacian @ y
+        x = y.copy()
+        x[free] += np.linalg.solve(laplacian[np.ix_(free, free)], gradient[free])
+        return x
+
+
+class Shares:
+    """How much of the first-order step each component takes."""
+
+    def __init__(self, label: NDArray[np.int64]) -> None:
+        """Takes the label of the component of each vertex."""
+        self.part = np.unique(label, return_inverse=True)[1]
+        n = self.part.max() + 1
+        self.frame, self.next, self.gap = 0, 1, 0
+        self.sums, self.squares = np.zeros((2, n, 11))
+        self.size, self.count, self.share, self.rho = np.zeros((4, n))
+
+    def _groups(self) -> list[NDArray[np.int64]]:
+        few = np.flatnonzero(self.count < 30)
+        return [few] * bool(len(few)) + [np.array([c]) for c in np.flatnonzero(self.count >= 30)]
+
+    def is_due(
+        self, squared_residual: Array, known: NDArray[np.bool_], seen: NDArray[np.bool_]
+    ) -> bool:
+        """Returns whether to test, and remembers the residuals of the groups for the test."""
+        due = self.frame >= self.next
+        may_grow = self.share.any() or self.frame - (self.next - self.gap) >= 8
+        self.newest_rho = self.rho.copy()
+        for group in self._groups():
+            rows = seen & np.isin(self.part, group)
+            anchors = (rows & known).sum()
+            if anchors == 0:
+                continue
+            rho = np.sqrt(squared_residual[rows].sum() / anchors)
+            there = np.unique(self.part[rows])
+            due |= may_grow and anchors >= 30 and rho > 2 * self.rho[there].max()
+            self.newest_rho[there] = rho
+        return bool(due)
+
+    def draw(self, known: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Returns the anchors that are left out."""
+        self.rho = self.newest_rho
+        anchors = np.bincount(self.part[known], minlength=len(self.share))
+        probability = np.minimum(50 / np.maximum(anchors, 1), 0.3)[self.part]
+        distance = np.sqrt(np.bincount(self.part) / np.maximum(anchors, 1))
+        self.rings = np.maximum(np.ceil(1.5 * distance).astype(int), 3)
+        of_frame = mixed(self.frame)
+        random = np.array([mixed((of_frame + v) & BITS_64) / 2**64 for v in range(len(known))])
+        held = known & (random < probability)
+        left = np.bincount(self.part[known & ~held], minlength=len(self.share))
+        return np.asarray(held & (left >= 4)[self.part])
+
+    def learn(self, of_detail: Array, of_first_order: Array, held: NDArray[np.bool_]) -> None:
+        """Chooses the shares by the errors (k, 3) of both at the anchors that are left out."""
+        n = len(self.share)
+        q = np.linspace(0, 1, 11)[:, None]
+        size = np.linalg.norm(of_detail, axis=1)
+        mixtures = (1 - q) * of_detail[:, None] + q * of_first_order[:, None]
+        gain = size[:, None] - np.linalg.norm(mixtures, axis=2)
+        part = self.part[held]
+        sums, squares = sum_to(part, gain[held], n), sum_to(part, gain[held] ** 2, n)
+        count = np.bincount(part, minlength=n)
+        kept = np.where(count > 0, 0.8, 1.0)
+        self.sums = kept[:, None] * self.sums + sums
+        self.squares = kept[:, None] ** 2 * self.squares + squares
+        self.size = kept * self.size + np.bincount(part, size[held], n)
+        self.count = kept * self.count + count
+        before = self.share.copy()
+        for group in self._groups():
+            if count[group].sum() == 0:
+                continue
+            found = self.sums[group].sum(axis=0) - 0.5 * np.sqrt(self.squares[group].sum(axis=0))
+            found[1:] -= 0.005 * self.size[group].sum()
+            newest = sums[group].sum(axis=0) + np.sqrt(squares[group].sum(axis=0))
+            found[newest < 0] = -np.inf
+            found[1:3] = -np.inf  # shares of 0.1 and 0.2 are too small
+            enough = self.count[group].sum() >= 30
+            self.share[group] = found.argmax() / 10 if enough else 0.0
+        moved = np.abs(self.share - before)[self.part].mean() > 0.1
+        longer = min(2 * self.gap, 16) if self.share.any() else min(4 * self.gap, 64)
+        self.gap = 1 if moved or self.gap == 0 else longer
+        self.next = self.frame + self.gap

@@ -248,7 +248,7 @@ def test_the_report_lists_every_job(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 @contextlib.contextmanager
 def dask_cluster(folder: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
     """A Dask scheduler and two workers, each in a separate process on this machine."""
-    pytest.importorskip("distributed", reason="distributed is not installed")
+    distributed = pytest.importorskip("distributed", reason="distributed is not installed")
     address_file = folder / "scheduler.json"
     common = ["--no-dashboard", "--scheduler-file", str(address_file)]
     with contextlib.ExitStack() as stack:
@@ -266,7 +266,10 @@ def dask_cluster(folder: Path) -> Iterator[tuple[str, list[subprocess.Popen[byte
         wait_until(lambda: address_file.exists() and address_file.read_text().endswith("}"))
         one = ["worker", "--host", "127.0.0.1", "--nthreads", "1", "--no-nanny"]
         workers = [start(*one) for _ in range(2)]
-        yield json.loads(address_file.read_text())["address"], workers
+        address = json.loads(address_file.read_text())["address"]
+        with distributed.Client(address) as client:
+            client.wait_for_workers(2)  # one alone might be done before the other is there
+        yield address, workers
 
 
 def wait_until(what: object, seconds: float = 60) -> None:
@@ -306,8 +309,11 @@ def test_a_worker_may_die_in_the_middle(tmp_path: Path) -> None:
 
 
 def running(pid: int) -> bool:
-    stat = Path(f"/proc/{pid}/stat")
-    return stat.exists() and stat.read_text().rpartition(")")[2].split()[0] != "Z"
+    try:
+        stat = Path(f"/proc/{pid}/stat").read_text()
+    except (FileNotFoundError, ProcessLookupError):  # the latter if it ends while one reads
+        return False
+    return stat.rpartition(")")[2].split()[0] not in "XZ"
 
 
 def is_tracker(pid: str) -> bool:
@@ -339,12 +345,14 @@ def test_the_workers_of_a_command_end_with_it(
     ) as batch:
         wait_until(lambda: len(list(tmp_path.glob(".out*"))) == workers)  # all are at work
         children = Path(f"/proc/{batch.pid}/task/{batch.pid}/children").read_text().split()
+        # Asked now, since a process that is about to end has no command line.
+        at_work = [child for child in children if not is_tracker(child)]
         if how == signal.SIGINT:
             os.killpg(batch.pid, how)  # as a terminal does
         else:
             batch.send_signal(how)
         batch.wait(60)
-        left = [child for child in children if running(int(child)) and not is_tracker(child)]
+        left = [child for child in at_work if running(int(child))]
         _, told = batch.communicate(timeout=60)
     if how != signal.SIGKILL:
         assert not left  # workers do not outlive a command that can end them

@@ -90,6 +90,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("learning_table", "sheet:6 --cycles 10", [11, 2]),
         ("nmsve_table", "sheet:4", [5]),
         ("whole_frame_table", "sheet:6", [5]),
+        ("registration_table", "sheet:6 --frames 5", [3]),
         ("bidirectional_table", "sheet:6", [7]),
         ("tracking_calibration", "sheet --frames 4 --cameras 2 --training", [2]),
         ("tracking_gaps", "long --starts 2", [2]),

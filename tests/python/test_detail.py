@@ -74,6 +74,109 @@ def test_frames_equal_the_transcription(
         assert completer.report.blend == pytest.approx(expected.blend, abs=1e-6)
 
 
+def fluttering(mesh: Mesh, n: int) -> Array:
+    """A sheet with travelling folds along x, whose edges keep their lengths."""
+    x, y, z = mesh.vertices.T
+    along = np.linspace(x.min(), x.max(), 4001)
+    angle = 1.3 * np.sin(0.9 * along + 0.9 * n)
+    ahead, up = (np.cumsum(f(angle)) * (along[1] - along[0]) for f in (np.cos, np.sin))
+    slope = np.interp(x, along, angle)
+    return np.stack(
+        [
+            np.interp(x, along, ahead) - z * np.sin(slope),
+            y,
+            np.interp(x, along, up) + z * np.cos(slope),
+        ],
+        axis=1,
+    )
+
+
+@pytest.mark.parametrize("noise", [None, 0.05])
+@pytest.mark.parametrize("n_parts", [1, 2])
+def test_cloth_keeps_its_edges_as_the_transcription_does(
+    n_parts: int, noise: float | None, rng: np.random.Generator
+) -> None:
+    cloth = meshes.sheet(16)
+    cloth = Mesh(cloth.faces, fluttering(cloth, 0))
+    mesh = meshes.join(cloth, meshes.sheet(12, 40.0)) if n_parts == 2 else cloth
+    completer = dynmesh.Completer(mesh.faces, mesh.vertices, method="detail", noise=noise)
+    expected = reference.Detail(mesh.faces, mesh.vertices, noise)
+    shares = []
+    for n in range(1, 13):
+        rest = meshes.turned(mesh.vertices[256:], 0.1 * n)  # stiff, where there is such a part
+        points = np.concatenate([fluttering(meshes.sheet(16), n), rest])
+        points += (noise or 0.001) * rng.normal(size=points.shape)
+        known = rng.random(len(points)) < 0.6
+        completed = completer.push(points, known)
+        np.testing.assert_allclose(
+            completed, expected.complete(points, known), rtol=0, atol=1e-6 * expected.h
+        )
+        shares.append(completer.report.first_order_share)
+        assert shares[-1] == pytest.approx(expected.first_order_share, abs=1e-12)
+        if n in (5, 8, 9):  # at least once in the middle between two tests
+            state = completer.state()
+            completer = dynmesh.Completer(mesh.faces, mesh.vertices, method="detail", noise=noise)
+            completer.restore(state)
+    assert min(shares[4:]) > 0.5
+    assert (expected.first_order.share[1:] < 0.5).all()
+
+
+def completed_with_shares(
+    mesh: Mesh, frames: list[Array], masks: list[NDArray[np.bool_]]
+) -> tuple[Array, Array]:
+    """The completed frames and the mean shares of the first-order step."""
+    completer = dynmesh.Completer(mesh.faces, mesh.vertices, method="detail")
+    completed, shares = [], []
+    for points, known in zip(frames, masks, strict=True):
+        completed.append(completer.push(points, known))
+        shares.append(completer.report.first_order_share)
+    return np.array(completed), np.array(shares)
+
+
+def test_cloth_and_a_stiff_part_are_completed_as_each_alone(rng: np.random.Generator) -> None:
+    flat, stiff = meshes.sheet(16), meshes.sheet(16, 40.0)
+    cloth = Mesh(flat.faces, fluttering(flat, 0))
+    of_cloth = [fluttering(flat, n) for n in range(1, 17)]
+    of_stiff = [
+        meshes.turned(bent(stiff.vertices, 0.02 + 0.001 * n), 0.05 * n) for n in range(1, 17)
+    ]
+    of_stiff = [points + 0.02 * rng.normal(size=points.shape) for points in of_stiff]
+    masks = [rng.random(512) < 0.5 for _ in of_cloth]
+    together = [np.concatenate(both) for both in zip(of_cloth, of_stiff, strict=True)]
+    joined, shares = completed_with_shares(meshes.join(cloth, stiff), together, masks)
+    assert 0.4 < shares[4:].mean() < 0.6
+    for mesh, frames, part in [(cloth, of_cloth, slice(256)), (stiff, of_stiff, slice(256, None))]:
+        alone, _ = completed_with_shares(mesh, frames, [known[part] for known in masks])
+        errors = [np.linalg.norm(x - frames, axis=2).mean() for x in (joined[:, part], alone)]
+        assert errors[0] < 1.1 * errors[1]
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_nothing_is_learned_from_rounding_errors(
+    dtype: type[np.floating[Any]], rng: np.random.Generator
+) -> None:
+    mesh = meshes.sheet(20)
+    vertices = (mesh.vertices + 1000).astype(dtype)
+    steps = [0.0] * 10 + [1.7] * 10  # stands, and then moves without turning
+    frames = [vertices + dtype(x) for x in np.cumsum(steps)]
+    masks = [rng.random(400) < 0.5 for _ in frames]
+    completed, shares = completed_with_shares(Mesh(mesh.faces, vertices), frames, masks)
+    np.testing.assert_allclose(completed, frames, rtol=0, atol=1e-3)
+    assert shares.max() == 0
+
+
+def test_shares_do_not_depend_on_place_and_unit(rng: np.random.Generator) -> None:
+    flat = meshes.sheet(16)
+    frames = [fluttering(flat, n) for n in range(9)]
+    masks = [rng.random(256) < 0.6 for _ in frames[1:]]
+    here, shares = completed_with_shares(Mesh(flat.faces, frames[0]), frames[1:], masks)
+    assert shares.mean() > 0.5
+    elsewhere = [1e-3 * (points + np.array([300, -200, 500])) for points in frames]
+    there, others = completed_with_shares(Mesh(flat.faces, elsewhere[0]), elsewhere[1:], masks)
+    np.testing.assert_array_equal(others, shares)
+    np.testing.assert_allclose(1e3 * there - [300, -200, 500], here, rtol=0, atol=1e-6)
+
+
 @pytest.mark.parametrize("noise", [None, 0.02])
 def test_a_change_under_way_goes_on(noise: float | None, rng: np.random.Generator) -> None:
     mesh = meshes.sheet(12)

@@ -1,5 +1,6 @@
 """Files completed from a whole frame anywhere, or from a template."""
 
+import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -270,6 +271,18 @@ def test_a_start_put_together_can_be_resumed(
     assert_same(dynmesh.read(output), dynmesh.read(tmp_path / "expected.npz"))
 
 
+@pytest.mark.usefixtures("holed")
+def test_an_output_that_exists_is_noticed_before_a_start_is_put_together(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stored, output = tmp_path / "holed.npz", tmp_path / "out.npz"
+    dynmesh.complete_file(stored, output)
+    monkeypatch.setattr(sys.modules["dynmesh.jobs.start"], "whole_frame", None)
+    assert dynmesh.complete_file(stored, output, resume=True).existed
+    with pytest.raises(FileExistsError):
+        dynmesh.complete_file(stored, output)
+
+
 def test_a_clean_start_is_without_outliers(tmp_path: Path, truth: dynmesh.Sequence) -> None:
     vertices = truth.vertices.copy()
     vertices[0, [40, 77]] += 3
@@ -282,8 +295,8 @@ def test_a_clean_start_is_without_outliers(tmp_path: Path, truth: dynmesh.Sequen
 
 
 def test_a_doubtful_start_is_said_to_be(tmp_path: Path, holed: dynmesh.Sequence) -> None:
-    rng = np.random.default_rng(0)
-    garbage = rng.normal(size=holed.vertices.shape).astype(np.float32)
+    garbage = holed.vertices.copy()
+    garbage[WHOLE] = np.random.default_rng(0).normal(size=garbage[WHOLE].shape)  # the best frame
     dynmesh.write(tmp_path / "garbage.npz", replace(holed, vertices=garbage))
     said = run("complete", tmp_path / "garbage.npz", tmp_path / "out.npz", code=3)
     assert "the frame that was put together is probably wrong" in said.stderr

@@ -20,6 +20,17 @@ MAY_INCLUDE = {
     "stream": {"mesh", "disconnected", "generations", "kernels", "support"},
     "completer": {"stream", "mesh", "motion", "detail", "disconnected", "generations", "support"},
     "tracker": {"stream", "mesh", "tracking", "support"},
+    "registration": {
+        "tracker",
+        "stream",
+        "tracking",
+        "detail",
+        "mesh",
+        "disconnected",
+        "generations",
+        "kernels",
+        "support",
+    },
     "whole_frame": {
         "stream",
         "factor",

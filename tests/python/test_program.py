@@ -175,7 +175,7 @@ def test_training_are_those_of_the_library(
     assert (tmp_path / "a.raw").read_bytes() == b"".join(expected)
     for line, report in zip(shown_reports.splitlines(), reports, strict=True):
         shown = json.loads(line)
-        for name in ("blend", "prior_weight", "prior_share"):
+        for name in ("blend", "prior_weight", "prior_share", "first_order_share"):
             assert shown[name] == pytest.approx(getattr(report, name), rel=1e-8)
     assert max(report.prior_share for report in reports) > 0
     # The first part through a pipe.

@@ -142,7 +142,13 @@ class AnyCalls(RuleBasedStateMachine):
     def seen(self, subject: Any) -> tuple[Array | None, tuple[float, ...]]:
         report = subject.report
         counts = (report.known, report.filled, report.disconnected, report.iterations)
-        numbers = (*counts, report.blend, report.prior_weight, report.prior_share)
+        numbers = (
+            *counts,
+            report.blend,
+            report.prior_weight,
+            report.prior_share,
+            report.first_order_share,
+        )
         return subject.standard_error.copy() if self.uncertainty else None, numbers
 
     def teardown(self) -> None:

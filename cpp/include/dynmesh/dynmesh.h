@@ -174,6 +174,8 @@ typedef struct dynmesh_frame_report {
   double blend;          ///< the weight of the shape of frame 0; 0 with DYNMESH_METHOD_MOTION
   double prior_weight;   ///< how much the training frames are used, 0 to 1; 1 with `learn`
   double prior_share;    ///< the share of the residual that they explain, 0 to 1
+  /// How far the estimated vertices keep their edges rather than their shape, 0 to 1; the mean.
+  double first_order_share;
   /// With `uncertainty`, the root mean square standard error of the estimated vertices; else 0.
   double standard_error;
 } dynmesh_frame_report;
@@ -471,6 +473,53 @@ DYNMESH_EXPORT dynmesh_status dynmesh_whole_frame(const dynmesh_whole_frame_requ
                                                   const dynmesh_output* positions, uint8_t* seen,
                                                   double* standard_error,
                                                   dynmesh_whole_frame_report* report);
+
+// Registration -----------------------------------------------------------------------------------
+
+/// What is registered, with what and how; see registration.hpp. What is not given is null or 0.
+typedef struct dynmesh_registration_request {
+  const int32_t* faces;
+  int64_t n_faces;
+  const dynmesh_points* positions;  ///< the template; all other positions have its type
+  const dynmesh_points* points;     ///< the scan, as for dynmesh_tracker_push, or null
+  const dynmesh_points* normals;
+  const dynmesh_points* viewpoints;
+  const dynmesh_depth_image* images;  ///< used if `points` is null
+  int64_t n_images;
+  const int32_t* landmark_vertices;  ///< as many as `landmarks` has rows
+  const dynmesh_points* landmarks;
+  dynmesh_training* training;
+  int32_t align;    ///< whether a rigid motion is sought, 0 or 1
+  int32_t scale;    ///< whether the template may be in another unit, 0 or 1
+  int32_t threads;  ///< 1 to 256
+} dynmesh_registration_request;
+
+enum {
+  DYNMESH_REGISTRATION_GOOD = 0,
+  DYNMESH_REGISTRATION_DOUBTFUL = 1,
+  DYNMESH_REGISTRATION_RUINED = 2
+};
+
+/// What was found, beside the vertices; see Registration in registration.hpp.
+typedef struct dynmesh_registration_report {
+  double transform[16];  ///< row by row
+  double far_share;
+  double disagreeing;
+  double empty_share;
+  double distance;
+  int64_t rounds;
+  int32_t converged;  ///< 0 or 1
+  int32_t ambiguous;  ///< 0 or 1
+  int32_t quality;    ///< DYNMESH_REGISTRATION_GOOD, _DOUBTFUL or _RUINED
+} dynmesh_registration_report;
+
+/// Registers a template with a scan. `vertices` has a row for each vertex and the type of the
+/// template. `observed` and `standard_error` have room for a value of each vertex, and may be null;
+/// standard errors take additional time.
+DYNMESH_EXPORT dynmesh_status dynmesh_register(const dynmesh_registration_request* request,
+                                               const dynmesh_output* vertices, uint8_t* observed,
+                                               double* standard_error,
+                                               dynmesh_registration_report* report);
 
 // The connectivity -------------------------------------------------------------------------------
 

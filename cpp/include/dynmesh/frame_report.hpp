@@ -7,12 +7,13 @@ namespace dynmesh {
 
 /// Details of how an estimate was computed. All are 0 for a method that has no such stage.
 struct StageReport {
-  double blend = 0;             ///< b of method detail, the weight of the shape of frame 0
-  double prior_weight = 0;      ///< 0 to 1, how much the training frames are used; 1 with `learn`
-  double prior_share = 0;       ///< the share of the residual that they explain
-  double factor_seconds = 0;    ///< factorisation of the system of the unknown vertices
-  double rotation_seconds = 0;  ///< fitting of rotations
-  double solve_seconds = 0;     ///< everything else
+  double blend = 0;              ///< b of method detail, the weight of the shape of frame 0
+  double prior_weight = 0;       ///< 0 to 1, how much the training frames are used; 1 with `learn`
+  double prior_share = 0;        ///< the share of the residual that they explain
+  double first_order_share = 0;  ///< how far estimated vertices keep their edges, 0 to 1; the mean
+  double factor_seconds = 0;     ///< factorisation of the system of the unknown vertices
+  double rotation_seconds = 0;   ///< fitting of rotations
+  double solve_seconds = 0;      ///< everything else
 };
 
 /// Statistics of one frame. known + filled + disconnected is the number of vertices.

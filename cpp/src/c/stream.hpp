@@ -29,6 +29,7 @@ inline dynmesh_frame_report to_c(const FrameReport& report) {
           report.stages.blend,
           report.stages.prior_weight,
           report.stages.prior_share,
+          report.stages.first_order_share,
           report.standard_error};
 }
 

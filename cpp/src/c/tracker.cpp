@@ -1,47 +1,17 @@
 /// The tracker in the C interface.
 #include <dynmesh/dynmesh.h>
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/tracker.hpp>
 #include <dynmesh/training.hpp>
 #include <dynmesh/types.hpp>
-#include <string>
-#include <vector>
 
 #include "c/arguments.hpp"
+#include "c/depth_images.hpp"
 #include "c/handles.hpp"
 #include "c/status.hpp"
 #include "c/stream.hpp"
-
-namespace dynmesh {
-namespace {
-
-std::size_t side_of(std::size_t number, const char* side, std::int64_t value) {
-  if (value < 0) {
-    refuse("images", "image " + std::to_string(number) + " cannot have a " + side + " of " +
-                         std::to_string(value));
-  }
-  return static_cast<std::size_t>(value);
-}
-
-DepthImage image_of(std::size_t number, const dynmesh_depth_image& given) {
-  DepthImage image;
-  image.data = given.data;
-  image.height = side_of(number, "height", given.height);
-  image.width = side_of(number, "width", given.width);
-  const bool is_packed = given.row_stride == 0;
-  image.row_stride = static_cast<std::ptrdiff_t>(is_packed ? given.width : given.row_stride);
-  image.column_stride =
-      static_cast<std::ptrdiff_t>(is_packed || given.column_stride == 0 ? 1 : given.column_stride);
-  std::ranges::copy(given.intrinsics, image.intrinsics.begin());
-  std::ranges::copy(given.pose, image.pose.begin());
-  return image;
-}
-
-}  // namespace
-}  // namespace dynmesh
 
 using namespace dynmesh;  // C has no namespaces
 
@@ -92,11 +62,7 @@ dynmesh_status dynmesh_tracker_push_depth(dynmesh_tracker* tracker,
                                           const dynmesh_output* out,
                                           dynmesh_tracking_report* report) {
   return with(tracker, [&]<class Real>(Tracker<Real>& t) {
-    const std::size_t count = count_of("images", n_images);
-    if (count > 0) check_pointer("images", images);
-    std::vector<DepthImage> converted(count);
-    for (std::size_t i = 0; i < count; ++i) converted[i] = image_of(i, images[i]);
-    store(t.push_depth(converted, points_of<Real>("out", out)), report);
+    store(t.push_depth(images_of(images, n_images), points_of<Real>("out", out)), report);
   });
 }
 

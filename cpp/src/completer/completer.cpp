@@ -27,7 +27,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 /// The last character is the version of the format.
-constexpr StateKind kind = {{'d', 'y', 'n', 'm', 'e', 's', 'h', '9'}, "completer"};
+constexpr StateKind kind = {{'d', 'y', 'n', 'm', 'e', 's', 'h', 'A'}, "completer"};
 
 template <class Real>
 std::unique_ptr<Estimator<Real>> estimator_of(Faces faces, const Numbering& numbering,

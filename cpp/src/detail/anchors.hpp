@@ -31,6 +31,9 @@ struct Anchors {
   /// (k,) for planes: a second direction in which the step of a vertex is resisted, times the root
   /// of the weight, and a force on it. Empty if there are none.
   std::span<const Vector3<double>> outward, forces;
+  /// (k,) for planes: the weight with which `forces` also draws a vertex to a position. Empty if
+  /// there is none.
+  std::span<const double> held;
 
   Anchors(std::size_t n_vertices, bool are_noisy)
       : observed(n_vertices),

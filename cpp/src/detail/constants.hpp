@@ -74,6 +74,48 @@ struct UncertaintyConstants {
   int variance_averagings = 2;
 };
 
+/// The constants of the first-order step and of its shares.
+struct FirstOrderConstants {
+  /// The lower bound of the weight of an edge, in mean weights.
+  double least_weight = 0.001;
+
+  /// Of each component, this many anchors are left out of a test, at most this share of them, and
+  /// none if fewer than `least_kept` would be left.
+  double left_out = 50;
+  double largest_left_out = 0.3;
+  double least_kept = 4;
+  /// A test moves the vertices at most this many edges from those left out, or this many times the
+  /// mean distance between anchors.
+  int least_rings = 3;
+  double rings = 1.5;
+  /// There is no test if fewer anchors than this are left out of the mesh.
+  double fewest_left_out = 5;
+  /// A component with fewer errors, older ones counting less, shares those of all such components.
+  /// With fewer errors, a group has no share.
+  double least_count = 30;
+
+  /// The share of earlier sums that is kept when a test is added.
+  double kept = 0.8;
+  /// Smaller shares gain too little for the time that the step takes.
+  double least_share = 0.3;
+  /// A gain is reduced by this many standard deviations, and by this share of the error of detail.
+  double deviations = 0.5;
+  double handicap = 0.005;
+
+  /// A frame is tested if the residual of a group is more than this many times that of the last
+  /// test, but not sooner than this many frames after it if all shares are 0.
+  double growth = 2;
+  Index least_gap_without = 8;
+  /// If all shares are at least this, detail leaves out its last round.
+  double large_share = 0.7;
+  /// The next frame is tested if the shares have moved by more than this on average. Otherwise the
+  /// number of frames between tests doubles, up to the largest gap.
+  double moved = 0.1;
+  Index largest_gap = 16;
+  /// If all shares are 0, that number is multiplied by four, up to this gap.
+  Index largest_gap_without = 64;
+};
+
 /// Another value may be better on a single sequence. `python -m benchmarks.constants detail` prints
 /// how much the error changes if a value is halved or doubled; docs/reference/constants.md shows
 /// the results.
@@ -123,6 +165,7 @@ struct DetailConstants {
 
   TrainingConstants training;
   UncertaintyConstants uncertainty;
+  FirstOrderConstants first_order;
 };
 
 }  // namespace dynmesh

@@ -34,6 +34,7 @@ Detail::Detail(std::vector<Triangle> faces, const Topology& topology, std::optio
       rest_fit_(topology.cells, workers, constants_.training),
       learns_(learns),
       error_bars_(topology.cells, workers, constants_, has_uncertainty, noise.has_value()),
+      first_order_(topology, workers, constants_.first_order, noise.has_value()),
       noise_(noise),
       next_generations_(topology.cells.size()),
       epsilon_(epsilon),
@@ -46,6 +47,7 @@ void Detail::reset(Frame first_frame) {
   const Rounding rounding(prepared.k, mean_edge, epsilon_);
   const Field first = in_workspace(first_frame);
   auto prepared_rotations = rotations_.prepare(first);
+  auto prepared_first_order = first_order_.prepare(prepared.k);
   if (!training_.empty()) {
     const auto parts = divide_surface(topology_.cells, first, constants_.training);
     rest_fit_.reset(training_modes(training_, parts, prepared.k, topology_.cells, first, mean_edge,
@@ -65,6 +67,7 @@ void Detail::reset(Frame first_frame) {
   system_.apply(first, 1, workspace_.kx);
   memory_.reset(workspace_.kx, mean_edge_);
   error_bars_.reset();
+  first_order_.reset(std::move(prepared_first_order), rounding_);
   lambda_ = constants_.first_lambda;
   report_ = {};
 }
@@ -76,6 +79,7 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
   const Anchors& anchors = hold(in_workspace(previous), points, next_generations_);  // may throw
   std::swap(generations, next_generations_);
   is_stiff_.reset();
+  first_order_.shares().count_frame();
   if (!anchors.any_solved()) {
     if (error_bars_.exist()) error_bars_.pass(generations, rotations_);
     return 0;
@@ -100,20 +104,25 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
 
   // Step 4: fit rotations and solve again.
   Field shape;
-  for (int round = 1; round < constants_.rounds; ++round) {
+  // A first-order step with a large share takes the place of the last round.
+  const bool is_exact = first_order_.shares().least() < constants_.first_order.large_share;
+  const int rounds = is_exact ? constants_.rounds : std::max(constants_.rounds - 1, 2);
+  for (int round = 1; round < rounds; ++round) {
     fit_rotations(positions.x, is_stiff);
     shape = blended(turn(shapes), b, blend.c);
     positions = take_shape(positions, shape, anchors);
   }
 
   if (noise_) weigh_anchors(positions, shape, anchors);
-  for (const Index solved : system_.solved()) {
-    const auto v = static_cast<std::size_t>(solved);
-    points[v] = positions.x[v];
-  }
   if (error_bars_.exist()) {
     error_bars_.update({positions.x, positions.kx, shape, directions.rounding}, blend.c, anchors,
                        generations, system_, rotations_);
+  }
+
+  // Step 5: move the satellites by a share of the first-order step.
+  report_.first_order_share = take_first_order(previous, positions, shape, anchors, generations);
+  for (std::size_t v = 0; v < points.size(); ++v) {
+    if (anchors.is_solved[v] != 0) points[v] = positions.x[v];
   }
   report_.blend = blend.b;
   return constants_.rounds;
@@ -252,6 +261,14 @@ Detail::Positions Detail::take_shape(Positions positions, Field shape, const Anc
   return positions;
 }
 
+/// Returns the mean share of the satellites.
+double Detail::take_first_order(Field previous, const Positions& positions, Field shape,
+                                const Anchors& anchors, const Generations& generations) {
+  const Stopwatch stopwatch(report_.solve_seconds);
+  return first_order_.improve({previous, positions.x, positions.kx, shape}, anchors, generations,
+                              system_);
+}
+
 /// Computes lambda for the next frame from the error of the shape per coordinate, sigma_L^2 = (E +
 /// lambda |q|^2) / (3 anchors), where E is the energy and q the displacement of the anchors from
 /// their observed positions.
@@ -286,6 +303,7 @@ void Detail::remember(Frame completed) {
 struct Detail::StoredMemory final : EstimatorMemory {
   std::vector<std::array<double, 7>> rows;  // Q, as a quaternion w x y z, and u
   double lambda = 0;
+  FirstOrderShares::Memory first_order;
   std::vector<double> fit;                // with modes
   std::vector<LearnedModes::Row> shapes;  // if it learns
   ErrorBars::Memory errors;
@@ -299,7 +317,8 @@ std::size_t Detail::fit_size() const {
 std::size_t Detail::memory_size() const {
   const std::size_t k = topology_.cells.size();
   return (7 * k + 1 + fit_size()) * sizeof(double) +
-         (learned_ ? k * sizeof(LearnedModes::Row) : 0) + error_bars_.memory_size();
+         (learned_ ? k * sizeof(LearnedModes::Row) : 0) + error_bars_.memory_size() +
+         first_order_.shares().memory_size();
 }
 
 void Detail::write_memory(Writer& writer) const {
@@ -309,6 +328,7 @@ void Detail::write_memory(Writer& writer) const {
     for (const double number : {q.w, q.x, q.y, q.z, u.x, u.y, u.z}) writer.write(number);
   }
   writer.write(lambda_);
+  first_order_.shares().write_memory(writer);
   if (learned_) {
     writer.write(std::span<const double>(learned_->memory()));
     for (const auto& shapes : learned_->rows()) writer.write(std::span<const float>(shapes));
@@ -325,6 +345,7 @@ std::unique_ptr<EstimatorMemory> Detail::read_memory(Reader& reader) const {
   memory->rows.resize(topology_.cells.size());
   for (auto& row : memory->rows) reader.read(std::span<double>(row));
   memory->lambda = reader.read<double>();
+  memory->first_order = first_order_.shares().read_memory(reader);
   memory->fit.resize(fit_size());
   reader.read(std::span<double>(memory->fit));
   memory->shapes.resize(learned_ ? topology_.cells.size() : 0);
@@ -344,7 +365,8 @@ bool Detail::accepts(const StoredMemory& memory) const {
   return std::ranges::all_of(memory.rows, is_sound) && memory.lambda >= constants_.least_lambda &&
          memory.lambda <= constants_.largest_lambda &&
          (!learned_ || learned_->accepts(memory.fit, memory.shapes)) &&
-         (training_.empty() || rest_fit_.accepts(memory.fit)) && error_bars_.accepts(memory.errors);
+         (training_.empty() || rest_fit_.accepts(memory.fit)) &&
+         error_bars_.accepts(memory.errors) && first_order_.shares().accepts(memory.first_order);
 }
 
 void Detail::recall(const EstimatorMemory* stored, Frame completed) {
@@ -359,6 +381,7 @@ void Detail::recall(const EstimatorMemory* stored, Frame completed) {
   });
   memory_.recall(detail, workspace_.kx);
   error_bars_.recall(memory.errors);
+  first_order_.shares().recall(memory.first_order);
   if (learned_) learned_->recall(memory.fit, memory.shapes);
   if (!training_.empty()) rest_fit_.recall(memory.fit);
 }

@@ -15,6 +15,7 @@
 #include "detail/blend.hpp"
 #include "detail/constants.hpp"
 #include "detail/error_bars.hpp"
+#include "detail/first_order.hpp"
 #include "detail/learned_modes.hpp"
 #include "detail/memory.hpp"
 #include "detail/rotations.hpp"
@@ -37,6 +38,9 @@ namespace dynmesh {
 /// With noise, anchors are not fixed. Instead, lambda times their squared distance from the
 /// observed positions is added to the energy. lambda balances the errors of the shape, estimated in
 /// earlier frames, with the noise of the anchors.
+///
+/// Surfaces that keep the lengths of their edges rather than their detail take a share of a
+/// first-order step.
 ///
 /// Allocates memory in `reset`, and in `estimate` if the factor is larger than all earlier ones.
 class Detail final : public Estimator<double> {
@@ -93,6 +97,8 @@ class Detail final : public Estimator<double> {
                             const Blend& blend);
   Field blended(std::span<const ShapeTerms> turned, std::span<const double> b, double c);
   Positions take_shape(Positions positions, Field shape, const Anchors& anchors);
+  double take_first_order(Field previous, const Positions& positions, Field shape,
+                          const Anchors& anchors, const Generations& generations);
   void weigh_anchors(const Positions& positions, Field shape, const Anchors& anchors);
   Field detail_turned_back(Field completed);
   struct StoredMemory;
@@ -112,6 +118,7 @@ class Detail final : public Estimator<double> {
   bool learns_;
   std::unique_ptr<LearnedModes> learned_;  // null before `reset`, and if it does not learn
   ErrorBars error_bars_;
+  FirstOrder first_order_;
   std::optional<double> noise_;
   Generations next_generations_;  // of the current frame, until nothing can throw any more
   // Whether the rotations of the frame are averaged widely; empty if nothing was estimated.

@@ -59,6 +59,7 @@ void ShapeSystem::multiply_with_planes(std::size_t width, const Anchors& anchors
       if (!anchors.outward.empty()) {
         solution_[i] = solution_[i] + dot(anchors.outward[v], direction_[i]) * anchors.outward[v];
       }
+      if (!anchors.held.empty()) solution_[i] = solution_[i] + anchors.held[v] * direction_[i];
     }
   }
 }

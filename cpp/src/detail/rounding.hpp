@@ -29,14 +29,18 @@ class Rounding {
     }
   }
 
-  /// The mean square of the rounding errors of the detail vectors of a frame. Its positions are
-  /// rounded, the more the farther they are from the origin, and solutions are accurate to a
-  /// billionth of a mean edge length.
-  [[nodiscard]] double mean_square(std::span<const Vector3<double>> frame) const {
+  /// The mean square of the rounding errors of the positions of a frame. They are rounded, the more
+  /// the farther they are from the origin, and solutions are accurate to a billionth of a mean edge
+  /// length.
+  [[nodiscard]] double mean_square_of_positions(std::span<const Vector3<double>> frame) const {
     double square = 0;
     for (const auto& x : frame) square += squared_norm(x);
     square /= static_cast<double>(frame.size());
-    return mean_squared_row_ * (solution_ * solution_ + epsilon_ * epsilon_ * square);
+    return solution_ * solution_ + epsilon_ * epsilon_ * square;
+  }
+  /// The same of its detail vectors.
+  [[nodiscard]] double mean_square(std::span<const Vector3<double>> frame) const {
+    return mean_squared_row_ * mean_square_of_positions(frame);
   }
 
  private:

@@ -20,8 +20,7 @@ namespace dynmesh {
 /// K of frame 0, and N = K^T K restricted to the vertices that are solved for. Fields have one or
 /// three Vector3 for each vertex, side by side.
 ///
-/// Allocates memory in `reset`, and in `factorize` if the factor or its division among threads is
-/// larger than ever before.
+/// Allocates memory in `reset`, and in `factorize` if the factor is larger than ever before.
 class ShapeSystem {
  public:
   using Field = std::span<const Vector3<double>>;

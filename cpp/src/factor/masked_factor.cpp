@@ -33,6 +33,18 @@ SymmetricMatrix permuted(const SymmetricMatrix& matrix, const Elimination& plan)
   return result;
 }
 
+/// The most rows that disjoint subtrees together have in common with what is above them.
+std::size_t largest_borders(const Elimination& plan) {
+  std::vector<std::size_t> below(at(plan.supernodes()));
+  std::size_t of_roots = 0;
+  for (std::size_t s = 0; s < below.size(); ++s) {
+    const auto own = at(plan.row_offsets[s + 1] - plan.row_offsets[s]);
+    const Index parent = plan.parents[s];
+    (parent < 0 ? of_roots : below[at(parent)]) += std::max(own, below[s]);
+  }
+  return of_roots;
+}
+
 }  // namespace
 
 MaskedFactor::MaskedFactor(const SymmetricMatrix& matrix, Workers& workers, Ordering ordering,
@@ -63,6 +75,8 @@ MaskedFactor::MaskedFactor(const SymmetricMatrix& matrix, Workers& workers, Orde
   inverse_.resize(n);
   above_.reserve(supernodes);
   borders_.reserve(supernodes);
+  border_rows_.reserve(largest_borders(plan_));
+  border_sums_.reserve(3 * border_rows_.capacity());
   in_border_.resize(plan_.rows.size());
   seen_.resize(n);
   first_child_.resize(supernodes);

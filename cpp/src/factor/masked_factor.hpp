@@ -34,8 +34,7 @@ class MaskedFactor {
 
   /// Factors the rows and columns with `mask[i] != 0`, after adding `added` (n,) to the diagonal
   /// unless it is empty. If both are the same as in the last call, keeps the factor and returns
-  /// false; otherwise returns true. Allocates memory only if the factor, or what subtrees have in
-  /// common with the panels above them, is larger than ever before.
+  /// false; otherwise returns true. Allocates memory only if the factor is larger than ever before.
   bool factorize(std::span<const std::uint8_t> mask, std::span<const double> added = {});
 
   /// What the last factor cost: how many multiplications it took, about, and how many numbers it

@@ -71,14 +71,17 @@ void check_output(const Points<Real>& completed, std::size_t n_vertices,
 }
 
 template <class Real>
-std::vector<Vector3<Real>> first_frame_of(Points<const Real> points) {
-  if (points.count == 0) throw std::invalid_argument("first_frame: has no vertices");
+std::vector<Vector3<Real>> first_frame_of(Points<const Real> points,
+                                          const char* argument = "first_frame") {
+  if (points.count == 0) {
+    throw std::invalid_argument(std::string(argument) + ": has no vertices");
+  }
   if (points.count > static_cast<std::size_t>(std::numeric_limits<Index>::max())) {
-    throw std::invalid_argument("first_frame: has " + std::to_string(points.count) +
+    throw std::invalid_argument(std::string(argument) + ": has " + std::to_string(points.count) +
                                 " rows, more than 32-bit indices can count");
   }
-  check_view("first_frame", points);
-  return complete_frame("first_frame", points);
+  check_view(argument, points);
+  return complete_frame(argument, points);
 }
 
 /// Throws SettingError, as does `check_size`.

@@ -101,6 +101,7 @@ struct FrameFacts {
   double blend = 0;
   double prior_weight = 0;
   double prior_share = 0;
+  double first_order_share = 0;
   std::uint64_t n_frames = 0;
 
   template <class Self, class Visit>
@@ -110,6 +111,7 @@ struct FrameFacts {
     visit(self.blend);
     visit(self.prior_weight);
     visit(self.prior_share);
+    visit(self.first_order_share);
     visit(self.n_frames);
   }
 };
@@ -185,7 +187,7 @@ void check_facts(const FrameFacts& facts, std::span<const std::uint8_t> known) {
                  std::to_string(n_unknown) + " vertices were unknown");
   }
   if (!std::isfinite(facts.blend)) refuse_state("reports a blend that is not finite");
-  for (const double share : {facts.prior_weight, facts.prior_share}) {
+  for (const double share : {facts.prior_weight, facts.prior_share, facts.first_order_share}) {
     if (!(share >= 0 && share <= 1)) refuse_state("reports a share that is not between 0 and 1");
   }
 }
@@ -235,6 +237,7 @@ void write_stream(Writer& writer, const StateKind& kind, const Stream<Real>& str
                             report.stages.blend,
                             report.stages.prior_weight,
                             report.stages.prior_share,
+                            report.stages.first_order_share,
                             stream.n_frames};
   writer.write(std::span<const char>(kind.format));
   write_fields(writer, header_of(stream, training));
@@ -280,6 +283,7 @@ StoredStream<Real> read_stream(Reader& reader, std::span<const std::byte> state,
   stored.report.stages.blend = facts.blend;
   stored.report.stages.prior_weight = facts.prior_weight;
   stored.report.stages.prior_share = facts.prior_share;
+  stored.report.stages.first_order_share = facts.first_order_share;
   return stored;
 }
 

@@ -1,7 +1,10 @@
 /// Checks and converts the positions of scans and templates.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <dynmesh/tracker.hpp>
 #include <dynmesh/types.hpp>
 #include <limits>
 #include <stdexcept>
@@ -11,6 +14,8 @@
 #include "stream/arguments.hpp"
 #include "support/checks.hpp"
 #include "support/geometry.hpp"
+#include "support/workers.hpp"
+#include "tracking/point_scan.hpp"
 
 namespace dynmesh {
 
@@ -31,6 +36,51 @@ template <class Real>
 void copy(const Points<const Real>& rows, std::vector<Vector3<double>>& copies) {
   copies.resize(rows.count);
   for (std::size_t i = 0; i < rows.count; ++i) copies[i] = in_double(row(rows, i));
+}
+
+/// Copies normals at unit length. Those of length 0 stay 0.
+template <class Real>
+void copy_directions(const Points<const Real>& rows, std::vector<Vector3<double>>& copies) {
+  copies.resize(rows.count);
+  for (std::size_t i = 0; i < rows.count; ++i) {
+    const auto normal = in_double(row(rows, i));
+    // Divided by the largest coordinate first, so that squares stay in range.
+    const double largest = std::max({std::abs(normal.x), std::abs(normal.y), std::abs(normal.z)});
+    if (!(largest > 0)) {
+      copies[i] = {};
+      continue;
+    }
+    const Vector3<double> scaled = {normal.x / largest, normal.y / largest, normal.z / largest};
+    copies[i] = (1 / std::sqrt(squared_norm(scaled))) * scaled;
+  }
+}
+
+/// Checks a scan, whose normals and viewpoints may be missing.
+template <class Real>
+void check_scan(const Scan<Real>& scan) {
+  check_scan("points", scan.points);
+  if (scan.normals.data != nullptr) {
+    if (scan.normals.count != scan.points.count) {
+      throw std::invalid_argument("normals: has " + std::to_string(scan.normals.count) +
+                                  " rows, but points has " + std::to_string(scan.points.count));
+    }
+    check_scan("normals", scan.normals);
+  }
+  check_scan("viewpoints", scan.viewpoints);
+}
+
+/// Copies a scan that has been checked, and estimates its normals if they are not given.
+template <class Real>
+void copy(const Scan<Real>& scan, PointScan& measured, Workers& workers) {
+  copy(scan.points, measured.points);
+  copy(scan.viewpoints, measured.sensors);
+  measured.index();
+  if (scan.normals.data != nullptr) {
+    copy_directions(scan.normals, measured.normals);
+    measured.undecided.clear();
+  } else {
+    measured.estimate_normals(workers);
+  }
 }
 
 }  // namespace dynmesh

@@ -26,24 +26,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 /// The last character is the version of the format.
-constexpr StateKind kind = {{'d', 'y', 'n', 't', 'r', 'a', 'c', '3'}, "tracker"};
-
-/// Copies normals at unit length. Those of length 0 stay 0.
-template <class Real>
-void copy_directions(const Points<const Real>& rows, std::vector<Vector3<double>>& copies) {
-  copies.resize(rows.count);
-  for (std::size_t i = 0; i < rows.count; ++i) {
-    const auto normal = in_double(row(rows, i));
-    // Divided by the largest coordinate first, so that squares stay in range.
-    const double largest = std::max({std::abs(normal.x), std::abs(normal.y), std::abs(normal.z)});
-    if (!(largest > 0)) {
-      copies[i] = {};
-      continue;
-    }
-    const Vector3<double> scaled = {normal.x / largest, normal.y / largest, normal.z / largest};
-    copies[i] = (1 / std::sqrt(squared_norm(scaled))) * scaled;
-  }
-}
+constexpr StateKind kind = {{'d', 'y', 'n', 't', 'r', 'a', 'c', '4'}, "tracker"};
 
 }  // namespace
 
@@ -174,30 +157,13 @@ void Tracker<Real>::reset(Points<const Real> frame) {
 template <class Real>
 TrackingReport Tracker<Real>::push(const Scan<Real>& scan, Points<Real> tracked) {
   const auto start = Clock::now();
-  check_scan("points", scan.points);
-  const bool has_normals = scan.normals.data != nullptr;
-  if (has_normals) {
-    if (scan.normals.count != scan.points.count) {
-      throw std::invalid_argument("normals: has " + std::to_string(scan.normals.count) +
-                                  " rows, but points has " + std::to_string(scan.points.count));
-    }
-    check_scan("normals", scan.normals);
-  }
-  check_scan("viewpoints", scan.viewpoints);
+  check_scan(scan);
   check_output(tracked, n_vertices(),
                {{"points", Extent::of(scan.points)},
                 {"normals", Extent::of(scan.normals)},
                 {"viewpoints", Extent::of(scan.viewpoints)}});
   PointScan& measured = parts_->scan;
-  copy(scan.points, measured.points);
-  copy(scan.viewpoints, measured.sensors);
-  measured.index();
-  if (has_normals) {
-    copy_directions(scan.normals, measured.normals);
-    measured.undecided.clear();
-  } else {
-    measured.estimate_normals(parts_->stream.workers);
-  }
+  copy(scan, measured, parts_->stream.workers);
   return parts_->track(measured, tracked, start);
 }
 

@@ -12,6 +12,7 @@
 #include "support/geometry.hpp"
 #include "tracking/point_scan.hpp"
 #include "tracking/rigid_step.hpp"
+#include "tracking/robust_size.hpp"
 #include "tracking/vertex_normals.hpp"
 
 namespace dynmesh {
@@ -59,38 +60,6 @@ class Sample {
  private:
   PointScan scan_;
 };
-
-/// The value below which this share of the values is, interpolated linearly.
-double quantile(std::vector<double> values, double share) {
-  const double place = share * static_cast<double>(values.size() - 1);
-  const auto below = static_cast<std::size_t>(place);
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(below);
-  std::nth_element(values.begin(), at, values.end());
-  if (below + 1 == values.size()) return *at;
-  const double above = *std::min_element(at + 1, values.end());
-  return *at + (place - static_cast<double>(below)) * (above - *at);
-}
-
-Vector3<double> median_of(Field points) {
-  const auto of = [&](double Vector3<double>::*coordinate) {
-    std::vector<double> values(points.size());
-    std::ranges::transform(points, values.begin(), coordinate);
-    return quantile(std::move(values), 0.5);
-  };
-  return {of(&Vector3<double>::x), of(&Vector3<double>::y), of(&Vector3<double>::z)};
-}
-
-/// Twice the distance from the median point within which nine of ten points are, so that a few
-/// points elsewhere do not matter.
-double size_of(Field points) {
-  const auto middle = median_of(points);
-  std::vector<double> distances;
-  for (const auto& point : points) {
-    const auto arm = point - middle;
-    distances.push_back(std::hypot(arm.x, arm.y, arm.z));
-  }
-  return 2 * quantile(std::move(distances), 0.9);
-}
 
 /// The share of the points that, after a motion, have one of the others within a distance is
 /// `share`; returns that distance.

@@ -41,6 +41,7 @@ Reach BoundaryReach::reach_of(std::size_t v, const Surface& surface,
   const double h = surface.mean_edge;
   const auto& here = surface.x[v];
   const auto& normal = surface.normals[v];
+  const bool is_seen_from_both_sides = surface.visible[v] == Sight::both;
   const auto ring = topology_.cells[static_cast<Index>(v)];
   Vector3<double> sum;
   for (const Index n : ring) sum = sum + (here - surface.x[static_cast<std::size_t>(n)]);
@@ -53,9 +54,12 @@ Reach BoundaryReach::reach_of(std::size_t v, const Surface& surface,
   for (double ahead = constants_.reach_step; ahead - end <= constants_.reach_gap;
        ahead += constants_.reach_step) {
     if (ahead > constants_.farthest_reach) return {};
+    const auto there = here + (ahead * h) * outward;
+    const double radius = constants_.reach_radius * h;
     const Correspondence c =
-        measurement.nearest(here + (ahead * h) * outward, normal, constants_.reach_radius * h,
-                            constants_.agreement, guess);
+        is_seen_from_both_sides
+            ? measurement.nearest_of_both_sides(there, normal, radius, constants_.agreement, guess)
+            : measurement.nearest(there, normal, radius, constants_.agreement, guess);
     if (c.weight == 0) continue;
     guess = c.number;
     const auto offset = (1 / h) * (c.point - here);
@@ -64,7 +68,8 @@ Reach BoundaryReach::reach_of(std::size_t v, const Surface& surface,
     if (!(along > end && std::abs(height) < constants_.reach_height)) continue;
     // A point that is nearer to another part of the surface says nothing about this one.
     const double reach = 2 * constants_.farthest_reach * h;
-    const auto owner = surface.index.find(c.point, normal, reach, constants_.agreement);
+    const auto& side = is_seen_from_both_sides ? c.normal : normal;
+    const auto owner = surface.index.find(c.point, side, reach, constants_.agreement);
     const bool is_own =
         owner.any &&
         (owner.index == v || std::ranges::count(ring, static_cast<Index>(owner.index)) > 0);

@@ -108,7 +108,13 @@ struct TrackingConstants {
   double last_cloth_weight = 5;
   double narrow_cloth_radius = 1;
   /// mu, the weight of the lengths of edges.
-  double membrane = 0.4;
+  double membrane = 1;
+  /// The share of the last motion with which the next one of cloth begins. What it has slid by
+  /// mistake, it would slide again.
+  double cloth_prediction = 0.3;
+  /// An edge of the last frame that is shorter than this share of its length in frame 0 has no
+  /// direction.
+  double least_edge = 0.01;
 
   /// The weight of the reach of a boundary vertex, compared with its correspondence.
   double reach_weight = 1;

@@ -117,8 +117,11 @@ std::span<Correspondence> Correspondences::find(Field x, const Search& of_bodies
         c = {measurement.point(guess), measurement.normal(guess), 1, guess};
         continue;
       }
-      c = measurement.nearest(x[v], normals_[v], search.radius * mean_edge_, constants_.agreement,
-                              guess);
+      const double radius = search.radius * mean_edge_;
+      c = shows_both_sides(v)
+              ? measurement.nearest_of_both_sides(x[v], normals_[v], radius, constants_.agreement,
+                                                  guess)
+              : measurement.nearest(x[v], normals_[v], radius, constants_.agreement, guess);
       if (c.weight == 0) continue;
       guesses_[v] = c.number;
       const auto offset = c.point - x[v];
@@ -158,6 +161,12 @@ void Correspondences::weigh_shared_points() {
   }
 }
 
+/// Cloth has no thickness, so a point of either side is one of the vertex. For other surfaces, the
+/// side that is not measured may be that of another part.
+bool Correspondences::shows_both_sides(std::size_t v) const {
+  return is_cloth_[v] != 0 && visible_[v] == Sight::both;
+}
+
 /// Whether a measured point is within some mean edges of a vertex, and their normals agree.
 bool Correspondences::is_near(Field x, std::uint32_t point, std::size_t v, double radius) const {
   const Measurement& measurement = *measurement_;
@@ -165,7 +174,8 @@ bool Correspondences::is_near(Field x, std::uint32_t point, std::size_t v, doubl
   const double reach = radius * mean_edge_;
   if (!(squared_norm(measurement.point(point) - x[v]) < reach * reach)) return false;
   const double cosine = dot(measurement.normal(point), normals_[v]);
-  return (measurement.is_undecided(point) ? std::abs(cosine) : cosine) >= constants_.agreement;
+  const bool is_either = measurement.is_undecided(point) || shows_both_sides(v);
+  return (is_either ? std::abs(cosine) : cosine) >= constants_.agreement;
 }
 
 /// The share of the vertices that a sensor should see and that have no point within some mean
@@ -193,6 +203,12 @@ std::span<const Reach> Correspondences::find_reaches(Field x) {
 void Correspondences::index_vertices(Field x) {
   vertices_.points.assign(x.begin(), x.end());
   vertices_.normals.assign(normals_.begin(), normals_.end());
+  if (boundary_ != nullptr) {
+    vertices_.undecided.resize(x.size());
+    for (std::size_t v = 0; v < x.size(); ++v) {
+      vertices_.undecided[v] = shows_both_sides(v) ? 1 : 0;
+    }
+  }
   vertices_.index();
 }
 

@@ -80,6 +80,7 @@ class Correspondences {
   void choose_sides(Field x);
   void find_visible_normals(Field x);
   void index_vertices(Field x);
+  [[nodiscard]] bool shows_both_sides(std::size_t v) const;
   void weigh_shared_points();
   [[nodiscard]] bool is_near(Field x, std::uint32_t point, std::size_t v, double radius) const;
   [[nodiscard]] double share_without_point(Field x, double distance) const;

@@ -7,6 +7,8 @@
 #include <limits>
 #include <span>
 
+#include "support/geometry.hpp"
+
 namespace dynmesh {
 
 /// A measured point of the surface and the unit normal there, which point to one vertex. A weight
@@ -47,6 +49,17 @@ class Measurement {
   [[nodiscard]] virtual Correspondence nearest(const Vector3<double>& position,
                                                const Vector3<double>& normal, double radius,
                                                double agreement, std::uint32_t guess) const = 0;
+  /// The same for a sheet that is measured from both sides: the normal may agree with the opposite
+  /// of `normal` as well.
+  [[nodiscard]] Correspondence nearest_of_both_sides(const Vector3<double>& position,
+                                                     const Vector3<double>& normal, double radius,
+                                                     double agreement, std::uint32_t guess) const {
+    const auto front = nearest(position, normal, radius, agreement, guess);
+    const auto back = nearest(position, -1.0 * normal, radius, agreement, guess);
+    if (front.weight == 0 || back.weight == 0) return front.weight > 0 ? front : back;
+    const auto squared = [&](const Correspondence& c) { return squared_norm(c.point - position); };
+    return squared(front) <= squared(back) ? front : back;
+  }
   static constexpr std::uint32_t no_guess = std::numeric_limits<std::uint32_t>::max();
 };
 

@@ -15,8 +15,9 @@ namespace dynmesh {
 
 /// The energy mu sum over edges of w_ij |(X_i - X_j) - (R_i e_ij - R_j e_ji) / 2|^2, where w_ij are
 /// the cotangents of the operator of method detail, R rotates the cell of a vertex since frame 0,
-/// and e_ij is the edge of frame 0 (as-rigid-as-possible, Sorkine and Alexa 2007). Its matrix is
-/// mu C, which lies inside of K^T K.
+/// and e_ij has the length of the edge in frame 0, and the direction of that of the last frame,
+/// turned back to the axes of frame 0 (after as-rigid-as-possible, Sorkine and Alexa 2007). So
+/// lengths come back and folds stay. Its matrix is mu C, which lies inside of K^T K.
 ///
 /// Allocates memory only in the constructor.
 class Membrane {
@@ -34,12 +35,18 @@ class Membrane {
   void add_forces(Field x, std::span<const Quaternion> rotations,
                   std::span<Vector3<double>> forces);
 
+  /// Makes this the last frame, with these rotations of the shape.
+  void remember(Field last, std::span<const Quaternion> rotations);
+
  private:
   struct Edge {
     std::size_t from, to;
     double weight;
-    Vector3<double> wanted;  // in frame 0
+    Vector3<double> first;   // in frame 0
+    Vector3<double> wanted;  // e_ij
   };
+  void fit(Field x, std::span<const Quaternion> rotations);
+
   const TrackingConstants& constants_;
   Rotations rotations_;
   std::vector<Edge> edges_;  // both directions of each edge

@@ -38,6 +38,8 @@ NonrigidStep::NonrigidStep(const Topology& topology, Workers& workers,
       turned_(topology.cells.size()),
       kx_(topology.cells.size()),
       planes_(topology.cells.size()),
+      forces_(topology.cells.size()),
+      held_(topology.cells.size()),
       found_in_(topology.report.components),
       factored_weights_(topology.cells.size()) {
   system_.take_planes(constants.steps);
@@ -56,7 +58,6 @@ void NonrigidStep::reset(std::span<const Triangle> faces, Field first_frame, dou
     membrane = std::make_unique<Membrane>(prepared.k, first_frame, mean_edge, is_cloth, topology_,
                                           workers_, constants_);
     outward_.resize(first_frame.size());
-    forces_.resize(first_frame.size());
   }
   auto prepared_rotations = rotations_.prepare(first_frame);
   const Rounding rounding(prepared.k, mean_edge, epsilon_);
@@ -85,6 +86,7 @@ void NonrigidStep::undo_frame() {
 
 bool NonrigidStep::take(const Measured& measured, bool fits_modes, std::span<Vector3<double>> x) {
   const auto found = measured.found;
+  hold(measured.landmarks);
   if (!choose_components(measured)) return false;
   rotations_.fit_widely(x);
   if (fits_modes && rest_.is_trained()) fit_modes(found, x);
@@ -97,12 +99,26 @@ bool NonrigidStep::take(const Measured& measured, bool fits_modes, std::span<Vec
   std::ranges::transform(found, planes_.begin(), &Correspondence::normal);
   anchors_.normals = planes_;
   if (membrane_) pull_cloth(measured, x);
+  if (!measured.landmarks.empty()) {
+    if (!membrane_) std::ranges::fill(forces_, Vector3<double>{});
+    for (const Landmark& l : measured.landmarks) {
+      forces_[l.vertex] = forces_[l.vertex] + l.weight * (l.target - x[l.vertex]);
+    }
+    anchors_.forces = forces_;
+    anchors_.held = held_;
+  }
   const Field steps = system_.solve<1, 1>(
       [&](std::size_t v, std::size_t) { return turned_[v] - kx_[v]; },
       [&](std::size_t v, std::size_t) { return found[v].point - x[v]; }, anchors_);
   anchors_.normals = anchors_.outward = anchors_.forces = {};
+  anchors_.held = {};
   for (std::size_t v = 0; v < x.size(); ++v) x[v] = x[v] + steps[v];
   return true;
+}
+
+void NonrigidStep::hold(std::span<const Landmark> landmarks) {
+  std::ranges::fill(held_, 0.0);
+  for (const Landmark& landmark : landmarks) held_[landmark.vertex] += landmark.weight;
 }
 
 /// Draws the boundaries of cloth outwards, and its edges to their lengths.
@@ -126,6 +142,9 @@ bool NonrigidStep::choose_components(const Measured& measured) {
     return static_cast<std::size_t>(topology_.component[v]);
   };
   std::ranges::fill(found_in_, 0.0);
+  for (const Landmark& landmark : measured.landmarks) {
+    if (landmark.weight > 0) found_in_[component(landmark.vertex)] += constants_.fewest;
+  }
   for (std::size_t v = 0; v < found.size(); ++v)
     found_in_[component(v)] +=
         found[v].weight / (is_cloth_[v] != 0 ? measured.cloth_weight : measured.weight);
@@ -140,7 +159,9 @@ bool NonrigidStep::choose_components(const Measured& measured) {
   }
   if (anchors_.n_solved == 0) return false;
   if (!is_the_same) {
-    for (std::size_t v = 0; v < found.size(); ++v) anchors_.weights[v] = found[v].weight;
+    for (std::size_t v = 0; v < found.size(); ++v) {
+      anchors_.weights[v] = found[v].weight + held_[v];
+    }
     std::ranges::copy(anchors_.weights, factored_weights_.begin());
     system_.factorize(anchors_);
     is_factored_ = true;
@@ -195,6 +216,7 @@ void NonrigidStep::remember(Field completed) {
   rotations_.fit_widely(completed);
   system_.apply(completed, 1, wanted_);
   rotations_.turn_back(wanted_, shape_);
+  if (membrane_) membrane_->remember(completed, rotations_.quaternions());
 }
 
 std::size_t NonrigidStep::memory_size() const {
@@ -238,6 +260,7 @@ void NonrigidStep::recall(const Memory& memory, Field last) {
   std::ranges::copy(memory.rotations, rotations_.quaternions().begin());
   system_.apply(last, 1, wanted_);
   rotations_.turn_back(wanted_, shape_);
+  if (membrane_) membrane_->remember(last, rotations_.quaternions());
   rest_.recall(memory.rest);
   error_bars_.recall(memory.errors);
 }

@@ -50,6 +50,15 @@ class NonrigidStep {
   /// Begins a frame, which `undo_frame` forgets again.
   void begin_frame();
   void undo_frame();
+  /// Lets the next step factor its system, even if its components are those of the last one.
+  void forget_factor() { is_factored_ = false; }
+
+  /// A position to which a vertex is drawn.
+  struct Landmark {
+    std::size_t vertex = 0;
+    Vector3<double> target;
+    double weight = 0;
+  };
 
   /// What was measured, (k,) each, and the weights of correspondences without any distance.
   struct Measured {
@@ -57,6 +66,7 @@ class NonrigidStep {
     std::span<const Reach> reaches;  ///< empty without cloth
     double weight = 0;
     double cloth_weight = 0;
+    std::span<const Landmark> landmarks = {};
   };
   /// Finds Q for X, and then X for what was measured. Correspondences of components that have
   /// hardly any get the weight 0; if all have, X stays and the result is false. `fits_modes` is
@@ -90,6 +100,7 @@ class NonrigidStep {
 
  private:
   bool choose_components(const Measured& measured);
+  void hold(std::span<const Landmark> landmarks);
   void pull_cloth(const Measured& measured, Field x);
   void observe_planes(std::span<const Correspondence> found, Field x);
   void fit_modes(std::span<const Correspondence> found, Field x);
@@ -112,10 +123,12 @@ class NonrigidStep {
   // Of the current frame:
   Anchors anchors_;
   std::vector<Vector3<double>> wanted_, turned_, kx_;
-  std::vector<Vector3<double>> planes_;            // the normals of the correspondences
-  std::vector<Vector3<double>> outward_, forces_;  // of cloth
-  std::vector<double> found_in_;                   // the correspondences of each component, weighed
-  std::vector<double> factored_weights_;           // those of the preconditioner
+  std::vector<Vector3<double>> planes_;   // the normals of the correspondences
+  std::vector<Vector3<double>> outward_;  // of cloth
+  std::vector<Vector3<double>> forces_;   // of cloth and landmarks
+  std::vector<double> held_;              // the weights of landmarks
+  std::vector<double> found_in_;          // the correspondences of each component, weighed
+  std::vector<double> factored_weights_;  // those of the preconditioner
   bool is_factored_ = false;
 };
 

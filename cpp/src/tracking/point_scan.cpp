@@ -102,6 +102,17 @@ void PointScan::estimate_normals(Workers& workers) {
   });
 }
 
+std::vector<std::uint32_t> PointScan::nearest_to(std::size_t number, std::size_t count) const {
+  std::vector<std::uint32_t> numbers(count);
+  std::vector<double> distances(count);
+  nanoflann::KNNResultSet<double, std::uint32_t> result(count);
+  result.init(numbers.data(), distances.data());
+  const double query[3] = {points[number].x, points[number].y, points[number].z};
+  tree_->findNeighbors(result, query, {});
+  numbers.resize(result.size());
+  return numbers;
+}
+
 PointScan::Nearest PointScan::find(const Vector3<double>& position, const Vector3<double>& normal,
                                    double radius, double agreement, std::uint32_t guess) const {
   if (!tree_) return {};

@@ -52,6 +52,9 @@ class PointScan final : public Measurement {
   [[nodiscard]] Nearest find(const Vector3<double>& position, const Vector3<double>& normal,
                              double radius, double agreement, std::uint32_t guess = no_guess) const;
 
+  /// The numbers of the points that are nearest to a point, itself first, at most `count`.
+  [[nodiscard]] std::vector<std::uint32_t> nearest_to(std::size_t number, std::size_t count) const;
+
   /// (n,) 1 for normals that may as well be the opposite; empty if there are none.
   std::vector<std::uint8_t> undecided;
 

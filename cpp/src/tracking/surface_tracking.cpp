@@ -19,6 +19,7 @@ SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& to
       topology_(topology),
       correspondences_(faces_, topology, workers, constants_),
       shape_(topology, workers, constants_, std::move(training), has_uncertainty, epsilon),
+      is_cloth_(topology.cells.size()),
       last_(topology.cells.size()),
       before_(topology.cells.size()),
       x_(topology.cells.size()),
@@ -32,6 +33,7 @@ void SurfaceTracking::reset(Field first_frame) {
   // Nothing below can throw.
   correspondences_.reset(std::move(boundary), is_cloth);
   mean_edge_ = mean_edge;
+  std::ranges::copy(is_cloth, is_cloth_.begin());
   is_all_cloth_ = std::ranges::count(is_cloth, 0) == 0;
   std::ranges::copy(first_frame, last_.begin());
   std::ranges::copy(first_frame, before_.begin());
@@ -78,7 +80,8 @@ SurfaceTracking::Found SurfaceTracking::track(const Measurement& measurement) {
 /// X = V + prediction (V - V'), from the last two frames.
 void SurfaceTracking::predict() {
   for (std::size_t v = 0; v < x_.size(); ++v) {
-    x_[v] = last_[v] + constants_.prediction * (last_[v] - before_[v]);
+    const double share = is_cloth_[v] != 0 ? constants_.cloth_prediction : constants_.prediction;
+    x_[v] = last_[v] + share * (last_[v] - before_[v]);
   }
 }
 

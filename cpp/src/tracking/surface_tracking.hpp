@@ -85,6 +85,7 @@ class SurfaceTracking {
   Correspondences correspondences_;
   NonrigidStep shape_;
   double mean_edge_ = 1;
+  std::vector<std::uint8_t> is_cloth_;
   bool is_all_cloth_ = false;
   bool is_first_ = true;
   std::vector<Vector3<double>> last_;

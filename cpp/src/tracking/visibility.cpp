@@ -99,7 +99,7 @@ void Visibility::find(std::span<const Triangle> faces, Field frame, Field normal
     }
     const int side = static_cast<int>(2 * half);
     for (std::size_t v = 0; v < frame.size(); ++v) {
-      if (seen[v] == Sight::front) continue;
+      if (seen[v] == Sight::both || (seen[v] == Sight::front && is_sheet[v] == 0)) continue;
       const bool is_front = dot(normals[v], viewpoint - frame[v]) > 0;
       if (!is_front && !(is_sheet[v] != 0 && is_outside)) continue;
       if (is_outside) {
@@ -111,7 +111,8 @@ void Visibility::find(std::span<const Triangle> faces, Field frame, Field normal
         if (!is_front && !std::isfinite(drawn)) continue;
         if (image_[v].z > drawn + (is_front ? tolerances.front : tolerances.back)) continue;
       }
-      seen[v] = is_front ? Sight::front : Sight::back;
+      const Sight of_this = is_front ? Sight::front : Sight::back;
+      seen[v] = seen[v] == Sight::hidden || seen[v] == of_this ? of_this : Sight::both;
     }
   }
 }

@@ -12,7 +12,7 @@
 namespace dynmesh {
 
 /// What a sensor can see of a vertex.
-enum class Sight : std::uint8_t { hidden, front, back };
+enum class Sight : std::uint8_t { hidden, front, back, both };
 
 /// The edges of exactly one face, by their ends in ascending order.
 std::vector<std::array<Index, 2>> boundary_edges(std::span<const Triangle> faces);
@@ -39,7 +39,7 @@ class Visibility {
   };
 
   /// Finds (k,) what of each vertex can be seen from the viewpoints: the front if it faces one that
-  /// nothing hides it from, else the back if it faces away from one like that and `is_sheet` (k,).
+  /// nothing hides it from, and the back if it faces away from one like that and `is_sheet` (k,).
   /// Without viewpoints, that is the front of all. `normals` (k,) are those of the vertices. A
   /// surface that surrounds a viewpoint hides no front from it, and shows no back.
   void find(std::span<const Triangle> faces, Field frame, Field normals, Field viewpoints,

@@ -13,6 +13,7 @@ from .description import info
 from .evaluation import evaluate, reproduce
 from .options import format_names
 from .pictures import picture, view
+from .registering import register
 from .sequences import convert, degrade, synth
 from .terminal import fail
 from .tracking import track
@@ -83,6 +84,7 @@ for command in (
     degrade,
     complete,
     track,
+    register,
     evaluate,
     view,
     picture,

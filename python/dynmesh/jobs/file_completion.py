@@ -1,6 +1,7 @@
 """Completion from file to file, in constant memory, with support for interruptions."""
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Unpack
 
@@ -13,7 +14,7 @@ from .directions import Directions, Watch
 from .option import paths_of, takes
 from .report import FileReport, Tally
 from .resumable import ResumableOutput, check_resumable
-from .start import WatchStart, open_at_start
+from .start import StartFrame, WatchStart, open_with_template, start_in
 from .training import Training, WatchTraining
 
 
@@ -134,15 +135,21 @@ def complete_into(
     if resume:
         check_resumable(target)
     source = Path(path)
-    with open_at_start(source, options, watch_start) as (reader, start_frame):
+    with open_with_template(source, options) as (reader, template):
         header = options.header(reader.header)
         training = Training(paths_of(options.training), reader, watch_training)
-        said = start_frame.described() | training.described() | options.described()
-        job = describe_job(reader.files, header, target.format, said)
         passes: list[Directions] = []
 
+        @cache
+        def start() -> StartFrame:
+            return template or start_in(reader, options, watch_start)
+
+        def job() -> str:
+            said = start().described() | training.described() | options.described()
+            return describe_job(reader.files, header, target.format, said)
+
         def begin(progress: Progress) -> Directions:
-            passes.append(Directions(reader, start_frame, options, training, progress, watch))
+            passes.append(Directions(reader, start(), options, training, progress, watch))
             return passes[0]
 
         outcome = ResumableOutput(
@@ -153,15 +160,20 @@ def complete_into(
             overwrite=overwrite,
             resume=resume,
             reader=reader,
-            others=[*start_frame.files, *training.files],
+            others=[*(template.files if template else ()), *training.files],
         ).write(begin)
+        start_frame = None if outcome.existed else start()
     # Nothing is begun if the output is complete.
     tally = passes[0].tally if passes else Tally(options.settings["method"])
     remarks: tuple[str, ...] = ()
-    if not outcome.was_complete:
+    if start_frame is not None and not outcome.was_complete:
         told = tally.remarks(header.metres_per_unit)
         remarks = (*outcome.remarks, *start_frame.remarks(options.settings["noise"]), *told)
     report = tally.report(
-        header.n_frames, outcome.resumed_at, remarks, start_frame.number, start_frame.doubtful
+        header.n_frames,
+        outcome.resumed_at,
+        remarks,
+        start_frame.number if start_frame else 0,
+        start_frame is not None and start_frame.doubtful,
     )
     return replace(report, existed=outcome.existed)

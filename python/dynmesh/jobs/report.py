@@ -40,7 +40,8 @@ class FileReport:
         empty: number of them in which nothing was observed.
         hidden_long: number of vertices that were hidden for 20 frames or more; 0 with method
             detail, which keeps their shape.
-        start: the number of the whole frame from which completion started, or -1 for a template.
+        start: the number of the whole frame from which completion started, or -1 for a template; 0
+            if `existed`.
         doubtful: whether that frame was put together from others and is probably wrong.
         prior_weight: with training, how far its poses were used, from 0 to 1, on average over the
             frames in which some vertices were known and others missing; None if there are none.

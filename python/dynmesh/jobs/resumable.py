@@ -2,6 +2,7 @@
 
 import contextlib
 import math
+import os
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -59,7 +60,8 @@ class ResumableOutput:
     Attributes:
         target: where it is written, and in which format.
         header: the properties of all frames.
-        job: everything on which the output depends, as JSON.
+        job: returns everything on which the output depends, as JSON. It may take long, and is not
+            called if the output turns out to be complete or may not be replaced.
         source: the input, whose name errors have.
         overwrite: whether to replace an existing output.
         resume: whether to continue an interrupted run of the same job.
@@ -69,7 +71,7 @@ class ResumableOutput:
 
     target: Target
     header: Header
-    job: str
+    job: Callable[[], str]
     source: Path
     overwrite: bool = False
     resume: bool = False
@@ -91,23 +93,27 @@ class ResumableOutput:
         """
         output, header = self.target.path, self.header
         folder = unfinished_folder(output)
-        checkpoint = Checkpoint(folder / "checkpoint.npz", self.job)
+        saved = folder / "checkpoint.npz"
         settled = False
         remarks: list[str] = []
         damage: CannotResumeError | None = None
-        try:
-            settled = settle(folder, self.target, header.n_frames, checkpoint)
-        except CannotResumeError as error:
-            if self.resume:
-                raise
-            damage = error
-        complete = self.resume and not self.overwrite and not checkpoint.path.exists()
+        if os.path.lexists(folder):
+            try:
+                settled = settle(
+                    folder, self.target, header.n_frames, Checkpoint(saved, self.job())
+                )
+            except CannotResumeError as error:
+                if self.resume:
+                    raise
+                damage = error
+        complete = self.resume and not self.overwrite and not saved.exists()
         complete = complete and self._is_complete()
         self.target.check(
             overwrite=self.overwrite or complete, reader=self.reader, others=self.others
         )
         if complete:
             return Outcome(header.n_frames, was_complete=True, existed=not settled)
+        checkpoint = Checkpoint(saved, self.job())
         with folder_for(self.target), contextlib.ExitStack() as locked:
             if damage is not None:
                 remarks.append(set_aside(folder, output, f"{damage.file}: {damage.reason}"))

@@ -146,28 +146,31 @@ class StartFrame:
 
 
 @contextlib.contextmanager
-def open_at_start(
-    path: Path, options: CompletionOptions, watch: WatchStart | None = None
-) -> Iterator[tuple[Reader, StartFrame]]:
-    """Opens a sequence and finds the whole frame from which its completion starts.
+def open_with_template(
+    path: Path, options: CompletionOptions
+) -> Iterator[tuple[Reader, StartFrame | None]]:
+    """Opens a sequence and, if the options name one, the template from which completion starts.
 
     Raises:
-        OSError, ImportError, TypeError, ValueError: the errors of :func:`dynmesh.open`; also if
-            that frame does not exist, if no vertex is known in any, or if the template has another
-            mesh.
+        OSError, ImportError, TypeError, ValueError: the errors of :func:`dynmesh.open`; also if the
+            template has another mesh or is not whole.
     """
     if options.template is not None:
         with _open_with(Path(options.template), path, options.source) as (reader, first):
             yield reader, first
         return
     with files.open(path, **options.source) as reader:
-        yield reader, start_in(reader, options, watch)
+        yield reader, None
 
 
 def start_in(
     reader: Reader, options: CompletionOptions, watch: WatchStart | None = None
 ) -> StartFrame:
-    """Returns the frame of the sequence from which its completion starts."""
+    """Returns the frame of the sequence from which its completion starts.
+
+    Raises:
+        OSError, ValueError: the frame does not exist, or no vertex is known in any.
+    """
     start = options.start
     number: int | None = None
     found: StartFrame | None = None

@@ -126,7 +126,6 @@ def track_into(
             **trained.described(),
         }
         inputs = [file for file in reader.files if file not in reader.camera_files]
-        job = describe_job(inputs, header, target.format, start)
 
         def tracker_at(placed: Positions) -> Tracker:
             return trained.tracker(placed, threads=options.threads, uncertainty=options.uncertainty)
@@ -135,7 +134,7 @@ def track_into(
         outcome = ResumableOutput(
             target,
             header,
-            job,
+            lambda: describe_job(inputs, header, target.format, start),
             Path(scans),
             overwrite=overwrite,
             resume=resume,

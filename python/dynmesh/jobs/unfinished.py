@@ -1,7 +1,6 @@
 """The hidden folder beside an output that holds it until it is complete."""
 
 import contextlib
-import os
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,7 +14,7 @@ def settle(folder: Path, target: Target, n_frames: int, checkpoint: Checkpoint) 
     """Finishes a run that was killed while it moved its files; returns whether it was this job.
 
     Args:
-        folder: holds the unfinished output.
+        folder: exists and holds the unfinished output.
         target: the output.
         n_frames: the number of its frames.
         checkpoint: of this job.
@@ -23,8 +22,6 @@ def settle(folder: Path, target: Target, n_frames: int, checkpoint: Checkpoint) 
     Raises:
         CannotResumeError: what is in the folder is damaged or of another version.
     """
-    if not os.path.lexists(folder):
-        return False
     if not folder.is_dir():
         raise CannotResumeError("is not a folder", file=folder)
     with lock_folder(folder, target.path):

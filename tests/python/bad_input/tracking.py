@@ -1,4 +1,4 @@
-"""Cases of dynmesh.Tracker and dynmesh.find_alignment."""
+"""Cases of dynmesh.Tracker, dynmesh.find_alignment and dynmesh.register."""
 
 from collections.abc import Callable
 from typing import Any
@@ -54,6 +54,26 @@ def _find(given: str, run: Any, error: type[Exception], *names: str) -> Case:
     return Case("find_alignment", given, find, error, names)
 
 
+def _register(given: str, error: type[Exception], *names: str, **arguments: Any) -> Case:
+    """A case of dynmesh.register; what is given may depend on the world."""
+
+    def run(w: World) -> Any:
+        usual = {"faces": w.faces, "template": w.vertices, "points": w.points}
+        made = {name: f(w) if callable(f) else f for name, f in arguments.items()}
+        return dynmesh.register(**(usual | made))
+
+    return Case("register", given, run, error, names)
+
+
+def _marks(given: str, vertices: Any, positions: Any, *names: str) -> Case:
+    marks = (np.array(vertices), np.array(positions, dtype=np.float64))
+    return _register(f"`landmarks`: {given}", ValueError, "landmarks:", *names, landmarks=marks)
+
+
+def _register_depth(w: World) -> Any:
+    return dynmesh.register_depth(w.faces, w.vertices, -_DEPTH, _INTRINSICS, _POSE)
+
+
 def _call(call: str, given: str, error: type[Exception], *names: str, **arguments: Any) -> Case:
     """A case of a method; the state of the tracker must not change."""
 
@@ -102,6 +122,26 @@ cases = [
     _find("`scan`: infinity", lambda w: (w.vertices, w.with_value(np.inf)), ValueError, "row 4"),
     _find("`scan`: (49, 2)", lambda w: (w.vertices, w.points[:, :2]), ValueError, "(49, 2)"),
     _find("too few vertices", lambda w: (w.vertices[:48], w.points), ValueError, "vertex 48"),
+    _register("`points`: two", ValueError, "points: there are 2", "12", points=_SCAN[:2]),
+    _register("`points`: all the same", ValueError, "points:", points=np.ones((49, 3))),
+    _register("`points`: NaN", ValueError, "row 4", "nan", points=lambda w: w.with_value(_NAN)),
+    _register("in another unit", ValueError, "points:", "1000", points=lambda w: 1e3 * w.points),
+    _register("`faces`: none", ValueError, "faces: is empty", faces=np.zeros((0, 3), np.int32)),
+    _register(
+        "`template`: NaN", ValueError, "template: vertex 4", template=lambda w: w.with_value(_NAN)
+    ),
+    _register("`normals`: one too few", ValueError, "normals:", "8", normals=_SCAN[1:]),
+    _register("`training`: two", ValueError, "training:", "2", training=lambda w: [w.vertices] * 2),
+    _register("`align`: a word", TypeError, "align:", "str", align="yes"),
+    _register("`threads`: 0", ValueError, "threads:", "0", threads=0),
+    _register("`landmarks`: an array", TypeError, "landmarks:", "ndarray", landmarks=_SCAN),
+    _marks("of vertex 49", [3, 49], _SCAN[:2], "landmark 1", "vertex 49"),
+    _marks("of vertex -1", [-1], _SCAN[:1], "landmark 0", "vertex -1"),
+    _marks("at NaN", [3, 4], [[1, 2, 3], [4, 5, _NAN]], "row 1", "nan"),
+    _marks("a position too few", [3, 4], _SCAN[:1], "2 vertices", "1 positions"),
+    _marks("a vertex twice", [3, 7, 3], np.eye(3), "0 and 2", "vertex 3"),
+    _marks("a position twice", [3, 7], np.ones((2, 3)), "vertices 3 and 7", "(1, 1, 1)"),
+    Case("register_depth", "a negative depth", _register_depth, ValueError, ("of image 0", "-1")),
     _threads("0", 0, ValueError, "threads:", "0"),
     _training("two frames", lambda w: [w.vertices] * 2, ValueError, "training: has 2 frames", "3"),
     _training("a number", 3, TypeError, "training:", "int"),

@@ -1,0 +1,94 @@
+/// Registration of a template with one scan: the mesh, in the shape of the scan.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <dynmesh/export.hpp>
+#include <dynmesh/tracker.hpp>
+#include <dynmesh/training.hpp>
+#include <dynmesh/types.hpp>
+#include <span>
+#include <vector>
+
+namespace dynmesh {
+
+/// How well a registered template explains its scan, as the shares in Registration tell.
+enum class RegistrationQuality {
+  good,      ///< at most 1 % of the points are far from the surface, 0.5 % by one sensor
+  doubtful,  ///< a part is probably wrong or missing, or another pose fits as well
+  ruined,    ///< the scan is of something else, or the pose was not found
+};
+
+/// A template that was registered with a scan. Arrays have a row for each vertex.
+template <class Real>
+struct Registration {
+  std::vector<Real> vertices;          ///< x, y, z of each vertex, in the unit of the points
+  std::vector<std::uint8_t> observed;  ///< 1 if the vertex has a measured point, 0 if not
+  /// As Tracker::standard_error; empty without `uncertainty`.
+  std::vector<Real> standard_error;
+  /// Row by row, the rigid motion of the template with which the registration began. With `scale`,
+  /// its rotation is multiplied by the power of ten between the units.
+  std::array<double, 16> transform{};
+  /// The share of the points that are farther than a mean edge from the surface, 0 to 1.
+  double far_share = 0;
+  /// The share of the points near the surface whose normal is that of another one.
+  double disagreeing = 0;
+  /// The share of the vertices without a point, among those that the sensors should see; without
+  /// viewpoints, among all.
+  double empty_share = 0;
+  /// The root mean square distance of the points that are not far, in their unit.
+  double distance = 0;
+  std::size_t rounds = 0;  ///< how often the whole surface was drawn into the scan
+  bool converged = false;  ///< whether the vertices had stopped moving then
+  bool ambiguous = false;  ///< whether another pose fits the scan as well
+  RegistrationQuality quality = RegistrationQuality::ruined;
+};
+
+/// Points of the scan that belong to vertices of the template.
+template <class Real>
+struct Landmarks {
+  std::span<const Index> vertices;    ///< (n,) different ones
+  Points<const Real> positions = {};  ///< (n, 3) different ones, near the points of the scan
+};
+
+struct RegistrationSettings {
+  /// Whether the rigid motion that puts the template into the scan is sought. If not, the template
+  /// must be where the scan is.
+  bool align = true;
+  /// Whether the template may be in another unit: if it is more than 1.5 times as large as the scan
+  /// or as small, it is scaled by the nearest power of ten.
+  bool scale = false;
+  bool uncertainty = false;  ///< whether standard errors are wanted
+  Index threads = 1;         ///< as TrackerSettings::threads
+};
+
+/// Finds a template in a scan: first rigidly, by at least three landmarks that are not on a line or
+/// else from any rotation, then with a coarse mesh, and at last as Tracker does, until the vertices
+/// stop. See docs/reference/tracking.md.
+///
+/// `faces` and `positions` are the template, (k, 3), complete and finite, in any pose. The scan may
+/// show it partially. With landmarks, poses that are far from that of the template are found more
+/// often. `training`, which may be null, are other frames of the template, as for Tracker.
+///
+/// Throws std::invalid_argument for bad input, with a message that says what is wrong, where, and
+/// with which value: a template or a scan that Tracker would refuse, fewer than 12 points, a
+/// landmark of a vertex that does not exist or of one that has another, two landmarks at the same
+/// position, and sizes that differ by a factor of more than 20, if `scale` is not set. A scan of
+/// something else is not refused; its quality is `ruined`.
+template <class Real>
+DYNMESH_EXPORT Registration<Real> register_template(Faces faces, Points<const Real> positions,
+                                                    const Scan<Real>& scan,
+                                                    const Landmarks<Real>& landmarks = {},
+                                                    const RegistrationSettings& settings = {},
+                                                    const Training<Real>* training = nullptr);
+
+/// The same for the depth images of one or several cameras of the same moment.
+template <class Real>
+DYNMESH_EXPORT Registration<Real> register_template(Faces faces, Points<const Real> positions,
+                                                    std::span<const DepthImage> images,
+                                                    const Landmarks<Real>& landmarks = {},
+                                                    const RegistrationSettings& settings = {},
+                                                    const Training<Real>* training = nullptr);
+
+}  // namespace dynmesh

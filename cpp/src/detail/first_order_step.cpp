@@ -1,0 +1,135 @@
+#include "detail/first_order_step.hpp"
+
+#include <algorithm>
+
+#include "support/geometry.hpp"
+#include "support/indices.hpp"
+
+namespace dynmesh {
+namespace {
+
+/// The rows of the rotation matrix of a unit quaternion.
+Covariance matrix_of(const Quaternion& q) {
+  const double xx = 2 * q.x * q.x, yy = 2 * q.y * q.y, zz = 2 * q.z * q.z;
+  const double xy = 2 * q.x * q.y, xz = 2 * q.x * q.z, yz = 2 * q.y * q.z;
+  const double wx = 2 * q.w * q.x, wy = 2 * q.w * q.y, wz = 2 * q.w * q.z;
+  return {{{1 - yy - zz, xy - wz, xz + wy},
+           {xy + wz, 1 - xx - zz, yz - wx},
+           {xz - wy, yz + wx, 1 - xx - yy}}};
+}
+
+/// L of the weights w_ij = -C_ij, with a lower bound, since an edge without weight keeps nothing.
+DetailOperator laplacian_of(const DetailOperator& k, double least_weight) {
+  DetailOperator result = k;
+  std::ranges::fill(result.scale, 1.0);
+  double sum = 0;
+  std::size_t n_edges = 0;
+  const auto for_each_edge = [&](const auto& visit) {
+    for (std::size_t i = 0; i < k.size(); ++i) {
+      for (Index e = k.offsets[i]; e < k.offsets[i + 1]; ++e) {
+        if (at(k.columns[at(e)]) != i) visit(i, at(e));
+      }
+    }
+  };
+  for_each_edge([&](std::size_t, std::size_t e) {
+    sum -= k.values[e];
+    ++n_edges;
+  });
+  const double floor = n_edges == 0 ? 0 : least_weight * sum / static_cast<double>(n_edges);
+  std::vector<double> diagonal(k.size());
+  for_each_edge([&](std::size_t i, std::size_t e) {
+    result.values[e] = -std::max(-k.values[e], floor);
+    diagonal[i] -= result.values[e];
+  });
+  for (std::size_t i = 0; i < k.size(); ++i) {
+    for (Index e = k.offsets[i]; e < k.offsets[i + 1]; ++e) {
+      if (at(k.columns[at(e)]) == i) result.values[at(e)] = diagonal[i];
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+FirstOrderStep::Prepared FirstOrderStep::prepare(const DetailOperator& k,
+                                                 const FirstOrderConstants& constants) const {
+  Prepared result;
+  result.laplacian = laplacian_of(k, constants.least_weight);
+  const DetailOperator& l = result.laplacian;
+  // Its factor has so few entries that threads would hardly share it.
+  result.factor = std::make_unique<MaskedFactor>(SymmetricMatrix{l.offsets, l.columns, l.values},
+                                                 workers_, Ordering::minimum_degree);
+  // No mask has a larger factor than this one.
+  result.factor->factorize(std::vector<std::uint8_t>(k.size(), 1));
+  result.no_cells.resize(k.size() + 1);
+  result.edges.resize(l.columns.size());
+  result.covariances.resize(k.size());
+  result.quaternions.resize(k.size());
+  result.solution.resize(k.size());
+  result.step.resize(k.size());
+  return result;
+}
+
+/// Fits R to the edges of L, which it weights as L does, and stores the matrices as covariances.
+void FirstOrderStep::fit_rotations(Field positions, Field last) {
+  const DetailOperator& l = of_mesh_.laplacian;
+  RotationData data = {l.offsets.data(),
+                       l.columns.data(),
+                       of_mesh_.edges.data(),
+                       positions.data(),
+                       of_mesh_.covariances.data(),
+                       of_mesh_.quaternions.data()};
+  const RotationKernels& kernels = best_kernels().rotations;
+  workers_.for_each_short_chunk(static_cast<Index>(l.size()), [&](Index first, Index end) {
+    for (Index i = first; i < end; ++i) {
+      for (Index e = l.offsets[at(i)]; e < l.offsets[at(i) + 1]; ++e) {
+        const std::size_t j = at(l.columns[at(e)]);
+        of_mesh_.edges[at(e)] = -l.values[at(e)] * (last[j] - last[at(i)]);
+      }
+      of_mesh_.quaternions[at(i)] = {1, 0, 0, 0};
+    }
+    kernels.measure(data, first, end);
+    RotationData alone = data;
+    alone.cell_offsets = of_mesh_.no_cells.data();
+    kernels.turn(alone, first, end);
+    for (Index i = first; i < end; ++i) {
+      of_mesh_.covariances[at(i)] = matrix_of(of_mesh_.quaternions[at(i)]);
+    }
+  });
+}
+
+/// The residual of the equation of vertex v: b_v - (L X)_v.
+Vector3<double> FirstOrderStep::residual(std::size_t v, Field positions) const {
+  const DetailOperator& l = of_mesh_.laplacian;
+  const auto turned = [](const Covariance& rotation, const Vector3<double>& edge) {
+    return Vector3<double>{dot(rotation.rows[0], edge), dot(rotation.rows[1], edge),
+                           dot(rotation.rows[2], edge)};
+  };
+  Vector3<double> sum, edges;
+  for (Index e = l.offsets[v]; e < l.offsets[v + 1]; ++e) {
+    const std::size_t j = at(l.columns[at(e)]);
+    const Vector3<double>& edge = of_mesh_.edges[at(e)];  // w_vj (G_j - G_v)
+    edges = edges + edge;
+    sum = sum - 0.5 * turned(of_mesh_.covariances[j], edge) -
+          l.values[at(e)] * (positions[j] - positions[v]);
+  }
+  return sum - 0.5 * turned(of_mesh_.covariances[v], edges);
+}
+
+FirstOrderStep::Field FirstOrderStep::find(Field positions, Field last,
+                                           std::span<const std::uint8_t> is_free) {
+  of_mesh_.factor->factorize(is_free);
+  fit_rotations(positions, last);
+  const auto rows = of_mesh_.factor->order();
+  workers_.for_each_short_chunk(static_cast<Index>(rows.size()), [&](Index first, Index end) {
+    for (Index r = first; r < end; ++r) {
+      of_mesh_.solution[at(r)] = residual(at(rows[at(r)]), positions);
+    }
+  });
+  of_mesh_.factor->solve(of_mesh_.solution, 1);
+  std::ranges::fill(of_mesh_.step, Vector3<double>{});
+  for (std::size_t r = 0; r < rows.size(); ++r) of_mesh_.step[at(rows[r])] = of_mesh_.solution[r];
+  return of_mesh_.step;
+}
+
+}  // namespace dynmesh

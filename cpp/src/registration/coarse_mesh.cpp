@@ -1,0 +1,158 @@
+#include "registration/coarse_mesh.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <set>
+#include <tuple>
+
+#include "support/eigen_points.hpp"
+#include "support/geometry.hpp"
+#include "support/indices.hpp"
+
+namespace dynmesh {
+namespace {
+
+using Field = std::span<const Vector3<double>>;
+
+/// The cluster of a vertex is that of the nearest centre among those of its cell, which a touching
+/// limb does not have.
+std::vector<Index> nearest_clusters(const Clusters& clusters, const Cells& cells, Field frame) {
+  std::vector<Index> nearest = clusters.of_vertex;
+  for (std::size_t v = 0; v < nearest.size(); ++v) {
+    const auto distance = [&](Index cluster) {
+      return squared_norm(frame[v] - frame[at(clusters.centres[at(cluster)])]);
+    };
+    for (const Index n : cells[static_cast<Index>(v)]) {
+      const Index other = clusters.of_vertex[at(n)];
+      if (distance(other) < distance(nearest[v])) nearest[v] = other;
+    }
+  }
+  for (std::size_t c = 0; c < clusters.size(); ++c) {
+    nearest[at(clusters.centres[c])] = static_cast<Index>(c);
+  }
+  return nearest;
+}
+
+/// The triangles where three clusters meet, once each, and the pairs of clusters that touch without
+/// one, as faces with a repeated vertex.
+std::vector<Triangle> faces_between(std::span<const Triangle> faces,
+                                    const std::vector<Index>& of_vertex) {
+  std::vector<Triangle> coarse;
+  std::set<Triangle> made;
+  std::set<std::array<Index, 2>> sides, touching;
+  const auto pair_of = [](Index a, Index b) { return std::array{std::min(a, b), std::max(a, b)}; };
+  for (const Triangle& face : faces) {
+    const Triangle of = {of_vertex[at(face[0])], of_vertex[at(face[1])], of_vertex[at(face[2])]};
+    Triangle sorted = of;
+    std::ranges::sort(sorted);
+    const bool is_triangle = sorted[0] != sorted[1] && sorted[1] != sorted[2];
+    for (std::size_t s = 0; s < 3; ++s) {
+      const Index a = of[s];
+      const Index b = of[(s + 1) % 3];
+      if (a == b) continue;
+      touching.insert(pair_of(a, b));
+      if (is_triangle) sides.insert(pair_of(a, b));
+    }
+    if (is_triangle && made.insert(sorted).second) coarse.push_back(of);
+  }
+  for (const auto& pair : touching) {
+    if (!sides.contains(pair)) coarse.push_back({pair[0], pair[1], pair[1]});
+  }
+  return coarse;
+}
+
+/// Joins each component to others by its closest pairs, as faces with a repeated vertex.
+void join_components(const Topology& topology, Field positions, std::vector<Triangle>& faces) {
+  constexpr std::size_t joints = 4;
+  using Pair = std::tuple<double, Index, Index>;
+  if (topology.report.components < 2) return;
+  std::vector<std::vector<Pair>> pairs(topology.report.components);
+  for (std::size_t a = 0; a < positions.size(); ++a) {
+    Pair nearest = {std::numeric_limits<double>::infinity(), none, none};
+    for (std::size_t b = 0; b < positions.size(); ++b) {
+      if (topology.component[a] == topology.component[b]) continue;
+      const double distance = squared_norm(positions[a] - positions[b]);
+      if (distance < std::get<0>(nearest)) {
+        nearest = {distance, static_cast<Index>(a), static_cast<Index>(b)};
+      }
+    }
+    if (std::get<1>(nearest) != none) pairs[at(topology.component[a])].push_back(nearest);
+  }
+  for (auto& of_component : pairs) {
+    std::ranges::sort(of_component);
+    of_component.resize(std::min(of_component.size(), joints));
+    for (const auto& [distance, a, b] : of_component) faces.push_back({a, b, b});
+  }
+}
+
+Topology topology_of(const std::vector<Triangle>& faces, std::size_t n_vertices) {
+  return build_topology({faces.data()->data(), faces.size()}, n_vertices);
+}
+
+}  // namespace
+
+CoarseMesh coarse_mesh_of(std::span<const Triangle> faces, Field frame, std::size_t most_vertices) {
+  CoarseMesh mesh;
+  mesh.vertices.resize(frame.size());
+  std::iota(mesh.vertices.begin(), mesh.vertices.end(), Index{0});
+  mesh.of_vertex = mesh.vertices;
+  mesh.faces.assign(faces.begin(), faces.end());
+  mesh.positions.assign(frame.begin(), frame.end());
+  mesh.topology = topology_of(mesh.faces, frame.size());
+  while (mesh.positions.size() > most_vertices) {
+    const Cells& finer = mesh.topology.cells;
+    const Clusters clusters = cluster_vertices(finer, mesh.positions);
+    if (clusters.size() == mesh.positions.size()) break;
+    const auto nearest = nearest_clusters(clusters, finer, mesh.positions);
+    for (Index& owner : mesh.of_vertex) owner = nearest[at(owner)];
+    mesh.faces = faces_between(mesh.faces, nearest);
+    std::vector<Index> vertices;
+    std::vector<Vector3<double>> positions;
+    for (const Index centre : clusters.centres) {
+      vertices.push_back(mesh.vertices[at(centre)]);
+      positions.push_back(mesh.positions[at(centre)]);
+    }
+    mesh.vertices = std::move(vertices);
+    mesh.positions = std::move(positions);
+    if (mesh.faces.empty()) mesh.faces.push_back({0, 0, 0});
+    mesh.topology = topology_of(mesh.faces, mesh.positions.size());
+  }
+  join_components(mesh.topology, mesh.positions, mesh.faces);
+  mesh.topology = topology_of(mesh.faces, mesh.positions.size());
+  return mesh;
+}
+
+/// Each vertex takes the mean of where the coarse vertices around it carry it; near ones count
+/// more.
+std::vector<Vector3<double>> CoarseMesh::lifted(Field frame, Field x,
+                                                std::span<const Quaternion> rotations) const {
+  if (x.size() == frame.size()) return {x.begin(), x.end()};
+  std::vector<Vector3<double>> result(frame.size());
+  for (std::size_t v = 0; v < frame.size(); ++v) {
+    const Index owner = of_vertex[v];
+    const auto ring = topology.cells[owner];
+    const auto arm_from = [&](Index c) { return frame[v] - positions[at(c)]; };
+    double reach = squared_norm(arm_from(owner));
+    for (const Index c : ring) reach = std::max(reach, squared_norm(arm_from(c)));
+    double total = 0;
+    const auto add = [&](Index c) {
+      const auto arm = arm_from(c);
+      const double nearness = reach > 0 ? 1 - std::sqrt(squared_norm(arm) / reach) : 1;
+      const double weight = nearness * nearness;
+      const Quaternion& q = rotations[at(c)];
+      const auto turned = from_eigen(Eigen::Quaterniond(q.w, q.x, q.y, q.z) * to_eigen(arm));
+      result[v] = result[v] + weight * (x[at(c)] + turned);
+      total += weight;
+    };
+    add(owner);
+    for (const Index c : ring) add(c);
+    result[v] = total > 0 ? (1 / total) * result[v] : x[at(owner)] + arm_from(owner);
+  }
+  return result;
+}
+
+}  // namespace dynmesh

@@ -1,0 +1,39 @@
+/// A coarse mesh of a template, on which large motions are found.
+#pragma once
+
+#include <dynmesh/topology.hpp>
+#include <dynmesh/types.hpp>
+#include <span>
+#include <vector>
+
+#include "detail/clusters.hpp"
+#include "detail/shape_terms.hpp"
+#include "kernels/kernels.hpp"
+#include "mesh/triangle.hpp"
+#include "registration/constants.hpp"
+#include "support/workers.hpp"
+
+namespace dynmesh {
+
+/// Its vertices are those of the template at the centres of clusters, and its triangles are where
+/// three clusters meet. Clusters that touch without a triangle, and components, are joined by faces
+/// with a repeated vertex.
+struct CoarseMesh {
+  std::vector<Index> vertices;   ///< of the template, one for each vertex of the coarse mesh
+  std::vector<Index> of_vertex;  ///< (k,) the vertex of the coarse mesh that is nearest along edges
+  std::vector<Triangle> faces;
+  std::vector<Vector3<double>> positions;
+  Topology topology;
+
+  /// The positions of the template's vertices, which follow those of the coarse mesh and its
+  /// rotations; `frame` is the template.
+  [[nodiscard]] std::vector<Vector3<double>> lifted(std::span<const Vector3<double>> frame,
+                                                    std::span<const Vector3<double>> x,
+                                                    std::span<const Quaternion> rotations) const;
+};
+
+/// A template of at most `most_vertices` is its own coarse mesh, but for the joints.
+CoarseMesh coarse_mesh_of(std::span<const Triangle> faces, std::span<const Vector3<double>> frame,
+                          std::size_t most_vertices);
+
+}  // namespace dynmesh

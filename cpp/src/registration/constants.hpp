@@ -1,0 +1,144 @@
+/// The constants of registration that do not follow from its equations.
+#pragma once
+
+#include "tracking/constants.hpp"
+
+namespace dynmesh {
+
+/// The constants of the rigid starts.
+struct RigidStartConstants {
+  /// The rotations to begin with, spread evenly (super-Fibonacci spirals, Alexa 2022).
+  int rotations = 64;
+  /// About so many points of the scan and places of the surface are compared, at first and at last,
+  /// and how often their pairs are found.
+  int coarse_scan = 250;
+  int coarse_surface = 800;
+  int coarse_steps = 10;
+  int fine_scan = 1500;
+  int fine_surface = 3000;
+  int fine_steps = 20;
+  /// The length of a unit normal beside positions, in mean distances from the centre.
+  double coarse_normal = 0.3;
+  double fine_normal = 0.15;
+  /// The share of the pairs that is used.
+  double kept = 0.8;
+  /// So many starts are returned at most, which differ by at least this angle, in degrees.
+  int starts = 6;
+  double least_angle = 15;
+  /// Those with a mean distance of more than so many times the least are not considered.
+  double largest_ratio = 1.5;
+};
+
+/// The constants of the tips of limbs.
+struct TipConstants {
+  /// The number of tips of the template, and of the scan, of which some are none.
+  std::size_t of_template = 6;
+  std::size_t of_scan = 8;
+  /// About so many points of the scan are used. Each is connected with its nearest neighbours, if
+  /// they are at most so many mean distances between neighbours away and their normals have at
+  /// least this cosine.
+  std::size_t points = 2500;
+  int neighbours = 10;
+  double reach = 3;
+  double least_cosine = -0.3;
+  /// The weight of mean distances beside those of pairs, and how many pairings are tried of
+  /// all tips, and of all but one.
+  double mean_weight = 0.5;
+  int candidates = 10;
+  /// If more than this share of the points is far without them, they cannot help.
+  double largest_far = 0.3;
+};
+
+struct RegistrationConstants {
+  RigidStartConstants rigid;
+  TipConstants tips;
+
+  /// A scan is in another unit if the ratio of the sizes is beyond this, and then the unit is the
+  /// nearest power of ten.
+  double other_unit = 1.5;
+  /// Without `scale`, a larger ratio is refused.
+  double largest_ratio = 20;
+  /// With fewer points, nothing is determined.
+  std::size_t fewest_points = 12;
+
+  /// If the mean distance of the nearest pairs is less than this after a motion that began where
+  /// the template is and that moves it by less than the second on average, both in mean edges, no
+  /// other motion is sought.
+  double in_place = 1;
+  double largest_motion_in_place = 5;
+  /// The same as shares of the size of the template, for coarse meshes.
+  double in_place_share = 0.02;
+  double largest_motion_share = 0.1;
+
+  /// Larger templates get a coarse mesh.
+  std::size_t most_coarse_vertices = 4000;
+  /// How often the coarse mesh is drawn to the scan, of which about so many points are used, and
+  /// the weight of a correspondence at first.
+  int passes = 24;
+  std::size_t coarse_points = 6000;
+  double first_coarse_weight = 0.05;
+  /// The weight of landmarks at first; it falls to 0.
+  double coarse_landmark_weight = 1;
+  /// The system is factored again after so many passes.
+  int passes_with_a_factor = 4;
+  /// The same for a trial of one of several candidates. The best ones are finished.
+  int trial_passes = 9;
+  std::size_t trial_points = 3000;
+  std::size_t finished = 3;
+  /// The second best is drawn into the scan as well, if it is elsewhere by more than this on
+  /// average, in mean edges, and if its share of points that are far or disagree is at most so many
+  /// times that of the best, and so much more. If the share is hardly larger then, and the rigid
+  /// starts were hardly farther from the scan, both poses fit.
+  double elsewhere = 1;
+  double close_share = 1.5;
+  double close_difference = 0.02;
+  double equal_difference = 0.003;
+  double equal_ratio = 1.1;
+  /// A point is far from a coarse mesh beyond this, in its mean edges.
+  double coarse_far = 1.5;
+
+  /// The steps in which landmarks are first brought to their positions, the share of these in which
+  /// they move there, their weight, and that of the membrane.
+  int bending_steps = 30;
+  double bending_share = 0.7;
+  double bending_weight = 10;
+  double bending_membrane = 1;
+
+  /// The surface is pushed into the scan so often at most, and by one sensor, with which more can
+  /// ruin it, until the vertices move by less than this on average, in mean edges.
+  int most_rounds = 8;
+  int most_rounds_of_one_sensor = 2;
+  double settled = 0.05;
+  /// The weight of a correspondence in the first iteration of a push.
+  double first_weight = 0.02;
+  /// How often the first iteration is repeated at most: large motions are found before.
+  int most_searches = 3;
+
+  /// A point is far from the surface beyond this, in mean edges.
+  double far = 1;
+  /// The normal of a point disagrees below this cosine; if its direction is undecided, below the
+  /// second.
+  double least_cosine = 0;
+  double undecided_cosine = 0.3;
+  /// About so many points are examined.
+  std::size_t examined_points = 6000;
+  /// The shares of far points from which on a result is doubtful, by several sensors and by one,
+  /// and ruined, and the share of points with a disagreeing normal from which on it is ruined.
+  double doubtful_far = 0.01;
+  double doubtful_far_of_one_sensor = 0.005;
+  double ruined_far = 0.05;
+  double ruined_disagreeing = 0.1;
+  /// The share of the vertices that should be seen and have no point, from which on it is doubtful.
+  double doubtful_empty = 0.2;
+
+  /// The constants with which a surface is pushed.
+  [[nodiscard]] TrackingConstants fine() const {
+    TrackingConstants constants;
+    constants.prediction = 0;
+    constants.first_weight = first_weight;
+    constants.most_searches = most_searches;
+    return constants;
+  }
+};
+
+}  // namespace dynmesh

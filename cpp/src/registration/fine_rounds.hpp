@@ -1,0 +1,48 @@
+/// The last stage of a registration: the whole surface is drawn into the scan.
+#pragma once
+
+#include <dynmesh/types.hpp>
+#include <span>
+#include <vector>
+
+#include "mesh/training_frames.hpp"
+#include "registration/constants.hpp"
+#include "stream/stream.hpp"
+#include "tracking/measurement.hpp"
+#include "tracking/surface_tracking.hpp"
+
+namespace dynmesh {
+
+/// Tracks the same scan again and again, until the surface stops.
+class FineRounds {
+ public:
+  using Field = std::span<const Vector3<double>>;
+
+  /// `stream` must outlive this object. `training` is in its order.
+  FineRounds(std::vector<Triangle> faces, Stream<double>& stream, TrainingFrames training,
+             bool has_uncertainty, double epsilon, const RegistrationConstants& constants);
+
+  struct Result {
+    std::size_t rounds = 0;
+    bool converged = false;
+  };
+  /// Begins with the positions `start` of the template `first_frame`, both in the order of
+  /// `stream`, in which the result is then the last frame.
+  Result run(const Measurement& scan, Field first_frame, Field start);
+
+  [[nodiscard]] double mean_edge() const { return surface_.mean_edge(); }
+  /// (k,) the standard errors of the result.
+  [[nodiscard]] std::span<const double> standard_errors() const {
+    return surface_.shape().error_bars().of_vertices();
+  }
+
+ private:
+  double take(const Measurement& scan);
+
+  const RegistrationConstants& constants_;
+  Stream<double>& stream_;
+  SurfaceTracking surface_;
+  std::vector<double> written_;
+};
+
+}  // namespace dynmesh

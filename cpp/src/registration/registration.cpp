@@ -1,0 +1,492 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <dynmesh/registration.hpp>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "disconnected/rigid_motion.hpp"
+#include "mesh/training_frames.hpp"
+#include "registration/agreement.hpp"
+#include "registration/coarse_fit.hpp"
+#include "registration/coarse_mesh.hpp"
+#include "registration/fine_rounds.hpp"
+#include "registration/rigid_starts.hpp"
+#include "registration/surface_sample.hpp"
+#include "registration/tips.hpp"
+#include "stream/arguments.hpp"
+#include "support/eigen_points.hpp"
+#include "tracker/camera_arguments.hpp"
+#include "tracker/scan_arguments.hpp"
+#include "tracking/depth_images.hpp"
+#include "tracking/point_scan.hpp"
+#include "tracking/robust_size.hpp"
+#include "tracking/vertex_normals.hpp"
+#include "tracking/visibility.hpp"
+
+namespace dynmesh {
+namespace {
+
+using Cloud = std::vector<Vector3<double>>;
+using Field = std::span<const Vector3<double>>;
+using Motion = Eigen::Isometry3d;
+
+void check(const RegistrationSettings& settings) {
+  check_settings(TrackerSettings{.threads = settings.threads, .uncertainty = settings.uncertainty});
+}
+
+template <class Real>
+void check(const Landmarks<Real>& landmarks, std::size_t n_vertices) {
+  if (landmarks.positions.count != landmarks.vertices.size()) {
+    throw std::invalid_argument("landmarks: there are " +
+                                std::to_string(landmarks.vertices.size()) + " vertices, but " +
+                                std::to_string(landmarks.positions.count) + " positions");
+  }
+  check_scan("landmarks", landmarks.positions);
+  const auto position = [&](std::size_t i) { return row(landmarks.positions, i); };
+  for (std::size_t i = 0; i < landmarks.vertices.size(); ++i) {
+    const Index vertex = landmarks.vertices[i];
+    if (vertex < 0 || static_cast<std::size_t>(vertex) >= n_vertices) {
+      throw std::invalid_argument("landmarks: landmark " + std::to_string(i) + " is of vertex " +
+                                  std::to_string(vertex) + ", but the template has " +
+                                  std::to_string(n_vertices) + " vertices, counted from 0");
+    }
+    for (std::size_t j = 0; j < i; ++j) {
+      const std::string both = "landmarks: landmarks " + std::to_string(j) + " and " +
+                               std::to_string(i) + " contradict each other: ";
+      if (landmarks.vertices[j] == vertex) {
+        throw std::invalid_argument(both + "both are of vertex " + std::to_string(vertex));
+      }
+      if (squared_norm(position(i) - position(j)) == 0) {
+        throw std::invalid_argument(both + "vertices " + std::to_string(landmarks.vertices[j]) +
+                                    " and " + std::to_string(vertex) + " are both at " +
+                                    to_text(position(i)));
+      }
+    }
+  }
+}
+
+/// How the landmarks of a caller are used: by internal vertices, in double precision.
+struct Targets {
+  std::vector<Index> vertices;
+  Cloud positions;
+
+  /// Whether there are three that are not on a line.
+  [[nodiscard]] bool determine_a_rotation() const {
+    constexpr double collinear = 1e-3;
+    double longest = 0;
+    double widest = 0;
+    for (const auto& a : positions) {
+      const auto arm = a - positions[0];
+      longest = std::max(longest, squared_norm(arm));
+      for (const auto& b : positions) {
+        widest = std::max(widest, squared_norm(cross(arm, b - positions[0])));
+      }
+    }
+    return widest > collinear * longest * longest;
+  }
+
+  [[nodiscard]] std::vector<Landmark> landmarks_of(Field frame) const {
+    std::vector<Landmark> landmarks;
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+      landmarks.push_back(
+          {vertices[i], frame[static_cast<std::size_t>(vertices[i])], positions[i]});
+    }
+    return landmarks;
+  }
+
+  /// The rigid motion that brings the vertices of `frame` closest to their positions.
+  [[nodiscard]] Motion motion_from(Field frame) const {
+    Cloud wanted(frame.begin(), frame.end());
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+      wanted[static_cast<std::size_t>(vertices[i])] = positions[i];
+    }
+    const RigidMotion fitted = fit_rigid_motion<double>(vertices, frame, wanted);
+    Motion motion = Motion::Identity();
+    for (Eigen::Index r = 0; r < 3; ++r) {
+      for (Eigen::Index c = 0; c < 3; ++c) {
+        motion.linear()(r, c) =
+            fitted.rotation[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)];
+      }
+    }
+    motion.translation() =
+        Eigen::Vector3d(fitted.to.data()) - motion.linear() * Eigen::Vector3d(fitted.from.data());
+    return motion;
+  }
+};
+
+/// The power of ten by which the template is multiplied.
+double unit_of(Field frame, const Measurement& scan, bool may_scale,
+               const RegistrationConstants& constants) {
+  Cloud points;
+  const std::size_t stride = 1 + scan.size() / constants.examined_points;
+  for (std::size_t i = 0; i < scan.size(); i += stride) points.push_back(scan.point(i));
+  const double size = size_of(frame);
+  const double ratio = size > 0 ? size_of(points) / size : 1;
+  if (!(ratio > 0) || !std::isfinite(ratio)) {
+    throw std::invalid_argument("points: all are at the same position, as far as can be computed");
+  }
+  if (may_scale) {
+    const bool is_other = std::max(ratio, 1 / ratio) > constants.other_unit;
+    return is_other ? std::pow(10.0, std::round(std::log10(ratio))) : 1;
+  }
+  if (std::max(ratio, 1 / ratio) <= constants.largest_ratio) return 1;
+  std::array<char, 200> text{};
+  (void)std::snprintf(text.data(), text.size(),
+                      "points: are %.4g times as large as the template; both must be in the same "
+                      "unit of length, unless scale is set",
+                      ratio);
+  throw std::invalid_argument(text.data());
+}
+
+Cloud moved(const Motion& motion, Field frame) {
+  Cloud result(frame.size());
+  std::ranges::transform(frame, result.begin(),
+                         [&](const auto& x) { return from_eigen(motion * to_eigen(x)); });
+  return result;
+}
+
+/// A template and how it is registered.
+template <class Real>
+class Work {
+ public:
+  Work(Faces faces, Points<const Real> positions, const Landmarks<Real>& landmarks,
+       const RegistrationSettings& settings, const Training<Real>* training)
+      : settings_(settings),
+        given_(widened(first_frame_of(positions, "template"))),
+        stream_(given_, topology_of(faces, given_.size()), DisconnectedRule::follow,
+                checked(settings).threads, settings.uncertainty),
+        faces_(faces_in_internal_order(faces, stream_.numbering)),
+        frame_(to_internal_order(stream_.numbering, given_)) {
+    check(landmarks, given_.size());
+    for (std::size_t i = 0; i < landmarks.vertices.size(); ++i) {
+      const auto vertex = static_cast<std::size_t>(landmarks.vertices[i]);
+      targets_.vertices.push_back(static_cast<Index>(stream_.numbering.internal_index(vertex)));
+      targets_.positions.push_back(in_double(row(landmarks.positions, i)));
+    }
+    if (training == nullptr) return;
+    check_training(*training, given_.size());
+    check_size(*training, positions);
+    training_ = take_in_internal_order(training->frames(), stream_.numbering);
+  }
+
+  [[nodiscard]] Workers& workers() { return stream_.workers; }
+  [[nodiscard]] double mean_edge() const {
+    return mean_edge_length<double>(stream_.topology->cells, frame_);
+  }
+
+  Registration<Real> run(const Measurement& scan) {
+    if (scan.size() < constants_.fewest_points) {
+      throw std::invalid_argument("points: there are " + std::to_string(scan.size()) +
+                                  ", but a registration needs at least " +
+                                  std::to_string(constants_.fewest_points));
+    }
+    const double unit = unit_of(frame_, scan, settings_.scale, constants_);
+    for (auto& x : frame_) x = unit * x;
+    for (auto& frame : training_) {
+      for (auto& x : frame) x = unit * x;
+    }
+    CoarseMesh mesh = coarse_mesh_of(faces_, frame_, constants_.most_coarse_vertices);
+    CoarseFit coarse(mesh, workers(), constants_);
+    FineRounds rounds(faces_, stream_, training_, settings_.uncertainty,
+                      std::numeric_limits<Real>::epsilon(), constants_);
+    auto registration = best_of(candidates(scan), mesh, coarse, rounds, scan);
+    // By one sensor, limbs end where it does not see them.
+    const bool has_tips =
+        settings_.align && targets_.vertices.empty() && scan.viewpoints().size() != 1;
+    if (has_tips && registration.far_share > constants_.doubtful_far &&
+        registration.far_share < constants_.tips.largest_far) {
+      auto by_tips = candidates_by_tips(scan);
+      if (!by_tips.empty()) {
+        auto other = best_of(std::move(by_tips), mesh, coarse, rounds, scan);
+        if (share_of(other) < share_of(registration)) registration = std::move(other);
+      }
+    }
+    Eigen::Map<Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> transform(
+        registration.transform.data());
+    transform.topLeftCorner<3, 3>() *= unit;
+    return registration;
+  }
+
+ private:
+  static const RegistrationSettings& checked(const RegistrationSettings& settings) {
+    check(settings);
+    return settings;
+  }
+
+  /// A rigid motion of the template, landmarks in the axes of the scan, and what became of them on
+  /// the coarse mesh.
+  struct Candidate {
+    Motion motion = Motion::Identity();
+    std::vector<Landmark> landmarks = {};
+    double distance = 0;  // of the rigid start, if it was sought
+    double score = 0;
+    Cloud x = {};
+  };
+
+  [[nodiscard]] std::vector<Candidate> candidates(const Measurement& scan) const {
+    const auto landmarks = targets_.landmarks_of(frame_);
+    if (!settings_.align) return {{Motion::Identity(), landmarks}};
+    if (targets_.determine_a_rotation()) return {{targets_.motion_from(frame_), landmarks}};
+    const RigidStart in_place = start_in_place(faces_, frame_, scan, constants_.rigid);
+    double moved_by = 0;
+    for (const auto& x : frame_) {
+      const Eigen::Vector3d position = to_eigen(x);
+      moved_by +=
+          (in_place.motion * position - position).norm() / static_cast<double>(frame_.size());
+    }
+    const double size = size_of(frame_);
+    const double near =
+        std::min(constants_.in_place * mean_edge(), constants_.in_place_share * size);
+    const double little = std::min(constants_.largest_motion_in_place * mean_edge(),
+                                   constants_.largest_motion_share * size);
+    if (in_place.distance < near && moved_by < little) {
+      return {{in_place.motion, landmarks}};
+    }
+    auto starts = rigid_starts(faces_, frame_, scan, constants_.rigid);
+    const double limit =
+        constants_.rigid.largest_ratio * std::min(in_place.distance, starts.front().distance);
+    const bool is_new = std::ranges::all_of(starts, [&](const RigidStart& start) {
+      return differ(start.motion, in_place.motion, constants_.rigid);
+    });
+    if (is_new) starts.push_back(in_place);
+    std::vector<Candidate> found;
+    for (const RigidStart& start : starts) {
+      if (start.distance <= limit) found.push_back({start.motion, landmarks, start.distance});
+    }
+    return found;
+  }
+
+  /// Motions and landmarks of which the tips of limbs are brought to those of the scan.
+  [[nodiscard]] std::vector<Candidate> candidates_by_tips(const Measurement& scan) const {
+    PointScan sample;
+    take_sample(scan, Motion::Identity(), constants_.tips.points, sample);
+    const SurfaceSample places = sample_surface(faces_, frame_, constants_.tips.points);
+    PointScan surface;
+    surface.points = places.points;
+    surface.normals = places.normals;
+    surface.index();
+    const Tips ours = tips_of(surface, constants_.tips.of_template, constants_.tips);
+    const Tips theirs = tips_of(sample, constants_.tips.of_scan, constants_.tips);
+    std::vector<Candidate> found;
+    for (const auto& pairing : likely_pairs(ours, theirs, constants_.tips)) {
+      Targets targets;
+      for (std::size_t i = 0; i < pairing.size(); ++i) {
+        if (pairing[i] == no_tip) continue;
+        targets.vertices.push_back(places.vertices[ours.numbers[i]]);
+        targets.positions.push_back(sample.points[theirs.numbers[pairing[i]]]);
+      }
+      if (!targets.determine_a_rotation()) continue;
+      found.push_back({targets.motion_from(frame_), targets.landmarks_of(frame_)});
+    }
+    return found;
+  }
+
+  static double share_of(const Registration<Real>& registration) {
+    return registration.far_share + registration.disagreeing;
+  }
+
+  /// Bends the template on its coarse mesh from each candidate, draws the best ones into the scan,
+  /// and returns the best result.
+  Registration<Real> best_of(std::vector<Candidate> tried, const CoarseMesh& mesh,
+                             CoarseFit& coarse, FineRounds& rounds, const Measurement& scan) {
+    if (tried.size() > 1) {
+      for (Candidate& candidate : tried) {
+        candidate.score =
+            fitted(coarse, candidate, scan, constants_.trial_points, constants_.trial_passes)
+                .far_share;
+      }
+      std::ranges::stable_sort(tried, {}, &Candidate::score);
+      tried.resize(std::min(tried.size(), constants_.finished));
+    }
+    for (Candidate& candidate : tried) {
+      const auto result =
+          fitted(coarse, candidate, scan, constants_.coarse_points, constants_.passes);
+      candidate.x = moved(candidate.motion, mesh.lifted(frame_, result.x, result.rotations));
+      const Agreement agreement = agreement_of(faces_, candidate.x, scan,
+                                               constants_.far * mean_edge(), constants_, workers());
+      candidate.score = agreement.far_share + agreement.disagreeing;
+    }
+    std::ranges::stable_sort(tried, {}, &Candidate::score);
+    auto best = finished(tried[0], rounds, scan);
+    const Cloud found = stream_.previous;
+    for (std::size_t i = 1; i < tried.size(); ++i) {
+      const double limit = constants_.close_share * tried[0].score + constants_.close_difference;
+      if (tried[i].score > limit || !are_elsewhere(tried[i].x, tried[0].x)) continue;
+      auto other = finished(tried[i], rounds, scan);
+      const auto [less, more] = std::minmax(tried[0].distance, tried[i].distance);
+      const bool both_fit =
+          more <= constants_.equal_ratio * less && are_elsewhere(stream_.previous, found) &&
+          std::abs(share_of(other) - share_of(best)) < constants_.equal_difference;
+      if (share_of(other) < share_of(best)) best = std::move(other);
+      best.ambiguous = both_fit;
+    }
+    set_quality(scan, best);
+    return best;
+  }
+
+  [[nodiscard]] bool are_elsewhere(Field a, Field b) const {
+    double distance = 0;
+    for (std::size_t v = 0; v < a.size(); ++v) {
+      distance += std::sqrt(squared_norm(a[v] - b[v])) / static_cast<double>(a.size());
+    }
+    return distance > constants_.elsewhere * mean_edge();
+  }
+
+  /// Some points of the scan, moved.
+  static void take_sample(const Measurement& scan, const Motion& motion, std::size_t n_points,
+                          PointScan& sample) {
+    const auto brought = [&](const Vector3<double>& point) {
+      return from_eigen(motion * to_eigen(point));
+    };
+    const double step =
+        std::max(1.0, static_cast<double>(scan.size()) / static_cast<double>(n_points));
+    for (double next = 0; next < static_cast<double>(scan.size()); next += step) {
+      const auto i = static_cast<std::size_t>(next);
+      sample.points.push_back(brought(scan.point(i)));
+      sample.normals.push_back(from_eigen(motion.linear() * to_eigen(scan.normal(i))));
+      sample.undecided.push_back(scan.is_undecided(i) ? 1 : 0);
+    }
+    for (const auto& viewpoint : scan.viewpoints()) sample.sensors.push_back(brought(viewpoint));
+    sample.index();
+  }
+
+  /// Bends the template in its own axes.
+  CoarseFit::Fitted fitted(CoarseFit& coarse, const Candidate& candidate, const Measurement& scan,
+                           std::size_t n_points, int passes) const {
+    const Motion back = candidate.motion.inverse();
+    PointScan sample;
+    take_sample(scan, back, n_points, sample);
+    auto landmarks = candidate.landmarks;
+    for (Landmark& landmark : landmarks) {
+      landmark.position = from_eigen(back * to_eigen(landmark.position));
+    }
+    return coarse.fit(sample, landmarks, passes);
+  }
+
+  /// Draws the surface into the scan, and describes the result.
+  Registration<Real> finished(const Candidate& candidate, FineRounds& rounds,
+                              const Measurement& scan) {
+    const auto result = rounds.run(scan, moved(candidate.motion, frame_), candidate.x);
+    Registration<Real> registration;
+    registration.rounds = result.rounds;
+    registration.converged = result.converged;
+    Eigen::Map<Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(registration.transform.data()) =
+        candidate.motion.matrix();
+    for (const auto& x : to_caller_order(stream_.numbering, stream_.previous)) {
+      for (const double c : {x.x, x.y, x.z}) registration.vertices.push_back(saturated<Real>(c));
+    }
+    const auto observed = stream_.known_of_caller();
+    registration.observed.assign(observed.begin(), observed.end());
+    if (settings_.uncertainty) {
+      for (const double error : stream_.in_caller_order(rounds.standard_errors())) {
+        registration.standard_error.push_back(
+            std::isinf(error) ? std::numeric_limits<Real>::infinity() : saturated<Real>(error));
+      }
+    }
+    judge(scan, rounds.mean_edge(), registration);
+    return registration;
+  }
+
+  void judge(const Measurement& scan, double mean_edge, Registration<Real>& registration) {
+    const Agreement agreement = agreement_of(faces_, stream_.previous, scan,
+                                             constants_.far * mean_edge, constants_, workers());
+    registration.far_share = agreement.far_share;
+    registration.disagreeing = agreement.disagreeing;
+    registration.distance = agreement.distance;
+    registration.empty_share = empty_share(scan, mean_edge);
+  }
+
+  /// The share of the vertices that a sensor should see and that have no point.
+  [[nodiscard]] double empty_share(const Measurement& scan, double mean_edge) const {
+    const Cloud& x = stream_.previous;
+    Cloud normals(x.size());
+    find_vertex_normals(faces_, x, normals);
+    const TrackingConstants tracking;
+    std::vector<Sight> seen(x.size());
+    Visibility(x.size()).find(faces_, x, normals, scan.viewpoints(),
+                              find_sheets(faces_, stream_.topology->component),
+                              {tracking.pixel * mean_edge, tracking.thickness * mean_edge,
+                               tracking.back_thickness * mean_edge},
+                              seen);
+    double n_seen = 0;
+    double n_empty = 0;
+    for (std::size_t v = 0; v < x.size(); ++v) {
+      if (seen[v] == Sight::hidden) continue;
+      n_seen += 1;
+      if (stream_.known[v] == 0) n_empty += 1;
+    }
+    return n_seen > 0 ? n_empty / n_seen : 1;
+  }
+
+  void set_quality(const Measurement& scan, Registration<Real>& registration) const {
+    const double doubtful = scan.viewpoints().size() == 1 ? constants_.doubtful_far_of_one_sensor
+                                                          : constants_.doubtful_far;
+    const bool is_ruined = registration.far_share > constants_.ruined_far ||
+                           registration.disagreeing > constants_.ruined_disagreeing;
+    const bool is_doubtful = registration.far_share > doubtful || registration.ambiguous ||
+                             registration.empty_share > constants_.doubtful_empty;
+    registration.quality = is_ruined     ? RegistrationQuality::ruined
+                           : is_doubtful ? RegistrationQuality::doubtful
+                                         : RegistrationQuality::good;
+  }
+
+  RegistrationConstants constants_;
+  RegistrationSettings settings_;
+  Cloud given_;  // the template in the caller's order
+  Stream<double> stream_;
+  std::vector<Triangle> faces_;
+  Cloud frame_;  // the template in the internal order
+  TrainingFrames training_;
+  Targets targets_;
+};
+
+}  // namespace
+
+template <class Real>
+Registration<Real> register_template(Faces faces, Points<const Real> positions,
+                                     const Scan<Real>& scan, const Landmarks<Real>& landmarks,
+                                     const RegistrationSettings& settings,
+                                     const Training<Real>* training) {
+  Work<Real> work(faces, positions, landmarks, settings, training);
+  check_scan(scan);
+  PointScan measured;
+  copy(scan, measured, work.workers());
+  return work.run(measured);
+}
+
+template <class Real>
+Registration<Real> register_template(Faces faces, Points<const Real> positions,
+                                     std::span<const DepthImage> images,
+                                     const Landmarks<Real>& landmarks,
+                                     const RegistrationSettings& settings,
+                                     const Training<Real>* training) {
+  Work<Real> work(faces, positions, landmarks, settings, training);
+  DepthImages measured;
+  for (std::size_t i = 0; i < images.size(); ++i) check_depth_image(i, images[i]);
+  for (const DepthImage& image : images) {
+    copy_depths(image, measured.add(camera_of(image), image.height, image.width));
+  }
+  measured.prepare(TrackingConstants{}.jump * work.mean_edge(), work.workers());
+  return work.run(measured);
+}
+
+template Registration<float> register_template(Faces, Points<const float>, const Scan<float>&,
+                                               const Landmarks<float>&, const RegistrationSettings&,
+                                               const Training<float>*);
+template Registration<double> register_template(Faces, Points<const double>, const Scan<double>&,
+                                                const Landmarks<double>&,
+                                                const RegistrationSettings&,
+                                                const Training<double>*);
+template Registration<float> register_template(Faces, Points<const float>,
+                                               std::span<const DepthImage>, const Landmarks<float>&,
+                                               const RegistrationSettings&, const Training<float>*);
+template Registration<double> register_template(Faces, Points<const double>,
+                                                std::span<const DepthImage>,
+                                                const Landmarks<double>&,
+                                                const RegistrationSettings&,
+                                                const Training<double>*);
+
+}  // namespace dynmesh

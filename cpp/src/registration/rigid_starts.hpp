@@ -1,0 +1,36 @@
+/// Rigid motions that may put a template into a scan, from any rotation and position.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <dynmesh/types.hpp>
+#include <span>
+#include <vector>
+
+#include "mesh/triangle.hpp"
+#include "registration/constants.hpp"
+#include "tracking/measurement.hpp"
+
+namespace dynmesh {
+
+/// A motion of the template, and the mean distance of the nearest pairs after it.
+struct RigidStart {
+  Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
+  double distance = 0;
+};
+
+/// The best motions, the best one first, found by iterative closest points (Besl and McKay 1992) in
+/// the six dimensions of position and normal, of which the farthest fifth is ignored (Chetverikov
+/// et al. 2002). Surfaces with symmetries have several. Equal input gives equal results.
+std::vector<RigidStart> rigid_starts(std::span<const Triangle> faces,
+                                     std::span<const Vector3<double>> surface,
+                                     const Measurement& scan, const RigidStartConstants& constants);
+
+/// The motion that `rigid_starts` finds from the identity.
+RigidStart start_in_place(std::span<const Triangle> faces, std::span<const Vector3<double>> surface,
+                          const Measurement& scan, const RigidStartConstants& constants);
+
+/// Whether two motions turn the template by different angles, or in different ways.
+bool differ(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b,
+            const RigidStartConstants& constants);
+
+}  // namespace dynmesh

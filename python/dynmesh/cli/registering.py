@@ -1,0 +1,47 @@
+"""The command that registers a mesh with scans."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..jobs.register_options import RegisterOptions
+from ..jobs.registering import register_each
+from .options import OutputPath, Overwrite, with_options
+from .terminal import DOUBTFUL, say
+
+
+@with_options(RegisterOptions, RegisterOptions)
+def register(
+    template: Annotated[Path, typer.Argument(metavar="TEMPLATE", help="The mesh.")],
+    scan: Annotated[
+        Path,
+        typer.Argument(
+            metavar="SCAN",
+            help="A point cloud (PLY, XYZ, NPY, NPZ) or a mesh, or a folder of these.",
+        ),
+    ],
+    output: OutputPath,
+    *,
+    options: RegisterOptions,
+    overwrite: Overwrite = False,
+) -> None:
+    """Register a mesh with a scan: the same mesh, in the pose and the shape of the scan.
+
+    The exit code is 3 if a result is doubtful or ruined. With a folder of scans, OUT is a folder.
+
+    Examples:
+    ```text
+    dynmesh register body.obj scan.ply registered.obj
+    dynmesh register body.obj scans registered --landmarks hands_and_feet.json
+    ```
+    """
+    all_good = True
+    for written, found in register_each(template, scan, output, options, overwrite):
+        if found.quality == "good":
+            say(f"{written}: good; {found.far:.2%} of the points are far from the surface")
+        else:
+            say(f"{written}: {found.quality}: {found.reason}")
+            all_good = False
+    if not all_good:
+        raise typer.Exit(DOUBTFUL)

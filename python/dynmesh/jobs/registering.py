@@ -1,0 +1,171 @@
+"""Registration from files of scans to files of meshes."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Unpack
+
+import numpy as np
+
+from .. import files
+from .._checks import check_path
+from .._errors import InputError
+from ..files import PathLike
+from ..files.scans.point_files import point_formats, read_points
+from ..frames.naming import naming
+from ..frames.scan import PointScan
+from ..registration import Landmarks, Registration
+from ..registration import register as register_points
+from ..sequence import Sequence
+from .option import takes
+from .register_options import RegisterKeywords, RegisterOptions
+from .start import template_of
+
+
+@takes(RegisterOptions)
+def register_file(
+    template: PathLike,
+    scan: PathLike,
+    output: PathLike,
+    *,
+    overwrite: bool = False,
+    **options: Unpack[RegisterKeywords],
+) -> dict[Path, Registration]:
+    """Registers a mesh with the scan of a file, or with each scan of a folder, and writes it.
+
+    Args:
+        template: a mesh file of any format; its first frame is registered.
+        scan: a point cloud (PLY, XYZ, NPY, NPZ), a mesh of any format whose vertices are the
+            points, or a folder of these.
+        output: path of the registered mesh; for a folder of scans a folder, in which each result
+            is named like its scan and has the format of the template.
+        landmarks: a JSON file, ``[{"vertex": 12, "position": [x, y, z]}, ...]``, with the positions
+            in the unit of the scan.
+        align: whether the rigid motion that puts the template into the scan is sought.
+        scale: whether the template may be in another unit, a power of ten of that of the scan.
+        threads: the number of threads that may work.
+        report: path of a JSON file with how well each scan fits.
+        overwrite: whether to replace existing outputs.
+        **options: those above.
+
+    Returns:
+        The registrations by the paths of the outputs.
+
+    Raises:
+        FileExistsError: an output exists.
+        OSError, ImportError, TypeError, ValueError: a file cannot be read or written, or an option
+            is refused.
+    """
+    return dict(register_each(template, scan, output, RegisterOptions(**options), overwrite))
+
+
+def register_each(
+    template: PathLike,
+    scan: PathLike,
+    output: PathLike,
+    options: RegisterOptions,
+    overwrite: bool,
+) -> Iterator[tuple[Path, Registration]]:
+    """As :func:`register_file`, one result after another, with an object for the options."""
+    for name, path in (("template", template), ("scan", scan), ("output", output)):
+        check_path(name, path)
+    options.check()
+    pairs = _pairs(Path(template), Path(scan), Path(output))
+    for _, written in pairs:
+        if written.exists() and not overwrite:
+            raise FileExistsError(17, "exists; overwrite it with --overwrite", str(written))
+    landmarks = None if options.landmarks is None else read_landmarks(Path(options.landmarks))
+    told: dict[str, Any] = {}
+    with files.open(template) as mesh:
+        first = template_of(mesh)
+        for scanned, written in pairs:
+            cloud = _read_scan(scanned)
+            with naming(scanned):
+                found = register_points(
+                    mesh.faces,
+                    first,
+                    cloud.points,
+                    cloud.normals,
+                    landmarks=landmarks,
+                    align=options.align,
+                    scale=options.scale,
+                    viewpoints=cloud.viewpoints,
+                    threads=options.threads,
+                )
+            written.parent.mkdir(parents=True, exist_ok=True)
+            files.write(written, Sequence(found.vertices[None], mesh.faces))
+            told[str(scanned)] = _told(found)
+            if options.report is not None:
+                Path(options.report).write_text(json.dumps(told, indent=2) + "\n")
+            yield written, found
+
+
+def read_landmarks(path: Path) -> Landmarks:
+    """Reads the landmarks of a JSON file.
+
+    Raises:
+        OSError: it cannot be read.
+        ValueError: it is not as :func:`register_file` describes; the message names the landmark.
+    """
+    with naming(path):
+        try:
+            given = json.loads(path.read_text(encoding="utf-8"))
+        except ValueError as error:
+            raise ValueError(f"is not JSON: {error}") from None
+        if not isinstance(given, list) or not given:
+            raise ValueError("must be a list of landmarks, with at least one")
+        rows = [_landmark(number, one) for number, one in enumerate(given)]
+    return np.array([vertex for vertex, _ in rows]), np.array([place for _, place in rows])
+
+
+def _landmark(number: int, given: Any) -> tuple[int, list[float]]:
+    if not isinstance(given, dict) or given.keys() != {"vertex", "position"}:
+        raise ValueError(
+            f"landmark {number} must have a vertex and a position and nothing else, not {given!r}"
+        )
+    vertex, position = given["vertex"], given["position"]
+    if isinstance(vertex, bool) or not isinstance(vertex, int) or not 0 <= vertex < 2**31:
+        raise ValueError(f"landmark {number}: the vertex must be an index, not {vertex!r}")
+    is_place = isinstance(position, list) and len(position) == 3
+    if not is_place or not all(
+        isinstance(x, int | float) and not isinstance(x, bool) for x in position
+    ):
+        raise ValueError(f"landmark {number}: the position must be three numbers, not {position!r}")
+    return vertex, [float(x) for x in position]
+
+
+def _pairs(template: Path, scan: Path, output: Path) -> list[tuple[Path, Path]]:
+    """The scans and their outputs."""
+    if not scan.is_dir():
+        return [(scan, output)]
+    suffix = template.suffix
+    known = {*point_formats, ".obj", ".off"}
+    found = sorted(path for path in scan.iterdir() if path.suffix.lower() in known)
+    if not found:
+        raise InputError("holds no point clouds and no meshes", file=scan)
+    return [(path, output / f"{path.stem}{suffix}") for path in found]
+
+
+def _read_scan(path: Path) -> PointScan:
+    """The points of a file; of a mesh, its vertices."""
+    if path.suffix.lower() in point_formats:
+        return read_points(path).scan
+    with files.open(path) as mesh:
+        return PointScan(template_of(mesh), None, None)
+
+
+def _told(found: Registration) -> dict[str, Any]:
+    """What a report says."""
+    return {
+        "quality": found.quality,
+        "reason": found.reason,
+        "far": found.far,
+        "disagreeing": found.disagreeing,
+        "empty": found.empty,
+        "distance": found.distance,
+        "rounds": found.rounds,
+        "converged": found.converged,
+        "ambiguous": found.ambiguous,
+        "observed": float(found.observed.mean()),
+        "transform": found.transform.tolist(),
+    }

@@ -1,0 +1,186 @@
+"""Registration of a template with one scan."""
+
+from collections.abc import Iterable
+from collections.abc import Sequence as SequenceOf
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _core
+from .sequence import Mask, Positions
+
+Landmarks: TypeAlias = tuple[NDArray[np.integer[Any]], Positions]
+"""Vertices (n,) of a template and the positions (n, 3) of the scan to which they belong."""
+
+_Matrix: TypeAlias = NDArray[np.floating[Any] | np.integer[Any]]
+
+
+@dataclass(frozen=True, eq=False)
+class Registration:
+    """What :func:`dynmesh.register` returns.
+
+    Attributes:
+        vertices: (k, 3), with the dtype of the template, in the unit of the points.
+        observed: (k,) bool, whether the vertex has a measured point.
+        standard_error: (k,) as :attr:`dynmesh.Tracker.standard_error`; None without `uncertainty`.
+        transform: (4, 4) float64, the rigid motion of the template with which the registration
+            began; with `scale`, its rotation is multiplied by the power of ten between the units.
+        far: the share of the points that are farther than a mean edge from the surface.
+        disagreeing: the share of the points, near the surface, whose normal is that of another one.
+        empty: the share of the vertices without a point, among those that the sensors should see;
+            without `viewpoints`, among all.
+        distance: the root mean square distance of the points that are not far.
+        rounds: how often the whole surface was drawn into the scan.
+        converged: whether the vertices had stopped moving then.
+        ambiguous: whether another pose fits the scan as well.
+        quality: "good"; "doubtful", if a part is probably wrong or missing; "ruined", if the scan
+            shows something else or its pose was not found.
+    """
+
+    vertices: Positions
+    observed: Mask
+    standard_error: NDArray[np.floating[Any]] | None
+    transform: NDArray[np.float64]
+    far: float
+    disagreeing: float
+    empty: float
+    distance: float
+    rounds: int
+    converged: bool
+    ambiguous: bool
+    quality: Literal["good", "doubtful", "ruined"]
+
+    @property
+    def reason(self) -> str:
+        """Why the quality is not good, in a sentence; empty if it is."""
+        if self.quality == "good":
+            return ""
+        shares = (
+            f"{self.far:.1%} of the points are farther than a mean edge from the surface, and "
+            f"{self.disagreeing:.1%} have the normal of another one"
+        )
+        if self.quality == "ruined":
+            return f"the template does not fit the scan: {shares}"
+        if self.ambiguous:
+            return f"another pose fits the scan as well; landmarks can tell them apart; {shares}"
+        return (
+            f"a part of the template is probably wrong: {shares}; "
+            f"{self.empty:.1%} of the vertices that should be seen have no point"
+        )
+
+
+def register(
+    faces: NDArray[np.integer[Any]],
+    template: Positions,
+    points: Positions,
+    normals: Positions | None = None,
+    *,
+    landmarks: Landmarks | None = None,
+    align: bool = True,
+    scale: bool = False,
+    viewpoints: Positions | None = None,
+    training: Iterable[Positions] | None = None,
+    uncertainty: bool = False,
+    threads: int = 1,
+) -> Registration:
+    """Finds a template in a scan: the mesh, in the shape of the scan.
+
+    The template is first moved rigidly, by at least three landmarks that are not on a line or else
+    from any rotation, then bent as a coarse mesh, and at last as :class:`dynmesh.Tracker` does,
+    until its vertices stop. The scan may show it partially. A scan of something else is not
+    refused, but its quality is "ruined".
+
+    Args:
+        faces: (m, 3) integers.
+        template: (k, 3) float32 or float64, complete and finite, in any pose.
+        points: (n, 3) finite, at least twelve, in any order.
+        normals: (n, 3) the outward normals of the points, of any length; a normal of 0 is not
+            known. None if they are to be estimated from the nearest points.
+        landmarks: vertices of the template, (n,) integers, and (n, 3) their positions in the scan.
+            With them, poses that are far from that of the template are found more often.
+        align: whether the rigid motion is sought. If not, the template must be where the scan is.
+        scale: whether the template may be in another unit of length: if it is more than 1.5 times
+            as large as the scan or as small, it is scaled by the nearest power of ten.
+        viewpoints: (c, 3) the positions of the sensors. Give them if they are known: what no sensor
+            can see is then not compared with the scan.
+        training: None, or other complete frames of the template, as for :class:`dynmesh.Tracker`.
+        uncertainty: whether standard errors are wanted.
+        threads: the number of threads that may work.
+
+    Raises:
+        TypeError: an argument has the wrong kind.
+        ValueError: an argument has the wrong shape or is out of range, landmarks contradict each
+            other, or the sizes differ by a factor of more than 20, without `scale`.
+    """
+    return _registration(
+        _core.register(
+            faces,
+            template,
+            points,
+            normals,
+            viewpoints,
+            landmarks,
+            align,
+            scale,
+            training,
+            uncertainty,
+            threads,
+        )
+    )
+
+
+def register_depth(
+    faces: NDArray[np.integer[Any]],
+    template: Positions,
+    depth: Positions | SequenceOf[Positions],
+    intrinsics: _Matrix | SequenceOf[_Matrix],
+    pose: _Matrix | SequenceOf[_Matrix],
+    *,
+    landmarks: Landmarks | None = None,
+    align: bool = True,
+    scale: bool = False,
+    training: Iterable[Positions] | None = None,
+    uncertainty: bool = False,
+    threads: int = 1,
+) -> Registration:
+    """Finds a template in the depth images of one or several cameras of the same moment.
+
+    Args:
+        faces: (m, 3) integers.
+        template: (k, 3) float32 or float64, complete and finite, in any pose.
+        depth: as for :meth:`dynmesh.Tracker.push_depth`, like the next two.
+        intrinsics: (3, 3) of each camera.
+        pose: (4, 4) of each camera.
+        landmarks: as for :func:`dynmesh.register`, like all others.
+        align: whether the rigid motion is sought.
+        scale: whether the template may be in another unit of length than the images.
+        training: other complete frames of the template.
+        uncertainty: whether standard errors are wanted.
+        threads: the number of threads that may work.
+
+    Raises:
+        TypeError: an argument has the wrong kind.
+        ValueError: as for :func:`dynmesh.register`.
+    """
+    return _registration(
+        _core.register_depth(
+            faces,
+            template,
+            depth,
+            intrinsics,
+            pose,
+            landmarks,
+            align,
+            scale,
+            training,
+            uncertainty,
+            threads,
+        )
+    )
+
+
+def _registration(found: tuple[Any, ...]) -> Registration:
+    vertices, observed, *others = found
+    return Registration(vertices.reshape(-1, 3), observed.astype(np.bool_), *others)
