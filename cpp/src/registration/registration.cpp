@@ -7,7 +7,6 @@
 #include <string>
 #include <utility>
 
-#include "disconnected/rigid_motion.hpp"
 #include "mesh/training_frames.hpp"
 #include "registration/agreement.hpp"
 #include "registration/coarse_fit.hpp"
@@ -15,6 +14,7 @@
 #include "registration/fine_rounds.hpp"
 #include "registration/rigid_starts.hpp"
 #include "registration/surface_sample.hpp"
+#include "registration/targets.hpp"
 #include "registration/tips.hpp"
 #include "stream/arguments.hpp"
 #include "support/eigen_points.hpp"
@@ -36,86 +36,6 @@ using Motion = Eigen::Isometry3d;
 void check(const RegistrationSettings& settings) {
   check_settings(TrackerSettings{.threads = settings.threads, .uncertainty = settings.uncertainty});
 }
-
-template <class Real>
-void check(const Landmarks<Real>& landmarks, std::size_t n_vertices) {
-  if (landmarks.positions.count != landmarks.vertices.size()) {
-    throw std::invalid_argument("landmarks: there are " +
-                                std::to_string(landmarks.vertices.size()) + " vertices, but " +
-                                std::to_string(landmarks.positions.count) + " positions");
-  }
-  check_scan("landmarks", landmarks.positions);
-  const auto position = [&](std::size_t i) { return row(landmarks.positions, i); };
-  for (std::size_t i = 0; i < landmarks.vertices.size(); ++i) {
-    const Index vertex = landmarks.vertices[i];
-    if (vertex < 0 || static_cast<std::size_t>(vertex) >= n_vertices) {
-      throw std::invalid_argument("landmarks: landmark " + std::to_string(i) + " is of vertex " +
-                                  std::to_string(vertex) + ", but the template has " +
-                                  std::to_string(n_vertices) + " vertices, counted from 0");
-    }
-    for (std::size_t j = 0; j < i; ++j) {
-      const std::string both = "landmarks: landmarks " + std::to_string(j) + " and " +
-                               std::to_string(i) + " contradict each other: ";
-      if (landmarks.vertices[j] == vertex) {
-        throw std::invalid_argument(both + "both are of vertex " + std::to_string(vertex));
-      }
-      if (squared_norm(position(i) - position(j)) == 0) {
-        throw std::invalid_argument(both + "vertices " + std::to_string(landmarks.vertices[j]) +
-                                    " and " + std::to_string(vertex) + " are both at " +
-                                    to_text(position(i)));
-      }
-    }
-  }
-}
-
-/// How the landmarks of a caller are used: by internal vertices, in double precision.
-struct Targets {
-  std::vector<Index> vertices;
-  Cloud positions;
-
-  /// Whether there are three that are not on a line.
-  [[nodiscard]] bool determine_a_rotation() const {
-    constexpr double collinear = 1e-3;
-    double longest = 0;
-    double widest = 0;
-    for (const auto& a : positions) {
-      const auto arm = a - positions[0];
-      longest = std::max(longest, squared_norm(arm));
-      for (const auto& b : positions) {
-        widest = std::max(widest, squared_norm(cross(arm, b - positions[0])));
-      }
-    }
-    return widest > collinear * longest * longest;
-  }
-
-  [[nodiscard]] std::vector<Landmark> landmarks_of(Field frame) const {
-    std::vector<Landmark> landmarks;
-    for (std::size_t i = 0; i < vertices.size(); ++i) {
-      landmarks.push_back(
-          {vertices[i], frame[static_cast<std::size_t>(vertices[i])], positions[i]});
-    }
-    return landmarks;
-  }
-
-  /// The rigid motion that brings the vertices of `frame` closest to their positions.
-  [[nodiscard]] Motion motion_from(Field frame) const {
-    Cloud wanted(frame.begin(), frame.end());
-    for (std::size_t i = 0; i < vertices.size(); ++i) {
-      wanted[static_cast<std::size_t>(vertices[i])] = positions[i];
-    }
-    const RigidMotion fitted = fit_rigid_motion<double>(vertices, frame, wanted);
-    Motion motion = Motion::Identity();
-    for (Eigen::Index r = 0; r < 3; ++r) {
-      for (Eigen::Index c = 0; c < 3; ++c) {
-        motion.linear()(r, c) =
-            fitted.rotation[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)];
-      }
-    }
-    motion.translation() =
-        Eigen::Vector3d(fitted.to.data()) - motion.linear() * Eigen::Vector3d(fitted.from.data());
-    return motion;
-  }
-};
 
 /// The power of ten by which the template is multiplied.
 double unit_of(Field frame, const Measurement& scan, bool may_scale,
@@ -160,7 +80,7 @@ class Work {
                 checked(settings).threads, settings.uncertainty),
         faces_(faces_in_internal_order(faces, stream_.numbering)),
         frame_(to_internal_order(stream_.numbering, given_)) {
-    check(landmarks, given_.size());
+    check_landmarks(landmarks, given_.size());
     for (std::size_t i = 0; i < landmarks.vertices.size(); ++i) {
       const auto vertex = static_cast<std::size_t>(landmarks.vertices[i]);
       targets_.vertices.push_back(static_cast<Index>(stream_.numbering.internal_index(vertex)));

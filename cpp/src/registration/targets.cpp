@@ -1,0 +1,88 @@
+#include "registration/targets.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+
+#include "disconnected/rigid_motion.hpp"
+#include "stream/arguments.hpp"
+#include "support/geometry.hpp"
+#include "tracker/scan_arguments.hpp"
+
+namespace dynmesh {
+
+template <class Real>
+void check_landmarks(const Landmarks<Real>& landmarks, std::size_t n_vertices) {
+  if (landmarks.positions.count != landmarks.vertices.size()) {
+    throw std::invalid_argument("landmarks: there are " +
+                                std::to_string(landmarks.vertices.size()) + " vertices, but " +
+                                std::to_string(landmarks.positions.count) + " positions");
+  }
+  check_scan("landmarks", landmarks.positions);
+  const auto position = [&](std::size_t i) { return row(landmarks.positions, i); };
+  for (std::size_t i = 0; i < landmarks.vertices.size(); ++i) {
+    const Index vertex = landmarks.vertices[i];
+    if (vertex < 0 || static_cast<std::size_t>(vertex) >= n_vertices) {
+      throw std::invalid_argument("landmarks: landmark " + std::to_string(i) + " is of vertex " +
+                                  std::to_string(vertex) + ", but the template has " +
+                                  std::to_string(n_vertices) + " vertices, counted from 0");
+    }
+    for (std::size_t j = 0; j < i; ++j) {
+      const std::string both = "landmarks: landmarks " + std::to_string(j) + " and " +
+                               std::to_string(i) + " contradict each other: ";
+      if (landmarks.vertices[j] == vertex) {
+        throw std::invalid_argument(both + "both are of vertex " + std::to_string(vertex));
+      }
+      if (squared_norm(position(i) - position(j)) == 0) {
+        throw std::invalid_argument(both + "vertices " + std::to_string(landmarks.vertices[j]) +
+                                    " and " + std::to_string(vertex) + " are both at " +
+                                    to_text(position(i)));
+      }
+    }
+  }
+}
+
+template void check_landmarks(const Landmarks<float>&, std::size_t);
+template void check_landmarks(const Landmarks<double>&, std::size_t);
+
+bool Targets::determine_a_rotation() const {
+  constexpr double collinear = 1e-3;
+  double longest = 0;
+  double widest = 0;
+  for (const auto& a : positions) {
+    const auto arm = a - positions[0];
+    longest = std::max(longest, squared_norm(arm));
+    for (const auto& b : positions) {
+      widest = std::max(widest, squared_norm(cross(arm, b - positions[0])));
+    }
+  }
+  return widest > collinear * longest * longest;
+}
+
+std::vector<Landmark> Targets::landmarks_of(std::span<const Vector3<double>> frame) const {
+  std::vector<Landmark> landmarks;
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    landmarks.push_back({vertices[i], frame[static_cast<std::size_t>(vertices[i])], positions[i]});
+  }
+  return landmarks;
+}
+
+Eigen::Isometry3d Targets::motion_from(std::span<const Vector3<double>> frame) const {
+  std::vector<Vector3<double>> wanted(frame.begin(), frame.end());
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    wanted[static_cast<std::size_t>(vertices[i])] = positions[i];
+  }
+  const RigidMotion fitted = fit_rigid_motion<double>(vertices, frame, wanted);
+  Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
+  for (Eigen::Index r = 0; r < 3; ++r) {
+    for (Eigen::Index c = 0; c < 3; ++c) {
+      motion.linear()(r, c) =
+          fitted.rotation[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)];
+    }
+  }
+  motion.translation() =
+      Eigen::Vector3d(fitted.to.data()) - motion.linear() * Eigen::Vector3d(fitted.from.data());
+  return motion;
+}
+
+}  // namespace dynmesh

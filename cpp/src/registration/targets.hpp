@@ -1,0 +1,33 @@
+/// The landmarks with which a template is registered.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstddef>
+#include <dynmesh/registration.hpp>
+#include <dynmesh/types.hpp>
+#include <span>
+#include <vector>
+
+#include "registration/coarse_fit.hpp"
+
+namespace dynmesh {
+
+/// Throws std::invalid_argument if the landmarks of a caller contradict each other, or are not of a
+/// template with this many vertices.
+template <class Real>
+void check_landmarks(const Landmarks<Real>& landmarks, std::size_t n_vertices);
+
+/// How the landmarks of a caller are used: by internal vertices, in double precision.
+struct Targets {
+  std::vector<Index> vertices;
+  std::vector<Vector3<double>> positions;
+
+  /// Whether there are three that are not on a line.
+  [[nodiscard]] bool determine_a_rotation() const;
+  /// The landmarks on a template.
+  [[nodiscard]] std::vector<Landmark> landmarks_of(std::span<const Vector3<double>> frame) const;
+  /// The rigid motion that brings the vertices of `frame` closest to their positions.
+  [[nodiscard]] Eigen::Isometry3d motion_from(std::span<const Vector3<double>> frame) const;
+};
+
+}  // namespace dynmesh
