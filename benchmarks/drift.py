@@ -39,8 +39,7 @@ def walker_forwards_and_backwards() -> Subject:
 
 def main() -> None:
     """Measure, and print the table."""
-    made = parser(__doc__)
-    made.add_argument("--known", type=float, nargs="+", default=[0.1])
+    made = parser(__doc__, known=[0.1])
     made.add_argument("--cycles", type=int, default=3)
     arguments = made.parse_args()
     built_in = arguments.folder is None

@@ -1,6 +1,6 @@
 """Prints how fast a tiny error grows or fades in the recursion from frame to frame, as a table.
 
-    python -m benchmarks.error_growth
+    python -m benchmarks.error_growth [--known SHARE ...]
 
 The built-in walker is completed twice, the second time disturbed in one frame by a micrometre;
 shown is the factor by which the difference grows in a frame. Vertices are known at random.
@@ -44,7 +44,7 @@ def growth(sequence: dynmesh.Sequence, share: float, settings: Settings) -> floa
 
 def main() -> None:
     """Measure, and print the table."""
-    arguments = parser(__doc__, folder=False).parse_args()
+    arguments = parser(__doc__, folder=False, known=SHARES).parse_args()
     walker = dynmesh.synth.walker()
     still = np.repeat(walker.vertices[:1], WATCHED + 1, axis=0)
     sequences = {
@@ -52,7 +52,7 @@ def main() -> None:
         "walking": dynmesh.Sequence(walker.vertices[:121], walker.faces),
     }
     lines: list[Line] = [("known", *(f"{name}, {way}" for name in sequences for way in WAYS))]
-    for share in progress(SHARES, "measuring"):
+    for share in progress(arguments.known, "measuring"):
         factors = [growth(s, share, way) for s in sequences.values() for way in WAYS.values()]
         lines.append((f"{share:.0%}", *(f"{factor:.2f}" for factor in factors)))
     show(arguments, Table("error-growth", lines))

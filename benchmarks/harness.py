@@ -3,7 +3,7 @@
 import argparse
 import csv
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple, TypeVar
 
@@ -39,7 +39,11 @@ class Table(NamedTuple):
 
 
 def parser(
-    words: str | None, *, folder: bool = True, of: Iterable[str] = ()
+    words: str | None,
+    *,
+    folder: bool = True,
+    of: Iterable[str] = (),
+    known: Sequence[float] = (),
 ) -> argparse.ArgumentParser:
     """Return a parser of the arguments that all benchmarks have.
 
@@ -47,6 +51,7 @@ def parser(
         words: the docstring of the benchmark, whose first line describes it.
         folder: whether it measures sequences, of a folder or the built-in ones.
         of: the parts of the benchmark, of which the first argument names one.
+        known: the shares of known vertices, if an option can name others.
     """
     made = argparse.ArgumentParser(description=(words or "").partition("\n")[0])
     if of:
@@ -64,6 +69,8 @@ def parser(
             metavar="NAME[:FRAMES]",
             help="sequences of the folder, or only their first frames; the default is all of them",
         )
+    if known:
+        made.add_argument("--known", type=float, nargs="+", metavar="SHARE", default=known)
     made.add_argument("--csv", type=Path, metavar="FOLDER", help="also write tables to NAME.csv")
     made.add_argument("--docs", action="store_true", help="also replace the tables in docs/tables")
     return made

@@ -16,7 +16,7 @@ import dynmesh
 from dynmesh.study.subjects import Subject, from_file
 
 from ..harness import DOCS
-from . import error_bars, gallery, method, scans, whole_frame
+from . import cloth, error_bars, gallery, method, scans, whole_frame
 
 PAGES = ("method", "gallery", "training", "track")
 
@@ -62,6 +62,7 @@ def main() -> None:
             for picture in error_bars.RECORDED:
                 subject = from_file(arguments.data / f"{picture.of}.npz")
                 error_bars.draw(picture, subject, arguments.out)
+            cloth.draw(arguments.data, arguments.out, every=25 if arguments.draft else 2)
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ from PIL import Image
 from playwright.sync_api import sync_playwright
 
 import dynmesh
-from dynmesh.draw.page import view
+from dynmesh import view
 
 from ..harness import DOCS
 

@@ -72,11 +72,11 @@ def draw_surface(
     return figures.render(faces, points, view, places=places, colours=_COLOURS)
 
 
-def save(panels: Sequence[Panel], path: Path) -> None:
-    """Writes a strip to a PNG, or a moving one to a WebP."""
+def save(panels: Sequence[Panel], path: Path, label: str = LABEL) -> None:
+    """Writes a strip to a PNG, or a moving one to a WebP, with a label of its scale of colours."""
     images = iter(figures.cropped([image for panel in panels for image in panel.images]))
     columns = [[next(images) for _ in panel.images] for panel in panels]
-    first, *rest = (_composed(panels, row) for row in zip(*columns, strict=True))
+    first, *rest = (_composed(panels, row, label) for row in zip(*columns, strict=True))
     path.parent.mkdir(parents=True, exist_ok=True)
     if path.suffix == ".png":
         first.save(path, optimize=True)
@@ -107,7 +107,7 @@ def _place(percent: NDArray[np.floating[Any]] | float) -> NDArray[np.float64]:
     return np.asarray(np.clip(places, 0, 1))
 
 
-def _composed(panels: Sequence[Panel], row: Sequence[figures.Image]) -> Image.Image:
+def _composed(panels: Sequence[Panel], row: Sequence[figures.Image], label: str) -> Image.Image:
     """One frame: titles and captions above the pictures, and the scale below them."""
     height, width = row[0].shape[:2]
     pitch = max(width + 14, _LEAST_PITCH)
@@ -132,5 +132,5 @@ def _composed(panels: Sequence[Panel], row: Sequence[figures.Image]) -> Image.Im
     for tick in TICKS:
         place = left + float(_place(tick)) * long
         draw.text((place, bottom + 2.2 * size), f"{tick:g}", _INK, small, "mm")
-    draw.text((left - size, bottom + 1.1 * size), LABEL, _INK, small, "rm")
+    draw.text((left - size, bottom + 1.1 * size), label, _INK, small, "rm")
     return whole

@@ -23,8 +23,8 @@ PYBIND11_MODULE(_core, module) {
   dynmesh::bind_task_sharing(module);
   dynmesh::bind_files(module);
   // Users know these classes as dynmesh.Completer and so on.
-  for (const char* name : {"Alignment", "Completer", "FrameReport", "RefusedFace", "TopologyReport",
-                           "Tracker", "TrackingReport"}) {
+  for (const char* name : {"Agreement", "Alignment", "Completer", "FrameReport", "RefusedFace",
+                           "TopologyReport", "Tracker", "TrackingReport"}) {
     module.attr(name).attr("__module__") = "dynmesh";
   }
   dynmesh::refuse_other_calls(module);

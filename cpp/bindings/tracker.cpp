@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <dynmesh/tracker.hpp>
 #include <string>
+#include <vector>
 
 #include "arrays.hpp"
 #include "bindings.hpp"
@@ -37,6 +38,13 @@ class AnyTracker : public AnyStream<Tracker, TrackerSettings> {
     });
   }
 
+  std::vector<Agreement> agreement_of_sensors() {
+    return exclusively([]<class Real>(Tracker<Real>& tracker) {
+      const auto found = tracker.agreement_of_sensors();
+      return std::vector<Agreement>(found.begin(), found.end());
+    });
+  }
+
   py::array_t<bool> observed() {
     return exclusively([]<class Real>(Tracker<Real>& tracker) {
       const auto values = tracker.observed();
@@ -51,15 +59,33 @@ class AnyTracker : public AnyStream<Tracker, TrackerSettings> {
 }  // namespace
 
 void bind_tracker(py::module_& module) {
+  py::class_<Agreement>(module, "Agreement", agreement_doc)
+      .def_readonly("points", &Agreement::points)
+      .def_readonly("far", &Agreement::far_share)
+      .def_readonly("disagreeing", &Agreement::disagreeing)
+      .def_readonly("distance", &Agreement::distance)
+      .def("__repr__", [](const Agreement& agreement) {
+        return py::str("Agreement(points={}, far={:.4g}, disagreeing={:.4g}, distance={:.6g})")
+            .format(agreement.points, agreement.far_share, agreement.disagreeing,
+                    agreement.distance);
+      });
   py::class_<TrackingReport, FrameReport>(module, "TrackingReport", tracking_report_doc)
-      .def_readonly("distance", &TrackingReport::distance)
+      .def_property_readonly("points", [](const TrackingReport& r) { return r.agreement.points; })
+      .def_property_readonly("far", [](const TrackingReport& r) { return r.agreement.far_share; })
+      .def_property_readonly("disagreeing",
+                             [](const TrackingReport& r) { return r.agreement.disagreeing; })
+      .def_property_readonly("distance",
+                             [](const TrackingReport& r) { return r.agreement.distance; })
       .def_readonly("aligned", &TrackingReport::aligned)
+      .def_readonly("recovered", &TrackingReport::recovered)
       .def("__repr__", [](const TrackingReport& report) {
-        return py::
-            str("TrackingReport(known={}, filled={}, disconnected={}, distance={:.6g}, aligned={}, "
-                "iterations={}, seconds={:.6f})")
-                .format(report.known, report.filled, report.disconnected, report.distance,
-                        report.aligned, report.iterations, report.seconds);
+        return py::str(
+                   "TrackingReport(known={}, filled={}, disconnected={}, far={:.4g}, "
+                   "disagreeing={:.4g}, distance={:.6g}, aligned={}, recovered={}, iterations={}, "
+                   "seconds={:.6f})")
+            .format(report.known, report.filled, report.disconnected, report.agreement.far_share,
+                    report.agreement.disagreeing, report.agreement.distance, report.aligned,
+                    report.recovered, report.iterations, report.seconds);
       });
 
   const std::string doc =
@@ -82,6 +108,8 @@ void bind_tracker(py::module_& module) {
       .def_property_readonly("observed", &AnyTracker::observed,
                              "(k,) bool: whether the vertex has a measured point in the last "
                              "frame.")
+      .def_property_readonly("agreement_of_sensors", &AnyTracker::agreement_of_sensors,
+                             tracker_agreement_of_sensors_doc)
       .def("__repr__", [](const AnyTracker& self) {
         return py::str("Tracker({} vertices, {} edges)").format(self.n_vertices(), self.n_edges());
       });

@@ -125,6 +125,21 @@ distance along the surface, which may be several times as large, is not included
 where no measured point is connected, and 0 before the first frame. Without uncertainty, ValueError
 is raised.)doc";
 
+constexpr const char* tracker_agreement_of_sensors_doc =
+    R"doc(list of Agreement: how well the last frame explains what each sensor measured.
+
+One for each image or viewpoint, in the order of the call. A point of a scan counts for the
+viewpoint that its normal turns to most. Empty before the first frame and after `restore`.)doc";
+
+constexpr const char* agreement_doc =
+    R"doc(How well a surface explains what a sensor measured of it.
+
+Attributes:
+    points: As in TrackingReport, like all others.
+    far: The share of the points that are far from the surface.
+    disagreeing: The share with the normal of another surface.
+    distance: The root mean square distance of those that are not far.)doc";
+
 constexpr const char* tracking_report_doc = R"doc(Statistics of one tracked frame.
 
 `known` counts the observed vertices, `filled` the others of their components, `disconnected`
@@ -134,8 +149,15 @@ training, `prior_weight` and `prior_share` are as in FrameReport, and with uncer
 of all vertices where it is finite. See also FrameReport.
 
 Attributes:
-    distance: The root mean square distance of the observed vertices from the planes of their
-        measured points, in the unit of the positions.
-    aligned: Whether the template was not where the first scan is, and was moved there rigidly.)doc";
+    points: How many measured points were compared with the surface: all of a small scan, every so
+        manyth one of a large one. Stray points, which are far from the surface and sparser than
+        others, are left out.
+    far: The share of them that are farther than one mean edge of the template from the surface, 0
+        to 1; NaN without points. It tells best how well a frame was tracked; up to 0.01 is usual.
+    disagreeing: The share that is near the surface, but whose normal is that of another one.
+    distance: The root mean square distance from the surface of those that are not far, in the unit
+        of the positions; NaN without any.
+    aligned: Whether the template was not where the first scan is, and was moved there rigidly.
+    recovered: Whether the template was lost and found again by a registration.)doc";
 
 }  // namespace dynmesh

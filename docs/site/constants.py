@@ -30,7 +30,7 @@ OTHERS = {
     "kernels/mode_kernels.hpp": ("modes_of_part", "most_learned_shapes"),
     "detail/shape_library.cpp": ("largest_in_edges", "interval"),
     "detail/learned_modes.cpp": ("remade_after",),
-    "disconnected/rigid_motion.cpp": ("collinear",),
+    "support/rigid_motion.cpp": ("collinear",),
 }
 """Constants that belong to one file."""
 

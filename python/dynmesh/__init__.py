@@ -19,6 +19,7 @@ Effective Dynamic Mesh Completion" (WSCG 2017).
 
 from . import baselines, degrade, draw, metrics, synth
 from ._core import (
+    Agreement,
     Alignment,
     Completer,
     FrameReport,
@@ -38,28 +39,33 @@ from .frames.frame import Frame
 from .frames.header import Header
 from .frames.reader import Reader
 from .jobs import batch
+from .jobs.completion import complete
+from .jobs.evaluation import Evaluation, FrameErrors, evaluate
 from .jobs.file_completion import complete_file
 from .jobs.registering import register_file
 from .jobs.report import FileReport
 from .jobs.scene_completion import SceneReport, complete_scene
+from .jobs.showing import picture, view
 from .jobs.track_report import TrackFileReport
 from .jobs.tracking import track_file
 from .matrices import adjacency, laplacian
 from .polygons import Polygons
 from .registration import Registration, register, register_depth
 from .sequence import Description, Sequence
-from .streaming import complete
 from .whole_frames import WholeFrame, whole_frame
 
 __all__ = [
+    "Agreement",
     "Alignment",
     "Completer",
     "Description",
     "Diagnosis",
     "DynmeshError",
+    "Evaluation",
     "FileReport",
     "Finding",
     "Frame",
+    "FrameErrors",
     "FrameReport",
     "Header",
     "Polygons",
@@ -87,18 +93,25 @@ __all__ = [
     "degrade",
     "diagnose",
     "draw",
+    "evaluate",
     "find_alignment",
+    "info",
     "laplacian",
     "metrics",
     "open",
+    "picture",
     "read",
     "register",
     "register_depth",
     "register_file",
     "synth",
     "track_file",
+    "view",
     "whole_frame",
     "write",
 ]
+
+info = diagnose
+"""The name of the same in the shell."""
 
 _notebook.show_objects()

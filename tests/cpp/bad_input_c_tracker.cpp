@@ -163,6 +163,15 @@ void try_c_tracker(World& world) {
   double bar = 0;
   tried("dynmesh_tracker_standard_error", "without uncertainty", {"standard_error:", "uncertainty"},
         dynmesh_tracker_standard_error(t, &bar, k, DYNMESH_FLOAT64));
+  const char* of_sensors = "dynmesh_tracker_agreement_of_sensors";
+  dynmesh_agreement agreement{};
+  std::int64_t n_sensors = 0;
+  tried(of_sensors, "`n_sensors`: a null pointer", {"n_sensors:", "null pointer"},
+        dynmesh_tracker_agreement_of_sensors(t, &agreement, 1, nullptr));
+  tried(of_sensors, "`values`: a null pointer", {"values:", "null pointer"},
+        dynmesh_tracker_agreement_of_sensors(t, nullptr, 1, &n_sensors));
+  tried(of_sensors, "`count = -1`", {"count:", "-1"},
+        dynmesh_tracker_agreement_of_sensors(t, &agreement, -1, &n_sensors));
   if (dynmesh_tracker_observed(nullptr) != nullptr) {
     fault("dynmesh_tracker_observed", "a null pointer", "is not null");
   }

@@ -12,7 +12,8 @@ _Static_assert(sizeof(dynmesh_settings) == 48 && offsetof(dynmesh_settings, nois
 _Static_assert(sizeof(dynmesh_frame_report) == 88, "");
 _Static_assert(sizeof(dynmesh_topology_report) == 32, "");
 _Static_assert(sizeof(dynmesh_template) == 32, "");
-_Static_assert(sizeof(dynmesh_tracking_report) == 56, "");
+_Static_assert(sizeof(dynmesh_tracking_report) == 80, "");
+_Static_assert(sizeof(dynmesh_agreement) == 32, "");
 _Static_assert(sizeof(dynmesh_depth_image) == 240, "");
 
 #define EXPECT(condition) \

@@ -6,46 +6,17 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/completer.hpp>
+#include <limits>
 #include <vector>
 
 #include "meshes.hpp"
 #include "push.hpp"
+#include "training_data.hpp"
 
 namespace dynmesh::testing {
 namespace {
 
 constexpr Settings detail = {.method = Method::detail};
-
-TEST_CASE_TEMPLATE("frames are finite and plausible for every known mask", Real, float, double) {
-  const auto mesh = join(sheet<Real>(9), sheet<Real>(4, 20));
-  const std::size_t k = mesh.size();
-  for (const DisconnectedRule rule : {DisconnectedRule::follow, DisconnectedRule::hold}) {
-    Completer<Real> completer(mesh.faces(), mesh.points(),
-                              {.method = Method::detail, .disconnected = rule});
-    const std::vector<std::uint8_t> none(k, 0);
-    const auto only = [&](const std::vector<std::size_t>& vertices) {
-      auto known = none;
-      for (const std::size_t v : vertices) known[v] = 1;
-      return known;
-    };
-    auto only_first = random_mask(k, 0.3, 3);
-    std::fill(only_first.begin() + 81, only_first.end(), std::uint8_t{0});
-    const std::vector<std::vector<std::uint8_t>> masks = {
-        none,       only({40}), only({40, 85}),         only_first,
-        none,       only_first, random_mask(k, 0.5, 1), std::vector<std::uint8_t>(k, 1),
-        only({90}), only_first};
-    Real angle = 0;
-    for (const auto& known : masks) {
-      angle += Real(0.1);
-      const auto frame = translated<Real>(turned(mesh.vertices, angle), angle, 0, 0);
-      const auto completed = push(completer, frame, known);
-      CHECK(largest(completed) < 50);
-      for (std::size_t v = 0; v < k; ++v) {
-        if (known[v] != 0) CHECK(completed[3 * v] == frame[3 * v]);
-      }
-    }
-  }
-}
 
 TEST_CASE("a single anchor moves the whole shape") {
   const auto mesh = sheet<double>(10);
@@ -199,6 +170,43 @@ TEST_CASE("the blend does not depend on rounding errors if the anchors do not de
   CHECK(largest(expected) < 40);
   for (const double scale : {1e-4, 1e6}) {
     CHECK(largest_difference(complete(scale), expected) < 1e-6);
+  }
+}
+
+TEST_CASE_TEMPLATE("extreme lengths and outliers do no harm to what is learned", Real, float,
+                   double) {
+  bool is_trained = false;
+  SUBCASE("by training") { is_trained = true; }
+  SUBCASE("from the frames") {}
+  const Settings settings = {.method = Method::detail, .learn = !is_trained};
+  auto mesh = join(sheet<Real>(5), sheet<Real>(2, 20));
+  mesh.vertices.insert(mesh.vertices.end(), {9, 9, 9});
+  const std::size_t k = mesh.size();
+  const int exponent = std::numeric_limits<Real>::max_exponent / 3;
+  for (const int scale : {0, -exponent, exponent}) {
+    CAPTURE(scale);
+    const auto scaled = [scale](std::vector<Real> values) {
+      for (Real& x : values) x = std::ldexp(x, scale);
+      return values;
+    };
+    const Mesh<Real> first = {scaled(mesh.vertices), mesh.indices};
+    auto shown = training_frames_of(mesh.vertices, 5);
+    for (auto& frame : shown) frame = scaled(frame);
+    const auto make = [&] {
+      return is_trained
+                 ? Completer<Real>(first.faces(), first.points(), settings, training_of(shown))
+                 : Completer<Real>(first.faces(), first.points(), settings);
+    };
+    auto completer = make();
+    auto other = make();
+    for (unsigned n = 0; n < 80; ++n) {
+      auto frame = bent(mesh.vertices, n);
+      if (n % 9 == 8) frame[3] *= 10000;
+      const auto known = n % 13 == 11 ? mask(k, {0}) : random_mask(k, 0.1 * (n % 6), n);
+      CHECK(std::isfinite(largest(push(completer, scaled(frame), known))));
+      other.restore(completer.state());
+      CHECK(other.state() == completer.state());
+    }
   }
 }
 

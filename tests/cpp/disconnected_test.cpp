@@ -2,8 +2,8 @@
 
 #include <dynmesh/completer.hpp>
 
-#include "disconnected/rigid_motion.hpp"
 #include "meshes.hpp"
+#include "support/rigid_motion.hpp"
 
 namespace dynmesh::testing {
 namespace {
@@ -22,40 +22,6 @@ std::vector<double> complete(const Mesh<double>& mesh, const std::vector<double>
   completer.push({moved.data(), mesh.size()}, {known.data(), known.size()},
                  {completed.data(), mesh.size()});
   return completed;
-}
-
-TEST_CASE("with fewer than four donors, a component follows all anchors") {
-  const auto mesh = three_parts();
-  // Only four vertices of the large sheet are observed. Its vertices may be donors, but the
-  // isolated vertex has only one donor. The four anchors move rigidly with a known motion.
-  const auto moved = turned(mesh.vertices, -0.4);
-  const auto known = mask(mesh.size(), {0, 4, 20, 24});
-  const auto completed = complete(mesh, moved, known, DisconnectedRule::follow);
-  const std::size_t single = 3 * (mesh.size() - 1);
-  for (std::size_t c = 0; c < 3; ++c) {
-    CHECK(completed[single + c] == doctest::Approx(moved[single + c]));
-  }
-}
-
-TEST_CASE("a component with four donors follows them, and one with three does not") {
-  for (const int n : {3, 4}) {
-    Mesh<double> above;
-    above.vertices = {0, 0, 1, 1, 0, 1, 0, 1, 1, 1, 1, 1};
-    above.vertices.resize(3 * static_cast<std::size_t>(n));
-    above.indices = {0, 1, 2, 1, 3, 2};
-    above.indices.resize(n == 3 ? 3 : 6);
-    const auto mesh = join(sheet<double>(5), above);
-    // The donors, at the corner of the sheet, move by 1, and all others by 0.
-    auto moved = mesh.vertices;
-    for (const std::size_t v : {0, 1, 5, 6}) moved[3 * v + 2] += 1;
-    auto known = std::vector<std::uint8_t>(mesh.size(), 1);
-    std::fill_n(known.begin() + 25, n, std::uint8_t{0});
-    const auto completed = complete(mesh, moved, known, DisconnectedRule::follow);
-    const double shift = completed[77] - mesh.vertices[77];
-    CAPTURE(shift);
-    if (n == 4) CHECK(shift == doctest::Approx(1));
-    if (n == 3) CHECK(shift < 0.9);
-  }
 }
 
 TEST_CASE("points turn about a line unless they are nearer to it than rounding") {

@@ -80,16 +80,16 @@ void check_against_plain(Real tolerance, std::size_t k, Index extra_iterations, 
 }
 
 TEST_CASE("the fast implementation agrees with the readable one, for every kind of processor") {
+  constexpr Index extras[] = {0, 1, 7};
   unsigned seed = 0;
   for (const std::size_t k : {1, 2, 5, 30, 300, 1000}) {
     for (const double share : {0.0, 0.01, 0.1, 0.5, 0.9, 1.0}) {
-      for (const Index extra : {0, 1, 7}) {
-        CAPTURE(k);
-        CAPTURE(share);
-        CAPTURE(extra);
-        check_against_plain<float>(5e-6F, k, extra, share, ++seed);
-        check_against_plain<double>(1e-12, k, extra, share, seed);
-      }
+      const Index extra = extras[(seed + seed / 6) % 3];  // each share has every number
+      CAPTURE(k);
+      CAPTURE(share);
+      CAPTURE(extra);
+      check_against_plain<float>(5e-6F, k, extra, share, ++seed);
+      check_against_plain<double>(1e-12, k, extra, share, seed);
     }
   }
 }

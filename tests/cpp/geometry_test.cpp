@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "disconnected/rigid_motion.hpp"
+#include "support/rigid_motion.hpp"
 
 namespace dynmesh::testing {
 namespace {

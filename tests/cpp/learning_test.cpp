@@ -4,17 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
-#include <dynmesh/completer.hpp>
 #include <limits>
 #include <utility>
 #include <vector>
 
 #include "detail/shape_library.hpp"
-#include "meshes.hpp"
-#include "push.hpp"
-#include "shared_work.hpp"
 #include "support/workers.hpp"
-#include "training_data.hpp"
 
 namespace dynmesh::testing {
 namespace {
@@ -125,51 +120,6 @@ TEST_CASE("a shape out of any range does not enter") {
     memory[0].to_rest.z = 1e5 * mean_edge;
     other.offer(memory);
     CHECK(other.offer(memory));
-  }
-}
-
-TEST_CASE_TEMPLATE("what is learned does not depend on the number of threads", Real, float,
-                   double) {
-  const SharedWork shared;
-  const auto mesh = sheet<Real>(24);
-  Settings settings = {.method = Method::detail, .learn = true};
-  SUBCASE("exact") {}
-  SUBCASE("noisy") { settings.noise = 0.01; }
-  Completer<Real> one(mesh.faces(), mesh.points(), settings);
-  settings.threads = 3;
-  Completer<Real> many(mesh.faces(), mesh.points(), settings);
-  for (unsigned n = 1; n < 22; ++n) {
-    const auto frame = bent(mesh.vertices, 0.3 * n);
-    const auto known = random_mask(mesh.size(), 0.3, n);
-    std::vector<Real> completed;
-    CHECK(shared_pieces([&] { completed = push(many, frame, known); }) > 0);
-    REQUIRE(completed == push(one, frame, known));
-  }
-  CHECK(many.report().stages.prior_share > 0);
-  CHECK(many.state() == one.state());
-}
-
-TEST_CASE_TEMPLATE("extreme lengths and outliers do no harm", Real, float, double) {
-  const Settings settings = {.method = Method::detail, .learn = true};
-  auto mesh = join(sheet<Real>(5), sheet<Real>(2, 20));
-  mesh.vertices.insert(mesh.vertices.end(), {9, 9, 9});
-  const std::size_t k = mesh.size();
-  const int exponent = std::numeric_limits<Real>::max_exponent / 3;
-  for (const int scale : {0, -exponent, exponent}) {
-    CAPTURE(scale);
-    auto scaled = mesh;
-    for (Real& x : scaled.vertices) x = std::ldexp(x, scale);
-    Completer<Real> completer(scaled.faces(), scaled.points(), settings);
-    Completer<Real> other(scaled.faces(), scaled.points(), settings);
-    for (unsigned n = 0; n < 80; ++n) {
-      auto frame = bent(mesh.vertices, n);
-      for (Real& x : frame) x = std::ldexp(x, scale);
-      if (n % 9 == 8) frame[3] *= std::pow(Real{100}, static_cast<Real>(n % 3));
-      const auto known = n % 13 == 11 ? mask(k, {0}) : random_mask(k, 0.1 * (n % 6), n);
-      CHECK(std::isfinite(largest(push(completer, frame, known))));
-      other.restore(completer.state());
-      CHECK(other.state() == completer.state());
-    }
   }
 }
 

@@ -2,8 +2,6 @@
 
 #include <doctest/doctest.h>
 
-#include <Eigen/Dense>
-#include <cmath>
 #include <random>
 
 #include "meshes.hpp"
@@ -47,112 +45,6 @@ std::vector<double> random_numbers(std::size_t n, unsigned seed) {
   return numbers;
 }
 
-/// The columns of B, (3 k, n_coefficients), from the modes themselves.
-Eigen::MatrixXd columns_of(Modes& modes, Workers& workers) {
-  const std::size_t n = modes.n_coefficients();
-  Eigen::MatrixXd columns(3 * k, n);
-  std::vector<double> one(n, 0.0);
-  std::vector<Vector3<double>> column(k);
-  for (std::size_t j = 0; j < n; ++j) {
-    one[j] = 1;
-    modes.combine(one, column, workers);
-    one[j] = 0;
-    for (std::size_t v = 0; v < k; ++v) {
-      columns(3 * v, j) = column[v].x;
-      columns(3 * v + 1, j) = column[v].y;
-      columns(3 * v + 2, j) = column[v].z;
-    }
-  }
-  return columns;
-}
-
-Eigen::VectorXd stacked(std::span<const Vector3<double>> field) {
-  Eigen::VectorXd all(3 * field.size());
-  for (std::size_t v = 0; v < field.size(); ++v) {
-    all.segment<3>(3 * v) << field[v].x, field[v].y, field[v].z;
-  }
-  return all;
-}
-
-/// The deviations of one part in all frames, times the roots of its weights: (3 k, n_frames).
-Eigen::MatrixXd deviations_of(Index part, const SurfaceParts& parts,
-                              std::span<const Vector3<double>> shapes, double power) {
-  Eigen::MatrixXd z = Eigen::MatrixXd::Zero(3 * k, n_frames);
-  for (std::size_t v = 0; v < k; ++v) {
-    for (Index e = parts.offsets[v]; e < parts.offsets[v + 1]; ++e) {
-      if (parts.entries[e].part != part) continue;
-      const double weight = std::pow(parts.entries[e].weight, power);
-      for (std::size_t l = 0; l < n_frames; ++l) {
-        const auto& x = shapes[v * n_frames + l];
-        z.block<3, 1>(3 * v, l) << weight * x.x, weight * x.y, weight * x.z;
-      }
-    }
-  }
-  return z;
-}
-
-TEST_CASE("the modes of a part are its leading principal components, of unit coefficients") {
-  Workers workers(1);
-  const SurfaceParts parts = some_parts();
-  auto shapes = random_field(k * n_frames, 3);
-  for (std::size_t i = 0; i < shapes.size(); ++i) {
-    const double size = std::pow(0.8, static_cast<double>(i % n_frames));  // distinct eigenvalues
-    shapes[i] = size * shapes[i];
-  }
-  Modes modes(parts, shapes, n_frames, {}, {});
-  CHECK(modes.size() == 4 * 16);
-  REQUIRE(modes.n_coefficients() == 4 * 16);
-  const Eigen::MatrixXd found = columns_of(modes, workers);
-  for (Index part = 0; part < 4; ++part) {
-    // B_j = W Z v_j / sqrt(n), where v_j is the right singular vector j of sqrt(W) Z.
-    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(deviations_of(part, parts, shapes, 0.5),
-                                                Eigen::ComputeThinV);
-    const Eigen::MatrixXd expected = deviations_of(part, parts, shapes, 1) *
-                                     svd.matrixV().leftCols(16) / std::sqrt(1.0 * n_frames);
-    const double scale = expected.cwiseAbs().maxCoeff();
-    for (int j = 0; j < 16; ++j) {
-      const Eigen::VectorXd mode = found.col(16 * part + j);
-      const double sign = mode.dot(expected.col(j)) < 0 ? -1 : 1;
-      CHECK((mode - sign * expected.col(j)).cwiseAbs().maxCoeff() < 1e-5 * scale);
-    }
-    if (part > 0) continue;
-    const Eigen::VectorXd variances = svd.singularValues().cwiseAbs2();
-    CHECK(modes.variance_held() == doctest::Approx(variances.head(16).sum() / variances.sum()));
-  }
-}
-
-TEST_CASE("products with the modes agree with those in double precision") {
-  Workers workers(1);
-  Modes modes(some_parts(), random_field(k * n_frames, 3), n_frames, {}, {});
-  const std::size_t n = modes.n_coefficients();
-  const Eigen::MatrixXd b = columns_of(modes, workers);
-  const auto near = [](const Eigen::VectorXd& found, const Eigen::VectorXd& expected) {
-    return (found - expected).cwiseAbs().maxCoeff() < 1e-5 * expected.cwiseAbs().maxCoeff();
-  };
-  const auto a = random_numbers(n, 1);
-  std::vector<Vector3<double>> combined(k);
-  modes.combine(a, combined, workers);
-  CHECK(near(stacked(combined), b * Eigen::Map<const Eigen::VectorXd>(a.data(), n)));
-  std::vector<double> projected(n);
-  modes.project(combined, projected, workers);
-  const Eigen::Map<const Eigen::VectorXd> as_vector(projected.data(), n);
-  CHECK(near(as_vector, b.transpose() * stacked(combined)));
-
-  std::vector<double> weights(k);
-  Eigen::VectorXd of_rows(3 * k);
-  for (std::size_t v = 0; v < k; ++v) {
-    weights[v] = static_cast<double>(v % 7) / 7;
-    of_rows.segment<3>(3 * v).setConstant(weights[v]);
-  }
-  std::vector<double> squares(n);
-  std::ranges::fill(projected, 7.0);
-  modes.project_and_weigh(combined, weights, projected, squares, workers);
-  CHECK(near(as_vector, b.transpose() * stacked(combined)));
-  // The square of a mode, part by part: a vertex may be in several.
-  CHECK(near(Eigen::Map<const Eigen::VectorXd>(squares.data(), n),
-             b.cwiseAbs2().transpose() * of_rows));
-}
-
 TEST_CASE("modes that are too small to be seen, in mean edges or by rounding, are none") {
   const SurfaceParts parts = some_parts();
   const auto shapes_of = [](double size) {
@@ -168,37 +60,6 @@ TEST_CASE("modes that are too small to be seen, in mean edges or by rounding, ar
     CHECK(number(1e-2 * h, {h, 0}) == 4 * 16);
     CHECK(number(1e-2 * h, {h, 1e-2 * h * h}) == 0);
   }
-}
-
-TEST_CASE("a training sequence in which nothing moves, or a part, has no modes there") {
-  Workers workers(1);
-  SurfaceParts parts = some_parts();
-  auto shapes = random_field(k * n_frames, 3);
-  std::size_t expected = 0;
-  SUBCASE("nothing") { std::ranges::fill(shapes, Vector3<double>{}); }
-  SUBCASE("not the half of the vertices in which part 1 is") {
-    std::fill_n(shapes.begin(), 300 * n_frames, Vector3<double>{});
-    expected = 3 * 16;
-  }
-  SUBCASE("in one way") {
-    for (std::size_t v = 0; v < k; ++v) {
-      for (std::size_t l = 1; l < n_frames; ++l) {
-        shapes[v * n_frames + l] = std::sin(1.0 * l) * shapes[v * n_frames];
-      }
-    }
-    expected = 4;
-  }
-  Modes modes(parts, shapes, n_frames, {}, {});
-  CHECK(modes.size() == expected);
-  CHECK(modes.n_coefficients() == 4 * 16);
-  std::vector<Vector3<double>> combined(k);
-  modes.combine(random_numbers(4 * 16, 1), combined, workers);
-  for (const auto& x : combined) CHECK(std::isfinite(squared_norm(x)));
-  if (expected == 0) CHECK(stacked(combined).norm() == 0);
-  CHECK(modes.variance_held() == doctest::Approx(expected == 4   ? 1
-                                                 : expected == 0 ? 0
-                                                                 : 0.85)
-                                     .epsilon(0.1));
 }
 
 TEST_CASE("the products are the same for every kind of processor, up to rounding") {

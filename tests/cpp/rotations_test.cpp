@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <numeric>
 #include <vector>
 
 #include "meshes.hpp"
@@ -89,43 +88,6 @@ TEST_CASE("if a cell does not determine a rotation, it keeps the last one") {
   for (std::size_t v = 0; v < before.size(); ++v) {
     CHECK(rotations.quaternions()[v].w == doctest::Approx(before[v].w));
     CHECK(rotations.quaternions()[v].z == doctest::Approx(before[v].z));
-  }
-}
-
-TEST_CASE("clusters divide the vertices, and do not depend on their numbers") {
-  auto mesh = torus(9);
-  mesh.vertices.insert(mesh.vertices.end(), {5, 5, 5});  // isolated
-  const Topology topology = build_topology(mesh.faces(), mesh.size());
-  const auto positions = rows_of(mesh.vertices);
-  const Clusters clusters = cluster_vertices(topology.cells, positions);
-  CHECK(clusters.size() < mesh.size() / 3);
-  std::vector<int> visits(mesh.size());
-  for (Index c = 0; c < static_cast<Index>(clusters.size()); ++c) {
-    CHECK(clusters
-              .of_vertex[static_cast<std::size_t>(clusters.centres[static_cast<std::size_t>(c)])] ==
-          c);
-    for (const Index v : clusters.members[c]) {
-      ++visits[static_cast<std::size_t>(v)];
-      CHECK(clusters.of_vertex[static_cast<std::size_t>(v)] == c);
-      for (const Index j : topology.cells[v]) {
-        const Index other = clusters.of_vertex[static_cast<std::size_t>(j)];
-        if (other != c) CHECK(std::ranges::count(clusters.neighbours[c], other) == 1);
-      }
-    }
-  }
-  CHECK(std::ranges::all_of(visits, [](int n) { return n == 1; }));
-
-  std::vector<Index> renamed(mesh.size());
-  std::iota(renamed.begin(), renamed.end(), 0);
-  std::ranges::reverse(renamed);
-  std::vector<Vector3<double>> moved(mesh.size());
-  for (std::size_t v = 0; v < moved.size(); ++v) {
-    moved[static_cast<std::size_t>(renamed[v])] = positions[v];
-  }
-  for (Index& index : mesh.indices) index = renamed[static_cast<std::size_t>(index)];
-  const Clusters others = cluster_vertices(build_topology(mesh.faces(), mesh.size()).cells, moved);
-  for (std::size_t v = 0; v < moved.size(); ++v) {
-    CHECK(others.of_vertex[static_cast<std::size_t>(renamed[v])] == clusters.of_vertex[v]);
   }
 }
 

@@ -122,10 +122,6 @@ TEST_CASE("incomplete and invalid data is refused") {
             .find("vertex 1, counted from 0, has the coordinate 1e+39") != std::string::npos);
   CHECK(refusal("hexadecimal.obj", "v 0 0 0\nv 1 0 0x10\nv 0 1 0\nf 1 2 3\n").find("'0x10'") !=
         std::string::npos);
-  CHECK(refusal("a.stl", "solid\n").find("a template must be an .obj, .ply or .off file") !=
-        std::string::npos);
-  CHECK(message_of([] { read_template("no-such-folder/x.obj"); }) ==
-        "no-such-folder/x.obj: cannot be opened");
 }
 
 std::string binary_ply(const std::string& x_type, const std::string& count_type,

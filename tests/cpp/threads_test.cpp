@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cstring>
 #include <dynmesh/completer.hpp>
 #include <memory>
 #include <string>
@@ -16,6 +15,7 @@
 #include "push.hpp"
 #include "shared_work.hpp"
 #include "stream/one_at_a_time.hpp"
+#include "training_data.hpp"
 
 namespace dynmesh::testing {
 namespace {
@@ -184,6 +184,55 @@ TEST_CASE_TEMPLATE("method motion gives identical results with any number of thr
       CHECK(many.report().iterations == one.report().iterations);
     }
   }
+}
+
+TEST_CASE_TEMPLATE("method detail gives identical results with any number of threads", Real, float,
+                   double) {
+  const SharedWork pieces;
+  const auto mesh = join(sheet<Real>(24), sheet<Real>(4, 60.0));
+  Settings settings = {.method = Method::detail};
+  bool is_trained = false;
+  SUBCASE("exact") {}
+  SUBCASE("noisy") { settings.noise = 0.01; }
+  SUBCASE("exact, learning") { settings.learn = true; }
+  SUBCASE("noisy, learning") {
+    settings.noise = 0.01;
+    settings.learn = true;
+  }
+  SUBCASE("exact, with training and outliers") {
+    settings.reject_outliers = true;
+    is_trained = true;
+  }
+  SUBCASE("noisy, with training and outliers") {
+    settings.noise = 0.01;
+    settings.reject_outliers = true;
+    is_trained = true;
+  }
+  SUBCASE("exact, with standard errors") { settings.uncertainty = true; }
+  SUBCASE("noisy, with standard errors") {
+    settings.noise = 0.1;
+    settings.uncertainty = true;
+  }
+  const auto on_threads = [&](Index threads) {
+    settings.threads = threads;
+    return is_trained ? trained(mesh, settings)
+                      : Completer<Real>(mesh.faces(), mesh.points(), settings);
+  };
+  auto one = on_threads(1);
+  auto many = on_threads(3);
+  const unsigned n_frames = settings.learn ? 21 : 8;
+  for (unsigned n = 1; n <= n_frames; ++n) {
+    const auto frame = bent(mesh.vertices, 0.3 * n);
+    auto known = random_mask(mesh.size(), n == 4 ? 1 : 0.5, n);
+    if (n == 6) std::fill(known.begin() + 576, known.end(), std::uint8_t{0});  // disconnected
+    std::vector<Real> completed;
+    CHECK(shared_pieces([&] { completed = push(many, frame, known); }) > 0);
+    REQUIRE(completed == push(one, frame, known));
+    if (!settings.uncertainty) continue;
+    CHECK(std::ranges::equal(many.standard_error(), one.standard_error()));
+  }
+  CHECK((one.report().stages.prior_share > 0) == (is_trained || settings.learn));
+  CHECK(many.state() == one.state());
 }
 
 TEST_CASE("threads are woken from 24 pieces on") {

@@ -2,7 +2,6 @@
 
 #include <OpenMesh/Core/Mesh/TriConnectivity.hh>
 #include <OpenMesh/Core/System/omstream.hh>
-#include <algorithm>
 #include <atomic>
 #include <dynmesh/topology.hpp>
 #include <iostream>
@@ -41,51 +40,36 @@ std::set<std::pair<Index, Index>> edges_of(const std::vector<Index>& faces) {
 }
 
 TEST_CASE("faces that a half-edge mesh cannot represent are reported, and their edges kept") {
-  SUBCASE("degenerate") {
-    const std::vector<Index> faces = {0, 1, 2, 3, 3, 2, 4, 4, 4};
-    const Topology topology = build_topology(faces_of(faces), 5);
-    REQUIRE(topology.report.refused_faces.size() == 2);
-    CHECK(topology.report.refused_faces[0].index == 1);
-    CHECK(topology.report.refused_faces[0].kind == Refusal::degenerate);
-    CHECK(topology.report.refused_faces[0].reason.starts_with("degenerate: vertices 3, 3, 2"));
-    CHECK(edges_of(topology.cells) == edges_of(faces));
-    CHECK(topology.report.isolated_vertices == 1);
-  }
-  SUBCASE("duplicates, in any order of their vertices") {
-    const std::vector<Index> faces = {0, 1, 2, 2, 1, 3, 1, 2, 0, 1, 0, 2};
-    const Topology topology = build_topology(faces_of(faces), 4);
-    REQUIRE(topology.report.refused_faces.size() == 2);
-    CHECK(topology.report.refused_faces[0].index == 2);
-    CHECK(topology.report.refused_faces[1].index == 3);
-    CHECK(topology.report.refused_faces[1].kind == Refusal::duplicate);
-    CHECK(topology.report.refused_faces[1].reason == "duplicate of face 0");
-    CHECK(edges_of(topology.cells) == edges_of(faces));
-  }
-  SUBCASE("an edge with three faces") {
-    const std::vector<Index> faces = {0, 1, 2, 1, 0, 3, 0, 1, 4};
-    const Topology topology = build_topology(faces_of(faces), 5);
-    REQUIRE(topology.report.refused_faces.size() == 1);
-    CHECK(topology.report.refused_faces[0].kind == Refusal::non_manifold_edge);
-    CHECK(topology.report.refused_faces[0].reason ==
-          "edge (0, 1) already has two faces: non-manifold");
-    CHECK(edges_of(topology.cells) == edges_of(faces));
-  }
-  SUBCASE("a flipped neighbour") {
-    const std::vector<Index> faces = {0, 1, 2, 0, 1, 3};
-    const Topology topology = build_topology(faces_of(faces), 4);
-    REQUIRE(topology.report.refused_faces.size() == 1);
-    CHECK(topology.report.refused_faces[0].kind == Refusal::flipped);
-    CHECK(topology.report.refused_faces[0].reason.find("flipped") != std::string::npos);
-    CHECK(edges_of(topology.cells) == edges_of(faces));
-  }
-  SUBCASE("a face on an enclosed vertex") {
-    const std::vector<Index> faces = {0, 1, 2, 0, 2, 3, 0, 3, 1, 0, 4, 5};
-    const Topology topology = build_topology(faces_of(faces), 6);
-    REQUIRE(topology.report.refused_faces.size() == 1);
-    CHECK(topology.report.refused_faces[0].kind == Refusal::non_manifold_vertex);
-    CHECK(topology.report.refused_faces[0].reason ==
-          "vertex 0 is already enclosed by faces: non-manifold");
-    CHECK(edges_of(topology.cells) == edges_of(faces));
+  struct Kind {
+    Refusal kind;
+    std::vector<Index> faces;
+    std::vector<std::size_t> refused;
+    std::string reason;
+  };
+  const std::vector<Kind> kinds = {
+      {Refusal::degenerate, {0, 1, 2, 3, 3, 2, 4, 4, 4}, {1, 2}, "degenerate: vertices 3, 3, 2"},
+      {Refusal::duplicate, {0, 1, 2, 2, 1, 3, 1, 2, 0, 1, 0, 2}, {2, 3}, "duplicate of face 0"},
+      {Refusal::non_manifold_edge,
+       {0, 1, 2, 1, 0, 3, 0, 1, 4},
+       {2},
+       "edge (0, 1) already has two faces: non-manifold"},
+      {Refusal::flipped, {0, 1, 2, 0, 1, 3}, {1}, "flipped"},
+      {Refusal::non_manifold_vertex,
+       {0, 1, 2, 0, 2, 3, 0, 3, 1, 0, 4, 5},
+       {3},
+       "vertex 0 is already enclosed by faces: non-manifold"},
+  };
+  for (const Kind& expected : kinds) {
+    CAPTURE(expected.reason);
+    const Topology topology = build_topology(faces_of(expected.faces), 6);
+    const auto& refused = topology.report.refused_faces;
+    REQUIRE(refused.size() == expected.refused.size());
+    for (std::size_t i = 0; i < refused.size(); ++i) {
+      CHECK(refused[i].index == expected.refused[i]);
+      CHECK(refused[i].kind == expected.kind);
+    }
+    CHECK(refused[0].reason.find(expected.reason) != std::string::npos);
+    CHECK(edges_of(topology.cells) == edges_of(expected.faces));
   }
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <dynmesh/tracker.hpp>
+#include <string>
 #include <vector>
 
 #include "meshes.hpp"
@@ -73,6 +74,84 @@ TEST_CASE("a first scan elsewhere is aligned, or refused with the distance") {
   const auto message = message_of([&] { track(tracker, in_millimetres); });
   CHECK(message.find("points: the template is far from the first scan") == 0);
   CHECK(tracker.state() == before);
+}
+
+TEST_CASE("a template that is lost is registered anew, at most once in ten frames") {
+  const auto mesh = bumpy_torus(24);
+  const auto first = scan_of(mesh, turned(mesh.vertices, 0.03));
+  const auto truth = translated(turned(mesh.vertices, 2.1), 40.0, 0.0, 0.0);
+  const auto jumped = scan_of(mesh, truth);
+  Tracker<double> plain(mesh.faces(), mesh.points());
+  Tracker<double> tracker(mesh.faces(), mesh.points(), {.recover = true});
+  CHECK(track(tracker, first) == track(plain, first));
+  CHECK(!tracker.report().recovered);
+  CHECK(largest_difference(track(plain, jumped), truth) > mean_edge(mesh));
+  CHECK(plain.report().agreement.far_share > 0.05);
+  CHECK(!plain.report().recovered);
+  CHECK(largest_difference(track(tracker, jumped), truth) < 0.3 * mean_edge(mesh));
+  CHECK(tracker.report().recovered);
+  CHECK(tracker.report().agreement.far_share < 0.05);
+
+  // Nine frames are then tracked as without a registration, whatever they are.
+  const auto state = tracker.state();
+  const auto frame = track(tracker, first);
+  CHECK(!tracker.report().recovered);
+  CHECK(largest_difference(frame, turned(mesh.vertices, 0.03)) > mean_edge(mesh));
+  std::vector<double> out(frame.size());
+  for (int n = 0; n < 7; ++n) tracker.skip({out.data(), mesh.size()});
+  track(tracker, first);
+  CHECK(!tracker.report().recovered);
+  const auto last = track(tracker, first);
+  CHECK(tracker.report().recovered);
+  CHECK(largest_difference(last, turned(mesh.vertices, 0.03)) < 0.3 * mean_edge(mesh));
+
+  // A state holds the last good frame and the pause.
+  Tracker<double> other(mesh.faces(), mesh.points(), {.threads = 2, .recover = true});
+  other.restore(state);
+  CHECK(other.report().recovered);
+  CHECK(other.state() == state);
+  CHECK(track(other, first) == frame);
+  for (int n = 0; n < 7; ++n) other.skip({out.data(), mesh.size()});
+  track(other, first);
+  CHECK(track(other, first) == last);
+
+  const auto as_rows = [](const std::vector<double>& xyz) -> dynmesh_points {
+    return {xyz.data(), static_cast<std::int64_t>(xyz.size() / 3), 3, 1, DYNMESH_FLOAT64};
+  };
+  const auto rows = as_rows(mesh.vertices);
+  const auto n_faces = static_cast<std::int64_t>(mesh.faces().count);
+  dynmesh_tracker* in_c = nullptr;
+  REQUIRE(dynmesh_tracker_create_with(mesh.indices.data(), n_faces, &rows, 1, 0, 1, nullptr,
+                                      &in_c) == DYNMESH_OK);
+  const dynmesh_output to = {out.data(), rows.count, 3, 1, DYNMESH_FLOAT64};
+  for (const Samples* scan : {&first, &jumped}) {
+    const auto points = as_rows(scan->points);
+    const auto normals = as_rows(scan->normals);
+    dynmesh_tracking_report report{};
+    REQUIRE(dynmesh_tracker_push(in_c, &points, &normals, nullptr, &to, &report) == DYNMESH_OK);
+    CHECK(report.recovered == (scan == &jumped ? 1 : 0));
+  }
+  dynmesh_tracker_destroy(in_c);
+
+  const auto message = message_of([&] { plain.restore(state); });
+  CHECK(message.find("recover is True, not False") != std::string::npos);
+}
+
+TEST_CASE("a registration that finds nothing better leaves no trace") {
+  const auto mesh = bumpy_torus(16);
+  const auto truth = turned(mesh.vertices, 0.03);
+  auto scan = scan_of(mesh, truth);
+  const auto other_things = translated(scan.points, 6.0, 6.0, 3.0);
+  scan.points.insert(scan.points.end(), other_things.begin(), other_things.end());
+  scan.normals.insert(scan.normals.end(), scan.normals.begin(), scan.normals.end());
+  Tracker<double> plain(mesh.faces(), mesh.points(), {.uncertainty = true});
+  Tracker<double> tracker(mesh.faces(), mesh.points(), {.uncertainty = true, .recover = true});
+  for (int n = 0; n < 2; ++n) {
+    CHECK(track(tracker, scan) == track(plain, scan));
+    CHECK(plain.report().agreement.far_share > 0.05);
+    CHECK(!tracker.report().recovered);
+    CHECK(tracker.standard_error()[7] == plain.standard_error()[7]);
+  }
 }
 
 TEST_CASE("a component without points follows the others") {
@@ -163,6 +242,10 @@ TEST_CASE("the C interface tracks as the C++ interface does") {
   REQUIRE(dynmesh_tracker_push(tracker, &points, &normals, nullptr, &out, &report) == DYNMESH_OK);
   CHECK(found == frame);
   CHECK(report.known == static_cast<std::int64_t>(expected.report().known));
+  CHECK(report.agreement.points == static_cast<std::int64_t>(expected.report().agreement.points));
+  CHECK(report.agreement.far_share == expected.report().agreement.far_share);
+  CHECK(report.agreement.disagreeing == expected.report().agreement.disagreeing);
+  CHECK(report.agreement.distance == expected.report().agreement.distance);
   CHECK(dynmesh_tracker_observed(tracker)[3] == 1);
   CHECK(dynmesh_tracker_generation(tracker)[3] == 0);
   std::int64_t size = 0;
@@ -179,7 +262,14 @@ TEST_CASE("the C interface tracks as the C++ interface does") {
   dynmesh_depth_image image{view.data, 60, 60, 0, 0, {}, {}};
   std::memcpy(image.intrinsics, view.intrinsics.data(), sizeof image.intrinsics);
   std::memcpy(image.pose, view.pose.data(), sizeof image.pose);
-  CHECK(dynmesh_tracker_push_depth(tracker, &image, 1, &out, nullptr) == DYNMESH_OK);
+  CHECK(dynmesh_tracker_push_depth(tracker, &image, 1, &out, &report) == DYNMESH_OK);
+  dynmesh_agreement of_sensors[2] = {{-1, 0, 0, 0}, {-1, 0, 0, 0}};
+  std::int64_t n_sensors = 0;
+  REQUIRE(dynmesh_tracker_agreement_of_sensors(tracker, of_sensors, 2, &n_sensors) == DYNMESH_OK);
+  CHECK(n_sensors == 1);
+  CHECK(of_sensors[0].points == report.agreement.points);
+  CHECK(of_sensors[0].distance == report.agreement.distance);
+  CHECK(of_sensors[1].points == -1);
   image.pose[0] = 2;
   CHECK(dynmesh_tracker_push_depth(tracker, &image, 1, &out, nullptr) == DYNMESH_INVALID_ARGUMENT);
   CHECK(dynmesh_tracker_reset(tracker, &first) == DYNMESH_OK);

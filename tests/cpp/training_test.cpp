@@ -8,7 +8,6 @@
 
 #include "meshes.hpp"
 #include "push.hpp"
-#include "shared_work.hpp"
 #include "training_data.hpp"
 
 namespace dynmesh::testing {
@@ -53,28 +52,6 @@ TEST_CASE("a frame that is refused changes nothing") {
   CHECK_THROWS_AS(training.add({shown[0].data(), 8}), std::invalid_argument);
   CHECK(training.n_added() == 4);
   CHECK(std::ranges::equal(training.frames(), shown));
-}
-
-TEST_CASE_TEMPLATE("the result does not depend on the number of threads", Real, float, double) {
-  const SharedWork shared;
-  const auto mesh = sheet<Real>(24);
-  Settings settings = {.reject_outliers = true};
-  SUBCASE("exact") {}
-  SUBCASE("noisy") { settings.noise = 0.01; }
-  auto one = trained(mesh, settings);
-  settings.threads = 3;
-  auto many = trained(mesh, settings);
-  for (unsigned n = 1; n < 5; ++n) {
-    const auto frame = bent(mesh.vertices, 0.3 * n);
-    const auto known = random_mask(mesh.size(), 0.3, n);
-    std::vector<Real> completed;
-    CHECK(shared_pieces([&] { completed = push(many, frame, known); }) > 0);
-    CHECK(completed == push(one, frame, known));
-    CHECK(many.report().stages.prior_weight == one.report().stages.prior_weight);
-    CHECK(many.report().stages.prior_share == one.report().stages.prior_share);
-  }
-  CHECK(one.report().stages.prior_weight > 0);
-  CHECK(many.state() == one.state());
 }
 
 TEST_CASE("a distant anchor does not affect later frames") {
@@ -147,35 +124,6 @@ TEST_CASE("after a rest, the pose does not depend on rounding errors") {
   const auto expected = complete(0);
   for (const double shift : {0.01, 0.3, 7.3, -100.0}) {
     CHECK(largest_difference(complete(shift), expected) < 1e-9);
-  }
-}
-
-TEST_CASE_TEMPLATE("frames are finite and states can be restored for every known mask and size",
-                   Real, float, double) {
-  auto mesh = join(sheet<Real>(5), sheet<Real>(2, 20));
-  mesh.vertices.insert(mesh.vertices.end(), {9, 9, 9});
-  const std::size_t k = mesh.size();
-  const int exponent = std::numeric_limits<Real>::max_exponent / 3;
-  for (const int scale : {0, -exponent, exponent}) {
-    CAPTURE(scale);
-    auto scaled = mesh;
-    for (Real& x : scaled.vertices) x = std::ldexp(x, scale);
-    auto shown = training_frames_of(mesh.vertices, 5);
-    for (auto& frame : shown) {
-      for (Real& x : frame) x = std::ldexp(x, scale);
-    }
-    const Settings detail = {.method = Method::detail};
-    Completer<Real> completer(scaled.faces(), scaled.points(), detail, training_of(shown));
-    Completer<Real> other(scaled.faces(), scaled.points(), detail, training_of(shown));
-    for (unsigned n = 0; n < 12; ++n) {
-      auto frame = bent(mesh.vertices, n);
-      for (Real& x : frame) x = std::ldexp(x, scale);
-      if (n == 8) frame[3] *= 1000;
-      const auto known = n == 11 ? mask(k, {0}) : random_mask(k, 0.1 * (n % 6), n);
-      CHECK(std::isfinite(largest(push(completer, frame, known))));
-      other.restore(completer.state());
-      CHECK(other.state() == completer.state());
-    }
   }
 }
 

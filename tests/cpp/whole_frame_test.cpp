@@ -8,7 +8,6 @@
 #include <dynmesh/whole_frame.hpp>
 #include <limits>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -23,8 +22,8 @@ struct Recording {
   std::vector<std::vector<double>> frames;
   std::vector<std::vector<std::uint8_t>> known;
 
-  explicit Recording(std::size_t n_frames = 12) {
-    for (std::size_t t = 0; t < n_frames; ++t) {
+  Recording() {
+    for (std::size_t t = 0; t < 12; ++t) {
       frames.push_back(turned(mesh.vertices, 0.05 * static_cast<double>(t)));
       known.push_back(random_mask(mesh.size(), t == 3 ? 0.6 : 0.5, static_cast<unsigned>(t)));
     }
@@ -37,9 +36,8 @@ struct Recording {
     };
   }
 
-  [[nodiscard]] WholeFrame<double> made_whole(const WholeFrameSettings& settings = {},
-                                              const Progress& progress = {}) const {
-    return whole_frame(mesh.faces(), mesh.size(), frames.size(), source(), settings, progress);
+  [[nodiscard]] WholeFrame<double> made_whole(const WholeFrameSettings& settings = {}) const {
+    return whole_frame(mesh.faces(), mesh.size(), frames.size(), source(), settings);
   }
 };
 
@@ -49,22 +47,6 @@ std::int32_t read_recording(void* context, std::int64_t frame, void* points, std
   std::ranges::copy(recording.frames[t], static_cast<double*>(points));
   std::ranges::copy(recording.known[t], known);
   return 0;
-}
-
-TEST_CASE("the frame that knows most of a rigid body is made whole, and what it knows stays") {
-  const Recording recording;
-  const auto whole = recording.made_whole();
-  CHECK(whole.frame == 3);
-  CHECK_FALSE(whole.doubtful);
-  const auto& truth = recording.frames[3];
-  CHECK(largest_difference(whole.positions, truth) < 0.1);
-  for (std::size_t v = 0; v < recording.mesh.size(); ++v) {
-    const bool is_known = recording.known[3][v] != 0;
-    CHECK((whole.standard_error[v] == 0) == is_known);
-    for (std::size_t c = 0; c < 3 && is_known; ++c) {
-      CHECK(whole.positions[3 * v + c] == truth[3 * v + c]);
-    }
-  }
 }
 
 TEST_CASE("any number of threads makes the same frame") {
@@ -99,34 +81,6 @@ TEST_CASE("frames are read in order, twice, and only those that are used") {
   }
   CHECK(*second < 50);
   CHECK(read.back() > n - 50);
-}
-
-TEST_CASE("what a function of the caller throws stops the work") {
-  const Recording recording;
-  std::size_t last = 0;
-  const Progress stopping = [&](std::size_t done, std::size_t of) {
-    CHECK(done < of);
-    last = done;
-    if (done == 7) throw std::runtime_error("enough");
-  };
-  CHECK(message_of([&] { (void)recording.made_whole({}, stopping); }) == "enough");
-  CHECK(last == 7);
-}
-
-TEST_CASE("bad input is refused with the frame and the value") {
-  Recording recording;
-  const auto refusal = [&](const WholeFrameSettings& settings = {}) {
-    return message_of([&] { (void)recording.made_whole(settings); });
-  };
-  CHECK(refusal({.frame = 12}).find("frame: must be less than the number of frames, which is 12") ==
-        0);
-  CHECK(refusal({.noise = -1.0}).find("noise: ") == 0);
-  CHECK(refusal({.threads = 0}).find("threads: ") == 0);
-  recording.known[5][7] = 1;
-  recording.frames[5][3 * 7] = std::numeric_limits<double>::infinity();
-  CHECK(refusal().find("frame 5: vertex 7 is at (inf") == 0);
-  for (auto& known : recording.known) std::ranges::fill(known, std::uint8_t{0});
-  CHECK(refusal() == "frames: no vertex is known in any of them");
 }
 
 TEST_CASE("C makes the same frame, and can stop it") {

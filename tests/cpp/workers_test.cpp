@@ -17,7 +17,7 @@ TEST_CASE("every piece is executed once, and all before the call returns") {
   SUBCASE("if other threads are available") {}
   SUBCASE("by all threads") {
     task_sharing = in_small_pieces();
-    calls = 300;
+    calls = 160;
   }
   for (const Index threads : {1, 2, 5}) {
     Workers workers(threads, task_sharing);

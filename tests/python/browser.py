@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 from meshes import Array
 
-from dynmesh import Sequence, write
+from dynmesh import Sequence, view, write
 from dynmesh import open as open_sequence
-from dynmesh.draw.page import view
 
 IS_DRAWN = """() => {
   const [panes, frame, colour] = ["panes", "frame", "colour"].map(
@@ -110,13 +109,20 @@ class Page:
 
     def picture(self, pane: int = 0) -> Array:
         """Returns the pixels of a pane, (height, width, 3)."""
+        return self.pictures(pane)[0]
+
+    def pictures(self, *panes: int) -> list[Array]:
+        """Returns the pixels of several panes at the same time."""
         self._page.wait_for_function(IS_DRAWN)
         if self._has_clocks:
             self._page.evaluate(NEXT_FRAMES)  # a turn of the camera is not part of what is drawn
         images = pytest.importorskip("PIL.Image")
-        shot = self._page.locator(".dynmesh-canvas").nth(pane).screenshot()
-        with images.open(io.BytesIO(shot)) as image:
-            return np.asarray(image.convert("RGB")).astype(int)
+        pixels = []
+        for pane in panes:
+            shot = self._page.locator(".dynmesh-canvas").nth(pane).screenshot()
+            with images.open(io.BytesIO(shot)) as image:
+                pixels.append(np.asarray(image.convert("RGB")).astype(int))
+        return pixels
 
 
 def in_colour(picture: Array) -> Array:

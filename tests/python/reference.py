@@ -427,7 +427,8 @@ class Detail:
         if eta > 0:
             blend = (fit[:, 0] + eta * self.blend) / (fit[:, 1] + eta)
         blend = np.clip(blend, -0.5, 1.5)[:, None]
-        for _ in range(1 if self.first_order.share.min() >= 0.7 else 2):
+        self.rounds = 2 if self.first_order.share.min() >= 0.7 else 3
+        for _ in range(self.rounds - 1):
             self._fit(x)
             target = self._turn(detail[0] + blend * detail[1] + change * detail[2])
             x = self._closest(target, anchors, known, seen)

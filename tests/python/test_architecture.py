@@ -16,7 +16,7 @@ LAYERS = (
     ("frames.attributes",),
     ("polygons", "sequence", "metrics", "calibration", "matrices", "baselines"),
     ("frames",),
-    ("degrade", "synth", "streaming", "whole_frames", "registration"),
+    ("degrade", "synth", "whole_frames", "registration"),
     ("files",),
     ("draw",),
     ("diagnosis",),

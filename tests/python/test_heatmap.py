@@ -1,16 +1,18 @@
 """The values that colours show, their scales, and missing vertices."""
 
 from dataclasses import replace
+from pathlib import Path
 from typing import get_args
 
 import numpy as np
 import pytest
-from meshes import Mesh
+from meshes import Mesh, sheet
 
 from dynmesh import Sequence, metrics
 from dynmesh.draw.heatmap import Heatmap, likely_up, stated_up, whole_faces
 from dynmesh.draw.quantities import QUANTITIES, Colour
 from dynmesh.draw.scales import CountScale, KnownScale, MeasureScale
+from dynmesh.files.scans import PointScan, open_scans, write_ply
 from dynmesh.frames.memory import SequenceReader
 
 
@@ -193,3 +195,25 @@ def test_up_is_what_the_files_say_or_across_a_flat_sheet(mesh: Mesh) -> None:
     assert stated_up(silent, None) is None
     assert stated_up(silent, None, z) == "z"
     assert stated_up(y, z) == "y"
+
+
+def test_distances_from_the_nearest_point_of_scans(tmp_path: Path) -> None:
+    """In mean edges, of scans in millimetres; from the second one, everything is far away."""
+    mesh = sheet(6)
+    sequence = Sequence(np.stack([mesh.vertices] * 3), mesh.faces, metres_per_unit=1.0)
+    above = mesh.vertices + np.array([0, 0, 0.75])
+    for number, points in enumerate((above, above[:0], above[:1])):
+        write_ply(tmp_path / f"{number}.ply", PointScan(1000 * points, None, None))
+    scans = open_scans(tmp_path)
+    heatmap = Heatmap(SequenceReader(sequence), scans=scans, scan_factor=1e-3)
+    assert heatmap.colours == ("distance", "plain")
+    every, none, one = (frame.values["distance"] for frame in heatmap.frames(range(3)))
+    edges = np.unique(np.sort(mesh.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)), axis=0)
+    lengths = np.linalg.norm(np.subtract(*mesh.vertices[edges.T]), axis=1)
+    np.testing.assert_allclose(every, 0.75 / lengths.mean(), rtol=1e-5)
+    assert np.isinf(none).all()
+    away = np.linalg.norm(mesh.vertices - above[0], axis=1)
+    np.testing.assert_allclose(one, away / lengths.mean(), rtol=1e-5)
+    scale = heatmap.scale("distance", [heatmap.frame(1)])
+    assert scale is not None
+    np.testing.assert_array_equal(scale.position(none), 1)

@@ -52,6 +52,7 @@ def test_any_layout_is_taken(mesh: Mesh, rng: np.random.Generator) -> None:
     for given, mask in [
         (np.asfortranarray(points), known),
         (wide[::-2, ::2], known),
+        (points[:, ::-1].copy()[:, ::-1], known),
         (points.astype(">f8"), known),
         (packed["xyz"], packed["seen"]),
         (aligned["xyz"], aligned["seen"]),

@@ -19,9 +19,9 @@ MAY_INCLUDE = {
     "disconnected": {"generations", "support"},
     "stream": {"mesh", "disconnected", "generations", "kernels", "support"},
     "completer": {"stream", "mesh", "motion", "detail", "disconnected", "generations", "support"},
-    "tracker": {"stream", "mesh", "tracking", "support"},
+    "scans": {"stream", "tracking", "support"},
     "registration": {
-        "tracker",
+        "scans",
         "stream",
         "tracking",
         "detail",
@@ -31,6 +31,7 @@ MAY_INCLUDE = {
         "kernels",
         "support",
     },
+    "tracker": {"registration", "scans", "stream", "mesh", "tracking", "support"},
     "whole_frame": {
         "stream",
         "factor",

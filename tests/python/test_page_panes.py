@@ -52,7 +52,7 @@ def test_the_input_and_the_reference_play_and_turn_beside_the_sequence(
     areas, references = {}, {}
     for frame in (0, 1, 7):
         page.scrub(frame)
-        pictures = [page.picture(pane) for pane in range(3)]
+        pictures = page.pictures(0, 1, 2)
         areas[frame] = [int(in_colour(picture).sum()) for picture in pictures]
         references[frame] = pictures[2]
     assert min(areas[0]) > 5000
@@ -63,13 +63,13 @@ def test_the_input_and_the_reference_play_and_turn_beside_the_sequence(
     assert (in_colour(pictures[1]) ^ in_colour(pictures[2])).mean() > 0.01
     assert (references[7] == references[0]).all()  # it stays, whatever happens beside it
     page.scrub(0)  # the same mesh in all
-    views = [(page.picture(1), page.picture(2))]
+    views = [page.pictures(1, 2)]
     page.drag(0, 60, 0)
-    views.append((page.picture(1), page.picture(2)))
+    views.append(page.pictures(1, 2))
     page.drag(1, 0, 40, button="right")
-    views.append((page.picture(1), page.picture(2)))
+    views.append(page.pictures(1, 2))
     page.zoom(1, 400)
-    views.append((page.picture(1), page.picture(2)))
+    views.append(page.pictures(1, 2))
     for left, right in views:
         assert (in_colour(left) ^ in_colour(right)).mean() < 0.01
     for (before, _), (after, _) in pairwise(views):
@@ -91,8 +91,8 @@ def test_everything_fits_in_a_window_of_any_size(
         seen = []
         for frame in (0, 8):
             page.scrub(frame)
-            for pane in (0, 1):
-                mask = in_colour(page.picture(pane))
+            for picture in page.pictures(0, 1):
+                mask = in_colour(picture)
                 edge = [mask[0], mask[-1], mask[:, 0], mask[:, -1]]
                 assert mask.any()
                 assert not np.concatenate(edge).any()

@@ -40,7 +40,7 @@ def draw(sequence: Sequence, folder: Path, **options: Any) -> Array:
     """Writes a sequence and its picture, from the front with x to the right."""
     write(folder / "sheet.npz", sequence)
     with open_sequence(folder / "sheet.npz") as reader:
-        picture(reader, folder / "sheet.png", **{"up": "z", "azimuth": -90, **options})
+        picture(reader, **{"up": "z", "azimuth": -90, **options}).save(folder / "sheet.png")
     return pixels(folder / "sheet.png")
 
 

@@ -1,12 +1,17 @@
 """The command that registers a mesh with scans."""
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
+from browser import Page, in_colour
 from commands import dynmesh_command as run
+from conftest import REPOSITORY
 from meshes import Array, Mesh
 from scipy.spatial.transform import Rotation
 from test_registration import scan
@@ -14,6 +19,7 @@ from test_tracking import bumpy_torus, error
 
 import dynmesh
 from dynmesh.files.scans import PointScan, write_ply
+from dynmesh.jobs.registering import read_landmarks
 
 
 @pytest.fixture
@@ -49,6 +55,80 @@ def test_a_folder_of_scans(torus: Mesh, rng: np.random.Generator, tmp_path: Path
     run("register", tmp_path / "body.obj", tmp_path / "scans", made, code=1)
 
 
+def test_the_page(torus: Mesh, rng: np.random.Generator, tmp_path: Path, browser: Any) -> None:
+    """A template that is elsewhere and in another unit, a scan, and a scan of something else."""
+    written(tmp_path, torus, rng)
+    template = torus.vertices / 1000 + [50, 0, 0]
+    dynmesh.write(tmp_path / "body.obj", dynmesh.Sequence(template[None], torus.faces))
+    (tmp_path / "scans" / "second.obj").unlink()
+    wrong = rng.normal(size=(2000, 3)) * np.ptp(torus.vertices, axis=0) / 5
+    write_ply(tmp_path / "scans" / "second.ply", PointScan(wrong, None, None))
+    words = ("register", tmp_path / "body.obj", tmp_path / "scans", tmp_path / "made", "--scale")
+    run(*words, "--page", tmp_path / "page.html", code=3)
+    page = Page(browser, tmp_path / "page.html")
+    assert page.captions() == ["body.obj, the template", "scans, the scans", "made"]
+    assert page.text("title").split()[0] == "distance"
+    areas, yellow = [], []
+    for frame, name in enumerate(("first.ply: good", "second.ply: ruined")):
+        page.scrub(frame)
+        assert page.text("counter") == name
+        pictures = page.pictures(0, 1, 2)
+        areas.append([in_colour(pixels).mean() for pixels in pictures])
+        _, green, blue = pictures[2][in_colour(pictures[2])].mean(axis=0)
+        yellow.append(green - blue)
+    assert np.min(areas) > 0.005
+    assert 0.5 < areas[0][0] / areas[0][2] < 2  # it is not turned
+    assert yellow[1] > yellow[0] + 10
+    assert page.complaints == []
+
+
+@pytest.mark.parametrize("suffix", ["stl", "glb"])
+def test_scans_of_other_formats(
+    suffix: str, torus: Mesh, rng: np.random.Generator, tmp_path: Path
+) -> None:
+    truth = written(tmp_path, torus, rng)
+    scan_file, made = tmp_path / f"scan.{suffix}", tmp_path / "made.obj"
+    trimesh.Trimesh(truth, torus.faces, process=False).export(scan_file)
+    run("register", tmp_path / "body.obj", scan_file, made)
+    assert error(torus, truth, positions(made)) < 0.5
+    scan_file.write_bytes(scan_file.read_bytes()[:100])
+    refused = run("register", tmp_path / "body.obj", scan_file, made, "--overwrite", code=1).stderr
+    assert f"scan.{suffix}: cannot be read as {suffix.upper()}" in refused
+
+
+@pytest.mark.parametrize(
+    "case",
+    ["template", "scan", "report", "landmarks", "twice", "old report", "old page", "no page"],
+)
+def test_outputs_that_would_replace_a_file(
+    case: str, torus: Mesh, rng: np.random.Generator, tmp_path: Path
+) -> None:
+    """An input is never replaced, nothing is written twice, and a report only if asked."""
+    written(tmp_path, torus, rng)
+    template, scans = tmp_path / "body.obj", tmp_path / "scans"
+    first, made, report = scans / "first.ply", tmp_path / "made.obj", tmp_path / "report.json"
+    old_page = tmp_path / "page.html"
+    marks = tmp_path / "marks.json"
+    marks.write_text(json.dumps([{"vertex": v, "position": [v, 0, 0]} for v in (1, 2, 3)]))
+    words, why = {
+        "template": ((first, template, "--overwrite"), "body.obj: is an input"),
+        "scan": ((scans / "second.obj", scans / "second.obj", "--overwrite"), "is an input"),
+        "report": ((first, made, "--report", template, "--overwrite"), "is an input"),
+        "landmarks": ((first, made, "--landmarks", marks, "--report", marks), "is an input"),
+        "twice": ((scans, tmp_path / "out"), "first.obj: would be written twice"),
+        "old report": ((first, made, "--report", report), "report.json: exists"),
+        "old page": ((first, made, "--page", old_page), "page.html: exists"),
+        "no page": ((first, made, "--page", tmp_path / "page.htm"), "must end in .html"),
+    }[case]
+    report.write_text("{}")
+    old_page.write_text("precious")
+    if case == "twice":
+        (scans / "first.obj").write_bytes((scans / "second.obj").read_bytes())
+    before = {path: path.read_bytes() for path in tmp_path.rglob("*.*")}
+    assert why in run("register", template, *words, code=1).stderr
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*.*")} == before
+
+
 def test_landmarks_of_a_file(torus: Mesh, rng: np.random.Generator, tmp_path: Path) -> None:
     truth = written(tmp_path, torus, rng)
     marks = [
@@ -59,6 +139,39 @@ def test_landmarks_of_a_file(torus: Mesh, rng: np.random.Generator, tmp_path: Pa
     words = ("register", tmp_path / "body.obj", scanned, made)
     run(*words, "--landmarks", tmp_path / "marks.json")
     assert error(torus, truth, positions(made)) < 0.3
+
+
+PICKED = """<!DOCTYPE PickedPoints>
+<PickedPoints>
+ <DocumentData><DataFileName name="body.obj"/></DocumentData>
+ {}
+ <point x="9" y="9" z="9" active="0" name="off"/>
+</PickedPoints>
+"""
+
+
+def test_landmarks_picked_in_viewers(torus: Mesh, rng: np.random.Generator, tmp_path: Path) -> None:
+    """Of MeshLab on the template, a little beside the vertices, and of CloudCompare on the scan."""
+    truth = written(tmp_path, torus, rng)
+    vertices = [5, 120, 260, 400]
+    beside = torus.vertices[vertices] + 1e-3
+    points = [
+        f'<point z="{z}" y="{y}" x="{x}" active="1" name="{n}"/>'
+        for n, (x, y, z) in enumerate(beside)
+    ]
+    (tmp_path / "body.pp").write_text(PICKED.format("\n ".join(points)))
+    listed = [f"{n},{x},{y},{z}" for n, (x, y, z) in enumerate(truth[vertices])]
+    (tmp_path / "scan.txt").write_text("\n".join([*listed, ""]))
+    script = REPOSITORY / "examples" / "python" / "landmarks.py"
+    words = [sys.executable, str(script), "body.obj", "body.pp", "scan.txt", "marks.json"]
+    subprocess.run(words, cwd=tmp_path, check=True)
+    made_of, positions_of = read_landmarks(tmp_path / "marks.json")
+    np.testing.assert_array_equal(made_of, vertices)
+    np.testing.assert_array_equal(positions_of, truth[vertices])
+    (tmp_path / "scan.txt").write_text("\n".join(listed[1:]))
+    ended = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert ended.stderr == "body.pp has 4 points, but scan.txt has 3\n"
+    assert ended.returncode == 1
 
 
 @pytest.mark.parametrize(

@@ -134,9 +134,11 @@ class AnyCalls(RuleBasedStateMachine):
         assert frame.shape == (self.k, 3)
         assert np.isfinite(frame).all()
         state = self.subject.state()
+        seen = Accepted(call, frame.copy(), *self.seen(self.subject))
         self.subject.restore(state)
         assert self.subject.state() == state
-        self.accepted.append(Accepted(call, frame.copy(), *self.seen(self.subject)))
+        assert self.seen(self.subject)[1] == seen.numbers
+        self.accepted.append(seen)
         return frame
 
     def seen(self, subject: Any) -> tuple[Array | None, tuple[float, ...]]:
@@ -144,6 +146,7 @@ class AnyCalls(RuleBasedStateMachine):
         counts = (report.known, report.filled, report.disconnected, report.iterations)
         numbers = (
             *counts,
+            report.rejected,
             report.blend,
             report.prior_weight,
             report.prior_share,

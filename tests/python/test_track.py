@@ -1,5 +1,6 @@
 """Tracking from files of scans: the command, interruptions, units, alignment, and the examples."""
 
+import csv
 import json
 import shutil
 import signal
@@ -116,11 +117,95 @@ def test_a_training_and_standard_errors_of_a_file(
     assert dynmesh.read(output).standard_error is None, again.stderr
 
 
+def test_a_mesh_that_is_lost_is_registered_anew(tmp_path: Path) -> None:
+    """Between two frames, the subject turns by 120 degrees."""
+    walker = dynmesh.synth.walker()
+    frames = walker.vertices[:4].copy()
+    frames[2:] = frames[2:][..., [1, 2, 0]]
+    jumping = dynmesh.Sequence(frames, walker.faces, up_axis="z")
+    dynmesh.write(tmp_path / "jumping.npz", jumping)
+    dynmesh.write(tmp_path / "body.obj", jumping[:1])
+    scans = tmp_path / "scans"
+    run("degrade", tmp_path / "jumping.npz", scans, "--scan", "--points", "8000")
+    report = track_file(scans, tmp_path / "out.npz", template=tmp_path / "body.obj")
+    assert report.recovered == 1
+    assert error(dynmesh.read(tmp_path / "out.npz"), jumping).max() < 1
+    words = ("track", scans, "--template", tmp_path / "body.obj")
+    told = run(*words, tmp_path / "again.npz")
+    assert "in 1 of the frames, the mesh was lost and found again" in told.stderr
+    lost = run(*words, tmp_path / "lost.npz", "--no-recover", code=3)
+    assert "found again" not in lost.stderr
+    assert error(dynmesh.read(tmp_path / "lost.npz"), jumping)[2:].min() > 5
+
+
+def rows_of(file: Path) -> list[dict[str, str]]:
+    with file.open(newline="") as opened:
+        return list(csv.DictReader(opened))
+
+
+def test_the_report_has_each_frame_and_camera(folder: Path, tmp_path: Path) -> None:
+    output, table = tmp_path / "out.npz", tmp_path / "fit.csv"
+    words = ("track", folder / "depth", output, "--template", folder / "body.obj")
+    told = run(*words, "--report", table)
+    assert "out.npz: good; 0.00% of the points are far" in told.stderr
+    rows = rows_of(table)
+    assert [(row["frame"], row["camera"]) for row in rows] == [
+        (str(n), camera) for n in range(N_FRAMES) for camera in ("", "0", "1", "2", "3")
+    ]
+    template = dynmesh.read(folder / "body.obj")
+    tracker = dynmesh.Tracker(template.faces, template.vertices[0])
+    for n, scan in enumerate(open_scans(folder / "depth")):
+        assert isinstance(scan, DepthScan)
+        tracker.push_depth(scan.depth, scan.intrinsics, scan.poses)
+        told_of: list[Any] = [tracker.report, *tracker.agreement_of_sensors]
+        for row, said in zip(rows[5 * n : 5 * n + 5], told_of, strict=True):
+            assert int(row["points"]) == said.points
+            assert float(row["far"]) == pytest.approx(said.far, rel=1e-5)
+            assert float(row["disagreeing"]) == pytest.approx(said.disagreeing, rel=1e-5)
+            assert float(row["distance"]) == pytest.approx(said.distance, rel=1e-5)
+        assert float(rows[5 * n]["seen"]) == pytest.approx(tracker.observed.mean(), rel=1e-5)
+    before = table.read_bytes()
+    for place in (table, folder / "body.obj", tmp_path / "new.npz"):
+        again = ("track", folder / "depth", tmp_path / "new.npz", *words[3:], "--report", place)
+        assert str(place) in run(*again, code=1).stderr
+    assert table.read_bytes() == before
+
+
+def test_a_camera_that_stands_elsewhere_ends_in_exit_code_3(
+    folder: Path, truth: dynmesh.Sequence, tmp_path: Path
+) -> None:
+    told = json.loads((folder / "depth" / "cameras.json").read_text())
+    told["cameras"][0]["camera_to_world"][2][3] += 5 * mean_edge(truth)
+    rig, output = tmp_path / "rig.json", tmp_path / "out.npz"
+    rig.write_text(json.dumps(told))
+    words = ("--template", folder / "body.obj", "--cameras", rig)
+    ended = run("track", folder / "depth", output, *words, code=3)
+    assert "probably ruined: " in ended.stderr
+    assert "are of the cameras '0' (" in ended.stderr
+    report = track_file(
+        folder / "depth", output, template=folder / "body.obj", cameras=rig, overwrite=True
+    )
+    assert report.quality == "ruined"
+    assert report.far is not None
+    assert report.far > 0.05
+    assert "0" in report.suspects
+    assert len(report.worst) == 5
+    assert [far for _, far in report.worst] == sorted((f for _, f in report.worst), reverse=True)
+    table = tmp_path / "jobs.csv"
+    table.write_text(
+        f"scans,output,template,cameras,report\n"
+        f"{folder / 'depth'},batch.npz,{folder / 'body.obj'},rig.json,fit.csv\n"
+    )
+    assert "1 doubtful" in run("batch", table, code=3).stderr
+    assert len(rows_of(tmp_path / "fit.csv")) == 5 * N_FRAMES
+
+
 @pytest.mark.usefixtures("hearing_interrupts")
 def test_an_early_interrupt_keeps_every_frame(folder: Path, tmp_path: Path) -> None:
     """Long before the first checkpoint is due; the frame that was being tracked is finished."""
     template, output = folder / "body.obj", tmp_path / "out.npz"
-    track_file(folder / "points", tmp_path / "whole.npz", template=template)
+    whole, table = tmp_path / "whole.csv", tmp_path / "fit.csv"
+    track_file(folder / "points", tmp_path / "whole.npz", template=template, report=whole)
 
     def stopping(scans: Iterator[Scan | None], *_: int) -> Iterator[Scan | None]:
         for number, scan in enumerate(scans):
@@ -129,13 +214,16 @@ def test_an_early_interrupt_keeps_every_frame(folder: Path, tmp_path: Path) -> N
             yield scan
 
     with pytest.raises(KeyboardInterrupt):
-        track_file(folder / "points", output, template=template, watch=stopping)
-    report = track_file(folder / "points", output, template=template, resume=True)
+        track_file(folder / "points", output, template=template, watch=stopping, report=table)
+    with table.open("a") as file:  # of a frame that the checkpoint does not hold
+        file.write("3,,100,0.5,0,0.1,0.5\n")
+    report = track_file(folder / "points", output, template=template, resume=True, report=table)
     assert report.resumed_at == 3
+    assert table.read_bytes() == whole.read_bytes()
     assert output.read_bytes() == (tmp_path / "whole.npz").read_bytes()
     again = track_file(folder / "points", output, template=template, resume=True)
     assert again.existed
-    assert [path.name for path in sorted(tmp_path.iterdir())] == ["out.npz", "whole.npz"]
+    assert [path.name for path in sorted(tmp_path.glob("*.npz"))] == ["out.npz", "whole.npz"]
 
 
 def test_another_template_is_another_job(
@@ -202,7 +290,7 @@ def test_intrinsics_of_another_image_size_are_suspected(folder: Path, tmp_path: 
     for camera in told["cameras"]:
         camera["intrinsics"] = (np.diag([5.0, 5, 1]) @ camera["intrinsics"]).tolist()
     (tmp_path / "rig.json").write_text(json.dumps(told))
-    doubt = r"does not lie in .* camera '0' have their centre at \(297\.5, 222\.5\), .* 120 x 90"
+    doubt = r"images of 600 x 450 pixels, .*--intrinsics-size 600x450"
     rig, output, template = tmp_path / "rig.json", tmp_path / "out.npz", folder / "body.obj"
     with pytest.raises(ValueError, match=doubt):
         track_file(folder / "depth", output, template=template, cameras=rig)
@@ -274,7 +362,7 @@ def test_the_page_shows_the_scans(
     shown = Page(browser, file)
     assert shown.captions() == [f"{scans}, the scans", f"{mesh}.npz"]
     shown.scrub(0)
-    dots, surface = shown.picture(0), shown.picture(1)
+    dots, surface = shown.pictures(0, 1)
     blue = dots[..., 2] - dots[..., 0] > 60
     assert 200 < blue.sum() < in_colour(surface).sum()
     assert (in_colour(dots) & ~in_colour(surface)).sum() < 0.05 * in_colour(surface).sum()
@@ -367,3 +455,41 @@ class TestTheExampleInC:
         found = np.frombuffer(ended.stdout, "<f4").reshape(pipe.tracked.shape)
         template = dynmesh.read(folder / "body.obj").vertices[0].astype(np.float32)
         np.testing.assert_array_equal(found, np.broadcast_to(template, found.shape))
+
+
+@pytest.fixture(scope="module")
+def walking(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Scans of the walker, and as the template a frame in which it stands otherwise, elsewhere."""
+    made = tmp_path_factory.mktemp("walking")
+    walker = dynmesh.synth.walker()
+    dynmesh.write(made / "truth.npz", walker[:3])
+    run("degrade", made / "truth.npz", made / "scans", "--scan", "--points", "6000")
+    other = turned(walker.vertices[140], 0.5) + np.array([7.0, 1, 3])
+    dynmesh.write(made / "body.npz", replace(walker[:1], vertices=other[None]))
+    tips = [3079, 9956, 7629, 16, 6201, 3776]  # of the limbs
+    landmarks = [{"vertex": v, "position": walker.vertices[0][v].tolist()} for v in tips]
+    (made / "tips.json").write_text(json.dumps(landmarks))
+    return made
+
+
+def test_a_template_in_another_pose_is_registered_with_landmarks(
+    walking: Path, tmp_path: Path
+) -> None:
+    output = tmp_path / "out.npz"
+    words = ("track", walking / "scans", output, "--template", walking / "body.npz")
+    assert "does not lie in the first scan" in run(*words, "--no-align", code=1).stderr
+    told = run(*words, "--landmarks", walking / "tips.json").stderr
+    assert "was not in the pose of the first scan and was registered with it: good" in told
+    truth = dynmesh.read(walking / "truth.npz")
+    assert error(dynmesh.read(output), truth).max() < 3
+    (tmp_path / "bad.json").write_text('[{"vertex": 1}]')
+    refused = run(*words, "--overwrite", "--landmarks", tmp_path / "bad.json", code=1).stderr
+    assert "bad.json: landmark 0 must have a vertex and a position" in refused
+
+
+def test_a_template_that_fits_in_no_pose_is_refused(walking: Path, tmp_path: Path) -> None:
+    other = replace(dynmesh.read(walking / "body.npz"), up_axis=None)
+    stretched = replace(other, vertices=other.vertices * np.array([1, 1, 0.3]))
+    dynmesh.write(tmp_path / "other.npz", stretched)
+    with pytest.raises(ValueError, match=r"does not lie in .*, and in no other pose: the template"):
+        track_file(walking / "scans", tmp_path / "out.npz", template=tmp_path / "other.npz")

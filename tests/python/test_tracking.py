@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 from meshes import Array, Mesh, sheet
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 from tracking_reference import Tracked, vertex_normals
 
 import dynmesh
@@ -221,6 +223,28 @@ def test_points_of_other_things_are_ignored(rng: np.random.Generator) -> None:
         assert error(mesh, truth, tracked) < limit
 
 
+def test_a_lost_template_is_found_again(rng: np.random.Generator) -> None:
+    """Between two frames, the subject turns by 120 degrees."""
+    walker = dynmesh.synth.walker()
+    mesh = Mesh(walker.faces.astype(np.int64), walker.vertices[0].astype(float))
+    plain = Tracker(mesh.faces, mesh.vertices)
+    tracker = Tracker(mesh.faces, mesh.vertices, recover=True)
+    turn = Rotation.from_rotvec([np.radians(120), 0, 0])
+    for n in range(4):
+        truth = walker.vertices[n].astype(float)
+        if n > 1:
+            truth = turn.apply(truth)
+        points, normals = scan_of(mesh, truth, 10_000, rng)
+        lost, found = plain.push(points, normals), tracker.push(points, normals)
+        assert tracker.report.recovered == (n == 2)
+        assert error(mesh, truth, found) < 0.5
+        if n < 2:
+            np.testing.assert_array_equal(found, lost)
+        else:
+            assert plain.report.far > 0.05
+            assert error(mesh, truth, lost) > 5
+
+
 def test_a_state_of_another_kind_is_refused() -> None:
     mesh = bumpy_torus(12)
     tracker = Tracker(mesh.faces, mesh.vertices)
@@ -255,3 +279,60 @@ def test_scans_that_say_nothing_leave_the_template(kind: str, rng: np.random.Gen
     tracked = tracker.push(*extremes()[kind])
     assert np.isfinite(tracked).all()
     assert np.abs(tracked - first).max() < 0.5 * edge(mesh)
+
+
+def distances_from(points: Array, corners: Array) -> tuple[Array, NDArray[np.int64]]:
+    """The distance of each point from the nearest of some triangles, and which one that is."""
+    a, b, c = (corners[None, :, i] for i in range(3))
+    p = points[:, None]
+    candidates = []
+    for start, end in ((a, b), (b, c), (c, a)):
+        side = end - start
+        share = np.clip(((p - start) * side).sum(2) / (side**2).sum(2), 0, 1)
+        candidates.append(np.linalg.norm(start + share[..., None] * side - p, axis=2))
+    normal = np.cross(b - a, c - a)
+    normal /= np.linalg.norm(normal, axis=2, keepdims=True)
+    height = ((p - a) * normal).sum(2)
+    foot = p - height[..., None] * normal
+    inside = [
+        (np.cross(end - start, foot - start) * normal).sum(2) >= 0
+        for start, end in ((a, b), (b, c), (c, a))
+    ]
+    candidates.append(np.where(np.all(inside, axis=0), np.abs(height), np.inf))
+    all_distances = np.min(candidates, axis=0)
+    return all_distances.min(axis=1), all_distances.argmin(axis=1)
+
+
+def test_the_report_says_how_far_the_points_are(rng: np.random.Generator) -> None:
+    mesh = bumpy_torus(20)
+    tracker = Tracker(mesh.faces, mesh.vertices)
+    edges = np.unique(np.sort(np.concatenate([mesh.faces[:, [0, 1]], mesh.faces[:, [1, 2]],
+        mesh.faces[:, [2, 0]]]), axis=1), axis=0)  # fmt: skip
+    mean_edge = np.linalg.norm(np.diff(mesh.vertices[edges], axis=1), axis=2).mean()
+    for n in range(1, 4):
+        points, normals = scan_of(mesh, bent(mesh.vertices, 0.1 * n), 1500, rng, noise=0.02)
+        if n > 1:  # a part of something else, and some opposite normals
+            part = np.linalg.norm(points - points[0], axis=1).argsort()[:200]
+            points[part] += 3 * mean_edge * normals[part[0]]
+            normals[part] *= -1
+            normals[::11] *= -1
+        frame = tracker.push(points, normals)
+        distance, nearest = distances_from(points, frame[mesh.faces])
+        is_near = distance <= mean_edge
+        a, b, c = (frame[mesh.faces[nearest]][:, i] for i in range(3))
+        is_opposite = (np.cross(b - a, c - a) * normals).sum(1) < 0
+        report = tracker.report
+        assert report.points > 1480  # a few at the rim of the part are stray
+        assert report.far == pytest.approx((~is_near).mean(), abs=0.01 if n > 1 else 1e-9)
+        assert (report.far > 0.01) == (n > 1)
+        assert report.disagreeing == pytest.approx((is_near & is_opposite).mean(), abs=0.003)
+        assert (report.disagreeing > 0.05) == (n > 1)
+        rms = np.sqrt((distance[is_near] ** 2).mean())
+        assert report.distance == pytest.approx(rms, rel=0.03)
+    state = tracker.state()
+    tracker.skip()
+    assert tracker.report.points == 0
+    assert np.isnan([tracker.report.far, tracker.report.distance]).all()
+    tracker.restore(state)
+    assert tracker.report.far == report.far
+    assert tracker.report.distance == report.distance

@@ -8,9 +8,9 @@ import pytest
 from browser import Page, in_colour, middle, page_of
 from meshes import Mesh, join, sheet
 
-from dynmesh import Sequence, write
+from dynmesh import Sequence, view, write
 from dynmesh import open as open_sequence
-from dynmesh.draw.page import Shown, view
+from dynmesh.draw.page import Shown
 from dynmesh.draw.page import page as page_for
 from dynmesh.draw.page.thin import thin
 from dynmesh.frames.memory import SequenceReader

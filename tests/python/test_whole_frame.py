@@ -81,6 +81,13 @@ def test_known_vertices_are_exact_and_others_near(recording: Recording) -> None:
     assert not whole.doubtful
 
 
+def test_the_frame_that_knows_one_vertex_more_is_completed(recording: Recording) -> None:
+    known = np.ones_like(recording.known)
+    known[:, :2] = False
+    known[1, 0] = True
+    assert dynmesh.whole_frame(recording.faces, recording.frames, known).frame == 1
+
+
 def test_a_moved_recording_is_made_whole_alike(recording: Recording) -> None:
     whole = dynmesh.whole_frame(recording.faces, recording.frames, recording.known)
     shift = np.array([3, -2, 5])

@@ -309,6 +309,14 @@ DYNMESH_EXPORT dynmesh_status dynmesh_report(const dynmesh_completer* completer,
 /// tree of the scan, and where a scan, an image or a factor is larger than all earlier ones.
 typedef struct dynmesh_tracker dynmesh_tracker;
 
+/// How well a surface explains what was measured of it; see Agreement in tracker.hpp.
+typedef struct dynmesh_agreement {
+  int64_t points;      ///< how many points were compared
+  double far_share;    ///< the share farther than a mean edge from the surface; NaN without points
+  double disagreeing;  ///< the share near it with the normal of another surface; NaN without points
+  double distance;     ///< root mean square of those that are not far; NaN without any
+} dynmesh_agreement;
+
 /// What a tracker reports of a frame. known + filled + disconnected is the number of vertices.
 typedef struct dynmesh_tracking_report {
   int64_t known;         ///< the number of vertices that have a measured point
@@ -316,9 +324,8 @@ typedef struct dynmesh_tracking_report {
   int64_t disconnected;  ///< vertices of components without a measured point
   int64_t iterations;    ///< how often correspondences were found
   int32_t aligned;       ///< 1 if the template had to be moved to the first scan, else 0
-  /// The root mean square distance of the observed vertices from the planes of their points, in the
-  /// unit of the positions.
-  double distance;
+  int32_t recovered;     ///< 1 if the template was lost and found again by a registration, else 0
+  dynmesh_agreement agreement;
   double seconds;  ///< wall time of the call; 0 after a reset or restore
 } dynmesh_tracking_report;
 
@@ -346,13 +353,13 @@ DYNMESH_EXPORT dynmesh_status dynmesh_tracker_create(const int32_t* faces, int64
                                                      int32_t threads, dynmesh_tracker** tracker);
 
 /// The same with more choices. If `uncertainty` is not zero, dynmesh_tracker_standard_error returns
-/// the standard error of each vertex. `training` is null, or a training sequence of three frames or
-/// more of the type of `first_frame`, as for dynmesh_create_trained; its frames are copied.
-DYNMESH_EXPORT dynmesh_status dynmesh_tracker_create_with(const int32_t* faces, int64_t n_faces,
-                                                          const dynmesh_points* first_frame,
-                                                          int32_t threads, int32_t uncertainty,
-                                                          dynmesh_training* training,
-                                                          dynmesh_tracker** tracker);
+/// the standard error of each vertex. If `recover` is not zero, a frame in which the template is
+/// lost is registered anew; see TrackerSettings in tracker.hpp. `training` is null, or a training
+/// sequence of three frames or more of the type of `first_frame`, as for dynmesh_create_trained;
+/// its frames are copied.
+DYNMESH_EXPORT dynmesh_status dynmesh_tracker_create_with(
+    const int32_t* faces, int64_t n_faces, const dynmesh_points* first_frame, int32_t threads,
+    int32_t uncertainty, int32_t recover, dynmesh_training* training, dynmesh_tracker** tracker);
 
 /// Null is allowed.
 DYNMESH_EXPORT void dynmesh_tracker_destroy(dynmesh_tracker* tracker);
@@ -400,6 +407,15 @@ DYNMESH_EXPORT const uint8_t* dynmesh_tracker_observed(const dynmesh_tracker* tr
 DYNMESH_EXPORT const int32_t* dynmesh_tracker_generation(const dynmesh_tracker* tracker);
 /// Returns an array (k,): the number of frames since each vertex was last observed.
 DYNMESH_EXPORT const int32_t* dynmesh_tracker_age(const dynmesh_tracker* tracker);
+
+/// Writes how well the last frame explains what each sensor measured, one for each image or
+/// viewpoint in the order of the call, but at most `count`, and how many there are to `*n_sensors`.
+/// A point of a scan counts for the viewpoint that its normal turns to most. There are none before
+/// the first frame and after a restore.
+DYNMESH_EXPORT dynmesh_status dynmesh_tracker_agreement_of_sensors(const dynmesh_tracker* tracker,
+                                                                   dynmesh_agreement* values,
+                                                                   int64_t count,
+                                                                   int64_t* n_sensors);
 
 /// Writes the standard error of the distance of each vertex from the true surface to `values`, in
 /// the unit of the positions, as dynmesh_standard_error does: about 90 % of the vertices are

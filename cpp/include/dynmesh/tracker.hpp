@@ -11,6 +11,7 @@
 #include <dynmesh/topology.hpp>
 #include <dynmesh/training.hpp>
 #include <dynmesh/types.hpp>
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -23,6 +24,10 @@ struct TrackerSettings {
   Index threads = 1;
   /// Whether to estimate how far vertices may be off. The tracked frames are the same.
   bool uncertainty = false;
+  /// Whether a frame in which the template is lost, since more than 5 % of the points are far from
+  /// it, is also registered anew from the last good one, as by `register_template`, and the better
+  /// result is taken. Such a frame takes as long as a registration; it is at most one of ten.
+  bool recover = false;
 };
 
 /// Throws SettingError, which names the setting and its value.
@@ -61,16 +66,31 @@ struct DepthImage {
   std::array<double, 16> pose{};
 };
 
+/// How well a surface explains what was measured of it.
+struct Agreement {
+  /// How many points were compared: all of a small scan, every so manyth one of a large one.
+  /// Stray points, which are far from the surface and sparser than others, are left out.
+  std::size_t points = 0;
+  /// The share of them that are farther than one mean edge of the template from the surface, 0 to
+  /// 1; NaN without points. Up to 0.01 is usual.
+  double far_share = std::numeric_limits<double>::quiet_NaN();
+  /// The share that is near the surface, but whose normal is that of another one.
+  double disagreeing = std::numeric_limits<double>::quiet_NaN();
+  /// The root mean square distance from the surface of those that are not far, in the unit of the
+  /// positions; NaN without any.
+  double distance = std::numeric_limits<double>::quiet_NaN();
+};
+
 /// What a tracker reports of a frame. `known` counts the vertices that have a measured point,
 /// `filled` the others of their components, and `iterations` how often correspondences were found.
 /// `standard_error` is the root mean square over both, and `stages.prior_weight` and
 /// `stages.prior_share` say how far a training sequence is used.
 struct TrackingReport : FrameReport {
-  /// The root mean square distance of the observed vertices from the planes of their points, in the
-  /// unit of the positions.
-  double distance = 0;
+  Agreement agreement;
   /// Whether the template was not where the first scan is, and was moved there rigidly.
   bool aligned = false;
+  /// Whether the template was lost and found again by a registration; see TrackerSettings.
+  bool recovered = false;
 };
 
 /// Tracks one template. Each frame is found from what was measured in it and from earlier frames.
@@ -144,6 +164,10 @@ class DYNMESH_EXPORT Tracker {
   [[nodiscard]] std::span<const Real> standard_error() const;
   /// The report of the last frame. Before the first frame, all vertices count as known.
   [[nodiscard]] const TrackingReport& report() const;
+  /// How well the last frame explains what each sensor measured: one for each image or viewpoint,
+  /// in the order of the call. A point of a scan counts for the viewpoint that its normal turns to
+  /// most. Empty before the first frame and after `restore`. Valid until the next call.
+  [[nodiscard]] std::span<const Agreement> agreement_of_sensors() const;
 
  private:
   struct Parts;

@@ -33,13 +33,19 @@ inline dynmesh_frame_report to_c(const FrameReport& report) {
           report.standard_error};
 }
 
+inline dynmesh_agreement to_c(const Agreement& agreement) {
+  return {static_cast<std::int64_t>(agreement.points), agreement.far_share, agreement.disagreeing,
+          agreement.distance};
+}
+
 inline dynmesh_tracking_report to_c(const TrackingReport& report) {
   return {static_cast<std::int64_t>(report.known),
           static_cast<std::int64_t>(report.filled),
           static_cast<std::int64_t>(report.disconnected),
           static_cast<std::int64_t>(report.iterations),
           report.aligned ? 1 : 0,
-          report.distance,
+          report.recovered ? 1 : 0,
+          to_c(report.agreement),
           report.seconds};
 }
 

@@ -1,11 +1,14 @@
 /// The tracker in the C interface.
 #include <dynmesh/dynmesh.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/tracker.hpp>
 #include <dynmesh/training.hpp>
 #include <dynmesh/types.hpp>
+#include <stdexcept>
+#include <string>
 
 #include "c/arguments.hpp"
 #include "c/depth_images.hpp"
@@ -18,14 +21,15 @@ using namespace dynmesh;  // C has no namespaces
 dynmesh_status dynmesh_tracker_create(const int32_t* faces, int64_t n_faces,
                                       const dynmesh_points* first_frame, int32_t threads,
                                       dynmesh_tracker** tracker) {
-  return dynmesh_tracker_create_with(faces, n_faces, first_frame, threads, 0, nullptr, tracker);
+  return dynmesh_tracker_create_with(faces, n_faces, first_frame, threads, 0, 0, nullptr, tracker);
 }
 
 dynmesh_status dynmesh_tracker_create_with(const int32_t* faces, int64_t n_faces,
                                            const dynmesh_points* first_frame, int32_t threads,
-                                           int32_t uncertainty, dynmesh_training* training,
-                                           dynmesh_tracker** tracker) {
-  const TrackerSettings settings = {.threads = threads, .uncertainty = uncertainty != 0};
+                                           int32_t uncertainty, int32_t recover,
+                                           dynmesh_training* training, dynmesh_tracker** tracker) {
+  const TrackerSettings settings = {
+      .threads = threads, .uncertainty = uncertainty != 0, .recover = recover != 0};
   const dynmesh_status status = guarded([&] {
     check_pointer("tracker", tracker);
     *tracker = nullptr;
@@ -96,6 +100,20 @@ const int32_t* dynmesh_tracker_generation(const dynmesh_tracker* tracker) {
 }
 
 const int32_t* dynmesh_tracker_age(const dynmesh_tracker* tracker) { return age(tracker); }
+
+dynmesh_status dynmesh_tracker_agreement_of_sensors(const dynmesh_tracker* tracker,
+                                                    dynmesh_agreement* values, int64_t count,
+                                                    int64_t* n_sensors) {
+  return with(tracker, [&](const auto& t) {
+    check_pointer("n_sensors", n_sensors);
+    if (count < 0) throw std::invalid_argument("count: is " + std::to_string(count));
+    if (count > 0) check_pointer("values", values);
+    const auto found = t.agreement_of_sensors();
+    const auto n = std::min(found.size(), static_cast<std::size_t>(count));
+    std::ranges::transform(found.first(n), values, [](const auto& one) { return to_c(one); });
+    *n_sensors = static_cast<int64_t>(found.size());
+  });
+}
 
 dynmesh_status dynmesh_tracker_standard_error(const dynmesh_tracker* tracker, void* values,
                                               int64_t count, int32_t type) {

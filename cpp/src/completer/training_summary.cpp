@@ -9,10 +9,10 @@
 #include "detail/modes.hpp"
 #include "detail/surface_parts.hpp"
 #include "detail/training_shapes.hpp"
-#include "disconnected/rigid_motion.hpp"
 #include "mesh/numbering.hpp"
 #include "mesh/training_frames.hpp"
 #include "stream/arguments.hpp"
+#include "support/rigid_motion.hpp"
 #include "support/workers.hpp"
 
 namespace dynmesh {

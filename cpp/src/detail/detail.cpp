@@ -125,7 +125,7 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
     if (anchors.is_solved[v] != 0) points[v] = positions.x[v];
   }
   report_.blend = blend.b;
-  return constants_.rounds;
+  return rounds;
 }
 
 Detail::Field Detail::in_workspace(Frame frame) {

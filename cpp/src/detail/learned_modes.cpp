@@ -1,16 +1,16 @@
 #include "detail/learned_modes.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
+
+#include "support/symmetric_eigen.hpp"
 
 namespace dynmesh {
 namespace {
 
-/// A matrix of at most 32 x 32, which allocates no memory.
-using Products = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most_learned_shapes,
-                               most_learned_shapes>;
+static_assert(most_learned_shapes <= largest_symmetric);
 
 /// Modes are begun after this many frames. There are as many slices: one of eigenvectors, three of
 /// vertices.
@@ -87,26 +87,26 @@ void LearnedModes::combine() {
 }
 
 void LearnedModes::combine_part(std::size_t part) {
-  const auto n = static_cast<Eigen::Index>(making_.n_members);
-  Products products(n, n);
-  for (Eigen::Index l = 0; l < n; ++l) {
-    for (Eigen::Index m = 0; m < n; ++m) {
-      products(l, m) = library_.product(part, making_.members[static_cast<std::size_t>(l)],
-                                        making_.members[static_cast<std::size_t>(m)]);
+  const std::size_t n = making_.n_members;
+  std::array<double, most_learned_shapes * most_learned_shapes> all_vectors;
+  std::array<double, most_learned_shapes> all_values;
+  const auto vectors = std::span(all_vectors).first(n * n);
+  const auto values = std::span(all_values).first(n);
+  for (std::size_t l = 0; l < n; ++l) {
+    for (std::size_t m = 0; m < n; ++m) {
+      vectors[n * l + m] = library_.product(part, making_.members[l], making_.members[m]);
     }
   }
-  const Eigen::SelfAdjointEigenSolver<Products> solver(products);
+  symmetric_eigen(vectors, values);
   const double least =
-      std::max(constants_.least_eigenvalue * solver.eigenvalues()[n - 1],
+      std::max(constants_.least_eigenvalue * values[n - 1],
                scale_.least_eigenvalue(making_.n_members, weights_[part], constants_));
   const double scale = 1 / std::sqrt(static_cast<double>(n));
-  for (Eigen::Index j = 0; j < modes_of_part; ++j) {
-    const double value = j < n ? solver.eigenvalues()[n - 1 - j] : 0;
-    const bool is_kept = value > least;
-    const auto mode = static_cast<std::size_t>(j);
-    for (Eigen::Index l = 0; l < most_learned_shapes; ++l) {
-      making_.factors[making_.at(part, static_cast<std::size_t>(l)) + mode] =
-          is_kept && l < n ? static_cast<float>(scale * solver.eigenvectors()(l, n - 1 - j)) : 0.0F;
+  for (std::size_t j = 0; j < modes_of_part; ++j) {
+    const bool is_kept = j < n && values[n - 1 - j] > least;
+    for (std::size_t l = 0; l < most_learned_shapes; ++l) {
+      making_.factors[making_.at(part, l) + j] =
+          is_kept && l < n ? static_cast<float>(scale * vectors[n * (n - 1 - j) + l]) : 0.0F;
     }
   }
 }

@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "disconnected/donors.hpp"
-#include "disconnected/rigid_motion.hpp"
+#include "support/rigid_motion.hpp"
 
 namespace dynmesh {
 namespace {

@@ -1,8 +1,10 @@
 #include "kernels/best_rotation.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+#include <array>
 #include <cmath>
+
+#include "support/symmetric_eigen.hpp"
 
 namespace dynmesh {
 namespace {
@@ -40,8 +42,9 @@ Quaternion best_rotation(const double (&s)[3][3], const Quaternion& last, const 
     return found;
   }
   n += pull_to_last * in_eigen(last) * in_eigen(last).transpose();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> solver(n);
-  const Eigen::Vector4d best = solver.eigenvectors().col(3).normalized();
+  std::array<double, 4> values{};
+  symmetric_eigen({n.data(), 16}, values);  // its eigenvectors are the columns of n
+  const Eigen::Vector4d best = n.col(3).normalized();
   return {best[0], best[1], best[2], best[3]};
 }
 

@@ -114,12 +114,6 @@ struct RegistrationConstants {
   /// How often the first iteration is repeated at most: large motions are found before.
   int most_searches = 3;
 
-  /// A point is far from the surface beyond this, in mean edges.
-  double far = 1;
-  /// The normal of a point disagrees below this cosine; if its direction is undecided, below the
-  /// second.
-  double least_cosine = 0;
-  double undecided_cosine = 0.3;
   /// About so many points are examined.
   std::size_t examined_points = 6000;
   /// The shares of far points from which on a result is doubtful, by several sensors and by one,

@@ -30,7 +30,6 @@ class FineRounds {
   /// `stream`, in which the result is then the last frame.
   Result run(const Measurement& scan, Field first_frame, Field start);
 
-  [[nodiscard]] double mean_edge() const { return surface_.mean_edge(); }
   /// (k,) the standard errors of the result.
   [[nodiscard]] std::span<const double> standard_errors() const {
     return surface_.shape().error_bars().of_vertices();

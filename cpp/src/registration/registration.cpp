@@ -8,18 +8,19 @@
 #include <utility>
 
 #include "mesh/training_frames.hpp"
-#include "registration/agreement.hpp"
 #include "registration/coarse_fit.hpp"
 #include "registration/coarse_mesh.hpp"
 #include "registration/fine_rounds.hpp"
+#include "registration/register_measurement.hpp"
 #include "registration/rigid_starts.hpp"
 #include "registration/surface_sample.hpp"
 #include "registration/targets.hpp"
 #include "registration/tips.hpp"
+#include "scans/camera_arguments.hpp"
+#include "scans/scan_arguments.hpp"
 #include "stream/arguments.hpp"
 #include "support/eigen_points.hpp"
-#include "tracker/camera_arguments.hpp"
-#include "tracker/scan_arguments.hpp"
+#include "tracking/agreement.hpp"
 #include "tracking/depth_images.hpp"
 #include "tracking/point_scan.hpp"
 #include "tracking/robust_size.hpp"
@@ -79,7 +80,8 @@ class Work {
         stream_(given_, topology_of(faces, given_.size()), DisconnectedRule::follow,
                 checked(settings).threads, settings.uncertainty),
         faces_(faces_in_internal_order(faces, stream_.numbering)),
-        frame_(to_internal_order(stream_.numbering, given_)) {
+        frame_(to_internal_order(stream_.numbering, given_)),
+        comparison_(faces_, stream_.topology->cells, stream_.workers, tracking_) {
     check_landmarks(landmarks, given_.size());
     for (std::size_t i = 0; i < landmarks.vertices.size(); ++i) {
       const auto vertex = static_cast<std::size_t>(landmarks.vertices[i]);
@@ -225,8 +227,7 @@ class Work {
       const auto result =
           fitted(coarse, candidate, scan, constants_.coarse_points, constants_.passes);
       candidate.x = moved(candidate.motion, mesh.lifted(frame_, result.x, result.rotations));
-      const Agreement agreement = agreement_of(faces_, candidate.x, scan,
-                                               constants_.far * mean_edge(), constants_, workers());
+      const Agreement agreement = agreement_of(candidate.x, scan, {});
       candidate.score = agreement.far_share + agreement.disagreeing;
     }
     std::ranges::stable_sort(tried, {}, &Candidate::score);
@@ -306,34 +307,46 @@ class Work {
             std::isinf(error) ? std::numeric_limits<Real>::infinity() : saturated<Real>(error));
       }
     }
-    judge(scan, rounds.mean_edge(), registration);
-    return registration;
-  }
-
-  void judge(const Measurement& scan, double mean_edge, Registration<Real>& registration) {
-    const Agreement agreement = agreement_of(faces_, stream_.previous, scan,
-                                             constants_.far * mean_edge, constants_, workers());
+    const auto seen = visible(scan);
+    const Agreement agreement = agreement_of(stream_.previous, scan, seen);
     registration.far_share = agreement.far_share;
     registration.disagreeing = agreement.disagreeing;
     registration.distance = agreement.distance;
-    registration.empty_share = empty_share(scan, mean_edge);
+    registration.empty_share = empty_share(seen);
+    return registration;
   }
 
-  /// The share of the vertices that a sensor should see and that have no point.
-  [[nodiscard]] double empty_share(const Measurement& scan, double mean_edge) const {
+  /// Compares the scan with a surface, of which the sensors see `seen`, or what they see is
+  /// unknown.
+  [[nodiscard]] Agreement agreement_of(Field x, const Measurement& scan,
+                                       std::span<const Sight> seen) const {
+    Cloud normals(x.size());
+    find_vertex_normals(faces_, x, normals);
+    for (std::size_t v = 0; v < seen.size(); ++v) {
+      if (seen[v] == Sight::back) normals[v] = -1.0 * normals[v];
+    }
+    return comparison_.compare({x, normals, seen, mean_edge()}, scan, {}).all;
+  }
+
+  /// What the sensors should see of the vertices of the result.
+  [[nodiscard]] std::vector<Sight> visible(const Measurement& scan) const {
     const Cloud& x = stream_.previous;
     Cloud normals(x.size());
     find_vertex_normals(faces_, x, normals);
-    const TrackingConstants tracking;
+    const double edge = mean_edge();
     std::vector<Sight> seen(x.size());
-    Visibility(x.size()).find(faces_, x, normals, scan.viewpoints(),
-                              find_sheets(faces_, stream_.topology->component),
-                              {tracking.pixel * mean_edge, tracking.thickness * mean_edge,
-                               tracking.back_thickness * mean_edge},
-                              seen);
+    Visibility(x.size()).find(
+        faces_, x, normals, scan.viewpoints(), find_sheets(faces_, stream_.topology->component),
+        {tracking_.pixel * edge, tracking_.thickness * edge, tracking_.back_thickness * edge},
+        seen);
+    return seen;
+  }
+
+  /// The share of the vertices that a sensor should see and that have no point.
+  [[nodiscard]] double empty_share(std::span<const Sight> seen) const {
     double n_seen = 0;
     double n_empty = 0;
-    for (std::size_t v = 0; v < x.size(); ++v) {
+    for (std::size_t v = 0; v < seen.size(); ++v) {
       if (seen[v] == Sight::hidden) continue;
       n_seen += 1;
       if (stream_.known[v] == 0) n_empty += 1;
@@ -359,11 +372,25 @@ class Work {
   Stream<double> stream_;
   std::vector<Triangle> faces_;
   Cloud frame_;  // the template in the internal order
+  TrackingConstants tracking_;
+  SurfaceComparison comparison_;
   TrainingFrames training_;
   Targets targets_;
 };
 
 }  // namespace
+
+template <class Real>
+Registration<Real> register_measurement(Faces faces, Points<const Real> positions,
+                                        const Measurement& measured,
+                                        const RegistrationSettings& settings) {
+  return Work<Real>(faces, positions, {}, settings, nullptr).run(measured);
+}
+
+template Registration<float> register_measurement(Faces, Points<const float>, const Measurement&,
+                                                  const RegistrationSettings&);
+template Registration<double> register_measurement(Faces, Points<const double>, const Measurement&,
+                                                   const RegistrationSettings&);
 
 template <class Real>
 Registration<Real> register_template(Faces faces, Points<const Real> positions,

@@ -1,6 +1,5 @@
 #include "registration/rigid_starts.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,6 +11,7 @@
 #include "registration/surface_sample.hpp"
 #include "support/eigen_points.hpp"
 #include "support/geometry.hpp"
+#include "support/rigid_motion.hpp"
 #include "tracking/quiet_nanoflann.hpp"
 
 namespace dynmesh {
@@ -150,16 +150,16 @@ RigidStart improved(const SixDimensions& surface, Motion motion, const OrientedP
     std::ranges::stable_sort(pairs, {}, distance);
     pairs.resize(std::min(pairs.size(), std::max<std::size_t>(n, 3)));
     start.distance = 0;
-    Eigen::Matrix3Xd ours(3, pairs.size());
-    Eigen::Matrix3Xd theirs(3, pairs.size());
-    for (std::size_t p = 0; p < pairs.size(); ++p) {
-      start.distance += std::sqrt(distance(pairs[p])) / static_cast<double>(pairs.size());
-      ours.col(static_cast<Eigen::Index>(p)) = surface.surface().points[pairs[p].nearest.number];
-      theirs.col(static_cast<Eigen::Index>(p)) = scan.points[pairs[p].scanned];
+    std::vector<Vector3<double>> ours;
+    std::vector<Vector3<double>> theirs;
+    for (const Pair& pair : pairs) {
+      start.distance += std::sqrt(distance(pair)) / static_cast<double>(pairs.size());
+      ours.push_back(from_eigen(surface.surface().points[pair.nearest.number]));
+      theirs.push_back(from_eigen(scan.points[pair.scanned]));
     }
     start.motion = motion;
     if (step == steps) return start;
-    motion = Motion(Eigen::umeyama(ours, theirs, false));
+    motion = to_eigen(fit_rigid_motion<double>(ours, theirs));
   }
 }
 

@@ -4,10 +4,11 @@
 #include <stdexcept>
 #include <string>
 
-#include "disconnected/rigid_motion.hpp"
+#include "scans/scan_arguments.hpp"
 #include "stream/arguments.hpp"
+#include "support/eigen_points.hpp"
 #include "support/geometry.hpp"
-#include "tracker/scan_arguments.hpp"
+#include "support/rigid_motion.hpp"
 
 namespace dynmesh {
 
@@ -72,17 +73,7 @@ Eigen::Isometry3d Targets::motion_from(std::span<const Vector3<double>> frame) c
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     wanted[static_cast<std::size_t>(vertices[i])] = positions[i];
   }
-  const RigidMotion fitted = fit_rigid_motion<double>(vertices, frame, wanted);
-  Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
-  for (Eigen::Index r = 0; r < 3; ++r) {
-    for (Eigen::Index c = 0; c < 3; ++c) {
-      motion.linear()(r, c) =
-          fitted.rotation[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)];
-    }
-  }
-  motion.translation() =
-      Eigen::Vector3d(fitted.to.data()) - motion.linear() * Eigen::Vector3d(fitted.from.data());
-  return motion;
+  return to_eigen(fit_rigid_motion<double>(vertices, frame, wanted));
 }
 
 }  // namespace dynmesh

@@ -38,6 +38,13 @@ inline constexpr Setting uncertainty_setting = {
     .name = "uncertainty",
     .help = "Compute the standard error of each vertex, in the unit of the positions.",
     .more = "The frames are the same with and without."};
+inline constexpr Setting recover_setting = {
+    .name = "recover",
+    .help = "Register a frame anew if the template is lost in it.",
+    .more =
+        "That is, if more than 5 % of the points are far from it. The registration begins with "
+        "the last good frame, and the better result is taken; `report.recovered` says so. Such "
+        "a frame takes as long as `dynmesh.register`; it is at most one of ten."};
 inline constexpr Setting threads_setting = {
     .name = "threads",
     .is_stored = false,
@@ -55,6 +62,7 @@ template <class Owner = Settings, class Visit>
 void for_each_setting(const Visit& visit) {
   if constexpr (std::is_same_v<Owner, TrackerSettings>) {
     visit(uncertainty_setting, &TrackerSettings::uncertainty);
+    visit(recover_setting, &TrackerSettings::recover);
     visit(threads_setting, &TrackerSettings::threads);
   } else {
     visit(

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "mesh/numbering.hpp"
+#include "scans/scan_arguments.hpp"
 #include "stream/arguments.hpp"
 #include "support/geometry.hpp"
-#include "tracker/scan_arguments.hpp"
 #include "tracking/alignment.hpp"
 
 namespace dynmesh {

@@ -9,12 +9,13 @@
 #include <utility>
 
 #include "mesh/training_frames.hpp"
+#include "scans/camera_arguments.hpp"
+#include "scans/scan_arguments.hpp"
 #include "stream/arguments.hpp"
 #include "stream/state.hpp"
 #include "stream/stream.hpp"
 #include "support/geometry.hpp"
-#include "tracker/camera_arguments.hpp"
-#include "tracker/scan_arguments.hpp"
+#include "tracker/recovery.hpp"
 #include "tracking/depth_images.hpp"
 #include "tracking/point_scan.hpp"
 #include "tracking/surface_tracking.hpp"
@@ -26,7 +27,35 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 /// The last character is the version of the format.
-constexpr StateKind kind = {{'d', 'y', 'n', 't', 'r', 'a', 'c', '4'}, "tracker"};
+constexpr StateKind kind = {{'d', 'y', 'n', 't', 'r', 'a', 'c', '6'}, "tracker"};
+
+constexpr std::size_t size_of_agreement = sizeof(std::uint64_t) + 3 * sizeof(double);
+
+void write(Writer& writer, const Agreement& agreement) {
+  writer.write(static_cast<std::uint64_t>(agreement.points));
+  writer.write(agreement.far_share);
+  writer.write(agreement.disagreeing);
+  writer.write(agreement.distance);
+}
+
+/// Refuses one that no tracker can report: shares are missing without points, and the distance also
+/// if all are far.
+Agreement read_agreement(Reader& reader) {
+  Agreement found;
+  found.points = static_cast<std::size_t>(reader.read<std::uint64_t>());
+  found.far_share = reader.read<double>();
+  found.disagreeing = reader.read<double>();
+  found.distance = reader.read<double>();
+  const auto is_share = [](double value) { return value >= 0 && value <= 1; };
+  const bool is_possible = found.points == 0
+                               ? std::isnan(found.far_share) && std::isnan(found.disagreeing)
+                               : is_share(found.far_share) && is_share(found.disagreeing);
+  const bool has_near = found.points > 0 && found.far_share < 1;
+  const bool is_distance =
+      has_near ? found.distance >= 0 && std::isfinite(found.distance) : std::isnan(found.distance);
+  if (!is_possible || !is_distance) refuse_state("reports what no tracker can report");
+  return found;
+}
 
 }  // namespace
 
@@ -44,6 +73,7 @@ struct Tracker<Real>::Parts {
         surface(faces_in_internal_order(faces, stream.numbering), *stream.topology, stream.workers,
                 {}, take_in_internal_order(training, stream.numbering), chosen.uncertainty,
                 std::numeric_limits<Real>::epsilon()),
+        recovery(surface, stream.numbering, first_frame.size(), chosen),
         completed(first_frame.size()),
         training_hash(hash_of_frames(training)) {
     begin(first_frame);
@@ -57,11 +87,13 @@ struct Tracker<Real>::Parts {
   TrackerSettings settings;
   Stream<Real> stream;
   SurfaceTracking surface;
+  Recovery<Real> recovery;
   PointScan scan;
   DepthImages images;
   std::vector<Vector3<double>> completed;  // the current frame in double precision
   std::uint64_t training_hash = 0;         // of its frames; 0 without training
   TrackingReport report;
+  std::vector<Agreement> of_sensors;
 };
 
 /// Begins a sequence. If memory is exhausted, nothing has changed.
@@ -71,7 +103,9 @@ void Tracker<Real>::Parts::begin(const Frame& first_frame) {
   surface.reset(widened(prepared.first_frame));
   // Nothing below can throw.
   stream.begin(std::move(prepared));
+  recovery.begin(stream.first_frame);
   report = {};
+  of_sensors.clear();
   stream.count(report);
 }
 
@@ -80,7 +114,9 @@ void Tracker<Real>::Parts::begin(const Frame& first_frame) {
 template <class Real>
 TrackingReport Tracker<Real>::Parts::track(const Measurement& measurement, Points<Real> tracked,
                                            Clock::time_point start) {
-  const SurfaceTracking::Found found = surface.track(measurement);
+  SurfaceTracking::Found found = surface.track(measurement);
+  const bool is_lost = recovery.is_due(found.agreements.all);
+  const bool recovered = is_lost && recovery.improve(measurement, found);
   std::ranges::copy(found.observed, stream.known.begin());
   stream.generations.classify(stream.topology->cells, stream.known);
   const auto generation = stream.generations.of_vertices();
@@ -96,16 +132,19 @@ TrackingReport Tracker<Real>::Parts::track(const Measurement& measurement, Point
   std::ranges::transform(stream.current, completed.begin(), in_double<Real>);
   surface.remember(completed, stream.generations.anchors() > 0);
   stream.advance();
+  recovery.remember(stream.previous, found.agreements.all, is_lost);
   TrackingReport made;
   stream.count(made);
   made.iterations = static_cast<std::size_t>(found.iterations);
-  made.distance = found.distance;
+  made.agreement = found.agreements.all;
   made.aligned = found.aligned;
+  made.recovered = recovered;
   made.stages.prior_weight = surface.shape().rest().prior_weight();
   made.stages.prior_share = surface.shape().rest().prior_share();
   made.standard_error = mean_standard_error();
   made.seconds = std::chrono::duration<double>(Clock::now() - start).count();
   report = made;
+  of_sensors = std::move(found.agreements.of_sensors);
   return report;
 }
 
@@ -235,9 +274,15 @@ const TrackingReport& Tracker<Real>::report() const {
 }
 
 template <class Real>
+std::span<const Agreement> Tracker<Real>::agreement_of_sensors() const {
+  return parts_->of_sensors;
+}
+
+template <class Real>
 std::size_t Tracker<Real>::state_size() const {
-  const std::size_t of_report = sizeof(double) + sizeof(std::uint8_t);
-  return size_of_state<TrackerSettings>(parts_->stream, of_report + parts_->surface.memory_size());
+  const std::size_t of_report = size_of_agreement + 2 * sizeof(std::uint8_t);
+  const std::size_t of_memory = parts_->surface.memory_size() + parts_->recovery.memory_size();
+  return size_of_state<TrackerSettings>(parts_->stream, of_report + of_memory);
 }
 
 template <class Real>
@@ -245,9 +290,11 @@ std::vector<std::byte> Tracker<Real>::state() const {
   Writer writer(state_size());
   write_stream(writer, kind, parts_->stream, parts_->settings, parts_->training_hash,
                parts_->report);
-  writer.write(parts_->report.distance);
+  write(writer, parts_->report.agreement);
   writer.write(static_cast<std::uint8_t>(parts_->report.aligned ? 1 : 0));
+  writer.write(static_cast<std::uint8_t>(parts_->report.recovered ? 1 : 0));
   parts_->surface.write_memory(writer);
+  parts_->recovery.write_memory(writer);
   return writer.take_sealed();
 }
 
@@ -258,19 +305,22 @@ void Tracker<Real>::restore(std::span<const std::byte> state) {
                             parts_->training_hash);
   TrackingReport report;
   static_cast<FrameReport&>(report) = stored.report;
-  report.distance = reader.read<double>();
+  report.agreement = read_agreement(reader);
   const auto aligned = reader.read<std::uint8_t>();
   report.aligned = aligned != 0;
-  if (aligned > 1 || !(report.distance >= 0) || !std::isfinite(report.distance)) {
+  const auto recovered = reader.read<std::uint8_t>();
+  report.recovered = recovered != 0;
+  if (aligned > 1 || recovered > (parts_->settings.recover ? 1 : 0))
     refuse_state("reports what no tracker can report");
-  }
   const auto memory = parts_->surface.read_memory(reader);
+  auto recovery = parts_->recovery.read_memory(reader);
   const auto last = widened(stored.previous);
   parts_->begin(stored.first_frame);
   // Nothing below can throw.
   parts_->stream.recall(std::move(stored.previous), std::move(stored.age), std::move(stored.known),
                         stored.n_frames);
   parts_->surface.recall(memory, last);
+  parts_->recovery.recall(std::move(recovery));
   parts_->report = report;
   parts_->stream.count(parts_->report);
   parts_->report.standard_error = parts_->mean_standard_error();

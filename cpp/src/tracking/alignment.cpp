@@ -1,7 +1,8 @@
 #include "tracking/alignment.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -10,6 +11,8 @@
 
 #include "support/eigen_points.hpp"
 #include "support/geometry.hpp"
+#include "support/rigid_motion.hpp"
+#include "support/symmetric_eigen.hpp"
 #include "tracking/point_scan.hpp"
 #include "tracking/rigid_step.hpp"
 #include "tracking/robust_size.hpp"
@@ -136,14 +139,9 @@ Motion drawn_to_points(const Sample& surface, Motion motion, const Sample& scan,
                        const AlignmentConstants& constants) {
   for (int step = 0; step < constants.coarse_steps; ++step) {
     const Pairs pairs = pairs_of(surface, motion, scan, constants);
-    const auto n = static_cast<Eigen::Index>(pairs.ours.size());
-    Eigen::Matrix3Xd ours(3, n);
-    Eigen::Matrix3Xd theirs(3, n);
-    for (Eigen::Index i = 0; i < n; ++i) {
-      ours.col(i) = to_eigen(pairs.ours[static_cast<std::size_t>(i)]);
-      theirs.col(i) = to_eigen(pairs.theirs[static_cast<std::size_t>(i)].point);
-    }
-    motion = Motion(Eigen::umeyama(ours, theirs, false)) * motion;
+    std::vector<Vector3<double>> theirs;
+    for (const Correspondence& c : pairs.theirs) theirs.push_back(c.point);
+    motion = to_eigen(fit_rigid_motion<double>(pairs.ours, theirs)) * motion;
   }
   return motion;
 }
@@ -174,13 +172,14 @@ Placed drawn_to_planes(const Sample& surface, Motion motion, const Sample& scan,
 Eigen::Matrix3d principal_axes(Field points) {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (const auto& point : points) mean += to_eigen(point) / static_cast<double>(points.size());
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  Eigen::Matrix<double, 3, 3, Eigen::RowMajor> covariance = Eigen::Matrix3d::Zero();
   for (const auto& point : points) {
     const Eigen::Vector3d arm = to_eigen(point) - mean;
     covariance += arm * arm.transpose();
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
-  Eigen::Matrix3d axes = solver.eigenvectors().transpose();
+  std::array<double, 3> values{};
+  symmetric_eigen({covariance.data(), 9}, values);
+  Eigen::Matrix3d axes = covariance;
   if (axes.determinant() < 0) axes.row(2) *= -1;
   return axes;
 }

@@ -1,10 +1,10 @@
 #include "tracking/cloth.hpp"
 
-#include <Eigen/Dense>
+#include <array>
 #include <cmath>
 
-#include "support/eigen_points.hpp"
 #include "support/geometry.hpp"
+#include "support/symmetric_eigen.hpp"
 #include "tracking/vertex_normals.hpp"
 #include "tracking/visibility.hpp"
 
@@ -23,15 +23,18 @@ double slippage(std::span<const std::size_t> vertices, Field x, Field normals) {
   for (const std::size_t v : vertices) square += squared_norm(x[v] - centre) / n;
   if (!(square > 0) || !std::isfinite(square)) return 1;
   const double radius = std::sqrt(square);
-  Eigen::Matrix<double, 6, 6> sum = Eigen::Matrix<double, 6, 6>::Zero();
+  std::array<double, 36> sum{};
   for (const std::size_t v : vertices) {
     const auto turn = cross((1 / radius) * (x[v] - centre), normals[v]);
-    Eigen::Vector<double, 6> row;
-    row << turn.x, turn.y, turn.z, normals[v].x, normals[v].y, normals[v].z;
-    sum += row * row.transpose() / n;
+    const std::array<double, 6> row = {turn.x,       turn.y,       turn.z,
+                                       normals[v].x, normals[v].y, normals[v].z};
+    for (std::size_t i = 0; i < 6; ++i) {
+      for (std::size_t j = 0; j < 6; ++j) sum[6 * i + j] += row[i] * row[j] / n;
+    }
   }
-  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>>(sum, Eigen::EigenvaluesOnly)
-      .eigenvalues()[0];
+  std::array<double, 6> values{};
+  symmetric_eigen(sum, values);
+  return values[0];
 }
 
 }  // namespace

@@ -85,6 +85,17 @@ struct TrackingConstants {
   /// The same for a vertex of a sheet that is seen from behind.
   double back_thickness = 0.5;
 
+  /// A measured point is far from the surface beyond this.
+  double far_distance = 1;
+  /// It is stray, and of no surface, if the so manyth nearest of the points that are compared is at
+  /// least so many times farther from it than usual.
+  int stray_neighbours = 4;
+  double stray_spacing = 2;
+  /// The normal of a point disagrees with the surface below this cosine; if its direction is
+  /// undecided, below the second.
+  double least_cosine = 0;
+  double least_undecided_cosine = 0.3;
+
   /// A vertex counts as observed if its point is at most this far.
   double observed_distance = 1;
   /// Components are not solved for if the weights of their correspondences, each at most 1, have a
@@ -98,6 +109,11 @@ struct TrackingConstants {
   /// The number of its steps, and the share that it must reach.
   int alignment_steps = 40;
   double least_aligned = 0.3;
+
+  /// A frame of which a larger share of the points is far from the surface is lost, and the number
+  /// of frames of which at most one is registered anew for that.
+  double lost_far = 0.05;
+  int frames_between_recoveries = 10;
 
   /// A sheet is cloth if its own planes notice one of its rigid motions by less than this share of
   /// the mean squared displacement. Cloth has up to 0.02, a face 0.07.

@@ -24,7 +24,8 @@ Correspondences::Correspondences(std::span<const Triangle> faces, const Topology
       normals_(topology.cells.size()),
       found_(topology.cells.size()),
       guesses_(topology.cells.size()),
-      drawn_(topology.cells.size()) {}
+      drawn_(topology.cells.size()),
+      comparison_(faces_, topology.cells, workers, constants_) {}
 
 std::unique_ptr<BoundaryReach> Correspondences::prepare(
     std::span<const std::uint8_t> is_cloth) const {
@@ -200,6 +201,10 @@ std::span<const Reach> Correspondences::find_reaches(Field x) {
   return boundary_->find({x, normals_, visible_, vertices_, mean_edge_}, *measurement_);
 }
 
+Agreements Correspondences::compare(Field x) const {
+  return comparison_.compare({x, normals_, visible_, mean_edge_}, *measurement_, vertices_near_);
+}
+
 void Correspondences::index_vertices(Field x) {
   vertices_.points.assign(x.begin(), x.end());
   vertices_.normals.assign(normals_.begin(), normals_.end());
@@ -218,8 +223,8 @@ double Correspondences::draw_towards_unexplained(Field x, double weight, double 
   std::ranges::fill(drawn_, Correspondence{});
   const double radius = constants_.drawing_radius * mean_edge_;
   const double least = constants_.least_unexplained * mean_edge_;
-  const std::size_t stride =
-      1 + measurement.size() / static_cast<std::size_t>(constants_.examined_points);
+  // The points that are compared in the end, which then know a vertex that is near.
+  const std::size_t stride = comparison_.stride_of(measurement);
   double n_near = 0;
   double n_unexplained = 0;
   for (std::size_t i = 0; i < measurement.size(); i += stride) {

@@ -11,6 +11,7 @@
 
 #include "mesh/triangle.hpp"
 #include "support/workers.hpp"
+#include "tracking/agreement.hpp"
 #include "tracking/boundary_reach.hpp"
 #include "tracking/constants.hpp"
 #include "tracking/measurement.hpp"
@@ -72,6 +73,9 @@ class Correspondences {
   /// those of its searches. Returns the share of such points.
   double draw_towards_unexplained(Field x, double weight, double cloth_weight);
 
+  /// How far the measured points are from the surface, after the last `find`.
+  [[nodiscard]] Agreements compare(Field x) const;
+
   /// (k,) how far the measured surface extends beyond the boundaries of cloth; empty without any.
   std::span<const Reach> find_reaches(Field x);
 
@@ -105,6 +109,7 @@ class Correspondences {
   std::vector<std::uint32_t> vertices_per_point_;  // how many vertices take each measured point
   PointScan vertices_;                             // the surface itself
   std::vector<Correspondence> drawn_;
+  SurfaceComparison comparison_;
 };
 
 }  // namespace dynmesh

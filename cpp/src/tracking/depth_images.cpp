@@ -33,6 +33,7 @@ void DepthImages::clear() {
   images_.clear();
   depths_.clear();
   viewpoints_.clear();
+  ends_.clear();
   points_.clear();
   normals_.clear();
 }
@@ -75,7 +76,12 @@ void DepthImages::prepare(double jump, Workers& workers) {
       prepare_row(image, row, jump, first_of_row_[first_row + row]);
     });
     first_row += image.height;
+    ends_.push_back(first_of_row_[first_row]);
   }
+}
+
+std::size_t DepthImages::sensor_of(std::size_t i) const {
+  return static_cast<std::size_t>(std::ranges::upper_bound(ends_, i) - ends_.begin());
 }
 
 DepthImages::Neighbours DepthImages::neighbours(const Image& image, std::size_t row,

@@ -53,6 +53,7 @@ class DepthImages final : public Measurement {
   [[nodiscard]] Vector3<double> point(std::size_t i) const override { return points_[i]; }
   [[nodiscard]] Vector3<double> normal(std::size_t i) const override { return normals_[i]; }
   [[nodiscard]] bool is_undecided(std::size_t /*i*/) const override { return false; }
+  [[nodiscard]] std::size_t sensor_of(std::size_t i) const override;
   [[nodiscard]] Correspondence nearest(const Vector3<double>& position,
                                        const Vector3<double>& normal, double radius,
                                        double agreement, std::uint32_t guess) const override;
@@ -74,6 +75,7 @@ class DepthImages final : public Measurement {
   std::vector<float> depths_;
   std::vector<std::uint32_t> numbers_;  // of the point of each pixel, or no_guess
   std::vector<std::uint32_t> first_of_row_;
+  std::vector<std::uint32_t> ends_;       // of the points of each image
   std::vector<Vector3<double>> points_;   // in the axes of the template
   std::vector<Vector3<double>> normals_;  // 0 where the neighbours lie on a line
   std::vector<Vector3<double>> viewpoints_;

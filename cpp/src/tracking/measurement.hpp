@@ -42,6 +42,9 @@ class Measurement {
   /// Whether that normal may as well be the opposite.
   [[nodiscard]] virtual bool is_undecided(std::size_t i) const = 0;
 
+  /// Which of the viewpoints a point was measured from. Must not be called without any.
+  [[nodiscard]] virtual std::size_t sensor_of(std::size_t i) const = 0;
+
   /// The measured point that is nearest to `position`, among those within `radius` whose normal
   /// agrees with `normal`: the cosine between them is at least `agreement`. The weight of the
   /// result is 1, or 0 if there is none. `guess` is the number of a point that may be near, or

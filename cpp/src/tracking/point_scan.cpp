@@ -102,6 +102,21 @@ void PointScan::estimate_normals(Workers& workers) {
   });
 }
 
+std::size_t PointScan::sensor_of(std::size_t i) const {
+  std::size_t found = 0;
+  double most = -1;
+  for (std::size_t s = 0; sensors.size() > 1 && s < sensors.size(); ++s) {
+    const auto view = sensors[s] - points[i];
+    const double length = std::sqrt(squared_norm(view));
+    const double cosine = length > 0 ? dot(normals[i], view) / length : 0;
+    const double turned = is_undecided(i) ? std::abs(cosine) : cosine;
+    if (!(turned > most)) continue;
+    most = turned;
+    found = s;
+  }
+  return found;
+}
+
 std::vector<std::uint32_t> PointScan::nearest_to(std::size_t number, std::size_t count) const {
   std::vector<std::uint32_t> numbers(count);
   std::vector<double> distances(count);

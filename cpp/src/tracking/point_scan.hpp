@@ -39,6 +39,8 @@ class PointScan final : public Measurement {
   [[nodiscard]] bool is_undecided(std::size_t i) const override {
     return !undecided.empty() && undecided[i] != 0;
   }
+  /// The one that the normal of the point turns to most, as far as can be known.
+  [[nodiscard]] std::size_t sensor_of(std::size_t i) const override;
   [[nodiscard]] Correspondence nearest(const Vector3<double>& position,
                                        const Vector3<double>& normal, double radius,
                                        double agreement, std::uint32_t guess) const override;

@@ -1,7 +1,6 @@
 #include "tracking/surface_tracking.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "support/geometry.hpp"
@@ -105,24 +104,24 @@ double SurfaceTracking::nonrigid_step(double progress, bool is_early, bool fits_
 SurfaceTracking::Found SurfaceTracking::observe() {
   const auto found = correspondences_.find(
       x_, {constants_.observed_distance, constants_.scale, constants_.side, 1, 1, true});
-  Found result = {x_, observed_, 0, 0, false};
-  double sum = 0;
-  double n = 0;
+  auto agreements = correspondences_.compare(x_);
   for (std::size_t v = 0; v < observed_.size(); ++v) {
     observed_[v] = shape_.moved()[v] != 0 && found[v].weight > 0 ? 1 : 0;
-    if (observed_[v] == 0) continue;
-    const double distance = dot(found[v].normal, found[v].point - x_[v]);
-    sum += distance * distance;
-    n += 1;
   }
-  if (n > 0) result.distance = std::sqrt(sum / n);
-  return result;
+  return {x_, observed_, 0, std::move(agreements)};
 }
 
 void SurfaceTracking::remember(Field completed, bool moves) {
   std::ranges::copy(moves ? Field(last_) : completed, before_.begin());
   std::ranges::copy(completed, last_.begin());
   if (moves) is_first_ = false;
+  shape_.remember(last_);
+}
+
+void SurfaceTracking::place(Field frame) {
+  std::ranges::copy(frame, last_.begin());
+  std::ranges::copy(frame, before_.begin());
+  is_first_ = false;
   shape_.remember(last_);
 }
 

@@ -41,14 +41,20 @@ class SurfaceTracking {
     Field x;                                 ///< (k,) the positions
     std::span<const std::uint8_t> observed;  ///< (k,) 1 for vertices that have a measured point
     int iterations = 0;
-    double distance = 0;   ///< root mean square of the observed vertices from their planes
-    bool aligned = false;  ///< whether a rigid alignment of the whole template was needed
+    Agreements agreements = {};  ///< how well the positions explain the points
+    bool aligned = false;        ///< whether a rigid alignment of the whole template was needed
   };
 
   /// Finds the surface in a frame, from the last frames, and does not remember it. If it throws,
   /// nothing has changed. It throws std::invalid_argument only in the first frame, if the template
   /// is far from the measurement even after an alignment.
   Found track(const Measurement& measurement);
+
+  /// Forgets the frame that `track` has just found.
+  void undo() { shape_.undo_frame(); }
+
+  /// Makes this the last frame, at rest and in any pose, whatever was before.
+  void place(Field frame);
 
   /// Finds the standard errors of the frame that `track` has just found. `generations` are those of
   /// its vertices.
@@ -58,6 +64,9 @@ class SurfaceTracking {
   void remember(Field completed, bool moves);
 
   [[nodiscard]] const NonrigidStep& shape() const { return shape_; }
+  [[nodiscard]] std::span<const Triangle> faces() const { return faces_; }
+  /// (k,) the last frame.
+  [[nodiscard]] Field last() const { return last_; }
 
   /// What later frames depend on, beside frame 0 and the last frame.
   struct Memory {

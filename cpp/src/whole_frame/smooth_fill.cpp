@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "disconnected/rigid_motion.hpp"
 #include "factor/masked_factor.hpp"
 #include "factor/symmetric_matrix.hpp"
+#include "support/rigid_motion.hpp"
 
 namespace dynmesh {
 namespace {

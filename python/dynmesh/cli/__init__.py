@@ -14,6 +14,7 @@ from .evaluation import evaluate, reproduce
 from .options import format_names
 from .pictures import picture, view
 from .registering import register
+from .rig import rig
 from .sequences import convert, degrade, synth
 from .terminal import fail
 from .tracking import track
@@ -83,6 +84,7 @@ for command in (
     synth,
     degrade,
     complete,
+    rig,
     track,
     register,
     evaluate,

@@ -21,12 +21,12 @@ from ..diagnosis.finding import MOST_PLACES
 from ..diagnosis.picture import draw
 from ..draw.figures import load_pyvista
 from ..files import Frame, Header, Source
+from ..files.new_output import check_output, new_output
 from ..jobs.completion_options import check_training
 from ..jobs.training import Training
 from ..settings import default_settings
 from .options import InputPath, with_source
-from .pictures import check_output, new_output
-from .terminal import PATIENCE, say, track, watch_training
+from .terminal import PATIENCE, say, say_remarks, track, watch_training
 
 _REFUSED_SHOWN = 3
 _BRIEF = 5  # indices of each finding
@@ -97,8 +97,9 @@ def info(
         if (words := in_words(distances, reader.header.metres_per_unit)) is not None:
             say(f"{path}: {words}")
     if picture is not None:
-        with new_output(picture, overwrite, ".png") as made:
+        with new_output(picture, overwrite, ".png") as (made, remarks):
             draw(diagnosis, made, heading=path.name)
+        say_remarks(picture, remarks)
         say(f"{picture}: drawn")
     if strict and diagnosis.severity in ("error", "warning"):
         raise typer.Exit(1)

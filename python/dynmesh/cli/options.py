@@ -182,6 +182,14 @@ def share(text: str) -> float:
     return value / 100 if in_percent else value
 
 
+def frame_range(text: str) -> range:
+    """Parses A:B, :B or A: as the numbers of frames from A up to B, which is not among them."""
+    begin, colon, end = text.partition(":")
+    if not colon or not all(number.isdecimal() or not number for number in (begin, end)) or not end:
+        raise typer.BadParameter(f"must be two numbers of frames, as in 10:20, not '{text}'")
+    return range(int(begin or 0), int(end))
+
+
 def usage_error(error: SettingError, settings: Settings) -> typer.BadParameter:
     """Returns the usage error of the option that stands for a refused setting."""
     name = str(error.argument)

@@ -10,18 +10,16 @@ import typer
 
 from .. import files
 from ..draw.heatmap import likely_up, stated_up
-from ..draw.page import view as write
-from ..draw.picture import evenly_spaced
-from ..draw.picture import picture as draw
 from ..draw.quantities import Colour, Range
 from ..files import Reader, Source
-from ..files.lock import unfinished_folder, working_folder
+from ..files.new_output import check_output
 from ..files.scans import open_scans
+from ..jobs import showing
 from ..jobs.option import OUTPUT, given, offered, options_of
 from ..jobs.tracking_options import TrackingOptions
 from ..jobs.zeros import ZeroCount
 from .options import Axis, InputPath, Overwrite, share_out, with_options, with_source
-from .terminal import say, say_remarks, track
+from .terminal import say, track
 
 
 def _shown(default: Any, help: str, kind: Any = str, **more: Any) -> Any:
@@ -41,7 +39,8 @@ class _Picture:
     )
     colour: Colour | None = _shown(
         None,
-        "error, generation, age, standard_error, known or plain. [the first that IN holds]",
+        "error, generation, age, standard_error, known, distance (from the nearest point of the "
+        "scans) or plain. [the first that there is]",
         Colour,
         metavar="NAME",
         flags=("--colour", "--color"),
@@ -131,13 +130,11 @@ def view(
     """
     zeros, scans = ZeroCount(), options.scans
     beside = {"reference": options.reference, "given": options.input}
-    with (
-        _opened(path, source, **beside) as (reader, truth, partial),
-        new_output(output, overwrite, ".html") as made,
-    ):
-        shown = write(
+    check_output(output, overwrite, ".html")
+    with _opened(path, source, **beside) as (reader, truth, partial):
+        shown = showing.view(
             reader,
-            made,
+            output,
             reference=truth,
             input=partial,
             scans=None
@@ -146,9 +143,10 @@ def view(
             scan_unit=options.scan_unit,
             max_frames=options.max_frames,
             max_vertices=options.max_vertices,
+            overwrite=overwrite,
             watch=lambda frames, n: track(zeros.watch_shown(frames), n, "reading"),
             **options.common,
-        )
+        ).shown
         _say_if_guessed(options.up, reader, truth, partial)
     say(f"{output}: open it in a browser" + (f"; it shows {shown}" if str(shown) else ""))
     for hint in zeros.hint():
@@ -175,16 +173,16 @@ def picture(
         dynmesh picture completed.npz --frame 30 --colour generation -o frame.png
     """
     zeros = ZeroCount()
-    with (
-        _opened(path, source, reference=options.reference) as (reader, truth, _),
-        new_output(output, overwrite, ".png") as made,
-    ):
-        draw(
+    check_output(output, overwrite, ".png")
+    with _opened(path, source, reference=options.reference) as (reader, truth, _):
+        showing.picture(
             reader,
-            made,
-            numbers=options.frame or evenly_spaced(reader.n_frames, options.sheet),
+            output,
+            frames=options.frame,
+            count=options.sheet,
             reference=truth,
-            size=(options.size, options.size),
+            size=options.size,
+            overwrite=overwrite,
             watch=lambda frames, n: track(zeros.watch_shown(frames), n, "reading"),
             **options.common,
         )
@@ -220,30 +218,3 @@ def _say_if_guessed(up: Axis | None, reader: Reader, *beside: Reader | None) -> 
     if up is None and stated_up(reader, *beside) is None:
         guess = likely_up(next(iter(reader)).points, None)
         say(f"assuming that {guess} is up; if not, use --up {'y' if guess == 'z' else 'z'}")
-
-
-def check_output(path: Path, overwrite: bool, suffix: str) -> None:
-    """Refuses an output path that a picture or page cannot be written to."""
-    if path.suffix.lower() != suffix:
-        raise ValueError(f"{path}: must end in {suffix}")
-    if not path.parent.is_dir():
-        raise FileNotFoundError(f"{path}: there is no folder {path.parent}")
-    if path.exists() and not overwrite:
-        raise FileExistsError(f"{path}: exists already; --overwrite replaces it")
-
-
-@contextmanager
-def new_output(path: Path, overwrite: bool, suffix: str) -> Iterator[Path]:
-    """Checks a path, and yields a hidden one to write to, which becomes it at the end."""
-    check_output(path, overwrite, suffix)
-    try:
-        with working_folder(path) as (folder, remarks):
-            yield folder / path.name
-            check_output(path, overwrite, suffix)  # another process may have written it
-            (folder / path.name).replace(path)
-    except OSError as error:
-        file = "" if error.filename is None else str(error.filename)
-        if error.errno is None or not Path(file).is_relative_to(unfinished_folder(path)):
-            raise
-        raise OSError(error.errno, error.strerror, str(path)) from error
-    say_remarks(path, remarks)

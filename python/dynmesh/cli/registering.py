@@ -18,7 +18,7 @@ def register(
         Path,
         typer.Argument(
             metavar="SCAN",
-            help="A point cloud (PLY, XYZ, NPY, NPZ) or a mesh, or a folder of these.",
+            help="A point cloud (PLY, XYZ, NPY, NPZ) or a mesh (also STL, GLB), or a folder.",
         ),
     ],
     output: OutputPath,
@@ -34,6 +34,7 @@ def register(
     ```text
     dynmesh register body.obj scan.ply registered.obj
     dynmesh register body.obj scans registered --landmarks hands_and_feet.json
+    dynmesh register body.obj scan.ply registered.obj --page registered.html
     ```
     """
     all_good = True
@@ -43,5 +44,7 @@ def register(
         else:
             say(f"{written}: {found.quality}: {found.reason}")
             all_good = False
+    if options.page is not None:
+        say(f"{options.page}: open it in a browser")
     if not all_good:
         raise typer.Exit(DOUBTFUL)

@@ -70,6 +70,7 @@ class Degradation:
     flying: float | None = _share(
         "Share of flying pixels, which lie between a silhouette and what is behind it.", _SCANS
     )
+    room: bool = given(False, "Put a floor under the subject and a wall behind it.", _SCANS, bool)
     up: Axis | None = given(
         None, "The axis that cameras circle around. [as in IN, else z]", _LOSS, Axis
     )
@@ -117,7 +118,9 @@ def simulate(
         axis = axis_of(reader, asked.up)
         box = bounding_box(reader)
         around = degradation.orbit(box, cameras, degrees_per_frame=0.0, up=axis.vector)(0)
-        rig = _rig_of(around, box, depth, reader.header.metres_per_unit)
+        room = degradation.room_around(box, up=axis.vector) if asked.room else None
+        seen = box if room is None else np.concatenate([box, room.points])
+        rig = _rig_of(around, seen, depth, reader.header.metres_per_unit)
         frames = (frame.points for frame in reader)
         options: dict[str, Any] = {
             "noise": _NOISE if asked.noise is None else asked.noise,
@@ -125,6 +128,7 @@ def simulate(
             "holes": asked.patches or 0.0,
             "flying": asked.flying or 0.0,
             "outliers": asked.outliers or 0.0,
+            "room": room,
         }
         scan: Any = degradation.scan_points
         folder_of: Any = PointFolder
@@ -170,11 +174,12 @@ def bounding_box(reader: files.Reader) -> Positions:
 
 def _rig_of(
     cameras: list[degradation.Camera],
-    box: Positions,
+    seen: Positions,
     size: tuple[int, int] | None,
     metres_per_unit: float | None,
 ) -> Rig:
     """Describes the cameras, as their file does."""
+    box = np.stack([seen.min(axis=0), seen.max(axis=0)])
     corners = np.stack(np.meshgrid(*box.T), axis=-1).reshape(-1, 3)
     described = []
     for number, camera in enumerate(cameras):

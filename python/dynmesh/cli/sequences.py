@@ -101,8 +101,9 @@ def degrade(
         }
         simulate(path, output, source, options, overwrite=overwrite, refused=refused)
         return
-    if options.flying is not None:
-        raise typer.BadParameter("--flying is for --scan and --depth")
+    for name, value in (("flying", options.flying), ("room", options.room or None)):
+        if value is not None:
+            raise typer.BadParameter(f"--{name} is for --scan and --depth")
     noise, outliers, seed = options.noise, options.outliers, options.seed
     ways = ("known", "camera", "patches", "dropout", "noise", "outliers")
     if all(getattr(options, way) is None for way in ways):

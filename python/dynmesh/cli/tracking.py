@@ -14,7 +14,7 @@ from ..jobs.tracking import track_into
 from ..jobs.tracking_options import TrackingOptions
 from .done import say_how_far, saying_what_is_kept, watching
 from .options import OutputPath, Overwrite, Resume, with_options
-from .terminal import say, say_remarks
+from .terminal import DOUBTFUL, say, say_remarks
 
 _FAR = 1.5
 """Mean edges between a moved template and a scan beyond which their poses probably differ."""
@@ -22,6 +22,9 @@ _SIZES = 1.5
 """A scan so many times larger or smaller than a moved template is probably in another unit."""
 _FEW = 0.05
 """Below this share of vertices with a correspondence, a scan is probably not of the mesh."""
+
+_NAMED = 3
+"""Lost images that are named."""
 
 
 @with_options(TrackingOptions, TrackingOptions)
@@ -45,10 +48,21 @@ def track(
             rich_help_panel=HOW,
         ),
     ] = True,
+    check: Annotated[
+        bool,
+        typer.Option(
+            "--check/--no-check",
+            help="Compare the first scan with the mesh before, and refuse cameras, units and axes "
+            "that are probably meant in another way.",
+            rich_help_panel=HOW,
+        ),
+    ] = True,
     resume: Resume = False,
     overwrite: Overwrite = False,
 ) -> None:
     """Track a mesh through scans whose points belong to no vertex.
+
+    The exit code is 3 if the result is doubtful or probably ruined.
 
     Examples:
     ```text
@@ -59,18 +73,27 @@ def track(
     """
     watch = watching(output, "tracking", resume)
     with saying_what_is_kept(output, "tracked"):
-        asked = replace(options, align="auto" if align else "never")
+        asked = replace(options, align="auto" if align else "never", check=check)
         report = track_into(scans, output, asked, overwrite, resume, watch=watch)
     _say_what_was_done(output, report)
     if options.uncertainty and not options.provenance:
         say(f"{output}: standard errors are not in the file; --provenance writes them")
     if options.training and report.prior_weight is not None:
         say(f"{output}: the prior weight of the training frames was {report.prior_weight:.2g}")
+    if report.rig:
+        say(f"{output}: probably wrong, since cameras are")
+    if report.rig or report.quality != "good":
+        raise typer.Exit(DOUBTFUL)
 
 
 def _say_what_was_done(output: Path, report: TrackFileReport) -> None:
     if not say_how_far(output, "tracked", report):
         return
+    if report.registration is not None:
+        say(
+            f"{output}: the template was not in the pose of the first scan and was registered "
+            f"with it: {report.registration.quality}"
+        )
     if report.alignment is not None:
         found = report.alignment
         say(
@@ -90,6 +113,10 @@ def _say_what_was_done(output: Path, report: TrackFileReport) -> None:
             )
     if report.seconds_per_frame is not None and report.observed is not None:
         n = report.frames - report.resumed_at
+        if report.quality == "good" and report.far is not None:
+            say(f"{output}: good; {report.far:.2%} of the points are far from the mesh")
+        if report.reason:
+            say(f"{output}: {report.reason}")
         say(
             f"{output}: {n} frames tracked in {1e3 * report.seconds_per_frame:.3g} ms each "
             f"(median); {100 * report.observed:.3g} % of the vertices were seen"
@@ -98,8 +125,19 @@ def _say_what_was_done(output: Path, report: TrackFileReport) -> None:
             say(
                 f"{output}: so few, that the scans are probably not of this mesh or of another unit"
             )
+    if report.recovered:
+        say(
+            f"{output}: in {report.recovered} of the frames, the mesh was lost and found again by "
+            "a registration"
+        )
     if report.empty:
         say(f"{output}: {report.empty} of the frames had no points")
+    if report.lost:
+        n = len(report.lost)
+        named = "; ".join(report.lost[:_NAMED]) + ("; ..." if n > _NAMED else "")
+        say(f"{output}: {n} depth image{'s were' if n > 1 else ' was'} lost: {named}")
+    for sentence in report.rig:
+        say(f"{output}: {sentence}")
     say_remarks(output, report.remarks)
 
 

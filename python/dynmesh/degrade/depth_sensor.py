@@ -17,10 +17,10 @@ _JUMP = 3.0
 """Pixels whose depths differ by more than this many mean edges are on different surfaces."""
 
 
-def measured(buffer: DepthBuffer, scene: Scene, camera: Camera, faces: _Integers) -> _Floats:
+def measured(buffer: DepthBuffer, scene: Scene, camera: Camera) -> _Floats:
     """Returns the depths, infinite where nothing is measured."""
     row, column = np.nonzero(buffer.triangle >= 0)
-    corners = faces[buffer.triangle[row, column]]
+    corners = scene.faces[buffer.triangle[row, column]]
     a, b, c = scene.points.astype(np.float64)[corners.T]
     height, width = buffer.depth.shape
     pixels = np.stack([column, row, np.ones(len(row))], axis=1)

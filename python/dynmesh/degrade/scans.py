@@ -16,6 +16,7 @@ from ..frames.scan import DepthScan, PointScan
 from ..sequence import Positions
 from .depth_buffer import depth_buffer, intrinsics_of, pose_of
 from .depth_sensor import measured, with_flying
+from .room import Room
 from .scene import FLIGHT, Cameras, scenes_of
 from .shared import Purpose, check_cameras, check_triangles, rng_of, unit
 from .silhouettes import Silhouettes
@@ -38,6 +39,7 @@ def scan_points(
     holes: float = 0.0,
     flying: float = 0.0,
     outliers: float = 0.0,
+    room: Room | None = None,
     up: tuple[float, float, float] = (0, 0, 1),
     seed: int = 0,
 ) -> Iterator[PointScan]:
@@ -59,6 +61,7 @@ def scan_points(
         flying: share of the points that are flying pixels: mixtures of a silhouette and what is
             behind it, anywhere up to 10 mean edges behind the silhouette, with useless normals.
         outliers: share of the points that is moved 10 mean edges in a random direction.
+        room: what else is seen and hides, such as the result of :func:`room_around`.
         up: the axis around which a number of cameras stand.
         seed: equal seeds give equal scans. Frame i does not depend on the number of frames.
 
@@ -76,10 +79,10 @@ def scan_points(
 
     def scans() -> Iterator[PointScan]:
         silhouettes = Silhouettes(faces)
-        for scene in scenes_of(frames, faces, cameras, holes, up, seed):
+        for scene in scenes_of(frames, faces, cameras, holes, room, up, seed):
             rng = rng_of(Purpose.SCAN, seed, scene.number)
             n_flying = round(flying * points)
-            positions, normals = sampled(scene, faces, points - n_flying, rng)
+            positions, normals = sampled(scene, points - n_flying, rng)
             mixed, rays = silhouettes.flying(scene.points, scene.cameras, n_flying, rng)
             useless = unit(unit(rng.standard_normal(mixed.shape)) - rays)
             behind = FLIGHT * scene.mean_edge * rng.random(len(mixed))[:, None]
@@ -113,6 +116,7 @@ def depth_images(
     holes: float = 0.0,
     flying: float = 0.0,
     outliers: float = 0.0,
+    room: Room | None = None,
     up: tuple[float, float, float] = (0, 0, 1),
     seed: int = 0,
 ) -> Iterator[DepthScan]:
@@ -133,6 +137,7 @@ def depth_images(
         flying: share of the pixels that are flying pixels; they are chosen from those at
             silhouettes, and are at most all of them.
         outliers: share of the pixels whose depth is changed by up to 10 mean edges.
+        room: see :func:`scan_points`.
         up: see :func:`scan_points`.
         seed: see :func:`scan_points`.
 
@@ -148,13 +153,13 @@ def depth_images(
     _check(faces, cameras, noise, seed, shares)
 
     def scans() -> Iterator[DepthScan]:
-        for scene in scenes_of(frames, faces, cameras, holes, up, seed):
+        for scene in scenes_of(frames, faces, cameras, holes, room, up, seed):
             images = []
             for number, camera in enumerate(scene.cameras):
                 rng = rng_of(Purpose.DEPTH, seed, scene.number, number)
-                buffer = depth_buffer(scene.points, faces, camera, width, height)
+                buffer = depth_buffer(scene.points, scene.faces, camera, width, height)
                 edge = scene.mean_edge
-                depth = measured(buffer, scene, camera, faces)
+                depth = measured(buffer, scene, camera)
                 depth = with_flying(depth, flying, edge, rng)
                 depth += noise * edge * rng.standard_normal(depth.shape)
                 moved = rng.random(depth.shape) < outliers

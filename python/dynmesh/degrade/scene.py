@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..sequence import Mask, Positions
 from .losses import patch_known
+from .room import Room
 from .shared import check_cameras, mean_edge_of, numbered
 from .visibility import Camera, orbit
 
@@ -33,11 +34,14 @@ class Scene(NamedTuple):
 
     number: int
     points: Positions
+    """(k + n, 3) the vertices of the frame and of the room."""
+    faces: _Integers
+    """The triangles of both."""
     cameras: Sequence[Camera]
     present: Mask
-    """(k,) False in holes."""
+    """(k + n,) False in holes."""
     mean_edge: float
-    """Of frame 0."""
+    """Of frame 0, without the room."""
 
 
 def scenes_of(
@@ -45,6 +49,7 @@ def scenes_of(
     faces: _Integers,
     cameras: Cameras,
     holes: float,
+    room: Room | None,
     up: tuple[float, float, float],
     seed: int,
 ) -> Iterator[Scene]:
@@ -57,6 +62,9 @@ def scenes_of(
     k = len(first[1])
     if isinstance(cameras, int):
         cameras = orbit(first[1], cameras, degrees_per_frame=0.0, up=up)
+    around, whole = np.zeros((0, 3)), faces
+    if room is not None:
+        around, whole = room.points, np.concatenate([faces, room.faces + k])
     present: Iterator[Mask] = repeat(np.ones(k, np.bool_))
     if holes:
         endless = 1 << 62  # frames; only those that exist are asked for
@@ -64,4 +72,6 @@ def scenes_of(
     for (number, points), mask in zip(chain([first], rest), present, strict=False):
         own = cameras(number) if callable(cameras) else cameras
         check_cameras(own, f"frame {number} has none")
-        yield Scene(number, points, own, mask, mean_edge)
+        together = np.concatenate([points, around.astype(points.dtype)])
+        mask = np.concatenate([mask, np.ones(len(around), np.bool_)])
+        yield Scene(number, together, whole, own, mask, mean_edge)

@@ -17,10 +17,9 @@ _ROUNDS = 20
 """At most so many points are tried at a time, and so many times, until enough of them are seen."""
 
 
-def sampled(
-    scene: Scene, faces: _Integers, wanted: int, rng: "np.random.Generator"
-) -> tuple[_Floats, _Floats]:
+def sampled(scene: Scene, wanted: int, rng: "np.random.Generator") -> tuple[_Floats, _Floats]:
     """Returns (n, 3) points on the surface that cameras see, and their normals."""
+    faces = scene.faces
     corners = scene.points.astype(np.float64)[faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     areas = np.linalg.norm(normals, axis=1)
@@ -38,7 +37,7 @@ def sampled(
         weights = np.stack([1 - root, root * (1 - along), root * along], axis=1)
         points = np.einsum("nc,ncx->nx", weights, corners[face])
         nearest = faces[face, weights.argmax(axis=1)]
-        side = _seen_from(scene, faces, points, normals[face]) * scene.present[nearest]
+        side = _seen_from(scene, points, normals[face]) * scene.present[nearest]
         seen = side != 0
         found.append(points[seen])
         sides.append(side[seen, None] * normals[face][seen])
@@ -48,9 +47,7 @@ def sampled(
     return np.concatenate(found)[:wanted], np.concatenate(sides)[:wanted]
 
 
-def _seen_from(
-    scene: Scene, faces: _Integers, points: _Floats, normals: _Floats
-) -> NDArray[np.float64]:
+def _seen_from(scene: Scene, points: _Floats, normals: _Floats) -> NDArray[np.float64]:
     """Returns for each point 1 or -1, the side from which it is seen best, or 0 if it is not."""
     best = np.zeros(len(points))
     # Points that belong to no triangle hide nothing; all else is as for vertices.
@@ -59,6 +56,6 @@ def _seen_from(
     for camera in scene.cameras:
         cosines = np.einsum("nx,nx->n", normals, unit(np.array(camera.position) - points))
         better = np.abs(cosines) > np.maximum(np.abs(best), EDGE_ON)
-        seen = visible(everything, faces, camera, np.concatenate([vertices, better]))
+        seen = visible(everything, scene.faces, camera, np.concatenate([vertices, better]))
         best = np.where(seen[len(vertices) :], cosines, best)
     return np.sign(best)

@@ -108,16 +108,13 @@ def orbit(
     check_finite("degrees_per_frame", degrees_per_frame)
     check_between("elevation", elevation, -90, 90)
     check_positive("distance", distance)
-    check_vector("up", up)
-    if not any(up):
-        raise InputError(f"must not be zero, but is {up}", argument="up")
+    ahead, left, axis = horizon(up)
     check_positions("first_frame", first_frame)
     check_complete("first_frame", first_frame)
     box = np.stack([first_frame.min(axis=0), first_frame.max(axis=0)]).astype(np.float64)
     centre, diagonal = box.mean(axis=0), float(np.linalg.norm(box[1] - box[0]))
     if diagonal == 0:
         raise InputError("must have vertices in more than one place", argument="first_frame")
-    ahead, left, axis = _horizon(np.array(up, np.float64))
     tilt = math.radians(elevation)
 
     def camera(turn: float) -> Camera:
@@ -211,10 +208,18 @@ def axes_of(camera: Camera) -> _Floats:
     return np.stack([right, np.cross(right, ahead), ahead], axis=1)
 
 
-def _horizon(up: _Floats) -> tuple[_Floats, _Floats, _Floats]:
-    """Unit vectors at right angles: x as seen from above, counterclockwise of it, and up."""
+def horizon(up: tuple[float, float, float]) -> tuple[_Floats, _Floats, _Floats]:
+    """Unit vectors at right angles: x as seen from above, counterclockwise of it, and up.
+
+    Raises:
+        TypeError, ValueError: `up` is not three finite numbers, or zero.
+    """
+    check_vector("up", up)
+    if not any(up):
+        raise InputError(f"must not be zero, but is {up}", argument="up")
     x, y = np.eye(3)[:2]
-    axis = up / np.linalg.norm(up)
+    axis = np.array(up, np.float64)
+    axis /= np.linalg.norm(axis)
     left = np.cross(axis, y if _are_parallel(axis, x) else x)
     left /= np.linalg.norm(left)
     return np.cross(left, axis), left, axis

@@ -8,8 +8,7 @@ from typing import Unpack
 import numpy as np
 
 from .. import files
-from ..files import Frame, Header, PathLike, Reader, Source
-from ..sequence import Sequence
+from ..files import Frame, Header, OneSequence, Source
 from . import shape, surface
 from .diagnosis import Diagnosis
 from .finding import CODES, SEVERITIES, Finding, Severity, Where
@@ -26,7 +25,7 @@ Watch = Callable[[Iterable[Frame], int], Iterable[Frame]]
 
 @files.takes_source
 def diagnose(
-    source: PathLike | Reader | Sequence,
+    source: OneSequence,
     *,
     watch: Watch | None = None,
     **how: Unpack[Source],
@@ -44,17 +43,12 @@ def diagnose(
             :func:`dynmesh.open`. Problems of the mesh and of the positions are findings, not
             errors.
     """
-    if isinstance(source, Sequence):
-        n_frames = len(source.vertices)
-        if n_frames == 0:
-            raise ValueError("holds no frame, but frame 0 is needed")
-        frames_in_memory = (files.frame_of(source, number) for number in range(n_frames))
-        return _diagnose(files.header_of(source), frames_in_memory, watch)
-    if isinstance(source, Reader):
-        with files.naming(source.path), closing(source.frames()) as frames:
-            return _diagnose(source.header, frames, watch)
-    with files.open(source, **how) as reader:
-        return diagnose(reader, watch=watch)
+    with (
+        files.opened(source, **how) as reader,
+        files.naming(reader.path),
+        closing(reader.frames()) as frames,
+    ):
+        return _diagnose(reader.header, frames, watch)
 
 
 def _diagnose(header: Header, frames: Iterator[Frame], watch: Watch | None) -> Diagnosis:

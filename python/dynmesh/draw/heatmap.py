@@ -9,11 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..files import Frame, Reader
+from ..files.scans import ScanReader
 from ..frames.reader import check_comparable
+from ..frames.scan import Scan
 from ..sequence import Mask, Positions
 from .figures import SURFACE_COLOUR
 from .quantities import QUANTITIES, Colour, Moment, Range, Sources, check_range, visible
 from .scales import Scale, Values
+
+_MOST_POINTS = 5000
+"""Of a scan in a frame; more would make a page large and look the same."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +26,8 @@ class ShownFrame:
     """One frame as it is drawn.
 
     The points, (k, 3), and the values that colours can show, (k,) each, are arbitrary where a
-    vertex is not visible. Beside it is the same frame of "input" and "reference", if there are any.
+    vertex is not visible. Beside it is the same frame of "input", "reference" and "template", if
+    there are any, and some points of the scan, (n, 3), if there are scans.
     """
 
     number: int
@@ -29,13 +35,14 @@ class ShownFrame:
     visible: Mask
     values: Mapping[Colour, Values]
     beside: Mapping[str, "ShownFrame"]
+    cloud: Positions | None = None
 
     def of(self, vertices: NDArray[np.intp]) -> "ShownFrame":
         """Returns the same frame with only some of its vertices."""
         values = {colour: values[vertices] for colour, values in self.values.items()}
         beside = {name: frame.of(vertices) for name, frame in self.beside.items()}
         return ShownFrame(
-            self.number, self.points[vertices], self.visible[vertices], values, beside
+            self.number, self.points[vertices], self.visible[vertices], values, beside, self.cloud
         )
 
 
@@ -54,6 +61,9 @@ class Heatmap:
         *,
         reference: Reader | None = None,
         input: Reader | None = None,
+        template: Reader | None = None,
+        scans: ScanReader | None = None,
+        scan_factor: float = 1.0,
         colour: Colour | None = None,
         range: Range | None = None,
     ) -> None:
@@ -65,8 +75,12 @@ class Heatmap:
                 states its unit, otherwise in per cent of the bounding-box diagonal of frame 0 of
                 the reference.
             input: of the sequence that was completed, for what was observed.
+            template: of the mesh that the sequence came from, one frame for each.
+            scans: as many as the sequence has frames, for the distance from the nearest point.
+            scan_factor: the unit of the scans in that of the sequence.
             colour: None chooses the error if there is a reference, otherwise the generation or the
-                known mask if the sequence has them, otherwise "plain".
+                known mask if the sequence has them, otherwise the distance if there are scans,
+                otherwise "plain".
             range: the first and the last value of the scale of `colour`, in the unit of the colour
                 bar; None means that the values determine it. For errors, the scale is linear if it
                 begins at 0, otherwise logarithmic. For counts they are whole numbers.
@@ -77,8 +91,9 @@ class Heatmap:
                 ascending, is negative, or `colour` has no scale of numbers.
         """
         self.reader = reader
-        self._sources = Sources(reader, reference, input)
-        for other in (input, reference):
+        self._sources = Sources(reader, reference, input, scans, scan_factor)
+        self._template = template
+        for other in (input, reference, template):
             if other is not None:
                 check_comparable(reader, other)
         lacks = {name: row.lacks(self._sources) for name, row in QUANTITIES.items()}
@@ -104,12 +119,18 @@ class Heatmap:
         def frames_of(other: Reader | None) -> Iterator[Frame | None]:
             return repeat(None) if other is None else other.frames(*place)
 
+        def clouds_of(scans: ScanReader | None) -> Iterator[Positions | None]:
+            if scans is None:
+                return repeat(None)
+            return (self._cloud(scan) for scan in scans.frames(*place))
+
         sources = self._sources
         ours, truths = self.reader.frames(*place), frames_of(sources.reference)
-        for number, frame, truth, given in zip(
-            numbers, ours, truths, frames_of(sources.input), strict=False
+        givens, templates = frames_of(sources.input), frames_of(self._template)
+        for number, frame, truth, given, template, cloud in zip(
+            numbers, ours, truths, givens, templates, clouds_of(sources.scans), strict=False
         ):
-            moment = Moment(number, frame, truth, given)
+            moment = Moment(number, frame, truth, given, cloud)
             values = {
                 name: row.values(sources, moment)
                 for name, row in QUANTITIES.items()
@@ -117,10 +138,22 @@ class Heatmap:
             }
             beside = {
                 name: ShownFrame(number, other.points, visible(other), {}, {})
-                for name, other in (("input", given), ("reference", truth))
+                for name, other in (
+                    ("input", given),
+                    ("reference", truth),
+                    ("template", template),
+                )
                 if other is not None
             }
-            yield ShownFrame(number, frame.points, visible(frame), values, beside)
+            if cloud is not None:
+                cloud = cloud[:: max(1, -(-len(cloud) // _MOST_POINTS))]
+            yield ShownFrame(number, frame.points, visible(frame), values, beside, cloud)
+
+    def _cloud(self, scan: Scan | None) -> Positions:
+        """Returns the points of a scan in the unit of the sequence; none if it is missing."""
+        if scan is None:
+            return np.zeros((0, 3))
+        return scan.scaled(self._sources.scan_factor).cloud
 
     def frame(self, number: int) -> ShownFrame:
         """Returns one frame."""

@@ -10,7 +10,7 @@ from .._errors import InputError
 from .._extras import require
 from ..frames.memory import SequenceReader
 from ..sequence import Sequence, rate
-from .page import page
+from .page import framed, page
 
 LARGEST_PLAYER = 2_000_000
 """Bytes that showing a sequence may add to a notebook."""
@@ -105,10 +105,9 @@ def _player(sequence: Sequence) -> str:
     for max_vertices, max_frames in _SIZES:
         with _without_widgets():
             made = page(reader, max_vertices=max_vertices, max_frames=max_frames)
-        document = escape(made.html)
-        if len(document.encode()) <= LARGEST_PLAYER:
-            style = "width: 100%; height: 480px; border: 0"
-            return f'<iframe srcdoc="{document}" title="player" style="{style}"></iframe>'
+        player = framed(made.html)
+        if len(player.encode()) <= LARGEST_PLAYER:
+            return player
     raise InputError("the mesh cannot be simplified enough; dynmesh view writes a larger page")
 
 

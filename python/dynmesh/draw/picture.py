@@ -1,7 +1,7 @@
-"""Pictures of a sequence as PNG: one frame, or a contact sheet of several."""
+"""Pictures of a sequence: one frame, or a contact sheet of several."""
 
 from collections.abc import Callable, Iterable, Sequence
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +22,6 @@ def evenly_spaced(n_frames: int, count: int) -> list[int]:
 
 def picture(
     reader: Reader,
-    output: Path,
     *,
     numbers: Sequence[int],
     reference: Reader | None = None,
@@ -33,15 +32,17 @@ def picture(
     azimuth: float = 60.0,
     size: tuple[int, int] = (480, 480),
     watch: Callable[[Iterable[ShownFrame], int], Iterable[ShownFrame]] = lambda frames, _: frames,
-) -> None:
-    """Draws frames of a sequence in a PNG file, all at the same scale, with one colour bar.
+) -> Any:
+    """Draws frames of a sequence, all at the same scale, with one colour bar.
 
     Triangles with a missing vertex are left out; remaining vertices without a triangle become dots.
     The numbers are those of the frames, one or several, and the size is that of each, in pixels.
-    The other options are those of :func:`dynmesh.draw.page.page`. An existing file is replaced.
+    The other options are those of :func:`dynmesh.draw.page.page`.
+
+    Returns:
+        An image of Pillow.
 
     Raises:
-        OSError: the file cannot be written.
         ImportError: pyvista or Pillow is not installed.
         ValueError: a frame does not exist, no vertex is visible in any of them, or see
             :class:`dynmesh.draw.heatmap.Heatmap`.
@@ -66,8 +67,7 @@ def picture(
     view = View.of(seen, up, azimuth, size)
     images = figures.cropped([_draw(heatmap, frame, scale, view) for frame in frames])
     captions = [f"frame {frame.number}" for frame in frames]
-    sheet = contact_sheet(title or reader.title, images, captions, scale)
-    sheet.save(output, format="PNG")
+    return contact_sheet(title or reader.title, images, captions, scale)
 
 
 def _draw(heatmap: Heatmap, frame: ShownFrame, scale: Scale | None, view: View) -> Image:

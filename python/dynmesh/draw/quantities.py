@@ -10,21 +10,26 @@ import numpy as np
 
 from .._checks import check_finite
 from .._errors import InputError
+from .._extras import require
 from ..calibration import RULES
+from ..degrade.shared import mean_edge_of
 from ..files import Frame, Reader
+from ..files.scans import ScanReader
 from ..frames.attributes import FUSED
 from ..metrics import bounding_box_diagonal
-from ..sequence import Mask
+from ..sequence import Mask, Positions
 from .figures import HEATMAP_RANGE
 from .scales import CountScale, KnownScale, MeasureScale, Scale, Values, round_up
 
-Colour = Literal["error", "generation", "age", "standard_error", "known", "plain"]
+Colour = Literal["error", "generation", "age", "standard_error", "known", "distance", "plain"]
 """What the colour of a vertex shows; plain is one colour for all."""
 
 Range = tuple[float, float]
 """The first and the last value of a colour scale, in the unit of its colour bar."""
 
 _SMALLEST_LIMIT = 1e-6  # of the bounding-box diagonal: about what float32 positions resolve
+_FARTHEST = 2.0  # mean edges; from one on, a point counts as far from the surface
+_POINTS_PER_VERTEX = 10  # of a scan, for distances; between so many, a third of an edge is left
 
 
 class LengthUnit(NamedTuple):
@@ -38,16 +43,26 @@ class LengthUnit(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Sources:
-    """The shown sequence, the true one, and that with the vertices that were observed."""
+    """The shown sequence, the true one, that with the vertices that were observed, and scans.
+
+    The unit of the scans is `scan_factor` times that of the sequence.
+    """
 
     reader: Reader
     reference: Reader | None = None
     input: Reader | None = None
+    scans: ScanReader | None = None
+    scan_factor: float = 1.0
 
     @cached_property
     def diagonal(self) -> float:
         """Of the bounding box of frame 0, of the reference if there is one."""
         return bounding_box_diagonal(next(iter(self.reference or self.reader)).points)
+
+    @cached_property
+    def mean_edge(self) -> float:
+        """Of frame 0 of the sequence."""
+        return mean_edge_of(next(iter(self.reader)).points, self.reader.faces)
 
     @cached_property
     def unit(self) -> LengthUnit:
@@ -74,12 +89,13 @@ class Sources:
 
 @dataclass(frozen=True, eq=False)
 class Moment:
-    """A frame of each of the :class:`Sources`."""
+    """A frame of each of the :class:`Sources`; the cloud is in the unit of the sequence."""
 
     number: int
     frame: Frame
     truth: Frame | None
     given: Frame | None
+    cloud: Positions | None = None
 
 
 class Quantity(NamedTuple):
@@ -175,6 +191,27 @@ def _known(_: Sources, moment: Moment) -> Values:
     return known.astype(np.int8)
 
 
+def _lacks_scans(sources: Sources) -> str | None:
+    return "colour: distance requires scans" if sources.scans is None else None
+
+
+def _distance(sources: Sources, moment: Moment) -> Values:
+    points, cloud = moment.frame.points.astype(np.float64), moment.cloud
+    distances = np.full(len(points), np.inf)
+    assert cloud is not None  # as _lacks_scans says
+    if len(cloud):
+        some = cloud[:: max(1, len(cloud) // (_POINTS_PER_VERTEX * len(points)))]
+        seen = visible(moment.frame)
+        nearest = require("scipy.spatial", extra="view").cKDTree(some)
+        distances[seen] = nearest.query(points[seen])[0] / sources.mean_edge
+    return distances
+
+
+def _distance_scale(_: Sources, __: Sequence[Values], range: Range | None) -> Scale:
+    title = "distance from the nearest point in mean edges"
+    return MeasureScale(title, "edges", *(range or (0.0, _FARTHEST)))
+
+
 def _standard_error(sources: Sources, moment: Moment) -> Values:
     """Returns those of distances, to compare with errors; the largest where disconnected."""
     bars = moment.frame.standard_error
@@ -247,5 +284,6 @@ QUANTITIES: dict[Colour, Quantity] = {
         "measures",
     ),
     "known": Quantity(_lacks_masks, _known, _known_scale, None),
+    "distance": Quantity(_lacks_scans, _distance, _distance_scale, "measures"),
 }
 """By colour; without a choice, colours show the first that the sources have."""

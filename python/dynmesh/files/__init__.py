@@ -5,9 +5,11 @@ does not grow with the length of a sequence. `reader.py` and `writer.py` documen
 interface.
 """
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal, TypedDict, Unpack
+from typing import Any, Literal, TypeAlias, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +18,7 @@ from .._checks import check_path
 from .._errors import InputError, KindError
 from ..frames.frame import Frame, frame_of
 from ..frames.header import Header, header_of
+from ..frames.memory import SequenceReader
 from ..frames.naming import naming
 from ..frames.reader import Reader
 from ..sequence import Sequence
@@ -34,6 +37,7 @@ __all__ = [
     "Gaps",
     "Header",
     "NoFacesError",
+    "OneSequence",
     "PathLike",
     "Pieces",
     "Reader",
@@ -50,6 +54,7 @@ __all__ = [
     "listed",
     "naming",
     "open",
+    "opened",
     "read",
     "takes_source",
     "target_of",
@@ -118,6 +123,32 @@ def open(
     except BaseException:
         reader.close()
         raise
+
+
+OneSequence: TypeAlias = PathLike | Reader | Sequence
+"""A file in any format, a reader from :func:`open`, or a sequence in memory."""
+
+
+@contextmanager
+def opened(
+    sequence: OneSequence, name: str = "sequence", **source: Unpack[Source]
+) -> Iterator[Reader]:
+    """Yields a reader of a sequence, wherever it is; a reader is not closed.
+
+    Args:
+        sequence: the sequence.
+        name: what messages call a sequence in memory.
+        **source: how to read a file, the keywords of :func:`open`.
+    """
+    if isinstance(sequence, Reader):
+        yield sequence
+        return
+    with (
+        SequenceReader(sequence, name)
+        if isinstance(sequence, Sequence)
+        else open(sequence, **source)
+    ) as reader:
+        yield reader
 
 
 def create(path: PathLike, header: Header, *, format: str | None = None) -> Writer:

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..sequence import Positions
+from ..sequence import Mask, Positions
 
 _Floats = NDArray[np.float64]
 
@@ -32,6 +32,11 @@ class PointScan(NamedTuple):
         """Returns the scan in another unit of length."""
         viewpoints = None if self.viewpoints is None else _times(self.viewpoints, factor)
         return PointScan(_times(self.points, factor), self.normals, viewpoints)
+
+    def only(self, kept: Mask) -> "PointScan":
+        """Returns the scan with the points of the cloud that (n,) `kept` names."""
+        normals = None if self.normals is None else self.normals[kept]
+        return PointScan(self.points[kept], normals, self.viewpoints)
 
 
 class DepthScan(NamedTuple):
@@ -64,6 +69,18 @@ class DepthScan(NamedTuple):
         to_unit = np.array([[1, 1, 1, factor]] * 3 + [[1, 1, 1, 1]])
         poses = [pose * to_unit for pose in self.poses]
         return DepthScan([_times(depth, factor) for depth in self.depth], self.intrinsics, poses)
+
+    def only(self, kept: Mask) -> "DepthScan":
+        """Returns the scan with the points of the cloud that (n,) `kept` names."""
+        images, first = [], 0
+        for depth in self.depth:
+            row, column = np.nonzero(depth > 0)
+            left = np.zeros_like(depth)
+            own = kept[first : first + len(row)]
+            left[row[own], column[own]] = depth[row[own], column[own]]
+            images.append(left)
+            first += len(row)
+        return DepthScan(images, self.intrinsics, self.poses)
 
 
 Scan = PointScan | DepthScan

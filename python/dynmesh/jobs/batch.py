@@ -140,9 +140,14 @@ def _run(job: Job | TrackingJob, overwrite: bool) -> Result:
     if report.existed:
         return Result(job, "exists")
     seconds = time.monotonic() - began
-    doubtful = isinstance(report, FileReport) and report.doubtful
+    remarks = report.remarks
+    if isinstance(report, FileReport):
+        doubtful = report.doubtful
+    else:
+        doubtful = report.quality != "good"
+        remarks = (*remarks, report.reason) if report.reason else remarks
     status: Literal["done", "doubtful"] = "doubtful" if doubtful else "done"
-    return Result(job, status, "", report.frames, seconds, report.remarks)
+    return Result(job, status, "", report.frames, seconds, remarks)
 
 
 def _make_folder(folder: Path) -> None:

@@ -8,24 +8,48 @@ import contextlib
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
+from .._core import Completer
 from .._errors import InputError, locating
-from ..files import Frame, Reader, Writer
+from ..files import Frame, Reader
+from ..frames.header import Header
+from ..sequence import Positions
+from ..settings import Settings
 from .both_ways import combined
 from .checkpoint import BEGINNING, Progress
 from .completion_options import CompletionOptions
 from .report import Tally
 from .start import StartFrame
-from .training import Training
 from .waiting_frames import WaitingFrames
 from .way import Way
 
 Watch = Callable[[Iterator[Any], int, int], Iterator[Any]]
 
 _BLOCK = 1 << 25  # bytes of frames that are read forwards, to be completed backwards
+
+
+class CreatesCompleter(Protocol):
+    """What creates the completer, from training frames if there are any."""
+
+    def __bool__(self) -> bool:
+        """Whether there are training frames."""
+
+    def completer(self, first_frame: Positions, settings: Settings) -> Completer:
+        """Creates it."""
+
+
+class Output(Protocol):
+    """What takes the completed frames in their order."""
+
+    @property
+    def header(self) -> Header:
+        """The properties of all frames."""
+
+    def append(self, points: Positions, **values: Any) -> None:
+        """Takes the next frame, with the attributes of the header."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +114,7 @@ class Directions:
         reader: Reader,
         start_frame: StartFrame,
         options: CompletionOptions,
-        training: Training,
+        training: CreatesCompleter,
         progress: Progress = BEGINNING,
         watch: Watch | None = None,
     ) -> None:
@@ -100,7 +124,7 @@ class Directions:
             reader: of the sequence.
             start_frame: the whole frame.
             options: of the completion, checked.
-            training: its training files.
+            training: its training frames.
             progress: what an earlier run did.
             watch: called with the frames that are left, in the order of their completion, the
                 number of all frames and of those already completed; it must pass the frames on.
@@ -142,7 +166,7 @@ class Directions:
         n = self._completed(leg)
         return n - (leg.after is None and self._start_frame.number in leg.numbers[:n])
 
-    def steps(self, writer: Writer, folder: Path) -> Iterator[None]:
+    def steps(self, writer: Output, folder: Path) -> Iterator[None]:
         """Completes and writes all frames, in steps between which :meth:`progress` may be called.
 
         Args:
@@ -174,7 +198,7 @@ class Directions:
             next(frames, None)  # at its end, the reader looks whether the file was changed
             yield from self._write_waiting(range(self._written, self._reader.n_frames), writer)
 
-    def _wait(self, path: Path, leg: _Leg, writer: Writer) -> WaitingFrames:
+    def _wait(self, path: Path, leg: _Leg, writer: Output) -> WaitingFrames:
         names = ["generation", "age"]
         if self._completer.settings["uncertainty"]:
             names.append("standard_error")
@@ -228,7 +252,7 @@ class Directions:
         completer = self._completer
         return self._start_frame.frame(completer.dtype, completer.settings["uncertainty"])
 
-    def _write_waiting(self, numbers: range, writer: Writer) -> Iterator[None]:
+    def _write_waiting(self, numbers: range, writer: Output) -> Iterator[None]:
         """Writes these frames, which wait in files."""
         for number in numbers:
             is_start = number == self._start_frame.number
@@ -240,7 +264,7 @@ class Directions:
         legs = [leg for leg in self._legs[:before] if number in leg.numbers]
         return self._waiting[legs[-1].file].frame(number)
 
-    def _write(self, frame: Frame, number: int, writer: Writer) -> None:
+    def _write(self, frame: Frame, number: int, writer: Output) -> None:
         """Writes a completed frame, without what is too uncertain."""
         frame = self._start_frame.add_errors(frame, number)
         self.tally.add_written(frame, self._drop_above)

@@ -30,6 +30,14 @@ class RegisterOptions:
     report: PathLike | None = given(
         None, "Also write how well each scan fits, as JSON.", OUTPUT, Path, metavar="FILE"
     )
+    page: PathLike | None = given(
+        None,
+        "Also write an HTML page: the template, each scan, and each result coloured by the "
+        "distance from the nearest point.",
+        OUTPUT,
+        Path,
+        metavar="FILE",
+    )
 
     def check(self) -> None:
         """Checks the options.
@@ -37,7 +45,7 @@ class RegisterOptions:
         Raises:
             TypeError, ValueError: an option is refused.
         """
-        for name in ("landmarks", "report"):
+        for name in ("landmarks", "report", "page"):
             if getattr(self, name) is not None:
                 check_path(name, getattr(self, name))
         for name in ("align", "scale"):
@@ -55,3 +63,4 @@ class RegisterKeywords(TypedDict, total=False):
     scale: bool
     threads: int
     report: PathLike | None
+    page: PathLike | None

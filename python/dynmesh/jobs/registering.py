@@ -10,15 +10,17 @@ import numpy as np
 from .. import files
 from .._checks import check_path
 from .._errors import InputError
+from ..draw.page import require_page
 from ..files import PathLike
-from ..files.scans.point_files import point_formats, read_points
+from ..files.new_output import check_output, new_output
 from ..frames.naming import naming
-from ..frames.scan import PointScan
 from ..registration import Landmarks, Registration
 from ..registration import register as register_points
 from ..sequence import Sequence
 from .option import takes
 from .register_options import RegisterKeywords, RegisterOptions
+from .register_page import page_of
+from .single_scans import SingleScans
 from .start import template_of
 
 
@@ -35,8 +37,8 @@ def register_file(
 
     Args:
         template: a mesh file of any format; its first frame is registered.
-        scan: a point cloud (PLY, XYZ, NPY, NPZ), a mesh of any format whose vertices are the
-            points, or a folder of these.
+        scan: a point cloud (PLY, XYZ, NPY, NPZ), a mesh of any format, or STL or GLB, whose
+            vertices are the points, or a folder of these.
         output: path of the registered mesh; for a folder of scans a folder, in which each result
             is named like its scan and has the format of the template.
         landmarks: a JSON file, ``[{"vertex": 12, "position": [x, y, z]}, ...]``, with the positions
@@ -45,6 +47,8 @@ def register_file(
         scale: whether the template may be in another unit, a power of ten of that of the scan.
         threads: the number of threads that may work.
         report: path of a JSON file with how well each scan fits.
+        page: path of an HTML page with the template, moved into each scan without a rotation, the
+            scan, and the result, coloured by the distance from the nearest point.
         overwrite: whether to replace existing outputs.
         **options: those above.
 
@@ -70,16 +74,17 @@ def register_each(
     for name, path in (("template", template), ("scan", scan), ("output", output)):
         check_path(name, path)
     options.check()
-    pairs = _pairs(Path(template), Path(scan), Path(output))
-    for _, written in pairs:
-        if written.exists() and not overwrite:
-            raise FileExistsError(17, "exists; overwrite it with --overwrite", str(written))
+    if options.page is not None:
+        require_page(scans=True)
+    scans = SingleScans(Path(scan))
+    pairs = _pairs(Path(template), scans, Path(output))
+    _check_outputs(Path(template), pairs, options, overwrite)
     landmarks = None if options.landmarks is None else read_landmarks(Path(options.landmarks))
     told: dict[str, Any] = {}
+    results: list[Registration] = []
     with files.open(template) as mesh:
         first = template_of(mesh)
-        for scanned, written in pairs:
-            cloud = _read_scan(scanned)
+        for (scanned, written), cloud in zip(pairs, scans.clouds(), strict=True):
             with naming(scanned):
                 found = register_points(
                     mesh.faces,
@@ -97,7 +102,35 @@ def register_each(
             told[str(scanned)] = _told(found)
             if options.report is not None:
                 Path(options.report).write_text(json.dumps(told, indent=2) + "\n")
+            if options.page is not None:
+                results.append(found)
             yield written, found
+        if options.page is not None:
+            made = page_of(mesh, first, scans, results, Path(output))
+            with new_output(Path(options.page), overwrite, ".html") as (hidden, _):
+                hidden.write_text(made.html, encoding="utf-8")
+
+
+def _check_outputs(
+    template: Path, pairs: list[tuple[Path, Path]], options: RegisterOptions, overwrite: bool
+) -> None:
+    """Refuses to replace an input, to write a file twice, or to replace one that exists."""
+    given = [template, *(scanned for scanned, _ in pairs)]
+    given += [] if options.landmarks is None else [Path(options.landmarks)]
+    inputs = {path.resolve() for path in given}
+    outputs: set[Path] = set()
+    beside = [Path(path) for path in (options.report, options.page) if path is not None]
+    for written in [*(written for _, written in pairs), *beside]:
+        place = written.resolve()
+        if place in inputs:
+            raise InputError("is an input; name another output", file=written)
+        if place in outputs:
+            raise InputError("would be written twice; rename one of the scans", file=written)
+        outputs.add(place)
+        if written.exists() and not overwrite:
+            raise FileExistsError(17, "exists; overwrite it with --overwrite", str(written))
+    if options.page is not None:
+        check_output(Path(options.page), overwrite, ".html")
 
 
 def read_landmarks(path: Path) -> Landmarks:
@@ -134,24 +167,11 @@ def _landmark(number: int, given: Any) -> tuple[int, list[float]]:
     return vertex, [float(x) for x in position]
 
 
-def _pairs(template: Path, scan: Path, output: Path) -> list[tuple[Path, Path]]:
+def _pairs(template: Path, scans: SingleScans, output: Path) -> list[tuple[Path, Path]]:
     """The scans and their outputs."""
-    if not scan.is_dir():
-        return [(scan, output)]
-    suffix = template.suffix
-    known = {*point_formats, ".obj", ".off"}
-    found = sorted(path for path in scan.iterdir() if path.suffix.lower() in known)
-    if not found:
-        raise InputError("holds no point clouds and no meshes", file=scan)
-    return [(path, output / f"{path.stem}{suffix}") for path in found]
-
-
-def _read_scan(path: Path) -> PointScan:
-    """The points of a file; of a mesh, its vertices."""
-    if path.suffix.lower() in point_formats:
-        return read_points(path).scan
-    with files.open(path) as mesh:
-        return PointScan(template_of(mesh), None, None)
+    if not scans.path.is_dir():
+        return [(scans.path, output)]
+    return [(path, output / f"{path.stem}{template.suffix}") for path in scans.files]
 
 
 def _told(found: Registration) -> dict[str, Any]:

@@ -6,59 +6,68 @@ from typing import Any, Literal, Required, Self, TypedDict
 
 from .._checks import check_integer, check_path
 from .._errors import InputError, KindError
+from ..diagnosis.rig_reading import Turns
 from ..files import PathLike
 from ..files.format import Gaps
+from ..files.scans.cameras import Matrices
+from ..files.scans.corrections import Axes, Poses
 from .option import (
     FILES,
     HOW,
     OUTPUT,
     OUTPUT_FORMAT,
-    SOURCE,
     TRAINING,
     TrainingFiles,
     given,
     offered,
     paths_of,
-    unit_of,
 )
+from .rig_options import RigOptions
+from .room import Crop, crop_of
 
 Align = Literal["auto", "never"]
 """Whether a template that does not lie in the first scan is moved there."""
 
-_UNIT = "m, cm, mm, or a number of metres"
+ROOM = "Rooms"
 
 
 @dataclass(frozen=True, kw_only=True)
-class TrackingOptions:
+class TrackingOptions(RigOptions):
     """What can be asked of tracking; :func:`dynmesh.track_file` explains the options."""
 
     template: PathLike = given(
-        MISSING, "The mesh, in about the pose of the first scan.", FILES, Path, metavar="FILE"
+        MISSING, "The mesh, best in the pose of the first scan.", FILES, Path, metavar="FILE"
     )
-    cameras: PathLike | None = given(
+    landmarks: PathLike | None = given(
         None,
-        "Poses and intrinsics of the cameras, required for depth images. [cameras.json beside "
-        "SCANS]",
+        "Landmarks of a template in another pose than the first scan, a JSON file as dynmesh "
+        "register takes it.",
         FILES,
         Path,
         metavar="FILE",
     )
-    scan_unit: str | float | None = given(
+    crop: Crop | None = given(
         None,
-        f"Unit of length of SCANS: {_UNIT}. [as their files state, else as the mesh]",
-        FILES,
-        metavar="UNIT",
-        parse=unit_of,
+        "Leave out points farther than this from the box of the mesh in the last frame, or outside "
+        "the box X,Y,Z,X,Y,Z, in the unit of the template.",
+        ROOM,
+        metavar="DISTANCE|BOX",
+        parse=crop_of,
     )
-    template_unit: str | float | None = given(
-        None,
-        f"Unit of length of the template: {_UNIT}. [as its file states]",
-        FILES,
-        metavar="UNIT",
-        parse=unit_of,
+    remove_planes: bool = given(
+        False,
+        "Leave out floor and walls: planes in the first scan that are larger than the template.",
+        ROOM,
+        bool,
     )
-    gaps: Gaps = offered(SOURCE["gaps"])
     align: Align = "auto"
+    check: bool = True
+    recover: bool = given(
+        True,
+        "Register the mesh anew with a scan in which it is lost, at most once in ten frames.",
+        HOW,
+        bool,
+    )
     training: TrainingFiles | None = offered(TRAINING)
     uncertainty: bool = given(
         False,
@@ -68,6 +77,13 @@ class TrackingOptions:
         bool,
     )
     threads: int = given(1, "Number of threads.", HOW, int, metavar="N", least=1)
+    report: PathLike | None = given(
+        None,
+        "Also write how well each frame fits, and what each camera measured of it, as CSV.",
+        OUTPUT,
+        Path,
+        metavar="FILE.csv",
+    )
     provenance: bool = given(
         False,
         "Also write how far each vertex is from one that was seen (generation) and the frames "
@@ -86,32 +102,57 @@ class TrackingOptions:
         Raises:
             TypeError, ValueError: an option is refused.
         """
+        checked = super().checked()
         check_path("template", self.template)
+        for name in ("report", "landmarks"):
+            if getattr(self, name) is not None:
+                check_path(name, getattr(self, name))
         if self.align not in ("auto", "never"):
             raise InputError(f"must be 'auto' or 'never', not {self.align!r}", argument="align")
         check_integer("threads", self.threads, 1)
-        if not isinstance(self.uncertainty, bool):
-            raise KindError(
-                f"must be True or False, not {self.uncertainty!r}", argument="uncertainty"
-            )
-        return replace(self, training=paths_of(self.training) or None)
+        crop = crop_of(self.crop)
+        for name in ("uncertainty", "remove_planes", "check", "recover"):
+            value = getattr(self, name)
+            if not isinstance(value, bool):
+                raise KindError(f"must be True or False, not {value!r}", argument=name)
+        return replace(checked, training=paths_of(self.training) or None, crop=crop)
 
     def described(self) -> dict[str, Any]:
         """What a checkpoint remembers of them, besides files and units."""
-        return {"gaps": self.gaps, "align": self.align, "uncertainty": self.uncertainty}
+        return {
+            **super().described(),
+            "crop": self.crop,
+            "remove_planes": self.remove_planes,
+            "align": self.align,
+            "recover": self.recover,
+            "uncertainty": self.uncertainty,
+        }
 
 
 class TrackingKeywords(TypedDict, total=False):
     """The types of :class:`TrackingOptions` as keywords, for editors and type checkers."""
 
     template: Required[PathLike]
+    landmarks: PathLike | None
     cameras: PathLike | None
     scan_unit: str | float | None
     template_unit: str | float | None
+    poses: Poses
+    axes: Axes
+    matrices: Matrices
+    swap_cameras: tuple[str, str] | None
+    depth_scale: float | None
+    intrinsics_size: tuple[int, int] | None
+    turn_template: Turns | None
     align: Align
+    check: bool
+    recover: bool
     gaps: Gaps
+    crop: Crop | None
+    remove_planes: bool
     output_format: str | None
     fps: float | None
+    report: PathLike | None
     provenance: bool
     training: TrainingFiles | None
     uncertainty: bool

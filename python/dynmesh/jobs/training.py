@@ -74,7 +74,9 @@ class Training:
                 return Completer(faces, first_frame, **settings)
             return Completer(faces, first_frame, training=self._frames(), **settings)
 
-    def tracker(self, template: Positions, *, threads: int, uncertainty: bool) -> Tracker:
+    def tracker(
+        self, template: Positions, *, threads: int, uncertainty: bool, recover: bool
+    ) -> Tracker:
         """Creates a tracker of the mesh, which reads the training files."""
         frames = self._frames() if self._training_files else None
         with self._naming():
@@ -84,6 +86,7 @@ class Training:
                 threads=threads,
                 training=frames,
                 uncertainty=uncertainty,
+                recover=recover,
             )
 
     def summary(self) -> TrainingSummary:

@@ -39,7 +39,10 @@ _CAMERAS: dict[str, Callable[[dict[str, Any]], Any]] = {
     "nan": lambda c: c["intrinsics"][0].__setitem__(2, _NAN),
     "no_focus": lambda c: c["intrinsics"][1].__setitem__(1, 0),
     "projective": lambda c: c["intrinsics"][2].__setitem__(0, 0.1),
-    "distorted": lambda c: c.update(distortion=[0.1, 0]),
+    "unknown": lambda c: c.update(lens="wide"),
+    "distorted": lambda c: c.update(distortion=[0.1, 0, 0], width=640, height=480),
+    "folded": lambda c: c.update(distortion=[-1.5, 0, 0, 0], width=640, height=480),
+    "unsized": lambda c: c.update(distortion=[0.1, 0, 0, 0]),
     "odd_name": lambda c: c.update(name="left/1"),
 }
 """What is wrong with a file of cameras, by its name."""
@@ -84,6 +87,9 @@ def prepare(world: World) -> None:
         "unit": told | {"unit": "inch"},
         "twice": told | {"cameras": told["cameras"] * 2},
         "two": told | {"cameras": [told["cameras"][0], told["cameras"][0] | {"name": "right"}]},
+        "kinect": {
+            "CalibrationInformation": {"Cameras": [{"Location": "CALIBRATION_CameraLocationD0"}]}
+        },
         "other_field": told | {"scale": 1},
     }.items():
         (folder / f"rig_{name}.json").write_text(json.dumps(changed))
@@ -109,7 +115,8 @@ def _write_images(folder: Path) -> None:
     grey = np.full((3, 4), 900, np.uint16)
     for name, images in {
         "empty_image": {"00000_left": b""},
-        "two_sizes": {"00000_left": _png(grey), "00001_left": _png(grey[:2, :3])},
+        "both_damaged": {"00000_left": _png(grey)[:50], "00001_left": _png(grey)[:70]},
+        "two_numbers": {"00000_left": _png(grey), "0_left": _png(grey)},
         "dropped": dict.fromkeys(["00000_left", "00000_right", "00001_left"], _png(grey)),
     }.items():
         (folder / name).mkdir()
@@ -193,7 +200,11 @@ cases = [
     _cameras("nan", "NaN", "intrinsics: row 0:", "nan"),
     _cameras("no_focus", "a focal length of 0", "intrinsics:", "row 1", "not 0"),
     _cameras("projective", "intrinsics whose last row is another", "intrinsics:", "0.1 0 1"),
-    _cameras("distorted", "an unknown field", "'distortion'", "intrinsics"),
+    _cameras("unknown", "an unknown field", "'lens'", "intrinsics"),
+    _cameras("distorted", "a distortion of three numbers", "camera 0: distortion:", "[0.1, 0, 0]"),
+    _cameras("folded", "a distortion that folds over within the image", "'left'", "folds over", "640 x 480"),
+    _cameras("unsized", "a distortion without the size of the images", "width:", "distortion"),
+    _open("a calibration without intrinsics", lambda _: open_scans("dropped", cameras="rig_kinect.json"), ValueError, "rig_kinect.json:", "4 x 3"),
     _cameras("odd_name", "a name with a slash", "name:", "'left/1'"),
     _cameras("unit", "an unknown unit", "unit:", "'inch'"),
     _cameras("twice", "two cameras of one name", "camera 1: name:", "'left'"),
@@ -207,7 +218,8 @@ cases = [
     _open("depth images without cameras", lambda _: open_scans("image"), ValueError, "image:", "cameras"),
     _open("no number in a name", lambda _: open_scans("unnumbered", cameras="rig.json"), ValueError, "depth_left.png:", "number"),
     _open("an empty image", lambda _: list(open_scans("empty_image", cameras="rig.json")), ValueError, "depth_00000_left.png:", "empty"),
-    _open("images of two sizes", lambda _: list(open_scans("two_sizes", cameras="rig.json")), ValueError, "depth_00001_left.png:", "3 x 2", "4 x 3"),
+    _open("every image is damaged", lambda _: list(open_scans("both_damaged", cameras="rig.json")), ValueError, "depth_00001_left.png:", "70 bytes", "no undamaged image"),
+    _open("two images of one frame and camera", lambda _: open_scans("two_numbers", cameras="rig.json"), ValueError, "same number", "camera"),
     _open("no image of a camera", lambda _: open_scans("image", cameras="rig_two.json"), ValueError, "image:", "'right'", "--gaps lost"),
     _open("an image is missing", lambda _: open_scans("dropped", cameras="rig_two.json"), ValueError, "dropped:", "'right'", "frame 1", "--gaps lost"),
     _open("scans of two kinds", lambda _: open_scans("kinds"), ValueError, "kinds:", ".xyz and .npy"),
@@ -221,8 +233,16 @@ cases = [
     _file("scans in millimetres, said to be metres", _track("cloud", "template_m.npz", scan_unit="mm"), ValueError, "template_m.npz:", "0.001 times as large"),
     _file("`template_unit`: 0", _track("cloud", template_unit=0), ValueError, "template_unit:", "not 0"),
     _file("`align`: maybe", _track("cloud", align="maybe"), ValueError, "align:", "'maybe'"),
+    _file("`crop`: -1", _track("cloud", crop=-1), ValueError, "crop:", "-1"),
+    _file("`crop`: two numbers", _track("cloud", crop=(1, 2)), ValueError, "crop:", "six", "(1, 2)"),
+    _file("`crop`: the corners of the box are exchanged", _track("cloud", crop=(0, 0, 1, 1, 1, 0)), ValueError, "crop:", "smaller"),
+    _file("`crop`: nothing is left of the first scan", _track("cloud", crop=(90, 90, 90, 91, 91, 91)), ValueError, "cloud:", "nothing is left"),
+    _file("`remove_planes`: a word", _track("cloud", remove_planes="yes"), TypeError, "remove_planes:", "yes"),
+    misused("track cloud new.npz --template template.npz --crop wide", "--crop", "wide"),
+    misused("degrade body.npz new.npz --known 0.5 --room", "--room", "--scan"),
     _file("`training`: a number", _track("cloud", training=5), TypeError, "training:", "path", "5"),
     _file("`uncertainty`: a word", _track("cloud", uncertainty="yes"), TypeError, "uncertainty:", "yes"),
+    _file("`recover`: a number", _track("cloud", recover=2), TypeError, "recover:", "2"),
     _file("a training file with fewer vertices", _track("cloud", training="fewer.npz"), ValueError, "fewer.npz:", "49 in template.npz"),
     _file("a training file with a hole in frame 1", _track("cloud", training="late_holes.npz"), ValueError, "late_holes.npz: frame 1:", "vertex 4"),
     _file("a training file as output", _track("cloud", training="training.npz", output="training.npz", overwrite=True), ValueError, "training.npz:", "input"),

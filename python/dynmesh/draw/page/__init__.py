@@ -1,8 +1,8 @@
 """A sequence as one HTML page that plays in a browser."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from html import escape
 from typing import Any
 
 import numpy as np
@@ -13,16 +13,12 @@ from ..._extras import require_all
 from ...files import Reader
 from ...files.scans import ScanReader, given_unit
 from ...frames.times import mean_rate
-from ...sequence import Positions
 from ..figures import View
 from ..heatmap import Heatmap, ShownFrame, likely_up, stated_up
 from ..quantities import Colour, Range
 from ..scales import Scale
 from .player import Playback, compose
 from .thin import thin
-
-_MOST_POINTS = 5000
-"""Of a scan in a frame; more would make the page large and look the same."""
 
 
 @dataclass(frozen=True)
@@ -67,15 +63,20 @@ class Page:
     html: str
     shown: Shown
 
+    def _repr_html_(self) -> str:
+        """The page in a frame, as notebooks show it."""
+        return framed(self.html)
 
-def view(reader: Reader, output: Path, **options: Any) -> Shown:
-    """Writes the page that :func:`page` returns to an HTML file, which it replaces.
 
-    The errors are those of :func:`page`, and OSError if the file cannot be written.
-    """
-    made = page(reader, **options)
-    output.write_text(made.html, encoding="utf-8")
-    return made.shown
+def framed(html: str) -> str:
+    """Returns a document in a frame of another one."""
+    style = "width: 100%; height: 480px; border: 0"
+    return f'<iframe srcdoc="{escape(html)}" title="player" style="{style}"></iframe>'
+
+
+def require_page(*, scans: bool) -> None:
+    """Imports what a page needs, so that a missing library is reported before any work begins."""
+    require_all("k3d", "matplotlib", *(["scipy.spatial"] if scans else []), extra="view")
 
 
 def page(
@@ -83,11 +84,13 @@ def page(
     *,
     reference: Reader | None = None,
     input: Reader | None = None,
+    template: Reader | None = None,
     scans: ScanReader | None = None,
     scan_unit: str | float | None = None,
     colour: Colour | None = None,
     range: Range | None = None,
     title: str | None = None,
+    names: Sequence[str] | None = None,
     up: str | None = None,
     azimuth: float = 60.0,
     max_frames: int = 120,
@@ -96,7 +99,7 @@ def page(
 ) -> Page:
     """Creates a page that plays a sequence.
 
-    The input and the reference play beside it, seen from the same side. Triangles with a missing
+    The others play beside it, seen from the same side. Triangles with a missing
     vertex are left out; remaining vertices without a triangle become dots. The page states what it
     leaves out to stay small. It opens playing, at the frame with the largest mean error if there is
     a reference; otherwise at the first of those in which the most vertices are missing or were
@@ -106,7 +109,8 @@ def page(
         reader: of the sequence.
         reference: of the true sequence, for errors.
         input: of the sequence that was completed.
-        scans: those that the sequence was tracked in; some points of each are shown.
+        template: of the mesh that was found in the scans, one frame for each of them.
+        scans: those that the sequence was tracked in, for distances; some points of each are shown.
         scan_unit: "m", "cm", "mm" or metres per unit of the scans; None means as their files state
             it, or else the unit of the sequence.
         colour: what the colours show at first; see :class:`dynmesh.draw.heatmap.Heatmap`. In the
@@ -114,6 +118,7 @@ def page(
         range: of the scale of that colour; see :class:`dynmesh.draw.heatmap.Heatmap`. With the same
             range, pages of several sequences can be compared.
         title: the heading; None means the name of the file and, in a scene, of the mesh.
+        names: of the frames, all of them, instead of their numbers.
         up: "x", "y" or "z"; None means as one of the files states it, else z for a flat sheet,
             else y.
         azimuth: initial viewing angle around the up axis, in degrees.
@@ -122,13 +127,29 @@ def page(
         watch: called with the frames and their number; it must pass the frames on.
 
     Raises:
-        ImportError: k3d or pyvista is not installed.
+        ImportError: k3d, pyvista or SciPy is not installed.
         ValueError: no vertex is known in any shown frame, a mesh to be simplified has no complete
             frame 0, no point of the scans is near the mesh, or see
             :class:`dynmesh.draw.heatmap.Heatmap`.
     """
-    require_all("k3d", "matplotlib", extra="view")
-    heatmap = Heatmap(reader, reference=reference, input=input, colour=colour, range=range)
+    require_page(scans=scans is not None)
+    factor = 1.0
+    if scans is not None:
+        if scans.n_frames != reader.n_frames:
+            raise ValueError(
+                f"{scans.path} has {scans.n_frames} frames, but {reader.path} has {reader.n_frames}"
+            )
+        factor = _factor(scans, scan_unit, reader)
+    heatmap = Heatmap(
+        reader,
+        reference=reference,
+        input=input,
+        template=template,
+        scans=scans,
+        scan_factor=factor,
+        colour=colour,
+        range=range,
+    )
     first_points = next(iter(reader)).points
     kept, faces = thin(reader.faces, first_points, max_vertices)
     step = -(-reader.n_frames // max_frames)
@@ -142,14 +163,12 @@ def page(
     )  # fmt: skip
     captions = {"sequence": reader.path.name}
     if scans is not None:
-        if scans.n_frames != reader.n_frames:
-            raise ValueError(
-                f"{scans.path} has {scans.n_frames} frames, but {reader.path} has {reader.n_frames}"
-            )
-        factor = _factor(scans, scan_unit, reader)
-        captions = {"scans": f"{scans.path.name}, the scans", **captions}
+        noun = "the scan" if scans.n_frames == 1 else "the scans"
+        captions = {"scans": f"{scans.path.name}, {noun}", **captions}
     if input is not None:
         captions = {"input": f"{input.path.name}, the input", **captions}
+    if template is not None:
+        captions = {"template": f"{template.path.name}, the template", **captions}
     if reference is not None:
         captions = {**captions, "reference": f"{reference.path.name}, the reference"}
     playback = Playback(
@@ -157,6 +176,7 @@ def page(
         str(shown),
         captions,
         list(numbers),
+        None if names is None else [names[number] for number in numbers],
         _most_telling(frames),
         reader.n_frames,
         mean_rate(reader.header),
@@ -166,7 +186,7 @@ def page(
     scales: dict[Colour, Scale | None] = {
         name: heatmap.scale(name, frames) for name in heatmap.colours
     }
-    clouds = None if scans is None else list(_clouds(scans, factor, step))
+    clouds = [frame.cloud for frame in frames if frame.cloud is not None]
     with locating(file=None if scans is None else scans.path):
         html = compose(faces, frames, scales, heatmap.colour, camera, playback, clouds)
     return Page(html, shown)
@@ -180,13 +200,6 @@ def _factor(scans: ScanReader, scan_unit: str | float | None, reader: Reader) ->
         if ours is None:
             raise InputError("states no unit, so that of the scans tells nothing", file=reader.path)
     return 1.0 if ours is None or theirs is None else theirs / ours
-
-
-def _clouds(scans: ScanReader, factor: float, step: int) -> Iterator[Positions]:
-    """Yields some points of the scan of each shown frame, in the unit of the sequence."""
-    for scan in scans.frames(step=step):
-        cloud = np.zeros((0, 3)) if scan is None else scan.scaled(factor).cloud
-        yield cloud[:: max(1, -(-len(cloud) // _MOST_POINTS))]
 
 
 def _every(step: int, n_frames: int) -> range:

@@ -61,7 +61,8 @@ function show(frame) {
   slider.value = frame;
   const number = told.numbers[frame];
   const seconds = told.fps ? `, ${(number / told.fps).toFixed(2)} s` : '';
-  part('counter').textContent = `frame ${number} / ${told.n_frames - 1}${seconds}`;
+  part('counter').textContent = told.names
+    ? told.names[frame] : `frame ${number} / ${told.n_frames - 1}${seconds}`;
   draw();
 }
 function paint(index) {

@@ -22,7 +22,12 @@ _FIELD_OF_VIEW = 30.0  # degrees
 _DOT_SIZE = 0.008  # of the longest side
 _SCAN_DOT_SIZE = 0.004
 _SCANS_WITHIN = 1.0  # of the longest side, around the middle; the grid reaches four of them
-_ONE_COLOUR = {"scans": KNOWN_COLOUR, "input": KNOWN_COLOUR, "reference": SURFACE_COLOUR}
+_ONE_COLOUR = {
+    "scans": KNOWN_COLOUR,
+    "input": KNOWN_COLOUR,
+    "template": SURFACE_COLOUR,
+    "reference": SURFACE_COLOUR,
+}
 _SCRIPTS = ("data.js", "panes.js", "camera.js", "player.js")
 
 
@@ -35,6 +40,7 @@ class Playback:
         note: what was left out.
         captions: of the panes, from left to right: "sequence" and those beside it in the frames.
         numbers: of the shown frames, evenly spaced.
+        names: of the shown frames, or None if their numbers tell enough.
         first: the index of the frame that is shown first.
         n_frames: number of frames of the sequence.
         fps: frames of the sequence per second, or None if unknown.
@@ -44,6 +50,7 @@ class Playback:
     note: str
     captions: Mapping[str, str]
     numbers: list[int]
+    names: list[str] | None
     first: int
     n_frames: int
     fps: float | None
@@ -56,7 +63,7 @@ def compose(
     colour: Colour,
     camera: View,
     playback: Playback,
-    scans: Sequence[Positions] | None = None,
+    scans: Sequence[Positions] = (),
 ) -> str:
     """Creates the HTML document.
 
@@ -72,7 +79,7 @@ def compose(
         "n_vertices": len(frames[0].points),
         "faces": packed(faces.astype(np.uint32)),
         "grid": _GRID_CELLS,
-        "panes": _panes(frames, _Unit.of(camera), playback.captions, scans or ()),
+        "panes": _panes(frames, _Unit.of(camera), playback.captions, scans),
         "scan_dot": _SCAN_DOT_SIZE,
         "colour": colour,
         "colours": [_told(name, scale, frames) for name, scale in scales.items()],

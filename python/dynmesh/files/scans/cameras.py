@@ -4,22 +4,26 @@ The file is an object with `unit`, the length of a unit in the poses and of `dep
 "cm", "mm", a number of metres, or null if it is that of the template), and `cameras`, a list of
 objects with `name`, `camera_to_world` (4 x 4: from camera coordinates, x right, y down, z ahead, to
 the world) and, for depth images, `intrinsics` (3 x 3: from camera coordinates to pixels, the centre
-of the first pixel at (0, 0)), `depth_scale` (the depth of one count) and, optionally, `width` and
-`height` in pixels.
+of the first pixel at (0, 0); or `fx`, `fy`, `cx` and `cy` instead), `depth_scale` (the depth of one
+count, null if it is said otherwise) and, optionally, `width` and `height` in pixels. With these,
+there may be a `distortion`, as in :mod:`.lens`, and `distortion_radius`, up to which it is valid.
 """
 
 import json
 import math
 import re
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..._errors import InputError
 from ...frames.naming import naming
+from .calibrations import as_cameras
+from .lens import COUNTS, WIDEST, Lens
 
 _Floats = NDArray[np.float64]
 
@@ -29,8 +33,16 @@ UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 _ROUNDED = 1e-3
 """By how much a rotation may deviate from an exact one, as it was written with a few digits."""
 
+Matrices = Literal["rows", "columns", "transposed-rotations"]
+"""How matrices are written: row by row; column by column; row by row, but of the poses the rotation
+column by column."""
+
 _BY_NAME = re.compile("[A-Za-z0-9.-]+")
-_FIELDS = {"name", "camera_to_world", "intrinsics", "depth_scale", "width", "height"}
+_PINHOLE = ("fx", "fy", "cx", "cy")
+_LENS = ("distortion", "distortion_radius")
+_FIELDS = {
+    "name", "camera_to_world", "intrinsics", *_PINHOLE, "depth_scale", "width", "height", *_LENS
+}  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,9 +52,11 @@ class ScanCamera:
     Attributes:
         name: letters, digits, points and hyphens; the end of the names of its images.
         camera_to_world: (4, 4) its pose.
-        intrinsics: (3, 3), or None if the camera only tells from where points were seen.
-        depth_scale: the depth of one count of its images; None if `intrinsics` is.
+        intrinsics: (3, 3) after any distortion was undone, or None if the camera only tells from
+            where points were seen.
+        depth_scale: the depth of one count of its images; None if it is not stated.
         size: width and height of its images, or None if they are not stated.
+        lens: what is to be undone in its images, or None.
     """
 
     name: str
@@ -50,6 +64,7 @@ class ScanCamera:
     intrinsics: _Floats | None = None
     depth_scale: float | None = None
     size: tuple[int, int] | None = None
+    lens: Lens | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,8 +85,19 @@ class Rig:
         return np.array([camera.camera_to_world[:3, 3] for camera in self.cameras])
 
 
-def read_cameras(path: Path) -> Rig:
-    """Reads `cameras.json`.
+def read_cameras(
+    path: Path,
+    *,
+    matrices: Matrices = "rows",
+    size_of_images: Callable[[], tuple[int, int] | None] = lambda: None,
+) -> Rig:
+    """Reads `cameras.json`, or a calibration of others; see :func:`.calibrations.as_cameras`.
+
+    Args:
+        path: of the file.
+        matrices: "columns" if they are listed column by column. "transposed-rotations" is for
+            :class:`Corrections` and changes nothing here.
+        size_of_images: is called if a calibration does not state it; None if there are none.
 
     Raises:
         OSError: the file cannot be read.
@@ -89,7 +115,8 @@ def read_cameras(path: Path) -> Rig:
             raise ValueError(f"byte {error.start}: is not text in UTF-8") from error
         except RecursionError as error:
             raise ValueError("is nested too deeply") from error
-        return _rig_of(found)
+        others = as_cameras(found, size_of_images)
+        return _rig_of(found, matrices) if others is None else _rig_of(others, "rows")
 
 
 def write_cameras(path: Path, rig: Rig) -> None:
@@ -97,6 +124,13 @@ def write_cameras(path: Path, rig: Rig) -> None:
     listed = []
     for camera in rig.cameras:
         told = {name: value for name, value in asdict(camera).items() if value is not None}
+        told.pop("lens", None)
+        if camera.lens is not None:
+            told |= {
+                "intrinsics": camera.lens.intrinsics,
+                "distortion": camera.lens.coefficients,
+                "distortion_radius": camera.lens.radius,
+            }
         size = told.pop("size", None)
         if size is not None:
             told |= {"width": size[0], "height": size[1]}
@@ -132,7 +166,7 @@ def given_unit(argument: str, value: str | float) -> float:
         raise InputError(str(error).removeprefix("unit: "), argument=argument) from error
 
 
-def _rig_of(found: Any) -> Rig:
+def _rig_of(found: Any, matrices: Matrices) -> Rig:
     if not isinstance(found, dict):
         raise ValueError(f"must be an object with a list 'cameras', not {found!r:.60}")
     _refuse_missing(found, "cameras")
@@ -144,7 +178,7 @@ def _rig_of(found: Any) -> Rig:
     cameras = []
     for number, told in enumerate(found["cameras"]):
         try:
-            cameras.append(_camera_of(told))
+            cameras.append(_camera_of(told, matrices))
         except ValueError as error:
             raise ValueError(f"camera {number}: {error}") from error
     names = [camera.name for camera in cameras]
@@ -154,7 +188,7 @@ def _rig_of(found: Any) -> Rig:
     return Rig(tuple(cameras), _unit_of(found.get("unit")))
 
 
-def _camera_of(told: Any) -> ScanCamera:
+def _camera_of(told: Any, matrices: Matrices) -> ScanCamera:
     if not isinstance(told, dict):
         raise ValueError(f"must be an object, not {told!r:.60}")
     _refuse_others(told, _FIELDS)
@@ -162,22 +196,52 @@ def _camera_of(told: Any) -> ScanCamera:
     name = told["name"]
     if not isinstance(name, str) or not _BY_NAME.fullmatch(name):
         raise ValueError(f"name: must be letters, digits, '.' or '-', not {name!r:.60}")
-    pose = _matrix("camera_to_world", told["camera_to_world"], 4)
+    pose = _matrix("camera_to_world", told["camera_to_world"], 4, matrices)
     _check_pose(pose)
     size = None
     if "width" in told or "height" in told:
         _refuse_missing(told, "width", "height")
         size = _count("width", told["width"]), _count("height", told["height"])
+    if any(field in told for field in _PINHOLE):
+        if "intrinsics" in told:
+            raise ValueError("intrinsics: are given twice, also as fx, fy, cx, cy")
+        _refuse_missing(told, *_PINHOLE)
+        fx, fy, cx, cy = (_number(field, told[field]) for field in _PINHOLE)
+        told = told | {"intrinsics": [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]}
     if "intrinsics" not in told:
-        if "depth_scale" in told:
-            raise ValueError("intrinsics: is missing, but there is a depth_scale")
+        for field in ("depth_scale", *_LENS):
+            if field in told:
+                raise ValueError(f"intrinsics: is missing, but there is a {field}")
         return ScanCamera(name, pose, size=size)
-    intrinsics = _matrix("intrinsics", told["intrinsics"], 3)
+    intrinsics = _matrix("intrinsics", told["intrinsics"], 3, matrices)
     _check_intrinsics(intrinsics)
     if "depth_scale" not in told:
         raise ValueError("depth_scale: is missing; it is the depth of one count of the images")
-    scale = _positive("depth_scale", told["depth_scale"])
-    return ScanCamera(name, pose, intrinsics, scale, size)
+    scale = told["depth_scale"]
+    scale = None if scale is None else _positive("depth_scale", scale)
+    if "distortion" not in told:
+        if "distortion_radius" in told:
+            raise ValueError("distortion: is missing, but there is a distortion_radius")
+        return ScanCamera(name, pose, intrinsics, scale, size)
+    if size is None:
+        raise ValueError("width: is missing; a distortion needs width and height")
+    lens = _lens_of(told, name, intrinsics, size)
+    return ScanCamera(name, pose, lens.undistorted, scale, size, lens)
+
+
+def _lens_of(told: dict[str, Any], name: str, intrinsics: _Floats, size: tuple[int, int]) -> Lens:
+    listed = told["distortion"]
+    if not isinstance(listed, list) or len(listed) not in COUNTS:
+        raise ValueError(
+            "distortion: must be the numbers k1 k2 p1 p2, then k3, then k4 k5 k6, which are "
+            f"{', '.join(map(str, COUNTS[:-1]))} or {COUNTS[-1]}, not {listed!r:.60}"
+        )
+    coefficients = tuple(_number("distortion", value) for value in listed)
+    radius = _positive("distortion_radius", told.get("distortion_radius", WIDEST))
+    try:
+        return Lens(intrinsics, coefficients, size, radius)
+    except ValueError as error:
+        raise ValueError(f"distortion: that of camera {name!r}: {error}") from error
 
 
 def _refuse_missing(told: dict[str, Any], *fields: str) -> None:
@@ -194,7 +258,7 @@ def _refuse_others(told: dict[str, Any], fields: set[str]) -> None:
             )
 
 
-def _matrix(name: str, value: Any, size: int) -> _Floats:
+def _matrix(name: str, value: Any, size: int, matrices: Matrices) -> _Floats:
     rows = value if isinstance(value, list) else []
     if len(rows) != size or any(not isinstance(row, list) or len(row) != size for row in rows):
         lengths = {len(row) if isinstance(row, list) else 0 for row in rows}
@@ -203,7 +267,19 @@ def _matrix(name: str, value: Any, size: int) -> _Floats:
         else:
             what = f"is {value!r:.60}"
         raise ValueError(f"{name}: must be {size} rows of {size} numbers, but {what}")
-    return np.array([[_number(f"{name}: row {i}", x) for x in row] for i, row in enumerate(rows)])
+    found = np.array([[_number(f"{name}: row {i}", x) for x in row] for i, row in enumerate(rows)])
+    last = np.eye(size)[-1]
+    by_columns = (found[-1] != last).any() and (found[:, -1] == last).all()
+    if matrices == "columns":
+        # Intrinsics may be listed row by row beside poses that are not.
+        return found.T if by_columns or size == 4 else found
+    if by_columns:
+        raise ValueError(
+            f"{name}: its last row must be {_row(last)}, not {_row(found[-1])}; its last column "
+            "is, so it is listed column by column: --matrices columns (in Python, "
+            "matrices='columns') reads it"
+        )
+    return found
 
 
 def _check_pose(pose: _Floats) -> None:

@@ -1,12 +1,15 @@
 """Depth images: PNG files with 16 bits a pixel, one of each camera and frame."""
 
 import io
+from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..._errors import DynmeshError, InputError
 from ..._extras import require
 from ...frames.naming import naming
 from .cameras import ScanCamera
@@ -18,6 +21,9 @@ MOST_COUNTS = 65535
 
 _MOST_PIXELS = 2**26
 """8192 by 8192, far above what depth cameras deliver."""
+
+_LOOKED_AT = 9
+"""Images whose headers tell the size of those of a camera."""
 
 _GREY = 0
 _CHANNELS = {
@@ -63,6 +69,46 @@ def read_depth(file: Path, camera: ScanCamera) -> NDArray[np.float32]:
             raise ValueError(f"is a PNG image that is cut or damaged: {error}") from error
     scale = 1.0 if camera.depth_scale is None else camera.depth_scale
     return (counts * scale).astype(np.float32)
+
+
+def usual_size(files: Sequence[Path], camera: ScanCamera) -> tuple[int, int] | None:
+    """Returns the width and height of most images of a camera, judged by the headers of a few.
+
+    Damaged headers do not count; without any other, this is what the camera states.
+
+    Raises:
+        ValueError: these images are of another kind, or of another size than the camera states.
+    """
+    sizes: Counter[tuple[int, int]] = Counter()
+    first: InputError | None = None
+    for number in np.linspace(0, len(files) - 1, min(len(files), _LOOKED_AT)).astype(int):
+        header = _header_of(files[number])
+        if header is not None:
+            try:
+                with naming(files[number]):
+                    _check(header, camera)
+                sizes[header.width, header.height] += 1
+            except InputError as error:
+                first = first or error
+    if first is not None and not sizes:
+        raise first
+    return sizes.most_common(1)[0][0] if sizes else camera.size
+
+
+def read_size(file: Path) -> tuple[int, int] | None:
+    """Returns the width and height of an image, or None if it is damaged."""
+    header = _header_of(file)
+    return None if header is None else (header.width, header.height)
+
+
+def _header_of(file: Path) -> PngHeader | None:
+    """Returns the header of an image, or None if it is damaged."""
+    try:
+        with naming(file), file.open("rb") as opened:
+            beginning = opened.read(HEADER_SIZE)
+            return read_header(beginning) if beginning.startswith(SIGNATURE) else None
+    except (DynmeshError, OSError):
+        return None
 
 
 def write_depth(file: Path, depth: NDArray[np.floating[Any]], camera: ScanCamera) -> None:

@@ -2,25 +2,53 @@
 
 import glob
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Container, Iterable, Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._errors import InputError
+from ..._errors import DynmeshError, InputError
 from ...frames.naming import naming
 from ...frames.scan import DepthScan, PointScan, Scan
 from ...frames.unchanged import Unchanged
 from ..choice import PathLike
 from ..format import Gaps
 from ..numbered import Found, files_in, find_files
-from .cameras import Rig, ScanCamera, read_cameras
-from .depth_files import SUFFIX, read_depth, require_png
+from .cameras import Rig, ScanCamera, given_unit, read_cameras
+from .corrections import AS_STATED, Corrections
+from .depth_files import SUFFIX, read_depth, read_size, require_png, usual_size
 from .point_files import point_formats, read_points
 
 CAMERAS = "cameras.json"
 """The name under which the cameras are found in a folder of scans."""
+
+
+@dataclass(frozen=True)
+class Cameras:
+    """The file of the cameras, and how it is read.
+
+    Attributes:
+        file: its path.
+        stated: the cameras as the file describes them.
+        corrections: what is said about them.
+        rig: the cameras as they are meant.
+    """
+
+    file: Path
+    stated: Rig
+    corrections: Corrections
+    rig: Rig
+
+    @classmethod
+    def of(cls, file: Path, corrections: Corrections, scans: Path) -> "Cameras":
+        """Reads the file, which may not state the size of the images among the scans."""
+        stated = read_cameras(
+            file, matrices=corrections.matrices, size_of_images=lambda: _size_of_first(scans)
+        )
+        with naming(file):
+            return cls(file, stated, corrections, corrections.of(stated))
 
 
 class ScanReader(ABC):
@@ -28,20 +56,25 @@ class ScanReader(ABC):
 
     Attributes:
         path: of the scans.
-        rig: the cameras, or None if they are not stated.
+        cameras: the file of the cameras and how it is read, or None if there is none.
+        rig: the cameras as they are meant, or None if they are not stated.
         start: the number of the first frame.
         step: the difference between the numbers of two frames.
         n_frames: number of frames.
         files: all files that are read.
         camera_files: those of them that describe cameras.
+        lost: a sentence for each depth image that is missing or, of those read so far, damaged.
         metres_per_unit: as the files state it, or None.
     """
 
     def __init__(
-        self, path: Path, rig: Rig | None, found: Found, files: list[Path], also: list[Path]
+        self, path: Path, cameras: Cameras | None, found: Found, files: list[Path]
     ) -> None:
         """Called by subclasses when the files are found."""
         self.path = path
+        self.cameras = cameras
+        rig = None if cameras is None else cameras.rig
+        also = [] if cameras is None else [cameras.file]
         self.rig = rig
         self.start, self.step = found.start, found.step
         self.n_frames = len(found.files)
@@ -61,26 +94,29 @@ class ScanReader(ABC):
         for number in range(self.n_frames)[start:stop:step]:
             yield self._load(number)
 
-    def doubt(self) -> str:
-        """Returns what may be wrong if a mesh does not lie in the scans, or an empty text."""
-        return ""
+    def cameras_of(self, number: int) -> list[str]:  # noqa: ARG002
+        """Returns the names of the cameras of a frame, in the order of its scan."""
+        return [] if self.rig is None else [camera.name for camera in self.rig.cameras]
 
     @abstractmethod
     def _load(self, number: int) -> Scan | None:
         """Reads a frame; None if its file is missing."""
 
+    @property
+    def lost(self) -> tuple[str, ...]:
+        """See above."""
+        return ()
+
 
 class PointReader(ScanReader):
     """Point clouds, one file per frame."""
 
-    def __init__(
-        self, path: Path, suffix: str, rig: Rig | None, gaps: Gaps, also: list[Path]
-    ) -> None:
+    def __init__(self, path: Path, suffix: str, cameras: Cameras | None, gaps: Gaps) -> None:
         """Finds the files and reads the first."""
         found = find_files(path, suffix, gaps)
         self._files = found.files
         present = [file for file in found.files if file is not None]
-        super().__init__(path, rig, found, present, also)
+        super().__init__(path, cameras, found, present)
         said = read_points(present[0]).metadata.metres_per_unit
         if None not in (said, self.metres_per_unit) and said != self.metres_per_unit:
             raise ValueError(
@@ -101,72 +137,128 @@ class PointReader(ScanReader):
 
 
 class DepthReader(ScanReader):
-    """Depth images, one file per frame and camera, whose names end in the name of the camera."""
+    """Depth images, one file per frame and camera.
 
-    def __init__(self, path: Path, rig: Rig, gaps: Gaps, also: list[Path]) -> None:
-        """Finds the files, and reads none."""
+    A damaged image, or one of another size than its camera has, is lost, as if its camera had seen
+    nothing in this frame. Where every image is, or a camera is described for another kind or size
+    of images, that is an error.
+    """
+
+    def __init__(self, path: Path, cameras: Cameras, gaps: Gaps) -> None:
+        """Finds the files, and reads the headers of some."""
+        rig = cameras.rig
         for camera in rig.cameras:
             if camera.intrinsics is None:
                 raise ValueError(f"camera {camera.name!r} has no intrinsics, as depth images need")
+            if camera.depth_scale is None:
+                raise ValueError(
+                    f"nothing states the depth of one count of camera {camera.name!r}: "
+                    "--depth-scale (in Python, depth_scale=) does"
+                )
         require_png()
-        by_camera = {c.name: _numbered(_of_camera(path, c)) for c in rig.cameras}
+        by_camera = _by_camera(path, rig)
         numbers = sorted(set().union(*by_camera.values()))
         if not numbers:
-            names = ", ".join(f"*_{camera.name}{SUFFIX}" for camera in rig.cameras)
-            raise ValueError(f"holds no depth image of a camera; their names would be {names}")
+            raise ValueError(
+                f"holds no depth image of a camera; their names would be {_names(rig.cameras)}"
+            )
         step = int(np.gcd.reduce(np.diff(numbers))) if len(numbers) > 1 else 1
         every = range(numbers[0], numbers[-1] + 1, step)
         if gaps == "refuse":
-            _refuse_gaps(every, by_camera)
+            _refuse_gaps(every, rig, by_camera)
+        made = []
+        for camera in rig.cameras:
+            other = cameras.corrections.intrinsics_size is not None
+            expected = replace(camera, size=None) if other else camera
+            size = usual_size(list(by_camera[camera.name].values()), expected)
+            resized = camera if size is None else cameras.corrections.for_images(camera, *size)
+            made.append(replace(resized, size=size))
+        rig = replace(rig, cameras=tuple(made))
         self._images = [
             [(c, by_camera[c.name][n]) for c in rig.cameras if n in by_camera[c.name]]
             for n in every
         ]
+        self._missing = tuple(
+            f"no image of camera {name!r} for frame {n}"
+            for n in every
+            for name, own in by_camera.items()
+            if n not in own
+        )
+        self._damaged: dict[Path, str] = {}
+        self._n_images = sum(map(len, self._images))
         files = [file for images in self._images for _, file in images]
         found = Found([None] * len(every), numbers[0], step)
-        self._sizes: dict[str, tuple[tuple[int, ...], str]] = {}
-        super().__init__(path, rig, found, files, also)
+        super().__init__(path, cameras, found, files)
+        self.rig = rig
 
-    def doubt(self) -> str:
-        """Says which camera has intrinsics that do not fit the size of its images."""
-        for images in self._images:
-            for camera, file in images:
-                height, width = read_depth(file, camera).shape
-                x, y = np.asarray(camera.intrinsics)[:2, 2]
-                if not (0.25 * width < x < 0.75 * width and 0.25 * height < y < 0.75 * height):
-                    return (
-                        f"the intrinsics of camera {camera.name!r} have their centre at "
-                        f"({x:g}, {y:g}), far from the middle of its images of {width} x {height} "
-                        "pixels; they may be those of another size"
-                    )
-            if images:
-                break
-        return ""
+    @property
+    def lost(self) -> tuple[str, ...]:
+        """See :class:`ScanReader`."""
+        return *(f"{file.name} {why}" for file, why in self._damaged.items()), *self._missing
+
+    def cameras_of(self, number: int) -> list[str]:
+        """Returns those of the images, except the damaged ones once the frame was read."""
+        return [c.name for c, file in self._images[number] if file not in self._damaged]
 
     def _load(self, number: int) -> DepthScan | None:
-        images = self._images[number]
+        images = self.images(number)
         if not images:
             return None
         intrinsics = [np.asarray(camera.intrinsics) for camera, _ in images]
         poses = [camera.camera_to_world for camera, _ in images]
-        return DepthScan([self._read(camera, file) for camera, file in images], intrinsics, poses)
+        return DepthScan([depth for _, depth in images], intrinsics, poses)
 
-    def _read(self, camera: ScanCamera, file: Path) -> NDArray[np.float32]:
-        """Reads an image, which must be as large as the others, since the intrinsics are equal."""
-        depth = read_depth(file, camera)
+    def images(self, number: int) -> list[tuple[ScanCamera, NDArray[np.float32]]]:
+        """Reads the images of a frame, counted from 0, with the cameras that they are of.
+
+        Raises:
+            ValueError: every image of the sequence is damaged, or a file was changed.
+        """
+        read = ((camera, self._read(camera, file)) for camera, file in self._images[number])
+        return [(camera, depth) for camera, depth in read if depth is not None]
+
+    def _read(self, camera: ScanCamera, file: Path) -> NDArray[np.float32] | None:
+        """Reads an image; None if it is damaged."""
+        try:
+            depth = read_depth(file, camera)
+        except (DynmeshError, OSError) as error:
+            self._unchanged.check([file])
+            why = error.reason if isinstance(error, DynmeshError) else f"cannot be read: {error}"
+            self._damaged.setdefault(file, why)
+            if len(self._damaged) == self._n_images:
+                raise InputError(f"{why}; there is no undamaged image", file=file) from error
+            return None
         self._unchanged.check([file])
-        size, first = self._sizes.setdefault(camera.name, (depth.shape, file.name))
-        if depth.shape != size:
-            raise InputError(
-                f"has {depth.shape[1]} x {depth.shape[0]} pixels, but {first}, of the same camera, "
-                f"{size[1]} x {size[0]}",
-                file=file,
-            )
-        return depth
+        return depth if camera.lens is None else camera.lens.undo(depth)
+
+
+def unit_of_scans(scans: ScanReader, given: str | float | None) -> float | None:
+    """Returns the metres in the unit of the scans: as their files state it, or as it is given.
+
+    Raises:
+        ValueError: the files state another one than is given.
+    """
+    stated = scans.metres_per_unit
+    if given is None:
+        return stated
+    said = given_unit("scan_unit", given)
+    if stated is not None and abs(said / stated - 1) > 1e-9:
+        file = scans.path if scans.cameras is None else scans.cameras.file
+        raise InputError(
+            f"states {stated:g} metres per unit, but the scans are said to be in units of {said:g} "
+            "m; one of them is wrong",
+            file=file,
+            argument="scan_unit",
+        )
+    return said
 
 
 def open_scans(
-    path: PathLike, *, cameras: PathLike | None = None, gaps: Gaps = "refuse"
+    path: PathLike,
+    *,
+    cameras: PathLike | None = None,
+    gaps: Gaps = "refuse",
+    corrections: Corrections = AS_STATED,
 ) -> ScanReader:
     """Opens scans, to read them frame by frame.
 
@@ -174,11 +266,13 @@ def open_scans(
         path: a folder, a pattern such as ``scan_%04d.ply`` or a glob such as ``*.xyz``, of point
             clouds (PLY, XYZ, NPY, NPZ) or depth images (PNG with 16 bits). The names of depth
             images end in the number of the frame and the name of the camera, as
-            ``depth_00012_left.png``.
+            ``depth_00012_left.png``, or are in a folder with the name of the camera, as
+            ``left/00012.png``. The only camera need not be named.
         cameras: a file as :func:`read_cameras` reads it. None: `cameras.json` in the folder of the
             scans, if there is one. Depth images need it.
         gaps: "lost" if nothing was observed in frames, or by cameras, whose file is missing;
             "refuse" refuses such scans.
+        corrections: how the cameras are meant, if not as their file should say it.
 
     Raises:
         OSError: a file cannot be read.
@@ -189,25 +283,26 @@ def open_scans(
     if cameras is None:
         beside = (path if path.is_dir() else path.parent) / CAMERAS
         cameras = beside if beside.is_file() else None
-    rig = None if cameras is None else read_cameras(Path(cameras))
-    also = [] if cameras is None else [Path(cameras)]
+    rig = None if cameras is None else Cameras.of(Path(cameras), corrections, path)
     with naming(path):
-        suffix = _suffix_in(path)
+        suffix = _suffix_in(path, None if rig is None else rig.rig)
         if suffix != SUFFIX:
-            return PointReader(path, suffix, rig, gaps, also)
+            return PointReader(path, suffix, rig, gaps)
         if rig is None:
             raise ValueError(
                 f"depth images need cameras: {CAMERAS} beside them, or --cameras FILE (in Python, "
                 "cameras=)"
             )
-        return DepthReader(path, rig, gaps, also)
+        return DepthReader(path, rig, gaps)
 
 
-def _suffix_in(path: Path) -> str:
+def _suffix_in(path: Path, rig: Rig | None) -> str:
     """Returns the suffix of the scans."""
     suffixes = (*point_formats, SUFFIX)
     if path.is_dir():
         found = [suffix for suffix in suffixes if files_in(path, suffix)]
+        if not found and rig is not None and _images_in(path, rig):
+            return SUFFIX
         if len(found) != 1:
             if not found:
                 raise ValueError(f"is a folder without scans; they are {', '.join(suffixes)} files")
@@ -221,42 +316,76 @@ def _suffix_in(path: Path) -> str:
     return path.suffix.lower()
 
 
-def _of_camera(path: Path, camera: ScanCamera) -> list[Path]:
-    """Returns the images of a camera in a folder, or of those that a pattern or glob names."""
-    if path.is_dir():
-        among = files_in(path, SUFFIX)
-    elif "%" in path.name:
+def _images_in(path: Path, rig: Rig) -> list[Path]:
+    """Returns the images in a folder and those of the cameras in it, or that are named."""
+    if path.is_dir():  # also the folders of cameras in it
+        folders = [path, *(path / camera.name for camera in rig.cameras)]
+        return [file for folder in folders for file in files_in(folder, SUFFIX)]
+    if "%" in path.name:
         number, _, rest = path.name.partition("%")
         end = rest.partition("d")[2]
-        ends = end, f"_{camera.name}{end}"  # a pattern may leave out the camera
+        # A pattern may leave out the camera.
+        ends = end, *(f"_{camera.name}{end}" for camera in rig.cameras)
         among = files_in(path.parent, SUFFIX)
-        among = [f for f in among if f.name.startswith(number) and f.name.endswith(ends)]
-    else:
-        among = [Path(file) for file in sorted(glob.glob(str(path)))]  # noqa: PTH207
-    return [file for file in among if file.stem.endswith(f"_{camera.name}")]
+        return [f for f in among if f.name.startswith(number) and f.name.endswith(ends)]
+    return [Path(file) for file in sorted(glob.glob(str(path)))]  # noqa: PTH207
 
 
-def _numbered(files: list[Path]) -> dict[int, Path]:
-    """Returns the files of one camera by the number before its name."""
-    numbered: dict[int, Path] = {}
-    for file in files:
-        before = file.stem.rpartition("_")[0]
+def _size_of_first(path: Path) -> tuple[int, int] | None:
+    """Returns the size of the first image in a folder or beside what is named, if there is one."""
+    images = sorted((path if path.is_dir() else path.parent).rglob(f"*{SUFFIX}"))
+    sizes = (read_size(file) for file in images)
+    return next((size for size in sizes if size is not None), None)
+
+
+def _by_camera(path: Path, rig: Rig) -> dict[str, dict[int, Path]]:
+    """Returns the images of each camera by their numbers.
+
+    The camera is named at the end of a file's name, or else is the folder's name, or, if there is
+    only one, need not be named at all.
+    """
+    numbered: dict[str, dict[int, Path]] = {camera.name: {} for camera in rig.cameras}
+    images = _images_in(path, rig)
+    owners = [_owner(file, path, numbered) for file in images]
+    if len(numbered) == 1 and not any(name for name, _ in owners):
+        owners = [(next(iter(numbered)), file.stem) for file in images]
+    for file, (name, before) in zip(images, owners, strict=True):
+        if name is None:
+            continue
         digits = before[len(before.rstrip("0123456789")) :]
         if not digits:
-            raise ValueError(f"{file.name}: has no number of a frame before the camera's name")
-        if int(digits) in numbered:
-            raise ValueError(f"{file.name}: {numbered[int(digits)].name} has the same number")
-        numbered[int(digits)] = file
+            raise ValueError(
+                f"{file.name}: has no number of a frame at its end or before the camera's name"
+            )
+        if int(digits) in numbered[name]:
+            other = numbered[name][int(digits)]
+            raise ValueError(f"{file.name}: {other.name} has the same number and camera")
+        numbered[name][int(digits)] = file
     return numbered
 
 
-def _refuse_gaps(numbers: range, by_camera: dict[str, dict[int, Path]]) -> None:
+def _owner(file: Path, path: Path, names: Container[str]) -> tuple[str | None, str]:
+    """Returns the name of the camera that an image is of, or None, and the stem without it."""
+    folder = file.parent.name
+    before, _, end = file.stem.rpartition("_")
+    is_named = bool(before) and end in names
+    if folder in names and (not is_named or file.parent not in (path, path.parent)):
+        return folder, before if end == folder and before[-1:].isdigit() else file.stem
+    return (end, before) if is_named else (None, file.stem)
+
+
+def _names(cameras: Iterable[ScanCamera]) -> str:
+    """Says how images of these cameras would be named."""
+    return " or ".join(f"*_{camera.name}{SUFFIX}, {camera.name}/*{SUFFIX}" for camera in cameras)
+
+
+def _refuse_gaps(numbers: range, rig: Rig, by_camera: dict[str, dict[int, Path]]) -> None:
     advice = "; --gaps lost (in Python, gaps='lost') tracks without it"
-    for name, images in by_camera.items():
-        if not images:  # the names of its files may be wrong
+    for camera in rig.cameras:
+        if not by_camera[camera.name]:  # the names of its files may be wrong
             raise ValueError(
-                f"there is no image of camera {name!r}; their names would be *_{name}{SUFFIX}"
-                + advice
+                f"there is no image of camera {camera.name!r}; their names would be "
+                f"{_names([camera])}{advice}"
             )
     for number in numbers:
         for name, images in by_camera.items():

@@ -1,6 +1,8 @@
-#include "disconnected/rigid_motion.hpp"
+#include "support/rigid_motion.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/SVD>
+#include <numeric>
+#include <vector>
 
 #include "support/eigen_points.hpp"
 
@@ -53,6 +55,16 @@ RigidMotion fit_rigid_motion(std::span<const Index> vertices, std::span<const Ve
   return motion;
 }
 
+template <class Real>
+RigidMotion fit_rigid_motion(std::span<const Vector3<Real>> before,
+                             std::span<const Vector3<Real>> after) {
+  std::vector<Index> all(before.size());
+  std::iota(all.begin(), all.end(), Index{0});
+  return fit_rigid_motion<Real>(all, before, after);
+}
+
+template RigidMotion fit_rigid_motion(std::span<const Vector3<double>>,
+                                      std::span<const Vector3<double>>);
 template RigidMotion fit_rigid_motion(std::span<const Index>, std::span<const Vector3<float>>,
                                       std::span<const Vector3<float>>);
 template RigidMotion fit_rigid_motion(std::span<const Index>, std::span<const Vector3<double>>,

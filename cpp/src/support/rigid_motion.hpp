@@ -36,4 +36,9 @@ template <class Real>
 RigidMotion fit_rigid_motion(std::span<const Index> vertices, std::span<const Vector3<Real>> before,
                              std::span<const Vector3<Real>> after);
 
+/// The same for all points.
+template <class Real>
+RigidMotion fit_rigid_motion(std::span<const Vector3<Real>> before,
+                             std::span<const Vector3<Real>> after);
+
 }  // namespace dynmesh

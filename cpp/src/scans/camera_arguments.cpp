@@ -1,4 +1,4 @@
-#include "tracker/camera_arguments.hpp"
+#include "scans/camera_arguments.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,0 +1,198 @@
+"""Completion of frames in memory: of a stream, one after another, or of a whole sequence."""
+
+import tempfile
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from itertools import repeat, zip_longest
+from pathlib import Path
+from typing import Any, Unpack, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._core import Completer
+from .._errors import InputError, KindError, locating
+from ..frames.attributes import ATTRIBUTES
+from ..frames.header import Header
+from ..frames.memory import SequenceReader
+from ..sequence import Mask, Positions, Sequence
+from ..settings import Settings, all_settings, takes_settings
+from .completion_options import CompletionOptions
+from .directions import Directions
+from .option import Start
+from .start import start_in
+
+
+@overload
+def complete(
+    faces: NDArray[np.integer[Any]],
+    frames: Iterable[Positions],
+    known: Iterable[Mask] | None = None,
+    *,
+    training: Iterable[Positions] | None = None,
+    **settings: Unpack[Settings],
+) -> Iterator[Positions]: ...
+@overload
+def complete(
+    faces: Sequence,
+    *,
+    training: Iterable[Positions] | None = None,
+    start: Start = "auto",
+    bidirectional: bool = False,
+    drop_above: float | None = None,
+    **settings: Unpack[Settings],
+) -> Sequence: ...
+@takes_settings
+def complete(
+    faces: NDArray[np.integer[Any]] | Sequence,
+    frames: Iterable[Positions] | None = None,
+    known: Iterable[Mask] | None = None,
+    *,
+    training: Iterable[Positions] | None = None,
+    start: Start = "auto",
+    bidirectional: bool = False,
+    drop_above: float | None = None,
+    **settings: Unpack[Settings],
+) -> Iterator[Positions] | Sequence:
+    """Completes frames one after another, in constant memory, or a whole sequence.
+
+    Of frames, this is an iterator: nothing is read or checked before the first is requested. A
+    sequence is completed at once, as :func:`dynmesh.complete_file` completes a file.
+
+    Args:
+        faces: (m, 3) integers, or a :class:`dynmesh.Sequence`, which has frames and masks itself.
+        frames: (k, 3) positions each. The first frame must be complete and is yielded unchanged.
+        known: (k,) bool for each frame, or None if rows that are not finite are missing.
+        training: complete frames of the same mesh, seen before, from which method detail learns;
+            see :class:`dynmesh.Completer`. They are read when the first frame is requested.
+        start: of a sequence, the frame from which completion starts; see
+            :func:`dynmesh.complete_file`. None of its frames need be whole.
+        bidirectional: of a sequence, whether to complete each frame from both sides.
+        drop_above: of a sequence, the standard error above which vertices are left missing.
+        **settings: `method`, `noise` and the other settings of :class:`dynmesh.Completer`, which
+            explains them.
+
+    Returns:
+        An iterator over (k, 3) completed frames, each a new array with the dtype of the first
+        frame; or a sequence with generation, age and, with `uncertainty`, standard errors.
+
+    Raises:
+        ValueError, TypeError: the errors of :class:`dynmesh.Completer`, with the number of the
+            frame; also if there is no frame, or if frames and masks differ in number.
+    """
+    of_sequence = CompletionOptions(start=start, bidirectional=bidirectional, drop_above=drop_above)
+    if isinstance(faces, Sequence):
+        for name, given in (("frames", frames), ("known", known)):
+            if given is not None:
+                raise InputError("is that of the sequence; leave it out", argument=name)
+        return _complete_sequence(faces, replace(of_sequence, settings=settings), training)
+    if frames is None:
+        raise KindError(
+            "must be iterable, not NoneType, unless faces is a Sequence", argument="frames"
+        )
+    if of_sequence != CompletionOptions():
+        raise InputError(
+            "start, bidirectional and drop_above are for a Sequence, whose frames can be read "
+            "more than once, not for a stream of frames",
+            argument="frames",
+        )
+    return _complete_frames(faces, frames, known, training, settings)
+
+
+def _complete_frames(
+    faces: NDArray[np.integer[Any]],
+    frames: Iterable[Positions],
+    known: Iterable[Mask] | None,
+    training: Iterable[Positions] | None,
+    settings: Settings,
+) -> Iterator[Positions]:
+    pairs = _pair(frames, known)
+    first = next(pairs, None)
+    if first is None:
+        raise InputError("is empty, but frame 0 is needed, complete", argument="frames")
+    points, mask = first
+    if mask is not None and (missing := np.flatnonzero(np.equal(mask, False))).size:
+        raise InputError(
+            f"vertex {missing[0]} is missing, but frame 0 must be complete", argument="known"
+        )
+    completer = Completer(faces, points, training=training, **all_settings(settings))
+    if mask is not None:
+        given = np.asarray(mask)
+        ATTRIBUTES["known"].check(given.dtype, given.shape, (completer.n_vertices,))
+    yield np.array(points, completer.dtype)
+    for number, (points, mask) in enumerate(pairs, 1):
+        with locating(frame=number):
+            completed = completer.push(points, mask)
+        yield completed
+
+
+@dataclass(frozen=True)
+class _InMemory:
+    """Training frames in memory, as those of files."""
+
+    faces: NDArray[np.integer[Any]]
+    frames: Iterable[Positions] | None
+
+    def __bool__(self) -> bool:
+        return self.frames is not None
+
+    def completer(self, first_frame: Positions, settings: Settings) -> Completer:
+        return Completer(self.faces, first_frame, training=self.frames, **settings)
+
+
+class _Collected:
+    """What a writer would write, as arrays."""
+
+    def __init__(self, header: Header) -> None:
+        self.header = header
+        shape = (header.n_frames, header.n_vertices)
+        self._next = 0
+        self._vertices = np.empty((*shape, 3), header.dtype)
+        self._values: dict[str, Any] = {
+            name: np.empty(shape, row.dtype) for name, row in header.attributes.items()
+        }
+
+    def append(self, points: Positions, **values: NDArray[Any]) -> None:
+        self._vertices[self._next] = points
+        for name, given in values.items():
+            self._values[name][self._next] = given
+        self._next += 1
+
+    def sequence(self) -> Sequence:
+        header = self.header
+        return Sequence(self._vertices, header.faces, **self._values, **header.described())
+
+
+def _complete_sequence(
+    sequence: Sequence, options: CompletionOptions, training: Iterable[Positions] | None
+) -> Sequence:
+    options = replace(options, provenance=True).checked()
+    if training is not None and options.bidirectional:  # instead of what would be learned
+        options = replace(options, settings={**options.settings, "learn": False})
+    reader = SequenceReader(sequence)
+    made = _Collected(options.header(reader.header))
+    ways = Directions(
+        reader, start_in(reader, options), options, _InMemory(sequence.faces, training)
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        for _ in ways.steps(made, Path(folder)):
+            pass
+    return made.sequence()
+
+
+def _pair(
+    frames: Iterable[Positions], known: Iterable[Mask] | None
+) -> Iterator[tuple[Positions, Mask | None]]:
+    for name, given in (("frames", frames), ("known", known)):
+        if not isinstance(given, Iterable) and (given is not None or name == "frames"):
+            raise KindError(f"must be iterable, not {type(given).__name__}", argument=name)
+    if known is None:
+        yield from zip(frames, repeat(None), strict=False)
+        return
+    missing: Any = object()
+    pairs: Iterator[tuple[Any, Any]] = zip_longest(frames, known, fillvalue=missing)
+    for number, (points, mask) in enumerate(pairs):
+        if points is missing or mask is missing:
+            short, long = ("frames", "known") if points is missing else ("known", "frames")
+            raise InputError(f"ends before frame {number}, but {long} goes on", argument=short)
+        yield points, mask

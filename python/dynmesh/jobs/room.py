@@ -1,0 +1,109 @@
+"""What is taken away from scans before tracking: the room around the subject."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._checks import check_finite
+from .._errors import InputError, KindError
+from ..diagnosis.planes import Plane, planes_of_room
+from ..frames.scan import Scan
+from ..sequence import Positions
+
+Crop = float | tuple[float, float, float, float, float, float]
+"""A distance from the box of the mesh in the last frame, or x, y, z of two corners of a box."""
+
+
+def crop_of(value: Any) -> Crop | None:
+    """Checks what should be cropped: a number, six numbers, or text with these and commas.
+
+    Raises:
+        TypeError, ValueError: it is something else, or the corners of the box are exchanged.
+    """
+    if value is None:
+        return None
+    if isinstance(value, str):
+        try:
+            value = [float(part) for part in value.split(",")]
+        except ValueError:
+            raise InputError(
+                f"must be a distance, or x,y,z,x,y,z of two corners, not {value!r}", argument="crop"
+            ) from None
+        value = value[0] if len(value) == 1 else value
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        check_finite("crop", value)
+        if value < 0:
+            raise InputError(f"must not be negative, but is {value:g}", argument="crop")
+        return float(value)
+    try:
+        corners = np.asarray(value, np.float64)
+    except (TypeError, ValueError):
+        raise KindError(f"must be one or six numbers, not {value!r}", argument="crop") from None
+    if corners.shape != (6,) or not np.isfinite(corners).all():
+        raise InputError(f"must be one or six finite numbers, not {value!r}", argument="crop")
+    if (corners[:3] >= corners[3:]).any():
+        raise InputError(
+            f"the first corner must be the smaller one in x, y and z, but the box is {value!r}",
+            argument="crop",
+        )
+    a, b, c, d, e, f = corners.tolist()
+    return a, b, c, d, e, f
+
+
+class Room:
+    """Takes what is not the subject from scans, all in the unit of the template.
+
+    Attributes:
+        planes: floor and walls, once :meth:`find` was called.
+        box: (2, 3) the corners of the mesh in the last frame.
+    """
+
+    def __init__(self, crop: Crop | None, remove_planes: bool) -> None:
+        """Takes nothing away if nothing is asked for."""
+        self._crop = crop
+        self._removes_planes = remove_planes
+        self.planes: list[Plane] = []
+        self.box = np.zeros((2, 3))
+
+    def state(self) -> bytes:
+        """Returns what a later run needs to continue: nothing unless a distance crops."""
+        return self.box.tobytes() if isinstance(self._crop, float) else b""
+
+    def restored(self, state: bytes) -> bytes:
+        """Continues from a state, and returns what follows it."""
+        n = len(self.state())
+        if len(state) >= n > 0:
+            self.box = np.frombuffer(state[:n]).reshape(2, 3)
+        return state[n:]
+
+    def follow(self, points: Positions) -> None:
+        """Notes where the mesh is."""
+        self.box = np.stack([points.min(axis=0), points.max(axis=0)]).astype(np.float64)
+
+    def find(self, scan: Scan, thickness: float, size: float) -> None:
+        """Finds floor and walls in a scan, of which :meth:`without` takes points away.
+
+        They are sought in the whole scan, as they are hardly larger than the subject in a crop.
+        """
+        if self._removes_planes:
+            self.planes = planes_of_room(scan.cloud, thickness=thickness, size=size)
+
+    def without(self, scan: Scan) -> Scan:
+        """Returns the scan without the room."""
+        if self._crop is None and not self.planes:
+            return scan
+        cloud = scan.cloud
+        kept = self._within(cloud)
+        for plane in self.planes:
+            kept &= ~plane.holds(cloud)
+        return scan.only(kept)
+
+    def _within(self, cloud: Positions) -> NDArray[np.bool_]:
+        if self._crop is None:
+            return np.ones(len(cloud), np.bool_)
+        if isinstance(self._crop, float):
+            low, high = self.box[0] - self._crop, self.box[1] + self._crop
+        else:
+            low, high = np.reshape(self._crop, (2, 3))
+        return np.asarray(((cloud >= low) & (cloud <= high)).all(axis=1))

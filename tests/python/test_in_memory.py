@@ -1,0 +1,154 @@
+"""Sequences in memory are completed, measured and shown as files are."""
+
+import csv
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from commands import dynmesh_command as run
+
+import dynmesh
+from dynmesh.sequence import StandardErrorOf
+
+N = 8
+
+
+@pytest.fixture(scope="module")
+def truth() -> dynmesh.Sequence:
+    return dynmesh.synth.ocean(N, grid=10, seed=3)
+
+
+@pytest.fixture(scope="module")
+def partial(truth: dynmesh.Sequence) -> dynmesh.Sequence:
+    """No frame of it is whole."""
+    known = np.random.default_rng(5).random((N, 100)) < 0.6
+    return replace(truth, known=known, fps=25.0, up_axis="z")
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"method": "motion"},
+        {"start": 3, "uncertainty": True},
+        {"bidirectional": True},
+        {"bidirectional": True, "training": True},
+        {"start": "best", "drop_above": 0.2},
+    ],
+    ids=str,
+)
+def test_a_sequence_is_completed_as_its_file_is(
+    truth: dynmesh.Sequence, partial: dynmesh.Sequence, tmp_path: Path, options: dict[str, Any]
+) -> None:
+    training = options.get("training")
+    given = dict(options) | ({"training": truth.vertices[2:6]} if training else {})
+    made = dynmesh.complete(partial, **given)
+    dynmesh.write(tmp_path / "partial.npz", partial)
+    dynmesh.write(tmp_path / "training.npz", truth[2:6])
+    of_file = dict(options) | ({"training": tmp_path / "training.npz"} if training else {})
+    output = tmp_path / "out.npz"
+    dynmesh.complete_file(tmp_path / "partial.npz", output, provenance=True, **of_file)
+    expected = dynmesh.read(output)
+    assert made.described() == expected.described()
+    np.testing.assert_array_equal(made.vertices, expected.vertices)
+    assert made.attributes().keys() == expected.attributes().keys()
+    for name, values in made.attributes().items():
+        np.testing.assert_array_equal(values, expected.attributes()[name], err_msg=name)
+
+
+def test_what_belongs_to_the_other_form_is_refused(partial: dynmesh.Sequence) -> None:
+    with pytest.raises(ValueError, match="frames: is that of the sequence"):
+        dynmesh.complete(partial, partial.vertices)  # type: ignore[call-overload]
+    with pytest.raises(ValueError, match="frames: start, bidirectional"):
+        dynmesh.complete(partial.faces, partial.vertices, start=2)  # type: ignore[call-overload]
+    with pytest.raises(TypeError, match="frames: must be iterable"):
+        dynmesh.complete(partial.faces)  # type: ignore[call-overload]
+
+
+@pytest.fixture(scope="module")
+def completed(partial: dynmesh.Sequence) -> dynmesh.Sequence:
+    return dynmesh.complete(partial, start=0, method="motion")
+
+
+def distances(completed: dynmesh.Sequence, truth: dynmesh.Sequence) -> Any:
+    """In bounding-box diagonals of frame 0."""
+    diagonal = np.linalg.norm(np.ptp(truth.vertices[0].astype(np.float64), axis=0))
+    apart = completed.vertices.astype(np.float64) - truth.vertices.astype(np.float64)
+    return np.linalg.norm(apart, axis=-1) / diagonal
+
+
+def test_errors_by_frame_of_missing_vertices_alone(
+    truth: dynmesh.Sequence, partial: dynmesh.Sequence, completed: dynmesh.Sequence, tmp_path: Path
+) -> None:
+    """From the generations, from the partial sequence, and in the shell."""
+    assert partial.known is not None
+    apart = distances(completed, truth)
+    frames = range(2, 7, 2)
+    expected = [apart[t][~partial.known[t]] for t in frames]
+    bare = replace(completed, generation=None, age=None)
+    for made, more in ((completed, {}), (bare, {"partial": partial})):
+        found = dynmesh.evaluate(made, truth, frames=frames, only="missing", **more)  # type: ignore[arg-type]
+        assert [each.frame for each in found.each] == [2, 4, 6]
+        assert [each.vertices for each in found.each] == [len(own) for own in expected]
+        np.testing.assert_allclose([e.mean for e in found.each], [o.mean() for o in expected])
+        np.testing.assert_allclose([e.maximum for e in found.each], [o.max() for o in expected])
+        assert found.mean == pytest.approx(np.mean([own.mean() for own in expected]))
+    whole = dynmesh.evaluate(completed, truth)
+    assert whole.frames == N - 1
+    assert whole.mean == pytest.approx(apart[1:].mean())
+    with pytest.raises(ValueError, match="completed: says of no vertex"):
+        dynmesh.evaluate(bare, truth, only="missing")
+    for name, sequence in (("bare", bare), ("truth", truth), ("partial", partial)):
+        dynmesh.write(tmp_path / f"{name}.npz", sequence)
+    paths = [tmp_path / f"{name}.npz" for name in ("bare", "truth")]
+    options = ("--only", "missing", "--input", tmp_path / "partial.npz", "--frames", "2:5")
+    table = tmp_path / "errors.csv"
+    said = json.loads(run("evaluate", *paths, *options, "--csv", table, "--json").stdout)
+    with table.open() as file:
+        rows = list(csv.DictReader(file))
+    assert [int(row["frame"]) for row in rows] == [2, 3, 4]
+    means = [apart[t][~partial.known[t]].mean() for t in (2, 3, 4)]
+    np.testing.assert_allclose([float(row["mean"]) for row in rows], means)
+    assert said["summary"]["mean"] == pytest.approx(np.mean(means))
+    run("evaluate", *paths, "--csv", table, code=1)  # it exists
+
+
+@pytest.mark.parametrize("frames", [range(5, 5), range(3, 9), range(-1, 3), range(4, 1, -1)])
+def test_frames_that_cannot_be_measured(
+    truth: dynmesh.Sequence, completed: dynmesh.Sequence, frames: range
+) -> None:
+    with pytest.raises(ValueError, match="frames: "):
+        dynmesh.evaluate(completed, truth, frames=frames)
+
+
+def test_pages_and_pictures_are_those_of_the_file(
+    truth: dynmesh.Sequence, completed: dynmesh.Sequence, tmp_path: Path
+) -> None:
+    pytest.importorskip("k3d")
+    dynmesh.write(tmp_path / "completed.npz", completed)
+    dynmesh.write(tmp_path / "truth.npz", truth)
+    made = dynmesh.view(completed, tmp_path / "page.html", reference=truth, max_frames=3)
+    assert (tmp_path / "page.html").read_text() == made.html
+    assert made.shown.frames == 3
+    with pytest.raises(FileExistsError):
+        dynmesh.view(completed, tmp_path / "page.html")
+    drawn = dynmesh.picture(completed, tmp_path / "a.png", frames=3, reference=truth, title="A")
+    own, reference = tmp_path / "completed.npz", tmp_path / "truth.npz"
+    words = ("--reference", reference, "--frame", "3", "--title", "A", "-o", tmp_path / "b.png")
+    run("picture", own, *words)
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+    assert drawn.size[0] > 480
+    with pytest.raises(ValueError, match="has no frame 99"):
+        dynmesh.picture(completed, frames=99)
+
+
+@pytest.mark.parametrize("kind", ["position", "surface"])
+def test_a_sequence_is_described_as_its_file_is(
+    partial: dynmesh.Sequence, tmp_path: Path, kind: StandardErrorOf
+) -> None:
+    sequence = replace(partial, standard_error_of=kind)
+    dynmesh.write(tmp_path / "partial.npz", sequence)
+    assert dynmesh.info(sequence).as_dict() == dynmesh.info(tmp_path / "partial.npz").as_dict()

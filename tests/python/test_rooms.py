@@ -1,0 +1,193 @@
+"""Rooms: floors and walls that scans hold beside the subject, simulated and taken away."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import meshes
+import numpy as np
+import pytest
+from commands import dynmesh_command as run
+from meshes import Mesh, turned
+from test_degrade_cameras import potato
+from test_track import bumpy
+
+import dynmesh
+from dynmesh import degrade
+from dynmesh.degrade.shared import mean_edge_of
+from dynmesh.diagnosis.planes import planes_of_room
+from dynmesh.files.scans import PointFolder, PointScan, Rig, Scan, ScanCamera, open_scans
+from dynmesh.jobs.checkpoint import Checkpoint
+from dynmesh.jobs.room import Room, crop_of
+from dynmesh.jobs.tracking import track_file
+
+Array = meshes.Array
+
+
+def heights(points: Array, room: degrade.Room) -> Array:
+    """The distance of each point from the nearest plane of the room."""
+    found = []
+    for face in room.faces[[0, 2]]:
+        a, b, c = room.points[face]
+        normal = np.cross(b - a, c - a)
+        found.append(np.abs((points - a) @ (normal / np.linalg.norm(normal))))
+    return np.asarray(np.min(found, axis=0))
+
+
+@pytest.fixture
+def body() -> Mesh:
+    return potato(np.random.default_rng(4))
+
+
+@pytest.mark.parametrize("up", [(0.0, 0.0, 1.0), (0.0, 2.0, 0.0), (1.0, 0.0, 0.0)])
+def test_a_room_is_seen_around_the_subject_and_hides_nothing_of_it(
+    up: tuple[float, float, float], body: Mesh
+) -> None:
+    """Every pixel of the subject is as without the room, and every other one shows the room."""
+    room = degrade.room_around(body.vertices, up=up)
+    axis = np.array(up) / np.linalg.norm(up)
+    np.testing.assert_allclose((room.points @ axis).min(), (body.vertices @ axis).min())
+    cameras = degrade.orbit(body.vertices, 4, up=up, degrees_per_frame=0)(0)
+    options: dict[str, Any] = {"width": 64, "height": 48, "noise": 0.0}
+    (alone,) = degrade.depth_images([body.vertices], body.faces, cameras, **options)
+    (inside,) = degrade.depth_images([body.vertices], body.faces, cameras, room=room, **options)
+    added = 0
+    for plain, whole, intrinsics, pose in zip(alone.depth, *inside, strict=True):
+        np.testing.assert_array_equal(whole[plain > 0], plain[plain > 0])
+        others = degrade.DepthScan([np.where(plain > 0, 0, whole)], [intrinsics], [pose]).cloud
+        size = np.linalg.norm(np.ptp(body.vertices, axis=0))
+        beside = heights(others, room) > 1e-5 * size
+        assert beside.mean() < 0.02  # surfaces of the subject that are edge-on show what is behind
+        added += len(others)
+    assert added > 64 * 48
+
+
+def test_noise_is_measured_in_edges_of_the_subject(body: Mesh) -> None:
+    room = degrade.room_around(body.vertices)
+    (found,) = degrade.scan_points(
+        [body.vertices], body.faces, 4, points=4000, noise=0.5, room=room
+    )
+    far = np.linalg.norm(found.points - body.vertices.mean(axis=0), axis=1)
+    beyond = found.points[far > 1.5 * np.linalg.norm(np.ptp(body.vertices, axis=0))]
+    assert len(beyond) > 1000
+    expected = 0.5 * mean_edge_of(body.vertices, body.faces)
+    assert 0.8 < np.sqrt((heights(beyond, room) ** 2).mean()) / expected < 1.2
+
+
+def test_only_scans_have_a_room(body: Mesh, tmp_path: Path) -> None:
+    dynmesh.write(tmp_path / "a.npz", dynmesh.Sequence(body.vertices[None], body.faces))
+    told = run("degrade", tmp_path / "a.npz", tmp_path / "b.npz", "--room", code=2)
+    assert "--room" in told.stderr
+
+
+class Rooms(NamedTuple):
+    """Folders of scans with and without a room, of the same truth."""
+
+    folder: Path
+    truth: dynmesh.Sequence
+
+    def errors(self, scans: str, *options: str, code: int = 0) -> Array:
+        """The mean distance from the true vertex in each frame, in mean edges."""
+        output, template = self.folder / "tracked.npz", self.folder / "body.obj"
+        words = ("track", self.folder / scans, output, "--template", template, "--overwrite")
+        run(*words, *options, code=code)
+        found = dynmesh.read(output).vertices
+        distances = np.linalg.norm(found - self.truth.vertices, axis=2).mean(axis=1)
+        return np.asarray(distances / mean_edge_of(self.truth.vertices[0], self.truth.faces))
+
+
+@pytest.fixture(scope="module")
+def rooms(tmp_path_factory: pytest.TempPathFactory) -> Rooms:
+    """Sparse points: so many are left of 20 000 that the subject has as many as without a room."""
+    folder = tmp_path_factory.mktemp("rooms")
+    mesh = bumpy()
+    frames = [turned(mesh.vertices, 0.02 * i) + 0.02 * i for i in range(5)]
+    truth = dynmesh.Sequence(np.stack(frames), mesh.faces, up_axis="z")
+    dynmesh.write(folder / "truth.npz", truth)
+    dynmesh.write(folder / "body.obj", truth[:1])
+    scans = ("degrade", folder / "truth.npz")
+    run(*scans, folder / "inside", "--scan", "--room")
+    run(*scans, folder / "alone", "--scan", "--points", "400")
+    run(*scans, folder / "depth", "--depth", "120x90", "--room")
+    return Rooms(folder, truth)
+
+
+def test_a_subject_in_a_sparse_cloud_with_a_room_is_tracked_as_well_as_without(
+    rooms: Rooms,
+) -> None:
+    (first, *_) = open_scans(rooms.folder / "inside")
+    assert isinstance(first, PointScan)
+    near = np.linalg.norm(first.points - rooms.truth.vertices[0].mean(axis=0), axis=1) < 1.5
+    assert near.sum() < 0.05 * len(first.points)
+    alone = rooms.errors("alone").max()
+    assert rooms.errors("inside", "--remove-planes").max() < 1.3 * alone
+    assert rooms.errors("depth", "--remove-planes").max() < 0.5
+    assert rooms.errors("inside", "--crop", "0.3", "--remove-planes").max() < 1.3 * alone
+
+
+def test_planes_of_a_room_are_found_and_a_flat_subject_is_kept(body: Mesh) -> None:
+    room = degrade.room_around(body.vertices)
+    (found,) = degrade.scan_points(
+        [body.vertices], body.faces, 4, points=5000, noise=0.05, room=room
+    )
+    size = float(np.linalg.norm(np.ptp(body.vertices, axis=0)))
+    edge = mean_edge_of(body.vertices, body.faces)
+    planes = planes_of_room(found.points, thickness=edge, size=size)
+    assert len(planes) == 2
+    for plane, face in zip(planes, room.faces[[0, 2]], strict=True):
+        heights = room.points[face] @ plane.normal - plane.offset
+        np.testing.assert_allclose(heights, 0, atol=0.1 * edge)
+    subject = found.only(~np.logical_or.reduce([p.holds(found.points) for p in planes]))
+    assert 20 < len(subject.points) < 0.05 * len(found.points)
+    sheet = np.random.default_rng(0).random((2000, 3)) * [1, 1, 0]
+    assert planes_of_room(sheet, thickness=0.1, size=float(np.sqrt(2))) == []
+
+
+def test_a_box_keeps_what_is_inside(rooms: Rooms) -> None:
+    low, high = rooms.truth.vertices.min(axis=(0, 1)), rooms.truth.vertices.max(axis=(0, 1))
+    corners = [*(low - 0.05), *(high + 0.05)]
+    box = ",".join(f"{x:.6g}" for x in corners)
+    # The floor in the box is far from the mesh, which the exit code says.
+    assert rooms.errors("inside", "--crop", box, code=3).max() < 2 * rooms.errors("alone").max()
+    crop = crop_of(box)
+    for scan in open_scans(rooms.folder / "depth"):
+        assert scan is not None
+        left = Room(crop, False).without(scan).cloud
+        smaller, larger = np.reshape(np.array(crop), (2, 3))
+        inside = ((scan.cloud >= smaller) & (scan.cloud <= larger)).all(axis=1)
+        assert len(left) == inside.sum() > 100
+        np.testing.assert_array_equal(left, scan.cloud[inside])
+
+
+def test_an_interrupted_run_with_a_distance_continues_as_if_it_had_not_been(
+    rooms: Rooms, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The box that is left depends on the frame before."""
+    monkeypatch.setattr(Checkpoint, "least_seconds_between", 0.0)
+    monkeypatch.setattr(Checkpoint, "most_of_the_time", 1e9)
+    options: dict[str, Any] = {"template": rooms.folder / "body.obj", "crop": 0.02}
+    scans = rooms.folder / "depth"
+    track_file(scans, tmp_path / "whole.npz", **options)
+
+    def stopping(scans: Iterator[Scan | None], *_: int) -> Iterator[Scan | None]:
+        for number, scan in enumerate(scans):
+            if number == 3:
+                raise KeyboardInterrupt
+            yield scan
+
+    with pytest.raises(KeyboardInterrupt):
+        track_file(scans, tmp_path / "out.npz", **options, watch=stopping)
+    assert track_file(scans, tmp_path / "out.npz", **options, resume=True).resumed_at == 3
+    assert (tmp_path / "out.npz").read_bytes() == (tmp_path / "whole.npz").read_bytes()
+
+
+def test_an_empty_room_is_refused(rooms: Rooms, tmp_path: Path) -> None:
+    room = degrade.room_around(rooms.truth.vertices[0])
+    (found,) = degrade.scan_points([rooms.truth.vertices[0]], rooms.truth.faces, 4, room=room)
+    away = found.only(heights(found.points, room) < 0.1)
+    with PointFolder(tmp_path / "empty", Rig((ScanCamera("a", np.eye(4)),))) as folder:
+        folder.append(away)
+    template = ("--template", rooms.folder / "body.obj")
+    out = tmp_path / "o.npz"
+    told = run("track", tmp_path / "empty", out, *template, "--remove-planes", code=1)
+    assert "nothing is left of the first scan" in told.stderr
