@@ -181,7 +181,7 @@ def test_a_camera_that_stands_elsewhere_ends_in_exit_code_3(
     words = ("--template", folder / "body.obj", "--cameras", rig)
     ended = run("track", folder / "depth", output, *words, code=3)
     assert "probably ruined: " in ended.stderr
-    assert "are of the cameras '0' (" in ended.stderr
+    assert "of cameras '0' (" in ended.stderr
     report = track_file(
         folder / "depth", output, template=folder / "body.obj", cameras=rig, overwrite=True
     )

@@ -87,8 +87,8 @@ class TrackFileReport:
         if self.suspects:
             shares = (f"{camera!r} ({self.cameras[camera]:.1%})" for camera in self.suspects)
             told.append(
-                f"more than of the others are of the cameras {', '.join(shares)}: their poses or "
-                "intrinsics may be wrong"
+                f"of cameras {', '.join(shares)}, more are far than of the others, so their poses "
+                "or intrinsics may be wrong"
             )
         return "; ".join(told)
 
