@@ -183,9 +183,9 @@ def share(text: str) -> float:
 
 
 def frame_range(text: str) -> range:
-    """Parses A:B, :B or A: as the numbers of frames from A up to B, which is not among them."""
-    begin, colon, end = text.partition(":")
-    if not colon or not all(number.isdecimal() or not number for number in (begin, end)) or not end:
+    """Parses A:B, or :B for 0:B, as the frames from A up to B, which is not among them."""
+    begin, _, end = text.partition(":")
+    if not end.isdecimal() or not (begin or "0").isdecimal():
         raise typer.BadParameter(f"must be two numbers of frames, as in 10:20, not '{text}'")
     return range(int(begin or 0), int(end))
 

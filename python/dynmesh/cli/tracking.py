@@ -81,7 +81,7 @@ def track(
     if options.training and report.prior_weight is not None:
         say(f"{output}: the prior weight of the training frames was {report.prior_weight:.2g}")
     if report.rig:
-        say(f"{output}: probably wrong, since cameras are")
+        say(f"{output}: doubtful, because a camera is probably wrong")
     if report.rig or report.quality != "good":
         raise typer.Exit(DOUBTFUL)
 
