@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple, TypeVar
 
+import numpy as np
 from rich.console import Console
 from rich.progress import track
 
@@ -67,7 +68,7 @@ def parser(
             "names",
             nargs="*",
             metavar="NAME[:FRAMES]",
-            help="sequences of the folder, or only their first frames; the default is all of them",
+            help="sequences of the folder, or only their first frames; the default is every one",
         )
     if known:
         made.add_argument("--known", type=float, nargs="+", metavar="SHARE", default=known)
@@ -84,7 +85,8 @@ def sequences(arguments: argparse.Namespace, frames: int | None = None) -> list[
     """
     if arguments.folder is None:
         return built_in(frames)
-    names = arguments.names or sorted(path.stem for path in arguments.folder.glob("*.npz"))
+    files = sorted(arguments.folder.glob("*.npz"))
+    names = arguments.names or [path.stem for path in files if _holds_sequence(path)]
     if not names:
         raise ValueError(f"{arguments.folder}: contains no sequence in a file *.npz")
     found = []
@@ -92,6 +94,12 @@ def sequences(arguments: argparse.Namespace, frames: int | None = None) -> list[
         stem, _, first = name.partition(":")
         found.append(from_file(arguments.folder / f"{stem}.npz", int(first) if first else frames))
     return found
+
+
+def _holds_sequence(path: Path) -> bool:
+    """Return whether it is not a recording of scans."""
+    with np.load(path) as arrays:
+        return "vertices" in arrays
 
 
 def progress(work: Iterable[T], words: str, total: float | None = None) -> Iterable[T]:

@@ -1,13 +1,17 @@
 """Writes what ``dynmesh COMMAND --help`` prints onto the page of each command."""
 
+import contextlib
 from pathlib import PurePosixPath
 from typing import Any
 
-import typer
 from mkdocs.exceptions import PluginError
-from typer.cli import get_docs_for_click
 
-from dynmesh.cli import app
+app: Any = None
+with contextlib.suppress(ImportError):  # not built: the pages keep their text
+    import typer
+    from typer.cli import get_docs_for_click
+
+    from dynmesh.cli import app
 
 FOLDER = PurePosixPath("reference/commands")
 
@@ -15,7 +19,7 @@ FOLDER = PurePosixPath("reference/commands")
 def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
     """Writes usage, arguments and options below the title."""
     path = PurePosixPath(page.file.src_uri)
-    if path.parent != FOLDER or path.stem == "index":
+    if app is None or path.parent != FOLDER or path.stem == "index":
         return markdown
     group: Any = typer.main.get_command(app)
     if path.stem not in group.commands:

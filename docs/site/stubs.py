@@ -1,11 +1,15 @@
-"""Gives the stubs of the compiled module the docstrings that the module itself has."""
+"""Gives the stubs of the compiled module, if it is built, the docstrings that it has."""
 
+import contextlib
 import inspect
+from importlib import import_module
 from typing import Any
 
 import griffe
 
-import dynmesh._core
+core: Any = None
+with contextlib.suppress(ImportError):  # not built
+    core = import_module("dynmesh._core")
 
 
 class CompiledDocstrings(griffe.Extension):
@@ -16,7 +20,7 @@ class CompiledDocstrings(griffe.Extension):
         module, found, names = obj.path.partition("dynmesh._core.")
         if module or not found or obj.docstring is not None:
             return
-        compiled: Any = dynmesh._core
+        compiled: Any = core
         for name in names.split("."):
             compiled = getattr(compiled, name, None)
         text = inspect.getdoc(compiled)

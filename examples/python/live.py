@@ -7,7 +7,7 @@ The observed vertices are dots. The completed mesh is coloured by generation: gr
 then from yellow, next to an observed vertex, to violet, eight or more edges away; red where no
 edges lead to an observed vertex. Below is the time that each frame took.
 
-Requires `pip install 'dynmesh[view]'`.
+Requires `pip install 'dynmesh[live]'`.
 """
 
 import argparse

@@ -40,6 +40,7 @@ from .frames.header import Header
 from .frames.reader import Reader
 from .jobs import batch
 from .jobs.completion import complete
+from .jobs.converting import ConversionReport, convert, convert_file
 from .jobs.evaluation import Evaluation, FrameErrors, evaluate
 from .jobs.file_completion import complete_file
 from .jobs.registering import register_file
@@ -58,6 +59,7 @@ __all__ = [
     "Agreement",
     "Alignment",
     "Completer",
+    "ConversionReport",
     "Description",
     "Diagnosis",
     "DynmeshError",
@@ -88,6 +90,8 @@ __all__ = [
     "complete",
     "complete_file",
     "complete_scene",
+    "convert",
+    "convert_file",
     "create",
     "create_like",
     "degrade",

@@ -11,7 +11,7 @@ class DynmeshError(Exception):
     Attributes:
         reason: what is wrong, with which value, without the place.
         argument: the name of the argument at fault, or None.
-        frame: the number of the frame at fault, or None.
+        frame: the number of the frame at fault, in its file if it has one, or None.
         file: the file at fault, or None.
     """
 
@@ -20,7 +20,7 @@ class DynmeshError(Exception):
         reason: str,
         *,
         argument: str | None = None,
-        frame: int | None = None,
+        frame: float | None = None,
         file: Path | None = None,
     ) -> None:
         """Takes what is known so far; :func:`locating` adds the rest on the way up."""
@@ -50,7 +50,7 @@ class SettingError(InputError):
 
 
 @contextlib.contextmanager
-def locating(*, frame: int | None = None, file: Path | None = None) -> Iterator[None]:
+def locating(*, frame: float | None = None, file: Path | None = None) -> Iterator[None]:
     """Adds the frame and the file to errors that do not know theirs yet.
 
     Other ValueErrors and TypeErrors, as those of numpy, become errors of dynmesh. SettingErrors are

@@ -45,10 +45,11 @@ class Description:
         fps: frames per second, or None if unknown.
         polygons: the faces before they were cut into triangles, or None if all of them were
             triangles.
-        up_axis: "y" or "z", or None if unknown.
+        up_axis: "x", "y" or "z", or None if unknown.
         name: the path of the mesh in its file, such as "/world/body", or None.
         start: the number of the first frame in its file, such as 1001; may be fractional in USD.
-            dynmesh itself always counts frames from 0.
+            Messages, tables, pictures and options call frames by such numbers. Frames of arrays,
+            also of a :class:`dynmesh.Sequence`, are counted from 0.
         times: (n,) float64, the ascending numbers of the frames in their file, or None if they are
             `start`, `start` + 1 and so on. `fps` of them are a second in either case.
         metres_per_unit: the length of a unit of the positions, or None if unknown.
@@ -77,6 +78,11 @@ class Description:
         """These attributes alone, by name: the keywords of another description."""
         return {field.name: getattr(self, field.name) for field in fields(Description)}
 
+    def number(self, frame: int) -> int | float:
+        """The number, in its file, of a frame that is counted from 0; see `start`."""
+        number = self.start + frame if self.times is None else float(self.times[frame])
+        return int(number) if number == int(number) else number
+
     def _check_description(self, n_frames: int) -> None:
         """Refuses what cannot be said of a sequence of n frames."""
         for argument in ("fps", "metres_per_unit"):
@@ -86,8 +92,8 @@ class Description:
             check_polygons(self.polygons)
         if not isinstance(self.name, str | None):
             raise KindError(f"must be a string or None, not {self.name!r}", argument="name")
-        if self.up_axis not in (None, "y", "z"):
-            raise InputError(f"must be 'y' or 'z', not {self.up_axis!r}", argument="up_axis")
+        if self.up_axis not in (None, "x", "y", "z"):
+            raise InputError(f"must be 'x', 'y' or 'z', not {self.up_axis!r}", argument="up_axis")
         check_number("start", self.start)
         if not abs(self.start) <= largest_start:
             raise InputError(f"must be from -2**53 to 2**53, not {self.start}", argument="start")

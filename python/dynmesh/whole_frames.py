@@ -1,6 +1,7 @@
 """Whole frames, put together from frames none of which need be whole."""
 
 import contextlib
+import re
 from collections.abc import Callable, Generator, Iterable, Iterator
 from dataclasses import dataclass
 from itertools import zip_longest
@@ -14,7 +15,7 @@ from ._checks import check_integer
 from ._errors import InputError, KindError, locating
 from .frames.frame import Frame
 from .frames.reader import Reader
-from .sequence import Mask, Positions, Sequence
+from .sequence import Description, Mask, Positions, Sequence
 
 Frames: TypeAlias = (
     Positions | Sequence | Reader | Iterable[Positions] | Callable[[], Iterable[Any]]
@@ -34,7 +35,7 @@ class WholeFrame:
         standard_error: (k,) of a coordinate, in the unit of the positions, as
             :attr:`dynmesh.Completer.standard_error`: 0 where the frame knows the vertex exactly,
             infinity where no chain of edges ties it to a vertex that the frame knows.
-        frame: the number of the frame that was made whole.
+        frame: the frame that was made whole, counted from 0.
         doubtful: whether the result is probably wrong, because its edges are far from the lengths
             that they have where frames know both ends. The frames may not belong together.
     """
@@ -74,7 +75,7 @@ def whole_frame(
             iterator over the frames. Rows that are not finite are missing.
         known: (n, k) bool or likewise a mask for each frame; None for the masks of the sequence or
             of the reader, if it has any.
-        frame: the number of the frame that is made whole, or "best" for the one that knows most
+        frame: the frame that is made whole, counted from 0, or "best" for the one that knows most
             vertices; of several, that nearest to the middle.
         noise: the standard deviation of the noise of known positions, in their unit. With it, known
             vertices are smoothed by what other frames know of them; otherwise, they are exact.
@@ -95,7 +96,11 @@ def whole_frame(
     else:
         check_integer("frame", frame, 0)
     number = None if frame == "best" else frame
-    with _without_whole_frame(frames), contextlib.closing(_Source(frames, known)) as source:
+    with (
+        _numbering(frames),
+        _without_whole_frame(frames),
+        contextlib.closing(_Source(frames, known)) as source,
+    ):
         positions, here, seen, standard_error, number, doubtful = _core.whole_frame(
             faces, source, source.n_frames, number, noise, outliers, threads, progress
         )
@@ -120,6 +125,22 @@ def _without_whole_frame(frames: object) -> Iterator[None]:
         yield
     finally:
         frames.whole = whole
+
+
+@contextlib.contextmanager
+def _numbering(frames: object) -> Iterator[None]:
+    """Calls frames by the numbers in their file in errors, which the core counts from 0."""
+    described = frames.header if isinstance(frames, Reader) else frames
+    try:
+        yield
+    except (TypeError, ValueError) as error:
+        told = re.fullmatch("frame ([0-9]+): (.*)", str(error))
+        if told is None:
+            raise
+        frame = int(told[1])
+        number = described.number(frame) if isinstance(described, Description) else frame
+        kind = KindError if isinstance(error, TypeError) else InputError
+        raise kind(told[2], frame=number) from error
 
 
 class _Source:

@@ -20,21 +20,15 @@ namespace {
 /// A torus, and points at a distance above the middles of its faces.
 struct Above {
   Mesh<double> mesh = bumpy_torus(24);
-  std::vector<Triangle> faces;
-  std::vector<Vector3<double>> x, normals;
+  std::vector<Triangle> faces = triangles_of(mesh);
+  std::vector<Vector3<double>> x = rows_of(mesh.vertices), normals;
   Topology topology = build_topology(mesh.faces(), mesh.size());
   Workers workers{1};
   TrackingConstants constants;
   PointScan scan;
   std::vector<std::uint32_t> corners;  // of the face of each point
 
-  Above() : x(mesh.size()), normals(mesh.size()) {
-    for (std::size_t f = 0; f < mesh.faces().count; ++f) faces.push_back(mesh.faces()[f]);
-    for (std::size_t v = 0; v < x.size(); ++v) {
-      x[v] = {mesh.vertices[3 * v], mesh.vertices[3 * v + 1], mesh.vertices[3 * v + 2]};
-    }
-    find_vertex_normals(faces, x, normals);
-  }
+  Above() : normals(mesh.size()) { find_vertex_normals(faces, x, normals); }
 
   void add(std::size_t f, double height, double sign = 1) {
     const auto corner = [&](std::size_t c) { return x[static_cast<std::size_t>(faces[f][c])]; };

@@ -138,22 +138,6 @@ TEST_CASE("a template lies in the scan of a part of it") {
   CHECK(found_between(body(), scan).lies_in_scan);
 }
 
-TEST_CASE("the motion follows a motion of template and scan") {
-  const Rows scan = placed(scan_of_body(), rotations[1], away);
-  const Rows expected = moved_by(found_between(body(), scan), body().vertices);
-  SUBCASE("of the scan") {
-    const auto found = found_between(body(), placed(scan, {0, 0, 1.3}, {-7, 0, 3}));
-    const Rows moved = moved_by(found, body().vertices);
-    CHECK(largest_difference(moved, placed(expected, {0, 0, 1.3}, {-7, 0, 3})) < 0.05);
-  }
-  SUBCASE("of the template") {
-    Mesh<double> other = body();
-    other.vertices = placed(other.vertices, {0.7, 0.1, 0}, {4, 100, 9});
-    const Rows moved = moved_by(found_between(other, scan), other.vertices);
-    CHECK(largest_difference(moved, expected) < 0.05);
-  }
-}
-
 TEST_CASE("the unit of length does not matter") {
   Mesh<double> other = body();
   Rows scan = placed(scan_of_body(), rotations[0], away);
@@ -197,19 +181,6 @@ TEST_CASE("another size, another unit, another shape") {
   const auto other = found_between(body(), placed(flat.vertices, rotations[0], away));
   CHECK_FALSE(other.other_unit);
   CHECK_FALSE(other.matches);
-}
-
-TEST_CASE("floats and doubles give the same motion") {
-  const Mesh<float> mesh = as_floats(body());
-  const Rows rows = placed(scan_of_body(), rotations[1], away);
-  const std::vector<float> scan(rows.begin(), rows.end());
-  const auto found =
-      find_alignment<float>(mesh.faces(), mesh.points(), {scan.data(), scan.size() / 3});
-  const auto expected = found_between(body(), rows);
-  CHECK(found.after == doctest::Approx(expected.after).epsilon(1e-3));
-  for (std::size_t i = 0; i < 9; ++i) {
-    CHECK(std::abs(found.rotation[i] - expected.rotation[i]) < 1e-4);
-  }
 }
 
 TEST_CASE("one point, and a template without extent") {

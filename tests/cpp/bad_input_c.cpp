@@ -1,4 +1,4 @@
-/// Cases of the C interface.
+/// Cases of the C interface that Python cannot give: the tables of Python show what both check.
 #include <dynmesh/dynmesh.h>
 
 #include <array>
@@ -34,6 +34,10 @@ void try_c(World& world) {
     if (state_of() != before) fault(call, given, "changed the completer");
     if (world.written != untouched) fault(call, given, "wrote to its output");
   };
+  const auto null = [&](const char* call, const std::string& argument, dynmesh_status status) {
+    tried(call, ("`" + argument + "`: a null pointer").c_str(), {argument + ":", "null pointer"},
+          status);
+  };
   // A refused call sets the handle to a null pointer.
   dynmesh_completer* other = nullptr;
   const auto make_of = [&](const std::int32_t* of, std::int64_t n, const dynmesh_points* first,
@@ -64,17 +68,13 @@ void try_c(World& world) {
   nothing.data = nullptr;
   dynmesh_settings larger = settings;
   larger.size += 8;
-  tried("dynmesh_default_settings", "`settings`: a null pointer", {"settings:", "null pointer"},
-        dynmesh_default_settings(nullptr, sizeof settings));
+  null("dynmesh_default_settings", "settings", dynmesh_default_settings(nullptr, sizeof settings));
   tried("dynmesh_default_settings", "`size`: 0", {"size:", "0", "48"},
         dynmesh_default_settings(&larger, 0));
-  tried("dynmesh_create", "`completer`: a null pointer", {"completer:", "null pointer"},
-        dynmesh_create(faces, n_faces, &frame, &settings, nullptr));
-  tried("dynmesh_create", "`faces`: a null pointer", {"faces:", "null pointer"},
-        make_of(nullptr, n_faces, &frame, &settings));
+  null("dynmesh_create", "completer", dynmesh_create(faces, n_faces, &frame, &settings, nullptr));
+  null("dynmesh_create", "faces", make_of(nullptr, n_faces, &frame, &settings));
   tried("dynmesh_create", "`n_faces`: -1", {"faces:", "-1"}, make_of(faces, -1, &frame, &settings));
-  tried("dynmesh_create", "`first_frame`: a null pointer", {"first_frame:", "null pointer"},
-        make(nullptr, &settings));
+  null("dynmesh_create", "first_frame", make(nullptr, &settings));
   tried("dynmesh_create", "`first_frame`: type 16", {"first_frame:", "not 16"},
         make(&typeless, &settings));
   tried("dynmesh_create", "`first_frame`: count -1", {"first_frame:", "-1"},
@@ -84,33 +84,6 @@ void try_c(World& world) {
         make(&empty, &settings));
   tried("dynmesh_create", "`first_frame`: data a null pointer", {"first_frame:", "null pointer"},
         make(&nothing, &settings));
-  tried("dynmesh_create", "`settings`: extra_iterations -1", {"extra_iterations:", "not -1"},
-        set([](auto& s) {
-          s.method = DYNMESH_METHOD_MOTION;
-          s.extra_iterations = -1;
-        }));
-  tried("dynmesh_create", "`settings`: threads 0", {"threads:", "not 0"},
-        set([](auto& s) { s.threads = 0; }));
-  tried("dynmesh_create", "`settings`: noise by method motion", {"noise:", "detail"},
-        set([](auto& s) {
-          s.method = DYNMESH_METHOD_MOTION;
-          s.noise = 0;
-        }));
-  tried("dynmesh_create", "`settings`: reject_outliers by method motion",
-        {"reject_outliers:", "detail"}, set([](auto& s) {
-          s.method = DYNMESH_METHOD_MOTION;
-          s.reject_outliers = 1;
-        }));
-  tried("dynmesh_create", "`settings`: learn by method motion", {"learn:", "detail"},
-        set([](auto& s) {
-          s.method = DYNMESH_METHOD_MOTION;
-          s.learn = 1;
-        }));
-  tried("dynmesh_create", "`settings`: uncertainty by method motion", {"uncertainty:", "detail"},
-        set([](auto& s) {
-          s.method = DYNMESH_METHOD_MOTION;
-          s.uncertainty = 1;
-        }));
   tried("dynmesh_create", "`first_frame`: misaligned", {"first_frame:", "8"},
         make(&misaligned, &settings));
   tried("dynmesh_create", "`settings`: all zeros", {"settings.size:", "48"}, make(&frame, &zeros));
@@ -129,31 +102,22 @@ void try_c(World& world) {
     return status;
   };
   if (dynmesh_training_create(k, DYNMESH_FLOAT64, &training) != DYNMESH_OK) ++faults();
-  tried("dynmesh_training_create", "`training`: a null pointer", {"training:", "null pointer"},
-        dynmesh_training_create(k, DYNMESH_FLOAT64, nullptr));
+  null("dynmesh_training_create", "training", dynmesh_training_create(k, DYNMESH_FLOAT64, nullptr));
   tried("dynmesh_training_create", "`n_vertices`: -1", {"n_vertices:", "not -1"},
         training_of(-1, DYNMESH_FLOAT64));
   tried("dynmesh_training_create", "`n_vertices`: 2^31", {"n_vertices:", "not 2147483648"},
         training_of(std::int64_t{1} << 31, DYNMESH_FLOAT64));
   tried("dynmesh_training_create", "`type`: 16", {"type:", "not 16"}, training_of(k, 16));
   const auto add = [&](const dynmesh_points& of) { return dynmesh_training_add(training, &of); };
-  std::vector<double> holed = world.mesh.vertices;
-  holed[13] = std::numeric_limits<double>::quiet_NaN();
-  dynmesh_points with_hole = frame;
-  with_hole.data = holed.data();
   dynmesh_points float32 = frame;
   float32.type = DYNMESH_FLOAT32;
-  tried("dynmesh_training_add", "`training`: a null pointer", {"training:", "null pointer"},
-        dynmesh_training_add(nullptr, &frame));
-  tried("dynmesh_training_add", "`frame`: a null pointer", {"frame:", "null pointer"},
-        dynmesh_training_add(training, nullptr));
+  null("dynmesh_training_add", "training", dynmesh_training_add(nullptr, &frame));
+  null("dynmesh_training_add", "frame", dynmesh_training_add(training, nullptr));
   tried("dynmesh_training_add", "`frame`: data a null pointer", {"frame 0:", "null pointer"},
         add(nothing));
   tried("dynmesh_training_add", "`frame`: of float32", {"frame:", "64", "training", "not 32"},
         add(float32));
   tried("dynmesh_training_add", "`frame`: no rows", {"frame 0:", "0 rows", "49"}, add(empty));
-  tried("dynmesh_training_add", "`frame`: NaN in it", {"frame 0:", "vertex 4", "nan"},
-        add(with_hole));
   dynmesh_settings detail = settings;
   detail.method = DYNMESH_METHOD_DETAIL;
   const auto make_trained = [&](const dynmesh_settings* how, const dynmesh_points* first,
@@ -165,36 +129,17 @@ void try_c(World& world) {
     }
     return status;
   };
-  for (int n = 0; n < 2; ++n) {
+  for (int n = 0; n < 3; ++n) {
     if (add(frame) != DYNMESH_OK) ++faults();
   }
-  tried("dynmesh_create_trained", "`training`: two frames", {"training:", "2", "3"},
-        make_trained(&detail, &frame, training));
-  if (add(frame) != DYNMESH_OK) ++faults();
-  tried("dynmesh_create_trained", "`completer`: a null pointer", {"completer:", "null pointer"},
-        dynmesh_create_trained(faces, n_faces, &frame, &detail, training, nullptr));
-  tried("dynmesh_create_trained", "`training`: a null pointer", {"training:", "null pointer"},
-        make_trained(&detail, &frame, nullptr));
-  dynmesh_settings motion = settings;
-  motion.method = DYNMESH_METHOD_MOTION;
-  tried("dynmesh_create_trained", "`settings`: of method motion", {"training:", "detail"},
-        make_trained(&motion, &frame, training));
-  tried("dynmesh_create_trained", "`first_frame`: a null pointer", {"first_frame:", "null pointer"},
-        make_trained(&detail, nullptr, training));
+  null("dynmesh_create_trained", "completer",
+       dynmesh_create_trained(faces, n_faces, &frame, &detail, training, nullptr));
+  null("dynmesh_create_trained", "training", make_trained(&detail, &frame, nullptr));
+  null("dynmesh_create_trained", "first_frame", make_trained(&detail, nullptr, training));
   tried("dynmesh_create_trained", "`first_frame`: of float32",
         {"first_frame:", "64", "training", "not 32"}, make_trained(&detail, &float32, training));
   tried("dynmesh_create_trained", "`n_faces`: -1", {"faces:", "-1"},
         dynmesh_create_trained(faces, -1, &frame, &detail, training, &other));
-  dynmesh_points fewer = frame;
-  fewer.count = k - 1;
-  tried("dynmesh_create_trained", "`first_frame`: one row too few", {"training:", "49", "48"},
-        make_trained(&detail, &fewer, training));
-  auto in_millimetres = world.mesh.vertices;
-  for (double& x : in_millimetres) x *= 1000;
-  dynmesh_points in_another_unit = frame;
-  in_another_unit.data = in_millimetres.data();
-  tried("dynmesh_create_trained", "`first_frame`: in another unit", {"training:", "size", "unit"},
-        make_trained(&detail, &in_another_unit, training));
   // It is as it was, and good.
   if (dynmesh_create_trained(faces, n_faces, &frame, &detail, training, &other) != DYNMESH_OK) {
     fault("dynmesh_create_trained", "good input", "was refused");
@@ -205,35 +150,22 @@ void try_c(World& world) {
   const dynmesh_points points = {world.given.data(), k, 3, 1, DYNMESH_FLOAT64};
   dynmesh_points single = points;
   single.type = DYNMESH_FLOAT32;
-  dynmesh_points few = points;
-  few.count = k - 1;
   const dynmesh_mask known = {world.seen.data(), k, 1};
-  const dynmesh_mask short_mask = {world.seen.data(), k - 1, 1};
   const dynmesh_mask null_mask = {nullptr, k, 1};
   const dynmesh_output out = {world.written.data(), k, 3, 1, DYNMESH_FLOAT64};
   const dynmesh_output nowhere = {nullptr, k, 3, 1, DYNMESH_FLOAT64};
-  const dynmesh_output heap = {world.written.data(), k, 1, 1, DYNMESH_FLOAT64};
   const dynmesh_points planar = {world.given.data(), k, 0, k, DYNMESH_FLOAT64};
-  tried("dynmesh_push", "`completer`: a null pointer", {"completer:", "null pointer"},
-        dynmesh_push(nullptr, &points, &known, &out, nullptr));
-  tried("dynmesh_push", "`points`: a null pointer", {"points:", "null pointer"},
-        dynmesh_push(c, nullptr, &known, &out, nullptr));
+  null("dynmesh_push", "completer", dynmesh_push(nullptr, &points, &known, &out, nullptr));
+  null("dynmesh_push", "points", dynmesh_push(c, nullptr, &known, &out, nullptr));
   tried("dynmesh_push", "`points`: of float32", {"points:", "64", "32"},
         dynmesh_push(c, &single, &known, &out, nullptr));
-  tried("dynmesh_push", "`points`: one row too few", {"points:", "48", "49"},
-        dynmesh_push(c, &few, &known, &out, nullptr));
-  tried("dynmesh_push", "`known`: one row too few", {"known:", "48", "49"},
-        dynmesh_push(c, &points, &short_mask, &out, nullptr));
   tried("dynmesh_push", "`known`: data a null pointer", {"known:", "null pointer"},
         dynmesh_push(c, &points, &null_mask, &out, nullptr));
-  tried("dynmesh_push", "`out`: a null pointer", {"out:", "null pointer"},
-        dynmesh_push(c, &points, &known, nullptr, nullptr));
+  null("dynmesh_push", "out", dynmesh_push(c, &points, &known, nullptr, nullptr));
   tried("dynmesh_push", "`out`: data a null pointer", {"out:", "null pointer"},
         dynmesh_push(c, &points, &known, &nowhere, nullptr));
   tried("dynmesh_push", "`points`: planar, row_stride 0", {"points: row_stride", "0", "49"},
         dynmesh_push(c, &planar, &known, &out, nullptr));
-  tried("dynmesh_push", "`out`: rows that overlap", {"out:", "overlap"},
-        dynmesh_push(c, &points, &known, &heap, nullptr));
   const auto push = [&](const dynmesh_points& of) {
     return dynmesh_push(c, &of, &known, &out, nullptr);
   };
@@ -244,9 +176,6 @@ void try_c(World& world) {
   void* const askew_out = static_cast<char*>(out.data) + 1;
   constexpr std::int64_t huge = std::numeric_limits<std::int64_t>::max();
   const dynmesh_mask negative_mask = {world.seen.data(), -2, 1};
-  std::vector<double> far = world.given;
-  far[3] = 1e201;
-  const dynmesh_points distant = {far.data(), k, 3, 1, DYNMESH_FLOAT64};
   tried("dynmesh_push", "`points`: data a null pointer", {"points:", "null pointer"},
         push({nullptr, k, 3, 1, 64}));
   tried("dynmesh_push", "`points`: count -1", {"points:", "-1"}, push({points.data, -1, 3, 1, 64}));
@@ -255,8 +184,6 @@ void try_c(World& world) {
   tried("dynmesh_push", "`points`: type 0", {"points:", "not 0"}, push({points.data, k, 3, 1, 0}));
   tried("dynmesh_push", "`points`: misaligned", {"points:", "aligned", "8 bytes"},
         push({askew, k, 3, 1, 64}));
-  tried("dynmesh_push", "`points`: 1e201", {"points: row 1", "1e+201", "1e200"},
-        dynmesh_push(c, &distant, nullptr, &out, nullptr));
   tried("dynmesh_push", "`out`: count -5", {"out:", "-5"}, write({out.data, -5, 3, 1, 64}));
   tried("dynmesh_push", "`out`: of float32", {"out:", "64", "not 32"},
         write({out.data, k, 3, 1, 32}));
@@ -267,90 +194,56 @@ void try_c(World& world) {
   const std::array<std::int32_t, 2> twice = {4, 4};
   dynmesh_points two = points;
   two.count = 2;
-  tried("dynmesh_push_sparse", "`indices`: one twice", {"indices:", "0", "1", "4"},
-        dynmesh_push_sparse(c, twice.data(), 2, &two, &out, nullptr));
-  tried("dynmesh_push_sparse", "`indices`: a null pointer", {"indices:", "null pointer"},
-        dynmesh_push_sparse(c, nullptr, 2, &two, &out, nullptr));
+  null("dynmesh_push_sparse", "indices", dynmesh_push_sparse(c, nullptr, 2, &two, &out, nullptr));
   tried("dynmesh_push_sparse", "`n_indices`: -1", {"indices:", "-1"},
         dynmesh_push_sparse(c, twice.data(), -1, &two, &out, nullptr));
-  tried("dynmesh_push_sparse", "`points`: more than indices", {"points:", "2 rows", "1 indices"},
-        dynmesh_push_sparse(c, twice.data(), 1, &two, &out, nullptr));
-  tried("dynmesh_push_sparse", "`completer`: a null pointer", {"completer:", "null pointer"},
-        dynmesh_push_sparse(nullptr, twice.data(), 2, &two, &out, nullptr));
-  tried("dynmesh_push_sparse", "`points`: a null pointer", {"points:", "null pointer"},
-        dynmesh_push_sparse(c, twice.data(), 2, nullptr, &out, nullptr));
-  tried("dynmesh_push_sparse", "`out`: a null pointer", {"out:", "null pointer"},
-        dynmesh_push_sparse(c, twice.data(), 2, &two, nullptr, nullptr));
-  tried("dynmesh_skip", "`completer`: a null pointer", {"completer:", "null pointer"},
-        dynmesh_skip(nullptr, &out, nullptr));
-  tried("dynmesh_skip", "`out`: a null pointer", {"out:", "null pointer"},
-        dynmesh_skip(c, nullptr, nullptr));
-  tried("dynmesh_reset", "`completer`: a null pointer", {"completer:", "null pointer"},
-        dynmesh_reset(nullptr, &points));
-  tried("dynmesh_reset", "`frame`: a null pointer", {"frame:", "null pointer"},
-        dynmesh_reset(c, nullptr));
+  null("dynmesh_push_sparse", "completer",
+       dynmesh_push_sparse(nullptr, twice.data(), 2, &two, &out, nullptr));
+  null("dynmesh_push_sparse", "points",
+       dynmesh_push_sparse(c, twice.data(), 2, nullptr, &out, nullptr));
+  null("dynmesh_push_sparse", "out",
+       dynmesh_push_sparse(c, twice.data(), 2, &two, nullptr, nullptr));
+  null("dynmesh_skip", "completer", dynmesh_skip(nullptr, &out, nullptr));
+  null("dynmesh_skip", "out", dynmesh_skip(c, nullptr, nullptr));
+  null("dynmesh_reset", "completer", dynmesh_reset(nullptr, &points));
+  null("dynmesh_reset", "frame", dynmesh_reset(c, nullptr));
   tried("dynmesh_reset", "`frame`: planar, row_stride 0", {"frame: row_stride", "0", "49"},
         dynmesh_reset(c, &planar));
-  tried("dynmesh_reset", "`frame`: one row too few", {"frame:", "48", "49"},
-        dynmesh_reset(c, &few));
   std::vector<std::byte> room(before.size());
   const auto size = static_cast<std::int64_t>(before.size());
   const std::string whole = std::to_string(size);
   const std::string cut = std::to_string(size - 1);
   std::int64_t unwritten = 7;
-  tried("dynmesh_state_size", "`completer`: a null pointer", {"completer:", "null pointer"},
-        dynmesh_state_size(nullptr, &unwritten));
-  tried("dynmesh_state", "`completer`: a null pointer", {"completer:", "null pointer"},
-        dynmesh_state(nullptr, room.data(), size));
-  tried("dynmesh_state", "`state`: a null pointer", {"state:", "null pointer"},
-        dynmesh_state(c, nullptr, size));
-  tried("dynmesh_restore", "`completer`: a null pointer", {"completer:", "null pointer"},
-        dynmesh_restore(nullptr, before.data(), size));
-  auto flipped = before;
-  flipped[200] ^= std::byte{1};
-  tried("dynmesh_restore", "`state`: a flipped bit", {"state:", "damaged", whole},
-        dynmesh_restore(c, flipped.data(), size));
-  tried("dynmesh_state_size", "`size`: a null pointer", {"size:", "null pointer"},
-        dynmesh_state_size(c, nullptr));
+  null("dynmesh_state_size", "completer", dynmesh_state_size(nullptr, &unwritten));
+  null("dynmesh_state", "completer", dynmesh_state(nullptr, room.data(), size));
+  null("dynmesh_state", "state", dynmesh_state(c, nullptr, size));
+  null("dynmesh_restore", "completer", dynmesh_restore(nullptr, before.data(), size));
+  null("dynmesh_state_size", "size", dynmesh_state_size(c, nullptr));
   tried("dynmesh_state", "`size`: too small", {"state:", cut, whole},
         dynmesh_state(c, room.data(), size - 1));
-  tried("dynmesh_restore", "`state`: a null pointer", {"state:", "null pointer"},
-        dynmesh_restore(c, nullptr, size));
+  null("dynmesh_restore", "state", dynmesh_restore(c, nullptr, size));
   tried("dynmesh_restore", "`size`: -1", {"state:", "-1"}, dynmesh_restore(c, before.data(), -1));
-  tried("dynmesh_restore", "`size`: too small", {"state:", cut},
-        dynmesh_restore(c, before.data(), size - 1));
   float bar = 0;
-  tried("dynmesh_standard_error", "`values`: a null pointer", {"values:", "null pointer"},
-        dynmesh_standard_error(c, nullptr, 49, DYNMESH_FLOAT32));
+  null("dynmesh_standard_error", "values", dynmesh_standard_error(c, nullptr, 49, DYNMESH_FLOAT32));
   tried("dynmesh_standard_error", "without uncertainty", {"standard_error:", "uncertainty"},
         dynmesh_standard_error(c, &bar, 49, DYNMESH_FLOAT32));
-  tried("dynmesh_standard_error", "`completer`: a null pointer", {"completer:", "null pointer"},
-        dynmesh_standard_error(nullptr, &bar, 49, DYNMESH_FLOAT32));
-  tried("dynmesh_report", "`report`: a null pointer", {"report:", "null pointer"},
-        dynmesh_report(c, nullptr));
+  null("dynmesh_standard_error", "completer",
+       dynmesh_standard_error(nullptr, &bar, 49, DYNMESH_FLOAT32));
+  null("dynmesh_report", "report", dynmesh_report(c, nullptr));
   dynmesh_frame_report report{};
   dynmesh_topology_report topology{};
-  tried("dynmesh_report", "`completer`: a null pointer", {"completer:", "null pointer"},
-        dynmesh_report(nullptr, &report));
-  tried("dynmesh_topology", "`completer`: a null pointer", {"completer:", "null pointer"},
-        dynmesh_topology(nullptr, &topology));
-  tried("dynmesh_topology", "`report`: a null pointer", {"report:", "null pointer"},
-        dynmesh_topology(c, nullptr));
+  null("dynmesh_report", "completer", dynmesh_report(nullptr, &report));
+  null("dynmesh_topology", "completer", dynmesh_topology(nullptr, &topology));
+  null("dynmesh_topology", "report", dynmesh_topology(c, nullptr));
   std::int64_t face = 0;
   const char* reason = nullptr;
   tried("dynmesh_refused_face", "`number`: 0 of none", {"number:", "0"},
         dynmesh_refused_face(c, 0, &face, &reason));
-  tried("dynmesh_refused_face", "`number`: -1", {"number:", "-1"},
-        dynmesh_refused_face(c, -1, &face, &reason));
-  tried("dynmesh_refused_face", "`face`: a null pointer", {"face:", "null pointer"},
-        dynmesh_refused_face(c, 0, nullptr, &reason));
-  tried("dynmesh_refused_face", "`reason`: a null pointer", {"reason:", "null pointer"},
-        dynmesh_refused_face(c, 0, &face, nullptr));
-  tried("dynmesh_refused_face", "`completer`: a null pointer", {"completer:", "null pointer"},
-        dynmesh_refused_face(nullptr, 0, &face, &reason));
+  null("dynmesh_refused_face", "face", dynmesh_refused_face(c, 0, nullptr, &reason));
+  null("dynmesh_refused_face", "reason", dynmesh_refused_face(c, 0, &face, nullptr));
+  null("dynmesh_refused_face", "completer", dynmesh_refused_face(nullptr, 0, &face, &reason));
   const dynmesh_template* mesh = nullptr;
-  tried("dynmesh_read_template", "`path`: a null pointer", {"path:", "null pointer"},
-        dynmesh_read_template(nullptr, &mesh));
+  null("dynmesh_read_template", "path", dynmesh_read_template(nullptr, &mesh));
   tried("dynmesh_read_template", "a file that is not there", {"none.obj:"},
         dynmesh_read_template("none.obj", &mesh), DYNMESH_UNREADABLE_FILE);
   tried("dynmesh_read_template", "`mesh`: a null pointer", {"null pointer"},

@@ -328,31 +328,6 @@ TEST_CASE_TEMPLATE("strides of 0 mean packed arrays", Real, float, double) {
   CHECK(dynmesh_reset(twins.handle.get(), &points) == DYNMESH_OK);
 }
 
-TEST_CASE("settings of another size are refused") {
-  const Mesh<float> mesh = sheet<float>(3);
-  const auto frame = in(mesh.vertices);
-  const auto n_faces = static_cast<std::int64_t>(mesh.faces().count);
-  dynmesh_settings untouched{};
-  untouched.threads = 7;
-  for (const std::int64_t size : {0, 40, 47, 49, 56, -1}) {
-    const std::string reason = "is " + std::to_string(size) +
-                               ", but this version of dynmesh expects settings of 48 bytes; "
-                               "call dynmesh_default_settings first";
-    dynmesh_settings settings = untouched;
-    CHECK(dynmesh_default_settings(&settings, size) == DYNMESH_INVALID_ARGUMENT);
-    CHECK(std::string(dynmesh_last_message()) == "size: " + reason);
-    CHECK(std::memcmp(&settings, &untouched, sizeof settings) == 0);
-    REQUIRE(dynmesh_default_settings(&settings, sizeof settings) == DYNMESH_OK);
-    CHECK(settings.size == sizeof settings);
-    settings.size = size;
-    dynmesh_completer* completer = nullptr;
-    CHECK(dynmesh_create(mesh.indices.data(), n_faces, &frame, &settings, &completer) ==
-          DYNMESH_INVALID_ARGUMENT);
-    CHECK(completer == nullptr);
-    CHECK(std::string(dynmesh_last_message()) == "settings.size: " + reason);
-  }
-}
-
 TEST_CASE("long messages are cut between two characters") {
   const dynmesh_template* mesh = nullptr;
   for (const std::string character : {"x", "\u00e9", "\u20ac", "\U0001f98c"}) {

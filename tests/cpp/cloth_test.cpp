@@ -35,13 +35,8 @@ Mesh<double> with_opposite_faces(Mesh<double> mesh) {
 }
 
 std::vector<std::uint8_t> cloth_of(const Mesh<double>& mesh) {
-  std::vector<Triangle> faces(mesh.faces().count);
-  for (std::size_t f = 0; f < faces.size(); ++f) faces[f] = mesh.faces()[f];
-  std::vector<Vector3<double>> x(mesh.size());
-  for (std::size_t v = 0; v < x.size(); ++v) {
-    x[v] = {mesh.vertices[3 * v], mesh.vertices[3 * v + 1], mesh.vertices[3 * v + 2]};
-  }
-  return find_cloth(faces, build_topology(mesh.faces(), x.size()).component, x, {});
+  const auto component = build_topology(mesh.faces(), mesh.size()).component;
+  return find_cloth(triangles_of(mesh), component, rows_of(mesh.vertices), {});
 }
 
 TEST_CASE("sheets that are free to slide are cloth, components one by one") {

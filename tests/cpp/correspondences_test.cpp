@@ -22,12 +22,8 @@ TEST_CASE("points beside a hidden vertex do not draw it") {
   }
   const auto mesh = join(large, small);
   const std::size_t k = mesh.size();
-  std::vector<Triangle> faces(mesh.faces().count);
-  for (std::size_t f = 0; f < faces.size(); ++f) faces[f] = mesh.faces()[f];
-  std::vector<Vector3<double>> x(k);
-  for (std::size_t v = 0; v < k; ++v) {
-    x[v] = {mesh.vertices[3 * v], mesh.vertices[3 * v + 1], mesh.vertices[3 * v + 2]};
-  }
+  const auto faces = triangles_of(mesh);
+  const auto x = rows_of(mesh.vertices);
   std::vector<Vector3<double>> normals(k);
   find_vertex_normals(faces, x, normals);
 

@@ -15,21 +15,6 @@ namespace {
 
 constexpr Settings detail = {.method = Method::detail};
 
-TEST_CASE("a translation is completed exactly, and a rotation approximately") {
-  for (const Mesh<double>& mesh : {sheet<double>(12), torus(14)}) {
-    const std::size_t k = mesh.size();
-    Completer<double> moved(mesh.faces(), mesh.points(), detail);
-    Completer<double> rotated(mesh.faces(), mesh.points(), detail);
-    for (unsigned n = 1; n <= 5; ++n) {
-      const auto translation = translated<double>(mesh.vertices, n, -1.0 * n, 0.5 * n);
-      const auto few = random_mask(k, 0.1, n);
-      CHECK(largest_difference(push(moved, translation, few), translation) < 1e-9);
-      const auto turn = turned(mesh.vertices, 0.05 * n);
-      CHECK(largest_difference(push(rotated, turn, random_mask(k, 0.5, n)), turn) < 0.02);
-    }
-  }
-}
-
 /// A sheet stays where it is or moves as a whole for three frames, and then bends.
 template <class Real>
 void check_rest(const Settings& settings, double step, bool is_trained) {

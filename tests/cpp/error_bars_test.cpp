@@ -1,8 +1,6 @@
 #include <doctest/doctest.h>
 #include <dynmesh/dynmesh.h>
 
-#include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <dynmesh/completer.hpp>
 #include <limits>
@@ -23,37 +21,6 @@ template <class Real>
 std::vector<Real> bars(const Completer<Real>& completer) {
   const auto values = completer.standard_error();
   return {values.begin(), values.end()};
-}
-
-TEST_CASE_TEMPLATE("standard errors leave the completion as it is", Real, float, double) {
-  const auto mesh = join(sheet<Real>(9), sheet<Real>(4, 20));
-  const std::size_t k = mesh.size();
-  Settings settings = {.method = Method::detail};
-  SUBCASE("exact") {}
-  SUBCASE("noisy") { settings.noise = 0.1; }
-  Completer<Real> without(mesh.faces(), mesh.points(), settings);
-  settings.uncertainty = true;
-  Completer<Real> with(mesh.faces(), mesh.points(), settings);
-  for (unsigned n = 1; n < 6; ++n) {
-    const auto frame = turned(mesh.vertices, 0.1 * n);
-    auto known = random_mask(k, 0.3, n);
-    if (n == 2) std::fill(known.begin() + 81, known.end(), std::uint8_t{0});
-    if (n == 3) std::ranges::fill(known, std::uint8_t{1});
-    CHECK(push(with, frame, known) == push(without, frame, known));
-    const auto found = bars(with);
-    const auto generation = with.generation();
-    for (std::size_t v = 0; v < k; ++v) {
-      CAPTURE(v);
-      if (generation[v] < 0) CHECK(static_cast<double>(found[v]) == infinite);
-      if (generation[v] == 0) CHECK((found[v] > 0) == (settings.noise.has_value()));
-      if (generation[v] > 0) CHECK((found[v] > 0 && std::isfinite(found[v])));
-    }
-    CHECK((with.report().standard_error > 0) == (n != 3));
-  }
-  CHECK(without.report().standard_error == 0);
-  std::vector<Real> out(3 * k);
-  with.skip({out.data(), k});
-  CHECK(std::ranges::all_of(bars(with), [](Real x) { return std::isinf(x); }));
 }
 
 TEST_CASE("forged standard errors in a state are refused, or harmless") {

@@ -94,30 +94,5 @@ TEST_CASE("the fast implementation agrees with the readable one, for every kind 
   }
 }
 
-TEST_CASE("very small and very large units do not exceed the range of float") {
-  for (const float unit : {1e-18F, 1e-4F, 1e6F, 1e15F}) {
-    CAPTURE(unit);
-    const auto mesh = sheet<float>(9);
-    const Topology topology = build_topology(mesh.faces(), mesh.size());
-    std::vector<Vector3<float>> previous(mesh.size());
-    std::vector<std::uint8_t> known(mesh.size());
-    for (std::size_t v = 0; v < mesh.size(); ++v) {
-      const float* at = &mesh.vertices[3 * v];
-      previous[v] = {unit * at[0], unit * at[1], unit * at[2]};
-      known[v] = v % 5 == 0 ? 1 : 0;
-    }
-    auto points = previous;
-    for (std::size_t v = 0; v < mesh.size(); ++v) points[v].x += known[v] != 0 ? unit : 0;
-    Workers workers(1);
-    FastMotion<float> motion(topology.cells, 0, workers);
-    motion.reset(previous);
-    Generations generations(mesh.size());
-    motion.estimate(previous, points, known, generations);
-    for (std::size_t v = 0; v < mesh.size(); ++v) {
-      CHECK(points[v].x / unit == doctest::Approx(previous[v].x / unit + 1).epsilon(1e-5));
-    }
-  }
-}
-
 }  // namespace
 }  // namespace dynmesh::testing

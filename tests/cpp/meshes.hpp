@@ -1,6 +1,7 @@
 /// Small meshes and masks for the tests.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -21,6 +22,23 @@ struct Mesh {
   [[nodiscard]] Faces faces() const { return {indices.data(), indices.size() / 3}; }
   [[nodiscard]] Points<const Real> points() const { return {vertices.data(), size()}; }
 };
+
+/// x y z of each vertex, as the library has them.
+template <class Real>
+std::vector<Vector3<Real>> rows_of(const std::vector<Real>& vertices) {
+  std::vector<Vector3<Real>> rows;
+  for (std::size_t i = 0; i < vertices.size(); i += 3) {
+    rows.push_back({vertices[i], vertices[i + 1], vertices[i + 2]});
+  }
+  return rows;
+}
+
+template <class Real>
+std::vector<std::array<Index, 3>> triangles_of(const Mesh<Real>& mesh) {
+  std::vector<std::array<Index, 3>> faces;
+  for (std::size_t f = 0; f < mesh.faces().count; ++f) faces.push_back(mesh.faces()[f]);
+  return faces;
+}
 
 inline Faces faces_of(const std::vector<Index>& indices) {
   return {indices.data(), indices.size() / 3};

@@ -30,14 +30,8 @@ double slope_after(int steps) {
   const std::size_t k = mesh.size();
   Workers workers(1);
   const Topology topology = build_topology(mesh.faces(), k);
-  std::vector<Triangle> faces(mesh.faces().count);
-  for (std::size_t f = 0; f < faces.size(); ++f) faces[f] = mesh.faces()[f];
-  Field frame(k);
-  for (std::size_t v = 0; v < k; ++v) {
-    frame[v] = {mesh.vertices[3 * v], mesh.vertices[3 * v + 1], mesh.vertices[3 * v + 2]};
-  }
   ShapeSystem system(topology.cells, workers);
-  system.reset(system.prepare(faces, frame, DetailConstants{}));
+  system.reset(system.prepare(triangles_of(mesh), rows_of(mesh.vertices), DetailConstants{}));
   system.take_planes(steps);
   Field normals = random_field(k, 1);
   for (auto& n : normals) n = (1 / std::sqrt(squared_norm(n))) * n;

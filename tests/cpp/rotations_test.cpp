@@ -13,54 +13,12 @@
 namespace dynmesh::testing {
 namespace {
 
-std::vector<Vector3<double>> rows_of(const std::vector<double>& vertices) {
-  std::vector<Vector3<double>> rows;
-  for (std::size_t i = 0; i < vertices.size(); i += 3) {
-    rows.push_back({vertices[i], vertices[i + 1], vertices[i + 2]});
-  }
-  return rows;
-}
-
 /// With narrow and with wide averages.
 void fit(Rotations& rotations, const std::vector<Vector3<double>>& frame, bool widely) {
   if (widely) {
     rotations.fit_widely(frame);
   } else {
     rotations.fit_narrowly(frame);
-  }
-}
-
-TEST_CASE("rotations of up to nearly half a turn are found for every kind of processor and scale") {
-  const auto mesh = sheet<double>(7);
-  const Topology topology = build_topology(mesh.faces(), mesh.size());
-  const auto rest = rows_of(mesh.vertices);
-  Workers workers(1);
-  for (const Kernels& level : runnable_kernels()) {
-    const RotationKernels& kernels = level.rotations;
-    for (const double scale : {1.0, 1e-100, 1e100}) {
-      for (const double angle : {0.0, 1e-6, 0.5, 1.5, 3.0}) {
-        for (const Eigen::Vector3d& axis :
-             {Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(1, -2, 3)}) {
-          const Eigen::AngleAxisd turn(angle, axis.normalized());
-          const Eigen::Quaterniond expected(turn);
-          auto frame = rest;
-          for (auto& v : frame) {
-            const Eigen::Vector3d moved = scale * (turn * Eigen::Vector3d(v.x, v.y, v.z));
-            v = {moved.x(), moved.y(), moved.z()};
-          }
-          for (const bool widely : {false, true}) {
-            Rotations rotations(topology.cells, workers, kernels);
-            rotations.reset(rotations.prepare(rest), rest, 1);
-            fit(rotations, frame, widely);
-            for (const Quaternion& q : rotations.quaternions()) {
-              const Eigen::Quaterniond found(q.w, q.x, q.y, q.z);
-              CHECK(found.norm() == doctest::Approx(1));
-              CHECK(std::abs(found.dot(expected)) == doctest::Approx(1).epsilon(1e-12));
-            }
-          }
-        }
-      }
-    }
   }
 }
 

@@ -11,14 +11,6 @@
 namespace dynmesh::testing {
 namespace {
 
-std::vector<Vector3<double>> rows_of(const std::vector<double>& vertices) {
-  std::vector<Vector3<double>> rows;
-  for (std::size_t i = 0; i < vertices.size(); i += 3) {
-    rows.push_back({vertices[i], vertices[i + 1], vertices[i + 2]});
-  }
-  return rows;
-}
-
 SurfaceParts parts_of(const Mesh<double>& mesh, const TrainingConstants& constants = {}) {
   const Topology topology = build_topology(mesh.faces(), mesh.size());
   return divide_surface(topology.cells, rows_of(mesh.vertices), constants);

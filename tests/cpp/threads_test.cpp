@@ -6,16 +6,13 @@
 #include <algorithm>
 #include <atomic>
 #include <dynmesh/completer.hpp>
-#include <memory>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "meshes.hpp"
-#include "push.hpp"
 #include "shared_work.hpp"
 #include "stream/one_at_a_time.hpp"
-#include "training_data.hpp"
 
 namespace dynmesh::testing {
 namespace {
@@ -41,25 +38,6 @@ TEST_CASE("one call is executed at a time, and another one after it, even if it 
   named.enter([&] {
     CHECK(message_of([&] { named.enter([] {}); }).starts_with("this training sequence is in use"));
   });
-}
-
-TEST_CASE("guarded data is never accessed by two threads") {
-  OneAtATime turns;
-  int inside = 0;  // not atomic, so that the sanitizer detects concurrent accesses
-  std::atomic<int> served{0};
-  std::atomic<int> refused{0};
-  in_threads(4, [&](int) {
-    for (int i = 0; i < 2000; ++i) {
-      try {
-        turns.enter([&] { ++inside; });
-        ++served;
-      } catch (const InUse&) {
-        ++refused;
-      }
-    }
-  });
-  CHECK(inside == served);
-  CHECK(served + refused == 8000);
 }
 
 struct Shared {
@@ -162,77 +140,6 @@ std::vector<Real> complete_alone(const Mesh<Real>& mesh, const Settings& setting
     completer.push({frame.data(), k}, {known.data(), k}, {completed.data(), k});
   }
   return completed;
-}
-
-TEST_CASE_TEMPLATE("method motion gives identical results with any number of threads", Real, float,
-                   double) {
-  const SharedWork pieces;
-  const auto mesh = join(sheet<Real>(20), sheet<Real>(5, 40.0));
-  for (const Index extra_iterations : {0, 3}) {
-    Settings settings = {.method = Method::motion, .extra_iterations = extra_iterations};
-    Completer<Real> one(mesh.faces(), mesh.points(), settings);
-    settings.threads = 3;
-    Completer<Real> many(mesh.faces(), mesh.points(), settings);
-    for (unsigned n = 1; n < 9; ++n) {
-      auto frame = turned(mesh.vertices, 0.1 * n);
-      auto known = random_mask(mesh.size(), 0.1 * n, n);
-      if (n % 2 == 0) std::fill(known.begin() + 400, known.end(), std::uint8_t{0});  // disconnected
-      std::vector<Real> completed;
-      CHECK(shared_pieces([&] { completed = push(many, frame, known); }) > 0);
-      CHECK(completed == push(one, frame, known));
-      CHECK(std::ranges::equal(many.generation(), one.generation()));
-      CHECK(many.report().iterations == one.report().iterations);
-    }
-  }
-}
-
-TEST_CASE_TEMPLATE("method detail gives identical results with any number of threads", Real, float,
-                   double) {
-  const SharedWork pieces;
-  const auto mesh = join(sheet<Real>(24), sheet<Real>(4, 60.0));
-  Settings settings = {.method = Method::detail};
-  bool is_trained = false;
-  SUBCASE("exact") {}
-  SUBCASE("noisy") { settings.noise = 0.01; }
-  SUBCASE("exact, learning") { settings.learn = true; }
-  SUBCASE("noisy, learning") {
-    settings.noise = 0.01;
-    settings.learn = true;
-  }
-  SUBCASE("exact, with training and outliers") {
-    settings.reject_outliers = true;
-    is_trained = true;
-  }
-  SUBCASE("noisy, with training and outliers") {
-    settings.noise = 0.01;
-    settings.reject_outliers = true;
-    is_trained = true;
-  }
-  SUBCASE("exact, with standard errors") { settings.uncertainty = true; }
-  SUBCASE("noisy, with standard errors") {
-    settings.noise = 0.1;
-    settings.uncertainty = true;
-  }
-  const auto on_threads = [&](Index threads) {
-    settings.threads = threads;
-    return is_trained ? trained(mesh, settings)
-                      : Completer<Real>(mesh.faces(), mesh.points(), settings);
-  };
-  auto one = on_threads(1);
-  auto many = on_threads(3);
-  const unsigned n_frames = settings.learn ? 21 : 8;
-  for (unsigned n = 1; n <= n_frames; ++n) {
-    const auto frame = bent(mesh.vertices, 0.3 * n);
-    auto known = random_mask(mesh.size(), n == 4 ? 1 : 0.5, n);
-    if (n == 6) std::fill(known.begin() + 576, known.end(), std::uint8_t{0});  // disconnected
-    std::vector<Real> completed;
-    CHECK(shared_pieces([&] { completed = push(many, frame, known); }) > 0);
-    REQUIRE(completed == push(one, frame, known));
-    if (!settings.uncertainty) continue;
-    CHECK(std::ranges::equal(many.standard_error(), one.standard_error()));
-  }
-  CHECK((one.report().stages.prior_share > 0) == (is_trained || settings.learn));
-  CHECK(many.state() == one.state());
 }
 
 TEST_CASE("threads are woken from 24 pieces on") {

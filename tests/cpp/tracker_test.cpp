@@ -22,20 +22,6 @@ std::vector<double> track_images(Tracker<double>& tracker, const std::vector<Ima
   return tracked;
 }
 
-TEST_CASE("the result does not depend on the number of threads") {
-  const SharedWork shared;
-  const auto mesh = bumpy_torus(16);
-  Tracker<float> one(as_floats(mesh).faces(), as_floats(mesh).points());
-  Tracker<float> three(as_floats(mesh).faces(), as_floats(mesh).points(), {.threads = 3});
-  for (int n = 1; n < 4; ++n) {
-    auto scan = scan_of(mesh, turned(mesh.vertices, 0.03 * n));
-    scan.has_normals = n != 2;
-    std::vector<float> found;
-    CHECK(shared_pieces([&] { found = track(three, scan); }) > 0);
-    CHECK(found == track(one, scan));
-  }
-}
-
 TEST_CASE("where nothing was measured, the template stays") {
   const auto mesh = bumpy_torus(16);
   Tracker<double> tracker(mesh.faces(), mesh.points());

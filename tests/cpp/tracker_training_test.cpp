@@ -10,7 +10,6 @@
 
 #include "meshes.hpp"
 #include "scans.hpp"
-#include "shared_work.hpp"
 #include "training_data.hpp"
 
 namespace dynmesh::testing {
@@ -23,41 +22,6 @@ template <class Real>
 std::vector<Real> bars(const Tracker<Real>& tracker) {
   const auto values = tracker.standard_error();
   return {values.begin(), values.end()};
-}
-
-TEST_CASE("with training and errors, the result does not depend on the number of threads") {
-  const SharedWork shared;
-  const auto mesh = as_floats(bumpy_torus(16));
-  const auto training = training_of(training_frames_of(mesh.vertices, 4));
-  Tracker<float> one(mesh.faces(), mesh.points(), {.uncertainty = true}, training);
-  Tracker<float> three(mesh.faces(), mesh.points(), {.threads = 3, .uncertainty = true}, training);
-  const auto shape = bumpy_torus(16);
-  for (int n = 1; n < 5; ++n) {
-    const auto scan = scan_of(shape, at(shape, n));
-    std::vector<float> found;
-    CHECK(shared_pieces([&] { found = track(three, scan); }) > 0);
-    CHECK(found == track(one, scan));
-    CHECK(bars(one) == bars(three));
-  }
-  CHECK(one.report().stages.prior_weight > 0);
-}
-
-TEST_CASE("a training sequence of a tracker is checked as that of a completer") {
-  const auto mesh = bumpy_torus(10);
-  const auto shown = training_frames_of(mesh.vertices, 3);
-  const auto refused = [&](const Training<double>& training) {
-    return message_of(
-        [&] { const Tracker<double> tracker(mesh.faces(), mesh.points(), {}, training); });
-  };
-  Training<double> two(mesh.size());
-  for (int n = 0; n < 2; ++n) two.add({shown[0].data(), mesh.size()});
-  CHECK(refused(two) == "training: has 2 frames, but at least 3 are needed");
-  CHECK(refused(Training<double>(7)).starts_with("training: its frames have 7 vertices"));
-  auto large = shown;
-  for (auto& frame : large) {
-    for (double& x : frame) x *= 1000;
-  }
-  CHECK(refused(training_of(large)).starts_with("training: its size"));
 }
 
 TEST_CASE("the C interface trains on and measures errors as the C++ interface does") {

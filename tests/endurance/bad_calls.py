@@ -48,8 +48,6 @@ def _damaged(subject: dynmesh.Completer | dynmesh.Tracker) -> bytes:
 
 BAD_CALLS: dict[str, BadCall[dynmesh.Completer]] = {
     "a row too few": BadCall(lambda c, p, k: c.push(p[:-1], k), ValueError, "points:"),
-    "text for points": BadCall(lambda c, _, k: c.push("frame", k), TypeError, "points:"),  # type: ignore[arg-type]
-    "mask too short": BadCall(lambda c, p, k: c.push(p, k[:-1]), ValueError, "known:"),
     "NaN where known": BadCall(
         lambda c, p, k: c.push(_with(p, k, np.nan), k), ValueError, "points:"
     ),
@@ -57,11 +55,7 @@ BAD_CALLS: dict[str, BadCall[dynmesh.Completer]] = {
         lambda c, p, _: c.push_sparse(np.array([3, 1, 3]), p[:3]), ValueError, "indices:"
     ),
     "out over the input": BadCall(_overlapping, ValueError, "out:"),
-    "state cut off": BadCall(lambda c, *_: c.restore(c.state()[:-9]), ValueError, "state:"),
     "state damaged": BadCall(lambda c, *_: c.restore(_damaged(c)), ValueError, "state:"),
-    "frame 0 with holes": BadCall(
-        lambda c, p, k: c.reset(_with(p, k, np.nan)), ValueError, "frame:"
-    ),
 }
 """One for each stage at which a call can be refused; `tests/python/bad_input` has all refusals."""
 
@@ -70,18 +64,10 @@ BAD_SCANS: dict[str, BadCall[dynmesh.Tracker]] = {
     "infinite point": BadCall(
         lambda t, p, n: t.push(np.where(p == p[-1], np.inf, p), n), ValueError, "points:"
     ),
-    "a normal too few": BadCall(lambda t, p, n: t.push(p, n[1:]), ValueError, "normals:"),
-    "points of integers": BadCall(
-        lambda t, p, n: t.push(p.astype(np.int64), n), TypeError, "points:"
-    ),
     "a pose of three rows": BadCall(
         lambda t, *_: t.push_depth(np.ones((30, 40)), 30 * np.eye(3), np.eye(4)[:3]),
         ValueError,
         "pose:",
     ),
-    "state cut off": BadCall(lambda t, *_: t.restore(t.state()[:-9]), ValueError, "state:"),
     "state damaged": BadCall(lambda t, *_: t.restore(_damaged(t)), ValueError, "state:"),
-    "template with holes": BadCall(
-        lambda t, *_: t.reset(np.full((t.n_vertices, 3), np.nan, t.dtype)), ValueError, "frame:"
-    ),
 }

@@ -123,7 +123,9 @@ class Job:
         """Checks that the output is complete and that no other files exist."""
         if self.check(folder) != "whole":
             raise ValueError(f"{self.kind}: is not complete after an uninterrupted run")
-        files = [str(path.relative_to(folder)) for path in folder.rglob(".*")]
+        hidden = folder.rglob(".*")
+        # A doubt about a complete output is remembered.
+        files = [str(path.relative_to(folder)) for path in hidden if path.suffix != ".doubtful"]
         if files:
             raise ValueError(f"{self.kind}: {files} were left behind")
 

@@ -71,7 +71,7 @@ def programs() -> Path:
 @pytest.fixture(scope="session")
 def shared_library() -> Path:
     """The shared library, built by tests/install/run."""
-    default = REPOSITORY / "build" / "install-shared-ON" / "libdynmesh.so"
+    default = REPOSITORY / "build/contains-dynmesh/_deps/dynmesh-build/libdynmesh.so"
     path = Path(os.environ.get("DYNMESH_LIBRARY", default))
     if not path.exists():
         pytest.skip("the shared library is not built: tests/install/run builds it")
@@ -103,7 +103,7 @@ def rng() -> np.random.Generator:
 
 @pytest.fixture
 def coarse_figures(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Figures are drawn with few pixels, which is faster, in tests that do not look at them."""
+    """Figures are drawn quickly, with few pixels and no layout, if a test does not look at them."""
     whole = figures._stage
 
     def small(view: figures.View) -> AbstractContextManager[Any]:
@@ -111,6 +111,8 @@ def coarse_figures(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(figures, "_stage", small)
     monkeypatch.setitem(style._STYLE, "figure.dpi", 20)
+    layout = pytest.importorskip("matplotlib.layout_engine").ConstrainedLayoutEngine
+    monkeypatch.setattr(layout, "execute", lambda *_: None)
 
 
 PATIENCE = 10**8

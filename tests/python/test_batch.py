@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 import pytest
 from commands import dynmesh_command as run
+from watches import interrupted_after
 
 import dynmesh
 from dynmesh.files.lock import unfinished_folder
-from dynmesh.files.scans import Scan
 from dynmesh.jobs.batch import Job, Result, complete_files
 from dynmesh.jobs.checkpoint import Checkpoint
 from dynmesh.jobs.job_table import read_jobs
@@ -89,7 +89,7 @@ def test_folders_of_outputs_are_created(tmp_path: Path) -> None:
     in_the_way = Job(tmp_path / "in.npz", tmp_path / "in.npz" / "out.npz")
     (result,) = complete_files([in_the_way])
     assert result.status == "failed"
-    assert result.reason == f"{tmp_path / 'in.npz'}: exists and is not a folder"
+    assert result.reason == f"{in_the_way.output}: {tmp_path / 'in.npz'} is not a folder"
 
 
 def test_a_table_is_read(tmp_path: Path) -> None:
@@ -187,15 +187,10 @@ def test_an_interrupted_tracking_job_is_continued(
     write_scans(tmp_path)
     job = TrackingJob(tmp_path / "scans", tmp_path / "out.npz", template=tmp_path / "sea.obj")
 
-    def stopping(scans: Iterator[Scan | None], *_: int) -> Iterator[Scan | None]:
-        yield next(scans)
-        yield next(scans)
-        raise KeyboardInterrupt
-
     def interrupt(**options: Any) -> None:
         with pytest.raises(KeyboardInterrupt):
             dynmesh.track_file(
-                job.input, job.output, template=job.template, watch=stopping, **options
+                job.input, job.output, template=job.template, watch=interrupted_after(2), **options
             )
         assert (unfinished_folder(job.output) / "checkpoint.npz").exists()
 

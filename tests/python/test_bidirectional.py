@@ -1,6 +1,5 @@
 """Files completed from both sides."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
@@ -10,6 +9,8 @@ import numpy as np
 import pytest
 from commands import dynmesh_command as run
 from numpy.typing import NDArray
+from sequences import HISTORY, assert_same
+from watches import interrupted_after
 
 import dynmesh
 from dynmesh.jobs.both_ways import combined
@@ -19,6 +20,7 @@ from dynmesh.study.losses import losses
 from dynmesh.study.subjects import Subject
 
 N = 12
+TOLD = (*HISTORY, "standard_error")
 
 
 @pytest.fixture(scope="module")
@@ -129,11 +131,6 @@ def test_a_file_is_completed_from_both_sides(
         )
 
 
-def assert_same(made: dynmesh.Sequence, expected: dynmesh.Sequence) -> None:
-    for name in ("vertices", "generation", "age", "standard_error"):
-        np.testing.assert_array_equal(getattr(made, name), getattr(expected, name), err_msg=name)
-
-
 @pytest.mark.parametrize("name", ["out.npz", "out.h5"])
 @pytest.mark.parametrize("stops", [(2,), (4, 9), (3, 14)])
 def test_every_part_of_the_way_can_be_resumed(
@@ -144,21 +141,13 @@ def test_every_part_of_the_way_can_be_resumed(
     options: Any = {"start": 3, "bidirectional": True, "provenance": True}
     expected, output = tmp_path / "expected.npz", tmp_path / name
     dynmesh.complete_file(stored, expected, **options)
-
     for stop in stops:
-
-        def watch(frames: Iterator[Any], n: int, done: int, stop: int = stop) -> Iterator[Any]:
-            assert n == 25
-            for number, frame in enumerate(frames, done):
-                if number == stop:
-                    raise KeyboardInterrupt
-                yield frame
-
+        watch = interrupted_after(stop, of=25)
         with pytest.raises(KeyboardInterrupt):
             dynmesh.complete_file(stored, output, resume=True, watch=watch, **options)
     report = dynmesh.complete_file(stored, output, resume=True, **options)
     assert report.resumed_at == stops[-1]
-    assert_same(dynmesh.read(output), dynmesh.read(expected))
+    assert_same(dynmesh.read(output), dynmesh.read(expected), *TOLD)
     left = {path.name for path in tmp_path.iterdir()} - {"partial.npz"}
     assert left == {"expected.npz", name}
 
@@ -182,7 +171,12 @@ def test_writing_can_be_resumed(
     monkeypatch.setattr(WaitingFrames, "frame", frame)
     report = dynmesh.complete_file(stored, tmp_path / "out.npz", resume=True, **options)
     assert report.resumed_at == 25
-    assert_same(dynmesh.read(tmp_path / "out.npz"), dynmesh.read(tmp_path / "expected.npz"))
+    assert_same(
+        dynmesh.read(tmp_path / "out.npz"),
+        dynmesh.read(tmp_path / "expected.npz"),
+        *HISTORY,
+        "standard_error",
+    )
 
 
 @pytest.mark.parametrize("bidirectional", [False, True])

@@ -145,18 +145,6 @@ def test_info_describes_a_file(folder: Path, tmp_path: Path) -> None:
     assert re.search(r"^name +/\[b\]/body *$", shown, re.MULTILINE)
 
 
-def test_info_says_why_a_file_cannot_be_completed(tmp_path: Path) -> None:
-    points = np.random.default_rng(0).random((2, 3, 3))
-    points[0, 1] = np.nan
-    dynmesh.write(tmp_path / "a.npz", dynmesh.Sequence(points, np.array([[0, 1, 2]])))
-    shown = run("info", tmp_path / "a.npz").stdout
-    assert re.search(r"^warning +Frame 0 lacks 1 of 3 vertices: vertex 1\.", shown, re.MULTILINE)
-    run("info", tmp_path / "a.npz", "--strict", code=1)
-    (tmp_path / "a.npz").write_bytes(b"no archive")
-    error = run("info", tmp_path / "a.npz", code=1).stderr
-    assert error.startswith(f"dynmesh: {tmp_path / 'a.npz'}: ")
-
-
 def test_zeros_that_may_be_missing_are_reported(folder: Path, tmp_path: Path) -> None:
     partial = dynmesh.read(folder / "partial.npz")
     assert partial.known is not None
@@ -169,7 +157,7 @@ def test_zeros_that_may_be_missing_are_reported(folder: Path, tmp_path: Path) ->
     few[1:, :20] = 0  # 0.8 %
     dynmesh.write(tmp_path / "few.npz", dynmesh.Sequence(few, partial.faces))
     hint = (
-        "70 % of the positions after frame 0 are exactly (0, 0, 0); "
+        "70 % of the positions after the first frame are exactly (0, 0, 0); "
         "if nothing was observed there, use --missing zero"
     )
     commands: list[tuple[str, list[str | Path]]] = [

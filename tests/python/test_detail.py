@@ -71,7 +71,10 @@ def test_frames_equal_the_transcription(
         np.testing.assert_allclose(
             completed, expected.complete(points, known), rtol=0, atol=1e-6 * expected.h
         )
-        assert completer.report.blend == pytest.approx(expected.blend, abs=1e-6)
+        report = completer.report
+        assert report.blend == pytest.approx(expected.blend, abs=1e-6)
+        stages = [report.factor_seconds, report.rotation_seconds, report.solve_seconds]
+        assert 0 < min(stages) <= sum(stages) < report.seconds
 
 
 def fluttering(mesh: Mesh, n: int) -> Array:
@@ -134,24 +137,6 @@ def completed_with_shares(
     return np.array(completed), np.array(shares)
 
 
-def test_cloth_and_a_stiff_part_are_completed_as_each_alone(rng: np.random.Generator) -> None:
-    flat, stiff = meshes.sheet(16), meshes.sheet(16, 40.0)
-    cloth = Mesh(flat.faces, fluttering(flat, 0))
-    of_cloth = [fluttering(flat, n) for n in range(1, 17)]
-    of_stiff = [
-        meshes.turned(bent(stiff.vertices, 0.02 + 0.001 * n), 0.05 * n) for n in range(1, 17)
-    ]
-    of_stiff = [points + 0.02 * rng.normal(size=points.shape) for points in of_stiff]
-    masks = [rng.random(512) < 0.5 for _ in of_cloth]
-    together = [np.concatenate(both) for both in zip(of_cloth, of_stiff, strict=True)]
-    joined, shares = completed_with_shares(meshes.join(cloth, stiff), together, masks)
-    assert 0.4 < shares[4:].mean() < 0.6
-    for mesh, frames, part in [(cloth, of_cloth, slice(256)), (stiff, of_stiff, slice(256, None))]:
-        alone, _ = completed_with_shares(mesh, frames, [known[part] for known in masks])
-        errors = [np.linalg.norm(x - frames, axis=2).mean() for x in (joined[:, part], alone)]
-        assert errors[0] < 1.1 * errors[1]
-
-
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_nothing_is_learned_from_rounding_errors(
     dtype: type[np.floating[Any]], rng: np.random.Generator
@@ -164,18 +149,6 @@ def test_nothing_is_learned_from_rounding_errors(
     completed, shares = completed_with_shares(Mesh(mesh.faces, vertices), frames, masks)
     np.testing.assert_allclose(completed, frames, rtol=0, atol=1e-3)
     assert shares.max() == 0
-
-
-def test_shares_do_not_depend_on_place_and_unit(rng: np.random.Generator) -> None:
-    flat = meshes.sheet(16)
-    frames = [fluttering(flat, n) for n in range(9)]
-    masks = [rng.random(256) < 0.6 for _ in frames[1:]]
-    here, shares = completed_with_shares(Mesh(flat.faces, frames[0]), frames[1:], masks)
-    assert shares.mean() > 0.5
-    elsewhere = [1e-3 * (points + np.array([300, -200, 500])) for points in frames]
-    there, others = completed_with_shares(Mesh(flat.faces, elsewhere[0]), elsewhere[1:], masks)
-    np.testing.assert_array_equal(others, shares)
-    np.testing.assert_allclose(1e3 * there - [300, -200, 500], here, rtol=0, atol=1e-6)
 
 
 @pytest.mark.parametrize("noise", [None, 0.02])
@@ -234,23 +207,6 @@ def test_nothing_drifts(data: Path) -> None:
 
 
 @given(meshes.meshes(), st.data())
-def test_any_mesh_is_completed_to_something_finite(mesh: Mesh, data: st.DataObject) -> None:
-    rng = np.random.default_rng(data.draw(st.integers(0, 2**32 - 1)))
-    scale = data.draw(st.sampled_from([1e-4, 1.0, 1e6]))
-    completer = dynmesh.Completer(mesh.faces, scale * mesh.vertices, method="detail")
-    for n in range(4):
-        points = scale * (meshes.turned(mesh.vertices, 0.2 * n) + 0.1 * rng.normal(size=3))
-        known = data.draw(meshes.masks(len(points)))
-        completed = completer.push(points, known)
-        assert np.abs(completed).max() < 100 * scale
-        np.testing.assert_array_equal(completed[known], points[known])
-        assert (
-            completer.report.known + completer.report.filled + completer.report.disconnected
-            == len(points)
-        )
-
-
-@given(meshes.meshes(), st.data())
 def test_names_and_order_do_not_matter(mesh: Mesh, data: st.DataObject) -> None:
     k = len(mesh.vertices)
     rng = np.random.default_rng(data.draw(st.integers(0, 2**32 - 1)))
@@ -268,44 +224,3 @@ def test_names_and_order_do_not_matter(mesh: Mesh, data: st.DataObject) -> None:
         rtol=0,
         atol=1e-4,
     )
-
-
-def test_the_report_divides_the_time(mesh: Mesh) -> None:
-    completer = dynmesh.Completer(mesh.faces, mesh.vertices, method="detail")
-    known = np.arange(len(mesh.vertices)) % 3 == 0
-    completer.push(mesh.vertices, known)
-    assert completer.report.blend == 0  # frame 0 is the last frame
-    completer.push(bent(mesh.vertices, 0.1), known)
-    completer.push(mesh.vertices, known)
-    report = completer.report
-    assert report.blend > 0.5  # back in the shape of frame 0
-    stages = [report.factor_seconds, report.rotation_seconds, report.solve_seconds]
-    assert 0 < sum(stages) < report.seconds
-    assert min(stages) >= 0
-
-
-def test_outliers_are_rejected_and_counted(rng: np.random.Generator) -> None:
-    mesh = meshes.sheet(20)
-    k = len(mesh.vertices)
-    completer = dynmesh.Completer(mesh.faces, mesh.vertices, method="detail", reject_outliers=True)
-    for n in range(1, 5):
-        truth = bent(mesh.vertices, 0.02 * n)
-        known = rng.random(k) < 0.3
-        points = truth.copy()
-        outliers = rng.choice(np.flatnonzero(known), 4, replace=False)
-        points[outliers] += 10 * rng.normal(size=(4, 3))
-        completed = completer.push(points, known)
-        assert completer.report.rejected == 4
-        assert (completer.generation[outliers] > 0).all()
-        assert np.abs(completed - truth).max() < 0.3
-
-
-def test_noise_is_smoothed_away(rng: np.random.Generator) -> None:
-    mesh = meshes.sheet(20)
-    known = np.ones(len(mesh.vertices), bool)
-    completer = dynmesh.Completer(mesh.faces, mesh.vertices, method="detail", noise=0.05)
-    for n in range(1, 9):
-        truth = bent(mesh.vertices, 0.02 * n)
-        noisy = truth + 0.05 * rng.normal(size=truth.shape)
-        completed = completer.push(noisy, known)
-    assert np.linalg.norm(completed - truth) < 0.5 * np.linalg.norm(noisy - truth)

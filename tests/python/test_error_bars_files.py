@@ -10,15 +10,14 @@ import numpy as np
 import pytest
 from commands import dynmesh_command as run
 from meshes import Array, turned
+from test_every_format import TRACED, place
 
 import dynmesh
-from dynmesh import files
 from dynmesh.draw.quantities import QUANTITIES, Moment, Sources
 from dynmesh.files import frame_of
 from dynmesh.jobs.true_surface import TrueSurface
 
 N_FRAMES = 6
-KEEPING = ["npz", "npy", "hdf5", "ply", "usd", "alembic", "pvd"]
 
 
 @pytest.fixture(scope="module")
@@ -170,15 +169,11 @@ def surface_errors(completed: dynmesh.Sequence) -> dynmesh.Sequence:
     return replace(completed, standard_error_of="surface")
 
 
-@pytest.mark.parametrize("format", KEEPING)
+@pytest.mark.parametrize("format", sorted(TRACED))
 def test_formats_keep_standard_errors_and_what_they_are_of(
     tmp_path: Path, completed: dynmesh.Sequence, format: str
 ) -> None:
-    suffix = files.formats[format].suffixes[0]
-    target, again = (
-        tmp_path / (f"{name}_%04d{suffix}" if format == "ply" else f"{name}{suffix}")
-        for name in ("tracked", "again")
-    )
+    target, again = (place(tmp_path, format, name) for name in ("tracked", "again"))
     dynmesh.write(target, surface_errors(completed))
     dynmesh.write(tmp_path / "plain.npy", replace(completed, standard_error=None))
     run("convert", target, again)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from commands import dynmesh_command as run
+from watches import interrupted_after
 
 import dynmesh
 from dynmesh import cli, files
@@ -19,7 +20,6 @@ from dynmesh.files.lock import unfinished_folder
 from dynmesh.jobs.checkpoint import Checkpoint, OtherJobError
 from dynmesh.jobs.directions import Watch
 from dynmesh.jobs.file_completion import complete_file
-from dynmesh.settings import default_settings
 
 RESUMABLE = ["npz", "npy", "hdf5", "ply", "obj", "pc2", "mdd", "pvd"]
 
@@ -39,18 +39,6 @@ def eager(monkeypatch: pytest.MonkeyPatch) -> None:
     """Saves a checkpoint after every frame."""
     monkeypatch.setattr(Checkpoint, "least_seconds_between", 0.0)
     monkeypatch.setattr(Checkpoint, "most_of_the_time", 1e9)
-
-
-def interrupted_after(n: int, error: BaseException) -> Watch:
-    """Passes n frames on, then raises an error like one of the user or the system."""
-
-    def watch(frames: Iterator[Any], _: int, done: int) -> Iterator[Any]:
-        for number, frame in enumerate(frames, done):
-            if number == n:
-                raise error
-            yield frame
-
-    return watch
 
 
 def output_path(folder: Path, format: str) -> Path:
@@ -79,9 +67,7 @@ def test_a_resumed_run_equals_an_uninterrupted_one(
     complete_file(partial, output_path(whole, format))
     for stop in (7, 19):
         with pytest.raises(KeyboardInterrupt):
-            complete_file(
-                partial, output, resume=True, watch=interrupted_after(stop, KeyboardInterrupt())
-            )
+            complete_file(partial, output, resume=True, watch=interrupted_after(stop))
         assert not files.target_of(output, format).existing()
         assert unfinished_folder(output).exists()
     report = complete_file(partial, output, resume=True)
@@ -155,11 +141,9 @@ def test_interrupts_that_cannot_wait(tmp_path: Path, partial: Path) -> None:
 def test_another_job_is_not_mixed_in(tmp_path: Path, partial: Path) -> None:
     output = tmp_path / "out.npz"
     with pytest.raises(KeyboardInterrupt):
-        complete_file(
-            partial, output, overwrite=True, watch=interrupted_after(5, KeyboardInterrupt())
-        )
+        complete_file(partial, output, overwrite=True, watch=interrupted_after(5))
     os.utime(partial)
-    rewritten = rf"is of another job: input changed \({partial} was written again\); run without"
+    rewritten = rf"is of another job: input changed \({partial} was written again\); run with"
     with pytest.raises(OtherJobError, match=rewritten):
         complete_file(partial, output, overwrite=True, resume=True)
     assert complete_file(partial, output, overwrite=True).resumed_at == 0
@@ -196,7 +180,7 @@ def test_the_command_says_which_option_of_an_unfinished_output_differs(
     ):
         shown = run("complete", source, out, "--resume", *options, code=1).stderr
         assert what in shown
-        assert "run without --resume to start again, or write another output" in shown
+        assert "run with --overwrite to start again, or write another output" in shown
     assert files_in(tmp_path) == kept
     capfd.readouterr()
     # A path from elsewhere is the same file.
@@ -255,7 +239,7 @@ def test_a_job_is_resumed_with_another_number_of_threads(tmp_path: Path, partial
     whole, output = tmp_path / "whole.npz", tmp_path / "out.npz"
     complete_file(partial, whole)
     with pytest.raises(KeyboardInterrupt):
-        complete_file(partial, output, watch=interrupted_after(11, KeyboardInterrupt()))
+        complete_file(partial, output, watch=interrupted_after(11))
     assert complete_file(partial, output, resume=True, threads=2).resumed_at == 11
     np.testing.assert_array_equal(dynmesh.read(output).vertices, dynmesh.read(whole).vertices)
 
@@ -321,13 +305,6 @@ def test_a_killed_process_can_be_resumed(tmp_path: Path, partial: Path, format: 
     np.testing.assert_array_equal(dynmesh.read(output).vertices, expected)
 
 
-def test_the_defaults_are_the_completers(partial: Path) -> None:
-    sequence = dynmesh.read(partial)
-    faces, frame = sequence.faces, sequence.vertices[0]
-    said = dynmesh.Completer(faces, frame, **default_settings)
-    assert said.state() == dynmesh.Completer(faces, frame).state()
-
-
 def test_the_report_of_a_file(tmp_path: Path, partial: Path) -> None:
     report = complete_file(partial, tmp_path / "out.npz", fps=12.5)
     assert (report.frames, report.resumed_at) == (30, 0)
@@ -344,7 +321,7 @@ def shell(monkeypatch: pytest.MonkeyPatch, *arguments: object, interrupt: int = 
     """Runs the command in this process, interrupted after some frames; returns its exit code."""
 
     def track(frames: Iterator[Any], whole: int, _: str, done: int) -> Iterator[Any]:
-        return interrupted_after(interrupt, KeyboardInterrupt())(frames, whole, done)
+        return interrupted_after(interrupt)(frames, whole, done)
 
     monkeypatch.setattr("dynmesh.cli.done.track", track)
     monkeypatch.setattr(sys, "argv", ["dynmesh", *map(str, arguments)])
@@ -364,9 +341,10 @@ def test_the_command_reports_what_an_interruption_leaves(
     kept = f"{out}: completed frames are kept; --resume continues from there\n"
     assert shell(monkeypatch, "complete", partial, out, interrupt=7) == 130
     assert capfd.readouterr().err == kept
-    assert shell(monkeypatch, "complete", partial, out, interrupt=5) == 130
-    anew = f"{out}: starting again; --resume continues an interrupted run\n"
-    assert capfd.readouterr().err == anew + kept
+    assert shell(monkeypatch, "complete", partial, out) == 1
+    assert "7 frames of an interrupted run are kept: --resume" in capfd.readouterr().err
+    assert shell(monkeypatch, "complete", partial, out, "--overwrite", interrupt=5) == 130
+    assert capfd.readouterr().err == f"{out}: starting again\n{kept}"
     assert shell(monkeypatch, "complete", partial, out, "--resume") == 0
     shown = capfd.readouterr().err
     assert f"{out}: continued after 5 frames\n" in shown
@@ -379,9 +357,7 @@ def test_unfinished_files_beside_an_older_output_are_resumed(tmp_path: Path, par
     output = tmp_path / "out.npz"
     complete_file(partial, output)
     with pytest.raises(KeyboardInterrupt):
-        complete_file(
-            partial, output, overwrite=True, watch=interrupted_after(7, KeyboardInterrupt())
-        )
+        complete_file(partial, output, overwrite=True, watch=interrupted_after(7))
     with pytest.raises(FileExistsError):
         complete_file(partial, output, resume=True)
     report = complete_file(partial, output, resume=True, overwrite=True)

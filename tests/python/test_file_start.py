@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 from commands import dynmesh_command as run
+from sequences import HISTORY, assert_same
+from watches import interrupted_after
 
 import dynmesh
 from dynmesh.jobs import directions
@@ -52,11 +54,6 @@ def expected_of(sequence: dynmesh.Sequence, whole: int, **settings: Any) -> dynm
     return dynmesh.Sequence(points, sequence.faces, generation=generation, age=age)
 
 
-def assert_same(made: dynmesh.Sequence, expected: dynmesh.Sequence) -> None:
-    for name in ("vertices", "generation", "age"):
-        np.testing.assert_array_equal(getattr(made, name), getattr(expected, name), err_msg=name)
-
-
 @pytest.fixture
 def stored(tmp_path: Path, partial: dynmesh.Sequence) -> Path:
     dynmesh.write(tmp_path / "partial.npz", partial)
@@ -71,7 +68,7 @@ def test_frames_are_completed_backwards_and_forwards(
         stored, tmp_path / "out.npz", start=WHOLE, provenance=True, **settings
     )
     made = dynmesh.read(tmp_path / "out.npz")
-    assert_same(made, expected_of(partial, WHOLE, **{"method": "detail", **settings}))
+    assert_same(made, expected_of(partial, WHOLE, **{"method": "detail", **settings}), *HISTORY)
     assert made.fps == 25
     assert (report.frames, report.completed, report.start) == (15, 14, WHOLE)
     assert partial.known is not None
@@ -100,7 +97,7 @@ def test_only_a_few_frames_are_in_memory(
     dynmesh.complete_file(stored, tmp_path / "out.npz", start=WHOLE, provenance=True)
     monkeypatch.undo()
     made = dynmesh.read(tmp_path / "out.npz")
-    assert_same(made, expected_of(partial, WHOLE, method="detail"))
+    assert_same(made, expected_of(partial, WHOLE, method="detail"), *HISTORY)
     assert max(held[1:-1]) == frames_in_a_block  # the last call streams the frames after the start
     assert sum(held[1:-1]) == WHOLE
 
@@ -125,23 +122,15 @@ def test_both_passes_can_be_resumed(
     monkeypatch.setattr(Checkpoint, "is_due", lambda _: True)
     output = tmp_path / "made" / name
     output.parent.mkdir()
-
     for stop in stops:
-
-        def watch(frames: Iterator[Any], n: int, done: int, stop: int = stop) -> Iterator[Any]:
-            assert n == 15
-            for number, frame in enumerate(frames, done):
-                if number == stop:
-                    raise KeyboardInterrupt
-                yield frame
-
+        watch = interrupted_after(stop, of=15)
         with pytest.raises(KeyboardInterrupt):
             dynmesh.complete_file(
                 stored, output, start=WHOLE, provenance=True, resume=True, watch=watch
             )
     report = dynmesh.complete_file(stored, output, start=WHOLE, provenance=True, resume=True)
     assert report.resumed_at == stops[-1]
-    assert_same(dynmesh.read(output), expected_of(partial, WHOLE, method="detail"))
+    assert_same(dynmesh.read(output), expected_of(partial, WHOLE, method="detail"), *HISTORY)
 
 
 def test_copying_what_waits_can_be_resumed(
@@ -162,7 +151,7 @@ def test_copying_what_waits_can_be_resumed(
     monkeypatch.setattr(WaitingFrames, "frame", original)
     report = dynmesh.complete_file(stored, output, start=WHOLE, provenance=True, resume=True)
     assert report.resumed_at == WHOLE
-    assert_same(dynmesh.read(output), expected_of(partial, WHOLE, method="detail"))
+    assert_same(dynmesh.read(output), expected_of(partial, WHOLE, method="detail"), *HISTORY)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["out.npz", "partial.npz"]
 
 
@@ -172,10 +161,10 @@ def test_the_first_whole_frame_is_found(
     report = dynmesh.complete_file(stored, tmp_path / "out.npz", start="whole", provenance=True)
     assert report.start == WHOLE
     expected = expected_of(partial, WHOLE, method="detail")
-    assert_same(dynmesh.read(tmp_path / "out.npz"), expected)
+    assert_same(dynmesh.read(tmp_path / "out.npz"), expected, *HISTORY)
     said = run("complete", stored, tmp_path / "shell.npz", "--start", "whole", "--provenance")
     assert "started from frame 7, the first whole one" in said.stderr
-    assert_same(dynmesh.read(tmp_path / "shell.npz"), expected)
+    assert_same(dynmesh.read(tmp_path / "shell.npz"), expected, *HISTORY)
 
 
 @pytest.fixture
@@ -257,18 +246,12 @@ def test_a_start_put_together_can_be_resumed(
     stored, output = tmp_path / "holed.npz", tmp_path / "out.h5"
     dynmesh.complete_file(stored, tmp_path / "expected.npz", provenance=True)
 
-    def watch(frames: Iterator[Any], n: int, done: int) -> Iterator[Any]:
-        assert n == len(holed)
-        for number, frame in enumerate(frames, done):
-            if number == WHOLE + 2:
-                raise KeyboardInterrupt
-            yield frame
-
+    watch = interrupted_after(WHOLE + 2, of=len(holed))
     with pytest.raises(KeyboardInterrupt):
         dynmesh.complete_file(stored, output, provenance=True, watch=watch)
     report = dynmesh.complete_file(stored, output, provenance=True, resume=True)
     assert report.resumed_at == WHOLE + 2
-    assert_same(dynmesh.read(output), dynmesh.read(tmp_path / "expected.npz"))
+    assert_same(dynmesh.read(output), dynmesh.read(tmp_path / "expected.npz"), *HISTORY)
 
 
 @pytest.mark.usefixtures("holed")
@@ -301,8 +284,13 @@ def test_a_doubtful_start_is_said_to_be(tmp_path: Path, holed: dynmesh.Sequence)
     said = run("complete", tmp_path / "garbage.npz", tmp_path / "out.npz", code=3)
     assert "the frame that was put together is probably wrong" in said.stderr
     assert len(dynmesh.read(tmp_path / "out.npz")) == 15
+    words = ("complete", tmp_path / "garbage.npz", tmp_path / "out.npz", "--resume")
+    again = run(*words, code=3).stderr
+    assert "already complete" in again
+    assert "the frame that was put together is probably wrong" in again
     (tmp_path / "jobs.csv").write_text("input,output\ngarbage.npz,batch.npz\n")
-    assert "0 done, 1 doubtful" in run("batch", tmp_path / "jobs.csv", code=3).stderr
+    for _ in range(2):
+        assert "0 done, 1 doubtful" in run("batch", tmp_path / "jobs.csv", code=3).stderr
 
 
 def test_zeros_are_missing_in_every_frame_but_the_whole_one(
@@ -319,7 +307,7 @@ def test_zeros_are_missing_in_every_frame_but_the_whole_one(
         tmp_path / "zeros.npz", output, start=WHOLE, source=source, provenance=True
     )
     masked = replace(zeros, known=(vertices != 0).any(axis=2))
-    assert_same(dynmesh.read(output), expected_of(masked, WHOLE, method="detail"))
+    assert_same(dynmesh.read(output), expected_of(masked, WHOLE, method="detail"), *HISTORY)
     with pytest.raises(ValueError, match="no frame is whole; frame 7 lacks the fewest, 1 of 144"):
         dynmesh.complete_file(
             tmp_path / "zeros.npz", output, start="whole", source=source, overwrite=True
@@ -339,7 +327,7 @@ def test_a_template_stands_before_frame_0(
     ]
     output = tmp_path / "out.npz"
     report = dynmesh.complete_file(stored, output, template=tmp_path / "template.obj")
-    assert (report.frames, report.completed, report.start) == (15, 15, -1)
+    assert (report.frames, report.completed, report.start) == (15, 15, None)
     np.testing.assert_array_equal(dynmesh.read(output).vertices, expected)
 
 

@@ -218,20 +218,6 @@ def test_files_without_a_sequence_are_refused(
     assert str(caught.value).startswith(f"{path}: ")
 
 
-def test_groups_and_broken_links_are_refused(tmp_path: Path) -> None:
-    path = tmp_path / "a.h5"
-    with h5py.File(path, "w") as file:
-        file["vertices"] = GOOD["vertices"]
-        file.create_group("faces")
-    with pytest.raises(ValueError, match="faces: must be a dataset, not a group"):
-        dynmesh.open(path)
-    with h5py.File(path, "r+") as file:
-        del file["faces"]
-        file["faces"] = h5py.ExternalLink("none.h5", "/faces")
-    with pytest.raises(ValueError, match=r"faces: is in the file 'none\.h5', which does not exist"):
-        dynmesh.open(path)
-
-
 def test_damaged_hdf5_is_refused_quietly(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "a.h5"
     dynmesh.write(path, sequence())

@@ -179,8 +179,10 @@ def test_a_failed_write_leaves_nothing(tmp_path: Path, mesh: Mesh) -> None:
             dynmesh.write(tmp_path / path, sequence)
     with pytest.raises(ValueError, match="the sequence has no faces"):
         dynmesh.write(tmp_path / "a%d.ply", dynmesh.Sequence(sequence.vertices, mesh.faces[:0]))
-    with pytest.raises(FileNotFoundError):
-        dynmesh.write(tmp_path / "no" / "where" / "f%d.ply", sequence)
+    (tmp_path / "a").touch()
+    with pytest.raises(NotADirectoryError):
+        dynmesh.write(tmp_path / "a" / "where" / "f%d.ply", sequence)
+    (tmp_path / "a").unlink()
     assert names(tmp_path) == []
 
     (tmp_path / "old").mkdir()

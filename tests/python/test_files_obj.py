@@ -22,7 +22,6 @@ from dynmesh._core import parse_obj
     [
         ("", "has no vertices"),
         ("v nan(1) 0 0\n", r"line 1: 'nan\(1\)' cannot be read"),
-        ("v 1_0 0 0\n", "line 1: '1_0' cannot be read"),
         ("v 1e400 0 0\n", "line 1: '1e400' cannot be read"),
         ("v 0 0 0 red 0 0\n", "line 1: 'red' cannot be read"),
         ("v 0 0 0 2\n", "line 1: a vertex has a weight that is not 1"),

@@ -187,7 +187,6 @@ def test_steps_are_frames_per_second(
     ("text", "message"),
     [
         ("", "damaged or not a PVD file: no element found"),
-        ("solid", "damaged or not a PVD file: syntax error"),
         ('<VTKFile type="PolyData"/>', "not a PVD file: its type is PolyData, not Collection"),
         (index(), "does not name a file"),
         (index('timestep="0"'), "lists the file '', but only .vtp"),
@@ -231,7 +230,6 @@ def with_provenance(values: Any) -> Adjust:
         (lambda mesh: mesh.Initialize(), "has no vertices"),
         (with_array("known", np.full(49, 2)), "'known' must be 0 or 1"),
         (with_array("known", np.ones(49)), "'known' must have one integer per vertex"),
-        (with_provenance(np.ones(49)), "'generation' must have one integer per vertex"),
         (with_provenance(np.full(49, 2**40)), "'generation' must have one integer per vertex"),
         (
             with_provenance(np.ones((49, 3), np.int32)),
@@ -253,8 +251,6 @@ def test_other_meshes_are_refused(tmp_path: Path, mesh: Mesh, change: Adjust, me
     ("spoil", "message"),
     [
         (lambda _: b"", "damaged or not a VTP file: Error parsing XML"),
-        (lambda _: b"solid cube", "damaged or not a VTP file: Error parsing XML"),
-        (lambda data: data[:300], "damaged or not a VTP file: Error parsing XML"),
         (lambda data: data[: len(data) * 2 // 3], "damaged or not a VTP file: "),
         (lambda data: data.replace(b"PolyData", b"ImageData"), "Cannot find PolyData element"),
         (lambda data: data.replace(b'Points="49"', b'Points="-5"'), "NumberOfPoints is -5"),

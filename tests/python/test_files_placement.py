@@ -50,8 +50,9 @@ OBJ = "{comment}v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
     [
         (["up_axis z"], ("z", None)),
         (["Made by hand", "  up_axis   y  ", "metres_per_unit 1e-2"], ("y", 0.01)),
+        (["up_axis x"], ("x", None)),
         # comments of other programs, which are ignored
-        (["up_axis x"], (None, None)),
+        (["up_axis w"], (None, None)),
         (["up_axis"], (None, None)),
         (["the up_axis z"], (None, None)),
         (["up_axis z or y"], (None, None)),

@@ -29,7 +29,6 @@ def triangle(face: bytes) -> bytes:
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (b"ply", "not a PLY file"),
         (b"solid cube\n", "not a PLY file: line 1 is not 'ply'"),
         (
             ply(f"vertex 2: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 2\n"),
@@ -45,11 +44,6 @@ def triangle(face: bytes) -> bytes:
             "13: has too few words for a record of 'face'",
         ),
         (
-            triangle(b"3 0 1 0.5\n"),
-            "13: '0.5' is not a value of type int",
-        ),
-        (triangle(b"\n"), "13: has too few words"),
-        (
             ply(f"vertex 3: {XYZ}", POINTS.replace(b"1", b"1e39")),
             "line 9: '1e39' is not a value of type float",
         ),
@@ -59,11 +53,6 @@ def triangle(face: bytes) -> bytes:
         ),
         (triangle(b"3 0 1 -1\n"), "refers to vertex -1"),
         (triangle(b"2 0 1\n"), "face 0: has 2 corners"),
-        (triangle(b"0\n"), "face 0: has 0 corners"),
-        (
-            triangle(b"300 0 1 2\n"),
-            "13: '300' is not a value of type uchar",
-        ),
         (
             ply(f"vertex -3: {XYZ}", POINTS),
             "line 3: the number of records must be an integer, not '-3'",
@@ -77,8 +66,6 @@ def triangle(face: bytes) -> bytes:
             ply(f"vertex 999999999999999: {XYZ}", b"", format="binary_big_endian"),
             "record 0 of 'vertex', of 999999999999999, needs 1 numbers of type float at byte 1",
         ),
-        (ply("face 0: list uchar int a", b""), "has no vertices"),
-        (ply("vertex 1: float x, float y", b"0 0\n"), "need a property 'z', float or double"),
         (ply("vertex 3: float x, float y, int z", POINTS), "need a property 'z'"),
         (ply("vertex 3", POINTS).replace(b"property \n", b""), "'vertex' has no properties"),
         (ply("vertex 1: quad x", b"1\n"), "line 4: unknown type 'quad'"),
@@ -93,10 +80,6 @@ def triangle(face: bytes) -> bytes:
         (b"ply\nformat ascii 1.0\nproperty int x\nend_header\n", "line 3: .* is not valid"),
         (
             ply(f"vertex 3: {XYZ}; face 1: list uchar float vertex_indices", POINTS + b"3 0 1 2\n"),
-            "the corners of its faces must be a list of integers",
-        ),
-        (
-            ply(f"vertex 3: {XYZ}; face 1: int vertex_indices", POINTS + b"3\n"),
             "the corners of its faces must be a list of integers",
         ),
         (

@@ -141,7 +141,7 @@ def test_pages_and_pictures_are_those_of_the_file(
     run("picture", own, *words)
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
     assert drawn.size[0] > 480
-    with pytest.raises(ValueError, match="has no frame 99"):
+    with pytest.raises(ValueError, match="there is no frame 99"):
         dynmesh.picture(completed, frames=99)
 
 

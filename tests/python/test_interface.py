@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from meshes import Mesh, join, sheet, turned
+from meshes import Mesh, turned
 
 import dynmesh
 
@@ -102,41 +102,11 @@ def test_float64_beyond_the_range_of_float32_is_too_large_and_not_missing(mesh: 
     assert completer.report.known == len(points) - 1
 
 
-def test_sparse_input_equals_masked_input(mesh: Mesh, rng: np.random.Generator) -> None:
-    points = turned(mesh.vertices, 0.3)
-    indices = rng.permutation(len(points))[:11]
-    known = np.isin(np.arange(len(points)), indices)
-    masked = dynmesh.Completer(mesh.faces, mesh.vertices).push(points, known)
-    for dtype in (np.int64, np.int32, np.uint8):
-        completer = dynmesh.Completer(mesh.faces, mesh.vertices)
-        sparse = completer.push_sparse(indices.astype(dtype), points[indices])
-        np.testing.assert_array_equal(sparse, masked)
-    completer = dynmesh.Completer(mesh.faces, mesh.vertices)
-    nothing = completer.push_sparse([], np.empty((0, 3)))  # type: ignore[arg-type]
-    np.testing.assert_array_equal(nothing, mesh.vertices)
-
-
-def test_without_out_every_array_is_new(completer: dynmesh.Completer, mesh: Mesh) -> None:
-    first = completer.push(mesh.vertices)
-    second = completer.skip()
-    assert not np.shares_memory(first, second)
-    first[:] = 0
-    np.testing.assert_array_equal(completer.skip(), mesh.vertices)
-    assert not np.shares_memory(completer.age, completer.age)
-
-
 def test_out_is_written_and_returned(completer: dynmesh.Completer, mesh: Mesh) -> None:
-    out = np.empty_like(mesh.vertices)
-    assert completer.push(mesh.vertices, out=out) is out
-    assert completer.skip(out=out) is out
-    assert completer.push_sparse(np.array([3]), mesh.vertices[:1], out=out) is out
-    columns = np.asfortranarray(np.empty_like(mesh.vertices))
-    completer.push(mesh.vertices, out=columns)
-    np.testing.assert_array_equal(columns, mesh.vertices)
-    points = turned(mesh.vertices, 0.1)
-    points[3] = np.nan
-    assert completer.push(points, out=points) is points
-    assert np.isfinite(points).all()
+    out = np.asfortranarray(np.empty_like(mesh.vertices))
+    assert completer.push(mesh.vertices, out=out) is completer.skip(out=out) is out
+    assert completer.push_sparse([3], mesh.vertices[3:4], out=out) is out  # type: ignore[arg-type]
+    np.testing.assert_array_equal(out, mesh.vertices)
 
 
 def test_complete_is_a_generator_in_constant_memory(mesh: Mesh, rng: np.random.Generator) -> None:
@@ -154,14 +124,3 @@ def test_complete_is_a_generator_in_constant_memory(mesh: Mesh, rng: np.random.G
     next(stream)
     assert given == 2
     assert len(list(stream)) == 38
-
-
-def test_the_topology_report_lists_problems() -> None:
-    mesh = join(sheet(3), sheet(2, 5.0))
-    faces = np.concatenate([mesh.faces, [[0, 0, 1], mesh.faces[0]]])
-    vertices = np.concatenate([mesh.vertices, [[9, 9, 9]]])
-    report = dynmesh.Completer(faces, vertices).topology
-    assert (report.components, report.isolated_vertices, report.boundary_edges) == (3, 1, 12)
-    assert [face.index for face in report.refused_faces] == [10, 11]
-    assert [face.kind for face in report.refused_faces] == ["degenerate", "duplicate"]
-    assert report.refused_faces[1].reason == "duplicate of face 0"

@@ -106,28 +106,6 @@ def test_a_state_continues(sheet: Mesh, clip: tuple[Array, Array], settings: Any
         make(learn=False).restore(one.state())
 
 
-def test_a_reset_forgets_everything(sheet: Mesh, clip: tuple[Array, Array]) -> None:
-    frames, masks = clip
-    new = dynmesh.Completer(sheet.faces, frames[40], method="detail", learn=True)
-    old = dynmesh.Completer(sheet.faces, frames[0], method="detail", learn=True)
-    for points, known in zip(frames[1:40], masks, strict=False):
-        old.push(points, known)
-    old.reset(frames[40])
-    assert old.state() == new.state()
-    for points, known in zip(frames[41:60], masks[40:], strict=False):
-        np.testing.assert_array_equal(old.push(points, known), new.push(points, known))
-    assert old.state() == new.state()
-
-
-def test_frames_in_which_nothing_moves_teach_nothing(
-    sheet: Mesh, clip: tuple[Array, Array]
-) -> None:
-    _, masks = clip
-    frames = np.tile(sheet.vertices, (20, 1, 1))
-    learned, plain = (completed(sheet, frames, masks[:19], learn=on) for on in (True, False))
-    np.testing.assert_allclose(learned, plain, atol=1e-9)
-
-
 @pytest.mark.parametrize(("name", "most"), [("ea_bone", 0.80), ("ocean_sim_50x50", 1.02)])
 def test_recorded_subjects(data: Path, name: str, most: float) -> None:
     """One recurs, the other does not."""

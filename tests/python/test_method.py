@@ -72,21 +72,6 @@ def test_a_component_follows_its_donors_if_they_and_their_anchors_are_enough(
     np.testing.assert_allclose(completer.push(points, known), expected, rtol=0, atol=1e-7)
 
 
-@given(meshes.meshes(), st.data())
-def test_a_translation_is_completed_exactly(mesh: Mesh, data: st.DataObject) -> None:
-    label = reference.components(reference.directed_edges(mesh.faces), len(mesh.vertices))
-    known = np.zeros(len(label), bool)
-    for part in np.unique(label):
-        known[data.draw(st.sampled_from(np.flatnonzero(label == part).tolist()))] = True
-    direction = data.draw(st.tuples(*[st.floats(-10, 10)] * 3))
-    completer = dynmesh.Completer(mesh.faces, mesh.vertices, method="motion")
-    frame = mesh.vertices
-    for _ in range(3):
-        frame = frame + np.array(direction)
-        completed = completer.push(frame, known)
-        np.testing.assert_allclose(completed, frame, rtol=0, atol=1e-12 * (1 + np.abs(frame).max()))
-
-
 @pytest.mark.parametrize("revisit", [True, False])
 def test_a_recursion_that_diverges_stays_finite(revisit: bool) -> None:
     mesh = meshes.sheet(12)

@@ -40,7 +40,7 @@ def refuse_work(*_: Any, **__: Any) -> NoReturn:
     ("module", "extra", "command"),
     [
         ("k3d", "view", "view in.npz -o out.html"),
-        ("scipy", "view", "register in.npz in.npz out.npz --page out.html"),
+        ("pyvista", "view", "register in.npz in.npz out.npz --page out.html"),
         ("pyvista", "view", "picture in.npz -o out.png"),
         ("PIL", "view", "picture in.npz -o out.png"),
         ("pyvista", "view", "info in.npz --picture out.png"),

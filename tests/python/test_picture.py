@@ -1,5 +1,6 @@
 """Pictures of sequences as PNG files."""
 
+import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -7,9 +8,10 @@ import numpy as np
 import pytest
 from meshes import Array, Mesh, sheet
 
+import dynmesh
 from dynmesh import Sequence, write
 from dynmesh import open as open_sequence
-from dynmesh.draw.picture import evenly_spaced, picture
+from dynmesh.draw.picture import evenly_spaced, pictures
 from dynmesh.draw.scales import CountScale
 from dynmesh.draw.sheet import contact_sheet
 
@@ -40,7 +42,7 @@ def draw(sequence: Sequence, folder: Path, **options: Any) -> Array:
     """Writes a sequence and its picture, from the front with x to the right."""
     write(folder / "sheet.npz", sequence)
     with open_sequence(folder / "sheet.npz") as reader:
-        picture(reader, **{"up": "z", "azimuth": -90, **options}).save(folder / "sheet.png")
+        next(pictures(reader, **{"up": "z", "azimuth": -90, **options})).save(folder / "sheet.png")
     return pixels(folder / "sheet.png")
 
 
@@ -55,11 +57,11 @@ def bluish(image: Array) -> Array:
 
 
 def test_colours_are_at_their_vertices(sequence: Sequence, tmp_path: Path) -> None:
-    first = draw(sequence, tmp_path, numbers=[0], colour="known", size=(300, 300))
+    first = draw(sequence, tmp_path, indices=[0], colour="known", size=(300, 300))
     left = first[:, :300]  # the colour bar is at the right
     assert bluish(left).sum() > 10_000
     assert not reddish(left).any()
-    left = draw(sequence, tmp_path, numbers=[2], colour="known", size=(300, 300))[:, :300]
+    left = draw(sequence, tmp_path, indices=[2], colour="known", size=(300, 300))[:, :300]
     assert bluish(left).sum() > 4_000
     assert reddish(left).sum() > 4_000
     blue, red = (np.nonzero(mask(left))[1] for mask in (bluish, reddish))
@@ -75,7 +77,7 @@ def test_holes_and_dots_are_drawn(sequence: Sequence, tmp_path: Path) -> None:
     vertices = np.where(known[..., None], sequence.vertices, np.nan)
     partial = Sequence(vertices, sequence.faces, known)
     # In one picture, so that they have the same scale and crop.
-    sheets = [draw(partial, tmp_path, numbers=[0, n]) for n in range(4)]
+    sheets = [draw(partial, tmp_path, indices=[0, n]) for n in range(4)]
     whole, half, dot, nothing = (int(bluish(image).sum()) for image in sheets)
     frame, bar = whole - nothing, 2 * nothing - whole
     assert frame > 20_000
@@ -88,7 +90,7 @@ def test_holes_and_dots_are_drawn(sequence: Sequence, tmp_path: Path) -> None:
 def test_the_smallest_meshes_are_drawn(faces: list[list[int]], tmp_path: Path) -> None:
     corner = np.array([[[0.0, 0, 0], [1, 0, 0], [0, 0, 1]]], np.float32)
     triangles = np.array(faces, np.int32).reshape(-1, 3)
-    image = draw(Sequence(corner, triangles), tmp_path, numbers=[0])
+    image = draw(Sequence(corner, triangles), tmp_path, indices=[0])
     assert (image[60:-40] < 240).any()  # below the heading and above the caption
 
 
@@ -101,7 +103,7 @@ def test_progress_is_reported(sequence: Sequence, tmp_path: Path) -> None:
             watched.append(frame.number)
             yield frame
 
-    draw(sequence, tmp_path, numbers=[3, 1], watch=watch)
+    draw(sequence, tmp_path, indices=[3, 1], watch=watch)
     assert watched == [2, 3, 1]
 
 
@@ -136,7 +138,46 @@ def test_a_colour_bar_has_its_colours_from_below() -> None:
 
 
 def test_a_mesh_far_from_the_origin_is_drawn(mesh: Mesh, tmp_path: Path) -> None:
-    near = draw(Sequence(mesh.vertices[None], mesh.faces), tmp_path, numbers=[0])
-    far = draw(Sequence(mesh.vertices[None] + 5e5, mesh.faces), tmp_path, numbers=[0])
+    near = draw(Sequence(mesh.vertices[None], mesh.faces), tmp_path, indices=[0])
+    far = draw(Sequence(mesh.vertices[None] + 5e5, mesh.faces), tmp_path, indices=[0])
     areas = [(image < 235).all(axis=2).sum() for image in (near, far)]
     assert areas[0] == pytest.approx(areas[1], rel=0.05)
+
+
+def images_of(path: Path) -> list[Array]:
+    """The pictures of a moving one, (height, width, 3)."""
+    if path.suffix == ".mp4":
+        ffmpeg = pytest.importorskip("imageio_ffmpeg", reason="needs dynmesh[movie]")
+        as_gif = [ffmpeg.get_ffmpeg_exe(), "-i", path, path.with_suffix(".gif")]
+        subprocess.run(as_gif, check=True, capture_output=True)
+        path = path.with_suffix(".gif")
+    with images.open(path) as clip:
+        found = []
+        for number in range(clip.n_frames):
+            clip.seek(number)
+            found.append(np.asarray(clip.convert("RGB")).astype(int))
+        return found
+
+
+@pytest.mark.parametrize("suffix", [".gif", ".webp", ".mp4"])
+def test_a_moving_picture_shows_every_frame(
+    suffix: str, sequence: Sequence, tmp_path: Path
+) -> None:
+    path = tmp_path / f"clip{suffix}"
+    first = np.asarray(dynmesh.picture(sequence, path, up="z", azimuth=-90, size=64, fps=10))
+    shown = images_of(path)
+    assert len(shown) == 4
+    height, width, _ = first.shape
+    assert np.abs(shown[0][:height, :width] - first).mean() < 10
+    # What was filled in, in later frames, has another colour.
+    changes = [np.abs(image - shown[0]).max(axis=2)[:, :80] > 60 for image in shown]
+    assert [bool(change.sum() > 300) for change in changes] == [False, True, True, True]
+
+
+def test_a_turntable_shows_one_frame_from_all_sides(sequence: Sequence, tmp_path: Path) -> None:
+    path = tmp_path / "turn.gif"
+    dynmesh.picture(sequence, path, frames=0, up="y", size=64, turntable=True)
+    shown = images_of(path)
+    assert len(shown) == 72
+    first, quarter = ((shown[at][44:108, :80] < 200).any(axis=2).sum() for at in (0, 18))
+    assert abs(first - quarter) > 100

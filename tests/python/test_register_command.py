@@ -55,6 +55,24 @@ def test_a_folder_of_scans(torus: Mesh, rng: np.random.Generator, tmp_path: Path
     run("register", tmp_path / "body.obj", tmp_path / "scans", made, code=1)
 
 
+def test_depth_images_of_one_moment_are_one_scan(torus: Mesh, tmp_path: Path) -> None:
+    turned = Rotation.from_euler("xyz", [2, 1, 0.5]).apply(torus.vertices)
+    truth = np.stack([torus.vertices, turned])
+    dynmesh.write(tmp_path / "truth.npz", dynmesh.Sequence(truth, torus.faces, start=7))
+    dynmesh.write(tmp_path / "body.obj", dynmesh.Sequence(truth[:1], torus.faces))
+    depth, made = tmp_path / "depth", tmp_path / "made"
+    size = ("--depth", "160x120", "--cameras", "4", "--up", "z")
+    run("degrade", tmp_path / "truth.npz", depth, *size)
+    run("register", tmp_path / "body.obj", depth, made)
+    assert sorted(path.name for path in made.iterdir()) == ["frame_00007.obj", "frame_00008.obj"]
+    assert error(torus, turned, positions(made / "frame_00008.obj")) < 0.5
+    (depth / "cameras.json").rename(tmp_path / "rig.json")
+    refused = run("register", tmp_path / "body.obj", depth, made, "--overwrite", code=1).stderr
+    assert "depth images need cameras" in refused
+    with_cameras = ("--overwrite", "--cameras", tmp_path / "rig.json")
+    run("register", tmp_path / "body.obj", depth, made, *with_cameras)
+
+
 def test_the_page(torus: Mesh, rng: np.random.Generator, tmp_path: Path, browser: Any) -> None:
     """A template that is elsewhere and in another unit, a scan, and a scan of something else."""
     written(tmp_path, torus, rng)
@@ -89,44 +107,14 @@ def test_scans_of_other_formats(
     truth = written(tmp_path, torus, rng)
     scan_file, made = tmp_path / f"scan.{suffix}", tmp_path / "made.obj"
     trimesh.Trimesh(truth, torus.faces, process=False).export(scan_file)
-    run("register", tmp_path / "body.obj", scan_file, made)
+    body = tmp_path / "body.obj"
+    body.write_text("usemtl skin\n" + body.read_text())
+    run("register", body, scan_file, made)
+    assert "usemtl skin" in made.read_text()
     assert error(torus, truth, positions(made)) < 0.5
     scan_file.write_bytes(scan_file.read_bytes()[:100])
     refused = run("register", tmp_path / "body.obj", scan_file, made, "--overwrite", code=1).stderr
     assert f"scan.{suffix}: cannot be read as {suffix.upper()}" in refused
-
-
-@pytest.mark.parametrize(
-    "case",
-    ["template", "scan", "report", "landmarks", "twice", "old report", "old page", "no page"],
-)
-def test_outputs_that_would_replace_a_file(
-    case: str, torus: Mesh, rng: np.random.Generator, tmp_path: Path
-) -> None:
-    """An input is never replaced, nothing is written twice, and a report only if asked."""
-    written(tmp_path, torus, rng)
-    template, scans = tmp_path / "body.obj", tmp_path / "scans"
-    first, made, report = scans / "first.ply", tmp_path / "made.obj", tmp_path / "report.json"
-    old_page = tmp_path / "page.html"
-    marks = tmp_path / "marks.json"
-    marks.write_text(json.dumps([{"vertex": v, "position": [v, 0, 0]} for v in (1, 2, 3)]))
-    words, why = {
-        "template": ((first, template, "--overwrite"), "body.obj: is an input"),
-        "scan": ((scans / "second.obj", scans / "second.obj", "--overwrite"), "is an input"),
-        "report": ((first, made, "--report", template, "--overwrite"), "is an input"),
-        "landmarks": ((first, made, "--landmarks", marks, "--report", marks), "is an input"),
-        "twice": ((scans, tmp_path / "out"), "first.obj: would be written twice"),
-        "old report": ((first, made, "--report", report), "report.json: exists"),
-        "old page": ((first, made, "--page", old_page), "page.html: exists"),
-        "no page": ((first, made, "--page", tmp_path / "page.htm"), "must end in .html"),
-    }[case]
-    report.write_text("{}")
-    old_page.write_text("precious")
-    if case == "twice":
-        (scans / "first.obj").write_bytes((scans / "second.obj").read_bytes())
-    before = {path: path.read_bytes() for path in tmp_path.rglob("*.*")}
-    assert why in run("register", template, *words, code=1).stderr
-    assert {path: path.read_bytes() for path in tmp_path.rglob("*.*")} == before
 
 
 def test_landmarks_of_a_file(torus: Mesh, rng: np.random.Generator, tmp_path: Path) -> None:
@@ -172,28 +160,6 @@ def test_landmarks_picked_in_viewers(torus: Mesh, rng: np.random.Generator, tmp_
     ended = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert ended.stderr == "body.pp has 4 points, but scan.txt has 3\n"
     assert ended.returncode == 1
-
-
-@pytest.mark.parametrize(
-    ("content", "why"),
-    [
-        ("{", "is not JSON"),
-        ("[]", "at least one"),
-        ('[{"vertex": 3}]', "landmark 0 must have"),
-        ('[{"vertex": 0.5, "position": [1, 2, 3]}]', "landmark 0: the vertex"),
-        ('[{"vertex": 5, "position": [1, 2]}]', "landmark 0: the position"),
-        ('[{"vertex": 577, "position": [1, 2, 3]}]', "vertex 577"),
-    ],
-)
-def test_damaged_landmarks(
-    content: str, why: str, torus: Mesh, rng: np.random.Generator, tmp_path: Path
-) -> None:
-    written(tmp_path, torus, rng)
-    (tmp_path / "marks.json").write_text(content)
-    words: Any = (tmp_path / "body.obj", tmp_path / "scans" / "first.ply", tmp_path / "made.obj")
-    said = run("register", *words, "--landmarks", tmp_path / "marks.json", code=1).stderr
-    assert why in said
-    assert not (tmp_path / "made.obj").exists()
 
 
 def test_a_wrong_scan_ends_with_code_3(

@@ -109,7 +109,7 @@ def check_each_damage(
         lambda folder: run(folder, resume=True),
         work=work,
         victims=plans or None,
-        afterwards=lambda folder: run(folder, overwrite=bool(plans)),
+        afterwards=lambda folder: run(folder, overwrite=True),
         same=lambda one, _: one == expected,
         **options,
     )
@@ -231,10 +231,10 @@ def test_a_checkpoint_that_contradicts_itself(
     output = tmp_path / "out.npz"
     change_checkpoint(interrupted(partial, output, start=start), **values)
     before = everything(tmp_path)
-    with pytest.raises(ValueError, match=rf"checkpoint\.npz: .*{why}.*; run without --resume to"):
+    with pytest.raises(ValueError, match=rf"checkpoint\.npz: .*{why}.*; run with --overwrite to"):
         complete_file(partial, output, start=start, resume=True)
     assert everything(tmp_path) == before
-    complete_file(partial, output, start=start)
+    complete_file(partial, output, start=start, overwrite=True)
     assert [file.name for file in tmp_path.iterdir()] == ["out.npz"]
 
 
@@ -300,7 +300,7 @@ def test_damage_does_not_stay_in_the_way(
     resume = ["--resume", *(["--overwrite"] if overwrite else [])]
     refused = dynmesh_command("complete", partial, output, *resume, code=1).stderr
     assert len(refused.splitlines()) == 1
-    with pytest.raises(ValueError, match=rf"{named}.*; run without --resume to start again"):
+    with pytest.raises(ValueError, match=rf"{named}.*; run with --overwrite to start again"):
         complete_file(partial, output, resume=True, overwrite=overwrite)
     assert everything(tmp_path) == before
     shown = dynmesh_command("complete", partial, output, *resume[1:]).stderr

@@ -1,5 +1,6 @@
 """Mistakes in cameras, units and templates are recognised, and the named option repairs them."""
 
+import io
 import json
 import shutil
 from collections.abc import Callable
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 from commands import dynmesh_command as run
 from meshes import Array, turned
+from PIL import Image
 from test_track import bumpy
 
 import dynmesh
@@ -18,9 +20,17 @@ from dynmesh import degrade
 from dynmesh.degrade.depth_buffer import intrinsics_of, pose_of
 from dynmesh.degrade.shared import mean_edge_of
 from dynmesh.diagnosis.rig import RigDiagnosis, diagnose_rig
-from dynmesh.diagnosis.rig_reading import Reading
+from dynmesh.diagnosis.rig_reading import Reading, RigFinding
 from dynmesh.diagnosis.rig_reading import turned as turned_by
-from dynmesh.files.scans import DepthFolder, Rig, ScanCamera, open_scans, read_cameras
+from dynmesh.files.scans import (
+    DepthFolder,
+    PointScan,
+    Rig,
+    ScanCamera,
+    open_scans,
+    read_cameras,
+    write_ply,
+)
 from dynmesh.files.scans.depth_files import write_depth
 from dynmesh.jobs.rig_options import RigOptions
 from dynmesh.jobs.tracking import track_file
@@ -267,8 +277,9 @@ def test_nothing_is_wrong_with_a_right_rig(seed: int, tmp_path: Path) -> None:
     with DepthFolder(tmp_path / "scans", rig) as folder:
         folder.append(scan)
     reader = open_scans(tmp_path / "scans")
-    found = diagnose_rig(reader, Reading(), faces=mesh.faces, template=mesh.vertices)
-    assert found.findings == ()
+    for template in (None, mesh.vertices):
+        found = diagnose_rig(reader, Reading(), faces=mesh.faces, template=template)
+        assert found.findings == ()
 
 
 def test_an_unchecked_rig_is_tracked(recording: Recording, tmp_path: Path) -> None:
@@ -290,8 +301,9 @@ def test_a_camera_that_sees_nothing_is_named(recording: Recording, tmp_path: Pat
         write_depth(scans / f"depth_{number:05d}_blind.png", np.zeros((120, 160)), camera)
     mesh = recording.truth
     reader = open_scans(scans)
-    found = diagnose_rig(reader, Reading(), faces=mesh.faces, template=mesh.vertices[0])
-    assert [finding.camera for finding in found.findings] == ["blind"]
+    for template in (None, mesh.vertices[0]):
+        found = diagnose_rig(reader, Reading(), faces=mesh.faces, template=template)
+        assert [finding.camera for finding in found.findings] == ["blind"]
     words = ("track", scans, tmp_path / "o.npz", "--template", recording.folder / "body.obj")
     assert "'blind' sees nothing" in run(*words, "--remove-planes", code=3).stderr
 
@@ -328,6 +340,100 @@ def test_the_page_of_a_rig_shows_cameras_and_what_is_wrong(
     assert run(*words, "-o", output, code=1).stderr.count("exists already") == 1
     bare = run("rig", recording.folder / "depth", "-o", tmp_path / "bare.html").stderr
     assert "with a template" in bare
+
+
+def test_the_page_begins_with_everything_in_sight(
+    recording: Recording, tmp_path: Path, chromium: Any
+) -> None:
+    """Also without cameras, whose places enlarge what is shown."""
+    points = recording.truth.vertices[0] * np.array([1, 1, 4.0])
+    write_ply(tmp_path / "s_0.ply", PointScan(points, None, None))
+    run("rig", tmp_path / "s_0.ply", "-o", tmp_path / "rig.html")
+    page = chromium.new_page(viewport={"width": 600, "height": 600})
+    page.goto((tmp_path / "rig.html").as_uri())
+    page.wait_for_selector("#rig")
+    page.wait_for_function("K3DInstance.then(() => true)")
+    page.evaluate("document.querySelector('#rig').remove()")
+    page.wait_for_timeout(500)
+    shown = np.array(Image.open(io.BytesIO(page.screenshot())).convert("L"))
+    assert (shown < 200).sum() > 500
+    for border in (shown[:3], shown[-3:], shown[:, :3], shown[:, -3:]):
+        assert border.min() > 250
+
+
+def alone(recording: Recording, cameras: Path | None) -> list[RigFinding]:
+    """What is found without a template."""
+    reader = RigOptions(cameras=cameras).checked().open(recording.folder / "depth")
+    return list(diagnose_rig(reader, Reading()).findings)
+
+
+# In a scan of a room, these change how the cameras lie to each other.
+BETWEEN_CAMERAS = sorted(set(MISTAKES) - {"millimetres"})
+
+
+@pytest.mark.parametrize("mistake", BETWEEN_CAMERAS)
+def test_cameras_that_contradict_each_other_are_named_without_a_template(
+    mistake: str, recording: Recording, tmp_path: Path
+) -> None:
+    assert alone(recording, None) == []
+    change, expected = MISTAKES[mistake]
+    (finding,) = alone(recording, recording.changed(change, tmp_path / "cameras.json"))
+    assert set(finding.options) == expected - {"scan_unit", "template_unit"}
+
+
+@pytest.mark.parametrize("number", [0, 2])
+def test_a_camera_that_is_off_is_named_without_a_template(
+    number: int, recording: Recording, tmp_path: Path
+) -> None:
+    def elsewhere(cameras: Cameras) -> None:
+        cameras[number]["camera_to_world"][1][3] += 0.2
+
+    def longer(cameras: Cameras) -> None:
+        for i in (0, 1):
+            cameras[number]["intrinsics"][i][i] *= 1.08
+
+    for change, what in ((elsewhere, "pose"), (longer, "focal length")):
+        (finding,) = alone(recording, recording.changed(change, tmp_path / "cameras.json"))
+        assert finding.camera == str(number)
+        assert what in finding.message
+
+
+def test_what_cannot_be_known_without_a_template_is_not_said(
+    recording: Recording, tmp_path: Path
+) -> None:
+    """One camera, and two that see nothing in common; other units and places of the whole rig."""
+
+    def turned_and_larger(cameras: Cameras) -> None:
+        motion = np.block([[turned(np.eye(3), 0.7), np.ones((3, 1))], [np.eye(4)[3]]])
+        for camera in cameras:
+            camera["camera_to_world"] = (motion @ camera["camera_to_world"]).tolist()
+        in_other_unit(1000, 1000)(cameras)
+
+    assert alone(recording, recording.changed(turned_and_larger, tmp_path / "a.json")) == []
+    for kept in ([0], [0, 2]):
+
+        def some(cameras: Cameras, kept: list[int] = kept) -> None:
+            cameras[:] = [cameras[i] for i in kept]
+
+        assert alone(recording, recording.changed(some, tmp_path / "b.json")) == []
+
+
+def test_the_page_leaves_out_what_tracking_would(recording: Recording, tmp_path: Path) -> None:
+    scans, output = recording.folder / "depth", tmp_path / "rig.html"
+    words: tuple[str | Path, ...] = ("rig", scans, "-o", output, "--overwrite")
+    template = ("--template", recording.folder / "body.obj")
+    shares = []
+    for options in ((*template, "--remove-planes"), (*template, "--crop", "0.2"), ("--crop", BOX)):
+        head, *rows = run(*words, *options).stderr.splitlines()[:5]
+        assert head.split()[-1] == "left"
+        shares.append([int(row.split()[-2]) for row in rows])
+    assert np.min(shares) > 1
+    assert np.max(shares) < 50
+    for refused in (("--remove-planes",), ("--crop", "0.2")):
+        assert "--template" in run(*words, *refused, code=1).stderr
+
+
+BOX = "-2,-2,-2,2,2,2"
 
 
 def test_intrinsics_may_be_four_numbers(recording: Recording, tmp_path: Path) -> None:

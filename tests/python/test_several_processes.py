@@ -15,20 +15,13 @@ import numpy as np
 import pytest
 from commands import dynmesh_command, run_here
 from meshes import Mesh
+from test_every_format import FORMATS, place
 
 import dynmesh
 from dynmesh import files
 from dynmesh._errors import InputError
 from dynmesh.cli import pictures, scans, sequences
 from dynmesh.files.lock import UNLOCKED, unfinished_folder
-
-FORMATS = [name for name, format in files.formats.items() if format.writer]
-
-
-def place(folder: Path, format: str) -> Path:
-    """A path for a sequence of this format."""
-    suffix = files.formats[format].suffixes[0]
-    return folder / (f"f_%02d{suffix}" if format in ("ply", "obj") else f"f{suffix}")
 
 
 def moving(mesh: Mesh, n_frames: int = 4) -> dynmesh.Sequence:

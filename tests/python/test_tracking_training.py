@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from meshes import Array, Mesh, join
-from test_tracking import bent, bumpy_torus, edge, error, scan_of
+from test_tracking import bent, bumpy_torus, edge, scan_of
 from tracking_reference import TrackedTrained, vertex_normals
 
 from dynmesh import Tracker
@@ -40,19 +40,6 @@ def test_frames_equal_the_transcription(rng: np.random.Generator) -> None:
         moved = np.abs(tracked - plain.push(*scan)).max()
     assert tracker.report.prior_weight > 0.2
     assert moved > 0.01 * edge(mesh)
-
-
-def test_a_training_tells_how_the_surface_moves(rng: np.random.Generator) -> None:
-    mesh = bumpy_torus(18)
-    trained = Tracker(mesh.faces, mesh.vertices, training=training(mesh, 6))
-    plain = Tracker(mesh.faces, mesh.vertices)
-    errors = []
-    for n in range(1, 8):
-        truth = waved(mesh.vertices, 0.25 * n)
-        scan = scan_of(mesh, truth, 4000, rng)
-        errors.append([error(mesh, truth, t.push(*scan)) for t in (trained, plain)])
-    with_it, without = np.mean(errors[3:], axis=0)
-    assert with_it < 0.8 * without, (with_it, without)
 
 
 def test_a_useless_training_changes_nothing(rng: np.random.Generator) -> None:
@@ -113,46 +100,3 @@ def test_where_no_point_is_connected_the_error_is_infinite(rng: np.random.Genera
     assert np.isinf(tracker.standard_error[k:]).all()
     tracker.skip()
     assert np.isinf(tracker.standard_error).all()
-
-
-def test_a_state_continues_and_belongs_to_its_training(rng: np.random.Generator) -> None:
-    mesh = bumpy_torus(14)
-    frames = training(mesh, 3)
-    scans = [scan_of(mesh, waved(mesh.vertices, 0.4 * n), 1500, rng) for n in range(1, 6)]
-
-    def made(training: Array | None = frames, *, uncertainty: bool = True) -> Tracker:
-        return Tracker(mesh.faces, mesh.vertices, training=training, uncertainty=uncertainty)
-
-    first, second = made(), made()
-    for scan in scans[:3]:
-        first.push(*scan)
-    second.restore(first.state())
-    assert second.report.prior_weight == first.report.prior_weight > 0
-    assert (second.standard_error == first.standard_error).all()
-    for scan in scans[3:]:
-        assert (second.push(*scan) == first.push(*scan)).all()
-        assert (second.standard_error == first.standard_error).all()
-    assert second.state() == first.state()
-    for other, why in (
-        (made(None), "of a tracker with training"),
-        (made(training(mesh, 4)), "of a tracker with another training sequence"),
-        (made(uncertainty=False), "uncertainty is True, not False"),
-    ):
-        with pytest.raises(ValueError, match=f"state: .*{why}"):
-            other.restore(first.state())
-    with pytest.raises(ValueError, match="state: of a tracker without training"):
-        first.restore(made(None).state())
-
-
-def test_a_reset_forgets_the_pose(rng: np.random.Generator) -> None:
-    mesh = bumpy_torus(14)
-    tracker, fresh = (
-        Tracker(mesh.faces, mesh.vertices, training=training(mesh, 8), uncertainty=True)
-        for _ in range(2)
-    )
-    for n in range(1, 4):
-        scan = scan_of(mesh, waved(mesh.vertices, 0.4 * n), 1500, rng)
-        tracker.push(*scan)
-    tracker.reset(mesh.vertices)
-    assert tracker.state() == fresh.state()
-    assert (tracker.push(*scan) == fresh.push(*scan)).all()

@@ -97,15 +97,6 @@ def training(sheet: Mesh, rng: np.random.Generator) -> Array:
     return poses(sheet.vertices, 10, rng)
 
 
-def test_hidden_parts_are_more_accurate(
-    sheet: Mesh, clip: tuple[Array, Array], rng: np.random.Generator
-) -> None:
-    frames, masks = clip
-    plain = completed(sheet, frames, masks)
-    trained = completed(sheet, frames, masks, training=poses(sheet.vertices, 30, rng))
-    assert error(frames[1:], np.stack(trained)) < 0.8 * error(frames[1:], np.stack(plain))
-
-
 def test_where_the_take_was_does_not_matter(
     sheet: Mesh, clip: tuple[Array, Array], training: Array
 ) -> None:
@@ -131,51 +122,6 @@ def test_any_stream_of_frames_is_a_training(
     known = [np.ones(len(sheet.vertices), np.bool_), *masks]
     made = dynmesh.complete(sheet.faces, frames, known, training=iter(training), method="detail")
     np.testing.assert_array_equal(list(made)[1:], expected)
-
-
-@pytest.mark.parametrize("settings", [{}, {"noise": 0.02}, {"reject_outliers": True}])
-def test_a_state_continues(
-    sheet: Mesh, clip: tuple[Array, Array], training: Array, settings: Any
-) -> None:
-    frames, masks = clip
-
-    def make(**more: Any) -> dynmesh.Completer:
-        return dynmesh.Completer(
-            sheet.faces, frames[0], method="detail", **{"training": training, **settings, **more}
-        )
-
-    one = make()
-    for points, known in zip(frames[1:6], masks, strict=False):
-        one.push(points, known)
-    other = make(threads=2)
-    other.restore(one.state())
-    assert other.report.prior_weight == one.report.prior_weight > 0
-    assert other.report.prior_share == one.report.prior_share
-    assert other.state() == one.state()
-    for points, known in zip(frames[6:], masks[5:], strict=True):
-        np.testing.assert_array_equal(other.push(points, known), one.push(points, known))
-    changed = training.copy()
-    changed[4, 3, 2] += 1e-9
-    for frames_of_other, reason in (
-        (changed, "another training sequence"),
-        (training[:-1], "another training sequence"),
-        (None, "of a completer with training"),
-    ):
-        with pytest.raises(ValueError, match=reason):
-            make(training=frames_of_other).restore(one.state())
-    with pytest.raises(ValueError, match="without training"):
-        make().restore(make(training=None).state())
-
-
-def test_a_reset_learns_again(sheet: Mesh, clip: tuple[Array, Array], training: Array) -> None:
-    frames, masks = clip
-    new = dynmesh.Completer(sheet.faces, frames[4], method="detail", training=training)
-    old = dynmesh.Completer(sheet.faces, frames[0], method="detail", training=training)
-    old.push(frames[1], masks[0])
-    old.reset(frames[4])
-    for points, known in zip(frames[5:], masks[4:], strict=True):
-        np.testing.assert_array_equal(old.push(points, known), new.push(points, known))
-    assert old.state() == new.state()
 
 
 def errors_of(

@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 from commands import dynmesh_command as run
 from meshes import Array, sheet
+from test_training import poses
+from watches import interrupted_after
 
 import dynmesh
 from dynmesh import _core
@@ -24,18 +26,8 @@ WHOLE = 4
 REST = sheet(10)
 
 
-def poses(n: int, seed: int) -> Array:
-    """Frames of a sheet that bends in two ways, by random amounts."""
-    x, y, z = REST.vertices.T
-    frames = []
-    for bend, twist in np.random.default_rng(seed).normal(size=(n, 2)):
-        height = 0.05 * bend * (x - x.mean()) ** 2 + 0.08 * twist * x * np.sin(0.7 * y)
-        frames.append(np.stack([x, y, z + height], axis=1))
-    return np.stack(frames)
-
-
 def training_of(n: int, seed: int) -> dynmesh.Sequence:
-    return dynmesh.Sequence(poses(n, seed), REST.faces)
+    return dynmesh.Sequence(poses(REST.vertices, n, np.random.default_rng(seed)), REST.faces)
 
 
 @pytest.fixture
@@ -134,14 +126,8 @@ def _faces_for(name: str) -> Any:
 
 def interrupted(*arguments: Any, **options: Any) -> None:
     """Starts to complete a file, and interrupts it in the middle."""
-
-    def watch(frames: Iterator[Any], *_: int) -> Iterator[Any]:
-        for _number in range(6):
-            yield next(frames)
-        raise KeyboardInterrupt
-
     with pytest.raises(KeyboardInterrupt):
-        dynmesh.complete_file(*arguments, **options, watch=watch)
+        dynmesh.complete_file(*arguments, **options, watch=interrupted_after(6))
 
 
 @pytest.mark.parametrize("start", [0, WHOLE])

@@ -169,5 +169,5 @@ def test_vertices_of_no_triangle_go_first(mesh: Mesh) -> None:
 def test_a_large_mesh_needs_a_complete_frame_0(mesh: Mesh) -> None:
     vertices = mesh.vertices.copy()
     vertices[7, 1] = np.nan
-    with pytest.raises(ValueError, match="frame 0 lacks vertex 7"):
+    with pytest.raises(ValueError, match="the first frame lacks vertex 7"):
         thin(mesh.faces, vertices, 40)

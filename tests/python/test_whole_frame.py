@@ -1,6 +1,6 @@
 """Whole frames, put together from frames none of which is whole."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -71,30 +71,11 @@ def test_vertices_that_no_frame_knows_are_said_to_be_uncertain() -> None:
     )
 
 
-def test_known_vertices_are_exact_and_others_near(recording: Recording) -> None:
-    whole = dynmesh.whole_frame(recording.faces, recording.frames, recording.known)
-    here = recording.known[whole.frame]
-    assert whole.frame == int(recording.known.sum(axis=1).argmax())
-    np.testing.assert_array_equal(whole.positions[here], recording.frames[whole.frame][here])
-    np.testing.assert_array_equal(whole.standard_error == 0, here)
-    assert recording.error(whole, ~here) < 0.05
-    assert not whole.doubtful
-
-
 def test_the_frame_that_knows_one_vertex_more_is_completed(recording: Recording) -> None:
     known = np.ones_like(recording.known)
     known[:, :2] = False
     known[1, 0] = True
     assert dynmesh.whole_frame(recording.faces, recording.frames, known).frame == 1
-
-
-def test_a_moved_recording_is_made_whole_alike(recording: Recording) -> None:
-    whole = dynmesh.whole_frame(recording.faces, recording.frames, recording.known)
-    shift = np.array([3, -2, 5])
-    moved = turned(recording.frames, 0.7) + shift
-    theirs = dynmesh.whole_frame(recording.faces, moved, recording.known)
-    expected = turned(whole.positions, 0.7) + shift
-    np.testing.assert_allclose(theirs.positions, expected, atol=1e-6)
 
 
 def test_frames_may_come_in_any_form(recording: Recording, tmp_path: Path) -> None:
@@ -246,14 +227,6 @@ def test_little_that_is_known_gives_something_finite(share: float) -> None:
     assert not np.isnan(whole.standard_error).any()
 
 
-def test_a_completer_can_start_from_it(recording: Recording) -> None:
-    whole = dynmesh.whole_frame(recording.faces, recording.frames, recording.known, frame=0)
-    completer = dynmesh.Completer(recording.faces, whole.positions)
-    pairs = zip(recording.frames[1:], recording.known[1:], strict=True)
-    last = [completer.push(points, known) for points, known in pairs][-1]
-    assert np.linalg.norm(last - recording.frames[-1], axis=1).mean() < 0.05
-
-
 def test_progress_counts_and_its_errors_stop_the_work(recording: Recording) -> None:
     steps: list[tuple[int, int]] = []
 
@@ -265,69 +238,3 @@ def test_progress_counts_and_its_errors_stop_the_work(recording: Recording) -> N
     with pytest.raises(KeyboardInterrupt):
         dynmesh.whole_frame(recording.faces, recording.frames, recording.known, progress=watch)
     assert steps == [(done, 162) for done in range(51)]
-
-
-Call = Callable[[Recording], object]
-
-
-@pytest.mark.parametrize(
-    ("call", "kind", "message"),
-    [
-        (lambda r: dynmesh.whole_frame(r.faces, iter(r.frames)), TypeError, "only once"),
-        (
-            lambda r: dynmesh.whole_frame(r.faces, r.frames, iter(r.known)),
-            TypeError,
-            "known: is an iterator",
-        ),
-        (lambda r: dynmesh.whole_frame(r.faces, 3), TypeError, "frames: must be an array"),  # type: ignore[arg-type]
-        (lambda r: dynmesh.whole_frame(r.faces, r.frames, frame=12), ValueError, "is 12, not 12"),
-        (lambda r: dynmesh.whole_frame(r.faces, r.frames, frame=-1), ValueError, "frame: .*-1"),
-        (
-            lambda r: dynmesh.whole_frame(r.faces, r.frames, frame="worst"),  # type: ignore[arg-type]
-            TypeError,
-            "frame: .*'worst'",
-        ),
-        (lambda r: dynmesh.whole_frame(r.faces, r.frames, noise=-1), ValueError, "noise: .*-1"),
-        (lambda r: dynmesh.whole_frame(r.faces, r.frames, threads=0), ValueError, "threads: .*0"),
-        (
-            lambda r: dynmesh.whole_frame(r.faces, r.frames, r.known[:5]),
-            ValueError,
-            "known: ends before frame 5",
-        ),
-        (
-            lambda r: dynmesh.whole_frame(r.faces, r.frames[:5], lambda: iter(r.known)),
-            ValueError,
-            "frames: ends before frame 5, but known goes on",
-        ),
-        (
-            lambda r: dynmesh.whole_frame(r.faces, r.frames, r.known & False),
-            ValueError,
-            "no vertex is known",
-        ),
-        (
-            lambda r: dynmesh.whole_frame(r.faces, r.frames[:0]),
-            ValueError,
-            "frames: there are none",
-        ),
-        (
-            lambda r: dynmesh.whole_frame(r.faces, [*r.frames[:2], r.frames[2][:5]]),
-            ValueError,
-            "frame 2: .* 5 .* 64",
-        ),
-        (
-            lambda r: dynmesh.whole_frame(r.faces, [r.frames[0], r.frames[1].astype(int)]),
-            TypeError,
-            "frame 1: points: .*int",
-        ),
-        (
-            lambda r: dynmesh.whole_frame(r.faces, r.holes, r.known | True),
-            ValueError,
-            "frame 0: vertex .* nan",
-        ),
-    ],
-)
-def test_bad_input_is_refused(
-    recording: Recording, call: Call, kind: type[Exception], message: str
-) -> None:
-    with pytest.raises(kind, match=message):
-        call(recording)

@@ -11,7 +11,7 @@ from .batch import batch
 from .completion import complete
 from .description import info
 from .evaluation import evaluate, reproduce
-from .options import format_names
+from .options import format_names, quietly
 from .pictures import picture, view
 from .registering import register
 from .rig import rig
@@ -94,7 +94,7 @@ for command in (
     batch,
     reproduce,
 ):
-    app.command(cls=_Command)(command)
+    app.command(cls=_Command)(quietly(command))
 
 
 def _print_version(wanted: bool) -> None:

@@ -40,7 +40,7 @@ def complete(
     if options.source.get("prim") == every_mesh:
         complete_all(path, output, options, resume=resume, overwrite=overwrite)
         return
-    zeros, watch = ZeroCount(), watching(output, "completing", resume)
+    zeros, watch = ZeroCount(), watching(output, "completing")
     try:
         with saying_what_is_kept(output, "completed"), steps_bar() as watch_start:
             report = complete_into(
@@ -55,9 +55,8 @@ def complete(
             )
     except SettingError as error:
         raise usage_error(error, options.settings) from error
-    if not say_how_far(output, "completed", report):
-        return
-    say_what_was_done(output, report, options.settings["reject_outliers"])
+    if say_how_far(output, "completed", report):
+        say_what_was_done(output, report, options.settings["reject_outliers"])
     say_remarks(output, report.remarks)
     for hint in zeros.hint():
         say(hint)

@@ -119,10 +119,13 @@ def _print(diagnosis: Diagnosis, format_name: str, summary: TrainingSummary | No
     table.add_row("format", format_name)
     for row in _header_rows(diagnosis):
         table.add_row(*row)
-    table.add_row("known after frame 0", _describe_shares(diagnosis.known_share[1:].tolist()))
-    table.add_row("bounding-box diagonal", f"{diagnosis.diagonal:g}, of frame 0")
+    first = diagnosis.header.number(0)
+    table.add_row(
+        f"known after frame {first}", _describe_shares(diagnosis.known_share[1:].tolist())
+    )
+    table.add_row("bounding-box diagonal", f"{diagnosis.diagonal:g}, of frame {first}")
     if diagnosis.mean_edge is not None:
-        table.add_row("mean edge", f"{diagnosis.mean_edge:g}, of frame 0")
+        table.add_row("mean edge", f"{diagnosis.mean_edge:g}, of frame {first}")
     if diagnosis.topology is not None:
         for row in _topology_rows(diagnosis.topology):
             table.add_row(*row)

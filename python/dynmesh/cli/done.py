@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 from ..jobs.report import LONG, FileReport
 from ..jobs.track_report import TrackFileReport
-from ..jobs.unfinished import is_unfinished
+from ..jobs.unfinished import frames_kept
 from .terminal import say, track
 
 T = TypeVar("T")
@@ -15,14 +15,13 @@ T = TypeVar("T")
 _MANY = 0.01  # of the vertices
 
 
-def watching(output: Path, what: str, resume: bool) -> Callable[[Iterator[T], int, int], Any]:
+def watching(output: Path, what: str) -> Callable[[Iterator[T], int, int], Any]:
     """Returns what shows the progress of a job, which says if it begins an interrupted one anew."""
-    was_unfinished = is_unfinished(output)
+    was_unfinished = frames_kept(output) > 0
 
     def watch(items: Iterator[T], whole: int, done: int) -> Iterator[T]:
         if was_unfinished and not done:
-            hint = "" if resume else "; --resume continues an interrupted run"
-            say(f"{output}: starting again{hint}")
+            say(f"{output}: starting again")
         return track(items, whole, what, done)
 
     return watch
@@ -36,7 +35,7 @@ def saying_what_is_kept(output: Path, made: str) -> Iterator[None]:
     except BlockingIOError:  # another process is writing the output
         raise
     except (OSError, KeyboardInterrupt) as error:
-        if is_unfinished(output):
+        if frames_kept(output):
             say(f"{output}: {made} frames are kept; --resume continues from there")
         elif isinstance(error, KeyboardInterrupt):
             say(f"{output}: interrupted; nothing was kept")
@@ -75,7 +74,7 @@ def say_what_was_done(output: Path | str, report: FileReport, reject_outliers: b
     if report.filled + report.disconnected == 0:
         say(f"{output}: nothing was missing")
         return
-    where = {-1: "", 0: " after frame 0"}.get(report.start, f" beside frame {report.start}")
+    where = "" if report.start is None else f" beside frame {report.start}"
     say(f"{output}: {shares_of(report)} of the vertices{where}")
     if report.prior_weight is not None:
         say(f"{output}: {of_training(report)}")

@@ -13,8 +13,9 @@ from rich.table import Table
 from .. import files, study
 from ..files import Source
 from ..files.new_output import check_output, new_output
+from ..frames.times import slice_of
 from ..jobs import evaluation
-from .options import Axis, Seed, frame_range, share_out, with_source
+from .options import Axis, Seed, parser, share_out, with_source
 from .terminal import say, say_remarks, track, work_bar
 
 _ERRORS_OF = {"position": "positions", "surface": "distances from the true surface"}
@@ -26,11 +27,11 @@ def evaluate(
     reference: Annotated[Path, typer.Argument(metavar="REFERENCE", help="The true sequence.")],
     *,
     frames: Annotated[
-        range | None,
+        slice | None,
         typer.Option(
             metavar="A:B",
-            parser=frame_range,
-            help="Measure frames A to B - 1, counted from 0. [1 to the last]",
+            parser=parser(slice_of),
+            help="Measure the frames from number A, in COMPLETED, to before B. [all but the first]",
         ),
     ] = None,
     only: Annotated[
@@ -102,7 +103,8 @@ def evaluate(
     shown.add_row("99th percentile", f"{result.p99:.4g}")
     shown.add_row("maximum", f"{result.maximum:.4g}")
     shown.add_row("frames", str(result.frames))
-    shown.add_row("unit", f"bounding-box diagonal of frame 0, {result.bounding_box_diagonal:g}")
+    diagonal = f"{result.bounding_box_diagonal:g}"
+    shown.add_row("unit", f"bounding-box diagonal of the first frame, {diagonal}")
     if (found := result.calibration) is not None:
         shown.add_row("standard errors are of", _ERRORS_OF[found.standard_error_of])
         shown.add_row("errors within the 50 % interval", f"{100 * found.coverage_50:.3g} %")
@@ -138,6 +140,9 @@ def reproduce(
         float | None,
         typer.Option(metavar="DEGREES", help="View from this angle around the up axis. [60]"),
     ] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace the results of another run.")
+    ] = False,
 ) -> None:
     """Reproduce the paper's evaluation for both methods.
 
@@ -152,6 +157,7 @@ def reproduce(
             seed=seed,
             up=None if up is None else up.value,
             azimuth=azimuth,
+            overwrite=overwrite,
             progress=progress,
         )
     say(f"{page}: written; open it in a browser")

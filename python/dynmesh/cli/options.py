@@ -14,9 +14,9 @@ import typer
 from .. import files
 from .._errors import SettingError
 from ..files import Source
-from ..jobs.completion_options import CompletionOptions
 from ..jobs.option import OUTPUT, OUTPUT_FORMAT, SOURCE, Option, options_of
 from ..settings import SETTINGS, Settings
+from .terminal import be_quiet
 
 format_names = files.listed(files.formats)
 """The names of all formats, as text."""
@@ -32,12 +32,12 @@ def typer_option(name: str, option: Option) -> Any:
         min=option.least,
         metavar=option.metavar or None,
         autocompletion=formats,
-        parser=None if option.parse is None else _parser(option.parse),
+        parser=None if option.parse is None else parser(option.parse),
         rich_help_panel=option.group,
     )
 
 
-def _parser(parse: Callable[[str], Any]) -> Callable[[str], Any]:
+def parser(parse: Callable[[str], Any]) -> Callable[[str], Any]:
     """Reports what a value cannot be as a usage error."""
 
     def parsed(text: str) -> Any:
@@ -74,7 +74,6 @@ InputPath = Annotated[
 ]
 OutputPath = Annotated[Path, typer.Argument(metavar="OUT", help="The result.")]
 OutputFormat = Annotated[str | None, typer_option("output_format", OUTPUT_FORMAT)]
-FramesPerSecond = Annotated[float | None, typer_option("fps", options_of(CompletionOptions)["fps"])]
 Seed = Annotated[int, typer.Option(metavar="N", help="Equal seeds give equal results.", min=0)]
 Overwrite = Annotated[
     bool, typer.Option("--overwrite", help="Replace OUT if it exists.", rich_help_panel=OUTPUT)
@@ -149,6 +148,25 @@ def _replaced(
     return run
 
 
+def quietly(command: Callable[..., None]) -> Callable[..., None]:
+    """Adds --quiet to a command."""
+    signature = inspect.signature(command)
+    option = typer.Option("--quiet", "-q", help="Print errors alone.", rich_help_panel=OUTPUT)
+    added = inspect.Parameter(
+        "quiet", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=Annotated[bool, option]
+    )
+
+    @functools.wraps(command)
+    def run(*, quiet: bool, **given: Any) -> None:
+        be_quiet(quiet)
+        command(**given)
+
+    parameters = [*signature.parameters.values(), added]
+    vars(run)["__signature__"] = signature.replace(parameters=parameters)
+    run.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+    return run
+
+
 def share_out(source: Source, path: Path, reference: Path) -> tuple[Source, Source]:
     """Assigns --faces and --prim to the sequence, its reference or both, by their formats.
 
@@ -180,14 +198,6 @@ def share(text: str) -> float:
         advice = f"; for {value:g} per cent, write {value:g}%" if 1 <= value < 100 else ""
         raise typer.BadParameter(f"must be above {limits}, not {text}{advice}")
     return value / 100 if in_percent else value
-
-
-def frame_range(text: str) -> range:
-    """Parses A:B, or :B for 0:B, as the frames from A up to B, which is not among them."""
-    begin, _, end = text.partition(":")
-    if not end.isdecimal() or not (begin or "0").isdecimal():
-        raise typer.BadParameter(f"must be two numbers of frames, as in 10:20, not '{text}'")
-    return range(int(begin or 0), int(end))
 
 
 def usage_error(error: SettingError, settings: Settings) -> typer.BadParameter:

@@ -10,6 +10,7 @@ import typer
 
 from .. import files
 from ..draw.heatmap import likely_up, stated_up
+from ..draw.picture_file import PICTURES
 from ..draw.quantities import Colour, Range
 from ..files import Reader, Source
 from ..files.new_output import check_output
@@ -97,10 +98,22 @@ class _Sheet(_Picture):
     """What can be asked of a picture."""
 
     frame: list[int] | None = _shown(
-        None, "This frame, counted from 0; repeatable.", int, several=True, metavar="N"
+        None, "The frame with this number in IN; repeatable.", int, several=True, metavar="N"
     )
-    sheet: int = _shown(6, "This many frames, evenly spaced.", int, metavar="N", least=1)
+    sheet: int | None = _shown(
+        None,
+        "This many frames, evenly spaced. [6; all of them if the picture moves]",
+        int,
+        metavar="N",
+        least=1,
+    )
     size: int = _shown(480, "Pixels of a frame, each way.", int, metavar="N", least=16)
+    turntable: bool = _shown(
+        False, "Turn a moving picture once around; one --frame is shown from all sides.", bool
+    )
+    fps: float | None = _shown(
+        None, "Frames per second of a moving picture. [as in IN, else 24]", float, metavar="N"
+    )
 
 
 @with_options(_Page, _Page)
@@ -160,20 +173,27 @@ def picture(
     *,
     output: Annotated[
         Path,
-        typer.Option("--output", "-o", metavar="PNG", help="A PNG file.", rich_help_panel=OUTPUT),
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="PICTURE",
+            help="A PNG file, or a GIF, WebP or MP4 file for a moving picture.",
+            rich_help_panel=OUTPUT,
+        ),
     ],
     options: _Sheet,
     overwrite: Overwrite = False,
     source: Source,
 ) -> None:
-    """Draw frames of a sequence: one, or a contact sheet of several.
+    """Draw frames of a sequence: one, a contact sheet of several, or a moving picture.
 
     Examples:
         dynmesh picture completed.npz -o sheet.png
         dynmesh picture completed.npz --frame 30 --colour generation -o frame.png
+        dynmesh picture completed.npz --turntable -o clip.mp4
     """
     zeros = ZeroCount()
-    check_output(output, overwrite, ".png")
+    check_output(output, overwrite, *PICTURES)
     with _opened(path, source, reference=options.reference) as (reader, truth, _):
         showing.picture(
             reader,
@@ -182,8 +202,11 @@ def picture(
             count=options.sheet,
             reference=truth,
             size=options.size,
+            turntable=options.turntable,
+            fps=options.fps,
             overwrite=overwrite,
             watch=lambda frames, n: track(zeros.watch_shown(frames), n, "reading"),
+            watch_drawing=lambda images, n: track(images, n, "drawing"),
             **options.common,
         )
         _say_if_guessed(options.up, reader, truth)

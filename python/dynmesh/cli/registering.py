@@ -18,7 +18,8 @@ def register(
         Path,
         typer.Argument(
             metavar="SCAN",
-            help="A point cloud (PLY, XYZ, NPY, NPZ) or a mesh (also STL, GLB), or a folder.",
+            help="A point cloud (PLY, XYZ, NPY, NPZ) or a mesh, or a folder of these or of depth "
+            "images.",
         ),
     ],
     output: OutputPath,

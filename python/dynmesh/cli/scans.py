@@ -16,6 +16,8 @@ from ..degrade.depth_buffer import intrinsics_of, pose_of
 from ..files import Source
 from ..files.scans import DepthFolder, PointFolder, Rig, ScanCamera
 from ..files.scans.depth_files import require_png
+from ..frames.naming import numbering
+from ..frames.times import numbers_of_files
 from ..jobs.option import given
 from ..sequence import Positions
 from .options import Axis, as_usage, share
@@ -141,7 +143,11 @@ def simulate(
             scans = scan(frames, reader.faces, around, seed=asked.seed, **options)
         measured = 0
         n = reader.n_frames
-        with folder_of(output, rig, overwrite=overwrite) as folder:
+        numbers = numbers_of_files(reader.header)
+        with (
+            numbering(reader.path, reader.header),
+            folder_of(output, rig, overwrite=overwrite, numbers=numbers) as folder,
+        ):
             for found in track(scans, n, "scanning"):
                 folder.append(found)
                 if depth is None:

@@ -24,6 +24,7 @@ def complete_all(
     for_one_mesh = {
         "--resume": resume,
         "--fps": options.fps,
+        **{f"--{name.replace('_', '-')}": True for name in options.changed},
         "--template": options.template,
         "--gaps": options.source.get("gaps") == "lost",
     }

@@ -13,9 +13,11 @@ from .. import files
 from .. import synth as built_in
 from ..degrade.shared import mean_edge_of
 from ..files import Source
+from ..frames.naming import numbering
+from ..jobs.conversion_options import ConversionKeywords, ConversionOptions
+from ..jobs.converting import convert_file
 from ..sequence import Mask, Positions
 from .options import (
-    FramesPerSecond,
     InputPath,
     OutputFormat,
     OutputPath,
@@ -145,7 +147,10 @@ def degrade(
             reader.header, has_known=True, has_provenance=False, has_standard_error=False
         )
         origin = target.kept_of(reader)
-        with target.create(header, origin=origin, overwrite=overwrite) as writer:
+        with (
+            numbering(reader.path, header),
+            target.create(header, origin=origin, overwrite=overwrite) as writer,
+        ):
             frames_known = (frame.known for frame in reader)
             rows = zip(
                 track(points, reader.n_frames, "degrading"), frames_known, *masks, strict=True
@@ -161,46 +166,43 @@ def degrade(
                 n_known += int(kept.sum())
         say_remarks(output, writer.remarks)
         known_share = n_known / max(1, (reader.n_frames - 1) * reader.n_vertices)
-    say(f"{output}: {100 * known_share:.1f} % of the vertices are known after frame 0")
+        first = reader.header.number(0)
+    say(f"{output}: {100 * known_share:.1f} % of the vertices are known after frame {first}")
     if sigma:
         told = f"{sigma:.3g}"
         say(f"{output}: noise of {told} added; complete with --noise {told}")
 
 
+@with_options(ConversionOptions, dict)
 @with_source
 def convert(
     path: InputPath,
     output: OutputPath,
     *,
+    options: ConversionKeywords,
     source: Source,
     output_format: OutputFormat = None,
-    fps: FramesPerSecond = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Write a sequence in another format.
+    """Write a sequence in another format, or with other frames, axes, units or rates.
 
-    docs/formats.md lists what each format keeps. Example:
+    docs/formats.md lists what each format keeps. Points are turned and scaled only by --to-up,
+    --to-unit and --scale. Examples:
 
     ```text
     dynmesh convert scans/frame_%04d.ply sequence.npz
+    dynmesh convert shot.obj shot.usd --up z --unit cm --fps 24
+    dynmesh convert shot.usd part.abc --frames 1001:1050 --to-unit m --retime 30
     ```
     """
-    target = files.target_of(output, output_format)
-    with files.open(path, **source) as reader:
-        target.check(overwrite=overwrite, reader=reader)
-        dropped = reader.has_provenance and not target.writer.keeps_provenance
-        header = replace(
-            reader.header,
-            fps=fps or reader.fps,
-            has_provenance=reader.has_provenance and not dropped,
-            has_standard_error=reader.header.has_standard_error and not dropped,
-        )
-        origin = target.kept_of(reader)
-        with target.create(header, origin=origin, overwrite=overwrite) as writer:
-            for frame in track(reader, reader.n_frames, "converting"):
-                values = frame.attributes()
-                writer.append(frame.points, **{name: values[name] for name in header.attributes})
-    say_remarks(output, writer.remarks)
-    if dropped:
-        say(f"{output}: generation and age are not written; this format cannot hold them")
-    say(f"{output}: {reader.n_frames} frames of {reader.n_vertices} vertices")
+    report = convert_file(
+        path,
+        output,
+        source=source,
+        output_format=output_format,
+        overwrite=overwrite,
+        watch=lambda frames, n: track(frames, n, "converting"),
+        **options,
+    )
+    say_remarks(output, report.remarks)
+    say(f"{output}: {report.frames} frames of {report.vertices} vertices")

@@ -32,6 +32,11 @@ DOUBTFUL = 3
 _console = Console(stderr=True)
 
 
+def be_quiet(quiet: bool) -> None:
+    """Prints errors alone from now on, or everything."""
+    _console.quiet = quiet
+
+
 def say(message: str) -> None:
     """Prints a line without interpreting markup."""
     _console.print(escape(message), highlight=False, soft_wrap=True)
@@ -45,6 +50,7 @@ def say_remarks(output: Path, remarks: Iterable[str]) -> None:
 
 def fail(why: str) -> NoReturn:
     """Ends the program with a one-line error message."""
+    be_quiet(False)
     _console.print(f"[red]dynmesh:[/red] {escape(why)}", highlight=False, soft_wrap=True)
     sys.exit(1)
 

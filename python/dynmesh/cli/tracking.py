@@ -71,7 +71,7 @@ def track(
     dynmesh track scans tracked.npz --template body.obj --training range_of_motion.npz
     ```
     """
-    watch = watching(output, "tracking", resume)
+    watch = watching(output, "tracking")
     with saying_what_is_kept(output, "tracked"):
         asked = replace(options, align="auto" if align else "never", check=check)
         report = track_into(scans, output, asked, overwrite, resume, watch=watch)
@@ -80,14 +80,13 @@ def track(
         say(f"{output}: standard errors are not in the file; --provenance writes them")
     if options.training and report.prior_weight is not None:
         say(f"{output}: the prior weight of the training frames was {report.prior_weight:.2g}")
-    if report.rig:
-        say(f"{output}: doubtful, because a camera is probably wrong")
-    if report.rig or report.quality != "good":
+    if report.quality != "good":
         raise typer.Exit(DOUBTFUL)
 
 
 def _say_what_was_done(output: Path, report: TrackFileReport) -> None:
     if not say_how_far(output, "tracked", report):
+        _say_how_well(output, report)
         return
     if report.registration is not None:
         say(
@@ -113,10 +112,7 @@ def _say_what_was_done(output: Path, report: TrackFileReport) -> None:
             )
     if report.seconds_per_frame is not None and report.observed is not None:
         n = report.frames - report.resumed_at
-        if report.quality == "good" and report.far is not None:
-            say(f"{output}: good; {report.far:.2%} of the points are far from the mesh")
-        if report.reason:
-            say(f"{output}: {report.reason}")
+        _say_how_well(output, report)
         say(
             f"{output}: {n} frames tracked in {1e3 * report.seconds_per_frame:.3g} ms each "
             f"(median); {100 * report.observed:.3g} % of the vertices were seen"
@@ -136,9 +132,14 @@ def _say_what_was_done(output: Path, report: TrackFileReport) -> None:
         n = len(report.lost)
         named = "; ".join(report.lost[:_NAMED]) + ("; ..." if n > _NAMED else "")
         say(f"{output}: {n} depth image{'s were' if n > 1 else ' was'} lost: {named}")
-    for sentence in report.rig:
-        say(f"{output}: {sentence}")
     say_remarks(output, report.remarks)
+
+
+def _say_how_well(output: Path, report: TrackFileReport) -> None:
+    if report.quality == "good" and report.far is not None:
+        say(f"{output}: good; {report.far:.2%} of the points are far from the mesh")
+    if report.reason:
+        say(f"{output}: {report.reason}")
 
 
 def _degrees(rotation: NDArray[np.float64]) -> float:

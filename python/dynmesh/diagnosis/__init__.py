@@ -57,9 +57,9 @@ def _diagnose(header: Header, frames: Iterator[Frame], watch: Watch | None) -> D
     watched = iter(frames if watch is None else watch(frames, header.n_frames))
     first = next(watched)
     start = Mesh.of(header.faces, first.points, observed_in(first))
-    presence = Presence(start, first, header.n_frames)
-    motion, placement = Motion(start), Placement(header, start)
-    first_frame = FirstFrame(start)
+    presence = Presence(header, start, first)
+    motion, placement = Motion(header, start), Placement(header, start)
+    first_frame = FirstFrame(header, start)
     for number, frame in enumerate(watched, 1):
         observed = presence.watch(number, frame, observed_in(frame))
         motion.watch(number, frame.points, observed)

@@ -85,7 +85,7 @@ class Diagnosis:
             "version": SCHEMA_VERSION,
             "severity": self.severity,
             "counts": {severity: self.count(severity) for severity in SEVERITIES},
-            "findings": [_finding_as_dict(finding, most_places) for finding in self.findings],
+            "findings": [_finding_as_dict(one, header, most_places) for one in self.findings],
             "sequence": {
                 "frames": header.n_frames,
                 "vertices": header.n_vertices,
@@ -128,8 +128,12 @@ def _topology_as_dict(topology: TopologyReport | None) -> dict[str, Any]:
     return {**told, "closed": closed, "refused_faces": refused}
 
 
-def _finding_as_dict(finding: Finding, most_places: int) -> dict[str, Any]:
-    kinds = ("vertices", "faces", "frames")
+def _finding_as_dict(finding: Finding, header: Header, most_places: int) -> dict[str, Any]:
+    where = {
+        kind: getattr(finding.where, kind)[:most_places].tolist()
+        for kind in ("vertices", "faces", "frames")
+    }
+    where["frames"] = [header.number(frame) for frame in where["frames"]]
     return {
         "code": finding.code,
         "severity": finding.severity,
@@ -137,5 +141,5 @@ def _finding_as_dict(finding: Finding, most_places: int) -> dict[str, Any]:
         "worst": finding.worst,
         "message": finding.message,
         "advice": finding.advice,
-        "where": {kind: getattr(finding.where, kind)[:most_places].tolist() for kind in kinds},
+        "where": where,
     }

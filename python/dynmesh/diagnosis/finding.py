@@ -7,6 +7,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ..files import Header
+
 Severity = Literal["error", "warning", "note"]
 """error: the sequence cannot be completed. warning: the result is less accurate, or the data is
 faulty. note: information."""
@@ -63,7 +65,7 @@ class Where:
     Attributes:
         vertices: int64
         faces: int64, rows of the sequence's triangles.
-        frames: int64, counted from 0.
+        frames: int64, counted from 0; messages and JSON have their numbers in the file.
     """
 
     vertices: Indices
@@ -140,13 +142,13 @@ def stretches(frames: Sequence[int] | Indices) -> list[Indices]:
     return np.split(numbers, np.flatnonzero(np.diff(numbers) > 1) + 1)
 
 
-def frames_listed(frames: Sequence[int] | Indices) -> str:
+def frames_listed(frames: Sequence[int] | Indices, header: Header) -> str:
     """Lists the first few frames and joins consecutive ones: "frames 3, 7 to 9 and 12 others"."""
     few = stretches(frames)[:_MOST_SHOWN]
     shown: list[str] = []
     for stretch in few:
-        first, last = int(stretch[0]), int(stretch[-1])
-        shown += [f"{first} to {last}"] if last - first > 1 else [str(f) for f in stretch]
+        numbers = [header.number(int(frame)) for frame in stretch]
+        shown += [f"{numbers[0]} to {numbers[-1]}"] if len(numbers) > 2 else map(str, numbers)
     return _joined("frame", shown, len(frames), len(frames) - sum(len(s) for s in few))
 
 

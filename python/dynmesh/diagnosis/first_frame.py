@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ..files import Header
 from ..sequence import Mask, Positions
 from .finding import Finding, counted, listed
 from .mesh import Mesh
@@ -16,8 +17,9 @@ _TIMES = 3.0  # as long as in other frames
 class FirstFrame:
     """Compares the lengths of edges in frame 0 with those in all other frames."""
 
-    def __init__(self, mesh: Mesh) -> None:
+    def __init__(self, header: Header, mesh: Mesh) -> None:
         """Starts with frame 0."""
+        self._header = header
         self._mesh = mesh
         self._counts = np.zeros(len(mesh.ends), np.int64)
         self._least = np.full((2, len(mesh.ends)), np.inf)
@@ -47,10 +49,11 @@ class FirstFrame:
         if len(vertices):
             yield Finding.at(
                 "first_frame_outliers",
-                f"{counted(len(vertices), 'outlier')} in frame 0, where edges are more than "
-                f"{_TIMES:g} times as long as in all other frames: {listed('vertex', vertices)}.",
-                "Completion starts from frame 0, so they stay wrong in all frames. --start clean "
-                "leaves out most of them and estimates them anew.",
+                f"{counted(len(vertices), 'outlier')} in frame {self._header.number(0)}, where "
+                f"edges are more than {_TIMES:g} times as long as in all other frames: "
+                f"{listed('vertex', vertices)}.",
+                "Completion starts from this frame, so they stay wrong in all frames. --start "
+                "clean leaves out most of them and estimates them anew.",
                 vertices=vertices,
                 frames=[0],
             )

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from ..files import Header
 from ..sequence import Mask, Positions
 from .finding import Finding, counted, frames_listed, listed, percent
 from .mesh import Mesh
@@ -29,8 +30,9 @@ class Motion:
             diagonals of frame 0; NaN if too few vertices were seen recently.
     """
 
-    def __init__(self, mesh: Mesh) -> None:
-        """Starts with frame 0."""
+    def __init__(self, header: Header, mesh: Mesh) -> None:
+        """Starts with the first frame."""
+        self._header = header
         self.medians: list[float] = [np.nan]
         self._mesh = mesh
         k = len(mesh.first)
@@ -71,9 +73,9 @@ class Motion:
                 "scrambled_frames",
                 f"{counted(len(self._scrambled), 'frame')} with scrambled vertices: up to "
                 f"{percent(self._worst_share)} of the edges are more than {_FAR} mean edges too "
-                f"long, in {frames_listed(self._scrambled)}.",
-                "The vertices do not correspond to those of frame 0, or the unit changes. dynmesh "
-                "completes tracked meshes: number the vertices in the same way in all frames.",
+                f"long, in {frames_listed(self._scrambled, self._header)}.",
+                "The vertices do not correspond to those of the first frame, or the unit changes. "
+                "dynmesh completes tracked meshes: number the vertices alike in all frames.",
                 frames=self._scrambled,
                 worst=self._worst_share,
             )
@@ -84,7 +86,7 @@ class Motion:
                 "outliers",
                 f"{counted(self._n_astray, 'outlier')} more than {_FAR} mean edges from all "
                 f"neighbours, at most {self._farthest:.3g}, in "
-                f"{frames_listed(self._astray_frames)}: {listed('vertex', places)}.",
+                f"{frames_listed(self._astray_frames, self._header)}: {listed('vertex', places)}.",
                 "They displace the vertices that are estimated around them. Use "
                 "--reject-outliers, or mark them as missing in the known mask.",
                 vertices=places,
@@ -136,7 +138,7 @@ class Motion:
         yield Finding.at(
             "leaps",
             f"{counted(len(frames), 'frame')} with a jump of up to {worst:.3g} diagonals, where "
-            f"{typical:.2g} is typical: {frames_listed(frames)}.",
+            f"{typical:.2g} is typical: {frames_listed(frames, self._header)}.",
             "This is a cut, a gap in the recording, or a misplaced frame (two jumps, there and "
             "back). Estimates are inaccurate after a jump: start a new sequence at a cut, and "
             "remove misplaced frames.",
@@ -151,7 +153,7 @@ class Motion:
         if n == len(self.medians) - 1:
             message = f"Nothing moves: all {n + 1} frames are equal where they were observed."
         else:
-            which = frames_listed(self._repeated)
+            which = frames_listed(self._repeated, self._header)
             message = f"{counted(n, 'frame')} equal to the previous one: {which}."
         yield Finding.at(
             "repeated_frames",

@@ -23,7 +23,7 @@ COLOURS = (
     "#ddcc00", "#66cc44", "#ff8866", "#005555", "#bb88ee", "#550022",
 )  # fmt: skip
 _INK, _PALE = "#222222", "#888888"
-_TITLES = ("frame 0, from one side", "from the other side")
+_TITLES = ("the first frame, from one side", "from the other side")
 _SIDES = (60.0, 240.0)  # degrees
 _FRAME_MARKS = {
     "leaps": ("v", "leap"),
@@ -135,7 +135,7 @@ def _show(axes: "list[Axes]", images: list[Image]) -> None:
     for axis in axes:
         axis.axis("off")
     if not images:
-        axes[0].text(0.5, 0.5, "frame 0 is empty", ha="center", color=_INK)
+        axes[0].text(0.5, 0.5, "the first frame is empty", ha="center", color=_INK)
         return
     for axis, image, title in zip(axes, images, _TITLES, strict=True):
         axis.imshow(image, interpolation="antialiased")
@@ -174,6 +174,10 @@ def _draw_frames(
     motion.plot(numbers, moved, color=_PALE, linewidth=1.2, marker="." if n < 80 else None)
     most = float(np.nanmax(moved)) if np.isfinite(moved).any() else 0.0
     motion.set(ylabel="motion / %\nof diagonal", xlabel="frame", ylim=(0, 1.3 * most or 1))
+    motion.locator_params(axis="x", integer=True)
+    motion.xaxis.set_major_formatter(
+        lambda x, _: str(diagnosis.header.number(round(x))) if 0 <= round(x) < n else ""
+    )
     for finding in diagnosis.findings:
         frames = finding.where.frames
         colour = colours[finding.code]

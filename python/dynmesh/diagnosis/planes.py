@@ -64,7 +64,7 @@ def planes_of_room(
         fitted = (
             _fitted(_fitted(plane, left, thickness), left, thickness)
             for plane in found
-            if _extent(some[plane.holds(some)]) > size
+            if extent_of(some[plane.holds(some)]) > size
         )
         plane = next((one for one in fitted if _is_room(one, left, share, size)), None)
         if plane is None:
@@ -79,7 +79,7 @@ def _is_room(plane: Plane, points: _Floats, share: float, size: float) -> bool:
     """Whether so many points are on a plane, over more than the size of the subject."""
     inside = plane.holds(points)
     enough = np.count_nonzero(inside) >= max(3, share * len(points))
-    return bool(enough and _extent(points[inside]) > size)
+    return bool(enough and extent_of(points[inside]) > size)
 
 
 def _fitted(plane: Plane, points: _Floats, most: float) -> Plane:
@@ -94,7 +94,7 @@ def _fitted(plane: Plane, points: _Floats, most: float) -> Plane:
     return Plane(normal, float(middle @ normal), min(most, max(5 * scatter, 0.1 * most)))
 
 
-def _extent(points: _Floats) -> float:
+def extent_of(points: _Floats) -> float:
     """Returns about the diameter, without the outermost fifth.
 
     A slab of the subject that continues into a wall is not large by this measure.

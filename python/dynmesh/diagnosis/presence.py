@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..files import Frame
+from ..files import Frame, Header
 from ..sequence import Mask, Positions
 from .finding import Finding, counted, frames_listed, listed, percent, stretches
 from .mesh import Mesh
@@ -44,9 +44,10 @@ class Presence:
         shares: of each frame so far, the share of the vertices that was observed.
     """
 
-    def __init__(self, mesh: Mesh, first: Frame, n_frames: int) -> None:
-        """Starts with frame 0 of so many frames."""
-        self._n_frames = n_frames
+    def __init__(self, header: Header, mesh: Mesh, first: Frame) -> None:
+        """Starts with the first frame of a sequence."""
+        self._header = header
+        self._n_frames = header.n_frames
         self.shares: list[float] = []
         self._mesh = mesh
         self._n_vertices = len(mesh.first)
@@ -122,12 +123,13 @@ class Presence:
             return
         start = self._best_frame()
         if self._first_whole is not None:
-            start = f"Completion starts from frame {self._first_whole}, the first complete one. "
+            whole = self._header.number(self._first_whole)
+            start = f"Completion starts from frame {whole}, the first complete one. "
             start += _BACKWARDS
         yield Finding.at(
             "first_frame_incomplete",
-            f"Frame 0 lacks {len(missing)} of {counted(self._n_vertices, 'vertex')}: "
-            f"{listed('vertex', missing)}.",
+            f"Frame {self._header.number(0)} lacks {len(missing)} of "
+            f"{counted(self._n_vertices, 'vertex')}: {listed('vertex', missing)}.",
             start,
             vertices=missing,
             frames=[0],
@@ -142,8 +144,9 @@ class Presence:
         ever = np.count_nonzero(self._seen | self._mesh.observed)
         never = self._n_vertices - ever
         return (
-            f"No frame is complete. Completion starts from frame {self._best}, which knows most "
-            f"vertices, {percent(known / self._n_vertices)}; "
+            f"No frame is complete. Completion starts from frame "
+            f"{self._header.number(self._best)}, which knows most vertices, "
+            f"{percent(known / self._n_vertices)}; "
             f"{percent((ever - known) / self._n_vertices)} are put together from other frames, "
             f"and {percent(never / self._n_vertices)} were seen in no frame. {_BACKWARDS}"
         )
@@ -154,13 +157,14 @@ class Presence:
             return
         whole = "--start best, as no other frame is complete"
         if self._first_whole is not None:
-            whole = f"--start whole: frame {self._first_whole} is the first complete one"
+            number = self._header.number(self._first_whole)
+            whole = f"--start whole: frame {number} is the first complete one"
         yield Finding.at(
             "first_frame_zeros",
-            f"{counted(len(zeros), 'vertex')} at exactly (0, 0, 0) in frame 0, far from "
-            f"their neighbours: {listed('vertex', zeros)}.",
-            "The sensor probably wrote zeros where it observed nothing, but those of frame 0 are "
-            f"taken as positions. Use --missing zero together with {whole}.",
+            f"{counted(len(zeros), 'vertex')} at exactly (0, 0, 0) in frame "
+            f"{self._header.number(0)}, far from their neighbours: {listed('vertex', zeros)}.",
+            "The sensor probably wrote zeros where it observed nothing, but those of this frame "
+            f"are taken as positions. Use --missing zero together with {whole}.",
             vertices=zeros,
             frames=[0],
         )
@@ -171,7 +175,8 @@ class Presence:
             yield Finding.at(
                 "known_not_finite",
                 f"{counted(bad.count, 'position')} marked as known but not finite, or beyond "
-                f"{self._limit}, in {frames_listed(bad.frames)}: {listed('vertex', bad.vertices)}.",
+                f"{self._limit}, in "
+                f"{frames_listed(bad.frames, self._header)}: {listed('vertex', bad.vertices)}.",
                 "The sequence cannot be completed: such a frame is refused. Mark them as missing "
                 "in the known mask, or write them as NaN in a file without masks.",
                 vertices=bad.vertices,
@@ -186,8 +191,9 @@ class Presence:
         share = zeros.count / (self._n_vertices * (len(self.shares) - 1))
         yield Finding.at(
             "zeros",
-            f"{counted(zeros.count, 'position')} of exactly (0, 0, 0) after frame 0, "
-            f"{percent(share)} of all, in {frames_listed(zeros.frames)}: "
+            f"{counted(zeros.count, 'position')} of exactly (0, 0, 0) after frame "
+            f"{self._header.number(0)}, {percent(share)} of all, in "
+            f"{frames_listed(zeros.frames, self._header)}: "
             f"{listed('vertex', zeros.vertices)}.",
             "The sensor probably wrote zeros where it observed nothing. Taken as positions, they "
             "pull the mesh towards the origin. Use --missing zero.",
@@ -208,7 +214,7 @@ class Presence:
             yield Finding.at(
                 "frames_without_anchors",
                 f"{counted(len(none), 'frame')} without any known vertex, at most {longest} in a "
-                f"row: {frames_listed(none)}.",
+                f"row: {frames_listed(none, self._header)}.",
                 "The mesh stands still in these frames and jumps afterwards. A frame without known "
                 "vertices cannot be completed from the past; if later frames may be used, "
                 "interpolate instead.",
@@ -227,7 +233,8 @@ class Presence:
                 yield Finding.at(
                     code,
                     f"{counted(len(frames), 'frame')} with less than {limit} of the vertices "
-                    f"known, at worst {percent(float(least))}: {frames_listed(frames)}.",
+                    f"known, at worst {percent(float(least))}: "
+                    f"{frames_listed(frames, self._header)}.",
                     f"With so few anchors {what}.",
                     frames=frames,
                     worst=float(least),
@@ -241,10 +248,11 @@ class Presence:
         beside_seen = np.zeros(self._n_vertices, np.bool_)
         beside_seen[ends[self._seen[ends].any(axis=1)]] = True
         patches = not beside_seen[never].all()
+        where = "in patches" if patches else "all next to known ones"
         yield Finding.at(
             "never_seen",
             f"{counted(len(never), 'vertex')}, {percent(len(never) / self._n_vertices)} of all, "
-            f"never known after frame 0, {'in patches' if patches else 'all next to known ones'}: "
+            f"never known after frame {self._header.number(0)}, {where}: "
             f"{listed('vertex', never)}.",
             "Nothing corrects their estimates. Single vertices do little harm; in patches, errors "
             "of method motion accumulate, and method detail, the default, preserves their shape.",
@@ -260,6 +268,7 @@ class Presence:
             return
         worst = long[self._longest[long].argmax()]
         end, length = int(self._longest_end[worst]), int(self._longest[worst])
+        first, last = map(self._header.number, (end - length + 1, end))
         vertices = np.flatnonzero(np.isin(self._mesh.component, long))
         parts = f"{counted(len(long), 'component')} of {len(self._sizes)}"
         member = int(np.flatnonzero(self._mesh.component == worst)[0])
@@ -267,7 +276,7 @@ class Presence:
             "component_disconnected",
             f"{parts} not observed for {_LONG} frames or more; longest the component of "
             f"{counted(int(self._sizes[worst]), 'vertex')} around vertex {member}, for "
-            f"{length} frames, {end - length + 1} to {end}.",
+            f"{length} frames, {first} to {last}.",
             "Meanwhile it follows the nearest components rigidly (--disconnected follow), and it "
             "jumps when it is observed again. Merge it with its neighbours if they belong "
             "together.",

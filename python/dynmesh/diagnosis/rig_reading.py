@@ -1,6 +1,6 @@
-"""How scans and template are read, and the other ways in which they may be meant."""
+"""How scans and template are read, the other ways in which they may be meant, and what is said."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any, NamedTuple
@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..files.scans import AS_STATED, UNITS, Corrections, Rig
+from ..files.scans import AS_STATED, UNITS, Corrections, Rig, ScanCamera
 from ..sequence import Positions
 
 Turns = tuple[tuple[str, float], ...]
@@ -38,6 +38,18 @@ class Reading:
     corrections: Corrections = AS_STATED
     turns: Turns = ()
     factor: float = 1.0
+
+    def cameras_of(
+        self, stated: Rig | None, sizes: Mapping[str, tuple[int, int]]
+    ) -> dict[str, ScanCamera]:
+        """Returns the cameras as they are meant, by name, for images of these sizes."""
+        if stated is None:
+            return {}
+        return {
+            camera.name: self.corrections.for_images(camera, *sizes[camera.name])
+            for camera in self.corrections.of(stated).cameras
+            if camera.name in sizes
+        }
 
 
 class Units(NamedTuple):
@@ -86,6 +98,24 @@ class Hypothesis(NamedTuple):
         options = (f"--{name.replace('_', '-')} {_written(v)}" for name, v in self.options.items())
         keywords = ", ".join(f"{name}={value!r}" for name, value in self.options.items())
         return f"{' '.join(options)} (in Python, {keywords})"
+
+
+@dataclass(frozen=True)
+class RigFinding:
+    """Something that is wrong with a rig.
+
+    Attributes:
+        message: a sentence with the numbers, and what to do.
+        options: those that repair it, by the names of the options of :func:`track_file`; empty if
+            none does.
+        camera: the name of the camera that it is about, or None.
+        is_refused: whether tracking would be in vain.
+    """
+
+    message: str
+    options: dict[str, Any]
+    camera: str | None = None
+    is_refused: bool = False
 
 
 def turned(points: Positions, turns: Turns) -> Positions:

@@ -63,7 +63,7 @@ def _thin(mesh: Mesh) -> Iterator[Finding]:
     if len(flat):
         yield Finding.at(
             "flat_faces",
-            f"{counted(len(flat), 'triangle')} without area, or nearly so, in frame 0: "
+            f"{counted(len(flat), 'triangle')} without area, or nearly so, in the first frame: "
             f"{listed('face', flat)}.",
             advice + "Collapse their short edges, or remesh.",
             faces=flat,

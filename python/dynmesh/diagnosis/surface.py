@@ -76,7 +76,8 @@ def _coincident(mesh: Mesh, edges: FaceEdges) -> Iterator[Finding]:
     torn = int(np.isin(places, rim).sum())
     yield Finding.at(
         "coincident_vertices",
-        f"{counted(len(places), 'vertex')} at exactly the position of another vertex in frame 0, "
+        f"{counted(len(places), 'vertex')} at exactly the position of another vertex in the first "
+        "frame, "
         f"{torn} of them on a boundary of the surface: {listed('vertex', places)}.",
         "The surface is probably cut there, for example along texture seams. The two sides are "
         "completed separately and may open. Merge them first (merge by distance).",

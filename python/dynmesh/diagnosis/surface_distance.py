@@ -25,6 +25,7 @@ class Surface:
     Attributes:
         points: (n, 3) the vertices.
         faces: (m, 3) triangles.
+        normals: unit normals at the vertices of triangles that have an area.
         mean_edge: the mean length of the sides of the triangles.
         size: the diagonal of the bounding box.
         unit: the distance that counts as near: a mean edge, or 1 % of the size if that is less.
@@ -47,14 +48,14 @@ class Surface:
         lengths = np.linalg.norm(normals, axis=1)
         used = np.flatnonzero(lengths > 0)
         self._samples = self.points[used]
-        self._normals = normals[used] / lengths[used, None]
+        self.normals = normals[used] / lengths[used, None]
 
     def nearest(
         self, points: _Floats, most_samples: int = _SAMPLES
     ) -> tuple[_Floats, _Floats, _Floats]:
         """Returns for (n, 3) points the nearest samples, their normals, and the distances."""
         every = max(1, -(-len(self._samples) // most_samples))
-        all_samples, all_normals = self._samples[::every], self._normals[::every]
+        all_samples, all_normals = self._samples[::every], self.normals[::every]
         reach = self.mean_edge / 2 * np.sqrt(every)  # half of the way between two samples, about
         middle = all_samples.mean(axis=0)
         theirs = (all_samples - middle).astype(np.float32)
@@ -77,9 +78,8 @@ class Surface:
     def drawn(self, points: _Floats, steps: int = 8) -> _Floats:
         """Returns the points after the rigid motion that brings most of them near the surface.
 
-        The distances are from tangent planes (Chen and Medioni 1991). Far points count little, with
-        the weights of Geman and McClure, whose scale shrinks from a twentieth of the size to the
-        unit. The points stay where they are if that is no worse.
+        What is far shrinks from a twentieth of the size to the unit; see :func:`motion_onto`. The
+        points stay where they are if that is no worse.
         """
         if len(points) < 6:
             return points
@@ -87,23 +87,39 @@ class Surface:
         moved = points
         for scale in np.geomspace(max(start, last), last, steps):
             samples, normals, distances = self.nearest(moved, _FEW_SAMPLES)
-            weights = 1 / (1 + (distances / scale) ** 2) ** 2
-            middle = np.average(moved, axis=0, weights=weights)
-            arms = (moved - middle) / self.size
-            rows = np.concatenate([np.cross(arms, normals), normals], axis=1)
-            heights = ((samples - moved) * normals).sum(axis=1)
-            system = (rows * weights[:, None]).T @ rows
-            # A motion that no plane determines, as around the axis of a cylinder, stays small.
-            system += 1e-6 * np.trace(system) * np.eye(6)
-            motion = np.linalg.solve(system, (rows * weights[:, None]).T @ heights)
-            turned = (moved - middle) @ _rotation(motion[:3] / self.size).T
-            moved = turned + middle + motion[3:]
+            heights = ((moved - samples) * normals).sum(axis=1)
+            rotation, shift = motion_onto(moved, normals, heights, distances / scale)
+            moved = moved @ rotation.T + shift
         return moved if self.typical(moved) < self.typical(points) else points
 
     def typical(self, points: _Floats) -> float:
         """Returns the mean distance of the nearest three quarters from the surface, in units."""
         distances = np.sort(self.nearest(points)[2] / self.unit)
         return float(distances[: -(-3 * len(distances) // 4)].mean()) if len(points) else 0.0
+
+
+def motion_onto(
+    points: _Floats, normals: _Floats, heights: _Floats, apart: _Floats
+) -> tuple[_Floats, _Floats]:
+    """Returns the rotation and the shift that bring points nearest to planes (Chen, Medioni 1991).
+
+    Args:
+        points: (n, 3), at least 6.
+        normals: (n, 3) of the plane of each point.
+        heights: (n,) signed distances from these.
+        apart: (n,) how far points are in multiples of what is far. Far ones count little, with the
+            weights of Geman and McClure.
+    """
+    weights = 1 / (1 + apart**2) ** 2
+    middle = np.average(points, axis=0, weights=weights)
+    size = float(np.linalg.norm(np.ptp(points, axis=0))) or 1.0
+    rows = np.concatenate([np.cross((points - middle) / size, normals), normals], axis=1)
+    system = (rows * weights[:, None]).T @ rows
+    # A motion that no plane determines, as around the axis of a cylinder, stays small.
+    system += 1e-6 * np.trace(system) * np.eye(6)
+    motion = np.linalg.solve(system, -(rows * weights[:, None]).T @ heights)
+    rotation = _rotation(motion[:3] / size)
+    return rotation, middle + motion[3:] - rotation @ middle
 
 
 def _rotation(vector: _Floats) -> _Floats:

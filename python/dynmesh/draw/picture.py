@@ -1,6 +1,6 @@
-"""Pictures of a sequence: one frame, or a contact sheet of several."""
+"""Pictures of a sequence: a frame, a contact sheet of several, or one after the other."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,14 +16,14 @@ from .sheet import contact_sheet
 
 
 def evenly_spaced(n_frames: int, count: int) -> list[int]:
-    """Returns at most `count` of `n_frames` frame numbers, including the first and the last."""
+    """Returns the indices of at most `count` of `n_frames` frames, with the first and the last."""
     return sorted({round(x) for x in np.linspace(0, n_frames - 1, count)})
 
 
-def picture(
+def pictures(
     reader: Reader,
     *,
-    numbers: Sequence[int],
+    indices: Sequence[int],
     reference: Reader | None = None,
     colour: Colour | None = None,
     range: Range | None = None,
@@ -31,20 +31,23 @@ def picture(
     up: str | None = None,
     azimuth: float = 60.0,
     size: tuple[int, int] = (480, 480),
+    turn: float | None = None,
     watch: Callable[[Iterable[ShownFrame], int], Iterable[ShownFrame]] = lambda frames, _: frames,
-) -> Any:
+) -> Iterator[Any]:
     """Draws frames of a sequence, all at the same scale, with one colour bar.
 
     Triangles with a missing vertex are left out; remaining vertices without a triangle become dots.
-    The numbers are those of the frames, one or several, and the size is that of each, in pixels.
-    The other options are those of :func:`dynmesh.draw.page.page`.
+    The indices are those of the frames, one or several, and the size is that of each, in pixels.
+    With `turn`, there is a picture of each frame instead of one sheet, and the azimuth grows by so
+    many degrees from one to the next. The other options are those of
+    :func:`dynmesh.draw.page.page`.
 
-    Returns:
-        An image of Pillow.
+    Yields:
+        Images of Pillow, of one size.
 
     Raises:
         ImportError: pyvista or Pillow is not installed.
-        ValueError: a frame does not exist, no vertex is visible in any of them, or see
+        ValueError: no vertex is visible in any of them, or see
             :class:`dynmesh.draw.heatmap.Heatmap`.
     """
     require_all("PIL.Image", "matplotlib", extra="view")
@@ -52,22 +55,22 @@ def picture(
     if reference is not None and colour not in (None, "error", "standard_error"):
         raise ValueError(f"reference: requires the colour error or standard_error, not {colour}")
     heatmap = Heatmap(reader, reference=reference, colour=colour, range=range)
-    for number in numbers:
-        if not 0 <= number < reader.n_frames:
-            raise ValueError(
-                f"{reader.path}: has no frame {number}, only 0 to {reader.n_frames - 1}; frames "
-                "are counted from 0, whatever their numbers in the file"
-            )
-    frames = list(watch(map(heatmap.frame, numbers), len(numbers)))
+    frames = list(watch(map(heatmap.frame, indices), len(indices)))
     seen = np.concatenate([frame.points[frame.visible] for frame in frames])
     if not len(seen):
         raise ValueError(f"{reader.path}: no vertex is known in these frames")
     scale = heatmap.scale(heatmap.colour, frames)
     up = up or likely_up(next(iter(reader)).points, stated_up(reader, reference))
+    heading = title or reader.title
+    captions = [f"frame {reader.header.number(frame.number)}" for frame in frames]
     view = View.of(seen, up, azimuth, size)
-    images = figures.cropped([_draw(heatmap, frame, scale, view) for frame in frames])
-    captions = [f"frame {frame.number}" for frame in frames]
-    return contact_sheet(title or reader.title, images, captions, scale)
+    if turn is None:
+        images = figures.cropped([_draw(heatmap, frame, scale, view) for frame in frames])
+        yield contact_sheet(heading, images, captions, scale)
+        return
+    for i, (frame, caption) in enumerate(zip(frames, captions, strict=True)):
+        turned = View.of(seen, up, azimuth + i * turn, size)
+        yield contact_sheet(heading, [_draw(heatmap, frame, scale, turned)], [caption], scale)
 
 
 def _draw(heatmap: Heatmap, frame: ShownFrame, scale: Scale | None, view: View) -> Image:

@@ -83,7 +83,9 @@ class Sources:
             return LengthUnit("mm", "mm", 1000 * next(iter(said)))
         if not self.diagonal > 0:
             path = (self.reference or self.reader).path
-            raise ValueError(f"{path}: errors have no unit, as all of frame 0 is at one point")
+            raise ValueError(
+                f"{path}: errors have no unit, as all of the first frame is at one point"
+            )
         return LengthUnit("%", "% of the bounding-box diagonal", 100 / self.diagonal)
 
 
@@ -171,7 +173,8 @@ def _error(sources: Sources, moment: Moment) -> Values:
     if missing.any():
         path = None if sources.reference is None else sources.reference.path
         raise ValueError(
-            f"{path}: frame {moment.number} lacks vertex {missing.argmax()}; "
+            f"{path}: frame {sources.reader.header.number(moment.number)} lacks vertex "
+            f"{missing.argmax()}; "
             "errors require a complete reference"
         )
     with np.errstate(invalid="ignore"):  # missing positions may be infinite
@@ -202,8 +205,11 @@ def _distance(sources: Sources, moment: Moment) -> Values:
     if len(cloud):
         some = cloud[:: max(1, len(cloud) // (_POINTS_PER_VERTEX * len(points)))]
         seen = visible(moment.frame)
-        nearest = require("scipy.spatial", extra="view").cKDTree(some)
-        distances[seen] = nearest.query(points[seen])[0] / sources.mean_edge
+        locator = require("vtkmodules.vtkCommonDataModel", extra="view").vtkStaticPointLocator()
+        locator.SetDataSet(require("pyvista", extra="view").PolyData(some))
+        locator.BuildLocator()
+        nearest = some[[locator.FindClosestPoint(point) for point in points[seen]]]
+        distances[seen] = np.linalg.norm(points[seen] - nearest, axis=1) / sources.mean_edge
     return distances
 
 

@@ -24,6 +24,9 @@ _FRUSTUM = 0.08
 
 _CELLS = 10
 
+_FIELD = 30
+"""The vertical field of view in degrees."""
+
 _STYLE = """
 #rig { position: fixed; inset: 0 auto auto 0; z-index: 16777272; max-width: 62ch; margin: 12px;
   padding: 10px 14px; background: #fffe; border: 1px solid #ccc; border-radius: 8px;
@@ -101,7 +104,7 @@ def rig_page(
         background_color=0xFFFFFF,
         camera_up_axis=up,
         camera_auto_fit=False,
-        camera_fov=30,
+        camera_fov=_FIELD,
         grid_visible=False,
         axes_helper=0,
         menu_visibility=False,
@@ -123,7 +126,9 @@ def rig_page(
     plot += _lines(k3d, *_grid(axis, floor), 0xCCCCCC)
     direction = np.array([1.0, 1.0, 1.0])
     direction[axis] = 0.8
-    plot.camera = [*direction.tolist(), 0, 0, 0, *np.eye(3)[axis].tolist()]
+    radius = max(np.linalg.norm(high - low) / length / 2, np.hypot(np.sqrt(0.5), floor))
+    seat = direction / np.linalg.norm(direction) * radius / np.sin(np.radians(_FIELD / 2))
+    plot.camera = [*seat.tolist(), 0, 0, 0, *np.eye(3)[axis].tolist()]
     panel = _panel(title, wrong, right, table)
     script = f"document.body.insertAdjacentHTML('beforeend', {embedded(panel)});"
     script += f"document.title = {embedded(title)};"

@@ -92,8 +92,8 @@ def open(
     """Opens a sequence to read it frame by frame, in constant memory.
 
     Args:
-        path: a file, or a sequence in one file per frame: a pattern such as ``frame_%04d.ply``, a
-            glob such as ``*.ply``, or a folder.
+        path: a file, or a sequence in one file per frame: a pattern such as ``frame_%04d.ply`` or
+            ``frame.####.ply``, a glob such as ``*.ply``, or a folder.
         format: one of :data:`dynmesh.files.formats`; None means the format of the suffix.
         faces: (m, 3) integers, or a file with the same mesh, for formats that hold only positions.
             None: from the file that :func:`write` put beside it.

@@ -32,7 +32,7 @@ from .alembic_archive import (
 )
 from .alembic_writer import AlembicWriter
 from .comments import metadata_in
-from .format import Format
+from .format import OTHER_MESHES, Format
 
 
 class AlembicReader(Reader):
@@ -89,7 +89,7 @@ class AlembicReader(Reader):
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
         for number in numbers:
-            with translating(ValueError, f"frame {number}: is damaged"):
+            with translating(ValueError, f"frame {self.header.number(number)}: is damaged"):
                 points = self._checked("positions", number, self._positions.getValue(number))
                 values = {
                     name: self._checked(name, number, parameter.getExpandedValue(number).getVals())
@@ -98,7 +98,9 @@ class AlembicReader(Reader):
             for name, array in values.items():
                 if ATTRIBUTES[name].dtype.kind == "b":
                     if (array > 1).any():
-                        raise InputError(f"{name} must hold only 0 and 1", frame=number)
+                        raise InputError(
+                            f"{name} must hold only 0 and 1", frame=self.header.number(number)
+                        )
                     values[name] = array.astype(np.bool_)
             yield Frame(points, **values)
 
@@ -106,8 +108,8 @@ class AlembicReader(Reader):
         if len(values) != self.n_vertices:
             raise InputError(
                 f"{name} has {len(values)} values, "
-                f"but the mesh has {self.n_vertices} vertices in its first frame",
-                frame=number,
+                f"but the mesh has {self.n_vertices} vertices in its first frame; {OTHER_MESHES}",
+                frame=self.header.number(number),
             )
         return np.array(values)
 

@@ -21,7 +21,7 @@ from .alembic_archive import (
 from .alembic_copy import SceneCopy
 from .alembic_output import OutputArchive, metadata_of
 from .alembic_replaced import ReplacedMesh
-from .comments import comments_of
+from .comments import comments_of, metadata_in
 from .scene_writer import SceneWriter
 
 _ARRAYS = {"Uchar": "UnsignedChar", "Int32": "Int", "Float": "Float"}
@@ -68,7 +68,7 @@ class AlembicWriter(SceneWriter):
         self._output = OutputArchive(
             self.folder / self.path.name,
             info.get("dccFPS") if pace == 1 else fps,
-            info.get("userDescription", ""),
+            _described(info.get("userDescription", ""), self.header),
             metadata,
         )
         self._copy = SceneCopy(scene, origin.meshes, self._output, pace)
@@ -175,6 +175,14 @@ class _NewMesh:
             self._is_first = False
         sample = library("AbcGeom").OPolyMeshSchemaSample(*arrays)
         self._output.set(self._schema, sample, size)
+
+
+def _described(description: str, header: Header) -> str:
+    """The description of an archive, with what the header says of axis and unit beyond it."""
+    told = metadata_in(description.split(","))
+    lines = comments_of(replace(header, has_standard_error=False))
+    more = [line for line in lines if getattr(told, line.split()[0]) is None]
+    return ", ".join([*([description] if description else []), *more])
 
 
 def _times(header: Header) -> Any:

@@ -32,7 +32,7 @@ def metadata_in(comments: Iterable[str]) -> Metadata:
     metadata = Metadata()
     for comment in comments:
         match comment.split():
-            case ["up_axis", "y" | "z" as axis]:
+            case ["up_axis", "x" | "y" | "z" as axis]:
                 metadata = metadata._replace(up_axis=axis)
             case ["metres_per_unit", word] if (length := _length(word)) is not None:
                 metadata = metadata._replace(metres_per_unit=length)

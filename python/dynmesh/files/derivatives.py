@@ -21,13 +21,20 @@ class Normals:
     A normal is 0 if no face defines it, and NaN if the position is.
     """
 
-    def __init__(self, polygons: Polygons, how: str) -> None:
-        """Takes one of :data:`dynmesh._checks.normals_may_be`, except "blocked"."""
+    def __init__(
+        self, polygons: Polygons, how: str, shared: NDArray[np.integer[Any]] | None = None
+    ) -> None:
+        """Takes one of :data:`dynmesh._checks.normals_may_be`, except "blocked".
+
+        Corners of which `shared` is the same number have the normal of that number, where the
+        normals are of vertices; None means those of the same vertex.
+        """
         *adjectives, self._interpolation = how.split()
         self._is_flat = "flat" in adjectives or self._interpolation == "uniform"
         self._sign = -1.0 if "reversed" in adjectives else 1.0
         sizes = polygons.sizes.astype(np.intp)
         self._corners = polygons.corners.astype(np.intp)
+        self._shared = None if shared is None else shared.astype(np.intp)
         self._begins = np.cumsum(sizes) - sizes
         self._face = np.repeat(np.arange(len(sizes)), sizes)  # the face of each corner
         begin, size = self._begins[self._face], sizes[self._face]
@@ -37,7 +44,10 @@ class Normals:
 
     @np.errstate(invalid="ignore", over="ignore")
     def of(self, points: Positions) -> NDArray[np.float32]:
-        """Returns (k, 3), (faces, 3) or (corners, 3) for the positions (k, 3) of one frame."""
+        """Returns (k, 3), (faces, 3) or (corners, 3) for the positions (k, 3) of one frame.
+
+        With `shared`, as many as its largest number and one more.
+        """
         corners = points[self._corners].astype(np.float64)
         faces = self._of_faces(corners)
         if self._interpolation == "uniform":
@@ -60,6 +70,9 @@ class Normals:
         sine = np.linalg.norm(np.cross(ahead, behind), axis=1)
         angles = np.arctan2(sine, np.einsum("cx,cx->c", ahead, behind))
         shares = np.nan_to_num(faces[self._face] * angles[:, None])
+        if self._shared is not None:
+            sums = [np.bincount(self._shared, shares[:, x]) for x in range(3)]
+            return _of_length_1(np.stack(sums, axis=1))
         sums = [np.bincount(self._corners, shares[:, x], len(points)) for x in range(3)]
         normals = _of_length_1(np.stack(sums, axis=1))
         normals[~np.isfinite(points).all(axis=1)] = np.nan

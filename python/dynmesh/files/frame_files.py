@@ -1,6 +1,5 @@
 """Code that all formats with one file per frame share."""
 
-import contextlib
 from abc import abstractmethod
 from collections.abc import Iterator
 from dataclasses import replace
@@ -11,13 +10,13 @@ import numpy as np
 
 from ..frames.attributes import ATTRIBUTES, flags_of
 from ..frames.frame import Frame
-from ..frames.header import Header
+from ..frames.header import Header, MeshFile
 from ..frames.naming import naming
 from ..frames.reader import Reader
-from ..frames.times import Timing, frame_numbers, spacing
+from ..frames.times import Timing, numbers_of_files
 from ..polygons import Polygons, as_polygons, check_polygons, split_polygons
 from .comments import Metadata
-from .format import HOLDS_FACES, Gaps, Template
+from .format import HOLDS_FACES, OTHER_MESHES, Gaps, Template
 from .frame_names import FrameNames
 from .numbered import find_files, names_to_write
 from .template import NoFacesError, find_template
@@ -51,6 +50,7 @@ class FramesReader(Reader):
                 polygons = _given(template, len(frame.points))
             elif template is not None:
                 raise ValueError(HOLDS_FACES)
+            holds = tuple(sorted(self._held_beside(self._first)))
             self._polygons = polygons
             _check_first(len(frame.points), self._polygons)
         faces, polygons_or_none = split_polygons(self._polygons)
@@ -60,6 +60,7 @@ class FramesReader(Reader):
             n_vertices=len(frame.points),
             dtype=frame.points.dtype,
             polygons=polygons_or_none,
+            mesh_file=MeshFile(self._first, holds) if holds else None,
             **metadata._asdict(),
             **timing._asdict(),
             **flags_of(frame.attributes()),
@@ -79,6 +80,10 @@ class FramesReader(Reader):
     @abstractmethod
     def _load(self, file: Path) -> tuple[Frame, Polygons, Metadata]:
         """Reads one file; without polygons if the file holds only points."""
+
+    def _held_beside(self, _: Path) -> set[str]:
+        """Returns what a file holds beside positions, polygons and attributes, in words."""
+        return set()
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
         for number in numbers:
@@ -108,7 +113,9 @@ class FramesReader(Reader):
         first = self._first.name
         n_vertices, n_faces = len(frame.points), len(polygons.sizes)
         if n_vertices != self.n_vertices:
-            raise ValueError(f"has {n_vertices} vertices, but {first} has {self.n_vertices}")
+            raise ValueError(
+                f"has {n_vertices} vertices, but {first} has {self.n_vertices}; {OTHER_MESHES}"
+            )
         if n_faces not in (0, len(self._polygons.sizes)):
             raise ValueError(f"has {n_faces} faces, but {first} has {len(self._polygons.sizes)}")
         if n_faces and not all(map(np.array_equal, polygons, self._polygons)):
@@ -164,25 +171,17 @@ def _check_first(n_vertices: int, polygons: Polygons) -> None:
 class FramesWriter(Writer):
     """A sequence that is being written, one file per frame.
 
-    The files have the numbers of the frames. They are numbered from 0 if these are unevenly spaced,
-    which would look like gaps, or if one of them is negative or fractional. A subclass writes one
-    file.
+    The files are numbered as :func:`numbers_of_files` says. A subclass writes one file.
     """
 
     resumable = True
     suffix: ClassVar[str]
 
     def __init__(self, path: Path, header: Header, **options: Any) -> None:
-        """See :class:`Writer`. Creates the folder of a pattern if it does not exist."""
+        """See :class:`Writer`."""
         self._names = self._names_of(path)
-        numbers = frame_numbers(header)
-        even = header.times is None or spacing(header.times.tolist()) is not None
-        if not even or not self._names.numbered or (numbers < 0).any() or (numbers % 1).any():
-            numbers = np.arange(header.n_frames, dtype=np.float64)
-        self._numbers = numbers.astype(np.int64).tolist()
-        self._made = self.new_folder(path)
-        if self._made:
-            self._made.mkdir(exist_ok=True)
+        counted = list(range(header.n_frames))
+        self._numbers = numbers_of_files(header) if self._names.numbered else counted
         super().__init__(path, header, **options)
 
     @classmethod
@@ -193,13 +192,6 @@ class FramesWriter(Writer):
     def folders(cls, path: Path) -> list[Path]:
         """Returns the folders in which writing to `path` puts files."""
         return [*super().folders(path), cls._names_of(path).folder]
-
-    @classmethod
-    def new_folder(cls, path: Path) -> Path | None:
-        """Returns the folder of a pattern if it does not exist."""
-        names = cls._names_of(path)
-        of_pattern = names.numbered and names.folder == path.parent
-        return path.parent if of_pattern and not path.parent.exists() else None
 
     @classmethod
     def names(cls, path: Path) -> list[FrameNames]:
@@ -244,9 +236,3 @@ class FramesWriter(Writer):
         """Returns all files of an older sequence with the same pattern."""
         new = set(self._numbers)
         return [file for number, file in self._names.existing().items() if number not in new]
-
-    def _undo(self) -> None:
-        super()._undo()
-        if self._made:
-            with contextlib.suppress(OSError):  # the folder is not empty
-                self._made.rmdir()

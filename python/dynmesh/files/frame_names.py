@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 _conversion = re.compile("%(?:0[0-9]+)?d")
+_hashes = re.compile("##+")
 
 
 @dataclass(frozen=True)
@@ -28,6 +29,11 @@ class FrameNames:
         """Whether the pattern contains exactly one number."""
         one = self.pattern.count("%") == 1 and _conversion.search(self.pattern) is not None
         return one and not self.plain
+
+    @classmethod
+    def of(cls, path: Path) -> "FrameNames":
+        """The names that a path stands for, in which ``####`` is the number, as ``%04d``."""
+        return cls(path.parent, path.name if path.exists() else with_conversion(path.name))
 
     def name(self, number: int) -> str:
         """Returns the file name of this frame."""
@@ -77,6 +83,12 @@ class FrameNames:
         if not self.numbered:
             found.add(single(Path(os.path.realpath(folder / self.pattern))))
         return found
+
+
+def with_conversion(name: str) -> str:
+    """Returns the pattern with ``%04d`` for ``####``, as animation programs write it."""
+    found = _hashes.findall(name)
+    return _hashes.sub(f"%0{len(found[0])}d", name) if len(found) == 1 and "%" not in name else name
 
 
 def single(path: Path) -> FrameNames:

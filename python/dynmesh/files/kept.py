@@ -19,8 +19,8 @@ class CannotResumeError(InputError):
     """What an interrupted run left is damaged, or of another version, and cannot be continued."""
 
     def __str__(self) -> str:
-        """Adds what can be done; a run without `resume` sets the files aside."""
-        return f"{super().__str__()}; run without --resume to start again"
+        """Adds what can be done."""
+        return f"{super().__str__()}; run with --overwrite to start again"
 
 
 class Sums:

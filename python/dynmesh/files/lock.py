@@ -23,9 +23,18 @@ def unfinished_folder(output: Path) -> Path:
     return output.with_name(f".{output.name}.unfinished")
 
 
+def check_folder(path: Path) -> None:
+    """Refuses a path that is to be written below something that is not a folder."""
+    above = next((folder for folder in path.parents if os.path.lexists(folder)), None)
+    if above is not None and not above.is_dir():
+        raise NotADirectoryError(errno.ENOTDIR, f"{above} is not a folder", str(path))
+
+
 @contextlib.contextmanager
 def lock_folder(folder: Path, what: Path) -> Iterator[list[str]]:
     """Creates the folder if needed and locks it; the system releases it when a process dies.
+
+    Folders above it are created, too, and removed at the end if they stay empty.
 
     Yields:
         Remarks for the user: a sentence if there is no lock, else nothing.
@@ -33,6 +42,17 @@ def lock_folder(folder: Path, what: Path) -> Iterator[list[str]]:
     Raises:
         BlockingIOError: another process holds it; the message names `what`.
     """
+    missing = [above for above in folder.parents if not above.exists()]
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        yield from _locked(folder, what)
+    finally:
+        for above in missing:
+            with contextlib.suppress(OSError):  # it is not empty
+                above.rmdir()
+
+
+def _locked(folder: Path, what: Path) -> Iterator[list[str]]:
     is_still = False
     while True:
         try:

@@ -4,36 +4,37 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from .lock import unfinished_folder, working_folder
+from .lock import check_folder, unfinished_folder, working_folder
 
 
-def check_output(path: Path, overwrite: bool, suffix: str) -> None:
+def check_output(path: Path, overwrite: bool, *suffixes: str) -> None:
     """Refuses a path that such a file cannot be written to.
 
     Raises:
-        OSError: there is no such folder, or the file exists and `overwrite` is not set.
-        ValueError: the path has another suffix.
+        OSError: it would be in a file, or the file exists and `overwrite` is not set.
+        ValueError: the path has none of these suffixes.
     """
-    if path.suffix.lower() != suffix:
-        raise ValueError(f"{path}: must end in {suffix}")
-    if not path.parent.is_dir():
-        raise FileNotFoundError(f"{path}: there is no folder {path.parent}")
+    if path.suffix.lower() not in suffixes:
+        *others, last = suffixes
+        expected = f"{', '.join(others)} or {last}" if others else last
+        raise ValueError(f"{path}: must end in {expected}")
+    check_folder(path)
     if path.exists() and not overwrite:
         raise FileExistsError(f"{path}: exists already; --overwrite replaces it")
 
 
 @contextmanager
-def new_output(path: Path, overwrite: bool, suffix: str) -> Iterator[tuple[Path, list[str]]]:
+def new_output(path: Path, overwrite: bool, *suffixes: str) -> Iterator[tuple[Path, list[str]]]:
     """Checks a path, and yields a hidden one to write to, which becomes it at the end.
 
     Yields:
         The hidden path, and remarks for the user.
     """
-    check_output(path, overwrite, suffix)
+    check_output(path, overwrite, *suffixes)
     try:
         with working_folder(path) as (folder, remarks):
             yield folder / path.name, remarks
-            check_output(path, overwrite, suffix)  # another process may have written it
+            check_output(path, overwrite, *suffixes)  # another process may have written it
             (folder / path.name).replace(path)
     except OSError as error:
         file = "" if error.filename is None else str(error.filename)

@@ -8,6 +8,9 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from ..frames.times import indices_of
 from ..sequence import largest_start
 from .format import Gaps
 from .frame_names import FrameNames
@@ -32,6 +35,15 @@ class Found(NamedTuple):
     start: int = 0
     step: int = 1
 
+    def among(self, frames: slice | range) -> "Found":
+        """Those from one number to before another one; see :func:`indices_of`."""
+        kept = indices_of(self.start + self.step * np.arange(len(self.files), dtype=float), frames)
+        return Found(
+            self.files[kept.start : kept.stop : kept.step],
+            self.start + self.step * kept.start,
+            self.step * kept.step,
+        )
+
 
 def find_files(path: Path, suffix: str, gaps: Gaps = "refuse") -> Found:
     """Finds the files of a sequence that is to be read, and their numbers.
@@ -43,8 +55,8 @@ def find_files(path: Path, suffix: str, gaps: Gaps = "refuse") -> Found:
 
     Args:
         path: a file; a folder, for all its files with `suffix`; a pattern such as
-            ``frame_%04d.ply``, for all files from the lowest number to the highest; or a glob such
-            as ``*.ply``, for all files that match.
+            ``frame_%04d.ply`` or ``frame.####.ply``, for all files from the lowest number to the
+            highest; or a glob such as ``*.ply``, for all files that match.
         suffix: in lower case, such as ".ply".
         gaps: what becomes of missing numbers between others.
 
@@ -52,7 +64,7 @@ def find_files(path: Path, suffix: str, gaps: Gaps = "refuse") -> Found:
         FileNotFoundError: there is no file.
         ValueError: a number is missing and refused, or the folder contains no such file.
     """
-    names = FrameNames(path.parent, path.name)
+    names = FrameNames.of(path)
     if path.is_dir():
         if not (found := files_in(path, suffix)):
             raise ValueError(f"holds no {suffix} file")
@@ -131,7 +143,7 @@ def names_to_write(path: Path, suffix: str) -> FrameNames:
     Raises:
         ValueError: `path` is a glob, or a folder with files that would become part of the sequence.
     """
-    names = FrameNames(path.parent, path.name)
+    names = FrameNames.of(path)
     if path.is_dir() or not (names.numbered or path.suffix or path.exists()):
         names = FrameNames(path, f"frame_%04d{suffix}")
         own = set(names.existing().values())

@@ -1,8 +1,8 @@
 """PLY: one binary or text file per frame, as scanners and MeshLab write them.
 
 The vertices have x, y and z and, if the sequence has them, the properties `known`, `generation`,
-`age` and `standard_error`. Other properties are ignored. Comments state the up axis and the length
-of a unit.
+`age` and `standard_error`. Other properties and elements are kept where the input is PLY too, and
+normals follow from the positions. Comments state the up axis and the length of a unit.
 """
 
 from collections.abc import Iterable, Mapping
@@ -18,6 +18,7 @@ from ..frames.frame import Frame
 from ..polygons import Polygons, as_polygons
 from ..sequence import Positions
 from .comments import Metadata, comments_of, metadata_in
+from .derivatives import Normals
 from .format import Format
 from .frame_files import FramesWriter, NumberedReader
 
@@ -25,10 +26,23 @@ Integers = NDArray[np.integer[Any]]
 
 corner_lists = ("vertex_indices", "vertex_index")
 
-_written_types = {"uchar": "<u1", "int": "<i4", "float": "<f4", "double": "<f8"}
-
 _KINDS = {"b": "uchar", "i": "int", "f": "float"}
 """How attributes are written, by the kind of their dtype."""
+
+_NAMES = {
+    "i1": "char",
+    "u1": "uchar",
+    "i2": "short",
+    "u2": "ushort",
+    "i4": "int",
+    "u4": "uint",
+    "f4": "float",
+    "f8": "double",
+}
+
+_NUMPY = {name: f"<{kind}" for kind, name in _NAMES.items()}
+
+_NORMAL = ("nx", "ny", "nz")
 
 
 Columns = dict[str, NDArray[Any] | tuple[NDArray[np.int64], NDArray[Any]]]
@@ -45,6 +59,15 @@ class PlyReader(NumberedReader):
         columns, comments = read_elements(file)
         polygons = _polygons(columns.get("face", {}))
         return _frame(columns["vertex"]), polygons, metadata_in(comments)
+
+    def _held_beside(self, file: Path) -> set[str]:
+        elements, _ = read_elements(file)
+        own = {"vertex": {*"xyz", *ATTRIBUTES}, "face": set(corner_lists)}
+        return {
+            f"{name}.{column}"
+            for name, columns in elements.items()
+            for column in columns.keys() - own.get(name, set())
+        }
 
 
 def read_elements(file: Path) -> tuple[dict[str, Columns], list[str]]:
@@ -112,26 +135,56 @@ class PlyWriter(FramesWriter):
     """A sequence of PLY files that is being written, binary and little-endian."""
 
     suffix = ".ply"
+    keeps_mesh_of = ".ply"
 
     def _begin(self, kept: int) -> None:
         super()._begin(kept)
         header = self.header
         kinds = dict.fromkeys("xyz", "float" if header.dtype == np.float32 else "double")
         kinds |= {name: _KINDS[row.dtype.kind] for name, row in header.attributes.items()}
-        columns = [(name, _written_types[kind]) for name, kind in kinds.items()]
+        polygons = as_polygons(header.faces, header.polygons)
+        sizes = polygons.sizes.astype(np.int64)
+        faces: Columns = {corner_lists[0]: (sizes, polygons.corners.astype(np.int32))}
+        elements: dict[str, Columns] = {"face": faces}
+        around: Columns = {}
+        if self.mesh_file is not None:
+            elements, _ = read_elements(self.mesh_file)
+            around = elements.pop("vertex")
+            elements["face"] = faces | {
+                name: column
+                for name, column in elements.get("face", {}).items()
+                if name not in corner_lists
+            }
+        extra: dict[str, NDArray[Any]] = {}
+        for name in around.keys() - {*"xyz", *ATTRIBUTES}:
+            if isinstance(column := around[name], np.ndarray):
+                extra[name] = column
+            else:
+                self.remarks.append(f"the lists {name} of vertices are not written")
+        kinds |= {name: _NAMES[column.dtype.str[1:]] for name, column in extra.items()}
+        columns = [(name, np.dtype(_NUMPY[kind])) for name, kind in kinds.items()]
         self._vertices = np.zeros(header.n_vertices, columns)
+        for name, column in extra.items():
+            self._vertices[name] = column
+        self._normals = Normals(polygons, "vertex") if extra.keys() >= set(_NORMAL) else None
         # The bytes before and after the vertices are the same in every frame.
-        sizes, corners = as_polygons(header.faces, header.polygons)
-        count = "uchar" if sizes.max() < 256 else "int"
-        faces = f"element face {len(sizes)}", f"property list {count} int {corner_lists[0]}"
-        self._before = ply_header(comments_of(header), header.n_vertices, kinds, *faces)
-        self._after = _face_records(sizes, corners, np.dtype(_written_types[count]))
+        written = [(name, *_records(columns)) for name, columns in elements.items() if columns]
+        lines = [
+            line
+            for name, properties, n, _ in written
+            for line in (f"element {name} {n}", *properties)
+        ]
+        self._before = ply_header(comments_of(header), header.n_vertices, kinds, *lines)
+        self._after = b"".join(records for *_, records in written)
 
     def _save(self, file: Path, frame: Frame) -> None:
         for i, axis in enumerate("xyz"):
             self._vertices[axis] = frame.points[:, i]
-        for name in self._vertices.dtype.names[3:]:  # type: ignore[index]
+        for name in self.header.attributes:
             self._vertices[name] = getattr(frame, name)
+        if self._normals is not None:
+            for name, values in zip(_NORMAL, self._normals.of(frame.points).T, strict=True):
+                self._vertices[name] = values
         file.write_bytes(self._before + self._vertices.tobytes() + self._after)
 
 
@@ -151,11 +204,28 @@ def ply_header(
     return "\n".join(lines).encode("ascii")
 
 
-def _face_records(sizes: Integers, corners: Integers, count: np.dtype[Any]) -> bytes:
-    """Returns the corners of each face, preceded by their number."""
-    words = corners.astype("<i4").view(count)
-    begins = (np.cumsum(sizes) - sizes) * (4 // count.itemsize)
-    return np.insert(words, begins, sizes.astype(count)).tobytes()
+def _records(columns: Columns) -> tuple[list[str], int, bytes]:
+    """Returns the properties of an element, the number of its records, and the records."""
+    properties: list[str] = []
+    parts: list[list[bytes]] = []
+    for name, column in columns.items():
+        if isinstance(column, np.ndarray):
+            properties.append(f"property {_NAMES[column.dtype.str[1:]]} {name}")
+            parts.append(_cut(column, np.ones(len(column), np.int64)))
+            continue
+        sizes, values = column
+        count = "uchar" if sizes.max(initial=0) < 256 else "int"
+        properties.append(f"property list {count} {_NAMES[values.dtype.str[1:]]} {name}")
+        counts = _cut(sizes.astype(_NUMPY[count]), np.ones(len(sizes), np.int64))
+        parts += [counts, _cut(values, sizes)]
+    return properties, len(parts[0]), b"".join(map(b"".join, zip(*parts, strict=True)))
+
+
+def _cut(values: NDArray[Any], sizes: Integers) -> list[bytes]:
+    """Returns the bytes of the first `sizes[0]` values, of the next `sizes[1]`, and so on."""
+    content = values.astype(values.dtype.newbyteorder("<")).tobytes()
+    ends = (np.cumsum(sizes) * values.dtype.itemsize).tolist()
+    return [content[begin:end] for begin, end in zip([0, *ends], ends, strict=False)]
 
 
 ply = Format(

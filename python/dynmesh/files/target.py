@@ -14,7 +14,9 @@ from ..sequence import Sequence
 from .choice import PathLike, choose
 from .frame_names import FrameNames
 from .kept import Pieces
+from .lock import check_folder
 from .replacement import finish_placing
+from .space import bytes_of, check_space
 from .writer import Writer
 
 
@@ -50,6 +52,8 @@ class Target:
             BlockingIOError: another process is writing the file.
             OSError, TypeError, ValueError: the file cannot be written, or not with this scene.
         """
+        check_folder(self.path)
+        check_space(self.path, bytes_of(header))
         with naming(self.path):
             if origin is not None and not self.keeps(origin.scene):
                 raise ValueError(f"this format cannot keep the scene of {origin.scene.path}")
@@ -93,27 +97,27 @@ class Target:
         with naming(self.path):
             return finish_placing(folder, self.existing(), self.writer.folders(self.path))
 
-    def new_folder(self) -> Path | None:
-        """The folder that writing would make; None where it must be there already."""
-        with naming(self.path):
-            return self.writer.new_folder(self.path)
-
     def check(
         self,
         *,
         overwrite: bool,
         reader: Reader | Scene | None = None,
         others: Iterable[Path] = (),
+        header: Header | None = None,
+        copies: int = 1,
     ) -> None:
         """Refuses to replace files that `reader` reads, `others`, or, unless asked to, any.
 
+        With the header of what is to be written, it also looks at the space on its disk, which so
+        many copies of it need at a time.
+
         Raises:
             FileExistsError, ValueError: writing would replace them.
-            FileNotFoundError: there is no folder to write to.
+            OSError: it would be in a file, or its disk has too little space left.
         """
-        folder = (self.new_folder() or self.path).parent
-        if not folder.is_dir():
-            raise FileNotFoundError(f"{self.path}: there is no folder {folder}")
+        check_folder(self.path)
+        if header is not None:
+            check_space(self.path, copies * bytes_of(header))
         if isinstance(reader, Reader):
             self._check_not_among(reader)
         if existing := self.existing():

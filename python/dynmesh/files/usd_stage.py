@@ -17,6 +17,7 @@ from ..frames.attributes import ATTRIBUTES, with_all_needed
 from ..frames.scenes import check_same_faces
 from ..frames.times import Timing, frame_number, spacing
 from ..polygons import Polygons
+from .format import OTHER_MESHES
 
 _TYPES = {"b": "BoolArray", "i": "IntArray", "f": "FloatArray"}
 
@@ -103,7 +104,7 @@ def value_at(attribute: Any, time: float, shape: tuple[int, ...]) -> NDArray[Any
     if array.shape != shape:
         raise ValueError(
             f"time {time:g}: {attribute.GetName()} has {len(array)} values, "
-            f"but the mesh has {shape[0]} vertices in its first frame"
+            f"but the mesh has {shape[0]} vertices in its first frame; {OTHER_MESHES}"
         )
     return array
 

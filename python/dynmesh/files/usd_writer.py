@@ -46,10 +46,23 @@ class UsdWriter(SceneWriter):
         if header.fps is not None:
             self._stage.SetTimeCodesPerSecond(header.fps)
             self._stage.SetFramesPerSecond(header.fps)
+        if header.up_axis == "x":
+            raise ValueError(
+                "USD has y or z up, not x; --to-up (in Python, to_up=) of convert turns the points"
+            )
         if header.up_axis is not None:
             geometry.SetStageUpAxis(self._stage, header.up_axis.upper())
         if header.metres_per_unit is not None:
             geometry.SetStageMetersPerUnit(self._stage, header.metres_per_unit)
+        unknown = {
+            "y is up": header.up_axis,
+            "a unit is 1 cm": header.metres_per_unit,
+        }
+        if assumed := [what for what, value in unknown.items() if value is None]:
+            self.remarks.append(
+                f"programs will assume that {' and '.join(assumed)}, as nothing says so; --up and "
+                "--unit of dynmesh convert do (in Python, up= and unit=)"
+            )
 
     def _begin_mesh(self) -> None:
         sdf, geometry, header = pxr("Sdf"), pxr("UsdGeom"), self.header

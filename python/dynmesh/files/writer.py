@@ -46,9 +46,12 @@ class Writer(ABC):
         keeps_float64: whether the format stores float64; if not, positions are rounded to float32,
             and refused if they are out of its range.
         keeps_scene_of: the format whose scenes the writer keeps around the meshes; None if none.
+        keeps_mesh_of: the suffix of the files from which it keeps what they hold beside positions
+            and faces; None if there are none.
     """
 
     keeps_scene_of: ClassVar[str | None] = None
+    keeps_mesh_of: ClassVar[str | None] = None
     resumable: ClassVar[bool] = False
     keeps_known: ClassVar[bool] = True
     keeps_provenance: ClassVar[bool] = True
@@ -93,6 +96,10 @@ class Writer(ABC):
             if folder is None:
                 folder, self.remarks = self._working.enter_context(working_folder(path))
             self.folder = folder
+            if header.mesh_file is not None and self.mesh_file is None:
+                *most, last = header.mesh_file.holds
+                lost = f"{', '.join(most)} and {last}" if most else last
+                self.remarks.append(f"{lost} of {header.mesh_file.path.name} are not written")
             others = [row.what for name, row in header.attributes.items() if name != "known"]
             if others and not self.keeps_provenance:
                 raise ValueError(
@@ -104,6 +111,14 @@ class Writer(ABC):
                     shutil.rmtree(self.folder)
                 self.folder.mkdir()
             self._begin(resume_at)
+
+    @property
+    def mesh_file(self) -> Path | None:
+        """The file from which the frames keep more than positions and faces, if there is one."""
+        source = self.header.mesh_file
+        if source is None or source.path.suffix.lower() != self.keeps_mesh_of:
+            return None
+        return source.path
 
     @abstractmethod
     def _begin(self, kept: int) -> None:
@@ -161,11 +176,6 @@ class Writer(ABC):
         return [path.parent]
 
     @classmethod
-    def new_folder(cls, path: Path) -> Path | None:  # noqa: ARG003 (subclasses use it)
-        """Returns the folder that writing to `path` would create; None if it must exist."""
-        return None
-
-    @classmethod
     def names(cls, path: Path) -> list[FrameNames]:
         """Returns the names of all files that writing to `path` may make, replace or remove."""
         return [single(path)]
@@ -204,7 +214,7 @@ class Writer(ABC):
         """
         frame = Frame(points, known, **attributes)
         with naming(self.path), self._blaming():
-            with locating(frame=self._frame):
+            with locating(frame=self._number):
                 self._check(frame)
                 if known is not None and not self.keeps_known:
                     points = np.where(known[:, None], points, points.dtype.type(np.nan))
@@ -213,6 +223,12 @@ class Writer(ABC):
                     frame = replace(frame, points=self._rounded(frame.points))
             self._append(frame)
         self._frame += 1
+
+    @property
+    def _number(self) -> float:
+        """The number of the next frame."""
+        past = self._frame >= self.header.n_frames
+        return self._frame if past else self.header.number(self._frame)
 
     def _check(self, frame: Frame) -> None:
         header = self.header

@@ -1,6 +1,7 @@
 """The header of a sequence, which describes all frames."""
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
@@ -19,6 +20,19 @@ from ..sequence import (
 from .attributes import ATTRIBUTES, Flags, flags_of
 
 
+@dataclass(frozen=True)
+class MeshFile:
+    """The file of one mesh which holds more than dynmesh reads.
+
+    Attributes:
+        path: of the file.
+        holds: what it holds beside positions and faces, such as "texture coordinates".
+    """
+
+    path: Path
+    holds: tuple[str, ...]
+
+
 @dataclass(frozen=True, eq=False)
 class Header(Description, Flags):
     """The properties that all frames of a file share.
@@ -28,6 +42,7 @@ class Header(Description, Flags):
         n_frames: n.
         n_vertices: k.
         dtype: of the positions, float32 or float64.
+        mesh_file: from which files of the same format keep what it holds, or None.
 
     `has_known`, `has_provenance` and `has_standard_error` say which attributes each frame has. They
     and the attributes of :class:`dynmesh.Description`, from `fps` to `standard_error_of`, are
@@ -41,6 +56,7 @@ class Header(Description, Flags):
     n_frames: int
     n_vertices: int
     dtype: np.dtype[Any]
+    mesh_file: MeshFile | None = None
 
     def __post_init__(self) -> None:
         """Raises an error unless the properties are consistent."""

@@ -1,11 +1,15 @@
-"""A sequence in memory, as a reader."""
+"""A sequence in memory, as a reader and as a writer."""
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
-from ..sequence import Sequence
+import numpy as np
+from numpy.typing import NDArray
+
+from ..sequence import Positions, Sequence
 from .frame import Frame, frame_of
-from .header import header_of
+from .header import Header, header_of
 from .reader import Reader
 
 
@@ -24,3 +28,29 @@ class SequenceReader(Reader):
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
         return (frame_of(self._sequence, number) for number in numbers)
+
+
+class Collected:
+    """What a writer would write, as arrays."""
+
+    def __init__(self, header: Header) -> None:
+        """Begins a sequence with this header."""
+        self.header = header
+        shape = (header.n_frames, header.n_vertices)
+        self._next = 0
+        self._vertices = np.empty((*shape, 3), header.dtype)
+        self._values: dict[str, Any] = {
+            name: np.empty(shape, row.dtype) for name, row in header.attributes.items()
+        }
+
+    def append(self, points: Positions, **values: NDArray[Any]) -> None:
+        """Takes the next frame, with the attributes of the header."""
+        self._vertices[self._next] = points
+        for name, given in values.items():
+            self._values[name][self._next] = given
+        self._next += 1
+
+    def sequence(self) -> Sequence:
+        """The sequence, after its last frame."""
+        header = self.header
+        return Sequence(self._vertices, header.faces, **self._values, **header.described())

@@ -4,7 +4,22 @@ import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 
-from .._errors import InputError, KindError, locating
+from .._errors import DynmeshError, InputError, KindError, locating
+from ..sequence import Description
+
+
+@contextlib.contextmanager
+def numbering(path: Path, description: Description) -> Iterator[None]:
+    """Adds the name of the file to errors, and calls frames that they count from 0 as it does."""
+    try:
+        with locating(file=None):
+            yield
+    except DynmeshError as error:
+        if error.file is None:
+            error.file = path
+            if error.frame is not None:
+                error.frame = description.number(int(error.frame))
+        raise
 
 
 @contextlib.contextmanager

@@ -56,13 +56,18 @@ class DepthScan(NamedTuple):
     @property
     def cloud(self) -> Positions:
         """(n, 3) the points of all images in the world, float64."""
-        clouds = [np.zeros((0, 3))]
+        return np.concatenate([np.zeros((0, 3)), *self.clouds])
+
+    @property
+    def clouds(self) -> list[_Floats]:
+        """(n, 3) each: the points of each image."""
+        clouds = []
         for depth, intrinsics, pose in zip(*self, strict=True):
             row, column = np.nonzero(depth > 0)
             pixels = np.stack([column, row, np.ones_like(row)], axis=1)
             local = pixels @ np.linalg.inv(intrinsics).T * depth[row, column][:, None]
             clouds.append(local @ pose[:3, :3].T + pose[:3, 3])
-        return np.concatenate(clouds)
+        return clouds
 
     def scaled(self, factor: float) -> "DepthScan":
         """Returns the scan in another unit of length."""

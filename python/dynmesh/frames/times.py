@@ -11,6 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from .._checks import check_integer, check_number
+from .._errors import InputError, KindError
 from ..sequence import numbers_of
 from .header import Header
 
@@ -62,9 +64,96 @@ def frame_numbers(header: Header) -> NDArray[np.float64]:
     return numbers_of(header, header.n_frames)
 
 
+def numbers_of_files(header: Header) -> list[int]:
+    """Returns the numbers of files with one frame each: those of the frames.
+
+    They count from 0 if the frames are unevenly spaced, which would look like gaps, or have
+    negative or fractional numbers.
+    """
+    numbers = frame_numbers(header)
+    even = header.times is None or spacing(header.times.tolist()) is not None
+    if not even or (numbers < 0).any() or (numbers % 1).any():
+        numbers = np.arange(header.n_frames, dtype=np.float64)
+    return [int(number) for number in numbers]
+
+
 def frame_seconds(header: Header) -> NDArray[np.float64]:
     """Returns (n,) the time of each frame in seconds, or its number if the rate is unknown."""
     return frame_numbers(header) / (header.fps or 1)
+
+
+def index_of(header: Header, number: float, argument: str) -> int:
+    """Returns the index of the frame with this number in its file.
+
+    Raises:
+        ValueError: there is none.
+    """
+    found = np.flatnonzero(frame_numbers(header) == number)
+    if len(found) == 0:
+        raise InputError(f"there is no frame {number:g}, only {_span(header)}", argument=argument)
+    return int(found[0])
+
+
+def indices_of(
+    numbers: NDArray[np.float64], frames: slice | range, argument: str = "frames"
+) -> range:
+    """Returns the indices, among these numbers, from one number to, but without, another one.
+
+    Raises:
+        TypeError, ValueError: there are none, or the numbers are not among those of the frames.
+    """
+    check_slice(argument, frames)
+    end = float(numbers[-1] + np.diff(numbers[-2:]).max(initial=1))
+    begin = numbers[0] if frames.start is None else frames.start
+    stop = end if frames.stop is None else frames.stop
+    first, last = np.searchsorted(numbers, (begin, stop)).tolist()
+    if not (numbers[0] <= begin < stop <= end and first < last):
+        raise InputError(
+            f"must be some of {numbers[0]:.15g}:{end:.15g}, by their numbers, not "
+            f"{slice_text(frames)}",
+            argument=argument,
+        )
+    return range(first, last, frames.step or 1)
+
+
+def check_slice(argument: str, frames: slice | range) -> None:
+    """Refuses what is no slice or range of numbers of frames."""
+    if not isinstance(frames, slice | range):
+        raise KindError(f"must be a slice, not {type(frames).__name__}", argument=argument)
+    for bound in (frames.start, frames.stop):
+        if bound is not None:
+            check_number(argument, bound)
+    if frames.step is not None:
+        check_integer(argument, frames.step, 1)
+
+
+def slice_of(text: str) -> slice:
+    """Parses A:B, A: or :B, or one of them with :STEP, as slices of Python.
+
+    Raises:
+        ValueError: it is none of these.
+    """
+    parts = text.split(":")
+    try:
+        if not 2 <= len(parts) <= 3:
+            raise ValueError
+        begin, end, *step = (
+            None if not part else float(part) if "." in part else int(part) for part in parts
+        )
+    except ValueError:
+        raise ValueError(f"must be two numbers of frames, as in 1001:1050, not '{text}'") from None
+    return slice(begin, end, *step)
+
+
+def slice_text(frames: slice | range) -> str:
+    """Returns what :func:`slice_of` parses."""
+    bounds = (frames.start, frames.stop, *([frames.step] if (frames.step or 1) > 1 else []))
+    return ":".join("" if bound is None else str(bound) for bound in bounds)
+
+
+def _span(header: Header) -> str:
+    first, last = header.number(0), header.number(header.n_frames - 1)
+    return f"{first} to {last}" if first != last else str(first)
 
 
 def mean_rate(header: Header) -> float | None:

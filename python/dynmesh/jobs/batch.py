@@ -20,6 +20,7 @@ from .report import FileReport
 from .scene_completion import SceneReport, complete_meshes
 from .track_report import TrackFileReport
 from .tracking_job import TrackingJob
+from .unfinished import remembered
 
 
 @dataclass(frozen=True)
@@ -46,8 +47,8 @@ class Result:
 
     Attributes:
         job: the job.
-        status: "done", "doubtful" if the output was written but is probably wrong, "exists" if it
-            was already complete, or "failed".
+        status: "done", "doubtful" if the output was written, now or before, but is probably wrong,
+            "exists" if it was already complete, or "failed".
         reason: why the job failed, in one line; empty otherwise. The remarks say why a result is
             doubtful.
         frames: number of frames in the output, of all its meshes; 0 if it was not written.
@@ -121,24 +122,23 @@ def _run(job: Job | TrackingJob, overwrite: bool) -> Result:
     """Runs a job in a worker."""
     began = time.monotonic()
     try:
-        _make_folder(Path(job.output).parent)
         if isinstance(job, Job) and job.source.get("prim") == every_mesh:
             scene = complete_meshes(Path(job.input), Path(job.output), job, overwrite)
             return _result_of_scene(job, scene, began)
         overlay = isinstance(job, Job) and job.overlay
         target = files.target_of(job.output, job.output_format, overlay=overlay)
         try:
-            report = _make(job, overwrite, resume=target.writer.resumable)
+            resume = target.writer.resumable and job.retime is None
+            report = _make(job, overwrite, resume=resume)
         except (OtherJobError, CannotResumeError):  # the table has changed, or the files did
-            report = _make(job, overwrite, resume=False)
+            report = _make(job, overwrite or not target.existing(), resume=False)
     except FileExistsError:
-        return Result(job, "exists")
+        doubt = remembered(files.target_of(job.output, job.output_format)).get("doubtful", "")
+        return Result(job, "doubtful", remarks=(doubt,)) if doubt else Result(job, "exists")
     except SettingError as error:  # its message does not name the file
         return Result(job, "failed", f"{job.input}: {error}", seconds=time.monotonic() - began)
     except Exception as error:  # no error may stop the other jobs
         return Result(job, "failed", _in_one_line(error), seconds=time.monotonic() - began)
-    if report.existed:
-        return Result(job, "exists")
     seconds = time.monotonic() - began
     remarks = report.remarks
     if isinstance(report, FileReport):
@@ -146,15 +146,9 @@ def _run(job: Job | TrackingJob, overwrite: bool) -> Result:
     else:
         doubtful = report.quality != "good"
         remarks = (*remarks, report.reason) if report.reason else remarks
-    status: Literal["done", "doubtful"] = "doubtful" if doubtful else "done"
-    return Result(job, status, "", report.frames, seconds, remarks)
-
-
-def _make_folder(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except FileExistsError as error:  # would be reported as an existing output
-        raise NotADirectoryError(error.errno, "exists and is not a folder", str(folder)) from error
+    if report.existed and not doubtful:
+        return Result(job, "exists")
+    return Result(job, "doubtful" if doubtful else "done", "", report.frames, seconds, remarks)
 
 
 def _make(job: Job | TrackingJob, overwrite: bool, *, resume: bool) -> FileReport | TrackFileReport:

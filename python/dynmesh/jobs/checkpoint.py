@@ -29,12 +29,15 @@ class Progress(NamedTuple):
         written: number of frames in the output.
         state: the completer's state after the last frame; empty if nothing was done.
         kept: checksums of the files that hold the frames, relative to the unfinished folder.
+        judged: what is known of the quality of the result, as JSON has it; "doubtful" says in a
+            sentence why it is probably wrong, and is empty or missing if it is not.
     """
 
     done: int = 0
     written: int = 0
     state: bytes = b""
     kept: Pieces = MappingProxyType({})
+    judged: Mapping[str, Any] = MappingProxyType({})
 
     def restore(self, machine: Completer | Tracker, pushed: Collection[int]) -> None:
         """Continues the completer, which must have met as many frames as one of `pushed`.
@@ -103,7 +106,7 @@ class Checkpoint:
         if saved.job != self.job:
             changed = "; ".join(_differences(json.loads(saved.job), json.loads(self.job)))
             raise OtherJobError(
-                f"{self.path}: is of another job: {changed}; run without --resume to start again, "
+                f"{self.path}: is of another job: {changed}; run with --overwrite to start again, "
                 "or write another output"
             )
         check_unchanged(self.path.parent, saved.progress.kept)
@@ -127,7 +130,9 @@ class Checkpoint:
                     raise CannotResumeError(f"is of dynmesh {version}, not {__version__}")
                 done, written = (int(read_member(archive, name)) for name in ("done", "written"))
                 state = read_member(archive, "state").tobytes()
-                kept = json.loads(str(read_member(archive, "kept")))
+                kept, judged = (
+                    json.loads(str(read_member(archive, name))) for name in ("kept", "judged")
+                )
         except FileNotFoundError:
             return None
         except IsADirectoryError as error:
@@ -138,15 +143,7 @@ class Checkpoint:
             raise CannotResumeError(
                 "is damaged or of an earlier version", file=self.path
             ) from error
-        return Saved(job, Progress(done, written, state, kept))
-
-    def is_of_this_job(self) -> bool:
-        """Whether there is a checkpoint of this job."""
-        try:
-            saved = self.read()
-        except CannotResumeError:
-            return False
-        return saved is not None and saved.job == self.job
+        return Saved(job, Progress(done, written, state, kept, judged))
 
     def is_due(self) -> bool:
         """Whether enough time has passed to save again."""
@@ -156,7 +153,7 @@ class Checkpoint:
         """Replaces the checkpoint atomically."""
         began = time.monotonic()
         partial = self.path.with_suffix(".part")
-        done, written, state, kept = progress
+        done, written, state, kept, judged = progress
         with naming(self.path), partial.open("wb") as file:
             np.savez(
                 file,
@@ -165,6 +162,7 @@ class Checkpoint:
                 written=written,
                 state=np.frombuffer(state, np.uint8),
                 kept=json.dumps(kept),
+                judged=json.dumps(dict(judged)),
             )
         partial.replace(self.path)
         now = time.monotonic()

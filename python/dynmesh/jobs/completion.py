@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from .._core import Completer
 from .._errors import InputError, KindError, locating
 from ..frames.attributes import ATTRIBUTES
-from ..frames.header import Header
-from ..frames.memory import SequenceReader
+from ..frames.memory import Collected, SequenceReader
 from ..sequence import Mask, Positions, Sequence
 from ..settings import Settings, all_settings, takes_settings
 from .completion_options import CompletionOptions
@@ -140,29 +139,6 @@ class _InMemory:
         return Completer(self.faces, first_frame, training=self.frames, **settings)
 
 
-class _Collected:
-    """What a writer would write, as arrays."""
-
-    def __init__(self, header: Header) -> None:
-        self.header = header
-        shape = (header.n_frames, header.n_vertices)
-        self._next = 0
-        self._vertices = np.empty((*shape, 3), header.dtype)
-        self._values: dict[str, Any] = {
-            name: np.empty(shape, row.dtype) for name, row in header.attributes.items()
-        }
-
-    def append(self, points: Positions, **values: NDArray[Any]) -> None:
-        self._vertices[self._next] = points
-        for name, given in values.items():
-            self._values[name][self._next] = given
-        self._next += 1
-
-    def sequence(self) -> Sequence:
-        header = self.header
-        return Sequence(self._vertices, header.faces, **self._values, **header.described())
-
-
 def _complete_sequence(
     sequence: Sequence, options: CompletionOptions, training: Iterable[Positions] | None
 ) -> Sequence:
@@ -170,7 +146,7 @@ def _complete_sequence(
     if training is not None and options.bidirectional:  # instead of what would be learned
         options = replace(options, settings={**options.settings, "learn": False})
     reader = SequenceReader(sequence)
-    made = _Collected(options.header(reader.header))
+    made = Collected(options.header(reader.header))
     ways = Directions(
         reader, start_in(reader, options), options, _InMemory(sequence.faces, training)
     )

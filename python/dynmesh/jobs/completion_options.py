@@ -15,6 +15,7 @@ from .._errors import InputError, KindError, SettingError
 from ..files import PathLike, Source
 from ..frames.header import Header
 from ..settings import SETTINGS, Settings, all_settings
+from .conversion_options import ConversionKeywords, ConversionOptions
 from .option import (
     HOW,
     OUTPUT,
@@ -39,7 +40,7 @@ _PRIM_OR_ALL = replace(
 
 
 @dataclass(frozen=True, kw_only=True)
-class CompletionOptions:
+class CompletionOptions(ConversionOptions):
     """What can be asked of the completion of a file or of a scene.
 
     :func:`dynmesh.complete_file` explains the options; `settings` are its other keywords.
@@ -52,8 +53,8 @@ class CompletionOptions:
     start: Start = given(
         "auto",
         "The frame from which completion starts. Frames before it are completed backwards. auto: "
-        "frame 0 if no vertex is missing, else the first such frame, else the best one; whole: the "
-        "first frame without missing vertices; best: the frame that knows most; N, counted from 0. "
+        "the first frame without missing vertices, else the best one; whole: the same, but it must "
+        "exist; best: the frame that knows most; N: its number in IN. "
         "What the frame lacks is put together from all others. clean: as auto, without outliers.",
         WHAT,
         metavar="auto|best|clean|whole|N",
@@ -93,9 +94,6 @@ class CompletionOptions:
         OUTPUT,
         bool,
     )
-    fps: float | None = given(
-        None, "Frames per second of OUT. [as in IN]", OUTPUT, float, metavar="RATE"
-    )
 
     def checked(self) -> Self:
         """Returns the options with all settings, and the training files as paths.
@@ -104,6 +102,12 @@ class CompletionOptions:
             TypeError, ValueError: an option is refused, or cannot be combined with another.
         """
         check_start(self.start, self.template)
+        self.check_conversion()
+        if self.overlay and self.changed:
+            raise InputError(
+                "cannot be combined with overlay, which changes missing points alone",
+                argument=self.changed[0],
+            )
         settings = all_settings(self.settings)
         if self.bidirectional:
             if settings["method"] != "detail":
@@ -139,6 +143,7 @@ class CompletionOptions:
             "known": zlib.crc32(masks.tobytes()) if isinstance(masks, np.ndarray) else None,
             "missing": self.source.get("missing"),
             "gaps": self.source.get("gaps", "refuse"),
+            **self.described_conversion(),
             "drop_above": self.drop_above,
             "bidirectional": self.bidirectional,
             **{
@@ -162,11 +167,10 @@ class SceneKeywords(Settings, total=False):
     drop_above: float | None
 
 
-class CompletionKeywords(SceneKeywords, total=False):
+class CompletionKeywords(SceneKeywords, ConversionKeywords, total=False):
     """The same for a file."""
 
     template: PathLike | None
-    fps: float | None
 
 
 def check_start(start: object, template: object) -> None:
@@ -177,8 +181,6 @@ def check_start(start: object, template: object) -> None:
             raise InputError(f"must be {names} or a frame, not {start!r}", argument="start")
     elif not isinstance(start, int | np.integer) or isinstance(start, bool):
         raise KindError(f"must be {names} or a whole number, not {start!r}", argument="start")
-    elif start < 0:
-        raise InputError(f"must be 0 or more, not {start}", argument="start")
     if template is not None:
         check_path("template", template)
         if start != "auto":

@@ -15,14 +15,14 @@ import numpy as np
 from .._core import Completer
 from .._errors import InputError, locating
 from ..files import Frame, Reader
-from ..frames.header import Header
+from ..files.conversion import Output
 from ..sequence import Positions
 from ..settings import Settings
 from .both_ways import combined
 from .checkpoint import BEGINNING, Progress
 from .completion_options import CompletionOptions
 from .report import Tally
-from .start import StartFrame
+from .start import DOUBTFUL_START, StartFrame
 from .waiting_frames import WaitingFrames
 from .way import Way
 
@@ -39,17 +39,6 @@ class CreatesCompleter(Protocol):
 
     def completer(self, first_frame: Positions, settings: Settings) -> Completer:
         """Creates it."""
-
-
-class Output(Protocol):
-    """What takes the completed frames in their order."""
-
-    @property
-    def header(self) -> Header:
-        """The properties of all frames."""
-
-    def append(self, points: Positions, **values: Any) -> None:
-        """Takes the next frame, with the attributes of the header."""
 
 
 @dataclass(frozen=True)
@@ -138,7 +127,7 @@ class Directions:
         self._start_frame = start_frame
         self._drop_above = options.drop_above
         self._legs = _legs(start_frame, reader.n_frames, options.bidirectional)
-        self._done, self._written, _, self._kept = progress
+        self._done, self._written, _, self._kept, _ = progress
         self._waiting: dict[str, WaitingFrames] = {}
         self._check(progress)
         self._completer = training.completer(start_frame.points, options.settings)
@@ -230,9 +219,11 @@ class Directions:
             frame = next(frames, None)
             if frame is None:
                 raise InputError(
-                    f"ends before frame {number}, but must pass all frames on", argument="watch"
+                    f"ends before frame {self._reader.header.number(number)}, but must pass all "
+                    "frames on",
+                    argument="watch",
                 )
-            with locating(frame=number):
+            with locating(frame=self._reader.header.number(number)):
                 if number == self._start_frame.number and leg.after is None:
                     yield number, origin
                     continue
@@ -279,7 +270,8 @@ class Directions:
 
     def progress(self) -> Progress:
         """Returns what a later run needs to continue."""
-        return Progress(self._done, self._written, self._completer.state(), self._kept)
+        judged = {"doubtful": DOUBTFUL_START if self._start_frame.doubtful else ""}
+        return Progress(self._done, self._written, self._completer.state(), self._kept, judged)
 
 
 def _backwards(reader: Reader, stop: int, first: int) -> Iterator[Frame]:

@@ -13,11 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import files, metrics
-from .._errors import InputError, KindError
+from .._errors import InputError
 from ..calibration import Calibrating, Calibration, estimated
 from ..diagnosis.presence import observed_in
 from ..files import Frame, OneSequence, Reader
 from ..frames.reader import check_comparable
+from ..frames.times import frame_numbers, indices_of
 from .true_surface import TrueSurface
 
 _FRAMES_AT_ONCE = 32  # measured together, because each call builds the cells anew
@@ -31,7 +32,7 @@ class FrameErrors:
     """Errors of a frame, in bounding-box diagonals of frame 0 of the reference.
 
     Attributes:
-        frame: its number, counted from 0.
+        frame: its number in the file of the completed sequence.
         vertices: the number of vertices that were measured.
         nmsve: the normalised mean square visual error (eq. 5), of all vertices.
         mean: the mean distance between vertices and their true positions; NaN if there are none.
@@ -40,7 +41,7 @@ class FrameErrors:
         maximum: the largest distance.
     """
 
-    frame: int
+    frame: float
     vertices: int
     nmsve: float
     mean: float
@@ -88,7 +89,7 @@ def evaluate(
     completed: OneSequence,
     reference: OneSequence,
     *,
-    frames: range | None = None,
+    frames: slice | range | None = None,
     only: Only = "all",
     partial: OneSequence | None = None,
     watch: Watch = lambda frames, _: frames,
@@ -98,7 +99,9 @@ def evaluate(
     Args:
         completed: the completed sequence: a file, a reader or a sequence in memory.
         reference: the true sequence, with the same mesh and number of frames.
-        frames: the numbers of the frames to measure, counted from 0; None means all after frame 0.
+        frames: a slice or range such as ``range(1001, 1050)``: the numbers, in the completed
+            sequence, of the first frame to measure and of the one after the last; None means all
+            after the first frame.
         only: "missing" measures the distances of vertices that were not observed in their frame, as
             `partial` says, or else the generations in `completed`. "all" measures all vertices.
         partial: the sequence that was completed; only its missing vertices matter.
@@ -135,13 +138,15 @@ def _evaluate(
     reference: Reader,
     partial: Reader | None,
     only: Only,
-    frames: range | None,
+    frames: slice | range | None,
     watch: Watch,
 ) -> Evaluation:
     check_comparable(completed, reference)
     if reference.n_frames < 2:
-        raise InputError("has no frame after frame 0 to measure", file=reference.path)
-    numbers = _numbers(frames, reference)
+        raise InputError("has no frame after the first to measure", file=reference.path)
+    numbers = range(1, reference.n_frames)
+    if frames is not None:
+        numbers = indices_of(frame_numbers(completed.header), frames)
     unit = _diagonal(reference)
     kind = completed.header.standard_error_of
     calibrating = Calibrating(kind)
@@ -163,7 +168,7 @@ def _evaluate(
             stretch, nmsve, distances, strict=True
         ):
             measured = error if only == "all" else error[_missing(frame, there)]
-            each.append(_errors_of(number, float(visual), measured, unit))
+            each.append(_errors_of(completed.header.number(number), float(visual), measured, unit))
             if frame.standard_error is not None and frame.generation is not None:
                 if surface is not None:
                     error = surface.distances(frame.points, true.points)
@@ -190,28 +195,15 @@ def _evaluate(
     )
 
 
-def _numbers(frames: range | None, reference: Reader) -> range:
-    """The frames to measure: by default all but frame 0, from which completion starts."""
-    numbers = range(1, reference.n_frames) if frames is None else frames
-    if not isinstance(numbers, range):
-        raise KindError(f"must be a range, not {type(frames).__name__}", argument="frames")
-    if not len(numbers):
-        raise InputError("there is no frame to measure", argument="frames")
-    if not 0 <= numbers[0] < numbers[-1] + 1 <= reference.n_frames or numbers.step < 1:
-        raise InputError(
-            f"must be ascending and from 0 to {reference.n_frames}, not {numbers}",
-            argument="frames",
-        )
-    return numbers
-
-
 def _diagonal(reference: Reader) -> float:
     with contextlib.closing(reference.frames(0, 1)) as frames:
         first = next(frames)
     _check_whole(0, first, reference)
     unit = metrics.bounding_box_diagonal(first.points)
     if unit == 0:
-        raise ValueError(f"{reference.path}: all vertices of frame 0 are at one point")
+        raise ValueError(
+            f"{reference.path}: all vertices of frame {reference.header.number(0)} are at one point"
+        )
     return unit
 
 
@@ -234,7 +226,7 @@ def _missing(frame: Frame, observed: NDArray[np.bool_] | None) -> NDArray[np.boo
 
 
 def _errors_of(
-    number: int, visual: float, distances: NDArray[np.floating], unit: float
+    number: float, visual: float, distances: NDArray[np.floating], unit: float
 ) -> FrameErrors:
     if not len(distances):
         return FrameErrors(number, 0, visual / unit, *[math.nan] * 4)
@@ -253,6 +245,6 @@ def _check_whole(number: int, frame: Frame, reader: Reader) -> None:
     missing = np.flatnonzero(~observed_in(frame))
     if len(missing):
         raise ValueError(
-            f"{reader.path}: frame {number} lacks vertex {missing[0]}; "
+            f"{reader.path}: frame {reader.header.number(number)} lacks vertex {missing[0]}; "
             "the error is measured between complete sequences"
         )

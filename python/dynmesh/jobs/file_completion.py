@@ -38,11 +38,12 @@ def complete_file(
 
     The output appears under its name when it is complete. Until then it is in a hidden folder
     beside it, where the completer's state is saved every few seconds if the format can be resumed.
-    The folder remains after an interruption, a full disk or a killed process, and `resume`
-    continues from it; a run without `resume` deletes it. What is in it has checksums: `resume`
-    refuses what is damaged and leaves it as it is, and a run without `resume` moves it to
-    `.NAME.set-aside`, which the remarks of the report say. If a process was killed while it moved
-    several finished files to their destinations, the next run first moves the remaining ones.
+    The folder remains after an interruption, a full disk or a killed process. `resume` continues
+    from it, `overwrite` starts again, and without either the run is refused. What is in it has
+    checksums: `resume` refuses what is damaged and leaves it as it is, and a run without `resume`
+    moves it to `.NAME.set-aside`, which the remarks of the report say. If a process was killed
+    while it moved several finished files to their destinations, the next run first moves the
+    remaining ones.
 
     Args:
         path: the incomplete sequence, in any format.
@@ -50,7 +51,8 @@ def complete_file(
         start: the frame from which completion starts; frames before it are completed backwards.
             "auto" is frame 0 if no vertex is missing there, else the first such frame, else as
             "best"; "whole" is the first frame without missing vertices, which must exist; "best" is
-            the frame that knows most vertices; a number is that frame, counted from 0. What the
+            the frame that knows most vertices; a number is that of the frame
+            in its file, counted from 0 where the file has none. What the
             frame lacks is put together from all others by :func:`dynmesh.whole_frame`, and the
             remarks of the report say so. "clean" is as "auto", but known positions that contradict
             other frames are left out and estimated, and with `noise` the frame is smoothed.
@@ -63,6 +65,11 @@ def complete_file(
         source: how to read the input.
         output_format: one of :data:`dynmesh.files.formats`; None means the format of the suffix.
         fps: frames per second of the output; None means those of the input.
+        frames: the numbers of the frames to complete; for this and the next, see
+            :func:`dynmesh.convert_file`. Lengths in other options are in the unit of the input.
+        up, unit: what the input does not state of itself.
+        to_up, to_unit, scale, retime: how completed frames are turned, scaled and resampled. A run
+            with `retime` cannot be resumed.
         bidirectional: whether to complete each frame from both sides. Completion goes from the
             frame `start` to the nearer end of the sequence, from there to the other end, and back;
             a vertex is the mean of the last two estimates, weighed by their standard errors.
@@ -94,7 +101,8 @@ def complete_file(
             is given.
 
     Raises:
-        FileExistsError: the output exists, and `resume` does not find it complete.
+        FileExistsError: the output exists, and `resume` does not find it complete; or frames of an
+            interrupted run are kept, and neither `resume` nor `overwrite` is set.
         BlockingIOError: another process is writing it.
         OtherJobError: `resume` finds files of another job, which are kept; it says what differs.
         CannotResumeError: `resume` finds files that are damaged or of another version, which are
@@ -133,10 +141,11 @@ def complete_into(
     check_callable("watch_training", watch_training)
     target = files.target_of(output, options.output_format, overlay=options.overlay)
     if resume:
-        check_resumable(target)
+        check_resumable(target, options.retime)
     source = Path(path)
     with open_with_template(source, options) as (reader, template):
-        header = options.header(reader.header)
+        conversion = options.conversion(options.header(reader.header), reader.path)
+        header = conversion.header
         training = Training(paths_of(options.training), reader, watch_training)
         passes: list[Directions] = []
 
@@ -154,26 +163,32 @@ def complete_into(
 
         outcome = ResumableOutput(
             target,
-            header,
+            conversion,
             job,
             source,
             overwrite=overwrite,
             resume=resume,
             reader=reader,
+            copies=3 if options.bidirectional else 1,
             others=[*(template.files if template else ()), *training.files],
         ).write(begin)
         start_frame = None if outcome.existed else start()
     # Nothing is begun if the output is complete.
     tally = passes[0].tally if passes else Tally(options.settings["method"])
-    remarks: tuple[str, ...] = ()
+    doubt = outcome.judged.get("doubtful", "")
+    remarks: tuple[str, ...] = (doubt,) if doubt else ()
     if start_frame is not None and not outcome.was_complete:
-        told = tally.remarks(header.metres_per_unit)
-        remarks = (*outcome.remarks, *start_frame.remarks(options.settings["noise"]), *told)
+        told = tally.remarks(reader.header.metres_per_unit)
+        remarks = (
+            *outcome.remarks,
+            *start_frame.remarks(reader.header, options.settings["noise"]),
+            *told,
+        )
     report = tally.report(
-        header.n_frames,
+        reader.n_frames,
         outcome.resumed_at,
         remarks,
-        start_frame.number if start_frame else 0,
-        start_frame is not None and start_frame.doubtful,
+        start_frame.number_in(reader.header) if start_frame else None,
+        bool(doubt) or (start_frame is not None and start_frame.doubtful),
     )
     return replace(report, existed=outcome.existed)

@@ -1,9 +1,8 @@
-"""How well scans were tracked, frame by frame and camera by camera."""
+"""How well scans were tracked, of all runs of a job, and whether that makes the result doubtful."""
 
-import csv
-from collections.abc import Sequence
-from pathlib import Path
-from typing import Literal
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any, Literal
 
 import numpy as np
 
@@ -19,95 +18,179 @@ _BAD_CAMERA = 0.05
 _MOST_FRAMES = 5
 _MORE_THAN_OTHERS = 2.0
 """A camera is suspected whose share is so many times the median of the others."""
+_NAMED_PLANES = 0.01
 
-_COLUMNS = ("frame", "camera", "points", "far", "disagreeing", "distance", "seen")
+_QUALITIES = {"doubtful": "doubtful", "ruined": "probably ruined"}
 
 
-class Fits:
-    """The agreements of the frames of one run, and the table of them.
+@dataclass
+class Counts:
+    """Numbers of points; they are fractions where shares of them were estimated.
 
     Attributes:
-        path: of the table, or None.
+        points: those that were compared.
+        far: those of them that are far from the mesh.
+        in_planes: those of them that lie in planes of the surroundings, which do not count.
     """
 
-    def __init__(self, path: Path | None) -> None:
-        """Writes nothing yet."""
-        self.path = path
-        self._frames: list[tuple[int, TrackingReport]] = []
-        self._cameras: dict[str, list[Agreement]] = {}
+    points: float = 0.0
+    far: float = 0.0
+    in_planes: float = 0.0
 
-    def begin(self, done: int) -> None:
-        """Begins the table, or keeps its rows of the frames that an earlier run had done."""
-        if self.path is None:
-            return
-        kept = []
-        if done and self.path.exists():
-            with self.path.open(newline="", encoding="utf-8") as file:
-                for row in csv.reader(file):
-                    if row and row[0].isdecimal() and int(row[0]) < done:
-                        kept.append(row)
-        with self.path.open("w", newline="", encoding="utf-8") as file:
-            csv.writer(file).writerows([_COLUMNS, *kept])
+    def add(self, one: Agreement | TrackingReport, in_planes: float) -> None:
+        """Adds a frame, of whose far points this share lies in planes."""
+        if one.points:
+            self.points += one.points
+            self.far += one.far * one.points
+            self.in_planes += in_planes * one.far * one.points
 
-    def add(self, frame: int, tracker: Tracker, cameras: Sequence[str]) -> None:
-        """Adds the last frame of a tracker; `cameras` are the names of its sensors."""
-        report, sensors = tracker.report, tracker.agreement_of_sensors
-        if len(cameras) != len(sensors):
-            cameras = [str(number) for number in range(len(sensors))]
-        rows = [[frame, "", *_cells(report), f"{np.mean(tracker.observed):.6g}"]]
-        rows += [[frame, c, *_cells(a), ""] for c, a in zip(cameras, sensors, strict=True)]
-        if self.path is not None:  # row by row, so that a killed process leaves them
-            with self.path.open("a", newline="", encoding="utf-8") as file:
-                csv.writer(file).writerows(rows)
-        if not report.points:
-            return
-        self._frames.append((frame, report))
-        for camera, agreement in zip(cameras, sensors, strict=True):
-            self._cameras.setdefault(camera, []).append(agreement)
+    @property
+    def share(self) -> float | None:
+        """The share of far points that counts; None without points."""
+        left = self.points - self.in_planes
+        return (self.far - self.in_planes) / left if left > 0 else None
+
+
+@dataclass
+class Fits:
+    """What is known of the frames that were tracked, by this run and those that it continues.
+
+    Attributes:
+        total: of all cameras.
+        cameras: of each one that has points.
+        worst: the frames of which many points are far, and their shares, the worst one first.
+        frames: number of frames with points.
+        observed: the sum over these frames of the share of vertices with a correspondence.
+        prior_weight: the sum of their prior weights.
+        recovered: number of them in which the mesh was lost and found again.
+        empty: number of frames without points.
+        lost: a sentence for each lost image.
+        rig: what is wrong with cameras, in sentences.
+        registered: why the registration of the template is doubtful; empty if it is not.
+    """
+
+    total: Counts = field(default_factory=Counts)
+    cameras: dict[str, Counts] = field(default_factory=dict)
+    worst: list[tuple[int, float]] = field(default_factory=list)
+    frames: int = 0
+    observed: float = 0.0
+    prior_weight: float = 0.0
+    recovered: int = 0
+    empty: int = 0
+    lost: tuple[str, ...] = ()
+    rig: tuple[str, ...] = ()
+    registered: str = ""
+
+    @classmethod
+    def of(cls, state: Mapping[str, Any]) -> "Fits":
+        """Continues from what :meth:`state` has returned.
+
+        Raises:
+            TypeError, ValueError, LookupError: it has returned something else.
+        """
+        if not state:
+            return cls()
+        kept = {name: value for name, value in state.items() if name != "doubtful"}
+        kept["total"] = Counts(**kept["total"])
+        kept["cameras"] = {name: Counts(**one) for name, one in kept["cameras"].items()}
+        kept["worst"] = [(int(frame), float(far)) for frame, far in kept["worst"]]
+        return cls(**kept | {name: tuple(kept[name]) for name in ("lost", "rig")})
+
+    def state(self) -> dict[str, Any]:
+        """What a later run needs, and :class:`Progress` remembers, for JSON."""
+        return {**asdict(self), "doubtful": self.reason if self.quality != "good" else ""}
+
+    def add(
+        self, frame: int, tracker: Tracker, cameras: Sequence[str], in_planes: Sequence[float]
+    ) -> None:
+        """Adds the last frame of a tracker.
+
+        Args:
+            frame: its number.
+            tracker: whose last scan had points.
+            cameras: the names of its sensors.
+            in_planes: the share of the far points that lies in planes, of all and of each sensor.
+        """
+        report = tracker.report
+        self.frames += 1
+        self.observed += float(np.mean(tracker.observed))
+        self.prior_weight += report.prior_weight
+        self.recovered += report.recovered
+        self.total.add(report, in_planes[0])
+        own = Counts()
+        own.add(report, in_planes[0])
+        if (share := own.share or 0.0) > _BAD_FRAME:
+            self.worst = sorted([*self.worst, (frame, share)], key=lambda one: -one[1])
+            self.worst = self.worst[:_MOST_FRAMES]
+        sensors = tracker.agreement_of_sensors
+        for camera, agreement, share in zip(cameras, sensors, in_planes[1:], strict=True):
+            self.cameras.setdefault(camera, Counts()).add(agreement, share)
 
     @property
     def far(self) -> float | None:
-        """The share of the points of all frames that are far from the mesh; None without any."""
-        return _share([report for _, report in self._frames])
+        """The share of the points that are far from the mesh; None without any."""
+        return self.total.share
 
     @property
     def quality(self) -> Quality:
-        """What that share tells."""
+        """What that share, the cameras and the start tell."""
         far = self.far or 0.0
         if far > _RUINED:
             return "ruined"
-        return "doubtful" if far > _DOUBTFUL or self.suspects else "good"
+        is_doubtful = far > _DOUBTFUL or self.suspects or self.rig or self.registered
+        return "doubtful" if is_doubtful else "good"
 
     @property
-    def worst(self) -> tuple[tuple[int, float], ...]:
-        """The frames of which many points are far, and their shares, the worst one first."""
-        bad = [(frame, report.far) for frame, report in self._frames if report.far > _BAD_FRAME]
-        return tuple(sorted(bad, key=lambda one: -one[1])[:_MOST_FRAMES])
-
-    @property
-    def cameras(self) -> dict[str, float]:
+    def shares(self) -> dict[str, float]:
         """The share of far points of each camera that has points."""
-        shares = {camera: _share(found) for camera, found in self._cameras.items()}
-        return {camera: share for camera, share in shares.items() if share is not None}
+        found = {camera: counts.share for camera, counts in self.cameras.items()}
+        return {camera: share for camera, share in found.items() if share is not None}
 
     @property
     def suspects(self) -> tuple[str, ...]:
         """The cameras with far more of them than the others."""
-        found = []
-        for camera, share in self.cameras.items():
-            others = [one for name, one in self.cameras.items() if name != camera]
+        found, shares = [], self.shares
+        for camera, share in shares.items():
+            others = [one for name, one in shares.items() if name != camera]
             if others and share > max(_BAD_CAMERA, _MORE_THAN_OTHERS * np.median(others)):
                 found.append(camera)
         return tuple(found)
 
+    @property
+    def reason(self) -> str:
+        """What is wrong with the result, in a sentence; empty if nothing is."""
+        told = []
+        if self.registered:
+            told.append(
+                "doubtful: the template was registered with the first scan, and " + self.registered
+            )
+        if self.rig:
+            told.append("doubtful: " + "; ".join(self.rig))
+        if self.suspects or (self.far or 0.0) > _DOUBTFUL:
+            told.append(
+                f"{_QUALITIES[self.quality]}: {self.far:.1%} of the points are farther than a mean "
+                "edge from the mesh"
+            )
+        if self.worst:
+            told.append(
+                "the worst frames are "
+                + ", ".join(f"{frame} ({far:.1%})" for frame, far in self.worst)
+            )
+        if self.suspects:
+            shares = (f"{camera!r} ({self.shares[camera]:.1%})" for camera in self.suspects)
+            told.append(
+                f"of cameras {', '.join(shares)}, more are far than of the others, so their poses "
+                "or intrinsics may be wrong"
+            )
+        return "; ".join(told)
 
-def _cells(one: Agreement | TrackingReport) -> list[str]:
-    if not one.points:
-        return ["0", "", "", ""]
-    distance = "" if np.isnan(one.distance) else f"{one.distance:.6g}"
-    return [str(one.points), f"{one.far:.6g}", f"{one.disagreeing:.6g}", distance]
-
-
-def _share(found: Sequence[Agreement | TrackingReport]) -> float | None:
-    points = sum(one.points for one in found)
-    return sum(one.far * one.points for one in found if one.points) / points if points else None
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What else the user should know."""
+        share = self.total.in_planes / (self.total.points or 1.0)
+        if share < _NAMED_PLANES:
+            return ()
+        return (
+            f"{share:.0%} of the points lie far from the mesh in a plane, such as a floor; they "
+            "do not count, but --remove-planes or a smaller --crop leaves them out",
+        )

@@ -18,7 +18,8 @@ def read_jobs(path: Path) -> list[Job | TrackingJob]:
     Args:
         path: comma-separated values. The first line names the columns: `input`, `output` and,
             optionally, `start`, `template`, `training`, `gaps`, `format`, `output_format`,
-            `faces`, `prim`, `mask`, `missing`, `fps`, `bidirectional`, `provenance`, `overlay`,
+            `faces`, `prim`, `mask`, `missing`, `frames`, `up`, `unit`, `to_up`, `to_unit`, `scale`,
+            `fps`, `retime`, `bidirectional`, `provenance`, `overlay`,
             `drop_above` and the
             settings of :class:`dynmesh.Completer`, named like the options of ``dynmesh complete``.
             A line with a value in `scans` instead of `input` is tracked, see :func:`track_file`; it
@@ -57,6 +58,7 @@ def report_file(path: Path) -> Iterator[Callable[[Result], None]]:
     Raises:
         OSError: the file cannot be written.
     """
+    path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("w", newline="", encoding="utf-8") as file:
         table = csv.writer(file)
         table.writerow(["input", "output", "status", "reason", "frames", "seconds"])

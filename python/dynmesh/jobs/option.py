@@ -9,6 +9,7 @@ from typing import Any, Literal, TypeAlias
 from .._checks import check_path
 from .._errors import InputError, KindError
 from ..files import PathLike, Source
+from ..files.scans import UNITS
 from ..settings import SETTINGS, Function, Settings, default_settings, with_keywords
 
 WHAT, HOW, FILES, OUTPUT = "What to complete", "How to complete", "Files", "Output"
@@ -68,9 +69,13 @@ def start_of(text: str) -> Start:
     for name in STARTS:
         if text == name:
             return name
-    if not text.isdecimal():
+    if not text.removeprefix("-").isdecimal():
         raise ValueError(f"must be {', '.join(STARTS)} or the number of a frame, not '{text}'")
     return int(text)
+
+
+UNIT_NAMES = f"{', '.join(UNITS)}, or a number of metres"
+"""What names a unit of length, as text."""
 
 
 def unit_of(text: str) -> str | float:

@@ -22,6 +22,13 @@ class RegisterOptions:
         Path,
         metavar="FILE",
     )
+    cameras: PathLike | None = given(
+        None,
+        "Where the cameras stand. [cameras.json beside SCAN]",
+        FILES,
+        Path,
+        metavar="FILE",
+    )
     align: bool = given(True, "Find the rigid motion that puts the template there.", HOW, bool)
     scale: bool = given(
         False, "The template may be in another unit, a power of ten of that of SCAN.", HOW, bool
@@ -45,7 +52,7 @@ class RegisterOptions:
         Raises:
             TypeError, ValueError: an option is refused.
         """
-        for name in ("landmarks", "report", "page"):
+        for name in ("landmarks", "cameras", "report", "page"):
             if getattr(self, name) is not None:
                 check_path(name, getattr(self, name))
         for name in ("align", "scale"):
@@ -59,6 +66,7 @@ class RegisterKeywords(TypedDict, total=False):
     """The types of :class:`RegisterOptions` as keywords, for editors and type checkers."""
 
     landmarks: PathLike | None
+    cameras: PathLike | None
     align: bool
     scale: bool
     threads: int

@@ -7,10 +7,11 @@ import numpy as np
 
 from ..draw.page import Page, page
 from ..files import Reader
+from ..files.scans import ScanReader
 from ..frames.memory import SequenceReader
 from ..registration import Registration
 from ..sequence import Positions, Sequence
-from .single_scans import SingleScans
+from .single_scans import names_of
 
 _FPS = 0.5
 """Scans of a folder have nothing to do with each other, so each is shown for two seconds."""
@@ -19,7 +20,7 @@ _FPS = 0.5
 def page_of(
     template: Reader,
     first: Positions,
-    scans: SingleScans,
+    scans: ScanReader,
     found: SequenceOf[Registration],
     output: Path,
 ) -> Page:
@@ -43,7 +44,7 @@ def page_of(
         scans=scans,
         colour="distance",
         title=f"{template.path.name} registered with {scans.path.name}",
-        names=[f"{file.name}: {one.quality}" for file, one in zip(scans.files, found, strict=True)],
+        names=[f"{name}: {one.quality}" for name, one in zip(names_of(scans), found, strict=True)],
         up=template.header.up_axis,
     )
 

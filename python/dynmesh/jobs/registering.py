@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Unpack
 
@@ -11,16 +12,18 @@ from .. import files
 from .._checks import check_path
 from .._errors import InputError
 from ..draw.page import require_page
-from ..files import PathLike
+from ..files import PathLike, Reader
 from ..files.new_output import check_output, new_output
+from ..files.scans import Scan, ScanReader
 from ..frames.naming import naming
-from ..registration import Landmarks, Registration
+from ..frames.scan import DepthScan
+from ..registration import Landmarks, Registration, register_depth
 from ..registration import register as register_points
-from ..sequence import Sequence
+from ..sequence import Positions
 from .option import takes
 from .register_options import RegisterKeywords, RegisterOptions
 from .register_page import page_of
-from .single_scans import SingleScans
+from .single_scans import names_of, open_single
 from .start import template_of
 
 
@@ -37,8 +40,10 @@ def register_file(
 
     Args:
         template: a mesh file of any format; its first frame is registered.
-        scan: a point cloud (PLY, XYZ, NPY, NPZ), a mesh of any format, or STL or GLB, whose
-            vertices are the points, or a folder of these.
+        scan: a point cloud (PLY, XYZ, NPY, NPZ), a mesh of any format, whose vertices are the
+            points, or a folder of these or of depth images, of which those with one number are one
+            scan.
+        cameras: a file with the cameras; None means `cameras.json` beside the scans, if it exists.
         output: path of the registered mesh; for a folder of scans a folder, in which each result
             is named like its scan and has the format of the template.
         landmarks: a JSON file, ``[{"vertex": 12, "position": [x, y, z]}, ...]``, with the positions
@@ -76,29 +81,30 @@ def register_each(
     options.check()
     if options.page is not None:
         require_page(scans=True)
-    scans = SingleScans(Path(scan))
+    scans = open_single(Path(scan), options.cameras)
     pairs = _pairs(Path(template), scans, Path(output))
-    _check_outputs(Path(template), pairs, options, overwrite)
+    _check_outputs([Path(template), *scans.files], pairs, options, overwrite)
     landmarks = None if options.landmarks is None else read_landmarks(Path(options.landmarks))
     told: dict[str, Any] = {}
     results: list[Registration] = []
     with files.open(template) as mesh:
         first = template_of(mesh)
-        for (scanned, written), cloud in zip(pairs, scans.clouds(), strict=True):
+        header = replace(
+            mesh.header,
+            n_frames=1,
+            start=0,
+            times=None,
+            metres_per_unit=None if options.scale else mesh.header.metres_per_unit,
+            has_known=False,
+            has_provenance=False,
+            has_standard_error=False,
+        )
+        for (scanned, written), measured in zip(pairs, scans, strict=True):
             with naming(scanned):
-                found = register_points(
-                    mesh.faces,
-                    first,
-                    cloud.points,
-                    cloud.normals,
-                    landmarks=landmarks,
-                    align=options.align,
-                    scale=options.scale,
-                    viewpoints=cloud.viewpoints,
-                    threads=options.threads,
-                )
+                found = _register(mesh, first, measured, landmarks, options)
             written.parent.mkdir(parents=True, exist_ok=True)
-            files.write(written, Sequence(found.vertices[None], mesh.faces))
+            with files.create(written, header) as writer:
+                writer.append(found.vertices)
             told[str(scanned)] = _told(found)
             if options.report is not None:
                 Path(options.report).write_text(json.dumps(told, indent=2) + "\n")
@@ -111,11 +117,32 @@ def register_each(
                 hidden.write_text(made.html, encoding="utf-8")
 
 
+def _register(
+    mesh: Reader,
+    first: Positions,
+    scan: Scan | None,
+    landmarks: Landmarks | None,
+    options: RegisterOptions,
+) -> Registration:
+    if scan is None:
+        raise ValueError("all of its images are missing or damaged")
+    asked: dict[str, Any] = {
+        "landmarks": landmarks,
+        "align": options.align,
+        "scale": options.scale,
+        "threads": options.threads,
+    }
+    if isinstance(scan, DepthScan):
+        images = scan.depth, scan.intrinsics, scan.poses
+        return register_depth(mesh.faces, first, *images, **asked)
+    asked["viewpoints"] = scan.viewpoints
+    return register_points(mesh.faces, first, scan.points, scan.normals, **asked)
+
+
 def _check_outputs(
-    template: Path, pairs: list[tuple[Path, Path]], options: RegisterOptions, overwrite: bool
+    given: list[Path], pairs: list[tuple[Path, Path]], options: RegisterOptions, overwrite: bool
 ) -> None:
     """Refuses to replace an input, to write a file twice, or to replace one that exists."""
-    given = [template, *(scanned for scanned, _ in pairs)]
     given += [] if options.landmarks is None else [Path(options.landmarks)]
     inputs = {path.resolve() for path in given}
     outputs: set[Path] = set()
@@ -167,11 +194,12 @@ def _landmark(number: int, given: Any) -> tuple[int, list[float]]:
     return vertex, [float(x) for x in position]
 
 
-def _pairs(template: Path, scans: SingleScans, output: Path) -> list[tuple[Path, Path]]:
+def _pairs(template: Path, scans: ScanReader, output: Path) -> list[tuple[Path, Path]]:
     """The scans and their outputs."""
     if not scans.path.is_dir():
         return [(scans.path, output)]
-    return [(path, output / f"{path.stem}{template.suffix}") for path in scans.files]
+    named = [Path(name) for name in names_of(scans)]
+    return [(scans.path / name, output / f"{name.stem}{template.suffix}") for name in named]
 
 
 def _told(found: Registration) -> dict[str, Any]:

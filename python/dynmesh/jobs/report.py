@@ -23,7 +23,7 @@ class FileReport:
     """What :func:`complete_file` has done.
 
     Attributes:
-        frames: number of frames in the output.
+        frames: number of frames of the sequence, before they are resampled.
         resumed_at: number of frames that an interrupted run had completed: 0 unless it was
             continued, and `frames` if no frame was left to complete.
         seconds_per_frame: median time of :meth:`dynmesh.Completer.push`, without reading and
@@ -40,8 +40,8 @@ class FileReport:
         empty: number of them in which nothing was observed.
         hidden_long: number of vertices that were hidden for 20 frames or more; 0 with method
             detail, which keeps their shape.
-        start: the number of the whole frame from which completion started, or -1 for a template; 0
-            if `existed`.
+        start: the number, in its file, of the whole frame from which completion started; None for a
+            template, and if `existed`.
         doubtful: whether that frame was put together from others and is probably wrong.
         prior_weight: with training, how far its poses were used, from 0 to 1, on average over the
             frames in which some vertices were known and others missing; None if there are none.
@@ -64,7 +64,7 @@ class FileReport:
     completed: int = 0
     empty: int = 0
     hidden_long: int = 0
-    start: int = 0
+    start: float | None = None
     doubtful: bool = False
     prior_weight: float | None = None
     prior_share: float | None = None
@@ -131,7 +131,7 @@ class Tally:
         frames: int,
         resumed_at: int,
         remarks: tuple[str, ...],
-        start: int,
+        start: float | None,
         doubtful: bool,
     ) -> FileReport:
         """Returns what was done to a file with that many frames."""

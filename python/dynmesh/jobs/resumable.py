@@ -3,20 +3,22 @@
 import contextlib
 import math
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from .. import files
 from .._errors import InputError
+from ..diagnosis.finding import counted
 from ..files import CannotResumeError, Header, Reader, Target, Writer
+from ..files.conversion import Conversion, Output
 from ..files.lock import lock_folder, unfinished_folder
 from .checkpoint import BEGINNING, Checkpoint, OtherJobError, Progress, changed
 from .interrupts import holding_interrupts
-from .unfinished import clearing, folder_for, set_aside, settle
+from .unfinished import clearing, frames_kept, remember, remembered, set_aside, settle
 
 _FILES = "files/"  # where a writer works, in the unfinished folder
 
@@ -24,7 +26,7 @@ _FILES = "files/"  # where a writer works, in the unfinished folder
 class Work(Protocol):
     """What makes the frames of an output, from where an earlier run ended."""
 
-    def steps(self, writer: Writer, folder: Path) -> Iterator[None]:
+    def steps(self, writer: Output, folder: Path) -> Iterator[None]:
         """Writes the frames that are left, in steps between which the work may end.
 
         Args:
@@ -45,12 +47,15 @@ class Outcome:
         was_complete: whether there was nothing to do, as the output was complete.
         existed: whether it was complete before this run, and not finished by it.
         remarks: of the writer.
+        judged: if it was complete, what :class:`Progress` knew of its quality; nothing if that was
+            good.
     """
 
     resumed_at: int
     was_complete: bool = False
     existed: bool = False
     remarks: tuple[str, ...] = ()
+    judged: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -59,7 +64,8 @@ class ResumableOutput:
 
     Attributes:
         target: where it is written, and in which format.
-        header: the properties of all frames.
+        conversion: what becomes of the frames that the job makes. One that resamples them makes the
+            output one that cannot be continued.
         job: returns everything on which the output depends, as JSON. It may take long, and is not
             called if the output turns out to be complete or may not be replaced.
         source: the input, whose name errors have.
@@ -67,16 +73,18 @@ class ResumableOutput:
         resume: whether to continue an interrupted run of the same job.
         reader: of a sequence whose scene the output keeps and whose files it must not replace.
         others: further files that it must not replace.
+        copies: how many copies of the frames are on the disk at a time.
     """
 
     target: Target
-    header: Header
+    conversion: Conversion
     job: Callable[[], str]
     source: Path
     overwrite: bool = False
     resume: bool = False
     reader: Reader | None = None
     others: Iterable[Path] = field(default=())
+    copies: int = 1
 
     def write(self, begin: Callable[[Progress], Work]) -> Outcome:
         """Writes the frames, unless the output is complete and `resume` is set.
@@ -91,7 +99,7 @@ class ResumableOutput:
                 :func:`complete_file` raises them.
             OSError, TypeError, ValueError: the errors of the work and of the writer.
         """
-        output, header = self.target.path, self.header
+        output, header = self.target.path, self.conversion.header
         folder = unfinished_folder(output)
         saved = folder / "checkpoint.npz"
         settled = False
@@ -109,12 +117,22 @@ class ResumableOutput:
         complete = self.resume and not self.overwrite and not saved.exists()
         complete = complete and self._is_complete()
         self.target.check(
-            overwrite=self.overwrite or complete, reader=self.reader, others=self.others
+            overwrite=self.overwrite or complete,
+            reader=self.reader,
+            others=self.others,
+            header=None if complete else header,
+            copies=self.copies,
         )
+        if not (self.resume or self.overwrite or damage) and (kept := frames_kept(output)):
+            raise FileExistsError(
+                f"{output}: {counted(kept, 'frame')} of an interrupted run are kept: --resume "
+                "continues it, --overwrite starts again (in Python, resume=True or overwrite=True)"
+            )
         if complete:
-            return Outcome(header.n_frames, was_complete=True, existed=not settled)
+            judged = remembered(self.target)
+            return Outcome(header.n_frames, was_complete=True, existed=not settled, judged=judged)
         checkpoint = Checkpoint(saved, self.job())
-        with folder_for(self.target), contextlib.ExitStack() as locked:
+        with contextlib.ExitStack() as locked:
             if damage is not None:
                 remarks.append(set_aside(folder, output, f"{damage.file}: {damage.reason}"))
             remarks += locked.enter_context(lock_folder(folder, output))
@@ -123,14 +141,18 @@ class ResumableOutput:
                 with files.naming(self.source):
                     work = _begun(begin, progress, checkpoint)
                 writer = self._begin_writer(folder / "files", progress)
+                resumable = writer.resumable and self.conversion.places is None
+                made = self.conversion.output(writer)
                 with writer, files.naming(self.source), holding_interrupts() as interrupted:
-                    for _ in work.steps(writer, folder):
+                    for _ in work.steps(made, folder):
                         if interrupted():
                             break
-                        if writer.resumable and checkpoint.is_due():
+                        if resumable and checkpoint.is_due():
                             _save(checkpoint, work, writer)
-                    if writer.resumable:
+                    if resumable:
                         _save(checkpoint, work, writer)
+                remember(self.target, work.progress().judged)
+        remarks += self.conversion.remarks(self.target, self.reader)
         return Outcome(progress.done, remarks=(*remarks, *writer.remarks))
 
     def _is_complete(self) -> bool:
@@ -142,14 +164,15 @@ class ResumableOutput:
         """
         if not self.target.existing():
             return False
+        wanted = self.conversion.header
         try:
             with files.open(self.target.path, format=self.target.format) as made:
                 found = made.header
         except (OSError, ValueError):
             return False
-        if (found.n_frames, found.n_vertices) != (self.header.n_frames, self.header.n_vertices):
+        if (found.n_frames, found.n_vertices) != (wanted.n_frames, wanted.n_vertices):
             return False
-        differences = list(_differences(found, self.header, self.target.writer))
+        differences = list(_differences(found, wanted, self.target.writer))
         if differences:
             raise OtherJobError(
                 f"{self.target.path}: is complete, but of another job: {'; '.join(differences)}; "
@@ -166,7 +189,7 @@ class ResumableOutput:
             }
             try:
                 return self.target.create(
-                    self.header,
+                    self.conversion.header,
                     folder=folder,
                     resume_at=progress.written,
                     kept=kept,
@@ -175,9 +198,10 @@ class ResumableOutput:
             except ValueError as error:
                 raise CannotResumeError(str(error), file=folder) from error
         (folder.parent / "checkpoint.npz").unlink(missing_ok=True)
-        origin = None if self.reader is None else self.target.kept_of(self.reader)
+        reader, conversion = self.reader, self.conversion
+        origin = None if reader is None else conversion.origin(self.target, reader)
         return self.target.create(
-            self.header, folder=folder, origin=origin, overwrite=self.overwrite
+            conversion.header, folder=folder, origin=origin, overwrite=self.overwrite
         )
 
 
@@ -220,8 +244,10 @@ def _differences(made: Header, wanted: Header, writer: type[Writer]) -> Iterator
             yield changed(name, before, now)
 
 
-def check_resumable(target: Target) -> None:
-    """Refuses to resume an output whose format cannot be continued."""
+def check_resumable(target: Target, retime: float | None) -> None:
+    """Refuses to resume an output that cannot be continued."""
+    if retime is not None:
+        raise InputError("an output with resampled frames cannot be resumed", argument="retime")
     if not target.writer.resumable:
         able = [f.name for f in files.formats.values() if f.writer and f.writer.resumable]
         raise InputError(

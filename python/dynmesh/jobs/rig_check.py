@@ -13,7 +13,6 @@ class Checked:
 
     Attributes:
         reading: how scans and template are read.
-        warnings: what is wrong with a camera and is not refused, in sentences.
     """
 
     def __init__(
@@ -21,20 +20,19 @@ class Checked:
     ) -> None:
         """Checks nothing yet."""
         self.reading = reading
-        self.warnings: tuple[str, ...] = ()
         self._scans = scans
         self._mesh = mesh
         self._units = units
         self._is_asked = is_asked
 
-    def refuse_mistakes(self, template: Positions) -> None:
-        """Compares the first scan with the template.
+    def refuse_mistakes(self, template: Positions) -> tuple[str, ...]:
+        """Compares the first scan with the template, and returns what is wrong, but not refused.
 
         Raises:
             ValueError: another reading fits clearly better; the message says which.
         """
         if not self._is_asked:
-            return
+            return ()
         found = diagnose_rig(
             self._scans, self.reading, self._units, self._mesh.faces, template
         ).findings
@@ -44,4 +42,4 @@ class Checked:
                     f"{finding.message}; --no-check (in Python, check=False) tracks as it is",
                     file=self._scans.path,
                 )
-        self.warnings = tuple(finding.message for finding in found)
+        return tuple(finding.message for finding in found)

@@ -15,11 +15,10 @@ from ..files.format import Gaps
 from ..files.scans import Corrections, ScanReader, given_unit, open_scans, unit_of_scans
 from ..files.scans.cameras import Matrices
 from ..files.scans.corrections import Axes, Poses
-from .option import FILES, SOURCE, given, offered, unit_of
+from .option import FILES, SOURCE, UNIT_NAMES, given, offered, unit_of
+from .room import Crop, Room, crop_of
 
-CAMERAS, TEMPLATE = "Cameras", "Template"
-
-_UNIT = "m, cm, mm, or a number of metres"
+CAMERAS, TEMPLATE, ROOM = "Cameras", "Template", "Rooms"
 
 
 def swap_of(value: Any) -> tuple[str, str]:
@@ -90,14 +89,14 @@ class RigOptions:
     )
     scan_unit: str | float | None = given(
         None,
-        f"Unit of length of SCANS: {_UNIT}. [as their files state, else as the mesh]",
+        f"Unit of length of SCANS: {UNIT_NAMES}. [as their files state, else as the mesh]",
         FILES,
         metavar="UNIT",
         parse=unit_of,
     )
     template_unit: str | float | None = given(
         None,
-        f"Unit of length of the template: {_UNIT}. [as its file states]",
+        f"Unit of length of the template: {UNIT_NAMES}. [as its file states]",
         FILES,
         metavar="UNIT",
         parse=unit_of,
@@ -152,6 +151,20 @@ class RigOptions:
         metavar="AXIS:DEGREES,...",
         parse=turns_of,
     )
+    crop: Crop | None = given(
+        None,
+        "Leave out points farther than this from the box of the mesh in the last frame, or outside "
+        "the box X,Y,Z,X,Y,Z, in the unit of the template.",
+        ROOM,
+        metavar="DISTANCE|BOX",
+        parse=crop_of,
+    )
+    remove_planes: bool = given(
+        False,
+        "Leave out floor and walls: planes in the first scan that are larger than the template.",
+        ROOM,
+        bool,
+    )
 
     def checked(self) -> Self:
         """Returns the options with their values as they are stored.
@@ -173,17 +186,31 @@ class RigOptions:
         for name, parse in _PARSED.items():
             value = getattr(self, name)
             parsed[name] = None if value is None else parse(value)
+        if not isinstance(self.remove_planes, bool):
+            told = f"must be True or False, not {self.remove_planes!r}"
+            raise KindError(told, argument="remove_planes")
         return replace(self, **parsed)
 
     def described(self) -> dict[str, Any]:
         """What a checkpoint remembers of them, besides files and units."""
-        names = ("gaps", "turn_template", *(one.name for one in fields(Corrections)))
+        names = (
+            "gaps",
+            "turn_template",
+            "crop",
+            "remove_planes",
+            *(one.name for one in fields(Corrections)),
+        )
         return {name: getattr(self, name) for name in names}
 
     @property
     def corrections(self) -> Corrections:
         """What is said about the cameras."""
         return Corrections(**{one.name: getattr(self, one.name) for one in fields(Corrections)})
+
+    @property
+    def room(self) -> Room:
+        """What is taken away from the scans."""
+        return Room(self.crop, self.remove_planes)
 
     def open(self, scans: PathLike) -> ScanReader:
         """Opens the scans; see :func:`open_scans`."""
@@ -213,7 +240,12 @@ class RigOptions:
         return Reading(self.corrections, self.turn_template or (), _factor(units, template))
 
 
-_PARSED = {"swap_cameras": swap_of, "intrinsics_size": size_of, "turn_template": turns_of}
+_PARSED = {
+    "crop": crop_of,
+    "swap_cameras": swap_of,
+    "intrinsics_size": size_of,
+    "turn_template": turns_of,
+}
 
 
 def _factor(units: Units, template: Path) -> float:

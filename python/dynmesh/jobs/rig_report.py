@@ -1,16 +1,24 @@
 """A rig before tracking: what is wrong with it, and a page that shows it."""
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .. import files
-from ..diagnosis.rig import RigDiagnosis, View, diagnose_rig
+from .._errors import InputError
+from ..diagnosis.rig import RigDiagnosis, diagnose_rig
 from ..diagnosis.rig_reading import Units, turned
+from ..diagnosis.rig_view import View
 from ..draw.rig_page import ShownCamera, rig_page
 from ..files import PathLike
+from ..files.scans import PointScan
+from ..sequence import Positions
 from .rig_options import RigOptions
+from .room import Room
 from .start import template_of
 
 
@@ -52,6 +60,10 @@ def report_rig(
     if template is None:
         units, shown = Units(scans=reader.metres_per_unit), None
         reading = options.reading(Units(), Path())
+        for name in ("crop", "remove_planes"):
+            if isinstance(value := getattr(options, name), float | bool) and value:
+                told = f"is measured by the template, but there is none: {value!r} needs --template"
+                raise InputError(told, argument=name)
         diagnosis = diagnose_rig(reader, reading)
     else:
         with files.open(template) as mesh:
@@ -62,10 +74,15 @@ def report_rig(
             shown = mesh.faces, turned(first, reading.turns)
             up = up or mesh.header.up_axis
     wrong = tuple(f"{finding.message}" for finding in diagnosis.findings)
+    cameras = [_shown(view, reading.factor) for view in diagnosis.views]
     table = _table(diagnosis, reading.factor)
+    if options.crop is not None or options.remove_planes:
+        cameras = _without(options.room, cameras, shown)
+        left = [f"{100 * share:.0f} %" for share in _left(cameras, diagnosis)]
+        table = tuple((*row, cell) for row, cell in zip(table, ["left", *left], strict=True))
     right = _otherwise(diagnosis)
     page = rig_page(
-        [_shown(view, reading.factor) for view in diagnosis.views],
+        cameras,
         shown,
         up=up or "y",
         title=f"{Path(scans).name}, the first scan",
@@ -79,7 +96,8 @@ def report_rig(
 def _otherwise(diagnosis: RigDiagnosis) -> tuple[str, ...]:
     """Says how well the scan fits, if nothing is wrong."""
     if diagnosis.fit is None:
-        return ("Only cameras and scans are shown; with a template they are compared with it.",)
+        told = "Only cameras that see the same are compared; with a template, all are."
+        return (told,)
     if diagnosis.findings:
         return ()
     share = f"{100 * diagnosis.fit.near:.0f} %"
@@ -101,11 +119,26 @@ def _table(diagnosis: RigDiagnosis, factor: float) -> tuple[tuple[str, ...], ...
     for view in diagnosis.views:
         pixels = view.size[0] * view.size[1]
         share = f"{100 * view.measured / pixels:.0f} %" if pixels else ""
-        depths = view.depths * factor
+        depths = view.rays[:, 2] * factor if pixels else np.zeros(0)
         ends = [f"{x:.3g}" for x in np.quantile(depths, (0.01, 0.99))] if len(depths) else ["", ""]
         on = f"{100 * near[view.name]:.0f} %" if view.name in near else ""
         rows.append((view.name or "all", str(view.measured), share, *ends, on))
     return tuple(rows)
+
+
+def _without(
+    room: Room, cameras: list[ShownCamera], template: tuple[NDArray[Any], Positions] | None
+) -> list[ShownCamera]:
+    """Returns the cameras without the points that tracking would leave out."""
+    whole = PointScan(np.concatenate([camera.points for camera in cameras]), None, None)
+    if template is not None:
+        room.look(whole, *template)
+    return [replace(camera, points=camera.points[room.leaves(camera.points)]) for camera in cameras]
+
+
+def _left(cameras: list[ShownCamera], diagnosis: RigDiagnosis) -> Iterator[float]:
+    for camera, view in zip(cameras, diagnosis.views, strict=True):
+        yield len(camera.points) / max(1, len(view.rays))
 
 
 def _shown(view: View, factor: float) -> ShownCamera:

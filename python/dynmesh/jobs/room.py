@@ -7,9 +7,10 @@ from numpy.typing import NDArray
 
 from .._checks import check_finite
 from .._errors import InputError, KindError
+from ..degrade.shared import mean_edge_of
 from ..diagnosis.planes import Plane, planes_of_room
 from ..frames.scan import Scan
-from ..sequence import Positions
+from ..sequence import Mask, Positions
 
 Crop = float | tuple[float, float, float, float, float, float]
 """A distance from the box of the mesh in the last frame, or x, y, z of two corners of a box."""
@@ -55,7 +56,7 @@ class Room:
     """Takes what is not the subject from scans, all in the unit of the template.
 
     Attributes:
-        planes: floor and walls, once :meth:`find` was called.
+        planes: floor and walls, once :meth:`look` was called.
         box: (2, 3) the corners of the mesh in the last frame.
     """
 
@@ -81,29 +82,32 @@ class Room:
         """Notes where the mesh is."""
         self.box = np.stack([points.min(axis=0), points.max(axis=0)]).astype(np.float64)
 
-    def find(self, scan: Scan, thickness: float, size: float) -> None:
-        """Finds floor and walls in a scan, of which :meth:`without` takes points away.
+    def look(self, scan: Scan, faces: NDArray[Any], template: Positions) -> None:
+        """Notes where the template is, and finds floor and walls in the first scan.
 
         They are sought in the whole scan, as they are hardly larger than the subject in a crop.
         """
+        self.follow(template)
         if self._removes_planes:
-            self.planes = planes_of_room(scan.cloud, thickness=thickness, size=size)
+            size = float(np.linalg.norm(self.box[1] - self.box[0]))
+            edge = mean_edge_of(template, faces)
+            self.planes = planes_of_room(scan.cloud, thickness=edge, size=size)
 
     def without(self, scan: Scan) -> Scan:
         """Returns the scan without the room."""
         if self._crop is None and not self.planes:
             return scan
-        cloud = scan.cloud
-        kept = self._within(cloud)
+        return scan.only(self.leaves(scan.cloud))
+
+    def leaves(self, cloud: Positions) -> Mask:
+        """Returns which of (n, 3) points do not belong to the room."""
+        kept = np.ones(len(cloud), np.bool_)
+        if self._crop is not None:
+            if isinstance(self._crop, float):
+                low, high = self.box[0] - self._crop, self.box[1] + self._crop
+            else:
+                low, high = np.reshape(self._crop, (2, 3))
+            kept = ((cloud >= low) & (cloud <= high)).all(axis=1)
         for plane in self.planes:
             kept &= ~plane.holds(cloud)
-        return scan.only(kept)
-
-    def _within(self, cloud: Positions) -> NDArray[np.bool_]:
-        if self._crop is None:
-            return np.ones(len(cloud), np.bool_)
-        if isinstance(self._crop, float):
-            low, high = self.box[0] - self._crop, self.box[1] + self._crop
-        else:
-            low, high = np.reshape(self._crop, (2, 3))
-        return np.asarray(((cloud >= low) & (cloud <= high)).all(axis=1))
+        return kept

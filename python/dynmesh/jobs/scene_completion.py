@@ -105,9 +105,9 @@ def complete_meshes(
     watch: Watch | None = None,
 ) -> SceneReport:
     """As :func:`complete_scene`, with an object for the options."""
-    for name in ("fps", "template"):
-        if getattr(options, name) is not None:
-            raise InputError(_FOR_ONE_MESH, argument=name, file=path)
+    of_one_mesh = [name for name in ("fps", "template") if getattr(options, name) is not None]
+    for name in (*of_one_mesh, *options.changed):
+        raise InputError(_FOR_ONE_MESH, argument=name, file=path)
     options = options.checked()
     _check_source(options.source)
     target = files.target_of(output, options.output_format, overlay=options.overlay)
@@ -215,9 +215,14 @@ class _Job:
                         yield from read
                         read.clear()
                 told = passes.tally.remarks(header.metres_per_unit)
-                remarks = (*start_frame.remarks(options.settings["noise"]), *told, *zeros.hint())
+                doubts = start_frame.remarks(header, options.settings["noise"])
+                remarks = (*doubts, *told, *zeros.hint())
                 self._reports[mesh] = passes.tally.report(
-                    header.n_frames, 0, remarks, start_frame.number, start_frame.doubtful
+                    header.n_frames,
+                    0,
+                    remarks,
+                    start_frame.number_in(header),
+                    start_frame.doubtful,
                 )
             if mesh in self._reports:
                 self._take_over(spool.path, header, writing)

@@ -3,23 +3,29 @@
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from .. import files
-from .._checks import check_integer, check_path
+from .._checks import check_integer, check_path, check_positive
+from .._errors import InputError
+from ..draw import picture_file
 from ..draw.heatmap import ShownFrame
 from ..draw.page import Page, page
-from ..draw.picture import evenly_spaced
-from ..draw.picture import picture as draw
+from ..draw.picture import evenly_spaced, pictures
 from ..draw.quantities import Colour, Range
 from ..files import OneSequence, PathLike, Reader
 from ..files.new_output import check_output, new_output
 from ..files.scans import ScanReader, open_scans
+from ..frames.times import index_of, mean_rate
 
 if TYPE_CHECKING:
     from PIL import Image
 
 Watch: TypeAlias = Callable[[Iterable[ShownFrame], int], Iterable[ShownFrame]]
+
+_SHEET = 6
+_TURN = 72  # pictures of one frame, seen from all sides
+_USUAL_RATE = 24.0
 
 
 def view(
@@ -97,8 +103,8 @@ def picture(
     sequence: OneSequence,
     out: PathLike | None = None,
     *,
-    frames: int | Iterable[int] | None = None,
-    count: int = 6,
+    frames: float | Iterable[float] | None = None,
+    count: int | None = None,
     reference: OneSequence | None = None,
     colour: Colour | None = None,
     range: Range | None = None,
@@ -106,17 +112,22 @@ def picture(
     up: str | None = None,
     azimuth: float = 60.0,
     size: int = 480,
+    turntable: bool = False,
+    fps: float | None = None,
     overwrite: bool = False,
     watch: Watch = lambda frames, _: frames,
+    watch_drawing: Callable[[Iterable[Any], int], Iterable[Any]] = lambda images, _: images,
 ) -> "Image.Image":
-    """Draws frames of a sequence: one, or a contact sheet of several.
+    """Draws frames of a sequence: one, a contact sheet of several, or a moving picture.
 
     Args:
         sequence: a file in any format, a reader from :func:`dynmesh.open`, or a sequence in memory.
-        out: path of a PNG file to write; None writes none.
-        frames: the number of a frame, or those of several; None chooses `count` of them, evenly
-            spaced, the first and the last included.
-        count: at most so many frames are drawn if `frames` is None.
+        out: path of a file to write: PNG, or GIF, WebP or MP4 for a moving picture, which shows one
+            frame after the other; None writes none.
+        frames: the number of a frame in its file, or those of several; None chooses `count`
+            of them, evenly spaced, the first and the last included.
+        count: at most so many frames are drawn if `frames` is None; None means 6, or all of them in
+            a moving picture.
         reference: the true sequence, for errors.
         colour: what colours show, as in :func:`view`.
         range: the ends of the colour scale.
@@ -124,26 +135,46 @@ def picture(
         up: "x", "y" or "z"; None means as a file states it, else a guess.
         azimuth: the viewing angle around the up axis, in degrees.
         size: pixels of a frame, each way.
+        turntable: whether a moving picture turns once around the up axis. If `frames` is one frame,
+            it is seen from all sides.
+        fps: of a moving picture, frames per second; None means as the sequence states it, else 24.
         overwrite: whether to replace `out` if it exists.
         watch: called with the frames and their number; it must pass the frames on.
+        watch_drawing: the same for the pictures of a moving one.
 
     Returns:
-        The picture, which shows itself in a notebook.
+        The picture, which shows itself in a notebook; the first of a moving one.
 
     Raises:
         FileExistsError: `out` exists.
         OSError, ImportError, TypeError, ValueError: a file cannot be read or written, the extra
-            `view` is not installed, there is no such frame, or see
-            :func:`dynmesh.draw.page.page`.
+            `view`, or `movie` for MP4, is not installed, there is no such frame, `turntable` or
+            `fps` is given without a moving picture, or see :func:`dynmesh.draw.page.page`.
     """
-    output = _output(out, overwrite, ".png")
+    output = _output(out, overwrite, *picture_file.PICTURES)
+    moving = output is not None and output.suffix.lower() in picture_file.MOVING
+    for name, asked in (("turntable", turntable), ("fps", fps is not None)):
+        if asked and not moving:
+            raise InputError("requires a moving picture: .gif, .webp or .mp4", argument=name)
+    if fps is not None:
+        check_positive("fps", fps)
     check_integer("size", size, 16)
-    check_integer("count", count, 1)
+    if count is not None:
+        check_integer("count", count, 1)
+    if output is not None:
+        picture_file.require_format(output)
     with _opened(sequence, reference=reference) as (own, truth, _):
-        numbers = evenly_spaced(own.n_frames, count) if frames is None else frames
-        made: Image.Image = draw(
+        if frames is None:
+            indices = evenly_spaced(own.n_frames, count or (own.n_frames if moving else _SHEET))
+        else:
+            numbers = frames if isinstance(frames, Iterable) else [frames]
+            with files.naming(own.path):
+                indices = [index_of(own.header, number, "frames") for number in numbers]
+        if turntable and len(indices) == 1:
+            indices *= _TURN
+        drawn = pictures(
             own,
-            numbers=[numbers] if isinstance(numbers, int) else list(numbers),
+            indices=indices,
             reference=truth,
             colour=colour,
             range=range,
@@ -151,20 +182,26 @@ def picture(
             up=up,
             azimuth=azimuth,
             size=(size, size),
+            turn=360 / len(indices) if turntable else 0.0 if moving else None,
             watch=watch,
         )
-    if output is not None:
-        with new_output(output, overwrite, ".png") as (hidden, _):
-            made.save(hidden, format="PNG")
+        made: Image.Image
+        if output is None:
+            made = next(drawn)
+        else:
+            rate = fps or mean_rate(own.header) or _USUAL_RATE
+            with new_output(output, overwrite, *picture_file.PICTURES) as (hidden, _):
+                images = watch_drawing(drawn, len(indices) if moving else 1)
+                made = picture_file.write(images, hidden, rate)
     return made
 
 
-def _output(out: PathLike | None, overwrite: bool, suffix: str) -> Path | None:
+def _output(out: PathLike | None, overwrite: bool, *suffixes: str) -> Path | None:
     """The path of an output, which is refused before any work begins."""
     if out is None:
         return None
     check_path("out", out)
-    check_output(Path(out), overwrite, suffix)
+    check_output(Path(out), overwrite, *suffixes)
     return Path(out)
 
 

@@ -1,74 +1,70 @@
-"""Scans that are registered one by one: a file, or all those of a folder."""
+"""Scans that are registered one by one: a file, those of a folder, or depth images by frame."""
 
-from collections.abc import Iterator
-from io import BytesIO
 from pathlib import Path
-
-import numpy as np
 
 from .. import files
 from .._errors import InputError
-from .._extras import require
+from ..files import PathLike
+from ..files.model import model
 from ..files.numbered import Found
-from ..files.scans import PointScan, ScanReader, read_points
+from ..files.scans import PointScan, ScanReader, open_scans, read_points
+from ..files.scans.corrections import AS_STATED
+from ..files.scans.depth_files import SUFFIX
 from ..files.scans.point_files import point_formats
-from ..frames.naming import naming
+from ..files.scans.reader import CAMERAS, Cameras
 from .start import template_of
-
-_TRIMESH = (".stl", ".glb")
-"""Formats of meshes, not of sequences, that trimesh reads."""
 
 
 class SingleScans(ScanReader):
     """Point clouds and meshes, whose vertices are the points, in the order of their names."""
 
-    def __init__(self, path: Path) -> None:
-        """Finds the files.
+    def __init__(self, path: Path, cameras: Cameras | None) -> None:
+        """Finds the files; cameras say where the sensors were.
 
         Raises:
             ValueError: a folder holds none.
         """
         found = [path]
         if path.is_dir():
-            known = {*point_formats, *_TRIMESH, ".obj", ".off"}
+            known = {*point_formats, *model.suffixes, ".obj", ".off"}
             found = sorted(file for file in path.iterdir() if file.suffix.lower() in known)
             if not found:
                 raise InputError("holds no point clouds and no meshes", file=path)
-        super().__init__(path, None, Found([*found]), found)
-
-    def clouds(self) -> Iterator[PointScan]:
-        """Yields one scan after another."""
-        return map(self._load, range(self.n_frames))
+        super().__init__(path, cameras, Found([*found]), found)
 
     def _load(self, number: int) -> PointScan:
         scan = _read(self.files[number])
         self._unchanged.check([self.files[number]])
+        if scan.viewpoints is None and self.rig is not None:
+            return scan._replace(viewpoints=self.rig.viewpoints.astype(scan.points.dtype))
         return scan
+
+
+def open_single(path: Path, cameras: PathLike | None) -> ScanReader:
+    """Opens a scan, or those of a folder: depth images, or else point clouds and meshes.
+
+    Raises:
+        OSError, ImportError, ValueError: as :func:`dynmesh.files.scans.open_scans`.
+    """
+    beside = (path if path.is_dir() else path.parent) / CAMERAS
+    if cameras is None:
+        cameras = beside if beside.is_file() else None
+    if path.is_dir() and any(path.rglob(f"*{SUFFIX}")):
+        return open_scans(path, cameras=cameras)
+    rig = None if cameras is None else Cameras.of(Path(cameras), AS_STATED, path)
+    return SingleScans(path, rig)
+
+
+def names_of(scans: ScanReader) -> list[str]:
+    """Returns the names of the scans: those of their files, or of their frames."""
+    if isinstance(scans, SingleScans):
+        return [file.name for file in scans.files[: scans.n_frames]]
+    return [f"frame_{scans.number(frame):05d}" for frame in range(scans.n_frames)]
 
 
 def _read(path: Path) -> PointScan:
     """The points of a file; of a mesh, its vertices."""
     if path.suffix.lower() in point_formats:
         return read_points(path).scan
-    if path.suffix.lower() in _TRIMESH:
-        return _read_with_trimesh(path)
     with files.open(path) as mesh:
         return PointScan(template_of(mesh), None, None)
-
-
-def _read_with_trimesh(path: Path) -> PointScan:
-    """The vertices of a file that holds no sequence, each once."""
-    trimesh = require("trimesh", extra="scans")
-    with naming(path):
-        opened = path.read_bytes()
-        kind = path.suffix.lower()[1:]
-        try:
-            mesh = trimesh.load(BytesIO(opened), file_type=kind, force="mesh", process=False)
-            points = np.unique(np.asarray(mesh.vertices, np.float64).reshape(-1, 3), axis=0)
-        except Exception as error:  # of any kind if the file is damaged
-            raise ValueError(f"cannot be read as {kind.upper()}: {error}") from error
-        if not len(points):  # of a file that is cut, too
-            raise ValueError(f"cannot be read as {kind.upper()}: it has no vertices")
-        if not np.isfinite(points).all():
-            raise ValueError("has a vertex that is not finite")
-    return PointScan(points, None, None)

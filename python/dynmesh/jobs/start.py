@@ -19,6 +19,8 @@ from ..diagnosis.presence import observed_in
 from ..diagnosis.stray_zeros import edges_of, lengths_of, stray_zeros
 from ..files import Frame, Reader, Source
 from ..frames.attributes import FUSED
+from ..frames.header import Header
+from ..frames.times import index_of
 from ..metrics import bounding_box_diagonal
 from ..sequence import Positions
 from ..whole_frames import WholeFrame, whole_frame
@@ -28,6 +30,11 @@ from .completion_options import CompletionOptions
 WatchStart: TypeAlias = Callable[[str, int, int], object]
 """Called with what is being done, the steps that are done and their number; the work has ended when
 they are equal."""
+
+DOUBTFUL_START = (
+    "the frame that was put together is probably wrong, as its edges are far from the lengths that "
+    "other frames show; look at it with dynmesh view, and give a whole mesh with --template FILE"
+)
 
 _MUCH_NOISE = 0.02  # bounding-box diagonals
 _OTHER_UNIT = 3.0
@@ -40,7 +47,8 @@ class StartFrame:
 
     Attributes:
         points: (k, 3), with the dtype of the sequence.
-        number: of the frame in the sequence, or -1 for a template, which stands before frame 0.
+        number: of the frame in the sequence, counted from 0, or -1 for a template, which stands
+            before the first frame.
         files: those that hold a template.
         zeros: how many of the points are probably zeros that a sensor wrote for missing vertices.
         scale: of a template: how many times as long its edges are as those of frame 0 (median).
@@ -60,6 +68,10 @@ class StartFrame:
     def n_before(self) -> int:
         """The number of frames that are completed backwards."""
         return max(0, self.number)
+
+    def number_in(self, header: Header) -> float | None:
+        """The number of the frame in its file; None for a template."""
+        return None if self.number < 0 else header.number(self.number)
 
     def frame(self, dtype: np.dtype[Any], uncertainty: bool) -> Frame:
         """The frame as the output has it, with positions of this dtype."""
@@ -96,10 +108,11 @@ class StartFrame:
         template = list(map(identity, self.files))
         return {"start": self.number, "template": template, "fused": fused}
 
-    def remarks(self, noise: float | None) -> Iterator[str]:
+    def remarks(self, header: Header, noise: float | None) -> Iterator[str]:
         """Yields what is probably wrong with it, or with the noise that is to be smoothed."""
+        number = self.number_in(header)
         if self.zeros:
-            where = f"frame {self.number}" if self.number >= 0 else "the template"
+            where = "the template" if number is None else f"frame {number}"
             many = "1 vertex" if self.zeros == 1 else f"{self.zeros} vertices"
             yield (
                 f"{many} of {where} at exactly (0, 0, 0), far from their neighbours, were taken as "
@@ -110,9 +123,9 @@ class StartFrame:
             times = float(f"{self.scale:.3g}")
             yield (
                 f"the edges of the template are {times:g} times as long as those of frame "
-                "0; it must be in the unit of the sequence"
+                f"{header.number(0)}; it must be in the unit of the sequence"
             )
-        yield from self._of_fused()
+        yield from self._of_fused(number)
         share = (noise or 0.0) / (bounding_box_diagonal(self.points) or np.inf)
         if share > _MUCH_NOISE:
             yield (
@@ -125,24 +138,20 @@ class StartFrame:
         """Whether what was put together is probably wrong."""
         return self.made is not None and self.made.doubtful
 
-    def _of_fused(self) -> Iterator[str]:
+    def _of_fused(self, number: float | None) -> Iterator[str]:
         if self.sought:
-            yield f"completion started from frame {self.number}, the first whole one"
+            yield f"completion started from frame {number}, the first whole one"
         if self.made is None:
             return
         k, known = len(self.points), int(np.count_nonzero(self.made.known))
         unseen = int(np.count_nonzero(~self.made.seen))
         yield (
-            f"completion started from frame {self.number}, which knows {known} of "
+            f"completion started from frame {number}, which knows {known} of "
             f"{counted(k, 'vertex')}; {k - known - unseen} were put together from other frames"
             + (f", {unseen} were seen in no frame" if unseen else "")
         )
         if self.made.doubtful:
-            yield (
-                "the frame that was put together is probably wrong, as its edges are far from the "
-                "lengths that other frames show; look at it with dynmesh view, and give a whole "
-                "mesh with --template FILE"
-            )
+            yield DOUBTFUL_START
 
 
 @contextlib.contextmanager
@@ -156,10 +165,10 @@ def open_with_template(
             template has another mesh or is not whole.
     """
     if options.template is not None:
-        with _open_with(Path(options.template), path, options.source) as (reader, first):
+        with _open_with(Path(options.template), path, options) as (reader, first):
             yield reader, first
         return
-    with files.open(path, **options.source) as reader:
+    with options.stated(files.open(path, **options.source)) as reader:
         yield reader, None
 
 
@@ -180,24 +189,14 @@ def start_in(
         found = _taken(reader, 0)
         number = 0 if found else _first_whole_frame(reader, watch)[0]
     elif start != "best":
-        number = int(start)
-        _check_number(number, reader)
+        with files.naming(reader.path):
+            number = index_of(reader.header, int(start), "start")
     if number is None or start == "clean":
         return _put_together(reader, number, options, watch)
     found = found or _taken(reader, number)
     if found is None:
         return _put_together(reader, number, options, watch)
     return replace(found, sought=isinstance(start, str) and number > 0)
-
-
-def _check_number(number: int, reader: Reader) -> None:
-    n = reader.n_frames
-    if number >= n:
-        raise InputError(
-            f"must be less than the number of frames of {reader.path}, which is {n}, not {number}; "
-            "frames are counted from 0, whatever their numbers in the file",
-            argument="start",
-        )
 
 
 def _taken(reader: Reader, number: int) -> StartFrame | None:
@@ -245,7 +244,7 @@ def template_of(reader: Reader) -> Positions:
 
 
 def find_whole_frame(reader: Reader, watch: WatchStart | None = None) -> int:
-    """Returns the number of the first frame in which every vertex was observed.
+    """Returns the index of the first frame in which every vertex was observed.
 
     Raises:
         ValueError: no frame is whole.
@@ -253,9 +252,9 @@ def find_whole_frame(reader: Reader, watch: WatchStart | None = None) -> int:
     number, fullest, least = _first_whole_frame(reader, watch)
     if number is None:
         raise InputError(
-            f"no frame is whole; frame {fullest} lacks the fewest, {least} of {reader.n_vertices} "
-            "vertices; --start best puts a whole frame together from all of them, --template FILE "
-            "takes one from a file (in Python, start='best' and template=)",
+            f"no frame is whole; frame {reader.header.number(fullest)} lacks the fewest, {least} "
+            f"of {reader.n_vertices} vertices; --start best puts a whole frame together from all "
+            "of them, --template FILE takes one from a file (in Python, start='best', template=)",
             file=reader.path,
         )
     return number
@@ -281,16 +280,18 @@ def _first_whole_frame(reader: Reader, watch: WatchStart | None) -> tuple[int | 
 
 
 @contextlib.contextmanager
-def _open_with(template: Path, path: Path, source: Source) -> Iterator[tuple[Reader, StartFrame]]:
+def _open_with(
+    template: Path, path: Path, options: CompletionOptions
+) -> Iterator[tuple[Reader, StartFrame]]:
     """Opens a sequence that has the mesh of a template, or no faces of its own."""
     with files.open(template) as whole:
         first = template_of(whole)
         try:
-            reader = files.open(path, **source)
+            reader = files.open(path, **options.source)
         except files.NoFacesError:
-            with_faces: Source = {**source, "faces": template}
+            with_faces: Source = {**options.source, "faces": template}
             reader = files.open(path, **with_faces)
-        with reader:
+        with options.stated(reader) as reader:
             reader.whole = None
             check_same_mesh(whole, reader)
             points = first.astype(reader.dtype)

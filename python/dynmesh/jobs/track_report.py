@@ -18,20 +18,20 @@ class TrackFileReport:
         seconds_per_frame: median time of the tracker, without reading and writing; None if no frame
             was tracked.
         observed: share of the vertices that had a correspondence in the scan, on average over the
-            frames of this call in which there was a scan; None if there are none.
-        far: share of the points of those frames that are farther than one mean edge from the mesh.
-            It tells best how well they were tracked; None if there are none.
-        quality: "good"; "doubtful" above 0.02 if a camera is suspected, or if the registration is
-            doubtful; "ruined", which is
-            probable, above 0.05.
+            frames in which there was a scan; None if there are none.
+        far: share of the points of those frames that are farther than one mean edge from the mesh,
+            without planes of the surroundings. It tells best how well they were tracked; None if
+            there are none.
+        quality: "good"; "doubtful" if that share is above 0.02, a camera is suspected or wrong, or
+            the registration is doubtful; "ruined", which is probable, above 0.05.
+        reason: what is wrong with the result, in a sentence; empty if nothing is.
         worst: the frames with a share above 0.05, at most five, the worst one first, each with its
-            number, counted from 0, and its share.
+            number, that of its file, and its share.
         cameras: that share for each camera that saw points.
         suspects: the cameras whose share is above 0.05 and more than twice the median of the
             others.
-        empty: number of frames of this call without a scan, or whose scan had no points.
-        recovered: number of frames of this call in which the mesh was lost and found again by a
-            registration.
+        empty: number of frames without a scan, or whose scan had no points.
+        recovered: number of frames in which the mesh was lost and found again by a registration.
         lost: a sentence for each depth image that was missing or damaged; the frame was tracked
             with those of the other cameras.
         alignment: the rigid motion of the template that put it into the first scan; None if it lay
@@ -42,7 +42,10 @@ class TrackFileReport:
             over the same frames; 0 without them.
         rig: what is wrong with cameras, in sentences; the mesh is probably wrong, too.
         remarks: remarks about the output for the user, one line each.
-        existed: whether `resume` found a complete output, so that nothing was done.
+        existed: whether `resume` found a complete output, so that nothing was done. Of its frames,
+            the report then tells only why they are doubtful.
+
+    What an interrupted run has found counts, too.
     """
 
     frames: int
@@ -51,6 +54,7 @@ class TrackFileReport:
     observed: float | None = None
     far: float | None = None
     quality: Quality = "good"
+    reason: str = ""
     worst: tuple[tuple[int, float], ...] = ()
     cameras: Mapping[str, float] = field(default_factory=dict)
     suspects: tuple[str, ...] = ()
@@ -64,33 +68,3 @@ class TrackFileReport:
     rig: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
     existed: bool = False
-
-    @property
-    def reason(self) -> str:
-        """What is wrong with the result, in a sentence; empty if nothing is."""
-        told = []
-        if self.registration is not None and self.registration.quality != "good":
-            told.append(
-                "doubtful: the template was registered with the first scan, and "
-                + self.registration.reason
-            )
-        if self.quality != "good":
-            told.append(
-                f"{_QUALITIES[self.quality]}: {self.far:.1%} of the points are farther than a mean "
-                "edge from the mesh"
-            )
-        if self.worst:
-            told.append(
-                "the worst frames are "
-                + ", ".join(f"{frame} ({far:.1%})" for frame, far in self.worst)
-            )
-        if self.suspects:
-            shares = (f"{camera!r} ({self.cameras[camera]:.1%})" for camera in self.suspects)
-            told.append(
-                f"of cameras {', '.join(shares)}, more are far than of the others, so their poses "
-                "or intrinsics may be wrong"
-            )
-        return "; ".join(told)
-
-
-_QUALITIES = {"doubtful": "doubtful", "ruined": "probably ruined"}

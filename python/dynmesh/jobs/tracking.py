@@ -11,23 +11,28 @@ from .. import files
 from .._checks import check_callable, check_path
 from .._core import Alignment, Tracker, find_alignment
 from .._errors import InputError, locating
-from ..degrade.shared import mean_edge_of
 from ..diagnosis.rig_reading import turned
-from ..files import Header, PathLike, Reader, Writer
+from ..diagnosis.surroundings import shares_in_planes
+from ..files import CannotResumeError, Header, PathLike, Reader
+from ..files.conversion import Output
 from ..files.scans import PointScan, Scan, ScanReader
 from ..registration import Landmarks, Registration, register, register_depth
 from ..sequence import Positions
 from .checkpoint import Progress, describe_job, identity
+from .fit_table import FitTable
 from .fits import Fits
 from .option import paths_of, takes
 from .registering import read_landmarks
 from .resumable import ResumableOutput, check_resumable
 from .rig_check import Checked
-from .room import Room, crop_of
+from .room import Room
 from .start import template_of
 from .track_report import TrackFileReport
 from .tracking_options import Align, TrackingKeywords, TrackingOptions
 from .training import Training
+
+_MANY_FAR = 0.01
+"""A frame of which fewer points are far is good, whatever these are."""
 
 WatchScans = Callable[[Iterator[Scan | None], int, int], Iterator[Scan | None]]
 """Is called with the scans, their number and that of those already tracked; must pass them on."""
@@ -83,11 +88,17 @@ def track_file(
         remove_planes: whether floor and walls are left out: the planes in the first scan that are
             larger than the template.
         output_format: one of :data:`dynmesh.files.formats`; None means the format of the suffix.
-        fps: frames per second of the output.
+        fps: frames per second of the scans.
+        frames: the numbers of the scans to use; for this and the next, see
+            :func:`dynmesh.convert_file`.
+        up, unit: those of template and scans, where neither their files nor other options say it.
+        to_up, to_unit, scale, retime: how tracked frames are turned, scaled and resampled. A run
+            with `retime` cannot be resumed.
         report: a CSV file to which the agreement of each frame is written as soon as it is tracked,
             and in further rows that of each camera: frame, camera, the number of points that were
-            compared, the shares that are far from the mesh and that disagree with its normals, the
-            root mean square distance of the others, and the share of the vertices that were seen.
+            compared, the shares that are far from the mesh, that are so in planes of the
+            surroundings, and that disagree with the normals of the mesh, the root mean square
+            distance of the others, and the share of the vertices that were seen.
         provenance: whether to write the generation and the age of every vertex; generation 0 means
             that the vertex had a correspondence in the scan; with `uncertainty`, also its standard
             error.
@@ -128,9 +139,9 @@ def track_into(
     check_callable("watch", watch)
     target = files.target_of(output, options.output_format)
     if resume:
-        check_resumable(target)
-    fits = Fits(None if options.report is None else Path(options.report))
-    with files.open(options.template) as mesh:
+        check_resumable(target, options.retime)
+    table = FitTable(None if options.report is None else Path(options.report))
+    with options.stated_template(files.open(options.template)) as mesh:
         reader = options.open(scans)
         units = options.units(reader, mesh.header.metres_per_unit)
         reading = options.reading(units, mesh.path)
@@ -147,6 +158,7 @@ def track_into(
             has_standard_error=options.provenance and options.uncertainty,
             standard_error_of="surface",
         )
+        conversion = options.conversion(header, mesh.path)
         landmark_files = [] if options.landmarks is None else [Path(options.landmarks)]
         landmarks = next((read_landmarks(file) for file in landmark_files), None)
         trained = Training(paths_of(options.training), mesh)
@@ -160,7 +172,7 @@ def track_into(
             **trained.described(),
         }
         others = [*mesh.files, *reader.files, *trained.files, *landmark_files]
-        _check_report(fits.path, target, others, replaces=overwrite or resume)
+        _check_report(table.path, target, others, replaces=overwrite or resume)
         inputs = [file for file in reader.files if file not in reader.camera_files]
 
         def tracker_at(placed: Positions) -> Tracker:
@@ -171,26 +183,32 @@ def track_into(
                 recover=options.recover,
             )
 
-        room = Room(crop_of(options.crop), options.remove_planes)
         checked = Checked(reader, mesh, reading, units, options.check)
         tracking = _Tracking(
-            reader, mesh, checked, room, options.align, landmarks, tracker_at, fits, watch
+            reader, mesh, checked, options.room, options.align, landmarks, tracker_at, table, watch
         )
         outcome = ResumableOutput(
             target,
-            header,
-            lambda: describe_job(inputs, header, target.format, start),
+            conversion,
+            lambda: describe_job(inputs, conversion.header, target.format, start),
             Path(scans),
             overwrite=overwrite,
             resume=resume,
             others=others,
         ).write(tracking.begin)
+    if outcome.was_complete:
+        tracking.fits = Fits.of(outcome.judged)
     report = tracking.report(header, outcome.resumed_at)
-    return replace(report, remarks=outcome.remarks, existed=outcome.existed)
+    remarks = (*outcome.remarks, *report.remarks)
+    return replace(report, remarks=remarks, existed=outcome.existed)
 
 
 class _Tracking:
-    """The tracker and its scans, as the work that writes an output."""
+    """The tracker and its scans, as the work that writes an output.
+
+    Attributes:
+        fits: of the frames that were tracked.
+    """
 
     def __init__(
         self,
@@ -201,7 +219,7 @@ class _Tracking:
         align: Align,
         landmarks: Landmarks | None,
         tracker_at: Callable[[Positions], Tracker],
-        fits: Fits,
+        table: FitTable,
         watch: WatchScans | None,
     ) -> None:
         self._scans = scans
@@ -212,13 +230,10 @@ class _Tracking:
         self._align = align
         self._landmarks = landmarks
         self._tracker_at = tracker_at
-        self._fits = fits
+        self._table = table
+        self.fits = Fits()
         self._watch = watch
         self._seconds: list[float] = []
-        self._observed: list[float] = []
-        self._prior_weight: list[float] = []
-        self._empty = 0
-        self._recovered = 0
         self._alignment: Alignment | None = None
         self._distance: float | None = None
         self._registration: Registration | None = None
@@ -228,25 +243,32 @@ class _Tracking:
         progress.check(self._scans.n_frames, (progress.done,))
         template = template_of(self._mesh)
         if not progress.done:
-            self._checked.refuse_mistakes(template)
+            self.fits.rig = self._checked.refuse_mistakes(template)
         turned_as_asked = turned(template, self._checked.reading.turns)
         self._tracker = self._tracker_at(self._placed(turned_as_asked))
         self._done = progress.done
         progress = progress._replace(state=self._room.restored(progress.state))
         progress.restore(self._tracker, (self._done,))
-        self._fits.begin(self._done)
+        if progress.done:
+            try:
+                self.fits = Fits.of(progress.judged)
+            except (TypeError, ValueError, LookupError) as error:
+                raise CannotResumeError("does not say how well it was tracked") from error
+        if self._registration is not None and self._registration.quality == "doubtful":
+            self.fits.registered = self._registration.reason
+        self._table.begin([self._scans.number(frame) for frame in range(self._done)])
         return self
 
-    def steps(self, writer: Writer, folder: Path) -> Iterator[None]:  # noqa: ARG002
+    def steps(self, writer: Output, folder: Path) -> Iterator[None]:  # noqa: ARG002
         """Tracks and writes the frames that are left."""
         scans = self._scans.frames(self._done)
         if self._watch is not None:
             scans = self._watch(scans, self._scans.n_frames, self._done)
         for scan in scans:
-            with locating(frame=self._done):
+            number = self._scans.number(self._done)
+            with locating(frame=number):
                 points = self._push(scan)
             tracker = self._tracker
-            self._fits.add(self._done, tracker, self._scans.cameras_of(self._done))
             names = writer.header.attributes
             writer.append(points, **{name: getattr(tracker, name) for name in names})
             self._done += 1
@@ -254,54 +276,71 @@ class _Tracking:
 
     def progress(self) -> Progress:
         """Returns what a later run needs to continue."""
-        return Progress(self._done, self._done, self._room.state() + self._tracker.state())
+        # Images of frames that an earlier run has read are not read again.
+        self.fits.lost = tuple(sorted({*self.fits.lost, *self._scans.lost}))
+        state = self._room.state() + self._tracker.state()
+        return Progress(self._done, self._done, state, judged=self.fits.state())
 
     def report(self, header: Header, resumed_at: int) -> TrackFileReport:
         """Returns what was done."""
-        placed = self._registration
-        doubtful = (
-            placed is not None and placed.quality == "doubtful" and self._fits.quality == "good"
-        )
+        fits, n = self.fits, self.fits.frames
         return TrackFileReport(
             header.n_frames,
             resumed_at,
             float(np.median(self._seconds)) if self._seconds else None,
-            float(np.mean(self._observed)) if self._observed else None,
-            empty=self._empty,
-            recovered=self._recovered,
-            lost=self._scans.lost,
+            fits.observed / n if n else None,
+            empty=fits.empty,
+            recovered=fits.recovered,
+            lost=fits.lost,
             alignment=self._alignment,
             distance=self._distance,
             registration=self._registration,
-            far=self._fits.far,
-            quality="doubtful" if doubtful else self._fits.quality,
-            worst=self._fits.worst,
-            cameras=self._fits.cameras,
-            suspects=self._fits.suspects,
-            prior_weight=float(np.mean(self._prior_weight)) if self._prior_weight else None,
-            rig=self._checked.warnings,
+            far=fits.far,
+            quality=fits.quality,
+            reason=fits.reason,
+            worst=tuple(fits.worst),
+            cameras=fits.shares,
+            suspects=fits.suspects,
+            prior_weight=fits.prior_weight / n if n else None,
+            rig=fits.rig,
+            remarks=fits.remarks,
         )
 
     def _push(self, scan: Scan | None) -> Positions:
         """Returns the mesh as it lies in a scan."""
         tracker = self._tracker
+        if scan is not None:
+            scan = self._room.without(scan.scaled(self._factor))
         if scan is None or not _has_points(scan):
-            self._empty += 1
-            return tracker.skip()
-        scan = self._room.without(scan.scaled(self._factor))
-        if not _has_points(scan):
-            self._empty += 1
-            return tracker.skip()
+            points = tracker.skip()
+            self._judge(None, points)
+            return points
         if isinstance(scan, PointScan):
             points = tracker.push(scan.points, scan.normals, viewpoints=scan.viewpoints)
         else:
             points = tracker.push_depth(scan.depth, scan.intrinsics, scan.poses)
         self._room.follow(points)
-        self._recovered += tracker.report.recovered
         self._seconds.append(tracker.report.seconds)
-        self._observed.append(float(np.mean(tracker.observed)))
-        self._prior_weight.append(tracker.report.prior_weight)
+        self._judge(scan, points)
         return points
+
+    def _judge(self, scan: Scan | None, points: Positions) -> None:
+        """Notes how well the last frame fits."""
+        tracker, sensors = self._tracker, self._tracker.agreement_of_sensors
+        number = self._scans.number(self._done)
+        cameras = self._scans.cameras_of(self._done)
+        if len(cameras) != len(sensors):
+            cameras = [str(number) for number in range(len(sensors))]
+        in_planes = [0.0] * (1 + len(sensors))
+        if scan is not None and tracker.report.far > _MANY_FAR:
+            clouds = [scan.cloud] if isinstance(scan, PointScan) else scan.clouds
+            whole, *each = shares_in_planes(self._mesh.faces, points, clouds)
+            in_planes = [whole, *(each if len(each) == len(sensors) else len(sensors) * [whole])]
+        self._table.add(number, tracker, cameras, in_planes)
+        if scan is None:
+            self.fits.empty += 1
+        else:
+            self.fits.add(number, tracker, cameras, in_planes)
 
     def _placed(self, points: Positions) -> Positions:
         """Returns the template where the first scan is.
@@ -351,9 +390,7 @@ class _Tracking:
         Raises:
             ValueError: nothing is left.
         """
-        self._room.follow(template)
-        size = np.linalg.norm(self._room.box[1] - self._room.box[0])
-        self._room.find(scan, mean_edge_of(template, self._mesh.faces), float(size))
+        self._room.look(scan, self._mesh.faces, template)
         left = self._room.without(scan)
         if not _has_points(left):
             raise InputError(

@@ -2,15 +2,17 @@
 
 from dataclasses import MISSING, dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, Required, Self, TypedDict
+from typing import Any, Literal, Required, Self
 
 from .._checks import check_integer, check_path
 from .._errors import InputError, KindError
-from ..diagnosis.rig_reading import Turns
-from ..files import PathLike
+from ..diagnosis.rig_reading import Turns, Units
+from ..files import PathLike, Reader
 from ..files.format import Gaps
+from ..files.scans import ScanReader, open_scans
 from ..files.scans.cameras import Matrices
 from ..files.scans.corrections import Axes, Poses
+from .conversion_options import ConversionKeywords, ConversionOptions
 from .option import (
     FILES,
     HOW,
@@ -23,16 +25,14 @@ from .option import (
     paths_of,
 )
 from .rig_options import RigOptions
-from .room import Crop, crop_of
+from .room import Crop
 
 Align = Literal["auto", "never"]
 """Whether a template that does not lie in the first scan is moved there."""
 
-ROOM = "Rooms"
-
 
 @dataclass(frozen=True, kw_only=True)
-class TrackingOptions(RigOptions):
+class TrackingOptions(RigOptions, ConversionOptions):
     """What can be asked of tracking; :func:`dynmesh.track_file` explains the options."""
 
     template: PathLike = given(
@@ -45,20 +45,6 @@ class TrackingOptions(RigOptions):
         FILES,
         Path,
         metavar="FILE",
-    )
-    crop: Crop | None = given(
-        None,
-        "Leave out points farther than this from the box of the mesh in the last frame, or outside "
-        "the box X,Y,Z,X,Y,Z, in the unit of the template.",
-        ROOM,
-        metavar="DISTANCE|BOX",
-        parse=crop_of,
-    )
-    remove_planes: bool = given(
-        False,
-        "Leave out floor and walls: planes in the first scan that are larger than the template.",
-        ROOM,
-        bool,
     )
     align: Align = "auto"
     check: bool = True
@@ -92,9 +78,6 @@ class TrackingOptions(RigOptions):
         bool,
     )
     output_format: str | None = offered(OUTPUT_FORMAT)
-    fps: float | None = given(
-        None, "Frames per second of OUT. [not stated]", OUTPUT, float, metavar="RATE"
-    )
 
     def checked(self) -> Self:
         """Returns the options with the training files as paths.
@@ -103,6 +86,7 @@ class TrackingOptions(RigOptions):
             TypeError, ValueError: an option is refused.
         """
         checked = super().checked()
+        self.check_conversion()
         check_path("template", self.template)
         for name in ("report", "landmarks"):
             if getattr(self, name) is not None:
@@ -110,26 +94,45 @@ class TrackingOptions(RigOptions):
         if self.align not in ("auto", "never"):
             raise InputError(f"must be 'auto' or 'never', not {self.align!r}", argument="align")
         check_integer("threads", self.threads, 1)
-        crop = crop_of(self.crop)
-        for name in ("uncertainty", "remove_planes", "check", "recover"):
+        for name in ("uncertainty", "check", "recover"):
             value = getattr(self, name)
             if not isinstance(value, bool):
                 raise KindError(f"must be True or False, not {value!r}", argument=name)
-        return replace(checked, training=paths_of(self.training) or None, crop=crop)
+        return replace(checked, training=paths_of(self.training) or None)
+
+    def open(self, scans: PathLike) -> ScanReader:
+        """Opens those of the scans that are asked for."""
+        return open_scans(
+            scans,
+            cameras=self.cameras,
+            gaps=self.gaps,
+            corrections=self.corrections,
+            frames=self.frames,
+        )
+
+    def stated_template(self, template: Reader) -> Reader:
+        """The template with the axis and unit that are stated, of which all frames may be read."""
+        unit = self.unit if self.template_unit is None else None
+        return replace(self, frames=None, unit=unit).stated(template)
+
+    def units(self, scans: ScanReader, stated: float | None) -> Units:
+        """Returns the units; `unit` is that of the scans too, where nothing else says it."""
+        if self.unit is None or self.scan_unit is not None or scans.metres_per_unit is not None:
+            return super().units(scans, stated)
+        return replace(self, scan_unit=self.unit).units(scans, stated)
 
     def described(self) -> dict[str, Any]:
         """What a checkpoint remembers of them, besides files and units."""
         return {
             **super().described(),
-            "crop": self.crop,
-            "remove_planes": self.remove_planes,
+            **self.described_conversion(),
             "align": self.align,
             "recover": self.recover,
             "uncertainty": self.uncertainty,
         }
 
 
-class TrackingKeywords(TypedDict, total=False):
+class TrackingKeywords(ConversionKeywords, total=False):
     """The types of :class:`TrackingOptions` as keywords, for editors and type checkers."""
 
     template: Required[PathLike]
@@ -151,7 +154,6 @@ class TrackingKeywords(TypedDict, total=False):
     crop: Crop | None
     remove_planes: bool
     output_format: str | None
-    fps: float | None
     report: PathLike | None
     provenance: bool
     training: TrainingFiles | None

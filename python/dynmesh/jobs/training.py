@@ -112,7 +112,7 @@ class Training:
                 contextlib.closing(opened.frames()) as frames,
             ):
                 for number, frame in enumerate(frames):
-                    with locating(frame=number):
+                    with locating(frame=opened.header.number(number)):
                         check_whole(frame, "; all frames of a training sequence must be whole")
                     yield frame.points
 

@@ -1,17 +1,23 @@
-"""The hidden folder beside an output that holds it until it is complete."""
+"""What is hidden beside an output: a folder until it is complete, and then whether to doubt it."""
 
 import contextlib
+import json
 import shutil
-from collections.abc import Iterator
+import zlib
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
+from .._core import __version__
 from ..files import CannotResumeError, Target
 from ..files.lock import lock_folder, unfinished_folder
-from .checkpoint import Checkpoint
+from .checkpoint import Checkpoint, identity
 
 
 def settle(folder: Path, target: Target, n_frames: int, checkpoint: Checkpoint) -> bool:
     """Finishes a run that was killed while it moved its files; returns whether it was this job.
+
+    What was known of the result is remembered.
 
     Args:
         folder: exists and holds the unfinished output.
@@ -26,16 +32,52 @@ def settle(folder: Path, target: Target, n_frames: int, checkpoint: Checkpoint) 
         raise CannotResumeError("is not a folder", file=folder)
     with lock_folder(folder, target.path):
         if target.finish_placing(folder / "files"):
-            same = checkpoint.is_of_this_job()  # saved before the files were moved
-            _clear(folder)
-            return same
-        saved = checkpoint.read()
-        # Killed after that, before the checkpoint was removed.
-        placed = saved is not None and saved.progress.written == n_frames
-        placed = placed and not list((folder / "files").glob("*"))
+            try:
+                saved = checkpoint.read()  # saved before the files were moved
+            except CannotResumeError:
+                saved = None
+            placed = True
+        else:
+            saved = checkpoint.read()
+            # Killed after that, before the checkpoint was removed.
+            placed = saved is not None and saved.progress.written == n_frames
+            placed = placed and not list((folder / "files").glob("*"))
+        if placed and saved is not None:
+            remember(target, saved.progress.judged)
         if placed or saved is None:
             _clear(folder)
         return placed and saved is not None and saved.job == checkpoint.job
+
+
+def remember(target: Target, judged: Mapping[str, Any]) -> None:
+    """Keeps beside a complete output why it is doubtful, or removes what was kept of an older one.
+
+    Most formats cannot hold it.
+    """
+    file = _doubts(target)
+    if judged.get("doubtful"):
+        file.write_text(json.dumps({"output": _identity(target), "judged": dict(judged)}))
+    else:
+        file.unlink(missing_ok=True)
+
+
+def remembered(target: Target) -> Mapping[str, Any]:
+    """Returns what was kept, nothing if the output was changed since."""
+    try:
+        kept = json.loads(_doubts(target).read_text())
+        return dict(kept["judged"]) if kept["output"] == _identity(target) else {}
+    except (OSError, ValueError, TypeError, LookupError):
+        return {}
+
+
+def _doubts(target: Target) -> Path:
+    return target.path.with_name(f".{target.path.name}.doubtful")
+
+
+def _identity(target: Target) -> list[Any]:
+    """What changes when the output or dynmesh does, but not when all files are moved elsewhere."""
+    found = [(file.name, *identity(file)[1:]) for file in sorted(target.existing())]
+    return [__version__, len(found), zlib.crc32(json.dumps(found).encode())]
 
 
 def set_aside(folder: Path, output: Path, why: str) -> str:
@@ -60,26 +102,13 @@ def _clear(folder: Path) -> None:
     shutil.rmtree(folder, ignore_errors=True)
 
 
-def is_unfinished(output: Path) -> bool:
-    """Whether an interrupted run left a checkpoint that `resume` can use, if it is of the job."""
+def frames_kept(output: Path) -> int:
+    """The frames in the checkpoint of an interrupted run, which `resume` can use if it is its."""
     try:
-        return Checkpoint(unfinished_folder(output) / "checkpoint.npz", "").read() is not None
+        saved = Checkpoint(unfinished_folder(output) / "checkpoint.npz", "").read()
     except (CannotResumeError, OSError):
-        return False
-
-
-@contextlib.contextmanager
-def folder_for(target: Target) -> Iterator[None]:
-    """Creates the folder of an output if it needs one, and removes it if it stays empty."""
-    new = target.new_folder()
-    if new is not None:
-        new.mkdir()
-    try:
-        yield
-    finally:
-        if new is not None:
-            with contextlib.suppress(OSError):  # the folder is not empty
-                new.rmdir()
+        return 0
+    return 0 if saved is None else saved.progress.done
 
 
 @contextlib.contextmanager

@@ -54,6 +54,6 @@ class ZeroCount:
         if share <= _LEAST_SHARE:
             return ()
         return (
-            f"{100 * share:.0f} % of the positions after frame 0 are exactly (0, 0, 0); "
+            f"{100 * share:.0f} % of the positions after the first frame are exactly (0, 0, 0); "
             "if nothing was observed there, use --missing zero",
         )

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from .._extras import require_all
 from ..draw.figures import load_pyvista
+from ..files.lock import check_folder
 from . import charts, pictures, report
 from .claims import Claims, detail_verdicts, verdicts
 from .sequence_study import Plan, study
@@ -31,13 +32,13 @@ def reproduce(
     seed: int = 0,
     up: str | None = None,
     azimuth: float | None = None,
+    overwrite: bool = False,
     progress: Progress = lambda _what, _done, _all: None,
 ) -> Path:
     """Run the evaluation and write figures, `results.json` and `report.html`.
 
     Args:
-        out: the folder for the results. It is created if it does not exist, and existing files
-            are replaced.
+        out: the folder for the results. It is created if it does not exist.
         data: files with sequences, or folders of such files. The default is the built-in walker
             and ocean.
         quick: whether to measure fewer frames and shares of known vertices.
@@ -48,6 +49,7 @@ def reproduce(
             axis that the file names, z for sheets that lie flat, or else y.
         azimuth: the direction from which the pictures of `data` are taken, in degrees around `up`.
             The default is 60.
+        overwrite: whether to replace the results of another run.
         progress: called while work is being done.
 
     Returns:
@@ -60,6 +62,13 @@ def reproduce(
     """
     if frames is not None and frames < 2:
         raise ValueError(f"frames: must be at least 2, not {frames}")
+    check_folder(out / "results.json")
+    for older in (out / "results.json", out / "report.html"):
+        if older.exists() and not overwrite:
+            raise FileExistsError(
+                f"{older}: exists already; --overwrite replaces all results, in Python "
+                "overwrite=True"
+            )
     require_all("PIL.Image", "matplotlib", extra="reproduce")
     load_pyvista("reproduce")
     plan = Plan.quick() if quick else Plan()

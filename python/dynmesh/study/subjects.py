@@ -92,7 +92,8 @@ def from_file(
     sequence = files.read(path)
     if len(sequence.vertices) < 2:
         raise ValueError(f"{path}: has {len(sequence.vertices)} frames; at least 2 are needed")
-    if sequence.known is not None and not sequence.known.all():
+    is_whole = sequence.known is None or sequence.known.all()
+    if not is_whole or not np.isfinite(sequence.vertices).all():
         raise ValueError(f"{path}: has missing vertices; the evaluation needs complete sequences")
     axis = up or likely_up(sequence.vertices[0], sequence.up_axis)
     return Subject.of(path.stem, sequence, axis, azimuth, frames)

@@ -56,6 +56,11 @@ def prepare(world: World) -> None:
     np.save(folder / "mask.npy", np.ones((3, 48), bool))
     (folder / "text.npy").write_text("hello")
     np.save(folder / "numbers.npy", np.ones((3, 49)))
+    (folder / "twin").mkdir()
+    dynmesh.write(folder / "twin" / "body.npz", sequence)
+    np.save(folder / "known.npy", np.ones((3, 49), bool))
+    np.save(folder / "bare.npy", sequence.vertices)
+    dynmesh.write(folder / "walk" / "frame_%04d.ply", sequence)
 
 
 def on_a_full_disk(run: Callable[[], Any], largest: int = 20_000) -> Any:
@@ -85,7 +90,7 @@ sequences = [
     _sequence("`known`: of one frame", ValueError, "known:", "(3, 49)", "(49,)", known=np.ones(49, bool)),
     _sequence("`fps`: 0", ValueError, "fps:", "not 0", fps=0),
     _sequence("`times` that do not ascend", ValueError, "times:", "frame 2", "1.0", times=np.array([0.0, 1, 1])),
-    _sequence("`up_axis`: x", ValueError, "up_axis:", "'x'", up_axis="x"),
+    _sequence("`up_axis`: w", ValueError, "up_axis:", "'w'", up_axis="w"),
     _sequence("`name`: a number", TypeError, "name:", "3", name=3),
     _sequence("`derived`: colours", ValueError, "derived:", "'colours'", "normals", derived={"colours": "vertex"}),
     _sequence("`derived`: velocities per face", ValueError, "derived:", "velocities", "'uniform'", derived={"velocities": "uniform"}),
@@ -167,9 +172,9 @@ def _append_with_mask(world: World, known: Any) -> None:
 
 writing = [
     _write("no sequence", lambda _: dynmesh.write("new.npz", 5), TypeError, "sequence:", "int"),  # type: ignore[arg-type]
-    _write("into a folder that is not there", lambda w: dynmesh.write("no/new.npz", w.sequence), FileNotFoundError, "no/new.npz"),
+    _write("into a file", lambda w: dynmesh.write("body.npz/new.npz", w.sequence), NotADirectoryError, "body.npz is not a folder", "body.npz/new.npz"),
     _write("over a folder", lambda w: dynmesh.write("folder.npz", w.sequence), ValueError, "folder.npz:", "folder"),
-    _write("a format that is none", lambda w: dynmesh.write("new.stl", w.sequence), ValueError, "new.stl:", "'.stl'", ".ply"),
+    _write("a format that is none", lambda w: dynmesh.write("new.off", w.sequence), ValueError, "new.off:", "'.off'", ".ply"),
     _write("more than 20 kB, where no file may exceed that", lambda _: on_a_full_disk(lambda: dynmesh.write("new.npz", dynmesh.read("long.npz"))), OSError, "new.npz"),
     _create("`faces`: a list", lambda w: _begin(w, faces=[[0, 1, 2]]), TypeError, "faces:", "list"),
     _create("`header`: a dict", lambda _: dynmesh.create("new.npz", {"n_frames": 3}), TypeError, "header:", "Header", "dict"),  # type: ignore[arg-type]
@@ -185,20 +190,29 @@ writing = [
 
 _complete = of("complete_file")
 _batch = of("batch.complete_files")
+_convert = of("convert")
 
 
 def _to_new(world: World, path: str = "body.npz", **options: Any) -> Any:  # noqa: ARG001
     return dynmesh.complete_file(path, "new.npz", **options)
 
 
+def _converted(world: World, **options: Any) -> Any:
+    return dynmesh.convert(world.sequence, **options)
+
+
 completing = [
     _complete("a file that is not there", lambda w: _to_new(w, "none.npz"), FileNotFoundError, "none.npz"),
     _complete("an output that exists", lambda _: dynmesh.complete_file("body.npz", "other.npz"), FileExistsError, "other.npz:", "overwrite=True"),
     _complete("the input as output", lambda _: dynmesh.complete_file("body.npz", "body.npz", overwrite=True), ValueError, "body.npz:", "input"),
+    _complete("the masks of the input as output", lambda _: dynmesh.complete_file("body.npz", "known.npy", source={"known": "known.npy"}, overwrite=True), ValueError, "known.npy:", "is the input"),
+    _complete("the faces of the input as output", lambda _: dynmesh.complete_file("bare.npy", "single.npz", source={"faces": "single.npz"}, overwrite=True), ValueError, "single.npz:", "is the input"),
+    _complete("the frames of a folder as output", lambda _: dynmesh.complete_file("walk", "walk/frame_%04d.ply", overwrite=True), ValueError, "frame_0000.ply:", "is the input"),
+    _complete("frames among those of the input", lambda _: dynmesh.complete_file("walk", "walk/out_%04d.ply", overwrite=True), ValueError, "out_%04d.ply:", "is in the folder of the input"),
     _complete("more than 20 kB, where no file may exceed that", lambda w: on_a_full_disk(lambda: _to_new(w, "long.npz")), OSError, "new.npz"),
     _complete("a sequence in which nothing was observed", lambda w: _to_new(w, "nothing.npz"), ValueError, "nothing.npz: frames: no vertex is known in any of them"),
-    _complete("`start`: beyond the end", lambda w: _to_new(w, start=3), ValueError, "start:", "body.npz, which is 3, not 3"),
-    _complete("`start`: -1", lambda w: _to_new(w, start=-1), ValueError, "start:", "not -1"),
+    _complete("`start`: beyond the end", lambda w: _to_new(w, start=3), ValueError, "body.npz:", "start:", "no frame 3, only 0 to 2"),
+    _complete("`start`: -1", lambda w: _to_new(w, start=-1), ValueError, "body.npz:", "start:", "no frame -1, only 0 to 2"),
     _complete("`start='first'`", lambda w: _to_new(w, start="first"), ValueError, "start:", "'first'"),
     _complete("`start='whole'` of holes alone", lambda w: _to_new(w, "no_whole.npz", start="whole"), ValueError, "no_whole.npz:", "frame 2 lacks the fewest, 1 of 49", "--start best", "--template"),
     _complete("`template` and `start`", lambda w: _to_new(w, template="body.npz", start=1), ValueError, "template:", "start"),
@@ -210,6 +224,20 @@ completing = [
     _complete("`gaps` of a single file", lambda w: _to_new(w, source={"gaps": "lost"}), ValueError, "body.npz: gaps"),
     _complete("`gaps='some'`", lambda w: _to_new(w, source={"gaps": "some"}), ValueError, "gaps:", "'some'"),
     _complete("`fps`: 0", lambda w: _to_new(w, fps=0), ValueError, "fps:", "not 0"),
+    _complete("`retime` with `resume`", lambda w: _to_new(w, retime=30, resume=True), ValueError, "retime:", "resumed"),
+    _complete("`to_up` with `overlay`", lambda _: dynmesh.complete_file("scene.usda", "new.usda", overlay=True, to_up="y"), ValueError, "to_up:", "overlay"),
+    _convert("`frames`: none of them", lambda w: _converted(w, frames=range(1, 1)), ValueError, "frames:", "not 1:1"),
+    _convert("`frames`: an integer", lambda w: _converted(w, frames=3), TypeError, "frames:", "must be a slice, not int"),
+    _convert("`frames` with step -1", lambda w: _converted(w, frames=slice(None, None, -1)), ValueError, "frames:", "not -1"),
+    _convert("`up='w'`", lambda w: _converted(w, up="w"), ValueError, "up:", "'w'"),
+    _convert("`unit='furlong'`", lambda w: _converted(w, unit="furlong"), ValueError, "unit:", "'furlong'"),
+    _convert("`to_up` of an unknown axis", lambda w: _converted(w, to_up="y"), ValueError, "to_up:", "states no up axis: --up"),
+    _convert("`to_unit` of an unknown unit", lambda w: _converted(w, to_unit="m"), ValueError, "to_unit:", "states no unit of length: --unit"),
+    _convert("`retime` of an unknown rate", lambda w: dynmesh.convert(replace(w.sequence, fps=None), retime=30), ValueError, "retime:", "states no frames per second: --fps"),
+    _convert("`scale`: 0", lambda w: _converted(w, scale=0), ValueError, "scale:", "not 0"),
+    _convert("`fps`: NaN", lambda w: _converted(w, fps=float("nan")), ValueError, "fps:", "not nan"),
+    _convert("an array", lambda w: dynmesh.convert(w.vertices), TypeError, "sequence:", "not ndarray"),
+    _convert("a file in another unit", lambda _: dynmesh.convert_file("in_metres.npz", "new.npz", unit="mm"), ValueError, "in_metres.npz: unit: the file states units of 1 m, not 0.001 m"),
     _complete("`drop_above`: NaN", lambda w: _to_new(w, drop_above=float("nan")), ValueError, "drop_above:", "not nan"),
     _complete("`drop_above` by method motion", lambda w: _to_new(w, drop_above=1, method="motion"), ValueError, "drop_above:", "requires method='detail'"),
     _complete("`output_format='fbx'`", lambda w: _to_new(w, output_format="fbx"), ValueError, "new.npz:", "'fbx'"),

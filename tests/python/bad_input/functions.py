@@ -1,4 +1,4 @@
-"""Cases of the functions of the package: streams, topology, measures, baselines."""
+"""Cases of the functions of the package: streams, measures, baselines, whole frames and others."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -9,6 +9,7 @@ from meshes import join, sheet
 
 import dynmesh
 from dynmesh import baselines, metrics
+from dynmesh.draw import figures
 from dynmesh.jobs.batch import Job, complete_files
 
 from .case import Case, Printed, World
@@ -111,4 +112,48 @@ other_methods = [
     _class("`n_vertices`: -1", lambda w: baselines.LeastSquaresMesh(w.faces, -1), ValueError, "n_vertices:", "-1"),
 ]  # fmt: skip
 
-cases = [*streams, *topology, *measures, *other_methods]
+_whole_frame = of("whole_frame")
+_render = of("draw.figures.render")
+
+
+def _put_together(world: World, frames: Any = None, known: Any = None, **more: Any) -> Any:
+    frames = world.sequence.vertices if frames is None else frames
+    return dynmesh.whole_frame(world.faces, frames, known, **more)
+
+
+def _drawn(world: World, **more: Any) -> Any:
+    view = figures.View.of(world.vertices, more.pop("up", "z"), 0.0)
+    return figures.render(**{"faces": world.faces, "points": world.vertices, "view": view, **more})
+
+
+_masks = np.ones((3, 49), bool)
+
+pictures_and_whole_frames = [
+    _whole_frame("`frames`: an iterator", lambda w: _put_together(w, iter([w.points])), TypeError, "frames:", "only once"),
+    _whole_frame("`known`: an iterator", lambda w: _put_together(w, known=iter(_masks)), TypeError, "known:", "is an iterator"),
+    _whole_frame("`frames`: a number", lambda w: _put_together(w, 3), TypeError, "frames:", "must be an array"),
+    _whole_frame("`frames`: none", lambda w: _put_together(w, w.sequence.vertices[:0]), ValueError, "frames:", "there are none"),
+    _whole_frame("`frame`: 3 of 3", lambda w: _put_together(w, frame=3), ValueError, "frame:", "is 3, not 3"),
+    _whole_frame("`frame`: -1", lambda w: _put_together(w, frame=-1), ValueError, "frame:", "-1"),
+    _whole_frame("`frame='worst'`", lambda w: _put_together(w, frame="worst"), TypeError, "frame:", "'worst'"),
+    _whole_frame("`noise`: -1", lambda w: _put_together(w, noise=-1), ValueError, "noise:", "-1"),
+    _whole_frame("`threads`: 0", lambda w: _put_together(w, threads=0), ValueError, "threads:", "0"),
+    _whole_frame("fewer masks than frames", lambda w: _put_together(w, known=_masks[:2]), ValueError, "known:", "ends before frame 2"),
+    _whole_frame("more masks than frames", lambda w: _put_together(w, w.sequence.vertices[:2], lambda: iter(_masks)), ValueError, "frames:", "ends before frame 2", "known goes on"),
+    _whole_frame("no vertex known", lambda w: _put_together(w, known=~_masks), ValueError, "no vertex is known"),
+    _whole_frame("frame 1 smaller", lambda w: _put_together(w, [w.points, w.points[:5]]), ValueError, "frame 1:", "5", "49"),
+    _whole_frame("frame 1 of integers", lambda w: _put_together(w, [w.points, w.points.astype(int)]), TypeError, "frame 1: points:", "int"),
+    _whole_frame("NaN, marked known", lambda w: _put_together(w, [w.with_value(_NAN)], [_whole]), ValueError, "frame 0: vertex 4", "nan"),
+    _render("`faces`: an index of k", lambda w: _drawn(w, faces=w.faces + 1), ValueError, "faces:", "vertex 49"),
+    _render("`points`: NaN", lambda w: _drawn(w, points=w.with_value(_NAN)), ValueError, "points: row 4 is not finite"),
+    _render("`points`: two columns", lambda w: _drawn(w, points=w.points[:, :2]), ValueError, "points: must have shape"),
+    _render("`known`: too few", lambda w: _drawn(w, known=_whole[:3]), ValueError, "known: must have shape"),
+    _render("`values`: too few", lambda w: _drawn(w, values=np.ones(3), limit=1.0), ValueError, "values: must have shape"),
+    _render("`values`: NaN", lambda w: _drawn(w, values=np.full(49, _NAN), limit=1.0), ValueError, "values: row 0 is not finite"),
+    _render("`values` and `known`", lambda w: _drawn(w, values=np.ones(49), known=_whole, limit=1.0), ValueError, "values: cannot be combined with known"),
+    _render("`limit`: 0", lambda w: _drawn(w, values=np.ones(49), limit=0.0), ValueError, "limit:", "not 0"),
+    _render("`limit`: None", lambda w: _drawn(w, values=np.ones(49)), ValueError, "limit:", "not None"),
+    _render("`up`: w", lambda w: _drawn(w, up="w"), ValueError, "up:", "'w'"),
+]  # fmt: skip
+
+cases = [*streams, *topology, *measures, *other_methods, *pictures_and_whole_frames]

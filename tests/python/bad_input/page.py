@@ -46,7 +46,7 @@ def python_sections() -> dict[str, list[Case]]:
     return {
         "Python: the completer": completer.cases,
         "Python: the tracker": tracking.cases,
-        "Python: streams, topology, measures, baselines": functions.cases,
+        "Python: streams, topology, measures, baselines, whole frames, pictures": functions.cases,
         "Python: losses and built-in sequences": losses.cases,
         "Python: sequences and files": files.cases,
         "Python: scenes": scenes.cases,

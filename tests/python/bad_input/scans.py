@@ -54,6 +54,9 @@ def prepare(world: World) -> None:
     (folder / "cloud").mkdir()
     points = world.vertices.astype(np.float32)
     write_ply(folder / "cloud" / "s_0000.ply", PointScan(points, None, None))
+    (folder / "both_kinds").mkdir()
+    write_ply(folder / "both_kinds" / "s_0000.ply", PointScan(points, None, None))
+    dynmesh.write(folder / "both_kinds" / "s_0000.obj", world.sequence[:1])
     far = folder / "far"
     far.mkdir()
     write_ply(far / "s_0000.ply", PointScan(points * 1000, None, None))
@@ -74,6 +77,15 @@ def prepare(world: World) -> None:
         "colours": "# with colours\n1 2 3 255 128 0\n",
     }.items():
         (folder / f"{name}.xyz").write_text(text)
+    for name, text in {
+        "text": "{",
+        "none": "[]",
+        "bare": '[{"vertex": 3}]',
+        "half": '[{"vertex": 0.5, "position": [1, 2, 3]}]',
+        "flat": '[{"vertex": 5, "position": [1, 2]}]',
+        "far": '[{"vertex": 577, "position": [1, 2, 3]}]',
+    }.items():
+        (folder / f"marks_{name}.json").write_text(text)
     np.save(folder / "flat.npy", np.zeros((4, 2)))
     np.save(folder / "whole.npy", np.zeros((4, 3), int))
     np.savez(folder / "apart.npz", points=np.zeros((4, 3)), normals=np.eye(3))
@@ -84,7 +96,7 @@ def prepare(world: World) -> None:
         spoil(spoilt["cameras"][0])
         (folder / f"rig_{name}.json").write_text(json.dumps(spoilt))
     for name, changed in {
-        "unit": told | {"unit": "inch"},
+        "unit": told | {"unit": "furlong"},
         "twice": told | {"cameras": told["cameras"] * 2},
         "two": told | {"cameras": [told["cameras"][0], told["cameras"][0] | {"name": "right"}]},
         "kinect": {
@@ -167,7 +179,24 @@ def _cameras(name: str, given: str, *names: str) -> Case:
     return _rig(given, lambda _: read_cameras(Path(file)), ValueError, f"{file}:", *names)
 
 
+_REGISTER = "register template.npz cloud/s_0000.ply new.obj"
+_MARKS = f"{_REGISTER} --landmarks"
+
 cases = [
+    refused("register template.npz cloud/s_0000.ply template.npz --overwrite", "template.npz: is an input"),
+    refused("register template.npz body.obj body.obj --overwrite", "body.obj: is an input"),
+    refused(f"{_REGISTER} --report template.npz --overwrite", "template.npz: is an input"),
+    refused(f"{_MARKS} marks_flat.json --report marks_flat.json --overwrite", "marks_flat.json: is an input"),
+    refused("register template.npz both_kinds new", "s_0000.npz: would be written twice"),
+    refused(f"{_REGISTER} --report rig.json", "rig.json: exists"),
+    refused(f"{_REGISTER} --page done.html", "done.html: exists"),
+    refused(f"{_REGISTER} --page new.htm", "must end in .html"),
+    refused(f"{_MARKS} marks_text.json", "marks_text.json:", "is not JSON"),
+    refused(f"{_MARKS} marks_none.json", "marks_none.json:", "at least one"),
+    refused(f"{_MARKS} marks_bare.json", "marks_bare.json:", "landmark 0 must have"),
+    refused(f"{_MARKS} marks_half.json", "marks_half.json:", "landmark 0: the vertex"),
+    refused(f"{_MARKS} marks_flat.json", "marks_flat.json:", "landmark 0: the position"),
+    refused(f"{_MARKS} marks_far.json", "vertex 577"),
     _points("`points`: 0", _scan(points=0), ValueError, "points:", "not 0"),
     _points("`points`: 1.5", _scan(points=1.5), TypeError, "points:", "1.5"),
     _points("`cameras`: 0", _scan(cameras=0), ValueError, "cameras:", "not 0"),
@@ -206,7 +235,7 @@ cases = [
     _cameras("unsized", "a distortion without the size of the images", "width:", "distortion"),
     _open("a calibration without intrinsics", lambda _: open_scans("dropped", cameras="rig_kinect.json"), ValueError, "rig_kinect.json:", "4 x 3"),
     _cameras("odd_name", "a name with a slash", "name:", "'left/1'"),
-    _cameras("unit", "an unknown unit", "unit:", "'inch'"),
+    _cameras("unit", "an unknown unit", "unit:", "'furlong'"),
     _cameras("twice", "two cameras of one name", "camera 1: name:", "'left'"),
     _cameras("other_field", "an unknown field beside the cameras", "'scale'"),
     _cameras("cut", "it is cut", "line 2, column 14"),
@@ -229,7 +258,7 @@ cases = [
     _file("the template has another shape", _track("line"), ValueError, "template.npz:", "rigid motion"),
     _file("a unit of the scans alone", _track("cloud", scan_unit="mm"), ValueError, "template.npz:", "--template-unit"),
     _file("a file states a unit, the template none", _track("in_mm"), ValueError, "template.npz:", "0.001 m"),
-    _file("`scan_unit`: km", _track("cloud", scan_unit="km"), ValueError, "scan_unit:", "'km'"),
+    _file("`scan_unit`: furlong", _track("cloud", scan_unit="furlong"), ValueError, "scan_unit:", "'furlong'"),
     _file("scans in millimetres, said to be metres", _track("cloud", "template_m.npz", scan_unit="mm"), ValueError, "template_m.npz:", "0.001 times as large"),
     _file("`template_unit`: 0", _track("cloud", template_unit=0), ValueError, "template_unit:", "not 0"),
     _file("`align`: maybe", _track("cloud", align="maybe"), ValueError, "align:", "'maybe'"),
@@ -240,6 +269,9 @@ cases = [
     _file("`remove_planes`: a word", _track("cloud", remove_planes="yes"), TypeError, "remove_planes:", "yes"),
     misused("track cloud new.npz --template template.npz --crop wide", "--crop", "wide"),
     misused("degrade body.npz new.npz --known 0.5 --room", "--room", "--scan"),
+    refused("rig cloud -o new.html --crop 0.5", "crop:", "0.5 needs --template"),
+    refused("rig cloud -o new.html --remove-planes", "remove_planes:", "needs --template"),
+    refused("view template_m.npz --scans in_mm --scan-unit cm -o new.html", "in_mm:", "scan_unit:", "0.001", "0.01"),
     _file("`training`: a number", _track("cloud", training=5), TypeError, "training:", "path", "5"),
     _file("`uncertainty`: a word", _track("cloud", uncertainty="yes"), TypeError, "uncertainty:", "yes"),
     _file("`recover`: a number", _track("cloud", recover=2), TypeError, "recover:", "2"),
@@ -251,7 +283,7 @@ cases = [
     _file("the output is the template", _track("cloud", output="template.npz", overwrite=True), ValueError, "template.npz:", "input"),
     _file("`resume` of a format that cannot", _track("cloud", output="new.usda", resume=True), ValueError, "new.usda:", "resumed"),
     misused("track cloud new.npz", "--template"),
-    refused("track cloud new.npz --template template.npz --scan-unit km", "scan_unit", "'km'"),
+    refused("track cloud new.npz --template template.npz --scan-unit furlong", "scan_unit", "'furlong'"),
     misused("degrade body.npz new --scan --depth 64x48", "--scan", "--depth"),
     misused("degrade body.npz new --depth 64", "--depth", "64"),
     misused("degrade body.npz new --scan --camera 1", "--camera", "--scan"),

@@ -24,6 +24,8 @@ def _changed(matrix: Any, row: int, column: int, value: float) -> Any:
     return changed
 
 
+_COMPLETER = dynmesh.Completer(np.array([[0, 1, 2]]), np.eye(3))
+_SINGLE = dynmesh.Tracker(np.array([[0, 1, 2]]), np.eye(3, dtype=np.float32))
 _SCAN = np.ones((9, 3))
 _DEPTH = np.ones((4, 5))
 _INTRINSICS = np.array([[4.0, 0, 2], [0, 4, 2], [0, 0, 1]])
@@ -163,6 +165,10 @@ cases = [
     _call("reset", "one row too few", ValueError, "frame:", "48", "49", frame=np.ones((48, 3))),
     _call("restore", "damaged", ValueError, "state: damaged", state=_flipped),
     _call("restore", "truncated", ValueError, "state: truncated", state=lambda t: t.state()[:-9]),
+    _call(
+        "restore", "of a completer", ValueError, "state: not a", state=lambda _: _COMPLETER.state()
+    ),
+    _call("restore", "of float32", ValueError, "32-bit positions", state=lambda _: _SINGLE.state()),
     _call("restore", "a list", TypeError, "state:", "list", state=[1]),
     _depth("depth", "shape (4,)", np.ones(4), "(4,)"),
     _depth("depth", "negative", _changed(_DEPTH, 2, 3, -1), "of image 0 row 2, column 3", "-1"),

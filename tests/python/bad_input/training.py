@@ -52,6 +52,20 @@ def _all(training: Any, **options: Any) -> Any:
     return dynmesh.complete_scene("scene.usda", "new.usda", training=training, **options)
 
 
+def _restored(world: World, other: Any, **settings: Any) -> None:
+    """Restores the state of a completer that learned from other frames, or from none."""
+    training = [world.vertices, world.points, world.vertices]
+    made = world.make(training=training)
+    made.restore(world.make(training=other, **settings).state())
+
+
+def _tracker(world: World, training: Any, *, uncertainty: bool = True) -> dynmesh.Tracker:
+    first = (world.faces, world.vertices)
+    return dynmesh.Tracker(*first, training=training, uncertainty=uncertainty)
+
+
+_restore = of("restore")
+_track = of("Tracker.restore")
 _completer = of("Completer")
 _complete = of("complete")
 _completed = of("complete_file")
@@ -69,6 +83,13 @@ cases = [
     _completer("`training`: in another unit", _make(lambda w: 1000 * w.sequence.vertices), ValueError, "training: its size", "unit"),
     _completer("`training` with method motion", _make(lambda w: w.sequence.vertices, method="motion"), ValueError, "training:", "method='detail'"),
     _completer("`training` and `learn=True`", _make(lambda w: w.sequence.vertices, learn=True), ValueError, "learn:", "training"),
+    _restore("`state`: of another training sequence", lambda w: _restored(w, w.sequence.vertices), ValueError, "state:", "another training sequence"),
+    _restore("`state`: without training", lambda w: _restored(w, None), ValueError, "state:", "without training"),
+    _restore("`state`: of a completer that learns", lambda w: w.make().restore(w.make(learn=True).state()), ValueError, "learn is True, not False"),
+    _track("`state`: of another training sequence", lambda w: _tracker(w, w.sequence.vertices).restore(_tracker(w, w.sequence.vertices[::-1]).state()), ValueError, "another training sequence"),
+    _track("`state`: with training", lambda w: _tracker(w, None).restore(_tracker(w, w.sequence.vertices).state()), ValueError, "with training"),
+    _track("`state`: without training", lambda w: _tracker(w, w.sequence.vertices).restore(_tracker(w, None).state()), ValueError, "without training"),
+    _track("`state`: of one without `uncertainty`", lambda w: _tracker(w, None).restore(_tracker(w, None, uncertainty=False).state()), ValueError, "uncertainty is False, not True"),
     _completed("`training`: frames, not a file", lambda w: _file(w.sequence.vertices), TypeError, "training:", "path", "ndarray"),
     _completed("`training`: an empty list", lambda _: _file([]), ValueError, "training:", "no file"),
     _completed("`training` with method motion", lambda _: _file("training.npz", method="motion"), ValueError, "training:", "'detail'"),

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..._errors import InputError, locating
 from ..._extras import require_all
 from ...files import Reader
-from ...files.scans import ScanReader, given_unit
+from ...files.scans import ScanReader, unit_of_scans
 from ...frames.times import mean_rate
 from ..figures import View
 from ..heatmap import Heatmap, ShownFrame, likely_up, stated_up
@@ -27,7 +27,7 @@ class Shown:
 
     Attributes:
         frames: number of frames shown, of `n_frames`, evenly spaced from frame 0.
-        step: difference between the numbers of two shown frames.
+        step: every so many frames are shown.
         vertices: number of vertices shown, of `n_vertices`.
         triangles: number of triangles shown, of `n_triangles`.
     """
@@ -76,7 +76,7 @@ def framed(html: str) -> str:
 
 def require_page(*, scans: bool) -> None:
     """Imports what a page needs, so that a missing library is reported before any work begins."""
-    require_all("k3d", "matplotlib", *(["scipy.spatial"] if scans else []), extra="view")
+    require_all("k3d", "matplotlib", *(["pyvista"] if scans else []), extra="view")
 
 
 def page(
@@ -151,10 +151,11 @@ def page(
         range=range,
     )
     first_points = next(iter(reader)).points
-    kept, faces = thin(reader.faces, first_points, max_vertices)
+    with locating(file=reader.path):
+        kept, faces = thin(reader.faces, first_points, max_vertices)
     step = -(-reader.n_frames // max_frames)
-    numbers = _every(step, reader.n_frames)
-    frames = [frame.of(kept) for frame in watch(heatmap.frames(numbers), len(numbers))]
+    indices = _every(step, reader.n_frames)
+    frames = [frame.of(kept) for frame in watch(heatmap.frames(indices), len(indices))]
     if not any(frame.visible.any() for frame in frames):
         raise ValueError(f"{reader.path}: no vertex is known in these frames")
     shown = Shown(
@@ -175,10 +176,11 @@ def page(
         title or reader.title,
         str(shown),
         captions,
-        list(numbers),
-        None if names is None else [names[number] for number in numbers],
+        [reader.header.number(index) for index in indices],
+        None if names is None else [names[index] for index in indices],
         _most_telling(frames),
-        reader.n_frames,
+        reader.header.number(reader.n_frames - 1),
+        step,
         mean_rate(reader.header),
     )
     up = up or likely_up(first_points, stated_up(reader, reference, input))
@@ -194,11 +196,9 @@ def page(
 
 def _factor(scans: ScanReader, scan_unit: str | float | None, reader: Reader) -> float:
     """Returns the length of the unit of the scans in that of the sequence."""
-    ours, theirs = reader.header.metres_per_unit, scans.metres_per_unit
-    if scan_unit is not None:
-        theirs = given_unit("scan_unit", scan_unit)
-        if ours is None:
-            raise InputError("states no unit, so that of the scans tells nothing", file=reader.path)
+    ours, theirs = reader.header.metres_per_unit, unit_of_scans(scans, scan_unit)
+    if scan_unit is not None and ours is None:
+        raise InputError("states no unit, so that of the scans tells nothing", file=reader.path)
     return 1.0 if ours is None or theirs is None else theirs / ours
 
 

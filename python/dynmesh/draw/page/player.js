@@ -59,10 +59,9 @@ async function draw() {
 function show(frame) {
   wanted = frame;
   slider.value = frame;
-  const number = told.numbers[frame];
-  const seconds = told.fps ? `, ${(number / told.fps).toFixed(2)} s` : '';
+  const seconds = told.fps ? `, ${(frame * told.step / told.fps).toFixed(2)} s` : '';
   part('counter').textContent = told.names
-    ? told.names[frame] : `frame ${number} / ${told.n_frames - 1}${seconds}`;
+    ? told.names[frame] : `frame ${told.numbers[frame]} / ${told.last}${seconds}`;
   draw();
 }
 function paint(index) {
@@ -74,8 +73,7 @@ function paint(index) {
 
 let begun = null; // when the first frame was due, in milliseconds; null while paused
 function milliseconds() {
-  const step = last ? told.numbers[1] - told.numbers[0] : 1;
-  return 1000 * step / ((told.fps || usualRate) * Number(speed.value));
+  return 1000 * told.step / ((told.fps || usualRate) * Number(speed.value));
 }
 function tick(now) {
   if (begun === null) return;

@@ -39,20 +39,22 @@ class Playback:
         title: above the panes.
         note: what was left out.
         captions: of the panes, from left to right: "sequence" and those beside it in the frames.
-        numbers: of the shown frames, evenly spaced.
+        numbers: of the shown frames, in their file.
         names: of the shown frames, or None if their numbers tell enough.
         first: the index of the frame that is shown first.
-        n_frames: number of frames of the sequence.
+        last: the number of the last frame of the sequence, in its file.
+        step: every so many frames are shown.
         fps: frames of the sequence per second, or None if unknown.
     """
 
     title: str
     note: str
     captions: Mapping[str, str]
-    numbers: list[int]
+    numbers: list[float]
     names: list[str] | None
     first: int
-    n_frames: int
+    last: float
+    step: int
     fps: float | None
 
 

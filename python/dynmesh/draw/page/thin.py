@@ -28,7 +28,9 @@ def thin(
         return np.arange(len(points)), np.asarray(faces, np.intp)
     if not np.isfinite(points).all():
         vertex = int(np.argmin(np.isfinite(points).all(axis=1)))
-        raise ValueError(f"frame 0 lacks vertex {vertex}, but is needed to simplify a large mesh")
+        raise ValueError(
+            f"the first frame lacks vertex {vertex}, but is needed to simplify a large mesh"
+        )
     pyvista = require("pyvista", extra="view")
     a, b, c = faces.T
     proper = faces[(a != b) & (b != c) & (c != a)]

@@ -27,7 +27,10 @@ from .lens import COUNTS, WIDEST, Lens
 
 _Floats = NDArray[np.float64]
 
-UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001}
+UNITS = {
+    "m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1000.0,
+    "inch": 0.0254, "foot": 0.3048, "yard": 0.9144,
+}  # fmt: skip
 """The names of units, in metres."""
 
 _ROUNDED = 1e-3

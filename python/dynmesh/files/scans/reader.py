@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 from ..._errors import DynmeshError, InputError
 from ...frames.naming import naming
 from ...frames.scan import DepthScan, PointScan, Scan
+from ...frames.times import indices_of
 from ...frames.unchanged import Unchanged
 from ..choice import PathLike
 from ..format import Gaps
+from ..frame_names import with_conversion
 from ..numbered import Found, files_in, find_files
 from .cameras import Rig, ScanCamera, given_unit, read_cameras
 from .corrections import AS_STATED, Corrections
@@ -94,6 +96,10 @@ class ScanReader(ABC):
         for number in range(self.n_frames)[start:stop:step]:
             yield self._load(number)
 
+    def number(self, frame: int) -> int:
+        """The number, in its file name, of a frame that is counted from 0."""
+        return self.start + self.step * frame
+
     def cameras_of(self, number: int) -> list[str]:  # noqa: ARG002
         """Returns the names of the cameras of a frame, in the order of its scan."""
         return [] if self.rig is None else [camera.name for camera in self.rig.cameras]
@@ -111,11 +117,15 @@ class ScanReader(ABC):
 class PointReader(ScanReader):
     """Point clouds, one file per frame."""
 
-    def __init__(self, path: Path, suffix: str, cameras: Cameras | None, gaps: Gaps) -> None:
+    def __init__(
+        self, path: Path, suffix: str, cameras: Cameras | None, gaps: Gaps, frames: slice | range
+    ) -> None:
         """Finds the files and reads the first."""
-        found = find_files(path, suffix, gaps)
+        found = find_files(path, suffix, gaps).among(frames)
         self._files = found.files
         present = [file for file in found.files if file is not None]
+        if not present:
+            raise ValueError("none of these frames has a file")
         super().__init__(path, cameras, found, present)
         said = read_points(present[0]).metadata.metres_per_unit
         if None not in (said, self.metres_per_unit) and said != self.metres_per_unit:
@@ -144,7 +154,7 @@ class DepthReader(ScanReader):
     of images, that is an error.
     """
 
-    def __init__(self, path: Path, cameras: Cameras, gaps: Gaps) -> None:
+    def __init__(self, path: Path, cameras: Cameras, gaps: Gaps, frames: slice | range) -> None:
         """Finds the files, and reads the headers of some."""
         rig = cameras.rig
         for camera in rig.cameras:
@@ -164,6 +174,8 @@ class DepthReader(ScanReader):
             )
         step = int(np.gcd.reduce(np.diff(numbers))) if len(numbers) > 1 else 1
         every = range(numbers[0], numbers[-1] + 1, step)
+        kept = indices_of(np.array(every, np.float64), frames)
+        every = every[kept.start : kept.stop : kept.step]
         if gaps == "refuse":
             _refuse_gaps(every, rig, by_camera)
         made = []
@@ -187,7 +199,7 @@ class DepthReader(ScanReader):
         self._damaged: dict[Path, str] = {}
         self._n_images = sum(map(len, self._images))
         files = [file for images in self._images for _, file in images]
-        found = Found([None] * len(every), numbers[0], step)
+        found = Found([None] * len(every), every.start, every.step)
         super().__init__(path, cameras, found, files)
         self.rig = rig
 
@@ -259,6 +271,7 @@ def open_scans(
     cameras: PathLike | None = None,
     gaps: Gaps = "refuse",
     corrections: Corrections = AS_STATED,
+    frames: slice | range | None = None,
 ) -> ScanReader:
     """Opens scans, to read them frame by frame.
 
@@ -273,6 +286,7 @@ def open_scans(
         gaps: "lost" if nothing was observed in frames, or by cameras, whose file is missing;
             "refuse" refuses such scans.
         corrections: how the cameras are meant, if not as their file should say it.
+        frames: the numbers of the first frame and of the one after the last; None means all.
 
     Raises:
         OSError: a file cannot be read.
@@ -280,6 +294,7 @@ def open_scans(
         ValueError: there are no scans, or the first one is damaged; the message names the file.
     """
     path = Path(path)
+    kept = slice(None) if frames is None else frames
     if cameras is None:
         beside = (path if path.is_dir() else path.parent) / CAMERAS
         cameras = beside if beside.is_file() else None
@@ -287,13 +302,13 @@ def open_scans(
     with naming(path):
         suffix = _suffix_in(path, None if rig is None else rig.rig)
         if suffix != SUFFIX:
-            return PointReader(path, suffix, rig, gaps)
+            return PointReader(path, suffix, rig, gaps, kept)
         if rig is None:
             raise ValueError(
                 f"depth images need cameras: {CAMERAS} beside them, or --cameras FILE (in Python, "
                 "cameras=)"
             )
-        return DepthReader(path, rig, gaps)
+        return DepthReader(path, rig, gaps, kept)
 
 
 def _suffix_in(path: Path, rig: Rig | None) -> str:
@@ -321,8 +336,8 @@ def _images_in(path: Path, rig: Rig) -> list[Path]:
     if path.is_dir():  # also the folders of cameras in it
         folders = [path, *(path / camera.name for camera in rig.cameras)]
         return [file for folder in folders for file in files_in(folder, SUFFIX)]
-    if "%" in path.name:
-        number, _, rest = path.name.partition("%")
+    if "%" in (pattern := with_conversion(path.name)):
+        number, _, rest = pattern.partition("%")
         end = rest.partition("d")[2]
         # A pattern may leave out the camera.
         ends = end, *(f"_{camera.name}{end}" for camera in rig.cameras)

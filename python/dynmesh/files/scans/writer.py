@@ -2,14 +2,16 @@
 
 import contextlib
 import shutil
+from collections.abc import Iterable
+from itertools import count
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
 from ...frames.scan import DepthScan, PointScan
-from ..lock import working_folder
+from ..lock import check_folder, working_folder
 from .cameras import Rig, write_cameras
 from .depth_files import SUFFIX, require_png, write_depth
 from .point_files import write_ply
@@ -28,8 +30,17 @@ class ScanFolder:
         remarks: remarks about the folder for the user, one line each.
     """
 
-    def __init__(self, path: Path, rig: Rig, *, overwrite: bool = False) -> None:
+    def __init__(
+        self,
+        path: Path,
+        rig: Rig,
+        *,
+        overwrite: bool = False,
+        numbers: Iterable[int] | None = None,
+    ) -> None:
         """Looks whether the folder can be written, and writes nothing yet.
+
+        The numbers are those of the frames, by default from 0.
 
         Raises:
             FileExistsError: the folder holds files, and not only scans that may be replaced.
@@ -38,12 +49,11 @@ class ScanFolder:
         self.path = path
         self.rig = rig
         self.remarks: list[str] = []
-        self._n_frames = 0
         self._overwrite = overwrite
+        self._numbers = count() if numbers is None else iter(numbers)
         self._working = contextlib.ExitStack()
         self._refuse_existing()
-        if not path.parent.is_dir():
-            raise FileNotFoundError(f"{path}: there is no folder {path.parent}")
+        check_folder(path)
 
     def _refuse_existing(self) -> None:
         path = self.path
@@ -85,26 +95,25 @@ class PointFolder(ScanFolder):
 
     def append(self, scan: PointScan) -> None:
         """Writes the next frame."""
-        file = self._hidden / f"frame_{self._n_frames:05d}.ply"
+        file = self._hidden / f"frame_{next(self._numbers):05d}.ply"
         write_ply(file, scan, self.rig.metres_per_unit)
-        self._n_frames += 1
 
 
 class DepthFolder(ScanFolder):
     """Depth images, as ``depth_00000_left.png``."""
 
-    def __init__(self, path: Path, rig: Rig, *, overwrite: bool = False) -> None:
+    def __init__(self, path: Path, rig: Rig, **options: Any) -> None:
         """Begins the folder; see :class:`ScanFolder`.
 
         Raises:
             ImportError: Pillow is not installed.
         """
         require_png()
-        super().__init__(path, rig, overwrite=overwrite)
+        super().__init__(path, rig, **options)
 
     def append(self, scan: DepthScan) -> None:
         """Writes the next frame, which has an image of every camera of the rig."""
+        number = next(self._numbers)
         for camera, depth in zip(self.rig.cameras, scan.depth, strict=True):
-            file = self._hidden / f"depth_{self._n_frames:05d}_{camera.name}{SUFFIX}"
+            file = self._hidden / f"depth_{number:05d}_{camera.name}{SUFFIX}"
             write_depth(file, np.asarray(depth), camera)
-        self._n_frames += 1

@@ -1,0 +1,73 @@
+"""STL, GLB and glTF: one mesh, such as a template; only read, by trimesh (extra `scans`).
+
+Vertices at the same position become one, since STL repeats them in every triangle, and glTF where
+texture coordinates or normals differ. Their order depends on that, so several such files are no
+sequence. All meshes of a scene become one, in the space of the scene. glTF is in metres, y up.
+"""
+
+from collections.abc import Iterator
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._extras import require
+from ..frames.frame import Frame
+from ..frames.header import Header
+from ..frames.reader import Reader
+from ..sequence import Positions
+from .format import Format
+
+
+class ModelReader(Reader):
+    """A mesh as a sequence of one frame."""
+
+    def __init__(self, path: Path) -> None:
+        """Reads the mesh."""
+        self._points, faces = _read(path)
+        k, dtype = len(self._points), self._points.dtype
+        up, unit = (None, None) if path.suffix.lower() == ".stl" else ("y", 1.0)
+        super().__init__(path, Header(faces, 1, k, dtype, up_axis=up, metres_per_unit=unit))
+
+    def _frames(self, numbers: range) -> Iterator[Frame]:
+        for _ in numbers:
+            yield Frame(self._points)
+
+
+def _read(path: Path) -> tuple[Positions, NDArray[np.int32]]:
+    """Returns the vertices, each once, in the order in which they occur, and the triangles."""
+    trimesh = require("trimesh", extra="scans")
+    kind = path.suffix.lower()[1:]
+    resolver = trimesh.visual.resolvers.FilePathResolver(path)
+    try:
+        mesh = trimesh.load(
+            BytesIO(path.read_bytes()),
+            file_type=kind,
+            force="mesh",
+            process=False,
+            resolver=resolver,
+        )
+        points = np.asarray(mesh.vertices, np.float64).reshape(-1, 3)
+        corners = np.asarray(getattr(mesh, "faces", np.zeros((0, 3))), np.int64).reshape(-1, 3)
+    except OSError:
+        raise
+    except Exception as error:  # of any kind if the file is damaged
+        raise ValueError(f"cannot be read as {kind.upper()}: {error}") from error
+    if not len(points):  # of a file that is cut, too
+        raise ValueError(f"cannot be read as {kind.upper()}: it has no vertices")
+    if not np.isfinite(points).all():
+        raise ValueError("has a vertex that is not finite")
+    _, first, same = np.unique(points, axis=0, return_index=True, return_inverse=True)
+    place = np.argsort(np.argsort(first))
+    return points[np.sort(first)], place[same.ravel()][corners].astype(np.int32)
+
+
+model = Format(
+    "model",
+    (".stl", ".glb", ".gltf"),
+    "one mesh of STL or glTF; only read",
+    ModelReader,
+    None,
+    library=("trimesh", "scans"),
+)

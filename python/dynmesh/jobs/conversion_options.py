@@ -1,0 +1,129 @@
+"""What can be asked of a sequence that is written anew: its frames, axis, unit, size and rate."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypedDict, get_args
+
+from .._checks import check_positive
+from .._errors import InputError
+from ..files import Reader, naming
+from ..files.conversion import Conversion
+from ..files.stated import Axis, StatedReader, Unit
+from ..frames.header import Header
+from ..frames.times import check_slice, slice_of, slice_text
+from .option import UNIT_NAMES, given, unit_of
+
+CONVERSION = "Frames, axes, units and rates"
+
+
+@dataclass(frozen=True, kw_only=True)
+class ConversionOptions:
+    """What can be asked of a conversion; :func:`dynmesh.convert_file` explains the options."""
+
+    frames: slice | range | None = given(
+        None,
+        "Only the frames from number A to before B, as slices of Python, which may have a step.",
+        CONVERSION,
+        metavar="A:B",
+        parse=slice_of,
+    )
+    up: Axis | None = given(
+        None, "The up axis of IN, where it does not state it.", CONVERSION, choices=get_args(Axis)
+    )
+    unit: Unit | None = given(
+        None,
+        f"The unit of length of IN, where it does not state it: {UNIT_NAMES}.",
+        CONVERSION,
+        metavar="UNIT",
+        parse=unit_of,
+    )
+    to_up: Axis | None = given(
+        None, "Turn the points so that this axis is up.", CONVERSION, choices=get_args(Axis)
+    )
+    to_unit: Unit | None = given(
+        None, "Scale the points to this unit.", CONVERSION, metavar="UNIT", parse=unit_of
+    )
+    scale: float | None = given(
+        None, "Multiply the points by this.", CONVERSION, float, metavar="FACTOR"
+    )
+    fps: float | None = given(
+        None,
+        "Frames per second. The frames stay as they are. [as in IN]",
+        CONVERSION,
+        float,
+        metavar="RATE",
+    )
+    retime: float | None = given(
+        None,
+        "Resample to this rate by linear interpolation.",
+        CONVERSION,
+        float,
+        metavar="RATE",
+    )
+
+    def check_conversion(self) -> None:
+        """Refuses options that no sequence can have; the others are checked with the sequence."""
+        if self.frames is not None:
+            check_slice("frames", self.frames)
+        for name in ("up", "to_up"):
+            value = getattr(self, name)
+            if value not in (None, *get_args(Axis)):
+                raise InputError(f"must be 'x', 'y' or 'z', not {value!r}", argument=name)
+        for name in ("fps", "scale", "retime"):
+            if getattr(self, name) is not None:
+                check_positive(name, getattr(self, name))
+
+    @property
+    def changed(self) -> list[str]:
+        """The names of the options that are given, but for `fps`."""
+        names = ConversionKeywords.__annotations__
+        return [name for name in names if name != "fps" and getattr(self, name) is not None]
+
+    def stated(self, reader: Reader) -> Reader:
+        """The frames that are asked for, of a sequence with the axis and unit that are stated.
+
+        Raises:
+            TypeError, ValueError: see :class:`StatedReader`; the message names the file.
+        """
+        if self.frames is None and self.up is None and self.unit is None:
+            return reader
+        frames = slice(None) if self.frames is None else self.frames
+        try:
+            with naming(reader.path):
+                return StatedReader(reader, self.up, self.unit, frames)
+        except BaseException:
+            reader.close()
+            raise
+
+    def conversion(self, header: Header, path: Path) -> Conversion:
+        """What becomes of a sequence with this header, read from a path.
+
+        Raises:
+            TypeError, ValueError: see :class:`Conversion`; the message names the file.
+        """
+        with naming(path):
+            return Conversion.of(
+                header,
+                to_up=self.to_up,
+                to_unit=self.to_unit,
+                scale=self.scale,
+                retime=self.retime,
+            )
+
+    def described_conversion(self) -> dict[str, Any]:
+        """What a checkpoint remembers of them."""
+        told = {name: getattr(self, name) for name in self.changed}
+        return told if self.frames is None else {**told, "frames": slice_text(self.frames)}
+
+
+class ConversionKeywords(TypedDict, total=False):
+    """The types of the options as keywords, for editors and type checkers."""
+
+    frames: slice | range | None
+    up: Axis | None
+    unit: Unit | None
+    to_up: Axis | None
+    to_unit: Unit | None
+    scale: float | None
+    fps: float | None
+    retime: float | None

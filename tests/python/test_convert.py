@@ -1,0 +1,295 @@
+"""Frames, axes, units and rates are converted alike by convert, complete and track."""
+
+import pickle
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from commands import dynmesh_command as run
+
+import dynmesh
+from dynmesh.files.stated import StatedReader
+from dynmesh.jobs.checkpoint import Checkpoint
+from dynmesh.jobs.job_table import read_jobs
+
+N = 10
+FIRST = 1001
+
+
+@pytest.fixture(scope="module")
+def truth() -> dynmesh.Sequence:
+    ocean = dynmesh.synth.ocean(N, grid=10, seed=3)
+    return replace(ocean, start=FIRST, fps=24.0, up_axis="z", metres_per_unit=0.01)
+
+
+@pytest.fixture(scope="module")
+def partial(truth: dynmesh.Sequence) -> dynmesh.Sequence:
+    known = np.random.default_rng(5).random((N, 100)) < 0.6
+    known[0] = known[2] = True
+    return replace(truth, known=known)
+
+
+def bare(sequence: dynmesh.Sequence) -> dynmesh.Sequence:
+    return replace(sequence, up_axis=None, metres_per_unit=None, fps=None)
+
+
+def assert_same(one: dynmesh.Sequence, other: dynmesh.Sequence, rtol: float = 1e-6) -> None:
+    size = float(np.abs(other.vertices).max())
+    np.testing.assert_allclose(one.vertices, other.vertices, rtol=rtol, atol=rtol * size)
+    ours, theirs = one.described(), other.described()
+    for name in ("times", "polygons"):
+        np.testing.assert_array_equal(ours.pop(name), theirs.pop(name))
+    assert ours == theirs
+    assert one.attributes().keys() == other.attributes().keys()
+    for name, values in one.attributes().items():
+        np.testing.assert_allclose(values, other.attributes()[name], rtol=rtol, err_msg=name)
+
+
+@pytest.mark.parametrize(("one", "other"), list(product("xyz", "xyz")))
+def test_a_turn_takes_one_axis_to_the_other(truth: dynmesh.Sequence, one: Any, other: Any) -> None:
+    made = dynmesh.convert(replace(truth, up_axis=one), to_up=other)
+    assert made.up_axis == other
+    a, b = "xyz".index(one), "xyz".index(other)
+    np.testing.assert_array_equal(made.vertices[..., b], truth.vertices[..., a])
+    # A rotation keeps distances, and which side of a triangle is its front.
+    frame, turned = (points[3][truth.faces[0]].astype(float) for points in (truth, made))
+    before, after = (np.linalg.norm(np.diff(p, axis=0), axis=1) for p in (frame, turned))
+    np.testing.assert_allclose(after, before, rtol=1e-6)
+    assert np.linalg.det(turned) == pytest.approx(np.linalg.det(frame))
+    back = dynmesh.convert(made, to_up=one)
+    np.testing.assert_array_equal(back.vertices, truth.vertices)
+
+
+def test_units_and_scale(partial: dynmesh.Sequence) -> None:
+    made = dynmesh.complete(partial, uncertainty=True)
+    inches = dynmesh.convert(made, to_unit="inch", scale=2)
+    assert inches.metres_per_unit == 0.0254
+    factor = 2 * 0.01 / 0.0254
+    np.testing.assert_allclose(inches.vertices, factor * made.vertices, rtol=1e-6)
+    assert inches.standard_error is not None
+    assert made.standard_error is not None
+    np.testing.assert_allclose(inches.standard_error, factor * made.standard_error, rtol=1e-6)
+    np.testing.assert_array_equal(inches.age, made.age)
+    with pytest.raises(ValueError, match="scale: takes points out of the range of float32"):
+        dynmesh.convert(made, scale=1e38)
+
+
+@pytest.mark.parametrize("times", [None, np.array([0, 1, 3, 4, 5, 6, 7, 8, 9, 12.0]) + FIRST])
+@pytest.mark.parametrize("rate", [30.0, 24.0, 10.0])
+def test_resampling_is_exact_where_motion_is_even(
+    truth: dynmesh.Sequence, times: np.ndarray | None, rate: float
+) -> None:
+    numbers = np.arange(N, dtype=float) if times is None else times - FIRST
+    moving = truth.vertices[:1] + numbers[:, None, None] / 24 * np.array([1.0, 2, -3])
+    even = replace(truth, vertices=moving, times=times)
+    made = dynmesh.convert(even, retime=rate)
+    assert (made.fps, made.start, made.times) == (rate, FIRST, None)
+    seconds = np.arange(len(made)) / rate
+    assert seconds[-1] <= numbers[-1] / 24 + 1e-9 < seconds[-1] + 1 / rate
+    expected = truth.vertices[:1] + seconds[:, None, None] * np.array([1.0, 2, -3])
+    np.testing.assert_allclose(made.vertices, expected, atol=1e-9)
+
+
+def test_a_vertex_between_frames_is_known_if_it_is_in_both(partial: dynmesh.Sequence) -> None:
+    assert partial.known is not None
+    made = dynmesh.convert(partial, retime=48)
+    assert made.known is not None
+    assert len(made) == 2 * N - 1
+    np.testing.assert_array_equal(made.known[::2], partial.known)
+    np.testing.assert_array_equal(made.known[1::2], partial.known[:-1] & partial.known[1:])
+    np.testing.assert_array_equal(made.vertices[::2], partial.vertices)
+    nan = np.where(partial.known[..., None], partial.vertices, np.nan)
+    unmasked = dynmesh.convert(replace(partial, vertices=nan, known=None), retime=48)
+    np.testing.assert_array_equal(np.isfinite(unmasked.vertices).all(axis=2), made.known)
+
+
+def test_a_rate_alone_changes_no_frame(truth: dynmesh.Sequence) -> None:
+    assert_same(dynmesh.convert(truth, fps=25), replace(truth, fps=25.0), 0)
+
+
+CONVERSIONS: list[dict[str, Any]] = [
+    {"to_up": "y", "to_unit": "m"},
+    {"scale": 3.0, "fps": 25.0},
+    {"retime": 30.0},
+    {"frames": slice(1003, 1008)},
+    {"frames": slice(1003, None, 3), "to_up": "x", "retime": 12.0},
+]
+
+
+@pytest.mark.parametrize("options", CONVERSIONS, ids=str)
+def test_completion_converts_what_it_completes(
+    partial: dynmesh.Sequence, tmp_path: Path, options: dict[str, Any]
+) -> None:
+    path = tmp_path / "partial.npz"
+    dynmesh.write(path, partial)
+    given: dict[str, Any] = {"provenance": True, "uncertainty": True}
+    report = dynmesh.complete_file(path, tmp_path / "a.npz", **given, **options)
+    frames = options.get("frames", slice(None))
+    begin, step = (frames.start or FIRST) - FIRST, frames.step
+    cut = partial[begin : frames.stop and frames.stop - FIRST : step]
+    assert (report.frames, report.start) == (len(cut), FIRST + begin)
+    whole = dynmesh.complete(cut, uncertainty=True)
+    rest = {name: value for name, value in options.items() if name != "frames"}
+    assert_same(dynmesh.read(tmp_path / "a.npz"), dynmesh.convert(whole, **rest))
+    said = [remark for remark in report.remarks if "linear interpolation" in remark]
+    assert len(said) == ("retime" in options)
+
+
+@pytest.mark.parametrize("options", CONVERSIONS, ids=str)
+def test_files_are_converted_as_sequences_are(
+    partial: dynmesh.Sequence, tmp_path: Path, options: dict[str, Any]
+) -> None:
+    dynmesh.write(tmp_path / "in.npz", partial)
+    report = dynmesh.convert_file(tmp_path / "in.npz", tmp_path / "out.npz", **options)
+    made = dynmesh.read(tmp_path / "out.npz")
+    assert_same(made, dynmesh.convert(partial, **options), 0)
+    assert (report.frames, report.vertices) == made.vertices.shape[:2]
+
+
+def test_tracking_converts_what_it_tracks(truth: dynmesh.Sequence, tmp_path: Path) -> None:
+    mesh = replace(truth, metres_per_unit=None, up_axis=None)
+    dynmesh.write(tmp_path / "truth.npz", mesh)
+    dynmesh.write(tmp_path / "body.obj", mesh[2:3])
+    scan = ("--scan", "--points", "900", "--cameras", "2", "--up", "z")
+    run("degrade", tmp_path / "truth.npz", tmp_path / "scans", *scan)
+    template = tmp_path / "body.obj"
+    frames = slice(1003, 1008)
+    plain: dict[str, Any] = {"template": template, "frames": frames, "provenance": True}
+    dynmesh.track_file(tmp_path / "scans", tmp_path / "a.npz", **plain)
+    tracked = dynmesh.read(tmp_path / "a.npz")
+    assert (tracked.start, len(tracked)) == (1003, 5)
+    options: dict[str, Any] = {"to_up": "y", "to_unit": "m", "retime": 30.0}
+    said: dict[str, Any] = {"up": "z", "unit": "cm", "fps": 24.0}
+    dynmesh.track_file(tmp_path / "scans", tmp_path / "b.npz", **plain, **options, **said)
+    assert_same(dynmesh.read(tmp_path / "b.npz"), dynmesh.convert(tracked, **options, **said))
+
+
+def test_what_a_file_states_is_not_contradicted(truth: dynmesh.Sequence, tmp_path: Path) -> None:
+    stated = dynmesh.convert(bare(truth), up="y", unit="mm")
+    assert (stated.up_axis, stated.metres_per_unit) == ("y", 0.001)
+    np.testing.assert_array_equal(stated.vertices, truth.vertices)
+    assert dynmesh.convert(truth, up="z", unit=0.01).metres_per_unit == 0.01
+    path = tmp_path / "truth.npz"
+    dynmesh.write(path, truth)
+    contradictions: tuple[tuple[dict[str, Any], str], ...] = (
+        ({"up": "y"}, "up: the file states z, not y"),
+        ({"unit": "m"}, "unit: the file states units of 0.01 m, not 1 m"),
+    )
+    for options, told in contradictions:
+        for function in (dynmesh.convert_file, dynmesh.complete_file):
+            with pytest.raises(ValueError, match=f"truth.npz: {told}"):
+                function(path, tmp_path / "out.npz", **options)
+        with pytest.raises(ValueError, match=f"truth.npz: {told}"):
+            dynmesh.track_file(path, tmp_path / "out.npz", template=path, **options)
+
+
+def test_usd_gets_axis_and_unit(truth: dynmesh.Sequence, tmp_path: Path) -> None:
+    usd, geometry = pytest.importorskip("pxr.Usd"), pytest.importorskip("pxr.UsdGeom")
+    plain = tmp_path / "plain.obj"
+    dynmesh.write(plain, bare(truth)[:1])
+    said = run("convert", plain, tmp_path / "a.usd").stderr
+    assert "will assume that y is up and a unit is 1 cm" in said
+    said = run("convert", plain, tmp_path / "b.usd", "--up", "z", "--unit", "inch").stderr
+    assert "assume" not in said
+    stage = usd.Stage.Open(str(tmp_path / "b.usd"))
+    assert geometry.GetStageUpAxis(stage) == "Z"
+    assert geometry.GetStageMetersPerUnit(stage) == 0.0254
+    points = [dynmesh.read(tmp_path / name).vertices for name in ("a.usd", "b.usd", "plain.obj")]
+    np.testing.assert_array_equal(points[0], points[1])
+    np.testing.assert_array_equal(points[0], points[2].astype(np.float32))
+    refused = run("convert", plain, tmp_path / "c.usd", "--up", "x", code=1).stderr
+    assert "c.usd: USD has y or z up, not x; --to-up" in refused
+    run("convert", plain, tmp_path / "c.usd", "--up", "x", "--to-up", "z")
+
+
+def test_a_scene_is_left_out_if_its_mesh_moves(truth: dynmesh.Sequence, tmp_path: Path) -> None:
+    pytest.importorskip("alembic3d")
+    dynmesh.write(tmp_path / "a.abc", bare(truth))
+    kept = dynmesh.convert_file(tmp_path / "a.abc", tmp_path / "b.abc", up="z", unit="m")
+    assert kept.remarks == ()
+    made = dynmesh.read(tmp_path / "b.abc")
+    assert (made.up_axis, made.metres_per_unit) == ("z", 1)
+    turned = dynmesh.convert_file(tmp_path / "b.abc", tmp_path / "c.abc", to_up="y")
+    assert turned.remarks[0].startswith("the other objects of the scene are left out")
+    again = dynmesh.read(tmp_path / "c.abc")
+    assert again.up_axis == "y"
+    np.testing.assert_array_equal(again.vertices[..., 1], made.vertices[..., 2])
+
+
+def test_an_interrupted_conversion_is_continued(
+    partial: dynmesh.Sequence, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Checkpoint, "least_seconds_between", 0.0)
+    monkeypatch.setattr(Checkpoint, "most_of_the_time", 1e9)
+    path, output = tmp_path / "partial.npz", tmp_path / "out.npz"
+    dynmesh.write(path, partial)
+    options: dict[str, Any] = {"to_up": "y", "scale": 2.0, "frames": slice(1002, 1009)}
+
+    def stopped(frames: Iterator[Any], *_: int) -> Iterator[Any]:
+        for number, frame in enumerate(frames):
+            if number == 4:
+                raise KeyboardInterrupt
+            yield frame
+
+    with pytest.raises(KeyboardInterrupt):
+        dynmesh.complete_file(path, output, watch=stopped, **options)
+    other = {**options, "frames": slice(1002, 1008)}
+    with pytest.raises(ValueError, match="frames changed"):
+        dynmesh.complete_file(path, output, resume=True, **other)
+    assert dynmesh.complete_file(path, output, resume=True, **options).resumed_at == 4
+    dynmesh.complete_file(path, tmp_path / "whole.npz", **options)
+    assert_same(dynmesh.read(output), dynmesh.read(tmp_path / "whole.npz"), 0)
+    with pytest.raises(ValueError, match="retime: an output with resampled frames cannot be"):
+        dynmesh.complete_file(path, output, resume=True, retime=30)
+
+
+def test_frames_of_files_of_which_some_are_lost(partial: dynmesh.Sequence, tmp_path: Path) -> None:
+    assert partial.known is not None
+    zeros = np.where(partial.known[..., None], partial.vertices, 0).astype(np.float32)
+    dynmesh.write(tmp_path / "s_%04d.ply", replace(partial, vertices=zeros, known=None))
+    (tmp_path / "s_1005.ply").unlink()
+    source: Any = {"gaps": "lost", "missing": "zero"}
+    report = dynmesh.complete_file(
+        tmp_path / "s_%04d.ply", tmp_path / "o_%04d.ply", source=source, frames=slice(1003, 1007)
+    )
+    assert (report.frames, report.empty) == (4, 1)
+    names = sorted(file.name for file in tmp_path.glob("o_*.ply"))
+    assert names == [f"o_{number}.ply" for number in range(1003, 1007)]
+    known = partial.known[2:6].copy()
+    known[2] = False
+    made = dynmesh.complete(replace(partial[2:6], known=known))
+    np.testing.assert_allclose(dynmesh.read(tmp_path / "o_%04d.ply").vertices, made.vertices)
+
+
+def test_a_reader_of_some_frames_counts_them_itself(
+    truth: dynmesh.Sequence, tmp_path: Path
+) -> None:
+    zeros = truth.vertices.copy()
+    zeros[:, 7] = 0
+    dynmesh.write(tmp_path / "s_%04d.ply", replace(truth, vertices=zeros))
+    (tmp_path / "s_1005.ply").unlink()
+    every = dynmesh.open(tmp_path / "s_%04d.ply", missing="zero", gaps="lost")
+    with StatedReader(every, None, None, slice(1003, 1007)) as reader:
+        assert set(reader.lost) == {2}
+        for number in (0, 1):  # zeros are positions in the frame that is said to be whole
+            reader.whole = number
+            said = [frame.known.all() for frame in reader if frame.known is not None]
+            assert said == [number == 0, number == 1, False, False]
+
+
+def test_tables_of_jobs_convert_too(partial: dynmesh.Sequence, tmp_path: Path) -> None:
+    dynmesh.write(tmp_path / "in.npz", partial)
+    table = "input,output,frames,to_up,retime\nin.npz,a.npz,1003:1008,y,\nin.npz,b.npz,,,30\n"
+    (tmp_path / "jobs.csv").write_text(table)
+    for _ in range(2):  # the second time, nothing is left to do
+        run("batch", tmp_path / "jobs.csv")
+        made = [dynmesh.read(tmp_path / name) for name in ("a.npz", "b.npz")]
+    for job in read_jobs(tmp_path / "jobs.csv"):  # other processes take them
+        assert pickle.loads(pickle.dumps(job)) == job
+    whole = [dynmesh.complete(one) for one in (partial[2:7], partial)]
+    np.testing.assert_allclose(made[0].vertices, dynmesh.convert(whole[0], to_up="y").vertices)
+    np.testing.assert_allclose(made[1].vertices, dynmesh.convert(whole[1], retime=30).vertices)

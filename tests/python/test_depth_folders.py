@@ -1,0 +1,120 @@
+"""Folders of depth images: which image is of which camera and frame, and lost ones."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from scan_files import a_rig, saved, seen, some_points, three_frames
+
+from dynmesh._errors import DynmeshError
+from dynmesh.files.scans import DepthFolder, DepthScan, Rig, open_scans, write_cameras
+
+
+def test_depth_images_come_back_to_half_a_count(tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    rig = a_rig(2)
+    images = rng.uniform(0.5, 60.0, (3, 2, 6, 8)).astype(np.float32)
+    images[0, 0, 2, 3] = 0
+    images[1, 1, 0, 0] = 70.0  # more than 65535 counts
+    matrices = [np.asarray(camera.intrinsics) for camera in rig.cameras]
+    poses = [camera.camera_to_world for camera in rig.cameras]
+    with DepthFolder(tmp_path / "scans", rig) as folder:
+        for pair in images:
+            folder.append(DepthScan(list(pair), matrices, poses))
+    images[1, 1, 0, 0] = 0
+    reader = open_scans(tmp_path / "scans")
+    for pair, found in zip(images, reader, strict=True):
+        assert isinstance(found, DepthScan)
+        np.testing.assert_allclose(found.depth, pair, atol=0.0005 + 1e-5)
+        assert (np.array(found.depth) == 0).sum() == (pair == 0).sum()
+        np.testing.assert_array_equal(found.intrinsics, matrices)
+        np.testing.assert_array_equal(found.poses, poses)
+
+
+def test_gaps_are_refused_or_lost(tmp_path: Path) -> None:
+    for number in (10, 12, 13):
+        np.save(tmp_path / f"scan_{number}.npy", some_points().points)
+    with pytest.raises(ValueError, match=r"scan_11\.npy is missing"):
+        open_scans(tmp_path)
+    reader = open_scans(tmp_path, gaps="lost")
+    assert [scan is None for scan in reader] == [False, True, False, False]
+    assert (reader.start, reader.step) == (10, 1)
+
+
+def test_images_of_one_camera_may_be_lost(tmp_path: Path) -> None:
+    rig = a_rig(2)
+    image = np.ones((6, 8), np.float32)
+    with DepthFolder(tmp_path / "s", rig) as folder:
+        for _ in range(3):
+            folder.append(DepthScan([image, image], [], []))
+    (tmp_path / "s" / "depth_00001_c1.png").unlink()
+    found = list(open_scans(tmp_path / "s", gaps="lost"))
+    assert [len(scan.depth) for scan in found if isinstance(scan, DepthScan)] == [2, 1, 2]
+    for path in ("depth_%05d_c0.png", "depth_*_c0.png", "depth_%05d.png"):
+        reader = open_scans(tmp_path / "s" / path, gaps="lost")
+        assert reader.n_frames == 3
+
+
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [
+        (b"", "is empty"),
+        (saved(Image.new("I;16", (8, 6), 7))[:60], "cut or damaged"),
+        (saved(Image.new("I;16", (8, 7), 7)), "8 x 7"),
+        (None, "cannot be read"),
+    ],
+)
+def test_damaged_images_are_lost(tmp_path: Path, content: bytes | None, told: str) -> None:
+    folder = three_frames(tmp_path / "s")
+    for name in ("00000_c0", "00001_c0", "00001_c1"):
+        file = folder / f"depth_{name}.png"
+        file.unlink()
+        if content is None:
+            file.mkdir()
+        else:
+            file.write_bytes(content)
+    reader = open_scans(folder)
+    assert seen(reader) == [[("c1", 1)], [], [("c0", 3), ("c1", 3)]]
+    assert len(reader.lost) == 3
+    assert all(told in why for why in reader.lost)
+    (folder / "depth_00002_c1.png").unlink()
+    reader = open_scans(folder, gaps="lost")
+    assert seen(reader) == [[("c1", 1)], [], [("c0", 3)]]
+    assert "'c1'" in reader.lost[-1]
+    assert "frame 2" in reader.lost[-1]
+
+
+def test_the_size_of_most_images_counts(tmp_path: Path) -> None:
+    folder = three_frames(tmp_path / "s")
+    cameras = folder / "cameras.json"
+    write_cameras(cameras, Rig(tuple(replace(c, size=None) for c in a_rig(2).cameras)))
+    (folder / "depth_00000_c0.png").write_bytes(saved(Image.new("I;16", (9, 6), 7)))
+    assert seen(open_scans(folder))[0] == [("c1", 1)]
+
+
+def test_a_camera_with_other_images_only_is_refused(tmp_path: Path) -> None:
+    folder = three_frames(tmp_path / "s")
+    for file in folder.glob("*_c1.png"):
+        file.write_bytes(saved(Image.new("I;16", (9, 6), 7)))
+    with pytest.raises(
+        DynmeshError, match=r"_c1\.png: has 9 x 6 pixels, but camera 'c1' has 8 x 6"
+    ):
+        open_scans(folder)
+
+
+@pytest.mark.parametrize("named", ["{camera}/{n}", "{camera}/frame_{n}", "{camera}/d_{n}_{camera}"])
+@pytest.mark.parametrize("names", ["01", "ab"])
+def test_each_camera_may_have_a_folder(tmp_path: Path, named: str, names: str) -> None:
+    rig = Rig(tuple(replace(c, name=n) for c, n in zip(a_rig(2).cameras, names, strict=True)))
+    write_cameras(tmp_path / "cameras.json", rig)
+    for number in range(2):
+        for camera in names:
+            file = tmp_path / (named.format(camera=camera, n=number) + ".png")
+            file.parent.mkdir(exist_ok=True)
+            file.write_bytes(saved(Image.new("I;16", (8, 6), 1000 + number)))
+    expected = [[(camera, 1 + number / 1000) for camera in names] for number in range(2)]
+    assert seen(open_scans(tmp_path)) == expected
+    glob = open_scans(tmp_path / "*" / "*.png", cameras=tmp_path / "cameras.json")
+    assert seen(glob) == expected

@@ -1,0 +1,133 @@
+"""PNG files of depths: other, damaged and vast ones."""
+
+import struct
+import tracemalloc
+import zlib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from scan_files import a_rig, saved
+
+from dynmesh._errors import DynmeshError
+from dynmesh.files.scans import open_scans, write_cameras
+from dynmesh.files.scans.depth_files import read_depth
+
+
+def png(mode: str, size: tuple[int, int] = (8, 6)) -> bytes:
+    """An image of another kind."""
+    image = Image.new(mode, size)
+    image.putpixel((3, 2), 1234 if mode == "I;16" else 0)
+    return saved(image)
+
+
+def chunk(kind: bytes, content: bytes) -> bytes:
+    """A part of a PNG file."""
+    return (
+        struct.pack(">I", len(content)) + kind + content
+        + struct.pack(">I", zlib.crc32(kind + content))
+    )  # fmt: skip
+
+
+def sized(image: bytes, width: int, height: int) -> bytes:
+    """The image with a header that states another size."""
+    return image[:8] + chunk(b"IHDR", struct.pack(">II", width, height) + image[24:29]) + image[33:]
+
+
+def with_data(rows: bytes, interlaced: int = 0) -> bytes:
+    """An image of 8 x 6 pixels with this as the compressed image data."""
+    header = struct.pack(">IIBBBBB", 8, 6, 16, 0, 0, 0, interlaced)
+    return png("I;16")[:8] + chunk(b"IHDR", header) + chunk(b"IDAT", rows) + chunk(b"IEND", b"")
+
+
+def noisy() -> bytes:
+    """An image whose pixels are all different, so that each bit of the file counts."""
+    return saved(Image.fromarray(np.random.default_rng(5).integers(1, 65535, (6, 8), np.uint16)))
+
+
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [
+        (png("L"), "one channel of 16 bits, .* but has one channel of 8 bits$"),
+        (png("P"), "one channel of 16 bits, .* but has a palette of 1 bit$"),
+        (png("I;16", (4, 4)), "has 4 x 4 pixels, but camera 'c0' has 8 x 6"),
+        (sized(png("I;16"), 60000, 60000), "has 60000 x 60000 pixels, but camera 'c0' has 8 x 6"),
+        (with_data(zlib.compress(bytes(102))[:-1] + b"!"), "decompressed: .*incorrect data check"),
+        (with_data(zlib.compress(bytes(102))[:-4]), "should be 102 bytes .* but end after 102$"),
+        (with_data(zlib.compress(bytes(101))), "should be 102 bytes .* but end after 101$"),
+        (with_data(zlib.compress(bytes(103))), "should be 102 bytes .* but go on$"),
+        (with_data(zlib.compress(b"\x09" * 102)), "is a PNG image that is cut or damaged: "),
+        (b"P5 2 2 65535\n" + struct.pack(">4H", 1, 2, 3, 4), "is not a PNG image: it begins with"),
+    ],
+)
+def test_other_images_are_refused(tmp_path: Path, content: bytes, told: str) -> None:
+    write_cameras(tmp_path / "cameras.json", a_rig(1))
+    (tmp_path / "depth_00000_c0.png").write_bytes(content)
+    with pytest.raises(ValueError, match=f"depth_00000_c0.png: .*{told.replace('$', '(;|$)')}"):
+        list(open_scans(tmp_path))
+
+
+def test_each_flipped_bit_and_each_lost_byte_of_an_image_is_noticed(tmp_path: Path) -> None:
+    content, camera = noisy(), replace(a_rig(1).cameras[0], size=None)
+    file = tmp_path / "image.png"
+    file.write_bytes(content)
+    read_depth(file, camera)
+    for length in range(len(content)):
+        file.write_bytes(content[:length])
+        with pytest.raises(
+            DynmeshError, match=r"image\.png: is (empty|not a PNG|a PNG image that)"
+        ):
+            read_depth(file, camera)
+    for place in range(8 * len(content)):
+        damaged = bytearray(content)
+        damaged[place // 8] ^= 1 << place % 8
+        file.write_bytes(damaged)
+        with pytest.raises(DynmeshError, match=r"image\.png: "):
+            read_depth(file, camera)
+
+
+def test_what_follows_the_image_in_its_file_does_not_matter(tmp_path: Path) -> None:
+    content, camera = noisy(), a_rig(1).cameras[0]
+    file = tmp_path / "image.png"
+    file.write_bytes(content)
+    expected = read_depth(file, camera)
+    for kind, profile in ((b"iCCP", b""), (b"iCCP", b"name"), (b"tEXt", b"no end"), (b"acTL", b"")):
+        file.write_bytes(content[:-12] + chunk(kind, profile) + content[-12:])
+        np.testing.assert_array_equal(read_depth(file, camera), expected)
+    file.write_bytes(content + b"more")
+    np.testing.assert_array_equal(read_depth(file, camera), expected)
+
+
+def test_interlaced_images_are_read(tmp_path: Path) -> None:
+    pixels = np.random.default_rng(5).integers(1, 65535, (6, 8), np.uint16)
+    starts = [(0, 0, 8, 8), (0, 4, 8, 8), (4, 0, 8, 4), (0, 2, 4, 4), (2, 0, 4, 2), (0, 1, 2, 2)]
+    rows = b"".join(
+        b"\0" + row.astype(">u2").tobytes()
+        for top, left, down, right in [*starts, (1, 0, 2, 1)]
+        for row in pixels[top::down, left::right]
+    )
+    (tmp_path / "image.png").write_bytes(with_data(zlib.compress(rows), interlaced=1))
+    camera = replace(a_rig(1).cameras[0], depth_scale=1.0)
+    np.testing.assert_array_equal(read_depth(tmp_path / "image.png", camera), pixels)
+
+
+@pytest.mark.parametrize("stated", [True, False])
+def test_a_vast_image_is_refused_before_it_is_decompressed(tmp_path: Path, stated: bool) -> None:
+    side = 8200
+    rows = zlib.compress(bytes(side * (1 + 2 * side)), 1)
+    file = tmp_path / "image.png"
+    file.write_bytes(sized(with_data(rows), side, side))
+    (camera,) = a_rig(1).cameras
+    told = f"has {side} x {side} pixels, but camera 'c0' has 8 x 6"
+    if not stated:
+        camera = replace(camera, size=None)
+        told = f"is damaged, or too large: its header states {side} x {side} pixels, more than"
+    tracemalloc.start()
+    try:
+        with pytest.raises(DynmeshError, match=told):
+            read_depth(file, camera)
+        assert tracemalloc.get_traced_memory()[1] < side**2
+    finally:
+        tracemalloc.stop()

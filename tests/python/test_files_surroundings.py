@@ -1,0 +1,148 @@
+"""What OBJ and PLY files hold beside positions and faces is kept."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+import dynmesh
+from dynmesh.files.ply import read_elements
+
+OBJ = """# made by hand
+# up_axis z
+mtllib skins/body.mtl
+o body
+v 0 0 0 1 0 0
+v 1 0 0 0 1 0
+v 1 1 0 0 0 1
+v 0 1 0 1 1 1
+v 0.5 0.5 1 0 0 0
+vt 0 0
+vt 1 0
+vt 0.5 1
+vn 0 0 -1
+vn 0 0 1
+vn 1 0 0
+vn 0 1 0
+g base
+usemtl skin
+f 4/1/1 3/2/1 2/3/1 1/1/1
+g sides
+s off
+f 1/1/2 2/2/2 5/3/2
+f 2/1/3 \\
+ 3/2/3 5/3/3
+f -3/1/4 -2/2/4 -1/3/4
+f 4/1 1/2 5/3
+"""
+TURN = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
+
+
+def words_of(file: Path, *without: str) -> list[list[str]]:
+    """The words of every line, except of those that begin with one of some."""
+    content = file.read_text().replace("\\\n", " ")
+    lines = [line.split() for line in content.splitlines()]
+    return [words for words in lines if words and words[0] not in without]
+
+
+def numbers(file: Path, keyword: str) -> NDArray[np.float64]:
+    lines = [words[1:] for words in words_of(file) if words[0] == keyword]
+    return np.array(lines, np.float64)
+
+
+def test_obj_keeps_everything_but_positions_and_normals(tmp_path: Path) -> None:
+    source = tmp_path / "in" / "body_0001.obj"
+    source.parent.mkdir()
+    source.write_text(OBJ)
+    (tmp_path / "out").mkdir()
+    with dynmesh.open(source.with_name("body_%04d.obj")) as reader:
+        (frame,) = reader
+        with dynmesh.create(tmp_path / "out" / "a_%04d.obj", reader.header) as writer:
+            writer.append(frame.points @ TURN.T + 5)
+    made = tmp_path / "out" / "a_0001.obj"
+    moving = "v", "vn", "mtllib", "#"
+    assert words_of(made, *moving) == words_of(source, *moving)
+    (library,) = (words for words in words_of(made) if words[0] == "mtllib")
+    assert library == ["mtllib", "../in/skins/body.mtl"]  # from the folder of the file
+    before, after = numbers(source, "v"), numbers(made, "v")
+    np.testing.assert_array_equal(after[:, 3:], before[:, 3:])
+    np.testing.assert_array_equal(after[:, :3], before[:, :3] @ TURN.T + 5)
+    expected = []
+    for corners in ([4, 3, 2, 1], [1, 2, 5], [2, 3, 5], [3, 4, 5]):
+        a, b, c = before[np.array(corners[:3]) - 1, :3] @ TURN.T
+        normal = np.cross(b - a, c - a)
+        expected.append(normal / np.linalg.norm(normal))
+    np.testing.assert_allclose(numbers(made, "vn"), expected, atol=1e-5)
+    again: Any = trimesh.load(made, process=False, group_material=False)  # another reader
+    assert len(again.faces) == 6
+
+
+PLY = """ply
+format ascii 1.0
+element vertex 4
+property float nx
+property float x
+property float y
+property float z
+property float ny
+property float nz
+property uchar red
+property double quality
+element face 2
+property list uchar int vertex_indices
+property list uchar float texcoord
+property short label
+element edge 1
+property int vertex1
+property int vertex2
+end_header
+0 0 0 0 0 1 10 0.25
+0 1 0 0 0 1 11 0.5
+0 0 1 0 0 1 12 0.75
+0 1 1 0 0 1 13 1e-300
+3 0 1 2 6 0 0 1 0 0 1 7
+3 2 1 3 6 0.5 0.25 1 0 1 1 -9
+0 3
+"""
+
+
+def test_ply_keeps_properties_and_elements(tmp_path: Path) -> None:
+    (tmp_path / "in_0007.ply").write_text(PLY)
+    with dynmesh.open(tmp_path / "in_%04d.ply") as reader:
+        (frame,) = reader
+        with dynmesh.create(tmp_path / "out_%04d.ply", reader.header) as writer:
+            writer.append(frame.points[:, [2, 0, 1]])
+    assert not writer.remarks
+    before, _ = read_elements(tmp_path / "in_0007.ply")
+    after, _ = read_elements(tmp_path / "out_0007.ply")
+    assert before.keys() == after.keys()
+    vertices = after["vertex"]
+    np.testing.assert_allclose(vertices.pop("nx"), 1)  # turned with the positions
+    assert {name: before[name].keys() for name in ("face", "edge")} == {
+        name: after[name].keys() for name in ("face", "edge")
+    }
+    for element, names in (
+        ("vertex", ("red", "quality")),
+        ("face", before["face"]),
+        ("edge", before["edge"]),
+    ):
+        for name in names:
+            for old, new in zip(before[element][name], after[element][name], strict=True):
+                np.testing.assert_array_equal(old, new)
+    again: Any = trimesh.load(tmp_path / "out_0007.ply", process=False)  # another reader
+    moved = frame.points[:, [2, 0, 1]]  # which it may split where texture coordinates differ
+    np.testing.assert_array_equal(again.vertices[again.faces], moved[[[0, 1, 2], [2, 1, 3]]])
+
+
+def test_what_is_lost_is_said(tmp_path: Path) -> None:
+    (tmp_path / "in_0001.obj").write_text(OBJ)
+    with (
+        dynmesh.open(tmp_path / "in_%04d.obj") as reader,
+        dynmesh.create(tmp_path / "out.npz", reader.header) as writer,
+    ):
+        writer.append(next(iter(reader)).points)
+    (remark,) = writer.remarks
+    assert "colours, groups, materials, normals and texture coordinates" in remark
+    assert "in_0001.obj" in remark

@@ -1,0 +1,142 @@
+"""Frames are called by the numbers that they have in their file."""
+
+import csv
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from commands import dynmesh_command as run
+
+import dynmesh
+from dynmesh.frames.header import header_of
+from dynmesh.frames.times import frame_numbers, indices_of, slice_of
+
+N = 8
+FIRST = 1001
+
+
+@pytest.fixture(scope="module")
+def truth() -> dynmesh.Sequence:
+    """A shot that starts at 1001."""
+    return replace(dynmesh.synth.ocean(N, grid=10, seed=3), start=FIRST)
+
+
+@pytest.fixture(scope="module")
+def partial(truth: dynmesh.Sequence) -> dynmesh.Sequence:
+    """Only frame 1004 is whole; in frame 1006, a known vertex is not finite."""
+    known = np.random.default_rng(5).random((N, 100)) < 0.6
+    known[3] = True
+    return replace(truth, known=known)
+
+
+@pytest.fixture
+def folder(tmp_path: Path, truth: dynmesh.Sequence, partial: dynmesh.Sequence) -> Path:
+    dynmesh.write(tmp_path / "truth.npz", truth)
+    dynmesh.write(tmp_path / "partial.npz", partial)
+    return tmp_path
+
+
+def broken(partial: dynmesh.Sequence) -> dynmesh.Sequence:
+    vertices = partial.vertices.copy()
+    assert partial.known is not None
+    vertices[5][partial.known[5]] = np.nan
+    return replace(partial, vertices=vertices)
+
+
+def test_completion_and_evaluation(folder: Path) -> None:
+    path, made = folder / "partial.npz", folder / "made.npz"
+    said = run("complete", path, made, "--start", "1004").stderr
+    assert "vertices beside frame 1004" in said
+    assert "completion started from frame 1004" in run("complete", path, folder / "b.npz").stderr
+    assert dynmesh.read(made).start == FIRST
+    refused = run("complete", path, folder / "c.npz", "--start", "3", code=1).stderr
+    assert "partial.npz: start: there is no frame 3, only 1001 to 1008" in refused
+    table = folder / "errors.csv"
+    options = ("--frames", "1002:1005", "--csv", table, "--json")
+    whole = json.loads(run("evaluate", made, folder / "truth.npz", *options).stdout)
+    with table.open() as file:
+        rows = list(csv.DictReader(file))
+    assert [row["frame"] for row in rows] == ["1002", "1003", "1004"]
+    assert float(rows[2]["maximum"]) == 0  # the frame that was whole
+    assert whole["summary"]["maximum"] == max(float(row["maximum"]) for row in rows) > 0
+
+
+def test_messages(partial: dynmesh.Sequence, folder: Path) -> None:
+    path = folder / "broken.npz"
+    dynmesh.write(path, broken(partial))
+    refused = run("complete", path, folder / "a.npz", code=1).stderr
+    assert f"{path}: frame 1006: " in refused
+    refused = run("complete", path, folder / "a.npz", "--start", "best", code=1).stderr
+    assert f"{path}: frame 1006: " in refused
+    with pytest.raises(dynmesh.DynmeshError) as caught:
+        dynmesh.complete(broken(partial))
+    assert caught.value.frame == 1006
+    incomplete = folder / "partial.npz"
+    told = run("evaluate", incomplete, folder / "truth.npz", code=1).stderr
+    assert f"{incomplete}: frame 1002 lacks vertex" in told
+
+
+def test_findings(partial: dynmesh.Sequence, folder: Path) -> None:
+    path = folder / "broken.npz"
+    dynmesh.write(path, broken(partial))
+    found = {one["code"]: one for one in json.loads(run("info", path, "--json").stdout)["findings"]}
+    assert found["known_not_finite"]["where"]["frames"] == [1006]
+    assert "in frame 1006:" in found["known_not_finite"]["message"]
+    assert found["first_frame_incomplete"]["message"].startswith("Frame 1001 lacks ")
+    assert "from frame 1004," in found["first_frame_incomplete"]["advice"]
+    finding = dynmesh.info(path).findings[0]
+    assert finding.where.frames.tolist() == [5]  # for arrays
+    assert "known after frame 1001" in run("info", path).stdout
+
+
+def test_pictures_and_pages(truth: dynmesh.Sequence, folder: Path) -> None:
+    pytest.importorskip("k3d")
+    one = dynmesh.picture(truth, frames=1003, size=64)
+    other = dynmesh.picture(truth[2:3], size=64)
+    assert one.tobytes() == other.tobytes()
+    renamed = dynmesh.picture(replace(truth, start=0), frames=2, size=64)
+    assert one.tobytes() != renamed.tobytes()  # of the caption alone
+    out = ("-o", folder / "a.png")
+    refused = run("picture", folder / "truth.npz", "--frame", "3", *out, code=1).stderr
+    assert "truth.npz: frames: there is no frame 3, only 1001 to 1008" in refused
+    assert '"numbers": [1001, 1004, 1007], ' in dynmesh.view(truth, max_frames=3).html
+
+
+def test_scans_and_what_was_tracked_in_them(truth: dynmesh.Sequence, folder: Path) -> None:
+    options = ("--scan", "--points", "900", "--cameras", "2")
+    run("degrade", folder / "truth.npz", folder / "scans", *options)
+    names = sorted(file.name for file in (folder / "scans").glob("*.ply"))
+    assert (names[0], names[-1]) == ("frame_01001.ply", "frame_01008.ply")
+    dynmesh.write(folder / "body.obj", truth[:1])
+    table = folder / "fits.csv"
+    template = ("--template", folder / "body.obj", "--report", table)
+    run("track", folder / "scans", folder / "tracked_%04d.ply", *template)
+    made = sorted(file.name for file in folder.glob("tracked_*.ply"))
+    assert (made[0], made[-1]) == ("tracked_1001.ply", "tracked_1008.ply")
+    with table.open() as file:
+        assert {row["frame"] for row in csv.DictReader(file)} == {str(n) for n in range(1001, 1009)}
+
+
+@pytest.mark.parametrize(
+    ("text", "times", "expected"),
+    [
+        ("1002:1005", None, [1, 2, 3]),
+        (":1003", None, [0, 1]),
+        ("1007:", None, [6, 7]),
+        ("1001:1009:3", None, [0, 3, 6]),
+        ("1004.5:1006", np.arange(N) * 0.5 + 1001, None),
+        ("1003:1007", np.arange(N) * 2.0 + 1001, [1, 2]),
+        ("-3:0", np.arange(N) - 4.0, [1, 2, 3]),
+    ],
+)
+def test_ranges_are_half_open(
+    truth: dynmesh.Sequence, text: str, times: np.ndarray | None, expected: list[int] | None
+) -> None:
+    numbers = frame_numbers(header_of(replace(truth, times=times)))
+    if expected is None:
+        with pytest.raises(ValueError, match=r"must be some of 1001:1005\.5"):
+            indices_of(numbers, slice_of(text))
+    else:
+        assert list(indices_of(numbers, slice_of(text))) == expected

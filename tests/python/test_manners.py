@@ -1,0 +1,188 @@
+"""What users may rely on in every command: folders, patterns, space, kept frames and quiet."""
+
+import shutil
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from commands import dynmesh_command as run
+
+import dynmesh
+from dynmesh import study
+from dynmesh.files.frame_names import FrameNames
+from dynmesh.jobs.checkpoint import Checkpoint
+
+N = 6
+
+
+@pytest.fixture(scope="module")
+def truth() -> dynmesh.Sequence:
+    return dynmesh.synth.ocean(N, grid=10, seed=3)
+
+
+@pytest.fixture
+def folder(tmp_path: Path, truth: dynmesh.Sequence) -> Path:
+    known = np.random.default_rng(5).random((N, 100)) < 0.6
+    known[0] = True
+    dynmesh.write(tmp_path / "truth.npz", truth)
+    dynmesh.write(tmp_path / "partial.npz", replace(truth, known=known))
+    dynmesh.write(tmp_path / "body.obj", truth[:1])
+    return tmp_path
+
+
+WRITING: dict[str, str] = {
+    "a.npz": "synth ocean {} --frames 2",
+    "b.obj": "convert body.obj {}",
+    "c_%04d.ply": "complete partial.npz {}",
+    "frames": "convert truth.npz {}/####.ply",
+    "e.npz": "degrade truth.npz {} --known 0.5",
+    "scans": "degrade truth.npz {} --scan --points 900 --cameras 2",
+    "f.csv": "evaluate truth.npz truth.npz --csv {}",
+}
+
+
+@pytest.mark.parametrize(("name", "line"), WRITING.items(), ids=WRITING)
+def test_folders_of_outputs_are_made(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, name: str, line: str
+) -> None:
+    monkeypatch.chdir(folder)
+    run(*line.format(f"new/deep/{name}").split())
+    assert len(list((folder / "new" / "deep").iterdir())) >= 1
+
+
+def test_folders_that_stay_empty_are_removed(folder: Path, truth: dynmesh.Sequence) -> None:
+    broken = truth.vertices.copy()
+    broken[3, 5] = np.inf
+    known = np.ones((N, 100), np.bool_)
+    dynmesh.write(folder / "broken.npz", replace(truth, vertices=broken, known=known))
+    for output in ("new/deep/out.npz", "new/deep/out_%04d.ply"):
+        told = run("complete", folder / "broken.npz", folder / output, code=1).stderr
+        assert "broken.npz: frame 3: " in told
+        assert not (folder / "new").exists()
+
+
+@pytest.mark.parametrize("line", ["convert truth.npz {}", "complete partial.npz {}"])
+def test_space_is_looked_at_before_a_job(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, line: str
+) -> None:
+    monkeypatch.chdir(folder)
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=7000))
+    for name in ("new/out.npz", "new/out_####.ply"):  # 7200 bytes
+        told = run(*line.format(name).split(), code=1).stderr
+        assert f"{name}: needs at least 7.2e-06 GB, but its disk has 7e-06 GB left" in told
+        assert not (folder / "new").exists()
+    run(*line.format("out.npz").split(), "--frames", "0:5")  # 6000 bytes
+    if line.startswith("complete"):  # frames wait on the disk, twice
+        told = run(*line.format("b.npz").split(), "--bidirectional", code=1).stderr
+        assert "b.npz: needs at least 2.2e-05 GB" in told
+
+
+def interrupted(frames: Iterator[Any], *_: int) -> Iterator[Any]:
+    for number, frame in enumerate(frames):
+        if number == 3:
+            raise KeyboardInterrupt
+        yield frame
+
+
+def completion(folder: Path, **options: Any) -> Any:
+    return dynmesh.complete_file(folder / "partial.npz", folder / "out.npz", **options)
+
+
+def tracking(folder: Path, **options: Any) -> Any:
+    if not (folder / "scans").exists():
+        run("degrade", folder / "truth.npz", folder / "scans", "--scan", "--points", "900")
+    given: dict[str, Any] = {"template": folder / "body.obj", **options}
+    return dynmesh.track_file(folder / "scans", folder / "out.npz", **given)
+
+
+@pytest.mark.parametrize("job", [completion, tracking])
+def test_kept_frames_are_not_thrown_away(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, job: Callable[..., Any]
+) -> None:
+    monkeypatch.setattr(Checkpoint, "least_seconds_between", 0.0)
+    monkeypatch.setattr(Checkpoint, "most_of_the_time", 1e9)
+    with pytest.raises(KeyboardInterrupt):
+        job(folder, watch=interrupted)
+    before = {path: path.stat() for path in (folder / ".out.npz.unfinished").rglob("*")}
+    told = r"out\.npz: 3 frames of an interrupted run are kept: --resume .*resume=True"
+    with pytest.raises(FileExistsError, match=told):
+        job(folder)
+    assert before == {path: path.stat() for path in (folder / ".out.npz.unfinished").rglob("*")}
+    assert job(folder, overwrite=True).resumed_at == 0
+    (folder / "out.npz").unlink()
+    with pytest.raises(KeyboardInterrupt):
+        job(folder, watch=interrupted)
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=4000))
+    assert job(folder, resume=True).resumed_at == 3  # what is kept needs no more space
+
+
+def test_results_of_a_study_are_not_replaced(folder: Path) -> None:
+    (folder / "results.json").write_text("of another run")
+    told = run("reproduce", folder, "--quick", code=1).stderr
+    assert "results.json: exists already; --overwrite" in told
+    with pytest.raises(FileExistsError):
+        study.reproduce(folder)
+    (folder / "results.json").rename(folder / "report.html")
+    run("reproduce", folder, "--quick", code=1)
+
+
+def test_hashes_are_the_numbers_of_files(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(folder)
+    run("convert", "truth.npz", "walk.####.obj")
+    assert sorted(file.name for file in folder.glob("walk.*")) == [
+        f"walk.000{n}.obj" for n in range(N)
+    ]
+    whole, pattern = dynmesh.read("walk.####.obj"), dynmesh.read("walk.%04d.obj")
+    np.testing.assert_array_equal(whole.vertices, pattern.vertices)
+    (folder / "walk.0002.obj").unlink()
+    told = run("info", "walk.####.obj", code=1).stderr
+    assert "walk.####.obj: walk.0002.obj is missing" in told
+    shutil.copy("body.obj", "take#2 ##.obj")  # a name as it is
+    assert len(dynmesh.read("take#2 ##.obj")) == 1
+    options = ("--scan", "--points", "900", "--cameras", "2")
+    run("degrade", "truth.npz", "scans", *options)
+    run("track", "scans/frame_#####.ply", "a.npz", "--template", "body.obj")
+    run("degrade", "truth.npz", "depth", "--depth", "32x24", "--cameras", "1")
+    run("track", "depth/depth_#####_0.png", "b.npz", "--template", "body.obj")
+    assert len(dynmesh.read("b.npz")) == N
+
+
+@pytest.mark.parametrize(
+    ("pattern", "name"),
+    [("a.###.obj", "a.007.obj"), ("a.#.obj", "a.#.obj"), ("##_##.obj", "##_##.obj")],
+)
+def test_only_one_run_of_hashes_is_a_number(tmp_path: Path, pattern: str, name: str) -> None:
+    assert FrameNames.of(tmp_path / pattern).name(7) == name
+
+
+def test_quiet_prints_errors_alone(folder: Path) -> None:
+    source, output = folder / "partial.npz", folder / "out.npz"
+    assert run("complete", source, output).stderr
+    told = run("complete", source, output, "--overwrite", "--quiet")
+    assert (told.stdout, told.stderr) == ("", "")
+    assert "exists already" in run("complete", source, output, "--quiet", code=1).stderr
+    assert run("evaluate", output, folder / "truth.npz", "-q").stdout  # what was asked for
+    assert run("complete", source, output, "--overwrite").stderr
+
+
+def test_other_vertex_counts_lead_to_tracking(folder: Path) -> None:
+    for number, size in enumerate((4, 4, 5)):
+        mesh = dynmesh.synth.ocean(1, grid=size)
+        dynmesh.write(folder / f"mesh_{number}.ply", mesh)
+    told = run("info", folder / "mesh_%d.ply", code=1).stderr
+    assert "mesh_2.ply: has 25 vertices, but mesh_0.ply has 16; dynmesh track" in told
+
+
+@pytest.mark.parametrize("loss", ["--noise 1", "--outliers 0.1", "--scan"])
+def test_simulations_say_which_file_and_frame(
+    folder: Path, truth: dynmesh.Sequence, loss: str
+) -> None:
+    broken = truth.vertices.copy()
+    broken[0, 5] = np.nan
+    dynmesh.write(folder / "broken.npz", replace(truth, vertices=broken, start=1001))
+    told = run("degrade", folder / "broken.npz", folder / "o.npz", *loss.split(), code=1).stderr
+    assert "broken.npz: frame 1001: " in told
