@@ -69,11 +69,20 @@ py::array_t<float> to_single(const py::array& array) {
 }
 
 KnownArgument::KnownArgument(const py::object& object) : array_(to_array("known", object)) {
-  if (array_.dtype().kind() != 'b') {
-    throw py::type_error("known: must be bool, not " + dtype_name(array_) +
-                         "; if it holds a flag for each vertex, convert it with .astype(bool)");
+  const char kind = array_.dtype().kind();
+  if (kind != 'b' && kind != 'i' && kind != 'u') {
+    throw py::type_error("known: must be bool, or integers 0 and 1, not " + dtype_name(array_));
   }
   check_shape("known", array_, 1, 0, "(k,)");
+  if (kind != 'b') {
+    const py::array flags = array_.attr("astype")("bool");
+    const py::object others = array_[array_.attr("__ne__")(flags)];
+    if (py::len(others) > 0) {
+      throw py::value_error("known: integers must be 0 or 1, not " +
+                            std::string(py::str(others[py::int_(0)])));
+    }
+    array_ = flags;
+  }
   if (is_to_be_spread(array_)) array_ = array_.attr("copy")();
 }
 

@@ -91,7 +91,7 @@ class PointsArgument {
   py::array_t<Real> array_;
 };
 
-/// A (k,) bool array.
+/// A (k,) array of bool, or of integers that are 0 or 1.
 class KnownArgument {
  public:
   explicit KnownArgument(const py::object& object);

@@ -17,7 +17,7 @@ from ._checks import (
     frame_index,
 )
 from ._errors import InputError, KindError
-from .frames.attributes import ATTRIBUTES, VertexAttributes, check_needed
+from .frames.attributes import ATTRIBUTES, VertexAttributes, as_mask, check_needed
 from .polygons import Polygons, check_polygons
 
 Positions: TypeAlias = NDArray[np.floating[Any]]
@@ -120,7 +120,7 @@ class Sequence(Description, VertexAttributes):
     Attributes:
         vertices: (n, k, 3) float32 or float64. Values are arbitrary where ``known`` is False.
         faces: (m, 3) integers, triangles.
-        known: (n, k) bool, or None if every position was observed.
+        known: (n, k) bool, or integers 0 and 1, or None if every position was observed.
         generation: (n, k) int32, 0 for anchors, g for satellites, -1 for disconnected vertices, -2
             for those that were put together from other frames, or None.
         age: (n, k) int32, frames since the vertex was last observed; None if `generation` is.
@@ -156,6 +156,8 @@ class Sequence(Description, VertexAttributes):
         check_faces(self.faces.dtype, self.faces.shape)
         check_corners(self.faces, self.vertices.shape[1])
         frames = self.vertices.shape[:2]
+        if self.known is not None:
+            object.__setattr__(self, "known", as_mask(self.known))
         check_needed(self.attributes())
         for name, values in self.attributes().items():
             ATTRIBUTES[name].check(values.dtype, values.shape, frames)

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstdio>
 #include <dynmesh/dynmesh.hpp>
+#include <limits>
 #include <vector>
 
 template <class Real>
@@ -9,7 +10,7 @@ bool completes_a_translation() {
   const std::vector<dynmesh::Index> faces = {0, 1, 2, 2, 1, 3};
   std::vector<Real> frame = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0};
   dynmesh::Completer<Real> completer({faces.data(), 2}, {frame.data(), 4});
-  for (Real& x : frame) x = std::nan("");
+  for (Real& x : frame) x = std::numeric_limits<Real>::quiet_NaN();
   frame[0] = frame[1] = frame[2] = 5;
   const dynmesh::Points<Real> points(frame.data(), 4);
   const dynmesh::FrameReport report = completer.push(points, points);

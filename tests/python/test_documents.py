@@ -263,6 +263,7 @@ PAGES = (
     "docs/diagnosis.md",
     "docs/formats.md",
     "docs/gallery.md",
+    "docs/guides/recordings.md",
     "docs/guides/training.md",
     "docs/guides/research.md",
     "docs/guides/scene_caches.md",

@@ -15,7 +15,9 @@ import dynmesh
 from dynmesh import files
 from dynmesh.polygons import Polygons, split_polygons
 
-FORMATS = [name for name, format in files.formats.items() if format.writer]
+FORMATS = [
+    name for name, format in files.formats.items() if format.writer and name != "gltf"
+]  # of which clips are only written
 SINGLE_PRECISION = {"usd", "alembic", "pc2", "mdd"}
 MASKED = {"npz", "npy", "hdf5", "ply", "usd", "alembic", "pvd"}
 TRACED = MASKED

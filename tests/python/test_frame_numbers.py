@@ -48,7 +48,7 @@ def broken(partial: dynmesh.Sequence) -> dynmesh.Sequence:
 def test_completion_and_evaluation(folder: Path) -> None:
     path, made = folder / "partial.npz", folder / "made.npz"
     said = run("complete", path, made, "--start", "1004").stderr
-    assert "vertices beside frame 1004" in said
+    assert "vertices, frame 1004 not counted" in said
     assert "completion started from frame 1004" in run("complete", path, folder / "b.npz").stderr
     assert dynmesh.read(made).start == FIRST
     refused = run("complete", path, folder / "c.npz", "--start", "3", code=1).stderr

@@ -57,6 +57,8 @@ def test_any_layout_is_taken(mesh: Mesh, rng: np.random.Generator) -> None:
         (packed["xyz"], packed["seen"]),
         (aligned["xyz"], aligned["seen"]),
         (points.tolist(), known.tolist()),
+        (points, known.astype(np.uint8)),
+        (points, known.astype(">i8")),
     ]:
         for faces in (mesh.faces, mesh.faces.astype(np.uint16), np.asfortranarray(mesh.faces)):
             completer = dynmesh.Completer(faces, mesh.vertices)

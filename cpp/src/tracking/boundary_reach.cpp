@@ -20,8 +20,8 @@ BoundaryReach::BoundaryReach(std::span<const Triangle> faces, const Topology& to
     }
   }
   std::ranges::sort(vertices_);
-  const auto repeated = std::ranges::unique(vertices_);
-  vertices_.erase(repeated.begin(), repeated.end());
+  // Not by ranges, which Clang 14 refuses here.
+  vertices_.erase(std::unique(vertices_.begin(), vertices_.end()), vertices_.end());
 }
 
 std::span<const Reach> BoundaryReach::find(const Surface& surface, const Measurement& measurement) {

@@ -60,8 +60,8 @@ SymmetricMatrix squared_laplacian(const Cells& cells) {
       for (const Index far : cells[n]) add(far, 1);
     }
     std::ranges::sort(entries);
-    const auto repeated = std::ranges::unique(entries);
-    entries.erase(repeated.begin(), repeated.end());
+    // Not by ranges, which Clang 14 refuses here.
+    entries.erase(std::unique(entries.begin(), entries.end()), entries.end());
     for (const Index row : entries) {
       double& entry = column[static_cast<std::size_t>(row)];
       matrix.rows.push_back(row);

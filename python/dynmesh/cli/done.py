@@ -61,11 +61,13 @@ def say_what_was_done(output: Path | str, report: FileReport, reject_outliers: b
     if seconds is None:
         say(f"{output}: there is only one frame, so no other was completed")
         return
-    times = "" if report.completed <= report.frames else "from both sides, each time "
     frames = min(report.completed, report.frames)
+    sides = report.completed > report.frames
+    how, each = (" from both sides", "for each side") if sides else ("", "each")
+    rate = frames / (report.completed * seconds)
     say(
-        f"{output}: {frames} frames completed {times}in {1e3 * seconds:.3g} ms each (median), "
-        f"{1 / seconds:.0f} frames per second without reading and writing"
+        f"{output}: {frames} frames completed{how} in {1e3 * seconds:.3g} ms {each} (median), "
+        f"{rate:.0f} frames per second without reading and writing"
     )
     whole = report.known + report.filled + report.disconnected
     if reject_outliers:
@@ -74,7 +76,7 @@ def say_what_was_done(output: Path | str, report: FileReport, reject_outliers: b
     if report.filled + report.disconnected == 0:
         say(f"{output}: nothing was missing")
         return
-    where = "" if report.start is None else f" beside frame {report.start}"
+    where = "" if report.start is None else f", frame {report.start} not counted"
     say(f"{output}: {shares_of(report)} of the vertices{where}")
     if report.prior_weight is not None:
         say(f"{output}: {of_training(report)}")

@@ -12,7 +12,7 @@ from .alembic import alembic
 from .format import Format
 from .hdf5 import hdf5
 from .mdd import mdd
-from .model import model
+from .model import gltf, stl
 from .npy import npy
 from .npz import npz
 from .numbered import files_in
@@ -26,7 +26,7 @@ PathLike: TypeAlias = str | os.PathLike[str]
 
 formats: dict[str, Format] = {
     format.name: format
-    for format in (npz, hdf5, npy, pc2, mdd, ply, obj, pvd, usd, usdz, alembic, model)
+    for format in (npz, hdf5, npy, pc2, mdd, ply, obj, pvd, usd, usdz, alembic, stl, gltf)
 }
 """All formats by name."""
 

@@ -1,8 +1,9 @@
-"""STL, GLB and glTF: one mesh, such as a template; only read, by trimesh (extra `scans`).
+"""STL and glTF: one mesh, such as a template, which trimesh reads (extra `scans`).
 
 Vertices at the same position become one, since STL repeats them in every triangle, and glTF where
 texture coordinates or normals differ. Their order depends on that, so several such files are no
 sequence. All meshes of a scene become one, in the space of the scene. glTF is in metres, y up.
+Clips are written to GLB, but of a clip, only the mesh is read.
 """
 
 from collections.abc import Iterator
@@ -18,6 +19,9 @@ from ..frames.header import Header
 from ..frames.reader import Reader
 from ..sequence import Positions
 from .format import Format
+from .glb_writer import GlbWriter
+
+_LIBRARY = "trimesh", "scans"
 
 
 class ModelReader(Reader):
@@ -63,11 +67,12 @@ def _read(path: Path) -> tuple[Positions, NDArray[np.int32]]:
     return points[np.sort(first)], place[same.ravel()][corners].astype(np.int32)
 
 
-model = Format(
-    "model",
-    (".stl", ".glb", ".gltf"),
-    "one mesh of STL or glTF; only read",
+stl = Format("stl", (".stl",), "one mesh; only read", ModelReader, None, library=_LIBRARY)
+gltf = Format(
+    "gltf",
+    (".glb", ".gltf"),
+    "clips for browsers and game engines, written; one mesh, read",
     ModelReader,
-    None,
-    library=("trimesh", "scans"),
+    GlbWriter,
+    library=_LIBRARY,
 )

@@ -55,13 +55,14 @@ class UsdWriter(SceneWriter):
         if header.metres_per_unit is not None:
             geometry.SetStageMetersPerUnit(self._stage, header.metres_per_unit)
         unknown = {
-            "y is up": header.up_axis,
-            "a unit is 1 cm": header.metres_per_unit,
+            ("y is up", "--up"): header.up_axis,
+            ("a unit is 1 cm", "--unit"): header.metres_per_unit,
         }
-        if assumed := [what for what, value in unknown.items() if value is None]:
+        if assumed := [said for said, value in unknown.items() if value is None]:
+            what, options = (" and ".join(words) for words in zip(*assumed, strict=True))
             self.remarks.append(
-                f"programs will assume that {' and '.join(assumed)}, as nothing says so; --up and "
-                "--unit of dynmesh convert do (in Python, up= and unit=)"
+                f"programs will assume that {what}, as the sequence does not say; if that is "
+                f"wrong, state it with {options} of dynmesh convert"
             )
 
     def _begin_mesh(self) -> None:

@@ -139,6 +139,13 @@ class VertexAttributes:
         return {name: values for name, values in found.items() if values is not None}
 
 
+def as_mask(known: NDArray[Any]) -> NDArray[Any]:
+    """Returns integers that are 0 or 1 as bool, and everything else as it is."""
+    if known.dtype.kind in "iu" and not (known > 1).any() and not (known < 0).any():
+        return known.astype(np.bool_)
+    return known
+
+
 def flags_of(names: Collection[str]) -> dict[str, Any]:
     """Returns the keywords of a header whose frames have the attributes with these names."""
     return {row.flag: name in names for name, row in ATTRIBUTES.items()}

@@ -228,7 +228,8 @@ class Directions:
                     yield number, origin
                     continue
                 completed = way.push(frame)
-            self.tally.add(self._completer)
+            if number != self._start_frame.number:
+                self.tally.add(self._completer)
             if leg.is_back:
                 completed = combined(self._waits(number, self._legs.index(leg)), completed)
             yield number, completed

@@ -5,7 +5,7 @@ from pathlib import Path
 from .. import files
 from .._errors import InputError
 from ..files import PathLike
-from ..files.model import model
+from ..files.model import gltf, stl
 from ..files.numbered import Found
 from ..files.scans import PointScan, ScanReader, open_scans, read_points
 from ..files.scans.corrections import AS_STATED
@@ -26,7 +26,7 @@ class SingleScans(ScanReader):
         """
         found = [path]
         if path.is_dir():
-            known = {*point_formats, *model.suffixes, ".obj", ".off"}
+            known = {*point_formats, *stl.suffixes, *gltf.suffixes, ".obj", ".off"}
             found = sorted(file for file in path.iterdir() if file.suffix.lower() in known)
             if not found:
                 raise InputError("holds no point clouds and no meshes", file=path)
