@@ -2,7 +2,6 @@
 
 import tempfile
 from pathlib import Path
-from typing import ClassVar
 
 import bpy
 import numpy as np
@@ -10,12 +9,11 @@ import numpy as np
 from . import meshes
 
 
-class Complete(bpy.types.Operator):
+class Complete(meshes.OfMesh, bpy.types.Operator):
     """Estimate the vertices that are missing in some frames, in a new object with a cache."""
 
     bl_idname = "dynmesh.complete"
     bl_label = "Complete Missing Vertices"
-    bl_options: ClassVar = {"REGISTER", "UNDO"}
 
     mask: bpy.props.StringProperty(
         name="Mask",
@@ -42,14 +40,6 @@ class Complete(bpy.types.Operator):
         precision=4,
         subtype="DISTANCE",
     )
-    cache: bpy.props.StringProperty(
-        name="Cache", description=meshes.CACHE_HELP, subtype="FILE_PATH"
-    )
-
-    @classmethod
-    def poll(cls, context):
-        """Whether a mesh is active."""
-        return context.object is not None and context.object.type == "MESH"
 
     def invoke(self, context, _):
         """Asks for the options."""

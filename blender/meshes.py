@@ -2,11 +2,27 @@
 
 from contextlib import contextmanager
 from pathlib import Path
+from typing import ClassVar
 
 import bpy
 import numpy as np
 
-CACHE_HELP = "The cache that is written, a file .pc2 [beside the saved .blend file]"
+
+class OfMesh:
+    """What an operator on the active mesh is that writes a cache."""
+
+    bl_options: ClassVar = {"REGISTER", "UNDO"}
+
+    cache: bpy.props.StringProperty(
+        name="Cache",
+        description="The cache that is written, a file .pc2 [beside the saved .blend file]",
+        subtype="FILE_PATH",
+    )
+
+    @classmethod
+    def poll(cls, context):
+        """Whether a mesh is active."""
+        return context.object is not None and context.object.type == "MESH"
 
 
 @contextmanager

@@ -2,7 +2,6 @@
 
 import tempfile
 from pathlib import Path
-from typing import ClassVar
 
 import bpy
 import numpy as np
@@ -10,12 +9,11 @@ import numpy as np
 from . import meshes
 
 
-class Track(bpy.types.Operator):
+class Track(meshes.OfMesh, bpy.types.Operator):
     """Track the mesh through a folder of scans, in a new object with a cache."""
 
     bl_idname = "dynmesh.track"
     bl_label = "Track in Scans"
-    bl_options: ClassVar = {"REGISTER", "UNDO"}
 
     directory: bpy.props.StringProperty(
         name="Scans",
@@ -26,14 +24,6 @@ class Track(bpy.types.Operator):
     remove_planes: bpy.props.BoolProperty(
         name="Remove planes", description="Leave floor and walls out of the scans"
     )
-    cache: bpy.props.StringProperty(
-        name="Cache", description=meshes.CACHE_HELP, subtype="FILE_PATH"
-    )
-
-    @classmethod
-    def poll(cls, context):
-        """Whether a mesh is active."""
-        return context.object is not None and context.object.type == "MESH"
 
     def invoke(self, context, _):
         """Asks for the folder and the options."""
