@@ -12,7 +12,7 @@ from dynmesh.files.ply import read_elements
 
 OBJ = """# made by hand
 # up_axis z
-mtllib skins/body.mtl
+mtllib skins/my body.mtl
 o body
 v 0 0 0 1 0 0
 v 1 0 0 0 1 0
@@ -56,6 +56,8 @@ def test_obj_keeps_everything_but_positions_and_normals(tmp_path: Path) -> None:
     source = tmp_path / "in" / "body_0001.obj"
     source.parent.mkdir()
     source.write_text(OBJ)
+    (source.parent / "skins").mkdir()
+    (source.parent / "skins" / "my body.mtl").touch()
     (tmp_path / "out").mkdir()
     with dynmesh.open(source.with_name("body_%04d.obj")) as reader:
         (frame,) = reader
@@ -65,7 +67,7 @@ def test_obj_keeps_everything_but_positions_and_normals(tmp_path: Path) -> None:
     moving = "v", "vn", "mtllib", "#"
     assert words_of(made, *moving) == words_of(source, *moving)
     (library,) = (words for words in words_of(made) if words[0] == "mtllib")
-    assert library == ["mtllib", "../in/skins/body.mtl"]  # from the folder of the file
+    assert library == ["mtllib", "../in/skins/my", "body.mtl"]  # from the folder of the file
     before, after = numbers(source, "v"), numbers(made, "v")
     np.testing.assert_array_equal(after[:, 3:], before[:, 3:])
     np.testing.assert_array_equal(after[:, :3], before[:, :3] @ TURN.T + 5)
@@ -119,6 +121,8 @@ def test_ply_keeps_properties_and_elements(tmp_path: Path) -> None:
     after, _ = read_elements(tmp_path / "out_0007.ply")
     assert before.keys() == after.keys()
     vertices = after["vertex"]
+    own = ["x", "y", "z"]
+    assert list(vertices) == own + [name for name in before["vertex"] if name not in own]
     np.testing.assert_allclose(vertices.pop("nx"), 1)  # turned with the positions
     assert {name: before[name].keys() for name in ("face", "edge")} == {
         name: after[name].keys() for name in ("face", "edge")

@@ -188,9 +188,11 @@ def picture(
     """Draw frames of a sequence: one, a contact sheet of several, or a moving picture.
 
     Examples:
-        dynmesh picture completed.npz -o sheet.png
-        dynmesh picture completed.npz --frame 30 --colour generation -o frame.png
-        dynmesh picture completed.npz --turntable -o clip.mp4
+    ```text
+    dynmesh picture completed.npz -o sheet.png
+    dynmesh picture completed.npz --frame 30 --colour generation -o frame.png
+    dynmesh picture completed.npz --turntable -o clip.mp4
+    ```
     """
     zeros = ZeroCount()
     check_output(output, overwrite, *PICTURES)

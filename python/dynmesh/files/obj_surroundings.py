@@ -56,7 +56,9 @@ class ObjSurroundings:
                 self._renew(keyword, len(self._given))
                 self._given.append(line)
             elif keyword == b"mtllib":
-                names = (os.fsdecode(name) for name in words[1:])
+                rest = os.fsdecode(line.split(None, 1)[1].strip()) if words[1:] else ""
+                # Several names, or one with spaces.
+                names = [rest] if (file.parent / rest).is_file() else rest.split()
                 found = (os.path.relpath(file.parent / name, folder) for name in names)
                 self._parts.append(b"mtllib %s\n" % b" ".join(map(os.fsencode, found)))
             elif not _is_written_anew(line):

@@ -156,8 +156,10 @@ class PlyWriter(FramesWriter):
                 if name not in corner_lists
             }
         extra: dict[str, NDArray[Any]] = {}
-        for name in around.keys() - {*"xyz", *ATTRIBUTES}:
-            if isinstance(column := around[name], np.ndarray):
+        for name, column in around.items():  # in the order of the file
+            if name in {*"xyz", *ATTRIBUTES}:
+                continue
+            if isinstance(column, np.ndarray):
                 extra[name] = column
             else:
                 self.remarks.append(f"the lists {name} of vertices are not written")

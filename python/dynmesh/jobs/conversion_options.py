@@ -28,11 +28,14 @@ class ConversionOptions:
         parse=slice_of,
     )
     up: Axis | None = given(
-        None, "The up axis of IN, where it does not state it.", CONVERSION, choices=get_args(Axis)
+        None,
+        "The up axis of the input, where it does not state it.",
+        CONVERSION,
+        choices=get_args(Axis),
     )
     unit: Unit | None = given(
         None,
-        f"The unit of length of IN, where it does not state it: {UNIT_NAMES}.",
+        f"The unit of length of the input, where it does not state it: {UNIT_NAMES}.",
         CONVERSION,
         metavar="UNIT",
         parse=unit_of,
@@ -48,7 +51,7 @@ class ConversionOptions:
     )
     fps: float | None = given(
         None,
-        "Frames per second. The frames stay as they are. [as in IN]",
+        "Frames per second. The frames stay as they are. [as the input states]",
         CONVERSION,
         float,
         metavar="RATE",
